@@ -1,0 +1,134 @@
+!> What is to be simulated: everything the decks ask for, after defaults, checked and complete.
+!>
+!> A scene never changes once it is read. The choices that Shi's numbers have no place for are
+!> named constants here; `settings.f90` gives each its words in the deck, default, unit and range.
+module scree_scene
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: angular_unit, block_material_t, effect_t, joint_material_t, line_t, point_t, polygons_t, scene_t, &
+            settings_t, time_table_t
+
+  !> Interpolation: one cover a block (Shi's DDA), or three weighted covers an element (Shi's NMM).
+  integer, parameter, public :: model_dda = 1, model_nmm = 2
+  !> Strain of a step.
+  integer, parameter, public :: strain_small = 1, strain_green = 2
+  integer, parameter, public :: plane_stress = 1, plane_strain = 2
+  !> Mass of a block: constant, or density times the present area (Shi's programs).
+  integer, parameter, public :: mass_constant = 1, mass_follows_area = 2
+  !> Integrator: Newmark in the letters of Zhang et al. 2019, or the energy-momentum form.
+  integer, parameter, public :: scheme_newmark = 1, scheme_energy_momentum = 2
+  !> First step: as it comes, one step with beta 1, consistent acceleration, or that and the stress to it.
+  integer, parameter, public :: start_zero = 1, start_dissipative = 2, start_acceleration = 3, start_consistent = 4
+  !> Velocity of a DDA block from step to step: a vector field, or Shi's six rates.
+  integer, parameter, public :: transport_field = 1, transport_rates = 2
+  !> Iteration of a step with Green strain: secant operator, tangent, or secant first and tangent near the solution.
+  integer, parameter, public :: iterate_secant = 1, iterate_newton = 2, iterate_hybrid = 3
+  integer, parameter, public :: test_theta = 1, test_residual = 2
+  !> Fixed points: eliminated exactly, or held by springs (Shi's df12).
+  integer, parameter, public :: fixed_exact = 1, fixed_penalty = 2
+
+  real(dp), parameter :: angular_unit = acos(-1.0_dp)/180 !! rad in a degree
+
+  !> A line of a geometry deck.
+  type :: line_t
+    real(dp) :: ends(2, 2) = 0.0_dp !! (xy, end), length
+    integer :: material = 1         !! joint or block material number
+    integer :: deck_line = 0        !! where it stands in its deck
+  end type line_t
+
+  !> A point of a geometry deck.
+  type :: point_t
+    real(dp) :: place(2) = 0.0_dp   !! length
+    integer :: deck_line = 0        !! where it stands in its deck
+    integer :: block = 0            !! block that carries it, 0 where the deck does not say
+  end type point_t
+
+  !> Closed loops, counter-clockwise, as a block file gives them.
+  type :: polygons_t
+    integer, allocatable :: first_vertex(:) !! (n+1) polygon i owns vertices first_vertex(i):first_vertex(i+1)-1
+    real(dp), allocatable :: vertex(:, :)   !! (2, n_vertices), length
+    integer, allocatable :: joint(:)        !! (n_vertices) joint material of the edge to the next vertex
+    integer, allocatable :: material(:)     !! (n) block material
+    integer, allocatable :: deck_line(:)    !! (n) line of the deck that it begins with
+  end type polygons_t
+
+  !> Thirteen numbers of a block material (Shi: a0).
+  type :: block_material_t
+    real(dp) :: density = 0.0_dp            !! ma, mass/length^3
+    real(dp) :: unit_weight = 0.0_dp        !! we, force/length^3, acts downwards
+    real(dp) :: young = 0.0_dp              !! E, force/length^2
+    real(dp) :: poisson = 0.0_dp            !! nu
+    real(dp) :: stress(3) = 0.0_dp          !! xx, yy, xy at y = 0, tension positive, force/length^2
+    real(dp) :: stress_gradient(3) = 0.0_dp !! its increase with y, force/length^3
+    real(dp) :: velocity(3) = 0.0_dp        !! vx, vy length/time; rotation rate 1/time, about the centroid
+  end type block_material_t
+
+  !> Three numbers of a joint material (Shi: b0).
+  type :: joint_material_t
+    real(dp) :: friction_angle = 0.0_dp     !! degrees
+    real(dp) :: cohesion = 0.0_dp           !! force/length^2
+    real(dp) :: tensile_strength = 0.0_dp   !! force/length^2
+  end type joint_material_t
+
+  !> Values given at times, linear between them (Shi: k5, u0): displacement of a fixed point, force of a load point.
+  type :: time_table_t
+    real(dp), allocatable :: time(:)        !! (n) ascending, time
+    real(dp), allocatable :: value(:, :)    !! (2, n)
+  end type time_table_t
+
+  !> Every choice and number of the named groups, after defaults.
+  type :: settings_t
+    logical :: shi = .false.                !! preset='shi'
+    integer :: model = model_dda
+    integer :: strain = strain_small
+    integer :: plane = plane_stress
+    integer :: mass = mass_constant
+    integer :: scheme = scheme_newmark
+    real(dp) :: beta = 1.0_dp               !! weight of the new acceleration in the velocity
+    real(dp) :: gamma = 0.5_dp              !! weight of the new acceleration in the displacement
+    integer :: start = start_zero
+    integer :: transport = transport_rates
+    real(dp) :: step_size = 0.0_dp          !! largest step, time
+    real(dp) :: least_step = 0.0_dp         !! a step that must be smaller ends the run, time
+    real(dp) :: end_time = 0.0_dp           !! time
+    integer :: iterate = iterate_hybrid
+    integer :: test = test_theta
+    real(dp) :: tolerance = 1e-10_dp        !! of the chosen test
+    integer :: most_iterations = 25
+    integer :: fixed = fixed_exact
+    real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness
+    integer :: frame_every = 1              !! steps from frame to frame; 0 where frame_interval counts
+    real(dp) :: frame_interval = 0.0_dp     !! time from frame to frame; 0 where frame_every counts
+  end type settings_t
+
+  !> An effect that the scene calls for, and why.
+  type :: effect_t
+    character(len=:), allocatable :: name
+    character(len=:), allocatable :: because
+  end type effect_t
+
+  !> The whole of it.
+  type :: scene_t
+    character(len=:), allocatable :: geometry_name, geometry_text !! geometry deck or block file as read
+    character(len=:), allocatable :: analysis_name, analysis_text !! analysis deck as read
+    real(dp) :: carried = 1.0_dp            !! share of the velocity that a step hands on; 0 static, 1 dynamic (Shi: k01)
+    integer :: n_steps = 0                  !! number of steps of the classic deck (Shi: n5)
+    real(dp) :: displacement_ratio = 0.0_dp !! largest displacement of a step over half the model size (Shi: g2)
+    real(dp) :: contact_stiffness = 0.0_dp  !! 0: the program chooses (Shi: g0), force/length per unit thickness
+    real(dp) :: least_distance = 0.0_dp     !! edge to node, over half the model size (Shi: e0)
+    type(settings_t) :: settings
+    type(block_material_t), allocatable :: block_material(:)
+    type(joint_material_t), allocatable :: joint_material(:)
+    type(line_t), allocatable :: lines(:)          !! joints and boundary; empty where blocks are given
+    type(line_t), allocatable :: material_lines(:)
+    type(line_t), allocatable :: fixed_lines(:)    !! equal ends: a fixed point
+    type(point_t), allocatable :: load_points(:), measured_points(:), hole_points(:)
+    type(polygons_t), allocatable :: blocks        !! given by a block file
+    type(point_t), allocatable :: fixed_points(:)  !! given by a block file
+    type(time_table_t), allocatable :: fixed_table(:) !! a fixed point each; without times: fixed for ever
+    type(time_table_t), allocatable :: load_table(:)  !! a load point each; without times: no load
+    type(effect_t), allocatable :: effects(:)      !! decided once, before the first step
+  end type scene_t
+
+end module scree_scene
