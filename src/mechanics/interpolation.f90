@@ -1,0 +1,146 @@
+!> T and G of an element: the only place that knows a DDA block from a manifold element.
+!>
+!> In both, the displacement of a step is linear in place and in the unknowns,
+!>
+!>     u(x) = T(x) d,   theta = (u_X, v_X, u_Y, v_Y) = G d,   T(x) = T(c) + [X I, Y I] G,   X = x - c,
+!>
+!> with c the centroid. A block of the DDA has d = (u0, v0, r0, ex, ey, gxy) about its centroid (Shi 1988);
+!> an element of the NMM has three covers with constant displacement and linear weights, d = (u1, v1, u2, v2, u3, v3)
+!> (Shi 1991). What the two carry differently from step to step is here too.
+module scree_interpolation
+  use scree_kinds, only: dp
+  use scree_regions, only: first_vertex_of, last_vertex_of
+  use scree_scene, only: model_dda, transport_rates
+  use scree_simplex_integration, only: moments_t, polygon_moments
+  use scree_system, only: element_unknowns, state_t, system_t
+  implicit none
+  private
+  public :: carry_rates, displacement_matrix, kinematics_t, kinematics_of, rigid_velocity
+
+  integer, parameter :: n = element_unknowns
+
+  !> One element in the configuration at the beginning of a step.
+  type :: kinematics_t
+    real(dp) :: area = 0.0_dp              !! length^2
+    real(dp) :: centroid(2) = 0.0_dp       !! length
+    real(dp) :: second(3) = 0.0_dp         !! integrals of X^2, Y^2, X Y about the centroid, length^4
+    real(dp) :: at_centroid(2, n) = 0.0_dp !! T at the centroid
+    real(dp) :: gradient(4, n) = 0.0_dp    !! G
+    real(dp) :: span(n) = 1.0_dp           !! displacement that a unit of each unknown makes: 1, or the size of the block
+  end type kinematics_t
+
+contains
+
+  !> Interpolation and integrals of element `e` as it stands.
+  pure function kinematics_of(system, state, e) result(element)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: e
+    type(kinematics_t) :: element
+    type(moments_t) :: moments
+    integer :: first
+
+    associate (shape => system%elements%shape)
+      first = first_vertex_of(shape, e)
+      moments = polygon_moments(state%vertex(:, first:last_vertex_of(shape, e)), &
+                                shape%first_vertex(shape%first_loop(e):shape%first_loop(e + 1)) - first + 1)
+    end associate
+    element%area = moments%area
+    element%centroid = moments%centroid
+    element%second = moments%second
+    if (system%model == model_dda) then
+      call interpolate_block(element)
+    else
+      call interpolate_covers(state%cover(:, system%elements%cover(:, e)), element)
+    end if
+  end function kinematics_of
+
+  !> First-order displacement of a block about its centroid (Shi: dspl).
+  pure subroutine interpolate_block(element)
+    type(kinematics_t), intent(inout) :: element
+
+    element%at_centroid(1, 1) = 1.0_dp
+    element%at_centroid(2, 2) = 1.0_dp
+    element%gradient(1, 4) = 1.0_dp
+    element%gradient(2, [3, 6]) = [1.0_dp, 0.5_dp]
+    element%gradient(3, [3, 6]) = [-1.0_dp, 0.5_dp]
+    element%gradient(4, 5) = 1.0_dp
+    element%span(3:) = sqrt(element%area)
+  end subroutine interpolate_block
+
+  !> Three constant covers with the linear weights of the mathematical triangle.
+  pure subroutine interpolate_covers(node, element)
+    real(dp), intent(in) :: node(2, 3) !! of the mathematical triangle, counter-clockwise, length
+    type(kinematics_t), intent(inout) :: element
+    real(dp) :: a(2), b(2), twice_area, slope(2, 3), weight(3), x(2)
+    integer :: k
+
+    a = node(:, 2) - node(:, 1)
+    b = node(:, 3) - node(:, 1)
+    twice_area = a(1)*b(2) - a(2)*b(1)
+    slope(:, 2) = [b(2), -b(1)]/twice_area
+    slope(:, 3) = [-a(2), a(1)]/twice_area
+    slope(:, 1) = -slope(:, 2) - slope(:, 3)
+    x = element%centroid - node(:, 1)
+    weight(2:) = matmul(x, slope(:, 2:))
+    weight(1) = 1.0_dp - weight(2) - weight(3)
+    do k = 1, 3
+      element%at_centroid(1, 2*k - 1) = weight(k)
+      element%at_centroid(2, 2*k) = weight(k)
+      element%gradient(1, 2*k - 1) = slope(1, k)
+      element%gradient(2, 2*k) = slope(1, k)
+      element%gradient(3, 2*k - 1) = slope(2, k)
+      element%gradient(4, 2*k) = slope(2, k)
+    end do
+  end subroutine interpolate_covers
+
+  !> T at a place: the displacement there per unknown, 2 x n.
+  pure function displacement_matrix(element, place) result(T)
+    type(kinematics_t), intent(in) :: element
+    real(dp), intent(in) :: place(2) !! length
+    real(dp) :: T(2, n)
+
+    T = element%at_centroid + (place(1) - element%centroid(1))*element%gradient(1:2, :) &
+        + (place(2) - element%centroid(2))*element%gradient(3:4, :)
+  end function displacement_matrix
+
+  !> Rates of the unknowns of element `e` in a rigid motion.
+  pure function rigid_velocity(system, state, e, about, velocity) result(rates)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: e
+    real(dp), intent(in) :: about(2)    !! centre of the motion, the centroid of the block, length
+    real(dp), intent(in) :: velocity(3) !! vx, vy of the centre, rotation rate
+    real(dp) :: rates(n), arm(2)
+    integer :: k
+
+    if (system%model == model_dda) then
+      rates = [velocity, 0.0_dp, 0.0_dp, 0.0_dp]
+    else
+      do k = 1, 3
+        arm = state%cover(:, system%elements%cover(k, e)) - about
+        rates(2*k - 1:2*k) = velocity(1:2) + velocity(3)*[-arm(2), arm(1)]
+      end do
+    end if
+  end function rigid_velocity
+
+  !> Carries rates of the unknowns (velocity or acceleration) of one element over to the new configuration.
+  !>
+  !> The rates of covers are vectors at points and carry over as they are. Those of a DDA block are re-based on the
+  !> moved centroid: the vector field stays, so its gradient becomes L F^-1; or the six numbers stay, as in Shi's
+  !> programs, where a turning block then never feels the centrifugal stress.
+  pure subroutine carry_rates(model, transport, F, rates)
+    integer, intent(in) :: model, transport
+    real(dp), intent(in) :: F(4)           !! of the step: xx, yx, xy, yy
+    real(dp), intent(inout) :: rates(n)
+    real(dp) :: old(4), new(4), det
+
+    if (model /= model_dda .or. transport == transport_rates) return
+    old = [rates(4), rates(3) + 0.5_dp*rates(6), -rates(3) + 0.5_dp*rates(6), rates(5)]
+    det = F(1)*F(4) - F(2)*F(3)
+    new(1:2) = (old(1:2)*F(4) - old(3:4)*F(2))/det
+    new(3:4) = (old(3:4)*F(1) - old(1:2)*F(3))/det
+    rates(3:) = [0.5_dp*(new(2) - new(3)), new(1), new(4), new(2) + new(3)]
+  end subroutine carry_rates
+
+end module scree_interpolation

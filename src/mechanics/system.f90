@@ -1,0 +1,56 @@
+!> What the geometry made: blocks, elements, covers and points, constant during the run, and what a step changes.
+module scree_system
+  use scree_kinds, only: dp
+  use scree_regions, only: regions_t
+  implicit none
+  private
+  public :: elements_t, points_t, state_t, system_t
+
+  integer, parameter, public :: element_unknowns = 6 !! of a DDA block, and of three constant covers
+
+  integer, parameter, public :: fixed_point = 1, load_point = 2, measured_point = 3
+
+  !> What deforms as one linear field: a DDA block, or a manifold element.
+  type :: elements_t
+    type(regions_t) :: shape
+    integer, allocatable :: block(:)      !! (n) block it belongs to; the elements of a block are consecutive
+    integer, allocatable :: material(:)   !! (n) block material
+    integer, allocatable :: cover(:, :)   !! (1 or 3, n) covers that meet on it
+    integer, allocatable :: unknown(:, :) !! (element_unknowns, n) their unknowns
+    logical, allocatable :: alone(:)      !! (n) shares no unknown with another element
+    real(dp), allocatable :: mass(:)      !! (n) at the start, mass/length
+  end type elements_t
+
+  !> Fixed, load and measured points.
+  type :: points_t
+    integer, allocatable :: kind(:)       !! (n) `fixed_point`, `load_point`, `measured_point`
+    integer, allocatable :: element(:)    !! (n) element that carries it
+  end type points_t
+
+  !> The whole of it.
+  type :: system_t
+    integer :: n_blocks = 0
+    integer :: n_elements = 0
+    integer :: n_covers = 0
+    integer :: n_unknowns = 0
+    integer :: model = 0                  !! `model_dda` or `model_nmm` of the scene
+    real(dp) :: origin(2) = 0.0_dp        !! added to every place for the results, length
+    type(elements_t) :: elements
+    type(points_t) :: points
+  end type system_t
+
+  !> Place, motion and stress at one time: what a step changes.
+  type :: state_t
+    real(dp) :: time = 0.0_dp
+    integer :: step = 0
+    real(dp), allocatable :: vertex(:, :)      !! (2, n_vertices) of the elements, length
+    real(dp), allocatable :: point(:, :)       !! (2, n_points), length
+    real(dp), allocatable :: cover(:, :)       !! (2, n_covers) NMM: node of the mathematical mesh, length
+    real(dp), allocatable :: velocity(:)       !! (n_unknowns) rates of the unknowns
+    real(dp), allocatable :: acceleration(:)   !! (n_unknowns)
+    real(dp), allocatable :: stress(:, :)      !! (3, n_elements) xx, yy, xy, tension positive, force/length^2
+    real(dp), allocatable :: deformation(:, :) !! (4, n_elements) F since the start: xx, yx, xy, yy
+    real(dp), allocatable :: rotation(:)       !! (n_blocks) accumulated, rad
+  end type state_t
+
+end module scree_system
