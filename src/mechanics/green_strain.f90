@@ -1,0 +1,93 @@
+!> Elastic forces of an element with Green strain in an updated Lagrangian step (Zhang et al. 2019, section 3).
+!>
+!> Everything follows from the displacement gradient theta = G d of the step:
+!>
+!>     strain          E    = (B0 + A(theta)/2) theta
+!>     operator        B    = B0 + omega A(theta)          omega 1: variation of E; 1/2: energy-momentum form
+!>     stress          S    = sigma0 + w D E               w: share of the increment in the balance
+!>     forces          area G^T B^T S
+!>     secant          area G^T B^T w D (B0 + A/2) G       symmetric for omega 1/2
+!>     tangent         area G^T [B^T w D (B0 + A) + omega S2] G    symmetric for omega 1 and w 1
+!>
+!> with A(theta) = [u_X v_X 0 0; 0 0 u_Y v_Y; u_Y v_Y u_X v_X] (the paper prints its third row wrongly)
+!> and S2 = [Sxx I, Sxy I; Sxy I, Syy I].
+module scree_green_strain
+  use scree_element_term, only: add_force, step_rule_t, term_t
+  use scree_interpolation, only: kinematics_t
+  use scree_kinds, only: dp
+  use scree_system, only: element_unknowns
+  implicit none
+  private
+  public :: add_green_strain, green_strain, least_stretch, least_stable_stretch
+
+  !> Stretch at which the linear law in Green strain loses its stiffness in compression: d(lambda (lambda^2 - 1))/d lambda = 0.
+  real(dp), parameter :: least_stable_stretch = 1/sqrt(3.0_dp)
+
+contains
+
+  !> Green strain of a displacement gradient: xx, yy and engineering shear.
+  pure function green_strain(theta) result(strain)
+    real(dp), intent(in) :: theta(4) !! u_X, v_X, u_Y, v_Y
+    real(dp) :: strain(3)
+
+    strain = [theta(1) + 0.5_dp*(theta(1)**2 + theta(2)**2), &
+              theta(4) + 0.5_dp*(theta(3)**2 + theta(4)**2), &
+              theta(2) + theta(3) + theta(1)*theta(3) + theta(2)*theta(4)]
+  end function green_strain
+
+  !> B0 + omega A(theta), 3 x 4.
+  pure function strain_operator(theta, omega) result(B)
+    real(dp), intent(in) :: theta(4), omega
+    real(dp) :: B(3, 4), a(4)
+
+    a = omega*theta
+    B(1, :) = [1 + a(1), a(2), 0.0_dp, 0.0_dp]
+    B(2, :) = [0.0_dp, 0.0_dp, a(3), 1 + a(4)]
+    B(3, :) = [a(3), 1 + a(4), 1 + a(1), a(2)]
+  end function strain_operator
+
+  !> Adds the secant or tangent matrix and the forces of the current iterate.
+  pure subroutine add_green_strain(element, D, stress, unknown, rule, term)
+    type(kinematics_t), intent(in) :: element
+    real(dp), intent(in) :: D(3, 3)     !! elasticity of the configuration at the beginning of the step, force/length^2
+    real(dp), intent(in) :: stress(3)   !! Cauchy stress at the beginning of the step, force/length^2
+    real(dp), intent(in) :: unknown(element_unknowns) !! of the step so far
+    type(step_rule_t), intent(in) :: rule
+    type(term_t), intent(inout) :: term
+    real(dp) :: theta(4), B(3, 4), S(3), M(4, 4), omega, wD(3, 3), share
+    integer :: k
+
+    omega = rule%operator_weight
+    theta = matmul(element%gradient, unknown)
+    B = strain_operator(theta, omega)
+    wD = rule%stress_weight*D
+    S = stress + matmul(wD, green_strain(theta))
+    share = merge(1.0_dp, 0.5_dp, rule%tangent)
+    M = matmul(transpose(B), matmul(wD, strain_operator(theta, share)))
+    if (rule%tangent) then
+      do k = 1, 2
+        M(k, k) = M(k, k) + omega*S(1)
+        M(k + 2, k + 2) = M(k + 2, k + 2) + omega*S(2)
+        M(k, k + 2) = M(k, k + 2) + omega*S(3)
+        M(k + 2, k) = M(k + 2, k) + omega*S(3)
+      end do
+    end if
+    associate (G => element%gradient)
+      term%matrix = term%matrix + element%area*matmul(transpose(G), matmul(M, G))
+      call add_force(term, -element%area*matmul(matmul(S, B), G), &
+                     element%area*matmul(matmul(abs(stress) + matmul(abs(wD), green_strain(abs(theta))), abs(B)), abs(G)))
+    end associate
+  end subroutine add_green_strain
+
+  !> Smallest principal stretch of a deformation gradient.
+  pure real(dp) function least_stretch(F)
+    real(dp), intent(in) :: F(4) !! xx, yx, xy, yy
+    real(dp) :: sum, difference
+
+    ! singular values of a 2 x 2 matrix: half sum and half difference of two lengths
+    sum = hypot(F(1) + F(4), F(2) - F(3))
+    difference = hypot(F(1) - F(4), F(2) + F(3))
+    least_stretch = 0.5_dp*(sum - difference)
+  end function least_stretch
+
+end module scree_green_strain
