@@ -1,11 +1,11 @@
 !> The effects of a scene. This file is the only one that asks which are present.
 module scree_effects
   use scree_element_term, only: step_rule_t, term_t
-  use scree_fixed_point, only: add_fixed_springs, fixed_spring_t
+  use scree_fixed_point, only: add_fixed_springs, fixed_point_t
   use scree_gravity, only: add_gravity, gravity_t
   use scree_green_strain, only: add_green_strain
-  use scree_inertia, only: add_inertia
-  use scree_interpolation, only: kinematics_t
+  use scree_inertia, only: add_inertia, mass_matrix
+  use scree_interpolation, only: kinematics_of, kinematics_t
   use scree_kinds, only: dp
   use scree_material, only: push_elasticity_forward
   use scree_point_load, only: add_point_loads, point_load_t
@@ -13,7 +13,7 @@ module scree_effects
   use scree_system, only: element_unknowns, state_t, system_t
   implicit none
   private
-  public :: add_element_effects, effects_t, element_elasticity, element_share_t, symmetric_equations
+  public :: add_element_effects, effects_t, element_share_t, share_of, symmetric_equations
 
   integer, parameter :: n = element_unknowns
 
@@ -26,8 +26,7 @@ module scree_effects
     integer :: transport = 0                       !! `transport_field` or `transport_rates` of the scene
     type(gravity_t), allocatable :: gravity
     type(point_load_t), allocatable :: point_load
-    type(fixed_spring_t), allocatable :: fixed_spring
-    logical :: fixed_exactly = .false.             !! fixed points are eliminated
+    type(fixed_point_t), allocatable :: fixed_point
   end type effects_t
 
   !> What stays the same for one element through the iterations of a step.
@@ -35,22 +34,32 @@ module scree_effects
     type(kinematics_t) :: kinematics
     real(dp) :: mass_matrix(n, n) = 0.0_dp         !! consistent, mass/length
     real(dp) :: elasticity(3, 3) = 0.0_dp          !! in the present configuration, force/length^2
+    real(dp) :: mass = 0.0_dp                      !! at present, mass/length
     real(dp) :: mass_ratio = 1.0_dp                !! present mass over that at the start
   end type element_share_t
 
 contains
 
-  !> Elasticity of element `e` in its present configuration, force/length^2.
-  pure function element_elasticity(effects, system, state, e) result(D)
+  !> What element `e` keeps through the iterations of a step that begins at `state`.
+  pure function share_of(effects, system, state, e) result(share)
     type(effects_t), intent(in) :: effects
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
     integer, intent(in) :: e
-    real(dp) :: D(3, 3)
+    type(element_share_t) :: share
 
-    D = effects%elasticity(:, :, system%elements%material(e))
-    if (effects%large_deformation) D = push_elasticity_forward(state%deformation(:, e), D)
-  end function element_elasticity
+    share%kinematics = kinematics_of(system, state, e)
+    associate (F => state%deformation(:, e), D => effects%elasticity(:, :, system%elements%material(e)))
+      if (effects%mass_follows_area) share%mass_ratio = F(1)*F(4) - F(2)*F(3)
+      share%mass = share%mass_ratio*system%elements%mass(e)
+      share%mass_matrix = mass_matrix(share%kinematics, share%mass)
+      if (effects%large_deformation) then
+        share%elasticity = push_elasticity_forward(F, D)
+      else
+        share%elasticity = D
+      end if
+    end associate
+  end function share_of
 
   !> Adds every present effect to element `e`.
   pure subroutine add_element_effects(effects, system, state, e, share, unknown, rule, term)
@@ -74,8 +83,10 @@ contains
         call add_gravity(share%mass_ratio*effects%gravity%weight(e), element, term)
       if (allocated(effects%point_load)) &
         call add_point_loads(effects%point_load, e, state%point, rule%load_time, element, term)
-      if (allocated(effects%fixed_spring)) &
-        call add_fixed_springs(effects%fixed_spring, e, state%point, state%time + rule%dt, element, unknown, term)
+      if (allocated(effects%fixed_point)) then
+        if (effects%fixed_point%by_springs) &
+          call add_fixed_springs(effects%fixed_point, e, state%point, rule%end_time, element, unknown, term)
+      end if
     end associate
   end subroutine add_element_effects
 

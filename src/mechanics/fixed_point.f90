@@ -1,6 +1,8 @@
 !> Fixed points: eliminated exactly, or held by springs (Shi's df12).
 module scree_fixed_point
+  use scree_constraints, only: add_constraint, constraints_t
   use scree_element_term, only: add_force, term_t
+  use scree_errors, only: error_t
   use scree_interpolation, only: displacement_matrix, kinematics_t
   use scree_kinds, only: dp
   use scree_point_load, only: value_at
@@ -8,22 +10,23 @@ module scree_fixed_point
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_fixed_springs, fixed_spring_t, prescribed_displacement, spring_energy
+  public :: add_fixed_springs, constrain_fixed_points, fixed_point_t, moved_supports, spring_energy, work_of_springs
 
-  !> Called for when points are fixed by springs.
-  type :: fixed_spring_t
-    integer, allocatable :: first(:)    !! (n_elements+1) element e carries springs first(e):first(e+1)-1
-    integer, allocatable :: point(:)    !! (n_springs) point of the system
-    real(dp), allocatable :: home(:, :) !! (2, n_springs) where it is held at the start, length
-    type(time_table_t), allocatable :: table(:) !! (n_springs) displacement of the home; without times: none
-    real(dp) :: stiffness = 0.0_dp      !! force/length per unit thickness
-  end type fixed_spring_t
+  !> Called for when the scene has fixed points.
+  type :: fixed_point_t
+    logical :: by_springs = .false.     !! else the equations lose the unknowns
+    real(dp) :: stiffness = 0.0_dp      !! of a spring, force/length per unit thickness
+    integer, allocatable :: first(:)    !! (n_elements+1) element e carries first(e):first(e+1)-1
+    integer, allocatable :: point(:)    !! (n) point of the system
+    real(dp), allocatable :: home(:, :) !! (2, n) where it is held at the start, length
+    type(time_table_t), allocatable :: table(:) !! (n) displacement of the home; without times: none
+  end type fixed_point_t
 
 contains
 
   !> Adds p T^T T and the forces p T^T (home - x - T d) of every spring on element `e`.
   pure subroutine add_fixed_springs(self, e, place, time, element, unknown, term)
-    type(fixed_spring_t), intent(in) :: self
+    type(fixed_point_t), intent(in) :: self
     integer, intent(in) :: e
     real(dp), intent(in) :: place(:, :) !! (2, n_points) at the beginning of the step, length
     real(dp), intent(in) :: time        !! at the end of the step
@@ -35,34 +38,90 @@ contains
 
     do i = self%first(e), self%first(e + 1) - 1
       T = displacement_matrix(element, place(:, self%point(i)))
-      pull = self%home(:, i) + prescribed_displacement(self%table(i), time) - place(:, self%point(i)) - matmul(T, unknown)
+      pull = way_home(self, i, place, time) - matmul(T, unknown)
       term%matrix = term%matrix + self%stiffness*matmul(transpose(T), T)
       call add_force(term, self%stiffness*matmul(pull, T), self%stiffness*matmul(matmul(abs(T), abs(unknown)), abs(T)))
     end do
   end subroutine add_fixed_springs
 
+  !> Adds T(x) d = home - x of every fixed point on element `e`, so that it never drifts.
+  !>
+  !> Errors: points that prescribe what the block cannot do.
+  pure subroutine constrain_fixed_points(self, e, place, time, element, unknown_number, constraints, error)
+    type(fixed_point_t), intent(in) :: self
+    integer, intent(in) :: e
+    real(dp), intent(in) :: place(:, :) !! (2, n_points) at the beginning of the step, length
+    real(dp), intent(in) :: time        !! at the end of the step
+    type(kinematics_t), intent(in) :: element
+    integer, intent(in) :: unknown_number(element_unknowns)
+    type(constraints_t), intent(inout) :: constraints
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: T(2, element_unknowns), way(2)
+    integer :: axis, i
+
+    do i = self%first(e), self%first(e + 1) - 1
+      T = displacement_matrix(element, place(:, self%point(i)))
+      way = way_home(self, i, place, time)
+      do axis = 1, 2
+        call add_constraint(constraints, unknown_number, T(axis, :), element%span, way(axis), error)
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine constrain_fixed_points
+
   !> Energy of all springs, force per unit thickness times length.
   pure real(dp) function spring_energy(self, place, time)
-    type(fixed_spring_t), intent(in) :: self
+    type(fixed_point_t), intent(in) :: self
     real(dp), intent(in) :: place(:, :) !! (2, n_points), length
     real(dp), intent(in) :: time
     integer :: i
 
     spring_energy = 0.0_dp
     do i = 1, size(self%point)
-      spring_energy = spring_energy + 0.5_dp*self%stiffness &
-                      *sum((self%home(:, i) + prescribed_displacement(self%table(i), time) - place(:, self%point(i)))**2)
+      spring_energy = spring_energy + 0.5_dp*self%stiffness*sum(way_home(self, i, place, time)**2)
     end do
   end function spring_energy
 
-  !> Displacement since the start that a table prescribes; none without times.
-  pure function prescribed_displacement(table, time) result(displacement)
-    type(time_table_t), intent(in) :: table
-    real(dp), intent(in) :: time
-    real(dp) :: displacement(2)
+  !> From where fixed point `i` is to where it should be.
+  pure function way_home(self, i, place, time) result(way)
+    type(fixed_point_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(dp), intent(in) :: place(:, :), time
+    real(dp) :: way(2)
 
-    displacement = 0.0_dp
-    if (allocated(table%time)) displacement = value_at(table, time) - value_at(table, 0.0_dp)
-  end function prescribed_displacement
+    way = self%home(:, i) - place(:, self%point(i))
+    if (allocated(self%table(i)%time)) way = way + value_at(self%table(i), time) - value_at(self%table(i), 0.0_dp)
+  end function way_home
+
+  !> Whether a fixed point is moved by its table.
+  pure logical function moved_supports(self)
+    type(fixed_point_t), intent(in) :: self
+    integer :: i
+
+    moved_supports = .false.
+    do i = 1, size(self%table)
+      moved_supports = moved_supports .or. allocated(self%table(i)%time)
+    end do
+  end function moved_supports
+
+  !> Work in a step of the moving homes of the springs on element `e`, with the forces at its end.
+  pure real(dp) function work_of_springs(self, e, place, time, dt, element, unknown) result(work)
+    type(fixed_point_t), intent(in) :: self
+    integer, intent(in) :: e
+    real(dp), intent(in) :: place(:, :) !! (2, n_points) at the beginning of the step, length
+    real(dp), intent(in) :: time, dt    !! beginning and size of the step
+    type(kinematics_t), intent(in) :: element
+    real(dp), intent(in) :: unknown(element_unknowns) !! of the step
+    real(dp) :: before(2), after(2)
+    integer :: i
+
+    work = 0.0_dp
+    do i = self%first(e), self%first(e + 1) - 1
+      before = way_home(self, i, place, time)
+      after = way_home(self, i, place, time + dt)
+      work = work + self%stiffness*dot_product(after - before, &
+        after - matmul(displacement_matrix(element, place(:, self%point(i))), unknown))
+    end do
+  end function work_of_springs
 
 end module scree_fixed_point

@@ -15,7 +15,7 @@ module scree_interpolation
   use scree_system, only: element_unknowns, state_t, system_t
   implicit none
   private
-  public :: carry_rates, displacement_matrix, kinematics_t, kinematics_of, rigid_velocity
+  public :: carried_rates, displacement_matrix, kinematics_t, kinematics_of, rigid_velocity
 
   integer, parameter :: n = element_unknowns
 
@@ -124,23 +124,24 @@ contains
     end if
   end function rigid_velocity
 
-  !> Carries rates of the unknowns (velocity or acceleration) of one element over to the new configuration.
+  !> Rates of the unknowns (velocity or acceleration) of one element in the new configuration.
   !>
   !> The rates of covers are vectors at points and carry over as they are. Those of a DDA block are re-based on the
   !> moved centroid: the vector field stays, so its gradient becomes L F^-1; or the six numbers stay, as in Shi's
   !> programs, where a turning block then never feels the centrifugal stress.
-  pure subroutine carry_rates(model, transport, F, rates)
+  pure function carried_rates(model, transport, F, rates) result(carried)
     integer, intent(in) :: model, transport
     real(dp), intent(in) :: F(4)           !! of the step: xx, yx, xy, yy
-    real(dp), intent(inout) :: rates(n)
-    real(dp) :: old(4), new(4), det
+    real(dp), intent(in) :: rates(n)
+    real(dp) :: carried(n), old(4), new(4), det
 
+    carried = rates
     if (model /= model_dda .or. transport == transport_rates) return
     old = [rates(4), rates(3) + 0.5_dp*rates(6), -rates(3) + 0.5_dp*rates(6), rates(5)]
     det = F(1)*F(4) - F(2)*F(3)
     new(1:2) = (old(1:2)*F(4) - old(3:4)*F(2))/det
     new(3:4) = (old(3:4)*F(1) - old(1:2)*F(3))/det
-    rates(3:) = [0.5_dp*(new(2) - new(3)), new(1), new(4), new(2) + new(3)]
-  end subroutine carry_rates
+    carried(3:) = [0.5_dp*(new(2) - new(3)), new(1), new(4), new(2) + new(3)]
+  end function carried_rates
 
 end module scree_interpolation

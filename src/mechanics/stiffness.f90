@@ -6,7 +6,7 @@ module scree_stiffness
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_small_strain, small_strain
+  public :: add_small_strain, small_strain, small_strain_operator
 
 contains
 
@@ -18,6 +18,16 @@ contains
     strain = [theta(1), theta(4), theta(2) + theta(3)]
   end function small_strain
 
+  !> B0 G of an element: strain per unknown.
+  pure function small_strain_operator(element) result(B)
+    type(kinematics_t), intent(in) :: element
+    real(dp) :: B(3, element_unknowns)
+
+    B(1, :) = element%gradient(1, :)
+    B(2, :) = element%gradient(4, :)
+    B(3, :) = element%gradient(2, :) + element%gradient(3, :)
+  end function small_strain_operator
+
   !> Adds A G^T B0^T D B0 G to the matrix and the forces of the stress sigma0 + D B0 G d.
   pure subroutine add_small_strain(element, D, stress, unknown, rule, term)
     type(kinematics_t), intent(in) :: element
@@ -28,9 +38,7 @@ contains
     type(term_t), intent(inout) :: term
     real(dp) :: B(3, element_unknowns), DB(3, element_unknowns), theta(4)
 
-    B(1, :) = element%gradient(1, :)
-    B(2, :) = element%gradient(4, :)
-    B(3, :) = element%gradient(2, :) + element%gradient(3, :)
+    B = small_strain_operator(element)
     DB = element%area*rule%stress_weight*matmul(D, B)
     theta = matmul(element%gradient, unknown)
     term%matrix = term%matrix + matmul(transpose(B), DB)

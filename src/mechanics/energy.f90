@@ -1,0 +1,129 @@
+!> The books of energy and momentum, per unit thickness.
+module scree_energy
+  use scree_effects, only: add_element_effects, effects_t, element_share_t
+  use scree_fixed_point, only: moved_supports, spring_energy, work_of_springs
+  use scree_gravity, only: gravity_energy
+  use scree_inertia, only: kinetic_energy, momentum
+  use scree_interpolation, only: displacement_matrix
+  use scree_kinds, only: dp
+  use scree_point_load, only: value_at
+  use scree_element_term, only: step_rule_t, term_t
+  use scree_system, only: state_t, system_t
+  implicit none
+  private
+  public :: books_t, close_books, work_of_loads, work_of_supports
+
+  !> Energy at one time, and momentum about the origin of the decks.
+  type :: books_t
+    real(dp) :: kinetic = 0.0_dp       !! force length per unit thickness, as all energies
+    real(dp) :: strain = 0.0_dp        !! of the present stress
+    real(dp) :: gravity = 0.0_dp       !! weight times height above y = 0
+    real(dp) :: fixed_springs = 0.0_dp !! of springs that hold fixed points
+    real(dp) :: momentum(3) = 0.0_dp   !! x, y: mass/time; angular: mass length/time
+  end type books_t
+
+contains
+
+  !> Sums energy and momentum over the elements as they stand.
+  pure function close_books(system, effects, share, state) result(books)
+    type(system_t), intent(in) :: system
+    type(effects_t), intent(in) :: effects
+    type(element_share_t), intent(in) :: share(:) !! (n_elements) of `state`
+    type(state_t), intent(in) :: state
+    type(books_t) :: books
+    real(dp) :: p(3)
+    integer :: e
+
+    do e = 1, system%n_elements
+      associate (velocity => state%velocity(system%elements%unknown(:, e)), element => share(e)%kinematics)
+        books%kinetic = books%kinetic + kinetic_energy(share(e)%mass_matrix, velocity)
+        books%strain = books%strain + element%area*strain_energy(share(e)%elasticity, state%stress(:, e))
+        if (allocated(effects%gravity)) books%gravity = books%gravity &
+          + share(e)%mass_ratio*(gravity_energy(effects%gravity%weight(e), element) &
+                                 + effects%gravity%weight(e)*system%origin(2))
+        p = momentum(element, share(e)%mass, velocity)
+        p(3) = p(3) + system%origin(1)*p(2) - system%origin(2)*p(1)
+        books%momentum = books%momentum + p
+      end associate
+    end do
+    if (allocated(effects%fixed_point)) then
+      if (effects%fixed_point%by_springs) &
+        books%fixed_springs = spring_energy(effects%fixed_point, state%point, state%time)
+    end if
+  end function close_books
+
+  !> Energy of a stress in a unit of area, sigma D^-1 sigma / 2.
+  pure real(dp) function strain_energy(D, stress)
+    real(dp), intent(in) :: D(3, 3)   !! symmetric, force/length^2
+    real(dp), intent(in) :: stress(3) !! force/length^2
+    real(dp) :: cofactor(3, 3)
+
+    cofactor(:, 1) = cross(D(:, 2), D(:, 3))
+    cofactor(:, 2) = cross(D(:, 3), D(:, 1))
+    cofactor(:, 3) = cross(D(:, 1), D(:, 2))
+    strain_energy = 0.5_dp*dot_product(stress, matmul(cofactor, stress))/dot_product(D(:, 1), cofactor(:, 1))
+
+  contains
+
+    pure function cross(a, b)
+      real(dp), intent(in) :: a(3), b(3)
+      real(dp) :: cross(3)
+
+      cross = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+    end function cross
+
+  end function strain_energy
+
+  !> Work of the point loads in a step.
+  pure real(dp) function work_of_loads(system, effects, share, state, rule, d)
+    type(system_t), intent(in) :: system
+    type(effects_t), intent(in) :: effects
+    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(state_t), intent(in) :: state            !! at the beginning of the step
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
+    integer :: e, i
+
+    work_of_loads = 0.0_dp
+    if (.not. allocated(effects%point_load)) return
+    associate (loads => effects%point_load)
+      do e = 1, system%n_elements
+        do i = loads%first(e), loads%first(e + 1) - 1
+          work_of_loads = work_of_loads + dot_product(value_at(loads%table(i), rule%load_time), &
+            matmul(displacement_matrix(share(e)%kinematics, state%point(:, loads%point(i))), &
+                   d(system%elements%unknown(:, e))))
+        end do
+      end do
+    end associate
+  end function work_of_loads
+
+  !> Work that moving supports do in a step.
+  !>
+  !> An exact support has no force of its own; what the other forces lack at the solution is its reaction.
+  pure real(dp) function work_of_supports(system, effects, share, state, rule, d)
+    type(system_t), intent(in) :: system
+    type(effects_t), intent(in) :: effects
+    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(state_t), intent(in) :: state            !! at the beginning of the step
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
+    type(term_t) :: term
+    integer :: e
+
+    work_of_supports = 0.0_dp
+    if (.not. allocated(effects%fixed_point)) return
+    if (.not. moved_supports(effects%fixed_point)) return
+    do e = 1, system%n_elements
+      associate (unknown => d(system%elements%unknown(:, e)))
+        if (effects%fixed_point%by_springs) then
+          work_of_supports = work_of_supports + work_of_springs(effects%fixed_point, e, state%point, state%time, rule%dt, &
+                                                                share(e)%kinematics, unknown)
+        else
+          call add_element_effects(effects, system, state, e, share(e), unknown, rule, term)
+          work_of_supports = work_of_supports - dot_product(term%force, unknown)
+        end if
+      end associate
+    end do
+  end function work_of_supports
+
+end module scree_energy

@@ -1,0 +1,132 @@
+!> The iteration of a step: corrections d <- d + K^-1 (forces out of balance) until the deformation settles.
+!>
+!> K is the secant operator of Zhang et al. 2019 or the tangent. Written as a correction, the secant has the iterates
+!> of the paper (K_s d = f) without its round-off floor of eps E dt^2 / (rho l^2). With small strain the first
+!> correction is the solution.
+module scree_deformation_iteration
+  use scree_effects, only: add_element_effects, effects_t, element_share_t, symmetric_equations
+  use scree_element_term, only: step_rule_t, term_t
+  use scree_equations, only: add_equations, begin_equations, equations_t, members, out_of_balance, solve_equations
+  use scree_errors, only: error_t
+  use scree_kinds, only: dp
+  use scree_scene, only: iterate_hybrid, iterate_newton, settings_t, test_residual
+  use scree_system, only: state_t, system_t
+  implicit none
+  private
+  public :: iteration_report_t, settle_deformation
+
+  !> The hybrid method turns from secant to tangent when theta changes by less in an iteration.
+  real(dp), parameter :: near_solution = 0.05_dp
+  !> A residual below this share of what cancelled in it is round-off, whatever the tolerance.
+  real(dp), parameter :: round_off = 50*epsilon(1.0_dp)
+  !> An area that changes by more than this factor in a step is no iterate worth going on with.
+  real(dp), parameter :: largest_area_change = 5.0_dp
+
+  !> What a step took.
+  type :: iteration_report_t
+    logical :: settled = .false.
+    integer :: iterations = 0              !! of the slowest group
+    integer :: solves = 0                  !! of all groups
+    character(len=:), allocatable :: why   !! it did not settle
+  end type iteration_report_t
+
+contains
+
+  !> Iterates every group of elements that share unknowns, each until it has settled.
+  subroutine settle_deformation(system, effects, settings, state, share, step_rule, equations, d, report)
+    type(system_t), intent(in) :: system
+    type(effects_t), intent(in) :: effects
+    type(settings_t), intent(in) :: settings
+    type(state_t), intent(in) :: state             !! at the beginning of the step
+    type(element_share_t), intent(in) :: share(:)  !! (n_elements)
+    type(step_rule_t), intent(in) :: step_rule
+    type(equations_t), intent(inout) :: equations
+    real(dp), intent(inout) :: d(:)                !! (n_unknowns) prediction, then solution
+    type(iteration_report_t), intent(inout) :: report
+    integer :: group
+
+    do group = 1, equations%n_groups
+      call settle_group(group)
+      if (.not. report%settled) return
+    end do
+
+  contains
+
+    !> Iterates one group.
+    subroutine settle_group(group)
+      integer, intent(in) :: group
+      type(step_rule_t) :: rule
+      type(term_t) :: term
+      type(error_t), allocatable :: error
+      real(dp) :: balance(2), change
+      integer :: e, i, k
+      integer, allocatable :: member(:)
+
+      rule = step_rule
+      rule%tangent = settings%iterate == iterate_newton
+      member = members(equations, group)
+      report%settled = .false.
+      do i = 1, settings%most_iterations
+        call begin_equations(equations, group)
+        do k = 1, size(member)
+          e = member(k)
+          call add_element_effects(effects, system, state, e, share(e), d(system%elements%unknown(:, e)), rule, term)
+          call add_equations(equations, group, k, share(e)%kinematics%span, term)
+        end do
+        if (settings%test == test_residual .and. effects%large_deformation) then
+          balance = out_of_balance(equations, group)
+          report%settled = balance(1) <= settings%tolerance .or. balance(2) <= round_off
+          if (report%settled) exit
+        end if
+
+        call solve_equations(equations, group, symmetric_equations(effects, rule), d, error)
+        report%solves = report%solves + 1
+        report%iterations = max(report%iterations, i)
+        if (allocated(error)) then
+          report%why = error%message
+          return
+        end if
+        if (.not. possible(member)) then
+          report%why = 'the iteration ran away (an area changed by more than a factor of 5)'
+          return
+        end if
+        change = largest_change(member)
+        report%settled = .not. effects%large_deformation &
+                         .or. (settings%test /= test_residual .and. change < settings%tolerance)
+        if (report%settled) exit
+        if (settings%iterate == iterate_hybrid) rule%tangent = change < near_solution
+      end do
+      if (.not. report%settled) report%why = 'the deformation did not settle'
+    end subroutine settle_group
+
+    !> Largest change of a component of theta in the last correction.
+    real(dp) function largest_change(member)
+      integer, intent(in) :: member(:)
+      integer :: k
+
+      largest_change = 0.0_dp
+      do k = 1, size(member)
+        associate (ids => system%elements%unknown(:, member(k)))
+          largest_change = max(largest_change, &
+                               maxval(abs(matmul(share(member(k))%kinematics%gradient, equations%correction(ids)))))
+        end associate
+      end do
+    end function largest_change
+
+    !> Whether every element of the group has kept a finite area.
+    logical function possible(member)
+      integer, intent(in) :: member(:)
+      real(dp) :: theta(4), ratio
+      integer :: k
+
+      possible = .true.
+      do k = 1, size(member)
+        theta = matmul(share(member(k))%kinematics%gradient, d(system%elements%unknown(:, member(k))))
+        ratio = (1 + theta(1))*(1 + theta(4)) - theta(2)*theta(3)
+        possible = possible .and. ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp ! false for NaN
+      end do
+    end function possible
+
+  end subroutine settle_deformation
+
+end module scree_deformation_iteration

@@ -1,0 +1,104 @@
+!> One accepted step: large deformation outside (Zhang et al. 2019, Fig. 9).
+module scree_time_stepper
+  use scree_constraints, only: clear_constraints, complete_unknowns, constraints_t
+  use scree_deformation_iteration, only: iteration_report_t, settle_deformation
+  use scree_effects, only: effects_t, element_share_t, share_of
+  use scree_element_term, only: step_rule_t
+  use scree_energy, only: work_of_loads, work_of_supports
+  use scree_equations, only: constrain_equations, equations_t
+  use scree_errors, only: error_t, fail, status_run_failed
+  use scree_fixed_point, only: constrain_fixed_points
+  use scree_integrator, only: step_rule_for
+  use scree_kinds, only: dp
+  use scree_scene, only: settings_t
+  use scree_system, only: state_t, system_t
+  use scree_update, only: update_state
+  implicit none
+  private
+  public :: advance, constraints_of_step, step_report_t
+
+  real(dp), parameter :: cut = 0.35_dp !! of a step that did not settle (Shi, Zhang et al. 2019)
+
+  !> What a step took.
+  type :: step_report_t
+    real(dp) :: dt = 0.0_dp           !! time
+    integer :: iterations = 0         !! of the accepted try
+    integer :: solves = 0             !! of all tries
+    integer :: rejected = 0           !! tries
+    real(dp) :: work = 0.0_dp         !! of loads and moving supports, force length per unit thickness
+    character(len=:), allocatable :: why !! the last try was rejected
+  end type step_report_t
+
+contains
+
+  !> Takes `state` to the end of one step of size `dt`, or a smaller one where that does not settle.
+  !>
+  !> A rejected try has changed nothing but its own unknowns.
+  !> Errors: the step falls below its least size; fixed points contradict each other.
+  subroutine advance(system, effects, settings, dt, equations, share, state, report, error)
+    type(system_t), intent(in) :: system
+    type(effects_t), intent(in) :: effects
+    type(settings_t), intent(in) :: settings
+    real(dp), intent(in) :: dt                       !! size to try, time
+    type(equations_t), intent(inout) :: equations
+    type(element_share_t), intent(inout) :: share(:) !! (n_elements) of `state`, at the beginning and at the end
+    type(state_t), intent(inout) :: state
+    type(step_report_t), intent(out) :: report
+    type(error_t), allocatable, intent(out) :: error
+    type(iteration_report_t) :: try
+    type(constraints_t) :: constraints
+    type(step_rule_t) :: rule
+    real(dp) :: d(system%n_unknowns)
+    integer :: e
+
+    report%dt = dt
+    do
+      rule = step_rule_for(settings, state%step, state%time, report%dt)
+      call constraints_of_step(system, effects, share, state, state%time + report%dt, constraints, error)
+      if (allocated(error)) return
+      call constrain_equations(equations, constraints)
+      d = report%dt*state%velocity
+      call complete_unknowns(constraints, d, homogeneous=.false.)
+      try = iteration_report_t()
+      call settle_deformation(system, effects, settings, state, share, rule, equations, d, try)
+      report%solves = report%solves + try%solves
+      if (try%settled) exit
+      report%rejected = report%rejected + 1
+      report%why = try%why
+      report%dt = cut*report%dt
+      if (report%dt < settings%least_step) then
+        call fail(error, status_run_failed, try%why//', and the step size fell below its least value')
+        return
+      end if
+    end do
+    report%iterations = try%iterations
+    report%work = work_of_loads(system, effects, share, state, rule, d) &
+                  + work_of_supports(system, effects, share, state, rule, d)
+    call update_state(system, effects, share, rule, d, state)
+    do e = 1, system%n_elements
+      share(e) = share_of(effects, system, state, e)
+    end do
+  end subroutine advance
+
+  !> Exact fixed points as constraints on the unknowns of a step that ends at `time`.
+  pure subroutine constraints_of_step(system, effects, share, state, time, constraints, error)
+    type(system_t), intent(in) :: system
+    type(effects_t), intent(in) :: effects
+    type(element_share_t), intent(in) :: share(:)
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: time
+    type(constraints_t), intent(out) :: constraints
+    type(error_t), allocatable, intent(out) :: error
+    integer :: e
+
+    call clear_constraints(constraints, system%n_unknowns)
+    if (.not. allocated(effects%fixed_point)) return
+    if (effects%fixed_point%by_springs) return
+    do e = 1, system%n_elements
+      call constrain_fixed_points(effects%fixed_point, e, state%point, time, share(e)%kinematics, &
+                                  system%elements%unknown(:, e), constraints, error)
+      if (allocated(error)) return
+    end do
+  end subroutine constraints_of_step
+
+end module scree_time_stepper

@@ -1,0 +1,101 @@
+!> What an accepted step changes: places, stress, deformation, rotation and the rates (Shi's df25, df26).
+module scree_update
+  use scree_effects, only: effects_t, element_share_t
+  use scree_element_term, only: step_rule_t
+  use scree_integrator, only: end_rates
+  use scree_interpolation, only: carried_rates, displacement_matrix, kinematics_t
+  use scree_green_strain, only: green_strain
+  use scree_kinds, only: dp
+  use scree_material, only: push_stress_forward
+  use scree_regions, only: first_vertex_of, last_vertex_of
+  use scree_stiffness, only: small_strain
+  use scree_system, only: state_t, system_t
+  implicit none
+  private
+  public :: update_state
+
+contains
+
+  !> Moves `state` to the end of the step with unknowns `d`.
+  pure subroutine update_state(system, effects, share, rule, d, state)
+    type(system_t), intent(in) :: system
+    type(effects_t), intent(in) :: effects
+    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
+    type(state_t), intent(inout) :: state
+    real(dp) :: theta(4), F(4), mean(4, system%n_blocks)
+    integer :: e, i
+
+    call end_rates(rule, d, state%velocity, state%acceleration)
+    mean = 0.0_dp
+    do e = 1, system%n_elements
+      associate (ids => system%elements%unknown(:, e), element => share(e)%kinematics, shape => system%elements%shape, &
+                 block => system%elements%block(e))
+        theta = matmul(element%gradient, d(ids))
+        F = deformation_gradient(theta)
+        call update_stress(effects%large_deformation, share(e), theta, state%stress(:, e))
+        call move(element, d(ids), state%vertex(:, first_vertex_of(shape, e):last_vertex_of(shape, e)))
+        state%deformation(:, e) = matrix_product(F, state%deformation(:, e))
+        state%velocity(ids) = carried_rates(system%model, effects%transport, F, state%velocity(ids))
+        state%acceleration(ids) = carried_rates(system%model, effects%transport, F, state%acceleration(ids))
+        mean(:, block) = mean(:, block) + element%area*F
+      end associate
+    end do
+    do i = 1, size(system%points%element)
+      e = system%points%element(i)
+      call move(share(e)%kinematics, d(system%elements%unknown(:, e)), state%point(:, i:i))
+    end do
+    if (size(state%cover, 2) > 0) state%cover = state%cover + reshape(d, shape(state%cover)) ! a DDA block has no nodes
+    do i = 1, system%n_blocks
+      state%rotation(i) = state%rotation(i) + atan2(mean(2, i) - mean(3, i), mean(1, i) + mean(4, i))
+    end do
+    state%velocity = effects%carried*state%velocity
+    state%acceleration = effects%carried*state%acceleration
+    state%time = state%time + rule%dt
+    state%step = state%step + 1
+  end subroutine update_state
+
+  !> F = I + theta: xx, yx, xy, yy.
+  pure function deformation_gradient(theta) result(F)
+    real(dp), intent(in) :: theta(4) !! u_X, v_X, u_Y, v_Y
+    real(dp) :: F(4)
+
+    F = theta + [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
+  end function deformation_gradient
+
+  !> Adds the stress of the step: small strain adds components, Green strain pushes S forward with the step's F.
+  pure subroutine update_stress(large_deformation, share, theta, stress)
+    logical, intent(in) :: large_deformation
+    type(element_share_t), intent(in) :: share
+    real(dp), intent(in) :: theta(4)
+    real(dp), intent(inout) :: stress(3)
+
+    if (large_deformation) then
+      stress = push_stress_forward(deformation_gradient(theta), stress + matmul(share%elasticity, green_strain(theta)))
+    else
+      stress = stress + matmul(share%elasticity, small_strain(theta))
+    end if
+  end subroutine update_stress
+
+  !> Moves places of an element by T d.
+  pure subroutine move(element, unknown, place)
+    type(kinematics_t), intent(in) :: element
+    real(dp), intent(in) :: unknown(:)
+    real(dp), intent(inout) :: place(:, :) !! (2, n), length
+    integer :: k
+
+    do k = 1, size(place, 2)
+      place(:, k) = place(:, k) + matmul(displacement_matrix(element, place(:, k)), unknown)
+    end do
+  end subroutine move
+
+  !> A B of 2 x 2 matrices in columns.
+  pure function matrix_product(A, B) result(C)
+    real(dp), intent(in) :: A(4), B(4)
+    real(dp) :: C(4)
+
+    C = [A(1)*B(1) + A(3)*B(2), A(2)*B(1) + A(4)*B(2), A(1)*B(3) + A(3)*B(4), A(2)*B(3) + A(4)*B(4)]
+  end function matrix_product
+
+end module scree_update
