@@ -6,8 +6,8 @@ module scree_scene
   use scree_kinds, only: dp
   implicit none
   private
-  public :: angular_unit, block_material_t, effect_t, joint_material_t, line_t, point_t, polygons_t, scene_t, &
-            settings_t, time_table_t
+  public :: block_material_t, effect_t, joint_material_t, line_t, point_t, polygons_t, scene_t, settings_t, &
+            time_table_t, word_t
 
   !> Interpolation: one cover a block (Shi's DDA), or three weighted covers an element (Shi's NMM).
   integer, parameter, public :: model_dda = 1, model_nmm = 2
@@ -27,8 +27,6 @@ module scree_scene
   integer, parameter, public :: test_theta = 1, test_residual = 2
   !> Fixed points: eliminated exactly, or held by springs (Shi's df12).
   integer, parameter, public :: fixed_exact = 1, fixed_penalty = 2
-
-  real(dp), parameter :: angular_unit = acos(-1.0_dp)/180 !! rad in a degree
 
   !> A line of a geometry deck.
   type :: line_t
@@ -94,13 +92,19 @@ module scree_scene
     real(dp) :: end_time = 0.0_dp           !! time
     integer :: iterate = iterate_hybrid
     integer :: test = test_theta
-    real(dp) :: tolerance = 1e-10_dp        !! of the chosen test
+    real(dp) :: tolerance = 1e-12_dp        !! of the chosen test
     integer :: most_iterations = 25
     integer :: fixed = fixed_exact
     real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness
     integer :: frame_every = 1              !! steps from frame to frame; 0 where frame_interval counts
     real(dp) :: frame_interval = 0.0_dp     !! time from frame to frame; 0 where frame_every counts
   end type settings_t
+
+  !> One name of the named groups with its value, after defaults.
+  type :: word_t
+    character(len=:), allocatable :: value      !! as text; not allocated: no value
+    character(len=:), allocatable :: from       !! where it comes from: the deck's name and line, --set, or default
+  end type word_t
 
   !> An effect that the scene calls for, and why.
   type :: effect_t
@@ -112,12 +116,14 @@ module scree_scene
   type :: scene_t
     character(len=:), allocatable :: geometry_name, geometry_text !! geometry deck or block file as read
     character(len=:), allocatable :: analysis_name, analysis_text !! analysis deck as read
-    real(dp) :: carried = 1.0_dp            !! share of the velocity that a step hands on; 0 static, 1 dynamic (Shi: k01)
+    real(dp) :: carried = 1.0_dp            !! share of velocity that a step hands on; 0 static, 1 dynamic (Shi: k01)
     integer :: n_steps = 0                  !! number of steps of the classic deck (Shi: n5)
     real(dp) :: displacement_ratio = 0.0_dp !! largest displacement of a step over half the model size (Shi: g2)
     real(dp) :: contact_stiffness = 0.0_dp  !! 0: the program chooses (Shi: g0), force/length per unit thickness
     real(dp) :: least_distance = 0.0_dp     !! edge to node, over half the model size (Shi: e0)
+    real(dp) :: step_size = 0.0_dp          !! of the classic deck (Shi: g1), time
     type(settings_t) :: settings
+    type(word_t), allocatable :: words(:)   !! what the settings were read from, in the order of the table of settings
     type(block_material_t), allocatable :: block_material(:)
     type(joint_material_t), allocatable :: joint_material(:)
     type(line_t), allocatable :: lines(:)          !! joints and boundary; empty where blocks are given
@@ -128,7 +134,6 @@ module scree_scene
     type(point_t), allocatable :: fixed_points(:)  !! given by a block file
     type(time_table_t), allocatable :: fixed_table(:) !! a fixed point each; without times: fixed for ever
     type(time_table_t), allocatable :: load_table(:)  !! a load point each; without times: no load
-    type(effect_t), allocatable :: effects(:)      !! decided once, before the first step
   end type scene_t
 
 end module scree_scene

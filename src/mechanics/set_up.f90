@@ -1,27 +1,17 @@
 !> From a scene and its blocks to the system, the state at time 0 and the effects that the scene calls for.
 module scree_set_up
+  use scree_block_input, only: blocks_t
   use scree_cover_input, only: cover_blocks
   use scree_effects, only: effects_t
   use scree_interpolation, only: kinematics_of, kinematics_t, rigid_velocity
   use scree_kinds, only: dp
   use scree_material, only: elasticity
-  use scree_regions, only: regions_t
   use scree_scene, only: effect_t, fixed_exact, mass_follows_area, model_nmm, scene_t, scheme_energy_momentum, &
                          strain_green, time_table_t, transport_rates
   use scree_system, only: fixed_point, load_point, measured_point, state_t, system_t
   implicit none
   private
-  public :: blocks_t, set_up
-
-  !> What the geometry made of a scene, in the coordinates of its decks.
-  type :: blocks_t
-    type(regions_t) :: shape
-    real(dp), allocatable :: vertex(:, :)      !! (2, n_vertices), length
-    integer, allocatable :: material(:)        !! (n_blocks)
-    integer, allocatable :: point_kind(:)      !! (n_points) fixed, load, measured: in this order
-    real(dp), allocatable :: point(:, :)       !! (2, n_points), length
-    integer, allocatable :: point_block(:)     !! (n_points) block that carries it
-  end type blocks_t
+  public :: set_up
 
 contains
 

@@ -1,0 +1,412 @@
+!> A deck as text: its numbers one after the other, then its named groups; each with the line it stands in.
+!>
+!> Numbers are separated by blanks, commas and line ends; line ends mean nothing more, as in Shi's programs. Text from
+!> `!` or `#` to the end of a line is a comment. The groups begin at the first word that begins with `&`.
+module scree_deck_text
+  use, intrinsic :: iso_fortran_env, only: iostat_end
+  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_kinds, only: dp, i8
+  implicit none
+  private
+  public :: count_numbers, deck_t, expect, expect_end, in_quotes, next_count, next_index, next_real, next_reals, &
+            number_text, &
+            numbers_left, read_deck, read_text, real_text, word_is_real, word_is_whole
+
+  !> Words that are numbers, in their order, and where the groups begin.
+  type :: deck_t
+    character(len=:), allocatable :: name  !! of the file
+    character(len=:), allocatable :: text  !! all of it, line ends as LF
+    integer :: n_words = 0                 !! words before the groups
+    integer, allocatable :: first(:)       !! (n_words) position in the text
+    integer, allocatable :: last(:)        !! (n_words)
+    integer, allocatable :: line(:)        !! (n_words) line in the file
+    integer :: at = 0                      !! words read
+    integer :: groups_from = 0             !! position of the first `&`, past the end where there is none
+    integer :: groups_line = 0             !! and its line
+    integer :: n_lines = 0                 !! of the file
+  end type deck_t
+
+  character(len=1), parameter :: lf = achar(10), cr = achar(13), tab = achar(9)
+  character(len=*), parameter :: digits = '0123456789'
+  integer, parameter :: longest_file = 1000000000 !! bytes
+
+contains
+
+  !> Reads a file and finds its words. Errors: it cannot be read, or is not text.
+  subroutine read_deck(name, deck, error)
+    character(len=*), intent(in) :: name
+    type(deck_t), intent(out) :: deck
+    type(error_t), allocatable, intent(out) :: error
+
+    deck%name = name
+    call read_text(name, deck%text, error)
+    if (allocated(error)) return
+    call find_words(deck)
+  end subroutine read_deck
+
+  !> The whole of a text file, with line ends as LF. Errors: it cannot be read, or holds bytes that are no text.
+  subroutine read_text(name, text, error)
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable, intent(out) :: text
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: raw
+    character(len=200) :: reason
+    integer(i8) :: length
+    integer :: i, line, n, status, unit
+    logical :: there
+
+    inquire (file=name//'/.', exist=there)
+    if (there) then
+      call fail(error, status_bad_input, name//': expected a deck, found a directory')
+      return
+    end if
+    inquire (file=name, exist=there)
+    if (.not. there) then
+      call fail(error, status_bad_input, name//': expected a deck, found no such file')
+      return
+    end if
+    open (newunit=unit, file=name, access='stream', form='unformatted', action='read', status='old', &
+          iostat=status, iomsg=reason)
+    if (status /= 0) then
+      call fail(error, status_bad_input, name//': expected a deck that can be read, found: '//trim(reason))
+      return
+    end if
+    inquire (unit=unit, size=length)
+    if (length < 0 .or. length > longest_file) then
+      call fail(error, status_bad_input, name//': expected a deck of at most 1e9 bytes, found something else')
+      close (unit)
+      return
+    end if
+    allocate (character(len=int(length)) :: raw)
+    read (unit, iostat=status, iomsg=reason) raw
+    close (unit)
+    if (status /= 0 .and. .not. (status == iostat_end .and. length == 0)) then
+      call fail(error, status_bad_input, name//': expected a deck that can be read, found: '//trim(reason))
+      return
+    end if
+
+    allocate (character(len=len(raw)) :: text)
+    n = 0
+    line = 1
+    do i = 1, len(raw)
+      if (raw(i:i) == cr) then
+        if (i < len(raw)) then
+          if (raw(i + 1:i + 1) == lf) cycle
+        end if
+        n = n + 1
+        text(n:n) = lf
+      else if (iachar(raw(i:i)) < 32 .and. raw(i:i) /= lf .and. raw(i:i) /= tab .or. iachar(raw(i:i)) == 127) then
+        call fail(error, status_bad_input, name//':'//number_text(line)//': expected text, found the byte '// &
+                  number_text(iachar(raw(i:i))))
+        return
+      else
+        n = n + 1
+        text(n:n) = raw(i:i)
+      end if
+      if (text(n:n) == lf) line = line + 1
+    end do
+    text = text(:n)
+  end subroutine read_text
+
+  !> Finds the words before the groups.
+  pure subroutine find_words(deck)
+    type(deck_t), intent(inout) :: deck
+    integer :: i, pass
+    logical :: in_word, in_comment
+    character(len=1) :: c
+
+    do pass = 1, 2 ! count, then keep
+      if (pass == 2) allocate (deck%first(deck%n_words), deck%last(deck%n_words), deck%line(deck%n_words))
+      deck%n_words = 0
+      deck%n_lines = 1
+      deck%groups_from = len(deck%text) + 1
+      in_word = .false.
+      in_comment = .false.
+      do i = 1, len(deck%text)
+        c = deck%text(i:i)
+        if (c == lf) then
+          in_comment = .false.
+          in_word = .false.
+          deck%n_lines = deck%n_lines + 1
+        else if (in_comment) then
+          cycle
+        else if (c == '!' .or. c == '#') then
+          in_comment = .true.
+          in_word = .false.
+        else if (is_gap(c)) then
+          in_word = .false.
+        else if (.not. in_word) then
+          if (c == '&') then
+            deck%groups_from = i
+            deck%groups_line = deck%n_lines
+            exit
+          end if
+          in_word = .true.
+          deck%n_words = deck%n_words + 1
+          if (pass == 2) then
+            deck%first(deck%n_words) = i
+            deck%line(deck%n_words) = deck%n_lines
+          end if
+        end if
+        if (in_word .and. pass == 2) deck%last(deck%n_words) = i
+      end do
+    end do
+  end subroutine find_words
+
+  !> Whether a character separates words.
+  pure logical function is_gap(c)
+    character(len=1), intent(in) :: c
+
+    is_gap = c == ' ' .or. c == tab .or. c == ','
+  end function is_gap
+
+  !> Words before the groups.
+  pure integer function count_numbers(deck)
+    type(deck_t), intent(in) :: deck
+
+    count_numbers = deck%n_words
+  end function count_numbers
+
+  !> Words not yet read.
+  pure integer function numbers_left(deck)
+    type(deck_t), intent(in) :: deck
+
+    numbers_left = deck%n_words - deck%at
+  end function numbers_left
+
+  !> Next number as a real.
+  !>
+  !> Errors: the numbers have ended, this is none, it is not finite, or it is outside [least, most] or not above.
+  subroutine next_real(deck, what, value, error, least, above, most, below)
+    type(deck_t), intent(inout) :: deck
+    character(len=*), intent(in) :: what   !! it is, for the error
+    real(dp), intent(out) :: value
+    type(error_t), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: least, above, most, below
+    character(len=:), allocatable :: range
+
+    value = 0.0_dp
+    call need_word(deck, what, error)
+    if (allocated(error)) return
+    deck%at = deck%at + 1
+    associate (word => deck%text(deck%first(deck%at):deck%last(deck%at)))
+      if (.not. word_is_real(word)) then
+        call expect(deck, 'a number for '//what, in_quotes(word), error)
+        return
+      end if
+      read (word, *) value
+      range = ''
+      if (present(least)) then
+        if (value < least) range = 'at least '//real_text(least)
+      end if
+      if (present(above)) then
+        if (value <= above) range = 'above '//real_text(above)
+      end if
+      if (present(most)) then
+        if (value > most) range = 'at most '//real_text(most)
+      end if
+      if (present(below)) then
+        if (value >= below) range = 'below '//real_text(below)
+      end if
+      if (len(range) > 0) call expect(deck, what//' '//range, in_quotes(word), error)
+    end associate
+  end subroutine next_real
+
+  !> Next numbers as reals.
+  subroutine next_reals(deck, what, value, error)
+    type(deck_t), intent(inout) :: deck
+    character(len=*), intent(in) :: what
+    real(dp), intent(out) :: value(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(value)
+      call next_real(deck, what, value(i), error)
+      if (allocated(error)) return
+    end do
+  end subroutine next_reals
+
+  !> Next number as a count of things that follow, each `each` numbers: refused where the deck cannot hold them.
+  subroutine next_count(deck, what, each, value, error, least)
+    type(deck_t), intent(inout) :: deck
+    character(len=*), intent(in) :: what
+    integer, intent(in) :: each
+    integer, intent(out) :: value
+    type(error_t), allocatable, intent(out) :: error
+    integer, intent(in), optional :: least !! 0 where absent
+
+    call next_index(deck, what, value, error, least)
+    if (allocated(error)) return
+    if (int(value, i8)*each > numbers_left(deck)) &
+      call expect(deck, 'at most '//number_text(numbers_left(deck))//' numbers for '//what// &
+                  ', as the deck holds no more', &
+                  number_text(value)//' times '//number_text(each), error)
+  end subroutine next_count
+
+  !> Next number as a whole number.
+  subroutine next_index(deck, what, value, error, least, most)
+    type(deck_t), intent(inout) :: deck
+    character(len=*), intent(in) :: what
+    integer, intent(out) :: value
+    type(error_t), allocatable, intent(out) :: error
+    integer, intent(in), optional :: least !! 0 where absent
+    integer, intent(in), optional :: most
+    integer :: lowest
+
+    value = 0
+    call need_word(deck, what, error)
+    if (allocated(error)) return
+    lowest = 0
+    if (present(least)) lowest = least
+    deck%at = deck%at + 1
+    associate (word => deck%text(deck%first(deck%at):deck%last(deck%at)))
+      if (.not. word_is_whole(word)) then
+        call expect(deck, 'a whole number of at most nine digits for '//what, in_quotes(word), error)
+        return
+      end if
+      read (word, *) value
+      if (value < lowest) then
+        call expect(deck, what//' at least '//number_text(lowest), in_quotes(word), error)
+      else if (present(most)) then
+        if (value > most) call expect(deck, what//' at most '//number_text(most), in_quotes(word), error)
+      end if
+    end associate
+  end subroutine next_index
+
+  !> Error where the numbers have ended.
+  subroutine need_word(deck, what, error)
+    type(deck_t), intent(in) :: deck
+    character(len=*), intent(in) :: what
+    type(error_t), allocatable, intent(out) :: error
+
+    if (deck%at < deck%n_words) return
+    call fail(error, status_bad_input, deck%name//':'// &
+              number_text(merge(deck%groups_line, deck%n_lines, deck%groups_line > 0))//': expected '//what// &
+              ', found the end of the numbers')
+  end subroutine need_word
+
+  !> Error at the word read last: file, line, expected, found.
+  pure subroutine expect(deck, expected, found, error)
+    type(deck_t), intent(in) :: deck
+    character(len=*), intent(in) :: expected, found
+    type(error_t), allocatable, intent(out) :: error
+
+    call fail(error, status_bad_input, deck%name//':'// &
+              number_text(deck%line(max(deck%at, 1)))//': expected '//expected//', found '//found)
+  end subroutine expect
+
+  !> Error where numbers are left over.
+  pure subroutine expect_end(deck, error)
+    type(deck_t), intent(inout) :: deck
+    type(error_t), allocatable, intent(out) :: error
+
+    if (deck%at == deck%n_words) return
+    deck%at = deck%at + 1
+    call expect(deck, 'the end of the numbers', in_quotes(deck%text(deck%first(deck%at):deck%last(deck%at))), error)
+  end subroutine expect_end
+
+  !> Whether a word is a number that a real can hold: digits, point, exponent with e or d.
+  pure logical function word_is_real(word)
+    character(len=*), intent(in) :: word
+    integer :: exponent, i, mantissa_end, n_digits, point
+
+    word_is_real = .false.
+    if (len(word) == 0) return
+    i = 1
+    if (scan(word(1:1), '+-') > 0) i = 2
+    mantissa_end = scan(word, 'eEdD') - 1
+    exponent = 0
+    if (mantissa_end < 0) then
+      mantissa_end = len(word)
+    else
+      if (.not. word_is_whole(word(mantissa_end + 2:))) return
+      read (word(mantissa_end + 2:), *) exponent
+    end if
+    if (verify(word(i:mantissa_end), digits//'.') > 0) return
+    point = index(word(i:mantissa_end), '.')
+    if (point /= index(word(i:mantissa_end), '.', back=.true.)) return
+    n_digits = mantissa_end - i + 1 - merge(1, 0, point > 0)
+    if (n_digits == 0) return
+    if (point > 0) n_digits = point - 1 ! before the point
+    word_is_real = exponent + n_digits <= 300 .and. exponent >= -300
+  end function word_is_real
+
+  !> Whether a word is a whole number of at most nine digits.
+  pure logical function word_is_whole(word)
+    character(len=*), intent(in) :: word
+    integer :: i
+
+    i = 1
+    if (len(word) > 0) then
+      if (scan(word(1:1), '+-') > 0) i = 2
+    end if
+    word_is_whole = len(word) >= i .and. len(word) < i + 9 .and. verify(word(i:), digits) == 0
+  end function word_is_whole
+
+  !> A word in quotes, shortened.
+  pure function in_quotes(word)
+    character(len=*), intent(in) :: word
+    character(len=:), allocatable :: in_quotes
+    integer, parameter :: most = 40
+
+    if (len(word) > most) then
+      in_quotes = "'"//word(:most)//"...'"
+    else
+      in_quotes = "'"//word//"'"
+    end if
+  end function in_quotes
+
+  !> A whole number as text.
+  pure function number_text(i)
+    integer, intent(in) :: i
+    character(len=:), allocatable :: number_text
+    character(len=12) :: buffer
+
+    write (buffer, '(i0)') i
+    number_text = trim(buffer)
+  end function number_text
+
+  !> The shortest text that reads back as the same real, in the manner of people.
+  pure function real_text(x)
+    real(dp), intent(in) :: x
+    character(len=:), allocatable :: real_text
+    character(len=32) :: buffer, mantissa
+    character(len=8) :: form
+    integer :: at, places
+    real(dp) :: back
+
+    do places = 0, 16
+      write (form, '(a,i0,a)') '(es26.', max(places, 1), ')'
+      write (buffer, form) x
+      read (buffer, *) back
+      if (.not. abs(back - x) > 0.0_dp) exit
+    end do
+    buffer = adjustl(buffer)
+    at = index(buffer, 'E')
+    mantissa = buffer(:at - 1)
+    read (buffer(at + 1:), *) places
+    if (abs(places) < 5) then
+      write (buffer, '(f0.16)') x
+      read (buffer, *) back
+      if (.not. abs(back - x) > 0.0_dp) then
+        real_text = without_zeros(trim(buffer))
+        if (real_text(1:1) == '.') real_text = '0'//real_text
+        if (index(real_text, '-.') == 1) real_text = '-0'//real_text(2:)
+        return
+      end if
+    end if
+    real_text = without_zeros(trim(mantissa))//'e'//number_text(places)
+  end function real_text
+
+  !> A decimal without trailing zeros.
+  pure function without_zeros(text)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: without_zeros
+    integer :: last
+
+    last = verify(text, '0', back=.true.)
+    if (text(last:last) == '.') last = last - 1
+    without_zeros = text(:last)
+  end function without_zeros
+
+end module scree_deck_text

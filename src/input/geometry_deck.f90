@@ -1,0 +1,103 @@
+!> Shi's geometry deck (the input of his dc): lines, and points on the blocks they enclose.
+!>
+!> Layout, number by number, in doc/decks.md. Source: Shi's dc as read by the public derivative ntdda.
+module scree_geometry_deck
+  use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals, number_text
+  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_kinds, only: dp
+  use scree_scene, only: line_t, point_t, scene_t
+  implicit none
+  private
+  public :: read_geometry_deck
+
+contains
+
+  !> Reads a geometry deck into the scene. Errors: what is not as the layout says, with its line.
+  subroutine read_geometry_deck(deck, scene, error)
+    type(deck_t), intent(inout) :: deck
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    integer :: n_boundary, n_bolts, n_fixed, n_holes, n_lines, n_loads, n_material, n_measured
+
+    call next_real(deck, 'the least distance of edge and node (e0)', scene%least_distance, error, &
+                   least=0.0_dp, below=1.0_dp)
+    if (allocated(error)) return
+    call next_count(deck, 'lines', 5, n_lines, error, least=1)
+    if (allocated(error)) return
+    call next_index(deck, 'the number of boundary lines', n_boundary, error, most=n_lines)
+    if (allocated(error)) return
+    call next_count(deck, 'material lines', 5, n_material, error)
+    if (allocated(error)) return
+    call next_index(deck, 'the number of bolts', n_bolts, error)
+    if (allocated(error)) return
+    if (n_bolts > 0) then
+      call expect(deck, '0 bolts, as bolts are not simulated', number_text(n_bolts), error)
+      return
+    end if
+    call next_count(deck, 'fixed lines', 4, n_fixed, error)
+    if (allocated(error)) return
+    call next_count(deck, 'load points', 2, n_loads, error)
+    if (allocated(error)) return
+    call next_count(deck, 'measured points', 2, n_measured, error)
+    if (allocated(error)) return
+    call next_count(deck, 'hole points', 2, n_holes, error)
+    if (allocated(error)) return
+    call read_lines(deck, 'line', .true., n_lines, scene%lines, error)
+    if (allocated(error)) return
+    call read_lines(deck, 'material line', .true., n_material, scene%material_lines, error)
+    if (allocated(error)) return
+    call read_lines(deck, 'fixed line', .false., n_fixed, scene%fixed_lines, error)
+    if (allocated(error)) return
+    call read_points(deck, 'load point', n_loads, scene%load_points, error)
+    if (allocated(error)) return
+    call read_points(deck, 'measured point', n_measured, scene%measured_points, error)
+    if (allocated(error)) return
+    call read_points(deck, 'hole point', n_holes, scene%hole_points, error)
+    if (allocated(error)) return
+    call expect_end(deck, error)
+    if (allocated(error)) return
+    if (deck%groups_line > 0) call fail(error, status_bad_input, deck%name//':'//number_text(deck%groups_line)// &
+                                        ': expected no groups in a geometry deck, found ''&''')
+  end subroutine read_geometry_deck
+
+  !> Reads x1 y1 x2 y2 and, where the lines have one, a material.
+  subroutine read_lines(deck, what, has_material, n, lines, error)
+    type(deck_t), intent(inout) :: deck
+    character(len=*), intent(in) :: what
+    logical, intent(in) :: has_material
+    integer, intent(in) :: n
+    type(line_t), allocatable, intent(out) :: lines(:)
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: number(4)
+    integer :: i
+
+    allocate (lines(n))
+    do i = 1, n
+      call next_reals(deck, 'the ends x1 y1 x2 y2 of '//what//' '//number_text(i), number, error)
+      if (allocated(error)) return
+      lines(i)%ends = reshape(number, [2, 2])
+      lines(i)%deck_line = deck%line(deck%at)
+      if (.not. has_material) cycle
+      call next_index(deck, 'the material of '//what//' '//number_text(i), lines(i)%material, error, least=1)
+      if (allocated(error)) return
+    end do
+  end subroutine read_lines
+
+  !> Reads x y.
+  subroutine read_points(deck, what, n, points, error)
+    type(deck_t), intent(inout) :: deck
+    character(len=*), intent(in) :: what
+    integer, intent(in) :: n
+    type(point_t), allocatable, intent(out) :: points(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    allocate (points(n))
+    do i = 1, n
+      call next_reals(deck, 'x y of '//what//' '//number_text(i), points(i)%place, error)
+      if (allocated(error)) return
+      points(i)%deck_line = deck%line(deck%at)
+    end do
+  end subroutine read_points
+
+end module scree_geometry_deck

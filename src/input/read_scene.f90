@@ -1,0 +1,209 @@
+!> Decks to a complete scene and its blocks.
+module scree_read_scene
+  use scree_analysis_deck, only: read_analysis_deck
+  use scree_block_file, only: read_block_file
+  use scree_block_input, only: blocks_t, make_blocks
+  use scree_deck_text, only: deck_t, number_text, read_deck
+  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_geometry_deck, only: read_geometry_deck
+  use scree_kinds, only: dp
+  use scree_scene, only: scene_t, word_t
+  use scree_settings, only: complete_settings, place_of, read_groups, set_word
+  use scree_system, only: fixed_point, load_point
+  implicit none
+  private
+  public :: option_t, read_scene
+
+  !> One GROUP.NAME=VALUE of the command line.
+  type :: option_t
+    character(len=:), allocatable :: text
+  end type option_t
+
+contains
+
+  !> Reads a scene from the names of its decks: STEM (STEM.ana, and STEM.geo where the deck names no geometry),
+  !> ANALYSIS, or GEOMETRY ANALYSIS.
+  !>
+  !> Errors: `status_bad_input` with file, line, expected and found.
+  subroutine read_scene(geometry, analysis, options, scene, blocks, error)
+    character(len=*), intent(in) :: geometry     !! '': named by the analysis deck, or STEM.geo
+    character(len=*), intent(in) :: analysis     !! deck or STEM
+    type(option_t), intent(in) :: options(:)
+    type(scene_t), intent(out) :: scene
+    type(blocks_t), intent(out) :: blocks
+    type(error_t), allocatable, intent(out) :: error
+    type(deck_t) :: deck
+    integer :: i
+
+    scene%analysis_name = with_ending(analysis, '.ana')
+    call read_deck(scene%analysis_name, deck, error)
+    if (allocated(error)) return
+    scene%analysis_text = deck%text
+    call read_groups(deck, scene%words, error)
+    if (allocated(error)) return
+    do i = 1, size(options)
+      call set_word(options(i)%text, scene%words, error)
+      if (allocated(error)) return
+    end do
+
+    call name_geometry(geometry, scene, error)
+    if (allocated(error)) return
+    call read_geometry(scene, error)
+    if (allocated(error)) return
+    call make_blocks(scene, blocks, error)
+    if (allocated(error)) return
+
+    call read_analysis_deck(deck, dialect(scene%words), count(blocks%point_kind == fixed_point), &
+                            count(blocks%point_kind == load_point), scene, error)
+    if (allocated(error)) return
+    call check_materials(scene, blocks, error)
+    if (allocated(error)) return
+    call complete_settings(scene, error)
+    if (allocated(error)) return
+    call take_forces(scene, error)
+  end subroutine read_scene
+
+  !> The name itself where such a file is there or it has an ending, else with the ending.
+  function with_ending(name, ending)
+    character(len=*), intent(in) :: name, ending
+    character(len=:), allocatable :: with_ending
+    logical :: there
+
+    with_ending = name
+    if (index(name(index(name, '/', back=.true.) + 1:), '.', back=.true.) > 1) return
+    inquire (file=name//ending, exist=there)
+    if (there) with_ending = name//ending
+  end function with_ending
+
+  !> Dialect that the deck or the command line says.
+  function dialect(words)
+    type(word_t), intent(in) :: words(:)
+    character(len=:), allocatable :: dialect
+
+    dialect = 'auto'
+    associate (word => words(place_of('deck', 'dialect')))
+      if (allocated(word%value)) dialect = word%value
+    end associate
+  end function dialect
+
+  !> Finds the geometry: on the command line, named by the deck, or beside it with the same stem.
+  subroutine name_geometry(geometry, scene, error)
+    character(len=*), intent(in) :: geometry
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    integer :: dot, slash
+    logical :: there
+
+    slash = index(scene%analysis_name, '/', back=.true.)
+    associate (word => scene%words(place_of('deck', 'geometry')))
+      if (len(geometry) > 0) then
+        scene%geometry_name = geometry
+      else if (allocated(word%value)) then
+        scene%geometry_name = word%value
+        if (word%value(1:1) /= '/') scene%geometry_name = scene%analysis_name(:slash)//word%value
+      else
+        dot = index(scene%analysis_name, '.', back=.true.)
+        if (dot <= slash + 1) dot = len(scene%analysis_name) + 1
+        scene%geometry_name = scene%analysis_name(:dot - 1)//'.geo'
+        inquire (file=scene%geometry_name, exist=there)
+        if (.not. there) call fail(error, status_bad_input, scene%analysis_name//':1: expected the name of a geometry '// &
+                                   '(&deck geometry=''...'' / or a first argument) or '//scene%geometry_name//', found neither')
+      end if
+    end associate
+  end subroutine name_geometry
+
+  !> Reads the geometry, a block file where its name says so.
+  subroutine read_geometry(scene, error)
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    type(deck_t) :: deck
+
+    call read_deck(scene%geometry_name, deck, error)
+    if (allocated(error)) return
+    scene%geometry_text = deck%text
+    if (is_block_file(scene%geometry_name)) then
+      call read_block_file(deck, scene, error)
+    else
+      call read_geometry_deck(deck, scene, error)
+    end if
+  end subroutine read_geometry
+
+  !> Whether a name is that of a block file.
+  pure logical function is_block_file(name)
+    character(len=*), intent(in) :: name
+    integer :: n
+
+    n = len(name)
+    is_block_file = name(max(1, n - 3):) == '.blk' .or. name(max(1, n - 4):) == '.blck' .or. &
+                    name(index(name, '/', back=.true.) + 1:) == 'block.in'
+  end function is_block_file
+
+  !> Error where the geometry uses a material that the analysis deck does not have.
+  subroutine check_materials(scene, blocks, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, line
+
+    if (maxval(blocks%material) > size(scene%block_material)) then
+      line = 1
+      if (allocated(scene%blocks)) then
+        line = scene%blocks%deck_line(maxloc(scene%blocks%material, 1))
+      else
+        do i = 1, size(scene%material_lines)
+          if (scene%material_lines(i)%material > size(scene%block_material)) line = scene%material_lines(i)%deck_line
+        end do
+      end if
+      call fail(error, status_bad_input, scene%geometry_name//':'//number_text(line)//': expected a block material up to '// &
+                number_text(size(scene%block_material))//', found '//number_text(maxval(blocks%material)))
+      return
+    end if
+    if (.not. allocated(scene%lines) .or. size(scene%joint_material) == 0) return
+    do i = 1, size(scene%lines)
+      if (scene%lines(i)%material <= size(scene%joint_material)) cycle
+      call fail(error, status_bad_input, scene%geometry_name//':'//number_text(scene%lines(i)%deck_line)// &
+                ': expected a joint material up to '//number_text(size(scene%joint_material))//', found '// &
+                number_text(scene%lines(i)%material))
+      return
+    end do
+  end subroutine check_materials
+
+  !> Constant forces of the load points from &loads.
+  subroutine take_forces(scene, error)
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    real(dp), allocatable :: force(:, :)
+    integer :: i, status
+
+    associate (word => scene%words(place_of('loads', 'force')))
+      if (.not. allocated(word%value)) return
+      allocate (force(2, size(scene%load_table)))
+      if (count_words(word%value) /= size(force)) then
+        call fail(error, status_bad_input, word%from//': expected '//number_text(size(force))// &
+                  ' numbers for loads.force (two for each load point), found '//number_text(count_words(word%value)))
+        return
+      end if
+      read (word%value, *, iostat=status) force
+      do i = 1, size(scene%load_table)
+        if (allocated(scene%load_table(i)%time)) then
+          call fail(error, status_bad_input, word%from//': expected loads.force only without tables of load points, found both')
+          return
+        end if
+        scene%load_table(i)%time = [0.0_dp]
+        scene%load_table(i)%value = force(:, i:i)
+      end do
+    end associate
+  end subroutine take_forces
+
+  !> Words between single blanks.
+  pure integer function count_words(text)
+    character(len=*), intent(in) :: text
+    integer :: i
+
+    count_words = 1
+    do i = 1, len(text)
+      if (text(i:i) == ' ') count_words = count_words + 1
+    end do
+  end function count_words
+
+end module scree_read_scene

@@ -1,0 +1,613 @@
+!> The named groups. One table says all that is known of a name; reader, errors, `explain` and the manual follow it.
+module scree_settings
+  use scree_deck_text, only: deck_t, in_quotes, number_text, real_text, word_is_real, word_is_whole
+  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_kinds, only: dp
+  use scree_scene, only: &
+    fixed_exact, fixed_penalty, iterate_hybrid, iterate_newton, iterate_secant, mass_constant, mass_follows_area, &
+    model_dda, model_nmm, plane_strain, plane_stress, scene_t, scheme_energy_momentum, scheme_newmark, &
+    start_acceleration, start_consistent, start_dissipative, start_zero, strain_green, strain_small, test_residual, test_theta, &
+    transport_field, transport_rates, word_t
+  implicit none
+  private
+  public :: complete_settings, place_of, read_groups, set_word, setting_t, settings_table
+
+  integer, parameter, public :: kind_text = 1, kind_choice = 2, kind_real = 3, kind_whole = 4, kind_reals = 5
+
+  real(dp), parameter :: boundless = huge(1.0_dp)
+
+  !> What is known of one name.
+  type :: setting_t
+    character(len=12) :: group
+    character(len=10) :: name
+    integer :: kind
+    character(len=62) :: default                   !! in words
+    character(len=88) :: meaning
+    character(len=44) :: choices = ''              !! of a choice, each between bars
+    character(len=12) :: dimension = ''            !! of a number
+    real(dp) :: least = -boundless                 !! range of a number
+    real(dp) :: most = boundless
+    logical :: open = .false.                      !! `least` itself is not allowed
+  end type setting_t
+
+  type(setting_t), parameter :: settings_table(*) = [ &
+    setting_t('deck', 'geometry', kind_text, 'the geometry on the command line', &
+              'geometry deck or block file, from the folder of the analysis deck'), &
+    setting_t('deck', 'dialect', kind_choice, 'auto', 'order of the numbers: told by their count, or said', &
+              '|auto|short|shi|'), &
+    setting_t('method', 'preset', kind_choice, 'none', 'shi: as Shi''s programs do; a name given beside it wins', &
+              '|none|shi|'), &
+    setting_t('method', 'model', kind_choice, 'dda', 'DDA blocks, or manifold elements', '|dda|nmm|'), &
+    setting_t('method', 'strain', kind_choice, 'small', 'strain of a step', '|small|green|'), &
+    setting_t('method', 'plane', kind_choice, 'stress', 'what E and nu mean in the plane', '|stress|strain|'), &
+    setting_t('method', 'mass', kind_choice, 'constant; follows_area with preset shi', &
+              'mass of a block: its own, or density times present area', '|constant|follows_area|'), &
+    setting_t('integrator', 'scheme', kind_choice, 'energy_momentum with Green strain, else newmark', &
+              'integrator', '|newmark|energy_momentum|'), &
+    setting_t('integrator', 'beta', kind_real, '1', &
+              'weight of the new acceleration in the velocity; 1/2 + chi of energy_momentum', '', '1', 0.5_dp, 1.0_dp), &
+    setting_t('integrator', 'gamma', kind_real, '1/2 without beta, else (beta + 1/2)^2/4', &
+              'weight of the new acceleration in the displacement', '', '1', 0.0_dp, open=.true.), &
+    setting_t('integrator', 'start', kind_choice, 'dissipative where beta < 1, else zero', &
+              'first step: as it comes, with beta 1, or from a consistent state', &
+              '|zero|dissipative|acceleration|consistent|'), &
+    setting_t('integrator', 'transport', kind_choice, 'field with Green strain, else rates', &
+              'velocity of a DDA block: a vector field, or Shi''s six rates', '|field|rates|'), &
+    setting_t('step', 'size', kind_real, 'g1 of the deck', 'largest step', '', 'time', 0.0_dp, open=.true.), &
+    setting_t('step', 'end_time', kind_real, 'n5 steps of the size', 'end of the run', '', 'time', 0.0_dp, open=.true.), &
+    setting_t('step', 'least', kind_real, '1e-6 of the size', 'a step that must be smaller ends the run', '', 'time', &
+              0.0_dp, open=.true.), &
+    setting_t('iteration', 'method', kind_choice, 'hybrid', &
+              'operator with Green strain: secant, tangent, or secant first and tangent near the end', &
+              '|secant|newton|hybrid|'), &
+    setting_t('iteration', 'test', kind_choice, 'theta', &
+              'what must settle: the displacement gradient, or the balance of forces', '|theta|residual|'), &
+    setting_t('iteration', 'tolerance', kind_real, '1e-12 for theta, 1e-9 for residual', &
+              'largest change of theta, or largest force out of balance over the largest force', '', '1', 0.0_dp, 1.0_dp, .true.), &
+    setting_t('iteration', 'most', kind_whole, '25', 'iterations before the step is cut', '', '1', 1.0_dp, 1e6_dp), &
+    setting_t('fixed_points', 'method', kind_choice, 'exact; penalty with preset shi', &
+              'fixed points: eliminated, or held by springs', '|exact|penalty|'), &
+    setting_t('fixed_points', 'stiffness', kind_real, '100 g0, with g0 that of the deck or 50 times the largest E', &
+              'of the springs, per unit thickness', '', 'force/length', 0.0_dp, open=.true.), &
+    setting_t('loads', 'force', kind_reals, 'none', &
+              'fx fy of each load point, constant, per unit thickness; Shi''s order has tables', '', 'force'), &
+    setting_t('output', 'every', kind_whole, 'about 100 frames', 'steps from frame to frame', '', '1', 1.0_dp, 1e9_dp), &
+    setting_t('output', 'interval', kind_real, 'none', 'time from frame to frame, met exactly; instead of every', '', 'time', &
+              0.0_dp, open=.true.)]
+
+  character(len=1), parameter :: lf = achar(10), tab = achar(9)
+  character(len=*), parameter :: name_letters = 'abcdefghijklmnopqrstuvwxyz_0123456789'
+
+contains
+
+  !> Reads the groups of a deck. Errors: an unknown group or name, twice the same, a value of the wrong kind or range.
+  subroutine read_groups(deck, words, error)
+    type(deck_t), intent(in) :: deck
+    type(word_t), allocatable, intent(out) :: words(:) !! in the order of the table
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: done, group, name, value
+    integer :: at, line, group_line
+
+    allocate (words(size(settings_table)))
+    if (deck%groups_line == 0) return
+    at = deck%groups_from
+    line = deck%groups_line
+    done = ' '
+    associate (text => deck%text)
+      do
+        call skip_gaps(text, at, line)
+        if (at > len(text)) return
+        if (text(at:at) /= '&') then
+          call wrong("'&' and the name of a group", in_quotes(rest_of_word(text, at)))
+          return
+        end if
+        at = at + 1
+        group = next_name(text, at)
+        group_line = line
+        if (all(settings_table%group /= group) .or. len(group) == 0) then
+          call wrong('one of the groups '//known_groups(), in_quotes('&'//group//rest_of_word(text, at)))
+          return
+        end if
+        if (index(done, ' '//group//' ') > 0) then
+          call wrong('each group once', 'a second &'//group)
+          return
+        end if
+        done = done//group//' '
+        do
+          call skip_gaps(text, at, line)
+          if (at > len(text)) then
+            call wrong('''/'' at the end of &'//group//' of line '//number_text(group_line), 'the end of the deck')
+            return
+          end if
+          if (text(at:at) == '/') then
+            at = at + 1
+            exit
+          end if
+          name = next_name(text, at)
+          if (len(name) == 0) then
+            call wrong('a name or ''/'' in &'//group, in_quotes(rest_of_word(text, at)))
+            return
+          end if
+          call skip_gaps(text, at, line)
+          if (at > len(text)) then
+            call wrong('''='' after '//name, 'the end of the deck')
+            return
+          end if
+          if (place_of(group, name) > 0 .and. text(at:at) /= '=') then
+            call wrong('''='' after '//name, in_quotes(rest_of_word(text, at)))
+            return
+          end if
+          at = at + 1
+          call next_value(text, at, line, value, error)
+          if (allocated(error)) then
+            error%message = here()//error%message
+            return
+          end if
+          call put_word(here(), group, name, value, deck%name//':'//number_text(line), words, error)
+          if (allocated(error)) return
+        end do
+      end do
+    end associate
+
+  contains
+
+    !> Error at the present line.
+    subroutine wrong(expected, found)
+      character(len=*), intent(in) :: expected, found
+
+      call fail(error, status_bad_input, here()//'expected '//expected//', found '//found)
+    end subroutine wrong
+
+    !> File and line.
+    function here()
+      character(len=:), allocatable :: here
+
+      here = deck%name//':'//number_text(min(line, deck%n_lines))//': '
+    end function here
+
+  end subroutine read_groups
+
+  !> Takes GROUP.NAME=VALUE of the command line, over what the deck says. Errors as of `read_groups`.
+  subroutine set_word(option, words, error)
+    character(len=*), intent(in) :: option
+    type(word_t), intent(inout) :: words(:)
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: value
+    integer :: dot, equal, i
+
+    equal = index(option, '=')
+    dot = index(option(:max(equal - 1, 0)), '.')
+    if (dot < 2 .or. equal < dot + 2 .or. equal == len(option)) then
+      call fail(error, status_bad_input, '--set: expected GROUP.NAME=VALUE, found '//in_quotes(option))
+      return
+    end if
+    i = place_of(option(:dot - 1), option(dot + 1:equal - 1))
+    if (i > 0) then
+      if (allocated(words(i)%value)) deallocate (words(i)%value)
+    end if
+    value = option(equal + 1:)
+    call put_word('--set '//option//': ', option(:dot - 1), option(dot + 1:equal - 1), value, '--set', words, error)
+  end subroutine set_word
+
+  !> Place of a name in the table, 0 where it has none.
+  pure integer function place_of(group, name)
+    character(len=*), intent(in) :: group, name
+    integer :: i
+
+    place_of = 0
+    do i = 1, size(settings_table)
+      if (settings_table(i)%group == group .and. settings_table(i)%name == name) place_of = i
+    end do
+  end function place_of
+
+  !> Checks one value against the table and keeps it.
+  subroutine put_word(where, group, name, value, from, words, error)
+    character(len=*), intent(in) :: where, group, name, value, from
+    type(word_t), intent(inout) :: words(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    i = place_of(group, name)
+    if (i == 0) then
+      if (any(settings_table%group == group)) then
+        call fail(error, status_bad_input, where//'expected one of the names '//known_names(group)//' in &'//group// &
+                  ', found '//in_quotes(name))
+      else
+        call fail(error, status_bad_input, where//'expected one of the groups '//known_groups()//', found '// &
+                  in_quotes(group))
+      end if
+    else if (allocated(words(i)%value)) then
+      call fail(error, status_bad_input, where//'expected each name once, found a second '//name//' in &'//group)
+    else
+      call check_value(where//'expected ', group//'.'//name, settings_table(i), value, error)
+      if (allocated(error)) return
+      words(i)%value = value
+      words(i)%from = from
+    end if
+  end subroutine put_word
+
+  !> Error where a value is not what the table asks for.
+  subroutine check_value(expected, full_name, setting, value, error)
+    character(len=*), intent(in) :: expected, full_name
+    type(setting_t), intent(in) :: setting
+    character(len=*), intent(in) :: value
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: x
+    integer :: from, to
+
+    select case (setting%kind)
+    case (kind_text)
+      if (len_trim(value) == 0) call wrong('a name for '//full_name)
+    case (kind_choice)
+      if (index(trim(setting%choices), '|'//value//'|') == 0 .or. len(value) == 0) &
+        call wrong('one of '//commas(setting%choices)//' for '//full_name)
+    case (kind_whole)
+      if (.not. word_is_whole(value)) then
+        call wrong('a whole number of at most nine digits for '//full_name)
+        return
+      end if
+      read (value, *) x
+      call check_range()
+    case default
+      from = 1
+      do
+        to = index(value(from:), ' ') + from - 2
+        if (to < from) to = len(value)
+        if (.not. word_is_real(value(from:to))) then
+          call wrong('a number for '//full_name)
+          return
+        end if
+        read (value(from:to), *) x
+        call check_range()
+        if (allocated(error) .or. to == len(value)) return
+        from = to + 2
+        if (setting%kind == kind_real) then
+          call wrong('one number for '//full_name)
+          return
+        end if
+      end do
+    end select
+
+  contains
+
+    subroutine wrong(what)
+      character(len=*), intent(in) :: what
+
+      call fail(error, status_bad_input, expected//what//', found '//in_quotes(value))
+    end subroutine wrong
+
+    subroutine check_range()
+      if (x < setting%least .or. (setting%open .and. x <= setting%least) .or. x > setting%most) &
+        call wrong(full_name//' '//range_text(setting))
+    end subroutine check_range
+
+  end subroutine check_value
+
+  !> A range in words.
+  pure function range_text(setting)
+    type(setting_t), intent(in) :: setting
+    character(len=:), allocatable :: range_text
+
+    if (setting%open) then
+      range_text = 'above '//real_text(setting%least)
+    else
+      range_text = 'at least '//real_text(setting%least)
+    end if
+    if (setting%most < boundless) range_text = range_text//' and at most '//real_text(setting%most)
+  end function range_text
+
+  !> Skips blanks, commas, line ends and comments.
+  pure subroutine skip_gaps(text, at, line)
+    character(len=*), intent(in) :: text
+    integer, intent(inout) :: at, line
+    logical :: comment
+
+    comment = .false.
+    do while (at <= len(text))
+      if (text(at:at) == lf) then
+        line = line + 1
+        comment = .false.
+      else if (scan(text(at:at), '!#') > 0) then
+        comment = .true.
+      else if (.not. comment .and. scan(text(at:at), ' ,'//tab) == 0) then
+        return
+      end if
+      at = at + 1
+    end do
+  end subroutine skip_gaps
+
+  !> Reads a name, in lower case.
+  function next_name(text, at) result(name)
+    character(len=*), intent(in) :: text
+    integer, intent(inout) :: at
+    character(len=:), allocatable :: name
+    character(len=1) :: c
+
+    name = ''
+    do while (at <= len(text))
+      c = text(at:at)
+      if (c >= 'A' .and. c <= 'Z') c = achar(iachar(c) + 32)
+      if (scan(c, name_letters) == 0) return
+      name = name//c
+      at = at + 1
+    end do
+  end function next_name
+
+  !> Reads a quoted text, a bare word, or numbers up to the next name.
+  subroutine next_value(text, at, line, value, error)
+    character(len=*), intent(in) :: text
+    integer, intent(inout) :: at, line
+    character(len=:), allocatable, intent(out) :: value
+    type(error_t), allocatable, intent(out) :: error
+    integer :: close, before, before_line
+    character(len=:), allocatable :: word
+
+    value = ''
+    call skip_gaps(text, at, line)
+    if (at > len(text)) return
+    if (scan(text(at:at), '''"') > 0) then
+      close = scan(text(at + 1:), text(at:at)//lf)
+      if (close > 0) then
+        if (text(at + close:at + close) == lf) close = 0
+      end if
+      if (close == 0) then
+        call fail(error, status_bad_input, 'expected a closing '//text(at:at)//' on the same line, found '// &
+                  in_quotes(rest_of_word(text, at)))
+        return
+      end if
+      value = text(at + 1:at + close - 1)
+      at = at + close + 1
+      return
+    end if
+    do ! one word, and as many numbers more as follow
+      before = at
+      before_line = line
+      call skip_gaps(text, at, line)
+      word = rest_of_word(text, at)
+      if (len(word) == 0) exit
+      if (len(value) > 0 .and. .not. word_is_real(word)) then
+        at = before
+        line = before_line
+        exit
+      end if
+      at = at + len(word)
+      if (len(value) == 0) then
+        value = word
+        if (.not. word_is_real(word)) exit
+      else
+        value = value//' '//word
+      end if
+    end do
+  end subroutine next_value
+
+  !> Text up to the next gap, comment, '=' or '/'.
+  pure function rest_of_word(text, at)
+    character(len=*), intent(in) :: text
+    integer, intent(in) :: at
+    character(len=:), allocatable :: rest_of_word
+    integer :: length
+
+    rest_of_word = ''
+    if (at > len(text)) return
+    length = scan(text(at:), ' ,!#=/'//tab//lf) - 1
+    if (length < 0) length = len(text) - at + 1
+    rest_of_word = text(at:at + length - 1)
+  end function rest_of_word
+
+  !> All groups.
+  pure function known_groups()
+    character(len=:), allocatable :: known_groups
+    integer :: i
+
+    known_groups = '&'//trim(settings_table(1)%group)
+    do i = 2, size(settings_table)
+      if (settings_table(i)%group /= settings_table(i - 1)%group) &
+        known_groups = known_groups//', &'//trim(settings_table(i)%group)
+    end do
+  end function known_groups
+
+  !> All names of a group.
+  pure function known_names(group)
+    character(len=*), intent(in) :: group
+    character(len=:), allocatable :: known_names
+    integer :: i
+
+    known_names = ''
+    do i = 1, size(settings_table)
+      if (settings_table(i)%group == group) known_names = known_names//', '//trim(settings_table(i)%name)
+    end do
+    known_names = known_names(3:)
+  end function known_names
+
+  !> '|a|b|' as 'a, b'.
+  pure function commas(choices)
+    character(len=*), intent(in) :: choices
+    character(len=:), allocatable :: commas
+    integer :: i
+
+    commas = ''
+    do i = 2, len_trim(choices) - 1
+      if (choices(i:i) == '|') then
+        commas = commas//', '
+      else
+        commas = commas//choices(i:i)
+      end if
+    end do
+  end function commas
+
+  !> Gives every name that has no value its default, and makes the settings of the scene.
+  !>
+  !> The numbers of the classic deck must have been read. Errors: names that contradict each other.
+  subroutine complete_settings(scene, error)
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: beta, size_, end_time
+
+    associate (words => scene%words, s => scene%settings)
+      call default('deck', 'dialect', 'auto')
+      call default('method', 'preset', 'none')
+      s%shi = word('method', 'preset') == 'shi'
+      call default('method', 'model', 'dda')
+      s%model = merge(model_dda, model_nmm, word('method', 'model') == 'dda')
+      call default('method', 'strain', 'small')
+      s%strain = merge(strain_small, strain_green, word('method', 'strain') == 'small')
+      call default('method', 'plane', 'stress')
+      s%plane = merge(plane_stress, plane_strain, word('method', 'plane') == 'stress')
+      call default('method', 'mass', either('follows_area', 'constant', s%shi))
+      s%mass = merge(mass_constant, mass_follows_area, word('method', 'mass') == 'constant')
+
+      call default('integrator', 'scheme', either('energy_momentum', 'newmark', s%strain == strain_green))
+      s%scheme = merge(scheme_newmark, scheme_energy_momentum, word('integrator', 'scheme') == 'newmark')
+      if (s%scheme == scheme_energy_momentum .and. s%strain == strain_small) then
+        call contradict('integrator', 'scheme', 'strain=''green'' in &method for the energy-momentum form', &
+                        'small strain')
+        return
+      end if
+      if (s%scheme == scheme_energy_momentum .and. has('integrator', 'gamma')) then
+        call contradict('integrator', 'gamma', 'no gamma with scheme=''energy_momentum''', 'gamma')
+        return
+      end if
+      beta = 1.0_dp
+      if (has('integrator', 'beta')) beta = number('integrator', 'beta')
+      if (s%scheme == scheme_newmark) &
+        call default('integrator', 'gamma', real_text(merge((beta + 0.5_dp)**2/4, 0.5_dp, has('integrator', 'beta'))))
+      call default('integrator', 'beta', '1')
+      s%beta = beta
+      if (s%scheme == scheme_newmark) s%gamma = number('integrator', 'gamma')
+      call default('integrator', 'start', either('dissipative', 'zero', beta < 1))
+      select case (word('integrator', 'start'))
+      case ('zero')
+        s%start = start_zero
+      case ('dissipative')
+        s%start = start_dissipative
+      case ('acceleration')
+        s%start = start_acceleration
+      case default
+        s%start = start_consistent
+      end select
+      if (s%model == model_nmm .and. has('integrator', 'transport')) then
+        if (word('integrator', 'transport') == 'rates') then
+          call contradict('integrator', 'transport', 'transport=''rates'' only with model=''dda''', 'model=''nmm''')
+          return
+        end if
+      end if
+      call default('integrator', 'transport', &
+                   either('field', 'rates', s%strain == strain_green .or. s%model == model_nmm))
+      s%transport = merge(transport_field, transport_rates, word('integrator', 'transport') == 'field')
+
+      call default('step', 'size', real_text(scene%step_size))
+      size_ = number('step', 'size')
+      call default('step', 'end_time', real_text(scene%n_steps*size_))
+      end_time = number('step', 'end_time')
+      call default('step', 'least', real_text(1e-6_dp*size_))
+      s%step_size = size_
+      s%end_time = end_time
+      s%least_step = number('step', 'least')
+      if (s%least_step > size_) then
+        call contradict('step', 'least', 'step.least at most step.size', word('step', 'least'))
+        return
+      end if
+      if (.not. end_time > 0) then
+        call fail(error, status_bad_input, scene%analysis_name// &
+                  ': expected steps (n5) or an end_time in &step, found 0 steps')
+        return
+      end if
+
+      call default('iteration', 'method', 'hybrid')
+      select case (word('iteration', 'method'))
+      case ('secant')
+        s%iterate = iterate_secant
+      case ('newton')
+        s%iterate = iterate_newton
+      case default
+        s%iterate = iterate_hybrid
+      end select
+      call default('iteration', 'test', 'theta')
+      s%test = merge(test_theta, test_residual, word('iteration', 'test') == 'theta')
+      call default('iteration', 'tolerance', either('1e-12', '1e-9', s%test == test_theta))
+      s%tolerance = number('iteration', 'tolerance')
+      call default('iteration', 'most', '25')
+      s%most_iterations = nint(number('iteration', 'most'))
+
+      call default('fixed_points', 'method', either('penalty', 'exact', s%shi))
+      s%fixed = merge(fixed_exact, fixed_penalty, word('fixed_points', 'method') == 'exact')
+      if (scene%contact_stiffness > 0) then
+        call default('fixed_points', 'stiffness', real_text(100*scene%contact_stiffness))
+      else
+        call default('fixed_points', 'stiffness', real_text(100*50*maxval(scene%block_material%young)))
+      end if
+      s%fixed_stiffness = number('fixed_points', 'stiffness')
+
+      if (has('output', 'every') .and. has('output', 'interval')) then
+        call contradict('output', 'interval', 'every or interval in &output', 'both')
+        return
+      end if
+      s%frame_every = 0
+      if (has('output', 'interval')) then
+        s%frame_interval = number('output', 'interval')
+      else
+        call default('output', 'every', number_text(max(1, ceiling(min(1e9_dp, end_time/size_*(1 - 1e-9_dp)/100)))))
+        s%frame_every = nint(number('output', 'every'))
+      end if
+    end associate
+
+  contains
+
+    !> Whether a name has a value.
+    logical function has(group, name)
+      character(len=*), intent(in) :: group, name
+
+      has = allocated(scene%words(place_of(group, name))%value)
+    end function has
+
+    !> Its value.
+    function word(group, name)
+      character(len=*), intent(in) :: group, name
+      character(len=:), allocatable :: word
+
+      word = scene%words(place_of(group, name))%value
+    end function word
+
+    !> Its value as a number.
+    real(dp) function number(group, name)
+      character(len=*), intent(in) :: group, name
+      character(len=:), allocatable :: value
+
+      value = word(group, name)
+      read (value, *) number
+    end function number
+
+    !> Gives a name its default.
+    subroutine default(group, name, value)
+      character(len=*), intent(in) :: group, name, value
+
+      if (has(group, name)) return
+      scene%words(place_of(group, name)) = word_t(value, 'default')
+    end subroutine default
+
+    !> One of two words.
+    function either(a, b, first)
+      character(len=*), intent(in) :: a, b
+      logical, intent(in) :: first
+      character(len=:), allocatable :: either
+
+      if (first) then
+        either = a
+      else
+        either = b
+      end if
+    end function either
+
+    !> Error at the place a name came from.
+    subroutine contradict(group, name, expected, found)
+      character(len=*), intent(in) :: group, name, expected, found
+      character(len=:), allocatable :: from
+
+      from = scene%words(place_of(group, name))%from
+      if (from == '--set') from = '--set '//group//'.'//name
+      call fail(error, status_bad_input, from//': expected '//expected//', found '//found)
+    end subroutine contradict
+
+  end subroutine complete_settings
+
+end module scree_settings
