@@ -1,0 +1,195 @@
+!> Says what the decks mean: every number with its name and dimension, every setting with where it came from.
+module scree_explain
+  use scree_deck_text, only: number_text, real_text
+  use scree_kinds, only: dp
+  use scree_scene, only: line_t, point_t, scene_t, time_table_t
+  use scree_settings, only: kind_choice, setting_t, settings_table
+  implicit none
+  private
+  public :: explain_scene, explain_settings
+
+contains
+
+  !> Prints the decks back.
+  subroutine explain_scene(scene, unit)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: unit
+    integer :: i
+
+    call title('geometry: '//scene%geometry_name)
+    if (allocated(scene%blocks)) then
+      call number('blocks', real(size(scene%blocks%material), dp), '1')
+      call number('vertices', real(size(scene%blocks%joint), dp), '1')
+      call points('fixed point', scene%fixed_points)
+    else
+      call number('least distance of edge and node over the size (e0)', scene%least_distance, '1')
+      call lines('line', 'joint material', scene%lines)
+      call lines('material line', 'block material', scene%material_lines)
+      call lines('fixed line', '', scene%fixed_lines)
+      call points('hole point', scene%hole_points)
+    end if
+    call points('load point', scene%load_points)
+    call points('measured point', scene%measured_points)
+
+    call title('analysis: '//scene%analysis_name)
+    call number('share of velocity handed on (k01)', scene%carried, '1')
+    call number('steps (n5)', real(scene%n_steps, dp), '1')
+    call number('largest displacement of a step over half the model size (g2)', scene%displacement_ratio, '1')
+    call number('step size (g1)', scene%step_size, 'time')
+    call number('contact stiffness (g0; 0: the program chooses)', scene%contact_stiffness, 'force/length')
+    do i = 1, size(scene%fixed_table)
+      call table('fixed point '//number_text(i), 'length', scene%fixed_table(i))
+    end do
+    do i = 1, size(scene%load_table)
+      call table('load point '//number_text(i), 'force', scene%load_table(i))
+    end do
+    do i = 1, size(scene%block_material)
+      associate (m => scene%block_material(i))
+        call title('block material '//number_text(i))
+        call number('density (ma)', m%density, 'mass/length^3')
+        call number('unit weight (we)', m%unit_weight, 'force/length^3')
+        call number('Young''s modulus (E)', m%young, 'force/length^2')
+        call number('Poisson''s ratio (nu)', m%poisson, '1')
+        call numbers('initial stress (s11 s22 s12)', m%stress, 'force/length^2')
+        call numbers('its increase with y (t11 t22 t12)', m%stress_gradient, 'force/length^3')
+        call numbers('initial velocity (vx vy)', m%velocity(1:2), 'length/time')
+        call number('initial rotation rate (vr)', m%velocity(3), 'rad/time')
+      end associate
+    end do
+    do i = 1, size(scene%joint_material)
+      associate (m => scene%joint_material(i))
+        call title('joint material '//number_text(i))
+        call number('friction angle (phi)', m%friction_angle, 'degree')
+        call number('cohesion (c)', m%cohesion, 'force/length^2')
+        call number('tensile strength (T)', m%tensile_strength, 'force/length^2')
+      end associate
+    end do
+
+    call title('settings')
+    do i = 1, size(settings_table)
+      if (.not. allocated(scene%words(i)%value)) cycle
+      write (unit, '(a)') '  '//full_name(settings_table(i))//' = '//scene%words(i)%value// &
+        dimension_text(trim(settings_table(i)%dimension))//'  ('//scene%words(i)%from//')'
+    end do
+
+  contains
+
+    subroutine title(text)
+      character(len=*), intent(in) :: text
+
+      write (unit, '(a)') text
+    end subroutine title
+
+    subroutine number(name, value, dimension)
+      character(len=*), intent(in) :: name, dimension
+      real(dp), intent(in) :: value
+
+      call numbers(name, [value], dimension)
+    end subroutine number
+
+    subroutine numbers(name, values, dimension)
+      character(len=*), intent(in) :: name, dimension
+      real(dp), intent(in) :: values(:)
+      character(len=:), allocatable :: text
+      integer :: k
+
+      text = '  '//name//':'
+      do k = 1, size(values)
+        text = text//' '//real_text(values(k))
+      end do
+      write (unit, '(a)') text//dimension_text(dimension)
+    end subroutine numbers
+
+    subroutine lines(name, material, list)
+      character(len=*), intent(in) :: name, material
+      type(line_t), intent(in) :: list(:)
+      integer :: k
+
+      do k = 1, size(list)
+        if (len(material) > 0) then
+          call numbers(name//' '//number_text(k)//' ('//material//' '//number_text(list(k)%material)//') x1 y1 x2 y2', &
+                       [list(k)%ends], 'length')
+        else
+          call numbers(name//' '//number_text(k)//' x1 y1 x2 y2', [list(k)%ends], 'length')
+        end if
+      end do
+    end subroutine lines
+
+    subroutine points(name, list)
+      character(len=*), intent(in) :: name
+      type(point_t), intent(in) :: list(:)
+      integer :: k
+
+      do k = 1, size(list)
+        call numbers(name//' '//number_text(k)//' x y', list(k)%place, 'length')
+      end do
+    end subroutine points
+
+    subroutine table(name, dimension, values)
+      character(len=*), intent(in) :: name, dimension
+      type(time_table_t), intent(in) :: values
+      integer :: k
+
+      if (.not. allocated(values%time)) return
+      do k = 1, size(values%time)
+        call numbers(name//' at time '//real_text(values%time(k))//' x y', values%value(:, k), dimension)
+      end do
+    end subroutine table
+
+  end subroutine explain_scene
+
+  !> Prints the table of all settings, as Markdown.
+  subroutine explain_settings(unit)
+    integer, intent(in) :: unit
+    integer :: i
+
+    write (unit, '(a)') '| name | values | unit | default | meaning |', '|---|---|---|---|---|'
+    do i = 1, size(settings_table)
+      associate (s => settings_table(i))
+        write (unit, '(a)') '| `'//full_name(s)//'` | '//values(s)//' | '//trim(s%dimension)//' | '//trim(s%default)//' | '// &
+          trim(s%meaning)//' |'
+      end associate
+    end do
+  end subroutine explain_settings
+
+  !> Values that a setting may have.
+  function values(setting)
+    type(setting_t), intent(in) :: setting
+    character(len=:), allocatable :: values
+    integer :: i
+
+    values = ''
+    if (setting%kind == kind_choice) then
+      do i = 2, len_trim(setting%choices) - 1
+        if (setting%choices(i:i) == '|') then
+          values = values//', '
+        else
+          values = values//setting%choices(i:i)
+        end if
+      end do
+    else if (setting%open) then
+      values = 'above '//real_text(setting%least)
+    else if (setting%least > -huge(1.0_dp)) then
+      values = 'from '//real_text(setting%least)
+    end if
+    if (setting%most < huge(1.0_dp)) values = values//' to '//real_text(setting%most)
+  end function values
+
+  !> group.name
+  function full_name(setting)
+    type(setting_t), intent(in) :: setting
+    character(len=:), allocatable :: full_name
+
+    full_name = trim(setting%group)//'.'//trim(setting%name)
+  end function full_name
+
+  !> A dimension in brackets.
+  function dimension_text(dimension)
+    character(len=*), intent(in) :: dimension
+    character(len=:), allocatable :: dimension_text
+
+    dimension_text = ''
+    if (len(dimension) > 0 .and. dimension /= '1') dimension_text = ' ['//dimension//']'
+  end function dimension_text
+
+end module scree_explain

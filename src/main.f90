@@ -1,0 +1,196 @@
+!> The program: words of the command line, exit status, nothing else.
+program scree
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use scree_block_input, only: blocks_t
+  use scree_effects, only: effects_t
+  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_explain, only: explain_scene, explain_settings
+  use scree_read_scene, only: option_t, read_scene
+  use scree_scene, only: effect_t, scene_t
+  use scree_set_up, only: set_up
+  use scree_simulation, only: simulate, version
+  use scree_system, only: state_t, system_t
+  implicit none
+
+  character(len=*), parameter :: help(*) = [character(len=100) :: &
+    'scree: blocky and jointed rock by Discontinuous Deformation Analysis and the Numerical', &
+    '       Manifold Method, with large deformation', &
+    '', &
+    'scree run     [GEOMETRY] ANALYSIS | STEM   reads the decks, simulates, writes results', &
+    'scree check   [GEOMETRY] ANALYSIS | STEM   reads and checks, names the effects, runs nothing', &
+    'scree explain [GEOMETRY] ANALYSIS | STEM   prints the decks back, each number with its meaning', &
+    'scree explain --settings                   prints the table of all settings', &
+    'scree --version | --help', &
+    '', &
+    '  -o, --output FILE         results of run; default: the stem of ANALYSIS and .h5, here', &
+    '  --set GROUP.NAME=VALUE    over what the deck says; may be repeated', &
+    '  --xdmf                    writes an XDMF side-car too', &
+    '  --quiet                   prints errors and warnings alone', &
+    '', &
+    'Exit status: 0 done, 1 the run failed, 2 bad input.']
+
+  character(len=:), allocatable :: verb, analysis, geometry, output
+  type(option_t), allocatable :: options(:)
+  logical :: quiet, with_xdmf, settings_only
+  integer :: i
+  type(error_t), allocatable :: error
+  type(scene_t) :: scene
+  type(blocks_t) :: blocks
+
+  call read_command_line(error)
+  if (.not. allocated(error)) then
+    select case (verb)
+    case ('--version')
+      write (output_unit, '(a)') 'scree '//version
+    case ('--help')
+      write (output_unit, '(a)') (trim(help(i)), i=1, size(help))
+    case default
+      if (settings_only) then
+        call explain_settings(output_unit)
+      else
+        call read_scene(geometry, analysis, options, scene, blocks, error)
+        if (.not. allocated(error)) call act()
+      end if
+    end select
+  end if
+  if (allocated(error)) then
+    write (error_unit, '(a)') 'scree: '//error%message
+    flush (error_unit)
+    call exit_with(error%status)
+  end if
+
+contains
+
+  !> Does what the verb asks with the scene.
+  subroutine act()
+    select case (verb)
+    case ('run')
+      call simulate(scene, blocks, output, with_xdmf, quiet, error)
+    case ('check')
+      if (.not. quiet) call name_effects()
+    case ('explain')
+      call explain_scene(scene, output_unit)
+    end select
+  end subroutine act
+
+  !> Prints what the scene has and calls for.
+  subroutine name_effects()
+    type(system_t) :: system
+    type(state_t) :: state
+    type(effects_t) :: effects
+    type(effect_t), allocatable :: list(:)
+    integer :: i
+
+    call set_up(scene, blocks, system, state, effects, list)
+    write (output_unit, '(3(i0,a))') system%n_blocks, ' blocks, ', system%n_elements, ' elements, ', system%n_unknowns, &
+      ' unknowns'
+    do i = 1, size(list)
+      write (output_unit, '(a)') 'effect: '//list(i)%name//' - '//list(i)%because
+    end do
+  end subroutine name_effects
+
+  !> Takes the command line apart.
+  subroutine read_command_line(error)
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: given, word
+    integer :: i
+
+    allocate (options(0))
+    quiet = .false.
+    with_xdmf = .false.
+    settings_only = .false.
+    geometry = ''
+    analysis = ''
+    output = ''
+    verb = argument(1)
+    if (verb == '-h' .or. verb == 'help') verb = '--help'
+    if (verb == '--version' .or. verb == '--help') return
+    if (all(verb /= [character(len=7) :: 'run', 'check', 'explain'])) then
+      call fail(error, status_bad_input, 'expected run, check, explain, --version or --help, found '''//verb//'''')
+      return
+    end if
+    i = 2
+    do while (i <= command_argument_count())
+      word = argument(i)
+      select case (word)
+      case ('--help', '-h')
+        verb = '--help'
+        return
+      case ('--quiet')
+        quiet = .true.
+      case ('--xdmf')
+        with_xdmf = .true.
+      case ('--settings')
+        settings_only = verb == 'explain'
+        if (.not. settings_only) then
+          call fail(error, status_bad_input, 'expected --settings with explain, found it with '//verb)
+          return
+        end if
+      case ('--set', '-o', '--output')
+        i = i + 1
+        if (i > command_argument_count()) then
+          call fail(error, status_bad_input, 'expected a word after '//word//', found the end')
+          return
+        end if
+        given = argument(i)
+        if (word == '--set') then
+          options = [options, option_t(given)]
+        else
+          output = given
+        end if
+      case default
+        if (index(word, '-') == 1) then
+          call fail(error, status_bad_input, 'expected an option of --help, found '''//word//'''')
+          return
+        else if (len(geometry) > 0) then
+          call fail(error, status_bad_input, 'expected at most a geometry and an analysis deck, found also '''//word//'''')
+          return
+        end if
+        geometry = analysis
+        analysis = word
+      end select
+      i = i + 1
+    end do
+    if (len(analysis) == 0 .and. .not. settings_only) then
+      call fail(error, status_bad_input, 'expected a deck after '//verb//', found none')
+      return
+    end if
+    if (len(output) == 0) output = stem_of(analysis)//'.h5'
+  end subroutine read_command_line
+
+  !> An argument of the command line, '' where there is none.
+  function argument(i)
+    integer, intent(in) :: i
+    character(len=:), allocatable :: argument
+    integer :: length
+
+    call get_command_argument(i, length=length)
+    allocate (character(len=length) :: argument)
+    if (length > 0) call get_command_argument(i, argument)
+  end function argument
+
+  !> File name without folder and ending.
+  function stem_of(name)
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: stem_of
+    integer :: dot
+
+    stem_of = name(index(name, '/', back=.true.) + 1:)
+    dot = index(stem_of, '.', back=.true.)
+    if (dot > 1) stem_of = stem_of(:dot - 1)
+  end function stem_of
+
+  !> Ends the program with a status (a variable stop code is not Fortran 2008).
+  subroutine exit_with(status)
+    integer, intent(in) :: status
+    interface
+      subroutine c_exit(status) bind(c, name='exit')
+        use, intrinsic :: iso_c_binding, only: c_int
+        integer(c_int), value :: status
+      end subroutine c_exit
+    end interface
+
+    call c_exit(int(status))
+  end subroutine exit_with
+
+end program scree

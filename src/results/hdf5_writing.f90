@@ -1,0 +1,272 @@
+!> The few HDF5 calls that the results need, each with its status checked.
+module scree_hdf5_writing
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_funloc, c_funptr, c_int, c_int64_t, c_loc, &
+                                         c_null_char, c_ptr
+  use hdf5
+  use scree_errors, only: error_t, fail, status_run_failed
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: append_rows, check_status, create_rows, fixed_rows, rows_t, write_text, write_whole, write_words
+
+  !> A dataset of rows that grows.
+  type :: rows_t
+    integer(hid_t) :: id = -1
+    integer, allocatable :: shape(:)          !! of a row, as Fortran counts: first index runs fastest
+    integer(hsize_t) :: n_rows = 0
+    logical :: whole = .false.                !! whole numbers
+    integer(hid_t) :: file_type = -1          !! in the file; numbers are handed over as doubles or default integers
+  end type rows_t
+
+  !> One entry of HDF5's error stack (H5E_error2_t).
+  type, bind(c) :: stack_entry_t
+    integer(c_int64_t) :: class, major, minor
+    integer(c_int) :: line
+    type(c_ptr) :: function_name, file_name, description
+  end type stack_entry_t
+
+  !> What the deepest entry of the stack says.
+  type :: reason_t
+    character(len=400) :: text = ''
+  end type reason_t
+
+  interface
+    integer(c_int) function h5ewalk2(stack, direction, callback, data) bind(c, name='H5Ewalk2')
+      import :: c_int, c_int64_t, c_funptr, c_ptr
+      integer(c_int64_t), value :: stack
+      integer(c_int), value :: direction
+      type(c_funptr), value :: callback
+      type(c_ptr), value :: data
+    end function h5ewalk2
+  end interface
+
+contains
+
+  !> Error where a call failed, with the system's own words for it.
+  subroutine check_status(status, what, error)
+    integer, intent(in) :: status
+    character(len=*), intent(in) :: what !! could not be done
+    type(error_t), allocatable, intent(out) :: error
+    type(reason_t), target :: reason
+    integer(c_int) :: walked
+    integer :: from, to
+
+    if (status >= 0) return
+    walked = h5ewalk2(0_c_int64_t, 0_c_int, c_funloc(keep_reason), c_loc(reason))
+    from = index(reason%text, "error message = '")
+    if (from > 0 .and. walked >= 0) then
+      from = from + len("error message = '")
+      to = from + index(reason%text(from:), "'") - 2
+      reason%text = reason%text(from:to)
+    end if
+    if (len_trim(reason%text) > 0) then
+      call fail(error, status_run_failed, what//': '//trim(reason%text))
+    else
+      call fail(error, status_run_failed, what)
+    end if
+  end subroutine check_status
+
+  !> Keeps the first description, which is the deepest.
+  integer(c_int) function keep_reason(n, entry, data) bind(c)
+    integer(c_int), value :: n
+    type(c_ptr), value :: entry, data
+    type(stack_entry_t), pointer :: known
+    type(reason_t), pointer :: reason
+    character(kind=c_char), pointer :: letter(:)
+    integer :: i
+
+    call c_f_pointer(data, reason)
+    keep_reason = 0
+    if (n > 0) return
+    call c_f_pointer(entry, known)
+    if (.not. c_associated(known%description)) return
+    call c_f_pointer(known%description, letter, [len(reason%text)])
+    do i = 1, len(reason%text)
+      if (letter(i) == c_null_char) exit
+      reason%text(i:i) = letter(i)
+    end do
+  end function keep_reason
+
+  !> Makes a dataset of rows that grows.
+  subroutine create_rows(file, path, shape, whole, units, description, chunk_rows, rows, error, byte)
+    integer(hid_t), intent(in) :: file
+    character(len=*), intent(in) :: path, units, description
+    integer, intent(in) :: shape(:)      !! of a row
+    logical, intent(in) :: whole
+    integer, intent(in) :: chunk_rows
+    type(rows_t), intent(out) :: rows
+    type(error_t), allocatable, intent(out) :: error
+    logical, intent(in), optional :: byte !! whole numbers in one byte
+    integer(hsize_t), dimension(size(shape) + 1) :: dims, most, chunk
+    integer(hid_t) :: links, properties, space
+    integer :: status, n
+
+    n = size(shape) + 1
+    rows%shape = shape
+    rows%whole = whole
+    rows%file_type = H5T_IEEE_F64LE
+    if (whole) rows%file_type = H5T_STD_I64LE
+    if (present(byte)) rows%file_type = H5T_STD_U8LE
+    dims(:n - 1) = int(shape, hsize_t)
+    most(:n - 1) = dims(:n - 1)
+    chunk(:n - 1) = max(1_hsize_t, dims(:n - 1))
+    dims(n) = 0
+    most(n) = H5S_UNLIMITED_F
+    chunk(n) = max(1, chunk_rows)
+    call h5screate_simple_f(n, dims, space, status, most)
+    call h5pcreate_f(H5P_DATASET_CREATE_F, properties, status)
+    call h5pset_chunk_f(properties, n, chunk, status)
+    call h5pcreate_f(H5P_LINK_CREATE_F, links, status)
+    call h5pset_create_inter_group_f(links, 1, status)
+    call h5dcreate_f(file, path, rows%file_type, space, rows%id, status, properties, links)
+    call check_status(status, 'cannot make '//path, error)
+    if (allocated(error)) return
+    if (len(units) > 0) call write_text(rows%id, 'units', units, error)
+    if (allocated(error)) return
+    if (len(description) > 0) call write_text(rows%id, 'description', description, error)
+    call h5pclose_f(links, status)
+    call h5pclose_f(properties, status)
+    call h5sclose_f(space, status)
+  end subroutine create_rows
+
+  !> Appends rows.
+  subroutine append_rows(rows, values, error)
+    type(rows_t), intent(inout) :: rows
+    real(dp), intent(in), target, contiguous :: values(:) !! whole rows, one after the other
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable, target :: numbers(:)
+    integer(hsize_t), dimension(size(rows%shape) + 1) :: dims, from, number
+    integer(hid_t) :: memory, space
+    integer :: n, status
+
+    n = size(rows%shape) + 1
+    if (size(values) == 0) return
+    number(:n - 1) = int(rows%shape, hsize_t)
+    number(n) = size(values)/max(1, product(rows%shape))
+    from = 0
+    from(n) = rows%n_rows
+    dims(:n - 1) = number(:n - 1)
+    dims(n) = rows%n_rows + number(n)
+    call h5dset_extent_f(rows%id, dims, status)
+    if (status >= 0) then
+      call h5dget_space_f(rows%id, space, status)
+      call h5sselect_hyperslab_f(space, H5S_SELECT_SET_F, from, number, status)
+      call h5screate_simple_f(n, number, memory, status)
+      if (rows%whole) then
+        numbers = nint(values)
+        call h5dwrite_f(rows%id, H5T_NATIVE_INTEGER, c_loc(numbers), status, memory, space)
+      else
+        call h5dwrite_f(rows%id, H5T_NATIVE_DOUBLE, c_loc(values), status, memory, space)
+      end if
+    end if
+    call check_status(status, 'cannot write', error)
+    if (allocated(error)) return
+    call h5sclose_f(memory, status)
+    call h5sclose_f(space, status)
+    rows%n_rows = dims(n)
+  end subroutine append_rows
+
+  !> Makes a dataset of rows, fills and closes it.
+  subroutine fixed_rows(file, path, shape, whole, units, description, values, error, byte)
+    integer(hid_t), intent(in) :: file
+    character(len=*), intent(in) :: path, units, description
+    integer, intent(in) :: shape(:)
+    logical, intent(in) :: whole
+    real(dp), intent(in) :: values(:)
+    type(error_t), allocatable, intent(out) :: error
+    logical, intent(in), optional :: byte
+    type(rows_t) :: rows
+    integer :: status
+
+    call create_rows(file, path, shape, whole, units, description, max(1, size(values)/max(1, product(shape))), rows, &
+                     error, byte)
+    if (allocated(error)) return
+    call append_rows(rows, values, error)
+    if (allocated(error)) return
+    call h5dclose_f(rows%id, status)
+  end subroutine fixed_rows
+
+  !> Writes a text attribute of an object, over one that is there.
+  subroutine write_text(object, name, text, error)
+    integer(hid_t), intent(in) :: object
+    character(len=*), intent(in) :: name, text
+    type(error_t), allocatable, intent(out) :: error
+    character(len=max(1, len(text))), target :: buffer
+    integer(hid_t) :: attribute, space, string
+    integer :: status
+    logical :: there
+
+    buffer = text
+    call h5aexists_f(object, name, there, status)
+    if (there) call h5adelete_f(object, name, status)
+    call h5tcopy_f(H5T_C_S1, string, status)
+    call h5tset_size_f(string, int(len(buffer), size_t), status)
+    call h5tset_strpad_f(string, H5T_STR_NULLPAD_F, status)
+    call h5screate_f(H5S_SCALAR_F, space, status)
+    call h5acreate_f(object, name, string, space, attribute, status)
+    if (status >= 0) call h5awrite_f(attribute, string, c_loc(buffer), status)
+    call check_status(status, 'cannot write '//name, error)
+    if (allocated(error)) return
+    call h5aclose_f(attribute, status)
+    call h5sclose_f(space, status)
+    call h5tclose_f(string, status)
+  end subroutine write_text
+
+  !> Writes a whole-number attribute, a scalar where one number is given and `list` does not ask for an array.
+  subroutine write_whole(object, name, values, error)
+    integer(hid_t), intent(in) :: object
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: values(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer, target :: buffer(size(values))
+    integer(hid_t) :: attribute, space
+    integer :: status
+    logical :: there
+
+    buffer = values
+    call h5aexists_f(object, name, there, status)
+    if (there) then
+      call h5aopen_f(object, name, attribute, status)
+    else
+      if (size(values) == 1) then
+        call h5screate_f(H5S_SCALAR_F, space, status)
+      else
+        call h5screate_simple_f(1, [size(values, kind=hsize_t)], space, status)
+      end if
+      call h5acreate_f(object, name, H5T_STD_I64LE, space, attribute, status)
+      call h5sclose_f(space, status)
+    end if
+    call h5awrite_f(attribute, H5T_NATIVE_INTEGER, c_loc(buffer), status)
+    call check_status(status, 'cannot write '//name, error)
+    if (allocated(error)) return
+    call h5aclose_f(attribute, status)
+  end subroutine write_whole
+
+  !> Writes a column of texts as one dataset.
+  subroutine write_words(file, path, words, error)
+    integer(hid_t), intent(in) :: file
+    character(len=*), intent(in) :: path
+    character(len=*), intent(in) :: words(:)
+    type(error_t), allocatable, intent(out) :: error
+    character(len=len(words)), target :: buffer(max(1, size(words)))
+    integer(hid_t) :: dataset, links, space, string
+    integer :: status
+
+    buffer(:size(words)) = words
+    call h5tcopy_f(H5T_C_S1, string, status)
+    call h5tset_size_f(string, int(max(1, len(words)), size_t), status)
+    call h5tset_strpad_f(string, H5T_STR_SPACEPAD_F, status)
+    call h5screate_simple_f(1, [size(words, kind=hsize_t)], space, status)
+    call h5pcreate_f(H5P_LINK_CREATE_F, links, status)
+    call h5pset_create_inter_group_f(links, 1, status)
+    call h5dcreate_f(file, path, string, space, dataset, status, lcpl_id=links)
+    if (status >= 0 .and. size(words) > 0) call h5dwrite_f(dataset, string, c_loc(buffer), status)
+    call check_status(status, 'cannot write '//path, error)
+    if (allocated(error)) return
+    call h5dclose_f(dataset, status)
+    call h5pclose_f(links, status)
+    call h5sclose_f(space, status)
+    call h5tclose_f(string, status)
+  end subroutine write_words
+
+end module scree_hdf5_writing

@@ -1,0 +1,441 @@
+!> The results of a run in one HDF5 file (doc/results.md): VTKHDF frames, series a step, series a frame.
+!>
+!> Knows nothing of steps or systems: numbers come in as arrays. Rows wait in memory and are written at the frames.
+!> A frame is written, flushed, and only then counted in `Steps@NSteps`, so that a run that dies leaves every counted
+!> frame readable. The default (earliest) format keeps no mark of being open, and chunks are large, so that the index
+!> of a dataset hardly ever changes.
+module scree_results_file
+  use hdf5
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
+  use scree_hdf5_writing, only: append_rows, check_status, create_rows, fixed_rows, rows_t, write_text, write_whole, &
+                                write_words
+  use scree_kinds, only: dp
+  use scree_xdmf, only: add_xdmf_frame, begin_xdmf, xdmf_t
+  implicit none
+  private
+  public :: add_frame, close_results, cost_row_t, declare_series, flush_results, layout_t, open_results, put_series, results_t, &
+            store_text, store_words
+
+  integer, parameter :: vtk_polygon = 7
+  integer, parameter :: chunk_bytes = 1048576 !! of a chunk, where as many rows are expected
+  character(len=*), parameter :: point_fields(2) = [character(len=12) :: 'displacement', 'velocity']
+  character(len=*), parameter :: cell_fields(3) = [character(len=12) :: 'stress_xx', 'stress_yy', 'stress_xy']
+
+  !> Polygons of the frames: element i owns vertices first_vertex(i):first_vertex(i+1)-1, counter-clockwise.
+  type :: layout_t
+    integer, allocatable :: first_vertex(:) !! (n_elements+1)
+    integer, allocatable :: block(:)        !! (n_elements)
+    integer, allocatable :: material(:)     !! (n_elements)
+    integer :: expected_frames = 1
+    integer :: expected_steps = 1
+  end type layout_t
+
+  !> A series and its rows that wait.
+  type :: series_t
+    type(rows_t) :: rows
+    character(len=:), allocatable :: path
+    integer :: width = 1
+    integer :: n = 0                        !! numbers that wait
+    real(dp), allocatable :: waiting(:)
+  end type series_t
+
+  !> One line of the table of costs.
+  type :: cost_row_t
+    character(len=32) :: phase
+    integer :: calls = 0
+    real(dp) :: wall = 0.0_dp               !! s
+    real(dp) :: processor = 0.0_dp          !! s
+  end type cost_row_t
+
+  !> The open file.
+  type :: results_t
+    character(len=:), allocatable :: path
+    integer(hid_t) :: file = -1
+    integer(hid_t) :: steps = -1            !! group /VTKHDF/Steps
+    integer :: n_frames = 0
+    integer :: n_vertices = 0
+    integer :: n_elements = 0
+    integer :: expected_frames = 1, expected_steps = 1
+    type(rows_t) :: points, time
+    type(rows_t) :: point_field(size(point_fields)), cell_field(size(cell_fields))
+    type(rows_t) :: offset(6)               !! parts, points, cells, connectivity, number of parts; static cell data
+    type(rows_t) :: point_offset(size(point_fields)), cell_offset(size(cell_fields) + 2)
+    type(series_t), allocatable :: series(:)
+    integer :: n_series = 0
+    type(xdmf_t), allocatable :: xdmf
+  end type results_t
+
+contains
+
+  !> Makes the file and what never changes in it.
+  !>
+  !> Errors: `status_bad_input` where the path cannot be a file; `status_run_failed` where writing fails.
+  subroutine open_results(results, path, layout, with_xdmf, error)
+    type(results_t), intent(out) :: results
+    character(len=*), intent(in) :: path
+    type(layout_t), intent(in) :: layout
+    logical, intent(in) :: with_xdmf
+    type(error_t), allocatable, intent(out) :: error
+    integer(hid_t) :: access, group
+    integer :: status
+    logical :: there
+
+    inquire (file=path//'/.', exist=there)
+    if (there) then
+      call fail(error, status_bad_input, path//': expected a file for the results, found a directory')
+      return
+    end if
+    results%path = path
+    results%n_vertices = layout%first_vertex(size(layout%first_vertex)) - 1
+    results%n_elements = size(layout%block)
+    results%expected_frames = max(1, layout%expected_frames)
+    results%expected_steps = max(1, layout%expected_steps)
+    allocate (results%series(8))
+
+    call h5open_f(status)
+    call h5dont_atexit_f(status)
+    call h5eset_auto_f(0, status)
+    call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
+    call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
+    call h5fcreate_f(path, H5F_ACC_TRUNC_F, results%file, status, access_prp=access)
+    if (status < 0) then
+      call check_status(status, path//': expected a file that can be written for the results, found', error)
+      error%status = status_bad_input
+      results%file = -1
+      return
+    end if
+    call h5gcreate_f(results%file, '/VTKHDF', group, status)
+    call check_status(status, results%path//': cannot write the results', error)
+    if (allocated(error)) return
+    call write_whole(group, 'Version', [2, 0], error)
+    if (allocated(error)) return
+    call write_text(group, 'Type', 'UnstructuredGrid', error)
+    if (allocated(error)) return
+    call h5gcreate_f(results%file, '/VTKHDF/Steps', results%steps, status)
+    call write_whole(results%steps, 'NSteps', [0], error)
+    if (allocated(error)) return
+    call h5gclose_f(group, status)
+    call make_frames(results, layout, error)
+    if (allocated(error)) return
+    if (with_xdmf) then
+      allocate (results%xdmf)
+      call begin_xdmf(results%xdmf, path, layout%first_vertex, error)
+      if (allocated(error)) return
+    end if
+    call h5gcreate_f(results%file, '/scene', group, status)
+    call h5gclose_f(group, status)
+    call store_text(results, 'status', 'running', error)
+  end subroutine open_results
+
+  !> Datasets of the frames: the polygons once, places and fields to grow.
+  subroutine make_frames(results, layout, error)
+    type(results_t), intent(inout) :: results
+    type(layout_t), intent(in) :: layout
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, frames
+
+    associate (n_v => results%n_vertices, n_e => results%n_elements)
+      call fixed('NumberOfPoints', [real(n_v, dp)])
+      if (allocated(error)) return
+      call fixed('NumberOfCells', [real(n_e, dp)])
+      if (allocated(error)) return
+      call fixed('NumberOfConnectivityIds', [real(n_v, dp)])
+      if (allocated(error)) return
+      call fixed('Connectivity', [(real(i - 1, dp), i=1, n_v)])
+      if (allocated(error)) return
+      call fixed('Offsets', real(layout%first_vertex - 1, dp))
+      if (allocated(error)) return
+      call fixed_rows(results%file, '/VTKHDF/Types', [integer ::], .true., '', '', [(real(vtk_polygon, dp), i=1, n_e)], &
+                      error, byte=.true.)
+      if (allocated(error)) return
+      call fixed('CellData/block', real(layout%block, dp))
+      if (allocated(error)) return
+      call fixed('CellData/material', real(layout%material, dp))
+      if (allocated(error)) return
+      frames = max(1, min(results%expected_frames, chunk_bytes/(24*n_v)))
+      call grow('Points', [3], .false., 'length', 'place of each vertex', n_v*frames, results%points)
+      if (allocated(error)) return
+      call grow('PointData/displacement', [3], .false., 'length', 'displacement since the start', n_v*frames, &
+                results%point_field(1))
+      if (allocated(error)) return
+      call grow('PointData/velocity', [3], .false., 'length/time', 'velocity', n_v*frames, results%point_field(2))
+      if (allocated(error)) return
+      do i = 1, size(cell_fields)
+        call grow('CellData/'//trim(cell_fields(i)), [integer ::], .false., 'force/length^2', &
+                  'Cauchy stress, tension positive', n_e*frames, results%cell_field(i))
+        if (allocated(error)) return
+      end do
+    end associate
+    call grow_step('Values', results%time)
+    if (allocated(error)) return
+    call grow_step('PartOffsets', results%offset(1))
+    if (allocated(error)) return
+    call grow_step('NumberOfParts', results%offset(2))
+    if (allocated(error)) return
+    call grow_step('PointOffsets', results%offset(3))
+    if (allocated(error)) return
+    call grow_step('CellOffsets', results%offset(4))
+    if (allocated(error)) return
+    call grow_step('ConnectivityIdOffsets', results%offset(5))
+    if (allocated(error)) return
+    do i = 1, size(point_fields)
+      call grow_step('PointDataOffsets/'//trim(point_fields(i)), results%point_offset(i))
+      if (allocated(error)) return
+    end do
+    do i = 1, size(cell_fields)
+      call grow_step('CellDataOffsets/'//trim(cell_fields(i)), results%cell_offset(i))
+      if (allocated(error)) return
+    end do
+    call grow_step('CellDataOffsets/block', results%cell_offset(size(cell_fields) + 1))
+    if (allocated(error)) return
+    call grow_step('CellDataOffsets/material', results%cell_offset(size(cell_fields) + 2))
+
+  contains
+
+    !> Whole numbers that never change.
+    subroutine fixed(name, values)
+      character(len=*), intent(in) :: name
+      real(dp), intent(in) :: values(:)
+
+      call fixed_rows(results%file, '/VTKHDF/'//name, [integer ::], .true., '', '', values, error)
+      if (allocated(error)) error%message = results%path//': '//error%message
+    end subroutine fixed
+
+    !> Rows that grow with the frames.
+    subroutine grow(name, shape, whole, units, description, chunk_rows, rows)
+      character(len=*), intent(in) :: name, units, description
+      integer, intent(in) :: shape(:), chunk_rows
+      logical, intent(in) :: whole
+      type(rows_t), intent(out) :: rows
+
+      call create_rows(results%file, '/VTKHDF/'//name, shape, whole, units, description, chunk_rows, rows, error)
+      if (allocated(error)) error%message = results%path//': '//error%message
+    end subroutine grow
+
+    !> One number a frame.
+    subroutine grow_step(name, rows)
+      character(len=*), intent(in) :: name
+      type(rows_t), intent(out) :: rows
+
+      if (name == 'Values') then
+        call grow('Steps/'//name, [integer ::], .false., 'time', 'time of each frame', results%expected_frames + 1, rows)
+      else if (name == 'CellOffsets' .or. name == 'ConnectivityIdOffsets') then
+        call grow('Steps/'//name, [1], .true., '', '', results%expected_frames + 1, rows)
+      else
+        call grow('Steps/'//name, [integer ::], .true., '', '', results%expected_frames + 1, rows)
+      end if
+    end subroutine grow_step
+
+  end subroutine make_frames
+
+  !> Makes a series and returns its number. Rows have the given shape as h5py sees it reversed.
+  subroutine declare_series(results, path, shape, units, description, handle, error, whole, per_frame)
+    type(results_t), intent(inout) :: results
+    character(len=*), intent(in) :: path, units, description
+    integer, intent(in) :: shape(:)
+    integer, intent(out) :: handle
+    type(error_t), allocatable, intent(out) :: error
+    logical, intent(in), optional :: whole     !! whole numbers
+    logical, intent(in), optional :: per_frame !! a row a frame, else a row a step
+    integer :: expected
+    logical :: whole_numbers
+
+    whole_numbers = .false.
+    if (present(whole)) whole_numbers = whole
+    expected = results%expected_steps
+    if (present(per_frame)) expected = merge(results%expected_frames + 1, expected, per_frame)
+    if (results%n_series == size(results%series)) call more_series(results%series)
+    results%n_series = results%n_series + 1
+    handle = results%n_series
+    associate (series => results%series(handle))
+      series%path = path
+      series%width = product(shape)
+      call create_rows(results%file, path, shape, whole_numbers, units, description, &
+                       min(expected, max(1, chunk_bytes/(8*max(1, series%width)))), series%rows, error)
+      if (allocated(error)) error%message = results%path//': '//error%message
+      allocate (series%waiting(16*max(1, series%width)))
+    end associate
+  end subroutine declare_series
+
+  !> Twice the room for series.
+  subroutine more_series(series)
+    type(series_t), allocatable, intent(inout) :: series(:)
+    type(series_t), allocatable :: longer(:)
+
+    allocate (longer(2*size(series)))
+    longer(:size(series)) = series
+    call move_alloc(longer, series)
+  end subroutine more_series
+
+  !> Adds a row to a series; it waits in memory. Errors: a number that is not finite.
+  subroutine put_series(results, handle, values, error)
+    type(results_t), intent(inout) :: results
+    integer, intent(in) :: handle
+    real(dp), intent(in) :: values(:)
+    type(error_t), allocatable, intent(out) :: error
+    real(dp), allocatable :: longer(:)
+
+    associate (series => results%series(handle))
+      if (.not. all(ieee_is_finite(values))) then
+        call fail(error, status_run_failed, 'a number of '//series%path//' is not finite')
+        return
+      end if
+      if (series%n + size(values) > size(series%waiting)) then
+        allocate (longer(2*size(series%waiting)))
+        longer(:series%n) = series%waiting(:series%n)
+        call move_alloc(longer, series%waiting)
+      end if
+      series%waiting(series%n + 1:series%n + size(values)) = values
+      series%n = series%n + size(values)
+    end associate
+  end subroutine put_series
+
+  !> Adds a frame, writes all rows that wait, and flushes. Errors: a number that is not finite, a failed write.
+  subroutine add_frame(results, time, place, displacement, velocity, stress, error)
+    type(results_t), intent(inout) :: results
+    real(dp), intent(in) :: time
+    real(dp), intent(in) :: place(:, :), displacement(:, :), velocity(:, :) !! (2, n_vertices)
+    real(dp), intent(in) :: stress(:, :)                                    !! (3, n_elements) xx, yy, xy
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+    real(dp) :: n
+
+    if (.not. (ieee_is_finite(time) .and. all(ieee_is_finite(place)) .and. all(ieee_is_finite(displacement)) .and. &
+               all(ieee_is_finite(velocity)) .and. all(ieee_is_finite(stress)))) then
+      call fail(error, status_run_failed, 'a number of the frame is not finite')
+      return
+    end if
+    n = real(results%n_frames, dp)
+    call append(results%points, in_space(place))
+    call append(results%point_field(1), in_space(displacement))
+    call append(results%point_field(2), in_space(velocity))
+    do i = 1, 3
+      call append(results%cell_field(i), stress(i, :))
+      call append(results%cell_offset(i), [n*results%n_elements])
+    end do
+    call append(results%cell_offset(4), [0.0_dp])
+    call append(results%cell_offset(5), [0.0_dp])
+    do i = 1, 2
+      call append(results%point_offset(i), [n*results%n_vertices])
+    end do
+    call append(results%time, [time])
+    call append(results%offset(1), [0.0_dp])
+    call append(results%offset(2), [1.0_dp])
+    call append(results%offset(3), [n*results%n_vertices])
+    call append(results%offset(4), [0.0_dp])
+    call append(results%offset(5), [0.0_dp])
+    if (allocated(error)) return
+    call flush_results(results, error)
+    if (allocated(error)) return
+    results%n_frames = results%n_frames + 1
+    call write_whole(results%steps, 'NSteps', [results%n_frames], error)
+    if (.not. allocated(error)) call flush_file(results, error)
+    if (allocated(error)) return
+    if (allocated(results%xdmf)) call add_xdmf_frame(results%xdmf, results%n_frames, time, error)
+
+  contains
+
+    !> Appends, unless something failed before.
+    subroutine append(rows, values)
+      type(rows_t), intent(inout) :: rows
+      real(dp), intent(in) :: values(:)
+
+      if (allocated(error)) return
+      call append_rows(rows, values, error)
+      if (allocated(error)) error%message = results%path//': '//error%message
+    end subroutine append
+
+  end subroutine add_frame
+
+  !> Places or vectors of the plane with a third coordinate 0.
+  pure function in_space(plane) result(space)
+    real(dp), intent(in) :: plane(:, :) !! (2, n)
+    real(dp) :: space(3*size(plane, 2))
+    integer :: i
+
+    do i = 1, size(plane, 2)
+      space(3*i - 2:3*i) = [plane(:, i), 0.0_dp]
+    end do
+  end function in_space
+
+  !> Writes all rows that wait, and flushes.
+  subroutine flush_results(results, error)
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, results%n_series
+      associate (series => results%series(i))
+        call append_rows(series%rows, series%waiting(:series%n), error)
+        if (allocated(error)) then
+          error%message = results%path//': '//error%message
+          return
+        end if
+        series%n = 0
+      end associate
+    end do
+    call flush_file(results, error)
+  end subroutine flush_results
+
+  !> Hands everything to the system.
+  subroutine flush_file(results, error)
+    type(results_t), intent(in) :: results
+    type(error_t), allocatable, intent(out) :: error
+    integer :: status
+
+    call h5fflush_f(results%file, H5F_SCOPE_GLOBAL_F, status)
+    call check_status(status, results%path//': cannot write', error)
+  end subroutine flush_file
+
+  !> Keeps a text as an attribute of /scene.
+  subroutine store_text(results, name, text, error)
+    type(results_t), intent(in) :: results
+    character(len=*), intent(in) :: name, text
+    type(error_t), allocatable, intent(out) :: error
+    integer(hid_t) :: group
+    integer :: status
+
+    call h5gopen_f(results%file, '/scene', group, status)
+    call write_text(group, name, text, error)
+    if (allocated(error)) error%message = results%path//': '//error%message
+    call h5gclose_f(group, status)
+  end subroutine store_text
+
+  !> Keeps a column of texts as a dataset.
+  subroutine store_words(results, path, words, error)
+    type(results_t), intent(in) :: results
+    character(len=*), intent(in) :: path
+    character(len=*), intent(in) :: words(:)
+    type(error_t), allocatable, intent(out) :: error
+
+    call write_words(results%file, path, words, error)
+    if (allocated(error)) error%message = results%path//': '//error%message
+  end subroutine store_words
+
+  !> Writes what waits, the costs and the status, and closes. Always closes; the first failure is the error.
+  subroutine close_results(results, status_text, costs, error)
+    type(results_t), intent(inout) :: results
+    character(len=*), intent(in) :: status_text  !! complete, or stopped: reason
+    type(cost_row_t), intent(in) :: costs(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: status
+
+    if (results%file < 0) return
+    call flush_results(results, error)
+    if (.not. allocated(error)) call write_words(results%file, '/cost/phase', costs%phase, error)
+    if (.not. allocated(error)) &
+      call fixed_rows(results%file, '/cost/calls', [integer ::], .true., '1', 'calls', real(costs%calls, dp), error)
+    if (.not. allocated(error)) &
+      call fixed_rows(results%file, '/cost/wall_seconds', [integer ::], .false., 's', 'wall-clock time', costs%wall, error)
+    if (.not. allocated(error)) call fixed_rows(results%file, '/cost/processor_seconds', [integer ::], .false., 's', &
+                                                'processor time', costs%processor, error)
+    if (.not. allocated(error)) call store_text(results, 'status', status_text, error)
+    if (.not. allocated(error)) call flush_file(results, error)
+    call h5fclose_f(results%file, status)
+    if (.not. allocated(error)) call check_status(status, results%path//': cannot close', error)
+    results%file = -1
+    if (.not. allocated(error)) call h5close_f(status) ! after a failure it would try to write again
+  end subroutine close_results
+
+end module scree_results_file

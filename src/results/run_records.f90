@@ -1,0 +1,207 @@
+!> What a run records besides its frames: /history a step, /bodies a frame, /measured_points a step.
+module scree_run_records
+  use scree_effects, only: effects_t, element_share_t
+  use scree_energy, only: books_t
+  use scree_errors, only: error_t
+  use scree_interpolation, only: displacement_matrix
+  use scree_kinds, only: dp
+  use scree_results_file, only: declare_series, put_series, results_t
+  use scree_system, only: measured_point, state_t, system_t
+  use scree_time_stepper, only: step_report_t
+  implicit none
+  private
+  public :: declare_records, put_frame_records, put_step_records, records_t
+
+  !> Handles of the series; 0 where an effect is absent.
+  type :: records_t
+    integer :: time = 0, step_size = 0, area = 0, rotation = 0, momentum = 0
+    integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, dissipated = 0
+    integer :: iterations = 0, solves = 0, rejected = 0
+    integer :: body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
+    integer :: point_position = 0, point_displacement = 0, point_velocity = 0, point_stress = 0
+    integer, allocatable :: measured(:)               !! points of the system
+    real(dp), allocatable :: measured_home(:, :)      !! (2, n) at the start
+    real(dp) :: total_at_start = 0.0_dp               !! energy, without dissipation
+    real(dp) :: work_done = 0.0_dp
+  end type records_t
+
+  character(len=*), parameter :: energy_unit = 'force*length/length'
+
+contains
+
+  !> Declares the series that the scene calls for.
+  subroutine declare_records(results, system, effects, state, books, records, error)
+    type(results_t), intent(inout) :: results
+    type(system_t), intent(in) :: system
+    type(effects_t), intent(in) :: effects
+    type(state_t), intent(in) :: state            !! at the start
+    type(books_t), intent(in) :: books            !! at the start
+    type(records_t), intent(out) :: records
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, n
+
+    records%total_at_start = books%kinetic + books%strain + books%gravity + books%fixed_springs
+    n = system%n_blocks
+    call a_step('time', [integer ::], 'time', 'end of the step', records%time)
+    call a_step('step_size', [integer ::], 'time', 'size of the step', records%step_size)
+    call a_step('area', [integer ::], 'length^2', 'area of all blocks', records%area)
+    call a_step('rotation', [n], 'rad', 'rotation of each block since the start', records%rotation)
+    call a_step('momentum', [3], 'mass*length/time (x, y), mass*length^2/time (about the origin), per unit thickness', &
+                'momentum and angular momentum of all blocks', records%momentum)
+    call a_step('energy/kinetic', [integer ::], energy_unit, 'kinetic energy', records%kinetic)
+    call a_step('energy/strain', [integer ::], energy_unit, 'energy of the stress', records%strain)
+    if (allocated(effects%gravity)) &
+      call a_step('energy/gravity', [integer ::], energy_unit, 'weight times height above y = 0', records%gravity)
+    if (allocated(effects%fixed_point)) then
+      if (effects%fixed_point%by_springs) call a_step('energy/fixed_springs', [integer ::], energy_unit, &
+                                                      'energy of the springs of fixed points', records%fixed_springs)
+    end if
+    call a_step('energy/work', [integer ::], energy_unit, 'work of point loads and moving supports since the start', &
+                records%work)
+    call a_step('energy/dissipated', [integer ::], energy_unit, &
+                'energy at the start and work since, less the energy now', records%dissipated)
+    call a_step('deformation_iterations', [integer ::], '1', 'iterations of the step', records%iterations, .true.)
+    call a_step('solves', [integer ::], '1', 'systems of equations solved in the step', records%solves, .true.)
+    call a_step('rejected', [integer ::], '1', 'tries of the step that were cut', records%rejected, .true.)
+    call a_frame('area', [n], 'length^2', 'area', records%body_area)
+    call a_frame('centroid', [2, n], 'length', 'centroid', records%body_centroid)
+    call a_frame('rotation', [n], 'rad', 'rotation since the start', records%body_rotation)
+    call a_frame('velocity', [2, n], 'length/time', 'velocity of the centroid', records%body_velocity)
+    call a_frame('stress', [3, n], 'force/length^2', 'mean Cauchy stress xx, yy, xy', records%body_stress)
+
+    records%measured = pack([(i, i=1, size(system%points%kind))], system%points%kind == measured_point)
+    records%measured_home = state%point(:, records%measured)
+    n = size(records%measured)
+    if (n == 0) return
+    call a_point('position', 2, 'length', 'place', records%point_position)
+    call a_point('displacement', 2, 'length', 'displacement since the start', records%point_displacement)
+    call a_point('velocity', 2, 'length/time', 'velocity', records%point_velocity)
+    call a_point('stress', 3, 'force/length^2', 'Cauchy stress xx, yy, xy', records%point_stress)
+
+  contains
+
+    subroutine a_step(name, shape, units, description, handle, whole)
+      character(len=*), intent(in) :: name, units, description
+      integer, intent(in) :: shape(:)
+      integer, intent(out) :: handle
+      logical, intent(in), optional :: whole
+
+      handle = 0
+      if (.not. allocated(error)) &
+        call declare_series(results, '/history/'//name, shape, units, description, handle, error, whole)
+    end subroutine a_step
+
+    subroutine a_frame(name, shape, units, description, handle)
+      character(len=*), intent(in) :: name, units, description
+      integer, intent(in) :: shape(:)
+      integer, intent(out) :: handle
+
+      handle = 0
+      if (.not. allocated(error)) &
+        call declare_series(results, '/bodies/'//name, shape, units, description, handle, error, per_frame=.true.)
+    end subroutine a_frame
+
+    subroutine a_point(name, width, units, description, handle)
+      character(len=*), intent(in) :: name, units, description
+      integer, intent(in) :: width
+      integer, intent(out) :: handle
+
+      handle = 0
+      if (.not. allocated(error)) &
+        call declare_series(results, '/measured_points/'//name, [width, n], units, description, handle, error)
+    end subroutine a_point
+
+  end subroutine declare_records
+
+  !> A row of each series of the steps.
+  subroutine put_step_records(results, records, system, share, state, report, books, error)
+    type(results_t), intent(inout) :: results
+    type(records_t), intent(inout) :: records
+    type(system_t), intent(in) :: system
+    type(element_share_t), intent(in) :: share(:)
+    type(state_t), intent(in) :: state
+    type(step_report_t), intent(in) :: report
+    type(books_t), intent(in) :: books
+    type(error_t), allocatable, intent(out) :: error
+    integer :: e, i
+
+    records%work_done = records%work_done + report%work
+    call put(records%time, [state%time])
+    call put(records%step_size, [report%dt])
+    call put(records%area, [sum(share%kinematics%area)])
+    call put(records%rotation, state%rotation)
+    call put(records%momentum, books%momentum)
+    call put(records%kinetic, [books%kinetic])
+    call put(records%strain, [books%strain])
+    call put(records%gravity, [books%gravity])
+    call put(records%fixed_springs, [books%fixed_springs])
+    call put(records%work, [records%work_done])
+    call put(records%dissipated, [records%total_at_start + records%work_done - books%kinetic - books%strain - books%gravity &
+                                  - books%fixed_springs])
+    call put(records%iterations, [real(report%iterations, dp)])
+    call put(records%solves, [real(report%solves, dp)])
+    call put(records%rejected, [real(report%rejected, dp)])
+    do i = 1, size(records%measured)
+      associate (point => state%point(:, records%measured(i)))
+        e = system%points%element(records%measured(i))
+        call put(records%point_position, point + system%origin)
+        call put(records%point_displacement, point - records%measured_home(:, i))
+        call put(records%point_velocity, matmul(displacement_matrix(share(e)%kinematics, point), &
+                                                state%velocity(system%elements%unknown(:, e))))
+        call put(records%point_stress, state%stress(:, e))
+      end associate
+    end do
+
+  contains
+
+    subroutine put(handle, values)
+      integer, intent(in) :: handle
+      real(dp), intent(in) :: values(:)
+
+      if (handle > 0 .and. .not. allocated(error)) call put_series(results, handle, values, error)
+    end subroutine put
+
+  end subroutine put_step_records
+
+  !> A row of each series of the frames.
+  subroutine put_frame_records(results, records, system, share, state, error)
+    type(results_t), intent(inout) :: results
+    type(records_t), intent(in) :: records
+    type(system_t), intent(in) :: system
+    type(element_share_t), intent(in) :: share(:)
+    type(state_t), intent(in) :: state
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: area(system%n_blocks), sums(7, system%n_blocks)
+    integer :: b, e
+
+    area = 0.0_dp
+    sums = 0.0_dp
+    do e = 1, system%n_elements
+      associate (element => share(e)%kinematics)
+        b = system%elements%block(e)
+        area(b) = area(b) + element%area
+        sums(:, b) = sums(:, b) + element%area*[element%centroid + system%origin, &
+          matmul(element%at_centroid, state%velocity(system%elements%unknown(:, e))), state%stress(:, e)]
+      end associate
+    end do
+    do b = 1, system%n_blocks
+      sums(:, b) = sums(:, b)/area(b)
+    end do
+    call put(records%body_area, area)
+    call put(records%body_centroid, reshape(sums(1:2, :), [size(sums(1:2, :))]))
+    call put(records%body_rotation, state%rotation)
+    call put(records%body_velocity, reshape(sums(3:4, :), [size(sums(3:4, :))]))
+    call put(records%body_stress, reshape(sums(5:7, :), [size(sums(5:7, :))]))
+
+  contains
+
+    subroutine put(handle, values)
+      integer, intent(in) :: handle
+      real(dp), intent(in) :: values(:)
+
+      if (.not. allocated(error)) call put_series(results, handle, values, error)
+    end subroutine put
+
+  end subroutine put_frame_records
+
+end module scree_run_records

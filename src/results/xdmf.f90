@@ -1,0 +1,143 @@
+!> A side-car for programs that do not read VTKHDF: XDMF 3 text that points into the HDF5 file.
+!>
+!> Closed after every frame, so that it is always well-formed.
+module scree_xdmf
+  use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: add_xdmf_frame, begin_xdmf, xdmf_t
+
+  character(len=1), parameter :: lf = achar(10)
+  character(len=*), parameter :: tail = '</Grid></Domain></Xdmf>'//lf
+
+  !> The open side-car.
+  type :: xdmf_t
+    character(len=:), allocatable :: path, hdf5_name
+    character(len=:), allocatable :: topology !! the polygons, the same in every frame
+    integer :: n_vertices = 0
+    integer :: n_elements = 0
+    integer :: tail_at = 1                    !! where the tail begins
+  end type xdmf_t
+
+contains
+
+  !> Starts the side-car of a results file. Errors: it cannot be written.
+  subroutine begin_xdmf(xdmf, results_path, first_vertex, error)
+    type(xdmf_t), intent(out) :: xdmf
+    character(len=*), intent(in) :: results_path
+    integer, intent(in) :: first_vertex(:)    !! (n_elements+1)
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: head
+    integer :: dot, e, i, slash
+
+    slash = index(results_path, '/', back=.true.)
+    dot = index(results_path, '.', back=.true.)
+    if (dot <= slash + 1) dot = len(results_path) + 1
+    xdmf%path = results_path(:dot - 1)//'.xdmf'
+    xdmf%hdf5_name = results_path(slash + 1:)
+    xdmf%n_elements = size(first_vertex) - 1
+    xdmf%n_vertices = first_vertex(size(first_vertex)) - 1
+    xdmf%topology = ''
+    do e = 1, xdmf%n_elements ! 3: polygon, its number of vertices, the vertices from 0
+      xdmf%topology = xdmf%topology//'3 '//text(first_vertex(e + 1) - first_vertex(e))
+      do i = first_vertex(e), first_vertex(e + 1) - 1
+        xdmf%topology = xdmf%topology//' '//text(i - 1)
+      end do
+      xdmf%topology = xdmf%topology//lf
+    end do
+    xdmf%topology = '<Topology TopologyType="Mixed" NumberOfElements="'//text(xdmf%n_elements)//'">'// &
+                    '<DataItem Dimensions="'//text(xdmf%n_vertices + 2*xdmf%n_elements)// &
+                    '" NumberType="Int" Format="XML">'//lf//xdmf%topology//'</DataItem></Topology>'//lf
+    head = '<?xml version="1.0"?>'//lf//'<Xdmf Version="3.0"><Domain><Grid GridType="Collection" '// &
+           'CollectionType="Temporal">'//lf
+    call put(xdmf, head, .true., error)
+    if (allocated(error)) error%status = status_bad_input
+  end subroutine begin_xdmf
+
+  !> Adds a frame.
+  subroutine add_xdmf_frame(xdmf, frame, time, error)
+    type(xdmf_t), intent(inout) :: xdmf
+    integer, intent(in) :: frame     !! from 1
+    real(dp), intent(in) :: time
+    type(error_t), allocatable, intent(out) :: error
+    character(len=26) :: when
+
+    write (when, '(es25.17)') time
+    call put(xdmf, '<Grid GridType="Uniform"><Time Value="'//trim(adjustl(when))//'"/>'//lf//xdmf%topology// &
+             '<Geometry GeometryType="XYZ">'//rows('Points', xdmf%n_vertices, 3)//'</Geometry>'//lf// &
+             field('displacement', 'Node', 'Vector', 'PointData/displacement', xdmf%n_vertices, 3)// &
+             field('velocity', 'Node', 'Vector', 'PointData/velocity', xdmf%n_vertices, 3)// &
+             field('stress_xx', 'Cell', 'Scalar', 'CellData/stress_xx', xdmf%n_elements, 1)// &
+             field('stress_yy', 'Cell', 'Scalar', 'CellData/stress_yy', xdmf%n_elements, 1)// &
+             field('stress_xy', 'Cell', 'Scalar', 'CellData/stress_xy', xdmf%n_elements, 1)//'</Grid>'//lf, .false., error)
+
+  contains
+
+    !> A field of this frame.
+    function field(name, centre, kind, dataset, n, width)
+      character(len=*), intent(in) :: name, centre, kind, dataset
+      integer, intent(in) :: n, width
+      character(len=:), allocatable :: field
+
+      field = '<Attribute Name="'//name//'" Center="'//centre//'" AttributeType="'//kind//'">'// &
+              rows(dataset, n, width)//'</Attribute>'//lf
+    end function field
+
+    !> The rows of this frame in a dataset.
+    function rows(dataset, n, width)
+      character(len=*), intent(in) :: dataset
+      integer, intent(in) :: n, width
+      character(len=:), allocatable :: rows, extent, more
+
+      extent = text(n)
+      if (width > 1) then
+        extent = extent//' '//text(width)
+        more = text((frame - 1)*n)//' 0 1 1 '//extent
+      else
+        more = text((frame - 1)*n)//' 1 '//extent
+      end if
+      rows = '<DataItem ItemType="HyperSlab" Dimensions="'//extent//'"><DataItem Dimensions="3 '//text(merge(2, 1, width > 1))// &
+             '" Format="XML">'//more//'</DataItem><DataItem Dimensions="'//text(frame*n)// &
+             merge(' 3', '  ', width > 1)//'" NumberType="Float" Precision="8" Format="HDF">'//xdmf%hdf5_name// &
+             ':/VTKHDF/'//dataset//'</DataItem></DataItem>'
+    end function rows
+
+  end subroutine add_xdmf_frame
+
+  !> Writes text and the tail over the old tail.
+  subroutine put(xdmf, new, fresh, error)
+    type(xdmf_t), intent(inout) :: xdmf
+    character(len=*), intent(in) :: new
+    logical, intent(in) :: fresh
+    type(error_t), allocatable, intent(out) :: error
+    character(len=200) :: reason
+    character(len=7) :: state
+    integer :: status, unit
+
+    state = 'old'
+    if (fresh) state = 'replace'
+    open (newunit=unit, file=xdmf%path, access='stream', form='unformatted', action='readwrite', status=state, &
+          iostat=status, iomsg=reason)
+    if (status == 0) then
+      write (unit, pos=xdmf%tail_at, iostat=status, iomsg=reason) new//tail
+      close (unit)
+    end if
+    if (status /= 0) then
+      call fail(error, status_run_failed, xdmf%path//': expected a file that can be written, found: '//trim(reason))
+      return
+    end if
+    xdmf%tail_at = xdmf%tail_at + len(new)
+  end subroutine put
+
+  !> A whole number as text.
+  pure function text(i)
+    integer, intent(in) :: i
+    character(len=:), allocatable :: text
+    character(len=12) :: buffer
+
+    write (buffer, '(i0)') i
+    text = trim(buffer)
+  end function text
+
+end module scree_xdmf

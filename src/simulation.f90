@@ -1,0 +1,261 @@
+!> A run: from a scene and its blocks to a results file, step by step.
+module scree_simulation
+  use, intrinsic :: iso_fortran_env, only: compiler_version
+  use scree_block_input, only: blocks_t
+  use scree_effects, only: effects_t, element_share_t, share_of
+  use scree_energy, only: books_t, close_books
+  use scree_equations, only: equations_t, set_up_equations
+  use scree_errors, only: error_t
+  use scree_green_strain, only: least_stable_stretch, least_stretch
+  use scree_interpolation, only: displacement_matrix
+  use scree_kinds, only: dp
+  use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, tell, warn
+  use scree_regions, only: first_vertex_of, last_vertex_of
+  use scree_results_file, only: add_frame, close_results, cost_row_t, layout_t, open_results, results_t, store_text, store_words
+  use scree_run_records, only: declare_records, put_frame_records, put_step_records, records_t
+  use scree_scene, only: effect_t, scene_t
+  use scree_set_up, only: set_up
+  use scree_settings, only: settings_table
+  use scree_start, only: begin_motion
+  use scree_step_control, only: step_control_t, next_size, begin_control, after_step, at_end, frame_due
+  use scree_system, only: state_t, system_t
+  use scree_time_stepper, only: advance, step_report_t
+  use scree_timers, only: start_phase, stop_phase, timer_t
+  implicit none
+  private
+  public :: simulate, version
+
+  character(len=*), parameter :: version = '0.1.0'
+
+  integer, parameter :: phase_set_up = 1, phase_steps = 2, phase_results = 3
+  character(len=*), parameter :: phase_name(3) = [character(len=12) :: 'set-up', 'steps', 'results']
+
+contains
+
+  !> Runs a scene to its end and writes the results.
+  !>
+  !> Errors: bad input that only the set-up can see, and a run that fails; what was written until then stays.
+  subroutine simulate(scene, blocks, results_path, with_xdmf, quiet, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    character(len=*), intent(in) :: results_path
+    logical, intent(in) :: with_xdmf, quiet
+    type(error_t), allocatable, intent(out) :: error
+    type(system_t) :: system
+    type(state_t) :: state
+    type(effects_t) :: effects
+    type(effect_t), allocatable :: list(:)
+    type(equations_t) :: equations
+    type(element_share_t), allocatable :: share(:)
+    type(results_t) :: results
+    type(records_t) :: records
+    type(progress_t) :: progress
+    type(timer_t) :: timer(3)
+    type(error_t), allocatable :: close_error
+    integer :: i
+
+    call set_up_progress(quiet, progress)
+    call start_phase(timer(phase_set_up))
+    call set_up(scene, blocks, system, state, effects, list)
+    call set_up_equations(system%elements, system%n_unknowns, equations)
+    allocate (share(system%n_elements))
+    do i = 1, system%n_elements
+      share(i) = share_of(effects, system, state, i)
+    end do
+    call begin_motion(system, effects, scene%settings, share, equations, state, error)
+    if (allocated(error)) return
+    call stop_phase(timer(phase_set_up))
+
+    do i = 1, size(list)
+      call tell(progress, 'effect: '//list(i)%name//' - '//list(i)%because)
+    end do
+    call start_phase(timer(phase_results))
+    call open_results(results, results_path, layout_of(scene, system), with_xdmf, error)
+    if (.not. allocated(error)) call describe_scene(results, scene, list, error)
+    if (.not. allocated(error)) call declare_records(results, system, effects, state, &
+                                                     close_books(system, effects, share, state), records, error)
+    call stop_phase(timer(phase_results))
+    if (.not. allocated(error)) call run_steps(scene, system, effects, equations, share, state, results, records, progress, &
+                                               timer, error)
+
+    call end_progress(progress)
+    if (allocated(error)) then
+      call close_results(results, 'stopped: '//error%message, costs(timer), close_error)
+    else
+      call close_results(results, 'complete', costs(timer), error)
+      if (.not. allocated(error)) call tell(progress, 'results: '//results_path)
+    end if
+  end subroutine simulate
+
+  !> The time loop.
+  subroutine run_steps(scene, system, effects, equations, share, state, results, records, progress, timer, error)
+    type(scene_t), intent(in) :: scene
+    type(system_t), intent(in) :: system
+    type(effects_t), intent(in) :: effects
+    type(equations_t), intent(inout) :: equations
+    type(element_share_t), intent(inout) :: share(:)
+    type(state_t), intent(inout) :: state
+    type(results_t), intent(inout) :: results
+    type(records_t), intent(inout) :: records
+    type(progress_t), intent(inout) :: progress
+    type(timer_t), intent(inout) :: timer(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(step_control_t) :: control
+    type(step_report_t) :: report
+    type(books_t) :: books
+    real(dp) :: at_start(2, size(state%vertex, 2))
+    logical :: warned(system%n_elements)
+
+    at_start = state%vertex
+    warned = .false.
+    control = begin_control(scene%settings)
+    call put_frame()
+    if (allocated(error)) return
+    do while (.not. at_end(control, state%time))
+      call start_phase(timer(phase_steps))
+      call advance(system, effects, scene%settings, next_size(control, state%time), equations, share, state, report, error)
+      call stop_phase(timer(phase_steps))
+      if (allocated(error)) then
+        error%message = 'step '//text(state%step + 1)//' from time '//time_text(state%time)//': '//error%message
+        return
+      end if
+      call after_step(control, report%dt, report%rejected, state%time)
+      if (effects%large_deformation) call watch_compression()
+
+      call start_phase(timer(phase_results))
+      books = close_books(system, effects, share, state)
+      call put_step_records(results, records, system, share, state, report, books, error)
+      if (allocated(error)) return
+      if (frame_due(control, state%step, state%time)) call put_frame()
+      call stop_phase(timer(phase_results))
+      if (allocated(error)) return
+      call show_step(progress, state%step, state%time, scene%settings%end_time, report%dt, report%iterations)
+    end do
+
+  contains
+
+    !> A frame of the present state.
+    subroutine put_frame()
+      real(dp) :: place(2, size(state%vertex, 2)), velocity(2, size(state%vertex, 2))
+      integer :: e, k
+
+      do e = 1, system%n_elements
+        do k = first_vertex_of(system%elements%shape, e), last_vertex_of(system%elements%shape, e)
+          place(:, k) = state%vertex(:, k) + system%origin
+          velocity(:, k) = matmul(displacement_matrix(share(e)%kinematics, state%vertex(:, k)), &
+                                  state%velocity(system%elements%unknown(:, e)))
+        end do
+      end do
+      call put_frame_records(results, records, system, share, state, error)
+      if (allocated(error)) return
+      call add_frame(results, state%time, place, state%vertex - at_start, velocity, state%stress, error)
+    end subroutine put_frame
+
+    !> Warns, once for each element, where the linear law in Green strain has lost its stiffness.
+    subroutine watch_compression()
+      integer :: e
+
+      do e = 1, system%n_elements
+        if (warned(e)) cycle
+        if (least_stretch(state%deformation(:, e)) > least_stable_stretch) cycle
+        warned(e) = .true.
+        call warn(progress, 'element '//text(e)//' of block '//text(system%elements%block(e))//' is compressed to a stretch '// &
+                  'below 0.577 at time '//time_text(state%time)//': Green strain has lost its stiffness there')
+      end do
+    end subroutine watch_compression
+
+  end subroutine run_steps
+
+  !> What the frames look like.
+  function layout_of(scene, system) result(layout)
+    type(scene_t), intent(in) :: scene
+    type(system_t), intent(in) :: system
+    type(layout_t) :: layout
+    real(dp) :: frames, steps
+
+    layout%first_vertex = system%elements%shape%first_vertex
+    layout%block = system%elements%block
+    layout%material = system%elements%material
+    associate (s => scene%settings)
+      steps = s%end_time/s%step_size + 1
+      if (s%frame_every > 0) then
+        frames = steps/s%frame_every + 2
+      else
+        frames = s%end_time/s%frame_interval + 2
+      end if
+    end associate
+    layout%expected_steps = int(min(steps, 1e9_dp))
+    layout%expected_frames = int(min(frames, 1e9_dp))
+  end function layout_of
+
+  !> Decks, settings, effects and versions in /scene.
+  subroutine describe_scene(results, scene, list, error)
+    type(results_t), intent(in) :: results
+    type(scene_t), intent(in) :: scene
+    type(effect_t), intent(in) :: list(:)
+    type(error_t), allocatable, intent(out) :: error
+    character(len=160) :: word(size(settings_table)), effect(size(list)), reason(size(list))
+    character(len=19) :: date
+    integer :: i, now(8), n
+
+    call date_and_time(values=now)
+    write (date, '(i4.4,2("-",i2.2),"T",2(i2.2,":"),i2.2)') now(1:3), now(5:7)
+    call store_text(results, 'version', 'scree '//version, error)
+    if (allocated(error)) return
+    call store_text(results, 'compiler', compiler_version(), error)
+    if (allocated(error)) return
+    call store_text(results, 'date', date, error)
+    if (allocated(error)) return
+    call store_words(results, '/scene/geometry_deck', [scene%geometry_text], error)
+    if (allocated(error)) return
+    call store_words(results, '/scene/analysis_deck', [scene%analysis_text], error)
+    if (allocated(error)) return
+    n = 0
+    do i = 1, size(settings_table)
+      if (.not. allocated(scene%words(i)%value)) cycle
+      n = n + 1
+      word(n) = trim(settings_table(i)%group)//'.'//trim(settings_table(i)%name)//' = '//scene%words(i)%value// &
+                '  ('//scene%words(i)%from//')'
+    end do
+    call store_words(results, '/scene/settings', word(:n), error)
+    if (allocated(error)) return
+    do i = 1, size(list)
+      effect(i) = list(i)%name
+      reason(i) = list(i)%because
+    end do
+    call store_words(results, '/scene/effects', effect, error)
+    if (allocated(error)) return
+    call store_words(results, '/scene/effect_reasons', reason, error)
+  end subroutine describe_scene
+
+  !> The table of costs.
+  function costs(timer) result(rows)
+    type(timer_t), intent(in) :: timer(:)
+    type(cost_row_t), allocatable :: rows(:)
+    integer :: i
+
+    rows = [(cost_row_t(phase_name(i), timer(i)%calls, timer(i)%wall, timer(i)%processor), i=1, size(timer))]
+    rows = pack(rows, timer%calls > 0)
+  end function costs
+
+  !> A whole number as text.
+  function text(i)
+    integer, intent(in) :: i
+    character(len=:), allocatable :: text
+    character(len=12) :: buffer
+
+    write (buffer, '(i0)') i
+    text = trim(buffer)
+  end function text
+
+  !> A time as text.
+  function time_text(t)
+    real(dp), intent(in) :: t
+    character(len=:), allocatable :: time_text
+    character(len=16) :: buffer
+
+    write (buffer, '(es12.5)') t
+    time_text = trim(adjustl(buffer))
+  end function time_text
+
+end module scree_simulation
