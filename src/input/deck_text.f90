@@ -371,7 +371,7 @@ contains
     real(dp), intent(in) :: x
     character(len=:), allocatable :: real_text
     character(len=32) :: buffer, mantissa
-    character(len=8) :: form
+    character(len=12) :: form
     integer :: at, places
     real(dp) :: back
 

@@ -93,8 +93,8 @@ contains
     results%expected_steps = max(1, layout%expected_steps)
     allocate (results%series(8))
 
+    call h5dont_atexit_f(status) ! first: after a failed write the library's own handler would try again, and crash
     call h5open_f(status)
-    call h5dont_atexit_f(status)
     call h5eset_auto_f(0, status)
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
     call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
