@@ -371,12 +371,12 @@ contains
     real(dp), intent(in) :: x
     character(len=:), allocatable :: real_text
     character(len=32) :: buffer, mantissa
-    character(len=12) :: form
+    character(len=16) :: form
     integer :: at, places
     real(dp) :: back
 
     do places = 0, 16
-      write (form, '(a,i0,a)') '(es26.', max(places, 1), ')'
+      write (form, '(a,i0,a)') '(es28.', max(places, 1), 'e3)'
       write (buffer, form) x
       read (buffer, *) back
       if (.not. abs(back - x) > 0.0_dp) exit
