@@ -151,6 +151,9 @@ contains
         if (in_word .and. pass == 2) deck%last(deck%n_words) = i
       end do
     end do
+    do i = deck%groups_from, len(deck%text)
+      if (deck%text(i:i) == lf) deck%n_lines = deck%n_lines + 1
+    end do
   end subroutine find_words
 
   !> Whether a character separates words.
@@ -366,36 +369,36 @@ contains
     number_text = trim(buffer)
   end function number_text
 
-  !> The shortest text that reads back as the same real, in the manner of people.
+  !> The shortest decimal that reads back as the same real; with an exponent where it is very large or small.
   pure function real_text(x)
     real(dp), intent(in) :: x
-    character(len=:), allocatable :: real_text
-    character(len=32) :: buffer, mantissa
+    character(len=:), allocatable :: real_text, digit, sign
+    character(len=32) :: buffer
     character(len=16) :: form
-    integer :: at, places
+    integer :: at, exponent, places
     real(dp) :: back
 
-    do places = 0, 16
-      write (form, '(a,i0,a)') '(es28.', max(places, 1), 'e3)'
+    do places = 1, 16
+      write (form, '(a,i0,a)') '(es28.', places, 'e3)'
       write (buffer, form) x
       read (buffer, *) back
       if (.not. abs(back - x) > 0.0_dp) exit
     end do
     buffer = adjustl(buffer)
     at = index(buffer, 'E')
-    mantissa = buffer(:at - 1)
-    read (buffer(at + 1:), *) places
-    if (abs(places) < 5) then
-      write (buffer, '(f0.16)') x
-      read (buffer, *) back
-      if (.not. abs(back - x) > 0.0_dp) then
-        real_text = without_zeros(trim(buffer))
-        if (real_text(1:1) == '.') real_text = '0'//real_text
-        if (index(real_text, '-.') == 1) real_text = '-0'//real_text(2:)
-        return
-      end if
+    read (buffer(at + 1:), *) exponent
+    sign = ''
+    if (buffer(1:1) == '-') sign = '-'
+    digit = buffer(len(sign) + 1:at - 1) ! d.ddd
+    digit = digit(1:1)//digit(3:)
+    if (exponent < -4 .or. exponent > 8) then
+      real_text = sign//without_zeros(digit(1:1)//'.'//digit(2:))//'e'//number_text(exponent)
+    else if (exponent < 0) then
+      real_text = sign//without_zeros('0.'//repeat('0', -exponent - 1)//digit)
+    else
+      digit = digit//repeat('0', max(0, exponent + 1 - len(digit)))
+      real_text = sign//without_zeros(digit(:exponent + 1)//'.'//digit(exponent + 2:))
     end if
-    real_text = without_zeros(trim(mantissa))//'e'//number_text(places)
   end function real_text
 
   !> A decimal without trailing zeros.

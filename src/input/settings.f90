@@ -538,6 +538,10 @@ contains
       end if
       s%fixed_stiffness = number('fixed_points', 'stiffness')
 
+      if (has('output', 'every') .and. has('output', 'interval')) then ! the command line wins over the deck
+        if (from('output', 'every') /= '--set' .and. from('output', 'interval') == '--set') call forget('output', 'every')
+        if (from('output', 'every') == '--set' .and. from('output', 'interval') /= '--set') call forget('output', 'interval')
+      end if
       if (has('output', 'every') .and. has('output', 'interval')) then
         call contradict('output', 'interval', 'every or interval in &output', 'both')
         return
@@ -567,6 +571,22 @@ contains
 
       word = scene%words(place_of(group, name))%value
     end function word
+
+    !> Where it comes from, '' where it has no value.
+    function from(group, name)
+      character(len=*), intent(in) :: group, name
+      character(len=:), allocatable :: from
+
+      from = ''
+      if (has(group, name)) from = scene%words(place_of(group, name))%from
+    end function from
+
+    !> Takes its value away.
+    subroutine forget(group, name)
+      character(len=*), intent(in) :: group, name
+
+      deallocate (scene%words(place_of(group, name))%value)
+    end subroutine forget
 
     !> Its value as a number.
     real(dp) function number(group, name)
@@ -601,11 +621,11 @@ contains
     !> Error at the place a name came from.
     subroutine contradict(group, name, expected, found)
       character(len=*), intent(in) :: group, name, expected, found
-      character(len=:), allocatable :: from
+      character(len=:), allocatable :: place
 
-      from = scene%words(place_of(group, name))%from
-      if (from == '--set') from = '--set '//group//'.'//name
-      call fail(error, status_bad_input, from//': expected '//expected//', found '//found)
+      place = from(group, name)
+      if (place == '--set') place = '--set '//group//'.'//name
+      call fail(error, status_bad_input, place//': expected '//expected//', found '//found)
     end subroutine contradict
 
   end subroutine complete_settings

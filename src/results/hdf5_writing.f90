@@ -7,13 +7,14 @@ module scree_hdf5_writing
   use scree_kinds, only: dp
   implicit none
   private
-  public :: append_rows, check_status, create_rows, fixed_rows, rows_t, write_text, write_whole, write_words
+  public :: append_rows, check_status, create_rows, fixed_rows, hold_space, rows_t, write_text, write_whole, write_words
 
   !> A dataset of rows that grows.
   type :: rows_t
     integer(hid_t) :: id = -1
     integer, allocatable :: shape(:)          !! of a row, as Fortran counts: first index runs fastest
     integer(hsize_t) :: n_rows = 0
+    integer(hsize_t) :: chunk_bytes = 0       !! of a chunk
     logical :: whole = .false.                !! whole numbers
     integer(hid_t) :: file_type = -1          !! in the file; numbers are handed over as doubles or default integers
   end type rows_t
@@ -31,6 +32,7 @@ module scree_hdf5_writing
   end type reason_t
 
   interface
+    !> HDF5: calls back for each entry of the error stack.
     integer(c_int) function h5ewalk2(stack, direction, callback, data) bind(c, name='H5Ewalk2')
       import :: c_int, c_int64_t, c_funptr, c_ptr
       integer(c_int64_t), value :: stack
@@ -116,6 +118,9 @@ contains
     call h5screate_simple_f(n, dims, space, status, most)
     call h5pcreate_f(H5P_DATASET_CREATE_F, properties, status)
     call h5pset_chunk_f(properties, n, chunk, status)
+    call h5pset_alloc_time_f(properties, H5D_ALLOC_TIME_EARLY_F, status) ! as rows are appended, not at the flush
+    call h5pset_fill_time_f(properties, H5D_FILL_TIME_NEVER_F, status)
+    rows%chunk_bytes = 8*product(chunk)
     call h5pcreate_f(H5P_LINK_CREATE_F, links, status)
     call h5pset_create_inter_group_f(links, 1, status)
     call h5dcreate_f(file, path, rows%file_type, space, rows%id, status, properties, links)
@@ -166,6 +171,30 @@ contains
     rows%n_rows = dims(n)
   end subroutine append_rows
 
+  !> Takes space at the end of the file with a dataset without a name; closing it gives the space back.
+  !>
+  !> A flush writes the index of new rows before the head of the file, and a run that is killed between the two would
+  !> leave an index beyond the end that the head says; a flush of a file that has become shorter cuts it before it writes
+  !> the head. So some space is always held while the file is flushed, and given back only while rows are appended.
+  subroutine hold_space(file, bytes, dataset, error)
+    integer(hid_t), intent(in) :: file
+    integer(hsize_t), intent(in) :: bytes
+    integer(hid_t), intent(out) :: dataset
+    type(error_t), allocatable, intent(out) :: error
+    integer(hid_t) :: properties, space
+    integer :: status
+
+    call h5screate_simple_f(1, [bytes], space, status)
+    call h5pcreate_f(H5P_DATASET_CREATE_F, properties, status)
+    call h5pset_alloc_time_f(properties, H5D_ALLOC_TIME_EARLY_F, status)
+    call h5pset_fill_time_f(properties, H5D_FILL_TIME_NEVER_F, status)
+    call h5dcreate_anon_f(file, H5T_STD_U8LE, space, dataset, status, properties)
+    call check_status(status, 'cannot write', error)
+    if (allocated(error)) return
+    call h5pclose_f(properties, status)
+    call h5sclose_f(space, status)
+  end subroutine hold_space
+
   !> Makes a dataset of rows, fills and closes it.
   subroutine fixed_rows(file, path, shape, whole, units, description, values, error, byte)
     integer(hid_t), intent(in) :: file
@@ -186,19 +215,32 @@ contains
     call h5dclose_f(rows%id, status)
   end subroutine fixed_rows
 
-  !> Writes a text attribute of an object, over one that is there.
-  subroutine write_text(object, name, text, error)
+  !> Writes a text attribute of an object; one that is there is written over in place, cut to its room.
+  subroutine write_text(object, name, text, error, room)
     integer(hid_t), intent(in) :: object
     character(len=*), intent(in) :: name, text
     type(error_t), allocatable, intent(out) :: error
-    character(len=max(1, len(text))), target :: buffer
+    integer, intent(in), optional :: room !! letters for later texts; as many as `text` has where absent
+    character(len=:), allocatable, target :: buffer
     integer(hid_t) :: attribute, space, string
+    integer(size_t) :: letters
     integer :: status
     logical :: there
 
-    buffer = text
     call h5aexists_f(object, name, there, status)
-    if (there) call h5adelete_f(object, name, status)
+    if (there) then
+      call h5aopen_f(object, name, attribute, status)
+      call h5aget_type_f(attribute, string, status)
+      call h5tget_size_f(string, letters, status)
+      buffer = text//repeat(c_null_char, int(letters))
+      call h5awrite_f(attribute, string, c_loc(buffer), status)
+      call check_status(status, 'cannot write '//name, error)
+      call h5aclose_f(attribute, status)
+      return
+    end if
+    buffer = text
+    if (len(text) == 0) buffer = ' '
+    if (present(room)) buffer = text//repeat(c_null_char, max(0, room - len(text)))
     call h5tcopy_f(H5T_C_S1, string, status)
     call h5tset_size_f(string, int(len(buffer), size_t), status)
     call h5tset_strpad_f(string, H5T_STR_NULLPAD_F, status)

@@ -6,19 +6,40 @@
 !> of a dataset hardly ever changes.
 module scree_results_file
   use hdf5
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_intptr_t, c_null_char
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
-  use scree_hdf5_writing, only: append_rows, check_status, create_rows, fixed_rows, rows_t, write_text, write_whole, &
-                                write_words
+  use scree_hdf5_writing, only: append_rows, check_status, create_rows, fixed_rows, hold_space, rows_t, write_text, &
+                                write_whole, write_words
   use scree_kinds, only: dp
   use scree_xdmf, only: add_xdmf_frame, begin_xdmf, xdmf_t
   implicit none
   private
-  public :: add_frame, close_results, cost_row_t, declare_series, flush_results, layout_t, open_results, put_series, results_t, &
+
+  integer(c_int), parameter :: file_too_large = 25 !! SIGXFSZ of Linux
+
+  interface
+    !> C: what a signal does; handler 1 is SIG_IGN.
+    function c_signal(number, handler) bind(c, name='signal')
+      import :: c_int, c_intptr_t
+      integer(c_int), value :: number
+      integer(c_intptr_t), value :: handler
+      integer(c_intptr_t) :: c_signal
+    end function c_signal
+
+    !> C: sets the length of a file.
+    integer(c_int) function c_truncate(path, length) bind(c, name='truncate')
+      import :: c_char, c_int, c_int64_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int64_t), value :: length
+    end function c_truncate
+  end interface
+
+  public :: add_frame, close_results, cost_row_t, declare_series, layout_t, open_results, put_series, results_t, &
             store_text, store_words
 
   integer, parameter :: vtk_polygon = 7
-  integer, parameter :: chunk_bytes = 1048576 !! of a chunk, where as many rows are expected
+  integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
   character(len=*), parameter :: point_fields(2) = [character(len=12) :: 'displacement', 'velocity']
   character(len=*), parameter :: cell_fields(3) = [character(len=12) :: 'stress_xx', 'stress_yy', 'stress_xy']
 
@@ -53,13 +74,15 @@ module scree_results_file
     character(len=:), allocatable :: path
     integer(hid_t) :: file = -1
     integer(hid_t) :: steps = -1            !! group /VTKHDF/Steps
+    integer(hid_t) :: held = -1             !! dataset that holds space
+    integer(hsize_t) :: held_bytes = 0
     integer :: n_frames = 0
     integer :: n_vertices = 0
     integer :: n_elements = 0
     integer :: expected_frames = 1, expected_steps = 1
     type(rows_t) :: points, time
     type(rows_t) :: point_field(size(point_fields)), cell_field(size(cell_fields))
-    type(rows_t) :: offset(6)               !! parts, points, cells, connectivity, number of parts; static cell data
+    type(rows_t) :: offset(5)               !! parts, number of parts, points, cells, connectivity
     type(rows_t) :: point_offset(size(point_fields)), cell_offset(size(cell_fields) + 2)
     type(series_t), allocatable :: series(:)
     integer :: n_series = 0
@@ -79,6 +102,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer(hid_t) :: access, group
     integer :: status
+    integer(c_intptr_t) :: old_handler
     logical :: there
 
     inquire (file=path//'/.', exist=there)
@@ -93,6 +117,7 @@ contains
     results%expected_steps = max(1, layout%expected_steps)
     allocate (results%series(8))
 
+    old_handler = c_signal(file_too_large, 1_c_intptr_t) ! so that it is an error with words, not the end
     call h5dont_atexit_f(status) ! first: after a failed write the library's own handler would try again, and crash
     call h5open_f(status)
     call h5eset_auto_f(0, status)
@@ -125,7 +150,7 @@ contains
     end if
     call h5gcreate_f(results%file, '/scene', group, status)
     call h5gclose_f(group, status)
-    call store_text(results, 'status', 'running', error)
+    call store_text(results, 'status', 'running', error, room=300)
   end subroutine open_results
 
   !> Datasets of the frames: the polygons once, places and fields to grow.
@@ -217,13 +242,15 @@ contains
     subroutine grow_step(name, rows)
       character(len=*), intent(in) :: name
       type(rows_t), intent(out) :: rows
+      integer :: chunk
 
+      chunk = min(results%expected_frames + 1, chunk_bytes/8)
       if (name == 'Values') then
-        call grow('Steps/'//name, [integer ::], .false., 'time', 'time of each frame', results%expected_frames + 1, rows)
+        call grow('Steps/'//name, [integer ::], .false., 'time', 'time of each frame', chunk, rows)
       else if (name == 'CellOffsets' .or. name == 'ConnectivityIdOffsets') then
-        call grow('Steps/'//name, [1], .true., '', '', results%expected_frames + 1, rows)
+        call grow('Steps/'//name, [1], .true., '', '', chunk, rows)
       else
-        call grow('Steps/'//name, [integer ::], .true., '', '', results%expected_frames + 1, rows)
+        call grow('Steps/'//name, [integer ::], .true., '', '', chunk, rows)
       end if
     end subroutine grow_step
 
@@ -306,6 +333,8 @@ contains
       call fail(error, status_run_failed, 'a number of the frame is not finite')
       return
     end if
+    call release_space(results, error)
+    if (allocated(error)) return
     n = real(results%n_frames, dp)
     call append(results%points, in_space(place))
     call append(results%point_field(1), in_space(displacement))
@@ -325,8 +354,9 @@ contains
     call append(results%offset(3), [n*results%n_vertices])
     call append(results%offset(4), [0.0_dp])
     call append(results%offset(5), [0.0_dp])
-    if (allocated(error)) return
-    call flush_results(results, error)
+    if (.not. allocated(error)) call append_waiting(results, error)
+    if (.not. allocated(error)) call hold_space_again(results, error)
+    if (.not. allocated(error)) call flush_file(results, error)
     if (allocated(error)) return
     results%n_frames = results%n_frames + 1
     call write_whole(results%steps, 'NSteps', [results%n_frames], error)
@@ -348,6 +378,42 @@ contains
 
   end subroutine add_frame
 
+  !> Gives the held space back for the rows that wait and a frame; holds more before where it would not do.
+  subroutine release_space(results, error)
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+    integer(hsize_t), parameter :: index_bytes = 8192 !! of a dataset: more than two nodes of its tree
+    integer(hsize_t) :: bytes
+    integer :: i, status
+
+    ! for each dataset its rows, up to a chunk more, and its index
+    bytes = int(results%n_vertices, hsize_t)*72 + int(results%n_elements, hsize_t)*24 + results%points%chunk_bytes &
+            + results%time%chunk_bytes + 2*index_bytes + sum(results%offset%chunk_bytes + index_bytes) &
+            + sum(results%point_field%chunk_bytes + results%point_offset%chunk_bytes + 2*index_bytes) &
+            + sum(results%cell_field%chunk_bytes + index_bytes) + sum(results%cell_offset%chunk_bytes + index_bytes)
+    do i = 1, results%n_series
+      bytes = bytes + 8*results%series(i)%n + results%series(i)%rows%chunk_bytes + index_bytes
+    end do
+    if (bytes > results%held_bytes) then
+      if (results%held >= 0) call h5dclose_f(results%held, status)
+      results%held_bytes = 2*bytes
+      call hold_space_again(results, error)
+      if (.not. allocated(error)) call flush_file(results, error)
+      if (allocated(error)) return
+    end if
+    call h5dclose_f(results%held, status)
+    results%held = -1
+  end subroutine release_space
+
+  !> Holds as much space as before.
+  subroutine hold_space_again(results, error)
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+
+    call hold_space(results%file, results%held_bytes, results%held, error)
+    if (allocated(error)) error%message = results%path//': '//error%message
+  end subroutine hold_space_again
+
   !> Places or vectors of the plane with a third coordinate 0.
   pure function in_space(plane) result(space)
     real(dp), intent(in) :: plane(:, :) !! (2, n)
@@ -359,8 +425,8 @@ contains
     end do
   end function in_space
 
-  !> Writes all rows that wait, and flushes.
-  subroutine flush_results(results, error)
+  !> Writes all rows that wait.
+  subroutine append_waiting(results, error)
     type(results_t), intent(inout) :: results
     type(error_t), allocatable, intent(out) :: error
     integer :: i
@@ -375,8 +441,7 @@ contains
         series%n = 0
       end associate
     end do
-    call flush_file(results, error)
-  end subroutine flush_results
+  end subroutine append_waiting
 
   !> Hands everything to the system.
   subroutine flush_file(results, error)
@@ -389,15 +454,16 @@ contains
   end subroutine flush_file
 
   !> Keeps a text as an attribute of /scene.
-  subroutine store_text(results, name, text, error)
+  subroutine store_text(results, name, text, error, room)
     type(results_t), intent(in) :: results
     character(len=*), intent(in) :: name, text
     type(error_t), allocatable, intent(out) :: error
+    integer, intent(in), optional :: room        !! letters for later texts
     integer(hid_t) :: group
     integer :: status
 
     call h5gopen_f(results%file, '/scene', group, status)
-    call write_text(group, name, text, error)
+    call write_text(group, name, text, error, room)
     if (allocated(error)) error%message = results%path//': '//error%message
     call h5gclose_f(group, status)
   end subroutine store_text
@@ -419,10 +485,13 @@ contains
     character(len=*), intent(in) :: status_text  !! complete, or stopped: reason
     type(cost_row_t), intent(in) :: costs(:)
     type(error_t), allocatable, intent(out) :: error
+    integer(hsize_t) :: length
+    integer(c_int) :: lengthened
     integer :: status
 
     if (results%file < 0) return
-    call flush_results(results, error)
+    if (results%held >= 0) call h5dclose_f(results%held, status)
+    call append_waiting(results, error)
     if (.not. allocated(error)) call write_words(results%file, '/cost/phase', costs%phase, error)
     if (.not. allocated(error)) &
       call fixed_rows(results%file, '/cost/calls', [integer ::], .true., '1', 'calls', real(costs%calls, dp), error)
@@ -432,8 +501,11 @@ contains
                                                 'processor time', costs%processor, error)
     if (.not. allocated(error)) call store_text(results, 'status', status_text, error)
     if (.not. allocated(error)) call flush_file(results, error)
+    call h5fget_filesize_f(results%file, length, status)
     call h5fclose_f(results%file, status)
     if (.not. allocated(error)) call check_status(status, results%path//': cannot close', error)
+    ! a failure may have cut the file shorter than its head says, and it would not open; a hole takes no space
+    if (allocated(error)) lengthened = c_truncate(results%path//c_null_char, int(length + results%held_bytes, c_int64_t))
     results%file = -1
     if (.not. allocated(error)) call h5close_f(status) ! after a failure it would try to write again
   end subroutine close_results

@@ -1,0 +1,208 @@
+"""Bad decks: each gives one line with file, line, expected and found, exit status 2, quickly and in little memory."""
+import os
+import resource
+import subprocess
+import time
+
+import pytest
+
+SCREE = os.environ["SCREE"]
+
+GEOMETRY = """0.001
+4 0
+0
+0
+1
+0
+1
+0
+0 0 1 0 1
+1 0 1 1 1
+1 1 0 1 1
+0 1 0 0 1
+0 0 0 0
+0.5 0.5
+"""
+ANALYSIS = """1
+10
+1
+1
+0.05
+0.01
+2500 0 1e10 0.3
+0 0 0
+0 0 0
+0 0 1
+30 0 0
+&deck geometry='g.geo' /
+"""
+BLOCKS = """1 0 8
+0 0 1
+1 1 4
+1 0 0
+1 1 0
+1 1 1
+1 0 1
+1 0 0
+0 1 1
+0 .5 .5
+0 .5 .5
+.5 .5 1
+"""
+
+
+def geometry(line, text):
+    """The geometry deck with one line replaced."""
+    lines = GEOMETRY.splitlines()
+    lines[line - 1] = text
+    return {"g.geo": "\n".join(lines) + "\n"}
+
+
+def analysis(line, text):
+    """The analysis deck with one line replaced."""
+    lines = ANALYSIS.splitlines()
+    lines[line - 1] = text
+    return {"a.ana": "\n".join(lines) + "\n"}
+
+
+def groups(text):
+    """The analysis deck with more groups, from line 13 on."""
+    return {"a.ana": ANALYSIS + text}
+
+
+def blocks(line, text):
+    """A block file with one line replaced."""
+    lines = BLOCKS.splitlines()
+    lines[line - 1] = text
+    return {"g.blk": "\n".join(lines) + "\n", "a.ana": ANALYSIS.replace("g.geo", "g.blk")}
+
+
+# name: files to write, where the error stands, a word of what was expected
+BAD = {
+    "geometry empty": ({"g.geo": ""}, "g.geo:1:", "least distance"),
+    "geometry of comments": ({"g.geo": "! nothing\n"}, "g.geo:2:", "least distance"),
+    "geometry truncated": ({"g.geo": "\n".join(GEOMETRY.splitlines()[:11])}, "g.geo:11:", "x1 y1 x2 y2"),
+    "geometry letters": (geometry(9, "0 zero 1 0 1"), "g.geo:9:", "number"),
+    "geometry with text after it": ({"g.geo": GEOMETRY + "and more\n"}, "g.geo:15:", "end of the numbers"),
+    "geometry with a number too many": ({"g.geo": GEOMETRY + "7\n"}, "g.geo:15:", "end of the numbers"),
+    "geometry with a group": ({"g.geo": GEOMETRY + "&deck /\n"}, "g.geo:15:", "no groups"),
+    "negative e0": (geometry(1, "-0.1"), "g.geo:1:", "at least 0"),
+    "no lines": (geometry(2, "0 0"), "g.geo:2:", "at least 1"),
+    "negative count": (geometry(2, "-4 0"), "g.geo:2:", "at least 1"),
+    "a count of 1e9": (geometry(2, "1000000000 0"), "g.geo:2:", "nine digits"),
+    "a count of 999999999": (geometry(2, "999999999 0"), "g.geo:2:", "at most"),
+    "a count that is real": (geometry(2, "4.5 0"), "g.geo:2:", "whole"),
+    "more boundary than lines": (geometry(2, "4 5"), "g.geo:2:", "at most 4"),
+    "bolts": (geometry(4, "1"), "g.geo:4:", "bolts are not simulated"),
+    "joint material 0": (geometry(10, "1 0 1 1 0"), "g.geo:10:", "at least 1"),
+    "joint material that is not there": (geometry(10, "1 0 1 1 2"), "g.geo:10:", "joint material up to 1"),
+    "NaN in a line": (geometry(9, "nan 0 1 0 1"), "g.geo:9:", "number"),
+    "infinity in a line": (geometry(9, "0 inf 1 0 1"), "g.geo:9:", "number"),
+    "1e999 in a line": (geometry(9, "0 1e999 1 0 1"), "g.geo:9:", "number"),
+    "a zero line": (geometry(9, "1 1 1 1 1"), "g.geo:9:", "longer"),
+    "lines that leave a gap": (geometry(9, "0 0 0.5 0 1"), "g.geo:9:", "free"),
+    "lines that cross": (geometry(9, "0 0 1.5 0 1"), "g.geo:9:", "another line at each end"),
+    "a bow-tie": ({"g.geo": "1e-3 4 0 0 0 0 0 0 0\n0 0 1 1 1\n1 1 1 0 1\n1 0 0 1 1\n0 1 0 0 1\n",
+                   "a.ana": ANALYSIS}, "g.geo:4:", "cross"),
+    "a third line at a corner": ({"g.geo": GEOMETRY.replace("4 0", "5 0").replace("0 1 0 0 1\n", "0 1 0 0 1\n0 0 -1 0 1\n")},
+                                 "g.geo:13:", "two lines at an end"),
+    "a fixed point outside": (geometry(13, "5 5 5 5"), "g.geo:13:", "fixed"),
+    "a measured point outside": (geometry(14, "5 5"), "g.geo:14:", "measured"),
+    "a hole that empties the deck": ({"g.geo": GEOMETRY.replace("1\n0\n0 0 1 0 1", "1\n1\n0 0 1 0 1") + "0.5 0.5\n"},
+                                     "g.geo:15:", "left"),
+    "binary garbage": ({"g.geo": b"\x7fELF\x00\x01\x02" * 50}, "g.geo:1:", "byte"),
+    "a NUL in the middle": ({"g.geo": GEOMETRY.encode()[:60] + b"\0" + GEOMETRY.encode()[60:]}, "g.geo:", "byte 0"),
+    "geometry missing": (analysis(12, "&deck geometry='none.geo' /"), "none.geo:", "no such file"),
+    "geometry a directory": (analysis(12, "&deck geometry='.' /"), "directory", "expected a deck"),
+    "analysis empty": ({"a.ana": "&deck geometry='g.geo' /"}, "a.ana:1:", "k01"),
+    "analysis truncated": ({"a.ana": "\n".join(ANALYSIS.splitlines()[:8]) + "\n&deck geometry='g.geo' /"}, "a.ana:", "expected"),
+    "analysis letters": (analysis(6, "0.0l"), "a.ana:6:", "number"),
+    "k01 of 2": (analysis(1, "2"), "a.ana:1:", "at most 1"),
+    "negative steps": (analysis(2, "-5"), "a.ana:2:", "at least 0"),
+    "no steps": (analysis(2, "0"), "a.ana", "0 steps"),
+    "no block material": (analysis(3, "0"), "a.ana:3:", "at least 1"),
+    "1e9 block materials": (analysis(3, "999999999"), "a.ana:3:", "at most"),
+    "negative joint materials": (analysis(4, "-1"), "a.ana:4:", "at least 0"),
+    "step size 0": (analysis(6, "0"), "a.ana:6:", "above 0"),
+    "E 0": (analysis(7, "2500 0 0 0.3"), "a.ana:7:", "above 0"),
+    "E negative": (analysis(7, "2500 0 -1e10 0.3"), "a.ana:7:", "above 0"),
+    "nu 0.5": (analysis(7, "2500 0 1e10 0.5"), "a.ana:7:", "below 0.5"),
+    "nu -1": (analysis(7, "2500 0 1e10 -1"), "a.ana:7:", "above -1"),
+    "density negative": (analysis(7, "-1 0 1e10 0.3"), "a.ana:7:", "at least 0"),
+    "NaN density": (analysis(7, "NaN 0 1e10 0.3"), "a.ana:7:", "number"),
+    "a friction of 90 degrees": (analysis(11, "90 0 0"), "a.ana:11:", "below 90"),
+    "a number too many": (analysis(11, "30 0 0 5"), "a.ana:", "expected"),
+    "a number too few": (analysis(11, "30 0"), "a.ana:", "22 numbers"),
+    "dialect that does not fit": (analysis(12, "&deck geometry='g.geo', dialect='shi' /"), "a.ana:", "expected"),
+    "unknown group": (groups("&nonsense /\n"), "a.ana:13:", "one of the groups &deck"),
+    "unknown name": (groups("&method\n  modle='dda' /\n"), "a.ana:14:", "preset, model, strain"),
+    "unknown choice": (groups("&method model='fem' /\n"), "a.ana:13:", "dda, nmm"),
+    "a word for a number": (groups("&step size=small /\n"), "a.ana:13:", "number"),
+    "two numbers for one": (groups("&step size=1 2 /\n"), "a.ana:13:", "one number"),
+    "beta of 2": (groups("&integrator beta=2 /\n"), "a.ana:13:", "at most 1"),
+    "a group twice": (groups("&method model='dda' /\n&method strain='small' /\n"), "a.ana:14:", "second &method"),
+    "a name twice": (groups("&method model='dda', model='nmm' /\n"), "a.ana:13:", "second model"),
+    "a group without end": (groups("&method model='dda'\n"), "a.ana:14:", "'/'"),
+    "a quote without end": (groups("&method model='dda /\n"), "a.ana:13:", "closing"),
+    "a name without value": (groups("&method model /\n"), "a.ana:13:", "'='"),
+    "text between groups": (groups("5 6 7\n"), "a.ana:13:", "'&'"),
+    "energy-momentum with small strain": (groups("&integrator scheme='energy_momentum' /\n"), "a.ana:13:", "green"),
+    "gamma of energy-momentum": (groups("&method strain='green' /\n&integrator gamma=0.5 /\n"), "a.ana:14:", "no gamma"),
+    "rates of an NMM": (groups("&method model='nmm' /\n&integrator transport='rates' /\n"), "a.ana:14:", "dda"),
+    "every and interval": (groups("&output every=1, interval=0.1 /\n"), "a.ana:13:", "every or interval"),
+    "a force without a load point": (groups("&loads force=1, 2 /\n"), "a.ana:13:", "0 numbers"),
+    "blocks: row beyond the end": (blocks(3, "1 1 9"), "g.blk:3:", "at most 8"),
+    "blocks: two vertices": (blocks(3, "1 1 2"), "g.blk:3:", "three or more"),
+    "blocks: clockwise": ({"g.blk": BLOCKS.replace("1 1 0\n1 1 1\n1 0 1\n", "1 0 1\n1 1 1\n1 1 0\n"),
+                           "a.ana": ANALYSIS.replace("g.geo", "g.blk")}, "g.blk:3:", "counter-clockwise"),
+    "blocks: a point in no block": (blocks(12, ".5 .5 0"), "g.blk:12:", "at least 1"),
+    "blocks: truncated": ({"g.blk": "\n".join(BLOCKS.splitlines()[:6]), "a.ana": ANALYSIS.replace("g.geo", "g.blk")},
+                          "g.blk:", "at most"),
+    "blocks: 1e9 rows": (blocks(1, "1 0 999999999"), "g.blk:1:", "at most"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_deck_is_refused_in_one_line(name, tmp_path):
+    files, where, expected = BAD[name]
+    for file, text in {"g.geo": GEOMETRY, "a.ana": ANALYSIS, **files}.items():
+        (tmp_path / file).write_bytes(text if isinstance(text, bytes) else text.encode())
+    before = time.perf_counter()
+    done = subprocess.run([SCREE, "run", "a.ana", "-o", "r.h5"], cwd=tmp_path, capture_output=True, text=True, timeout=20)
+    seconds = time.perf_counter() - before
+    line = done.stderr
+    assert done.returncode == 2, line
+    assert len(line.splitlines()) == 1 and line.startswith("scree: "), line
+    assert where in line and expected in line and "expected" in line and "found" in line, line
+    assert not (tmp_path / "r.h5").exists()
+    assert seconds < 5  # a hang, not a speed; each takes milliseconds
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < 500_000  # KiB; 1e9 of anything would be more
+
+
+@pytest.mark.parametrize("option, expected", [
+    ("step.size=0", "above 0"), ("step.size", "GROUP.NAME=VALUE"), ("step.siz=1", "size, end_time, least"),
+    ("stp.size=1", "one of the groups"), ("method.model=", "GROUP.NAME=VALUE"), ("method.model=fem", "dda, nmm")])
+def test_bad_option_is_refused(option, expected, tmp_path):
+    (tmp_path / "g.geo").write_text(GEOMETRY)
+    (tmp_path / "a.ana").write_text(ANALYSIS)
+    done = subprocess.run([SCREE, "check", "a.ana", "--set", option], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 2 and expected in done.stderr and len(done.stderr.splitlines()) == 1, done.stderr
+
+
+@pytest.mark.parametrize("change", [
+    lambda t: t, lambda t: t.replace("\n", "\r\n"), lambda t: t.rstrip("\n"), lambda t: t.replace(" ", "\t"),
+    lambda t: t.replace("0 0 1 0 1", "0, 0, 1, 0, 1 ! a comment"), lambda t: "# a comment\n\n" + t])
+def test_good_decks_are_taken_in_any_dress(change, tmp_path):
+    (tmp_path / "g.geo").write_bytes(change(GEOMETRY).encode())
+    (tmp_path / "a.ana").write_bytes(ANALYSIS.replace("\n", "\r\n").encode())
+    done = subprocess.run([SCREE, "check", "a.ana"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0 and "1 blocks" in done.stdout, done.stderr
+
+
+def test_a_block_file_is_read_in_both_point_layouts(tmp_path):
+    (tmp_path / "a.ana").write_text(ANALYSIS.replace("g.geo", "g.blk"))
+    typed = BLOCKS.replace("0 .5 .5\n0 .5 .5\n.5 .5 1\n", "0 .5 .5\n0 .5 .5\n1 .5 .5 1\n")
+    for text in (BLOCKS, typed):
+        (tmp_path / "g.blk").write_text(text)
+        done = subprocess.run([SCREE, "explain", "a.ana"], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0 and "measured point 1 x y: 0.5 0.5" in done.stdout, done.stderr

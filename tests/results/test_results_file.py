@@ -1,0 +1,153 @@
+"""The results file: its layout, what it holds of a run that dies, and what a failed write says."""
+import os
+import pathlib
+import random
+import resource
+import signal
+import subprocess
+import time
+import xml.etree.ElementTree as xml
+
+os.environ["HDF5_USE_FILE_LOCKING"] = "FALSE"  # a file is read here while it is written
+
+import h5py
+import numpy as np
+import pytest
+
+SCREE = os.environ["SCREE"]
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
+DECKS = SOURCE / "input" / "paper" / "rotation"
+
+
+@pytest.fixture(scope="module")
+def t4(tmp_path_factory):
+    path = tmp_path_factory.mktemp("t4") / "t4.h5"
+    subprocess.run([SCREE, "run", DECKS / "t4.ana", "-o", path, "--quiet", "--xdmf"], check=True)
+    return path
+
+
+def test_frames_are_a_vtkhdf_time_series(t4):
+    with h5py.File(t4) as f:
+        root = f["VTKHDF"]
+        assert list(root.attrs["Version"]) == [2, 0] and root.attrs["Type"] == b"UnstructuredGrid"
+        n = root["Steps"].attrs["NSteps"]
+        assert n == 101 and len(root["Steps/Values"]) == n and root["Types"][0] == 7 and root["Types"].dtype == np.uint8
+        for name in ("PartOffsets", "NumberOfParts", "PointOffsets", "CellOffsets", "ConnectivityIdOffsets"):
+            assert len(root["Steps"][name]) == n
+        np.testing.assert_array_equal(root["Steps/PointOffsets"][:], 3 * np.arange(n))
+        np.testing.assert_array_equal(root["Steps/CellDataOffsets/stress_xx"][:], np.arange(n))
+        moved = root["Points"][:].reshape(n, 3, 3)
+        np.testing.assert_allclose(moved - moved[0], root["PointData/displacement"][:].reshape(n, 3, 3), atol=1e-15)
+
+
+def test_every_series_has_units_and_description_and_is_finite(t4):
+    rows = []
+
+    def look(name, item):
+        if isinstance(item, h5py.Dataset) and name.split("/")[0] in ("history", "bodies", "measured_points"):
+            rows.append(name)
+            assert item.attrs["units"] and item.attrs["description"], name
+            assert np.isfinite(item[:]).all(), name
+            assert len(item) == (101 if name.startswith("bodies") else 100), name
+
+    with h5py.File(t4) as f:
+        f.visititems(look)
+    assert len(rows) > 15
+
+
+def test_absent_effects_are_absent(t4):
+    with h5py.File(t4) as f:
+        assert set(f["history/energy"]) == {"kinetic", "strain", "work", "dissipated"}
+        assert [phase.decode().strip() for phase in f["cost/phase"]] == ["set-up", "steps", "results"]
+        assert "contacts" not in f
+
+
+def test_the_scene_is_kept(t4):
+    with h5py.File(t4) as f:
+        assert f["scene"].attrs["status"] == b"complete"
+        assert f["scene/analysis_deck"][0].decode().rstrip() == (DECKS / "t4.ana").read_text().rstrip()
+        assert any(word.startswith(b"integrator.beta = 0.5  (") for word in f["scene/settings"])
+        assert f["scene/effects"][1].decode().strip() == "large deformation"
+
+
+def test_the_side_car_points_at_every_frame(t4):
+    grids = xml.parse(t4.with_suffix(".xdmf")).getroot().findall("./Domain/Grid/Grid")
+    assert len(grids) == 101
+    with h5py.File(t4) as f:
+        for frame in (0, 57, 100):
+            assert float(grids[frame].find("Time").get("Value")) == f["VTKHDF/Steps/Values"][frame]
+            slab, source = grids[frame].find("Geometry/DataItem")
+            start, _, count = np.array(slab.text.split(), int).reshape(3, 2)
+            name, path = source.text.strip().split(":")
+            assert name == "t4.h5"
+            np.testing.assert_array_equal(f[path][start[0]:start[0] + count[0]], f["VTKHDF/Points"][3 * frame:3 * frame + 3])
+
+
+def read_frames(path):
+    """Reads all counted frames and checks that they are whole; returns how many."""
+    with h5py.File(path) as f:
+        n = int(f["VTKHDF/Steps"].attrs["NSteps"])
+        place = f["VTKHDF/Points"][:3 * n].reshape(n, 3, 3)
+        np.testing.assert_allclose(np.linalg.norm(place[:, 1] - place[:, 0], axis=1), 0.1, rtol=1e-6)
+        when = f["VTKHDF/Steps/Values"][:n]
+        assert (np.diff(when) > 0).all()
+        for item in f["bodies"].values():
+            assert len(item) >= n and np.isfinite(item[:n]).all()
+        history = f["history/time"][:]
+        assert n < 2 or history.max() >= when[-1]
+        return n
+
+
+def test_a_killed_run_leaves_its_frames(tmp_path):
+    random.seed(1)
+    counted = []
+    for every in [1, 3, 20, 200] * 8:
+        path = tmp_path / "killed.h5"
+        path.unlink(missing_ok=True)
+        run = subprocess.Popen([SCREE, "run", DECKS / "chi0.ana", "-o", path, "--quiet", "--set", f"output.every={every}"])
+        while True:  # until the first frame is there
+            try:
+                if read_frames(path) > 0:
+                    break
+            except (OSError, KeyError, RuntimeError, ValueError, AssertionError):  # caught half-way in a write
+                assert run.poll() is None
+        time.sleep(random.uniform(0, 0.15))
+        run.send_signal(signal.SIGKILL)
+        run.wait()
+        counted.append(read_frames(path))
+    assert max(counted) > 10
+
+
+def limit_file_size():
+    """Writes beyond 3 MB fail."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (3_000_000, 3_000_000))
+
+
+def test_a_limit_of_file_size_is_said(tmp_path):
+    path = tmp_path / "large.h5"
+    done = subprocess.run([SCREE, "run", DECKS / "chi0.ana", "-o", path, "--quiet", "--set", "output.every=100"],
+                          capture_output=True, text=True, preexec_fn=limit_file_size)
+    assert done.returncode == 1
+    assert done.stderr == f"scree: {path}: cannot write: File too large\n"
+
+
+@pytest.mark.parametrize("size", ["4m", "6m", "8m"])
+def test_a_full_disk_is_said_and_leaves_the_frames(size, tmp_path):
+    """On a small file system of its own, which needs root or the right to make a user namespace."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    inside = (f"mount -t tmpfs -o size={size} none {disk} && {{ {SCREE} run {DECKS / 'chi0.ana'} -o {disk}/full.h5 --quiet "
+              f"--set output.every=100; status=$?; cp {disk}/full.h5 {tmp_path}; exit $status; }}")
+    unshare = ["unshare", "--user", "--map-root-user", "--mount"] if os.geteuid() else ["unshare", "--mount"]
+    if subprocess.run([*unshare, "mount", "-t", "tmpfs", "none", disk], capture_output=True).returncode != 0:
+        pytest.skip("no right to mount a small file system")
+    done = subprocess.run([*unshare, "sh", "-c", inside], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr == f"scree: {disk}/full.h5: cannot write: No space left on device\n"
+    assert read_frames(tmp_path / "full.h5") >= 1
+
+
+def test_a_place_that_cannot_be_written_is_said_before_the_run(tmp_path):
+    for path, word in ((tmp_path / "none" / "r.h5", "No such file or directory"), (tmp_path, "directory")):
+        done = subprocess.run([SCREE, "run", DECKS / "t4.ana", "-o", path, "--quiet"], capture_output=True, text=True)
+        assert done.returncode == 2 and word in done.stderr and len(done.stderr.splitlines()) == 1
