@@ -34,7 +34,7 @@ def test_failures_are_counted_placed_and_end_with_an_error(folder):
     status, text = run("test_failures.pf", folder)
     assert status != 0 and "Tests run: 13, Failures: 12" in text and "FAILURES!!!" in text
     lines = (HERE / "must_fail" / "test_failures.pf").read_text().splitlines()
-    marked = [i for i, line in enumerate(lines, 1) if "! fails" in line]
+    marked = [i for i, line in enumerate(lines, 2) if "! fails" in line]
     placed = [int(line.split(":")[1].rstrip("]")) for line in text.splitlines() if line.startswith("  [test_failures.pf:")]
     assert placed == marked  # these, in this order, and none after the first of a test
     assert "the reason in words" in text
@@ -56,6 +56,7 @@ def test_success_is_counted(folder):
     ("module m\ncontains\n@unknown\nend module m\n", "t.pf:3: expected a directive"),
     ("module m\ncontains\n@test\ninteger :: i\nend module m\n", "t.pf:4: expected a subroutine after @test"),
     ("module m\ncontains\n@test\nsubroutine s()\n@assertTrue(a, &\nb)\nend subroutine\nend module m\n", "t.pf:5: expected @assertTrue(...)"),
+    ("module m\ncontains\n@test\nsubroutine s()\n@assertTrue(a) ! why\nend subroutine\nend module m\n", "t.pf:5: expected @assertTrue(...)"),
     ("module m\nend module m\n", "t.pf: expected a module with an @test")])
 def test_what_the_stand_in_does_not_know_is_an_error(text, expected, tmp_path):
     (tmp_path / "t.pf").write_text(text)

@@ -3,7 +3,8 @@
 
     translate_pf.py TESTS.pf PROGRAM.F90
 
-Knows @test, @before, @after and the asserts of funit.f90, each on one line. Anything else that begins with @ is an
+Knows @test, @before, @after and the asserts of funit.f90, each alone on one line, as pFUnit
+wants them. Anything else that begins with @ is an
 error with file and line. Line numbers of compiler messages are those of the .pf file.
 """
 import pathlib
@@ -47,9 +48,9 @@ def translate(path):
             pending = name
             out.append("")
         elif name in ASSERTS:
-            arguments = re.match(r"\((.*)\)\s*(!.*)?$", rest)
+            arguments = re.match(r"\((.*)\)\s*$", rest)
             if not arguments:
-                raise wrong(f"expected @{name}(...) on one line, found '{line.strip()}'")
+                raise wrong(f"expected @{name}(...) alone on one line, found '{line.strip()}'")
             out += [f"    call {name}({arguments.group(1)}, &",
                     f"      location=source_location_t('{path.name}', {number}))",
                     f"    if (anyExceptions()) return",
