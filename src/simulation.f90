@@ -4,7 +4,7 @@ module scree_simulation
   use scree_block_input, only: blocks_t
   use scree_effects, only: effects_t, element_share_t, share_of
   use scree_energy, only: books_t, close_books
-  use scree_equations, only: equations_t, set_up_equations
+  use scree_equations, only: equations_t, release_equations, set_up_equations
   use scree_errors, only: error_t
   use scree_green_strain, only: least_stable_stretch, least_stretch
   use scree_interpolation, only: displacement_matrix
@@ -78,6 +78,7 @@ contains
     if (.not. allocated(error)) call run_steps(scene, system, effects, equations, share, state, results, records, progress, &
                                                timer, error)
 
+    call release_equations(equations)
     call end_progress(progress)
     if (allocated(error)) then
       call close_results(results, 'stopped: '//error%message, costs(timer), close_error)

@@ -3,18 +3,30 @@
 !> An element that shares no unknown is a group of its own and is solved densely. All others are one group
 !> with one sparse matrix, which only they make.
 module scree_equations
+  use scree_cholmod, only: cholmod_t, release_cholmod, solve_cholmod
   use scree_constraints, only: constraints_t, reduce_element, reduction_t
   use scree_dense_solver, only: solve_dense
   use scree_element_term, only: term_t
   use scree_errors, only: error_t
   use scree_kinds, only: dp
+  use scree_sparse_matrix, only: add_element, build_pattern, clear_matrix, sparse_matrix_t
   use scree_system, only: element_unknowns, elements_t
+  use scree_umfpack, only: release_umfpack, solve_umfpack, umfpack_t
   implicit none
   private
   public :: add_equations, begin_equations, constrain_equations, equations_t, members, out_of_balance, &
-            set_up_equations, solve_equations
+            release_equations, set_up_equations, solve_equations
 
   integer, parameter :: n = element_unknowns
+
+  !> The sparse equations of the elements that share unknowns.
+  type :: shared_t
+    integer, allocatable :: unknown(:)       !! (n_rows) free unknown of each row
+    integer, allocatable :: rows(:, :)       !! (n_most, n_members) rows of each member, then zeros
+    type(sparse_matrix_t) :: matrix
+    type(cholmod_t) :: cholmod               !! where the matrix is symmetric and positive definite
+    type(umfpack_t) :: umfpack               !! else
+  end type shared_t
 
   !> Groups, constraints and the sums of one iteration.
   type :: equations_t
@@ -30,6 +42,7 @@ module scree_equations
     real(dp), allocatable :: span(:)         !! (n_unknowns) displacement that a unit of each unknown makes
     real(dp), allocatable :: correction(:)   !! (n_unknowns) of the last solution
     real(dp) :: dense(n, n) = 0.0_dp         !! matrix of a group of one
+    type(shared_t), allocatable :: shared    !! of the group of many, the last
   end type equations_t
 
 contains
@@ -45,7 +58,11 @@ contains
     n_alone = count(elements%alone)
     equations%member = [pack([(e, e=1, n_elements)], elements%alone), pack([(e, e=1, n_elements)], .not. elements%alone)]
     equations%first = [(e, e=1, n_alone + 1)]
-    if (n_alone < n_elements) equations%first = [equations%first, n_elements + 1]
+    if (n_alone < n_elements) then
+      equations%first = [equations%first, n_elements + 1]
+      allocate (equations%shared)
+      allocate (equations%shared%rows(0, 0))
+    end if
     equations%n_groups = size(equations%first) - 1
     equations%unknown = elements%unknown
     allocate (equations%reduction(n_elements))
@@ -69,11 +86,65 @@ contains
     integer :: e
 
     equations%constraints = constraints
-    if (size(constraints%row) == 0) return
-    do e = 1, size(equations%reduction)
-      call reduce_element(constraints, equations%unknown(:, e), equations%reduction(e))
-    end do
+    if (size(constraints%row) > 0) then
+      do e = 1, size(equations%reduction)
+        call reduce_element(constraints, equations%unknown(:, e), equations%reduction(e))
+      end do
+    end if
+    if (allocated(equations%shared)) call number_rows(equations)
   end subroutine constrain_equations
+
+  !> Numbers the free unknowns of the shared group; a new pattern is made only where they are others than before.
+  subroutine number_rows(equations)
+    type(equations_t), intent(inout) :: equations
+    integer, allocatable :: list(:), member(:), row(:), rows(:, :)
+    integer :: k, most, n_rows, u
+
+    member = members(equations, equations%n_groups)
+    most = 0
+    do k = 1, size(member)
+      most = max(most, size(free_unknowns(equations, member(k))))
+    end do
+    allocate (rows(most, size(member)), source=0)
+    allocate (row(size(equations%force)), source=0)
+    do k = 1, size(member)
+      list = free_unknowns(equations, member(k))
+      row(list) = 1
+    end do
+    n_rows = 0
+    do u = 1, size(row)
+      if (row(u) == 0) cycle
+      n_rows = n_rows + 1
+      row(u) = n_rows
+    end do
+    do k = 1, size(member)
+      list = free_unknowns(equations, member(k))
+      rows(:size(list), k) = row(list)
+    end do
+    associate (shared => equations%shared)
+      shared%unknown = pack([(u, u=1, size(row))], row > 0)
+      if (all(shape(rows) == shape(shared%rows))) then
+        if (all(rows == shared%rows)) return
+      end if
+      shared%rows = rows
+      call build_pattern(n_rows, rows, shared%matrix)
+      call release_cholmod(shared%cholmod)
+      call release_umfpack(shared%umfpack)
+    end associate
+  end subroutine number_rows
+
+  !> Free unknowns that an element contributes to.
+  pure function free_unknowns(equations, e) result(list)
+    type(equations_t), intent(in) :: equations
+    integer, intent(in) :: e
+    integer, allocatable :: list(:)
+
+    if (allocated(equations%reduction(e)%free)) then
+      list = equations%reduction(e)%free
+    else
+      list = equations%unknown(:, e)
+    end if
+  end function free_unknowns
 
   !> Clears the sums of a group.
   subroutine begin_equations(equations, group)
@@ -81,6 +152,7 @@ contains
     integer, intent(in) :: group
     integer :: k
 
+    if (equations%first(group + 1) - equations%first(group) > 1) call clear_matrix(equations%shared%matrix)
     do k = equations%first(group), equations%first(group + 1) - 1
       associate (ids => equations%unknown(:, equations%member(k)))
         equations%force(ids) = 0.0_dp
@@ -120,7 +192,11 @@ contains
       equations%force(free) = equations%force(free) + force
       equations%scale(free) = equations%scale(free) + scale
       equations%noise(free) = equations%noise(free) + noise
-      equations%dense(:size(free), :size(free)) = matrix
+      if (equations%first(group + 1) - equations%first(group) > 1) then
+        call add_element(equations%shared%matrix, k, matrix)
+      else
+        equations%dense(:size(free), :size(free)) = matrix
+      end if
     end subroutine add
 
   end subroutine add_equations
@@ -158,6 +234,10 @@ contains
     real(dp) :: q(n)
     integer :: e, m
 
+    if (equations%first(group + 1) - equations%first(group) > 1) then
+      call solve_shared(equations, symmetric, d, error)
+      return
+    end if
     e = equations%member(equations%first(group))
     associate (ids => equations%unknown(:, e), reduction => equations%reduction(e))
       if (.not. allocated(reduction%Z)) then
@@ -173,5 +253,47 @@ contains
       d(ids) = d(ids) + equations%correction(ids)
     end associate
   end subroutine solve_equations
+
+  !> Solves for the correction of the shared group: CHOLMOD where the matrix is symmetric, UMFPACK where it is not or
+  !> turns out not to be positive definite.
+  subroutine solve_shared(equations, symmetric, d, error)
+    type(equations_t), intent(inout) :: equations
+    logical, intent(in) :: symmetric
+    real(dp), intent(inout) :: d(:)   !! (n_unknowns)
+    type(error_t), allocatable, intent(out) :: error
+    real(dp), allocatable :: f(:), x(:)
+    logical :: moved(size(d)), solved
+    integer, allocatable :: member(:)
+    integer :: e, k
+
+    associate (shared => equations%shared)
+      f = equations%force(shared%unknown)
+      allocate (x(size(f)))
+      solved = .false.
+      if (symmetric) call solve_cholmod(shared%cholmod, shared%matrix, f, x, solved, error)
+      if (.not. (solved .or. allocated(error))) call solve_umfpack(shared%umfpack, shared%matrix, f, x, error)
+      if (allocated(error)) return
+      equations%correction(shared%unknown) = x
+    end associate
+    member = members(equations, equations%n_groups)
+    moved = .false. ! an unknown that elements share moves once
+    do k = 1, size(member)
+      e = member(k)
+      associate (ids => equations%unknown(:, e), reduction => equations%reduction(e))
+        if (allocated(reduction%Z)) equations%correction(ids) = matmul(reduction%Z, equations%correction(reduction%free))
+        moved(ids) = .true.
+      end associate
+    end do
+    where (moved) d = d + equations%correction
+  end subroutine solve_shared
+
+  !> Gives back the memory of the sparse solvers.
+  subroutine release_equations(equations)
+    type(equations_t), intent(inout) :: equations
+
+    if (.not. allocated(equations%shared)) return
+    call release_cholmod(equations%shared%cholmod)
+    call release_umfpack(equations%shared%umfpack)
+  end subroutine release_equations
 
 end module scree_equations

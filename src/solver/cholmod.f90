@@ -1,0 +1,160 @@
+!> CHOLMOD (SuiteSparse): Cholesky factorisation of a symmetric positive definite matrix.
+module scree_cholmod
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int8_t, c_loc, c_null_ptr, c_ptr, c_size_t
+  use scree_cholmod_layout, only: common_bytes, final_ll_at, print_at
+  use scree_errors, only: error_t, fail, status_run_failed
+  use scree_kinds, only: dp
+  use scree_sparse_matrix, only: sparse_matrix_t
+  implicit none
+  private
+  public :: cholmod_t, release_cholmod, solve_cholmod
+
+  !> Workspace of the library (cholmod_common, as large as its header says) and the factor, whose analysis is kept.
+  type :: cholmod_t
+    integer(c_int8_t), pointer :: common(:) => null()
+    type(c_ptr) :: factor = c_null_ptr
+  end type cholmod_t
+
+  !> cholmod_sparse
+  type, bind(c) :: c_sparse_t
+    integer(c_size_t) :: nrow, ncol, nzmax
+    type(c_ptr) :: p, i, nz, x, z
+    integer(c_int) :: stype, itype, xtype, dtype, sorted, packed
+  end type c_sparse_t
+
+  !> cholmod_dense
+  type, bind(c) :: c_dense_t
+    integer(c_size_t) :: nrow, ncol, nzmax, d
+    type(c_ptr) :: x, z
+    integer(c_int) :: xtype, dtype
+  end type c_dense_t
+
+  !> The head of cholmod_factor: where the factorisation stopped, n where it did not.
+  type, bind(c) :: c_factor_head_t
+    integer(c_size_t) :: n, minor
+  end type c_factor_head_t
+
+  integer(c_int), parameter :: lower_triangle = -1, real_numbers = 1, system_A = 0
+
+  interface
+    integer(c_int) function cholmod_start(common) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), value :: common
+    end function cholmod_start
+
+    integer(c_int) function cholmod_finish(common) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), value :: common
+    end function cholmod_finish
+
+    type(c_ptr) function cholmod_analyze(A, common) bind(c)
+      import :: c_ptr, c_sparse_t
+      type(c_sparse_t), intent(in) :: A
+      type(c_ptr), value :: common
+    end function cholmod_analyze
+
+    integer(c_int) function cholmod_factorize(A, L, common) bind(c)
+      import :: c_int, c_ptr, c_sparse_t
+      type(c_sparse_t), intent(in) :: A
+      type(c_ptr), value :: L, common
+    end function cholmod_factorize
+
+    type(c_ptr) function cholmod_solve(system, L, b, common) bind(c)
+      import :: c_dense_t, c_int, c_ptr
+      integer(c_int), value :: system
+      type(c_ptr), value :: L, common
+      type(c_dense_t), intent(in) :: b
+    end function cholmod_solve
+
+    integer(c_int) function cholmod_free_factor(L, common) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), intent(inout) :: L
+      type(c_ptr), value :: common
+    end function cholmod_free_factor
+
+    integer(c_int) function cholmod_free_dense(x, common) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), intent(inout) :: x
+      type(c_ptr), value :: common
+    end function cholmod_free_dense
+  end interface
+
+contains
+
+  !> Solves A x = b with the lower triangle of A; `definite` is false, and x nothing, where A is not positive definite.
+  !>
+  !> Errors: no memory.
+  subroutine solve_cholmod(self, matrix, b, x, definite, error)
+    type(cholmod_t), intent(inout) :: self
+    type(sparse_matrix_t), intent(in), target :: matrix
+    real(dp), intent(in), target :: b(:)
+    real(dp), intent(out) :: x(:)
+    logical, intent(out) :: definite
+    type(error_t), allocatable, intent(out) :: error
+    type(c_sparse_t) :: A
+    type(c_dense_t) :: rhs
+    type(c_dense_t), pointer :: solution
+    type(c_factor_head_t), pointer :: head
+    type(c_ptr) :: common, result
+    real(c_double), pointer :: values(:)
+    integer(c_int) :: ok
+
+    x = 0.0_dp
+    definite = .false.
+    call start(self)
+    common = c_loc(self%common)
+    associate (n => int(matrix%n, c_size_t))
+      A = c_sparse_t(n, n, size(matrix%row, kind=c_size_t), c_loc(matrix%first), c_loc(matrix%row), c_null_ptr, &
+                     c_loc(matrix%value), c_null_ptr, lower_triangle, 0_c_int, real_numbers, 0_c_int, 1_c_int, 1_c_int)
+      rhs = c_dense_t(n, 1_c_size_t, n, n, c_loc(b), c_null_ptr, real_numbers, 0_c_int)
+    end associate
+    if (.not. c_associated(self%factor)) self%factor = cholmod_analyze(A, common)
+    if (.not. c_associated(self%factor)) then
+      call fail(error, status_run_failed, 'the matrix of the blocks is too large for CHOLMOD')
+      return
+    end if
+    ok = cholmod_factorize(A, self%factor, common)
+    call c_f_pointer(self%factor, head)
+    definite = ok /= 0 .and. head%minor == head%n
+    if (.not. definite) return
+    result = cholmod_solve(system_A, self%factor, rhs, common)
+    if (.not. c_associated(result)) then
+      call fail(error, status_run_failed, 'CHOLMOD has no memory for the solution')
+      return
+    end if
+    call c_f_pointer(result, solution)
+    call c_f_pointer(solution%x, values, [size(x)])
+    x = values
+    ok = cholmod_free_dense(result, common)
+  end subroutine solve_cholmod
+
+  !> Starts the library once, silent (what goes wrong is said by the caller), and asks for L L^T: its L D L^T would
+  !> take an indefinite matrix, without pivoting.
+  subroutine start(self)
+    type(cholmod_t), intent(inout) :: self
+    integer(c_int), pointer :: final_ll, print_level
+    integer(c_int) :: ok
+
+    if (associated(self%common)) return
+    allocate (self%common(common_bytes))
+    ok = cholmod_start(c_loc(self%common))
+    if (ok == 0) return ! every later call then fails and says so
+    call c_f_pointer(c_loc(self%common(print_at + 1)), print_level)
+    print_level = 0
+    call c_f_pointer(c_loc(self%common(final_ll_at + 1)), final_ll)
+    final_ll = 1
+  end subroutine start
+
+  !> Gives the memory back; the next solution starts and analyses anew.
+  subroutine release_cholmod(self)
+    type(cholmod_t), intent(inout) :: self
+    integer(c_int) :: ignored
+
+    if (.not. associated(self%common)) return
+    ignored = cholmod_free_factor(self%factor, c_loc(self%common))
+    ignored = cholmod_finish(c_loc(self%common))
+    self%factor = c_null_ptr
+    deallocate (self%common)
+  end subroutine release_cholmod
+
+end module scree_cholmod

@@ -1,0 +1,91 @@
+!> UMFPACK (SuiteSparse): LU of an unsymmetric matrix.
+module scree_umfpack
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_null_ptr, c_ptr
+  use scree_errors, only: error_t, fail, status_run_failed
+  use scree_kinds, only: dp
+  use scree_sparse_matrix, only: sparse_matrix_t
+  implicit none
+  private
+  public :: release_umfpack, solve_umfpack, umfpack_t
+
+  !> Symbolic analysis, kept while the pattern keeps.
+  type :: umfpack_t
+    type(c_ptr) :: symbolic = c_null_ptr
+  end type umfpack_t
+
+  integer(c_int), parameter :: system_A = 0 !! UMFPACK_A: A x = b
+  integer(c_int), parameter :: done = 0     !! UMFPACK_OK
+
+  interface
+    integer(c_int) function umfpack_di_symbolic(n_row, n_col, Ap, Ai, Ax, symbolic, control, info) bind(c)
+      import :: c_double, c_int, c_ptr
+      integer(c_int), value :: n_row, n_col
+      integer(c_int), intent(in) :: Ap(*), Ai(*)
+      real(c_double), intent(in) :: Ax(*)
+      type(c_ptr), intent(out) :: symbolic
+      type(c_ptr), value :: control, info
+    end function umfpack_di_symbolic
+
+    integer(c_int) function umfpack_di_numeric(Ap, Ai, Ax, symbolic, numeric, control, info) bind(c)
+      import :: c_double, c_int, c_ptr
+      integer(c_int), intent(in) :: Ap(*), Ai(*)
+      real(c_double), intent(in) :: Ax(*)
+      type(c_ptr), value :: symbolic
+      type(c_ptr), intent(out) :: numeric
+      type(c_ptr), value :: control, info
+    end function umfpack_di_numeric
+
+    integer(c_int) function umfpack_di_solve(system, Ap, Ai, Ax, x, b, numeric, control, info) bind(c)
+      import :: c_double, c_int, c_ptr
+      integer(c_int), value :: system
+      integer(c_int), intent(in) :: Ap(*), Ai(*)
+      real(c_double), intent(in) :: Ax(*), b(*)
+      real(c_double), intent(out) :: x(*)
+      type(c_ptr), value :: numeric, control, info
+    end function umfpack_di_solve
+
+    subroutine umfpack_di_free_symbolic(symbolic) bind(c)
+      import :: c_ptr
+      type(c_ptr), intent(inout) :: symbolic
+    end subroutine umfpack_di_free_symbolic
+
+    subroutine umfpack_di_free_numeric(numeric) bind(c)
+      import :: c_ptr
+      type(c_ptr), intent(inout) :: numeric
+    end subroutine umfpack_di_free_numeric
+  end interface
+
+contains
+
+  !> Solves A x = b, with iterative refinement. Errors: a singular matrix, no memory.
+  subroutine solve_umfpack(self, matrix, b, x, error)
+    type(umfpack_t), intent(inout) :: self
+    type(sparse_matrix_t), intent(in) :: matrix
+    real(dp), intent(in) :: b(:)
+    real(dp), intent(out) :: x(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(c_ptr) :: numeric
+    integer(c_int) :: status
+
+    x = 0.0_dp
+    numeric = c_null_ptr
+    associate (n => int(matrix%n, c_int), p => matrix%first, i => matrix%row, v => matrix%value)
+      status = done
+      if (.not. c_associated(self%symbolic)) &
+        status = umfpack_di_symbolic(n, n, p, i, v, self%symbolic, c_null_ptr, c_null_ptr)
+      if (status == done) status = umfpack_di_numeric(p, i, v, self%symbolic, numeric, c_null_ptr, c_null_ptr)
+      if (status == done) status = umfpack_di_solve(system_A, p, i, v, x, b, numeric, c_null_ptr, c_null_ptr)
+    end associate
+    if (c_associated(numeric)) call umfpack_di_free_numeric(numeric)
+    if (status /= done) call fail(error, status_run_failed, 'the matrix of the blocks is singular or too large for UMFPACK')
+  end subroutine solve_umfpack
+
+  !> Gives the memory back; the next solution analyses anew.
+  subroutine release_umfpack(self)
+    type(umfpack_t), intent(inout) :: self
+
+    if (c_associated(self%symbolic)) call umfpack_di_free_symbolic(self%symbolic)
+    self%symbolic = c_null_ptr
+  end subroutine release_umfpack
+
+end module scree_umfpack
