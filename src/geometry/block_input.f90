@@ -115,13 +115,23 @@ contains
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     type(error_t), allocatable, intent(out) :: error
-    integer :: i, inside
+    real(dp), dimension(2, size(blocks%shape%first_loop) - 1) :: low, high
+    integer :: i, k
 
-    do i = 1, size(blocks%shape%first_loop) - 1
-      inside = block_at(blocks, blocks%vertex(:, first_vertex_of(blocks%shape, i)), besides=i)
-      if (inside == 0) cycle
-      call wrong(scene, scene%lines(1)%deck_line, 'closed loops side by side', 'one inside another', error)
-      return
+    do i = 1, size(low, 2)
+      low(:, i) = minval(block_polygon(blocks, i), 2)
+      high(:, i) = maxval(block_polygon(blocks, i), 2)
+    end do
+    do i = 1, size(low, 2)
+      associate (corner => blocks%vertex(:, first_vertex_of(blocks%shape, i)))
+        do k = 1, size(low, 2)
+          if (corner(1) < low(1, k) .or. corner(1) > high(1, k) .or. corner(2) < low(2, k) .or. corner(2) > high(2, k) &
+              .or. k == i) cycle
+          if (.not. holds(block_polygon(blocks, k), corner)) cycle
+          call wrong(scene, scene%lines(1)%deck_line, 'closed loops side by side', 'one inside another', error)
+          return
+        end do
+      end associate
     end do
   end subroutine refuse_nesting
 
@@ -266,24 +276,24 @@ contains
   end function crossings
 
   !> First block that holds a place, its edge included; 0 where none does.
-  pure integer function block_at(blocks, place, besides)
+  pure integer function block_at(blocks, place)
     type(blocks_t), intent(in) :: blocks
     real(dp), intent(in) :: place(2)
-    integer, intent(in), optional :: besides !! a block that does not count
-    integer :: b
 
-    do b = 1, size(blocks%shape%first_loop) - 1
-      if (present(besides)) then
-        if (b == besides) cycle
-      end if
-      associate (polygon => blocks%vertex(:, first_vertex_of(blocks%shape, b):last_vertex_of(blocks%shape, b)))
-        if (any(place < minval(polygon, 2)) .or. any(place > maxval(polygon, 2))) cycle
-        block_at = b
-        if (holds(polygon, place)) return
-      end associate
+    do block_at = 1, size(blocks%shape%first_loop) - 1
+      if (holds(block_polygon(blocks, block_at), place)) return
     end do
     block_at = 0
   end function block_at
+
+  !> Vertices of a block.
+  pure function block_polygon(blocks, b) result(polygon)
+    type(blocks_t), intent(in) :: blocks
+    integer, intent(in) :: b
+    real(dp), allocatable :: polygon(:, :)
+
+    polygon = blocks%vertex(:, first_vertex_of(blocks%shape, b):last_vertex_of(blocks%shape, b))
+  end function block_polygon
 
   !> Whether a polygon holds a place: a ray to the right crosses its edges an odd number of times.
   pure logical function holds(polygon, place)

@@ -106,6 +106,8 @@ BAD = {
                    "a.ana": ANALYSIS}, "g.geo:4:", "cross"),
     "a third line at a corner": ({"g.geo": GEOMETRY.replace("4 0", "5 0").replace("0 1 0 0 1\n", "0 1 0 0 1\n0 0 -1 0 1\n")},
                                  "g.geo:13:", "two lines at an end"),
+    "a polygon inside another": ({"g.geo": "1e-3 6 0 0 0 0 0 0 0\n0 0 9 0 1\n9 0 0 9 1\n0 9 0 0 1\n1 1 2 1 1\n2 1 1 2 1\n1 2 1 1 1\n"},
+                                 "g.geo:2:", "side by side"),
     "a fixed point outside": (geometry(13, "5 5 5 5"), "g.geo:13:", "fixed"),
     "a measured point outside": (geometry(14, "5 5"), "g.geo:14:", "measured"),
     "a hole that empties the deck": ({"g.geo": GEOMETRY.replace("1\n0\n0 0 1 0 1", "1\n1\n0 0 1 0 1") + "0.5 0.5\n"},
