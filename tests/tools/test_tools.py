@@ -67,3 +67,12 @@ def test_the_python_of_the_manual_runs(results, tmp_path):
     code = re.search(r"```python\n(.*?)```", (SOURCE / "doc/results.md").read_text(), re.S).group(1)
     done = subprocess.run(["/usr/bin/python3", "-c", code], cwd=results, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_the_bench_prints_every_method():
+    """Its figures are printed, not judged; that it runs and that the errors are those of the theory is."""
+    done = subprocess.run([TOOLS / "bench", "accuracy", "--scree", SCREE, "--turns", "1"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    errors = [float(line[41:52]) for line in done.stdout.splitlines()[1:]]
+    # small strain w^2 dt t; the mid-step rotation 2 atan(a/2) - a, relative; the printed digits
+    assert errors[:2] == [39, 3.9] and errors[-3:] == [1, 0.033, 0.00033]
