@@ -21,6 +21,7 @@ module scree_simulation
   use scree_system, only: state_t, system_t
   use scree_time_stepper, only: advance, step_report_t
   use scree_timers, only: start_phase, stop_phase, timer_t
+  use scree_text, only: number_text
   implicit none
   private
   public :: simulate, version
@@ -117,7 +118,7 @@ contains
       call advance(system, effects, scene%settings, next_size(control, state%time), equations, share, state, report, error)
       call stop_phase(timer(phase_steps))
       if (allocated(error)) then
-        error%message = 'step '//text(state%step + 1)//' from time '//time_text(state%time)//': '//error%message
+        error%message = 'step '//number_text(state%step + 1)//' from time '//time_text(state%time)//': '//error%message
         return
       end if
       call after_step(control, report%dt, report%rejected, state%time)
@@ -160,8 +161,9 @@ contains
         if (warned(e)) cycle
         if (least_stretch(state%deformation(:, e)) > least_stable_stretch) cycle
         warned(e) = .true.
-        call warn(progress, 'element '//text(e)//' of block '//text(system%elements%block(e))//' is compressed to a stretch '// &
-                  'below 0.577 at time '//time_text(state%time)//': Green strain has lost its stiffness there')
+        call warn(progress, 'element '//number_text(e)//' of block '//number_text(system%elements%block(e))// &
+                  ' is compressed to a stretch below 0.577 at time '//time_text(state%time)// &
+                  ': Green strain has lost its stiffness there')
       end do
     end subroutine watch_compression
 
@@ -238,16 +240,6 @@ contains
     rows = [(cost_row_t(phase_name(i), timer(i)%calls, timer(i)%wall, timer(i)%processor), i=1, size(timer))]
     rows = pack(rows, timer%calls > 0)
   end function costs
-
-  !> A whole number as text.
-  function text(i)
-    integer, intent(in) :: i
-    character(len=:), allocatable :: text
-    character(len=12) :: buffer
-
-    write (buffer, '(i0)') i
-    text = trim(buffer)
-  end function text
 
   !> A time as text.
   function time_text(t)

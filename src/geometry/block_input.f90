@@ -2,7 +2,6 @@
 !>
 !> The rules are those of Shi's dc as the derivative ntdda has them (doc/decks.md).
 module scree_block_input
-  use scree_deck_text, only: number_text
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
   use scree_loop_tracing, only: trace_loops
@@ -10,6 +9,7 @@ module scree_block_input
   use scree_scene, only: line_t, point_t, scene_t
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_system, only: fixed_point, load_point, measured_point
+  use scree_text, only: number_text
   implicit none
   private
   public :: blocks_t, make_blocks

@@ -3,10 +3,11 @@
 !> The short order has 6 + 13 nb + 3 nj numbers; Shi's has the contact stiffness g0 and a table for each fixed and load
 !> point as well, so it always has more. Layout, number by number, in doc/decks.md.
 module scree_analysis_deck
-  use scree_deck_text, only: count_numbers, deck_t, expect, expect_end, next_count, next_index, next_real, next_reals, number_text
+  use scree_deck_text, only: count_numbers, deck_t, expect, expect_end, next_count, next_index, next_real, next_reals
   use scree_errors, only: error_t
   use scree_kinds, only: dp, i8
   use scree_scene, only: block_material_t, joint_material_t, scene_t, time_table_t
+  use scree_text, only: number_text
   implicit none
   private
   public :: read_analysis_deck

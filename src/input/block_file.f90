@@ -3,11 +3,11 @@
 !> Layout, number by number, in doc/decks.md. The points are `x y n`, or `type x y n` as the derivative ntdda writes;
 !> the count of numbers tells which.
 module scree_block_file
-  use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals, &
-                             number_text, numbers_left
+  use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals, numbers_left
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_scene, only: point_t, polygons_t, scene_t
+  use scree_text, only: number_text
   implicit none
   private
   public :: read_block_file

@@ -6,11 +6,11 @@ module scree_deck_text
   use, intrinsic :: iso_fortran_env, only: iostat_end
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp, i8
+  use scree_text, only: number_text, real_text
   implicit none
   private
   public :: count_numbers, deck_t, expect, expect_end, in_quotes, next_count, next_index, next_real, next_reals, &
-            number_text, &
-            numbers_left, read_deck, read_text, real_text, word_is_real, word_is_whole
+            numbers_left, read_deck, read_text, word_is_real, word_is_whole
 
   !> Words that are numbers, in their order, and where the groups begin.
   type :: deck_t
@@ -358,58 +358,5 @@ contains
       in_quotes = "'"//word//"'"
     end if
   end function in_quotes
-
-  !> A whole number as text.
-  pure function number_text(i)
-    integer, intent(in) :: i
-    character(len=:), allocatable :: number_text
-    character(len=12) :: buffer
-
-    write (buffer, '(i0)') i
-    number_text = trim(buffer)
-  end function number_text
-
-  !> The shortest decimal that reads back as the same real; with an exponent where it is very large or small.
-  pure function real_text(x)
-    real(dp), intent(in) :: x
-    character(len=:), allocatable :: real_text, digit, sign
-    character(len=32) :: buffer
-    character(len=16) :: form
-    integer :: at, exponent, places
-    real(dp) :: back
-
-    do places = 1, 16
-      write (form, '(a,i0,a)') '(es28.', places, 'e3)'
-      write (buffer, form) x
-      read (buffer, *) back
-      if (.not. abs(back - x) > 0.0_dp) exit
-    end do
-    buffer = adjustl(buffer)
-    at = index(buffer, 'E')
-    read (buffer(at + 1:), *) exponent
-    sign = ''
-    if (buffer(1:1) == '-') sign = '-'
-    digit = buffer(len(sign) + 1:at - 1) ! d.ddd
-    digit = digit(1:1)//digit(3:)
-    if (exponent < -4 .or. exponent > 8) then
-      real_text = sign//without_zeros(digit(1:1)//'.'//digit(2:))//'e'//number_text(exponent)
-    else if (exponent < 0) then
-      real_text = sign//without_zeros('0.'//repeat('0', -exponent - 1)//digit)
-    else
-      digit = digit//repeat('0', max(0, exponent + 1 - len(digit)))
-      real_text = sign//without_zeros(digit(:exponent + 1)//'.'//digit(exponent + 2:))
-    end if
-  end function real_text
-
-  !> A decimal without trailing zeros.
-  pure function without_zeros(text)
-    character(len=*), intent(in) :: text
-    character(len=:), allocatable :: without_zeros
-    integer :: last
-
-    last = verify(text, '0', back=.true.)
-    if (text(last:last) == '.') last = last - 1
-    without_zeros = text(:last)
-  end function without_zeros
 
 end module scree_deck_text

@@ -1,9 +1,9 @@
 !> Says what the decks mean: every number with its name and dimension, every setting with where it came from.
 module scree_explain
-  use scree_deck_text, only: number_text, real_text
   use scree_kinds, only: dp
   use scree_scene, only: line_t, point_t, scene_t, time_table_t
-  use scree_settings, only: kind_choice, setting_t, settings_table
+  use scree_settings, only: choices_text, kind_choice, setting_t, settings_table
+  use scree_text, only: number_text, real_text
   implicit none
   private
   public :: explain_scene, explain_settings
@@ -156,17 +156,10 @@ contains
   function values(setting)
     type(setting_t), intent(in) :: setting
     character(len=:), allocatable :: values
-    integer :: i
 
     values = ''
     if (setting%kind == kind_choice) then
-      do i = 2, len_trim(setting%choices) - 1
-        if (setting%choices(i:i) == '|') then
-          values = values//', '
-        else
-          values = values//setting%choices(i:i)
-        end if
-      end do
+      values = choices_text(setting%choices)
     else if (setting%open) then
       values = 'above '//real_text(setting%least)
     else if (setting%least > -huge(1.0_dp)) then

@@ -2,10 +2,11 @@
 !>
 !> Layout, number by number, in doc/decks.md. Source: Shi's dc as read by the public derivative ntdda.
 module scree_geometry_deck
-  use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals, number_text
+  use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
   use scree_scene, only: line_t, point_t, scene_t
+  use scree_text, only: number_text
   implicit none
   private
   public :: read_geometry_deck

@@ -3,13 +3,14 @@ module scree_read_scene
   use scree_analysis_deck, only: read_analysis_deck
   use scree_block_file, only: read_block_file
   use scree_block_input, only: blocks_t, make_blocks
-  use scree_deck_text, only: deck_t, number_text, read_deck
+  use scree_deck_text, only: deck_t, read_deck
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_geometry_deck, only: read_geometry_deck
   use scree_kinds, only: dp
   use scree_scene, only: scene_t, word_t
   use scree_settings, only: complete_settings, place_of, read_groups, set_word
   use scree_system, only: fixed_point, load_point
+  use scree_text, only: number_text
   implicit none
   private
   public :: option_t, read_scene

@@ -1,6 +1,6 @@
 !> The named groups. One table says all that is known of a name; reader, errors, `explain` and the manual follow it.
 module scree_settings
-  use scree_deck_text, only: deck_t, in_quotes, number_text, real_text, word_is_real, word_is_whole
+  use scree_deck_text, only: deck_t, in_quotes, word_is_real, word_is_whole
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
   use scree_scene, only: &
@@ -8,9 +8,10 @@ module scree_settings
     model_dda, model_nmm, plane_strain, plane_stress, scene_t, scheme_energy_momentum, scheme_newmark, &
     start_acceleration, start_consistent, start_dissipative, start_zero, strain_green, strain_small, test_residual, test_theta, &
     transport_field, transport_rates, word_t
+  use scree_text, only: number_text, real_text
   implicit none
   private
-  public :: complete_settings, place_of, read_groups, set_word, setting_t, settings_table
+  public :: choices_text, complete_settings, place_of, read_groups, set_word, setting_t, settings_table
 
   integer, parameter, public :: kind_text = 1, kind_choice = 2, kind_real = 3, kind_whole = 4, kind_reals = 5
 
@@ -240,7 +241,7 @@ contains
       if (len_trim(value) == 0) call wrong('a name for '//full_name)
     case (kind_choice)
       if (index(trim(setting%choices), '|'//value//'|') == 0 .or. len(value) == 0) &
-        call wrong('one of '//commas(setting%choices)//' for '//full_name)
+        call wrong('one of '//choices_text(setting%choices)//' for '//full_name)
     case (kind_whole)
       if (.not. word_is_whole(value)) then
         call wrong('a whole number of at most nine digits for '//full_name)
@@ -420,20 +421,20 @@ contains
   end function known_names
 
   !> '|a|b|' as 'a, b'.
-  pure function commas(choices)
+  pure function choices_text(choices)
     character(len=*), intent(in) :: choices
-    character(len=:), allocatable :: commas
+    character(len=:), allocatable :: choices_text
     integer :: i
 
-    commas = ''
+    choices_text = ''
     do i = 2, len_trim(choices) - 1
       if (choices(i:i) == '|') then
-        commas = commas//', '
+        choices_text = choices_text//', '
       else
-        commas = commas//choices(i:i)
+        choices_text = choices_text//choices(i:i)
       end if
     end do
-  end function commas
+  end function choices_text
 
   !> Gives every name that has no value its default, and makes the settings of the scene.
   !>

@@ -9,6 +9,7 @@ module scree_set_up
   use scree_scene, only: effect_t, fixed_exact, mass_follows_area, model_nmm, scene_t, scheme_energy_momentum, &
                          strain_green, time_table_t, transport_rates
   use scree_system, only: fixed_point, load_point, measured_point, state_t, system_t
+  use scree_text, only: number_text
   implicit none
   private
   public :: set_up
@@ -101,7 +102,7 @@ contains
 
       do i = 1, n
         if (all(used /= i) .or. .not. abs(material(i)%unit_weight) > 0) cycle
-        call name('gravity', 'unit weight of block material '//text(i))
+        call name('gravity', 'unit weight of block material '//number_text(i))
         allocate (effects%gravity)
         allocate (effects%gravity%weight(system%n_elements))
         do e = 1, system%n_elements
@@ -113,14 +114,14 @@ contains
       do i = 1, n
         if (all(used /= i)) cycle
         if (any(abs([material(i)%stress, material(i)%stress_gradient]) > 0)) then
-          call name('initial stress', 'stress of block material '//text(i))
+          call name('initial stress', 'stress of block material '//number_text(i))
           exit
         end if
       end do
       do i = 1, n
         if (all(used /= i)) cycle
         if (any(abs(material(i)%velocity) > 0)) then
-          call name('initial velocity', 'velocity of block material '//text(i))
+          call name('initial velocity', 'velocity of block material '//number_text(i))
           exit
         end if
       end do
@@ -128,7 +129,7 @@ contains
     call hold_points()
     call load_points()
     if (any(system%points%kind == measured_point)) &
-      call name('measured points', text(count(system%points%kind == measured_point))//' in the geometry')
+      call name('measured points', number_text(count(system%points%kind == measured_point))//' in the geometry')
 
   contains
 
@@ -150,7 +151,7 @@ contains
       associate (held => effects%fixed_point)
         held%by_springs = scene%settings%fixed /= fixed_exact
         held%stiffness = scene%settings%fixed_stiffness
-        call name('fixed points', text(size(of_kind))//' in the geometry, '// &
+        call name('fixed points', number_text(size(of_kind))//' in the geometry, '// &
                   merge('held by springs   ', 'eliminated exactly', held%by_springs))
         call by_element(system, of_kind, scene%fixed_table, held%first, held%point, held%table)
         held%home = state%point(:, held%point)
@@ -182,7 +183,7 @@ contains
       end do
       of_kind = pack(of_kind, of_kind > 0)
       if (size(of_kind) == 0) return
-      call name('point loads', text(size(of_kind))//' load points with a force')
+      call name('point loads', number_text(size(of_kind))//' load points with a force')
       allocate (effects%point_load)
       call by_element(system, of_kind, table, effects%point_load%first, effects%point_load%point, effects%point_load%table)
     end subroutine load_points
@@ -218,16 +219,6 @@ contains
     end do
     first = [first(2:), size(points) + 1]
   end subroutine by_element
-
-  !> A whole number in words of digits.
-  pure function text(i)
-    integer, intent(in) :: i
-    character(len=:), allocatable :: text
-    character(len=12) :: digits
-
-    write (digits, '(i0)') i
-    text = trim(digits)
-  end function text
 
   !> A share as a percentage.
   pure function percent(share)

@@ -4,6 +4,7 @@
 module scree_xdmf
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_kinds, only: dp
+  use scree_text, only: number_text
   implicit none
   private
   public :: add_xdmf_frame, begin_xdmf, xdmf_t
@@ -40,14 +41,14 @@ contains
     xdmf%n_vertices = first_vertex(size(first_vertex)) - 1
     xdmf%topology = ''
     do e = 1, xdmf%n_elements ! 3: polygon, its number of vertices, the vertices from 0
-      xdmf%topology = xdmf%topology//'3 '//text(first_vertex(e + 1) - first_vertex(e))
+      xdmf%topology = xdmf%topology//'3 '//number_text(first_vertex(e + 1) - first_vertex(e))
       do i = first_vertex(e), first_vertex(e + 1) - 1
-        xdmf%topology = xdmf%topology//' '//text(i - 1)
+        xdmf%topology = xdmf%topology//' '//number_text(i - 1)
       end do
       xdmf%topology = xdmf%topology//lf
     end do
-    xdmf%topology = '<Topology TopologyType="Mixed" NumberOfElements="'//text(xdmf%n_elements)//'">'// &
-                    '<DataItem Dimensions="'//text(xdmf%n_vertices + 2*xdmf%n_elements)// &
+    xdmf%topology = '<Topology TopologyType="Mixed" NumberOfElements="'//number_text(xdmf%n_elements)//'">'// &
+                    '<DataItem Dimensions="'//number_text(xdmf%n_vertices + 2*xdmf%n_elements)// &
                     '" NumberType="Int" Format="XML">'//lf//xdmf%topology//'</DataItem></Topology>'//lf
     head = '<?xml version="1.0"?>'//lf//'<Xdmf Version="3.0"><Domain><Grid GridType="Collection" '// &
            'CollectionType="Temporal">'//lf
@@ -88,19 +89,21 @@ contains
     function rows(dataset, n, width)
       character(len=*), intent(in) :: dataset
       integer, intent(in) :: n, width
-      character(len=:), allocatable :: rows, extent, more
+      character(len=:), allocatable :: rows, extent, more, total
 
-      extent = text(n)
+      extent = number_text(n)
       if (width > 1) then
-        extent = extent//' '//text(width)
-        more = text((frame - 1)*n)//' 0 1 1 '//extent
+        extent = extent//' '//number_text(width)
+        more = number_text((frame - 1)*n)//' 0 1 1 '//extent
       else
-        more = text((frame - 1)*n)//' 1 '//extent
+        more = number_text((frame - 1)*n)//' 1 '//extent
       end if
-      rows = '<DataItem ItemType="HyperSlab" Dimensions="'//extent//'"><DataItem Dimensions="3 '//text(merge(2, 1, width > 1))// &
-             '" Format="XML">'//more//'</DataItem><DataItem Dimensions="'//text(frame*n)// &
-             merge(' 3', '  ', width > 1)//'" NumberType="Float" Precision="8" Format="HDF">'//xdmf%hdf5_name// &
-             ':/VTKHDF/'//dataset//'</DataItem></DataItem>'
+      total = number_text(frame*n)
+      if (width > 1) total = total//' 3'
+      rows = '<DataItem ItemType="HyperSlab" Dimensions="'//extent//'"><DataItem Dimensions="3 '// &
+             number_text(merge(2, 1, width > 1))//'" Format="XML">'//more//'</DataItem><DataItem Dimensions="'// &
+             total//'" NumberType="Float" Precision="8" Format="HDF">'//xdmf%hdf5_name//':/VTKHDF/'//dataset// &
+             '</DataItem></DataItem>'
     end function rows
 
   end subroutine add_xdmf_frame
@@ -129,15 +132,5 @@ contains
     end if
     xdmf%tail_at = xdmf%tail_at + len(new)
   end subroutine put
-
-  !> A whole number as text.
-  pure function text(i)
-    integer, intent(in) :: i
-    character(len=:), allocatable :: text
-    character(len=12) :: buffer
-
-    write (buffer, '(i0)') i
-    text = trim(buffer)
-  end function text
 
 end module scree_xdmf
