@@ -92,7 +92,7 @@ module scree_scene
     real(dp) :: end_time = 0.0_dp           !! time
     integer :: iterate = iterate_hybrid
     integer :: test = test_theta
-    real(dp) :: tolerance = 1e-12_dp        !! of the chosen test
+    real(dp) :: tolerance = 1e-10_dp        !! of the chosen test
     integer :: most_iterations = 25
     integer :: fixed = fixed_exact
     real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness

@@ -63,7 +63,7 @@ module scree_settings
               '|secant|newton|hybrid|'), &
     setting_t('iteration', 'test', kind_choice, 'theta', &
               'what must settle: the displacement gradient, or the balance of forces', '|theta|residual|'), &
-    setting_t('iteration', 'tolerance', kind_real, '1e-12 for theta, 1e-9 for residual', &
+    setting_t('iteration', 'tolerance', kind_real, '1e-10 for theta, 1e-9 for residual', &
               'largest change of theta, or largest force out of balance over the largest force', '', '1', 0.0_dp, 1.0_dp, .true.), &
     setting_t('iteration', 'most', kind_whole, '25', 'iterations before the step is cut', '', '1', 1.0_dp, 1e6_dp), &
     setting_t('fixed_points', 'method', kind_choice, 'exact; penalty with preset shi', &
@@ -525,7 +525,7 @@ contains
       end select
       call default('iteration', 'test', 'theta')
       s%test = merge(test_theta, test_residual, word('iteration', 'test') == 'theta')
-      call default('iteration', 'tolerance', either('1e-12', '1e-9', s%test == test_theta))
+      call default('iteration', 'tolerance', either('1e-10', '1e-9', s%test == test_theta))
       s%tolerance = number('iteration', 'tolerance')
       call default('iteration', 'most', '25')
       s%most_iterations = nint(number('iteration', 'most'))
