@@ -1,18 +1,21 @@
 !> The program: words of the command line, exit status, nothing else.
 program scree
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use scree_block_input, only: blocks_t
+  use scree_block_file, only: write_block_file
+  use scree_block_input, only: block_moments, blocks_t
   use scree_effects, only: effects_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_explain, only: explain_scene, explain_settings
-  use scree_read_scene, only: option_t, read_scene
+  use scree_read_scene, only: option_t, read_geometry, read_scene
+  use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
   use scree_scene, only: effect_t, scene_t
   use scree_set_up, only: set_up
+  use scree_simplex_integration, only: moments_t
   use scree_simulation, only: simulate, version
   use scree_system, only: state_t, system_t
   implicit none
 
-  character(len=*), parameter :: help(*) = [character(len=100) :: &
+  character(len=*), parameter :: help(*) = [character(len=104) :: &
     'scree: blocky and jointed rock by Discontinuous Deformation Analysis and the Numerical', &
     '       Manifold Method, with large deformation', &
     '', &
@@ -20,9 +23,10 @@ program scree
     'scree check   [GEOMETRY] ANALYSIS | STEM   reads and checks, names the effects, runs nothing', &
     'scree explain [GEOMETRY] ANALYSIS | STEM   prints the decks back, each number with its meaning', &
     'scree explain --settings                   prints the table of all settings', &
+    'scree cut     GEOMETRY                     writes the blocks as a block file and prints their areas', &
     'scree --version | --help', &
     '', &
-    '  -o, --output FILE         results of run; default: the stem of ANALYSIS and .h5, here', &
+    '  -o, --output FILE         what run or cut writes; default: the stem of the deck and .h5 or .blk, here', &
     '  --set GROUP.NAME=VALUE    over what the deck says; may be repeated', &
     '  --xdmf                    writes an XDMF side-car too', &
     '  --quiet                   prints errors and warnings alone', &
@@ -47,6 +51,11 @@ program scree
     case default
       if (settings_only) then
         call explain_settings(output_unit)
+      else if (verb == 'cut') then
+        scene%geometry_name = analysis
+        call read_geometry(scene, blocks, error)
+        if (.not. allocated(error)) call write_block_file(output, blocks, error)
+        if (.not. (allocated(error) .or. quiet)) call list_blocks()
       else
         call read_scene(geometry, analysis, options, scene, blocks, error)
         if (.not. allocated(error)) call act()
@@ -72,6 +81,24 @@ contains
       call explain_scene(scene, output_unit)
     end select
   end subroutine act
+
+  !> Prints the blocks: material, corners, holes, area, centroid.
+  subroutine list_blocks()
+    type(moments_t) :: moments(region_count(blocks%shape))
+    integer :: b
+
+    do b = 1, size(moments)
+      moments(b) = block_moments(blocks, b)
+    end do
+    write (output_unit, '(2(i0,a),es23.16)') size(moments), ' blocks, ', size(blocks%crack_joint), ' cracks, area ', &
+      sum(moments%area)
+    write (output_unit, '(a)') '   block material  corners    holes                    area              x              y'
+    do b = 1, size(moments)
+      write (output_unit, '(i8,3i9,1x,es23.16,2(1x,es14.7))') b, blocks%material(b), &
+        last_vertex_of(blocks%shape, b) - first_vertex_of(blocks%shape, b) + 1, size(loops_of(blocks%shape, b)) - 2, &
+        moments(b)%area, moments(b)%centroid + blocks%origin
+    end do
+  end subroutine list_blocks
 
   !> Prints what the scene has and calls for.
   subroutine name_effects()
@@ -105,8 +132,8 @@ contains
     verb = argument(1)
     if (verb == '-h' .or. verb == 'help') verb = '--help'
     if (verb == '--version' .or. verb == '--help') return
-    if (all(verb /= [character(len=7) :: 'run', 'check', 'explain'])) then
-      call fail(error, status_bad_input, 'expected run, check, explain, --version or --help, found '''//verb//'''')
+    if (all(verb /= [character(len=7) :: 'run', 'check', 'explain', 'cut'])) then
+      call fail(error, status_bad_input, 'expected run, check, explain, cut, --version or --help, found '''//verb//'''')
       return
     end if
     i = 2
@@ -146,6 +173,10 @@ contains
           call fail(error, status_bad_input, 'expected at most a geometry and an analysis deck, found also '''//word//'''')
           return
         end if
+        if (verb == 'cut' .and. len(analysis) > 0) then
+          call fail(error, status_bad_input, 'expected one geometry after cut, found also '''//word//'''')
+          return
+        end if
         geometry = analysis
         analysis = word
       end select
@@ -155,7 +186,9 @@ contains
       call fail(error, status_bad_input, 'expected a deck after '//verb//', found none')
       return
     end if
-    if (len(output) == 0) output = stem_of(analysis)//'.h5'
+    if (len(output) == 0) output = stem_of(analysis)//trim(merge('.blk', '.h5 ', verb == 'cut'))
+    if (verb == 'cut' .and. output == analysis) call fail(error, status_bad_input, &
+      'expected another output than the geometry '''//analysis//''', found the same')
   end subroutine read_command_line
 
   !> An argument of the command line, '' where there is none.

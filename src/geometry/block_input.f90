@@ -1,88 +1,162 @@
-!> Lines or given polygons to blocks, with their materials and points.
+!> Lines or given polygons to blocks, with their materials and points (Shi's dc10 to dc17).
 !>
 !> The rules are those of Shi's dc as the derivative ntdda has them (doc/decks.md).
 module scree_block_input
+  use scree_block_finder, only: block_at, block_finder_t, find_crossings, set_up_finder
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_keyholes, only: part_loops
   use scree_kinds, only: dp
-  use scree_loop_tracing, only: trace_loops
-  use scree_regions, only: first_vertex_of, last_vertex_of, regions_t
+  use scree_line_cutting, only: cut_lines, graph_t
+  use scree_loop_tracing, only: trace_regions
+  use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
   use scree_scene, only: line_t, point_t, scene_t
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_system, only: fixed_point, load_point, measured_point
   use scree_text, only: number_text
   implicit none
   private
-  public :: blocks_t, make_blocks
+  public :: block_moments, blocks_t, make_blocks
 
-  !> A fixed point lies this share of the size inside the edge that its line crosses.
+  !> A fixed point lies this share of the scale inside the edge that its line crosses.
   real(dp), parameter :: inwards = 0.005_dp
+  !> Points this share of the scale outside all blocks belong to the nearest (Shi: of a vertex).
+  real(dp), parameter :: beside = 1e-5_dp
+  !> The origin of blocks is not 0 where they are this many times their extent away from it.
+  real(dp), parameter :: far_away = 4.0_dp
 
-  !> What the geometry made of a scene, in the coordinates of its decks.
+  !> What the geometry made of a scene.
+  !>
+  !> Places count from `origin`, which is 0 unless the deck's coordinates are large against its extent: differences of
+  !> such coordinates are exact, sums are not.
   type :: blocks_t
     type(regions_t) :: shape
+    real(dp) :: origin(2) = 0.0_dp             !! length
     real(dp), allocatable :: vertex(:, :)      !! (2, n_vertices), length
     integer, allocatable :: material(:)        !! (n_blocks)
     integer, allocatable :: point_kind(:)      !! (n_points) fixed, load, measured: in this order
     real(dp), allocatable :: point(:, :)       !! (2, n_points), length
     integer, allocatable :: point_block(:)     !! (n_points) block that carries it
+    real(dp), allocatable :: crack(:, :, :)    !! (xy, end, n) pieces of joints that end inside blocks, length
+    integer, allocatable :: crack_joint(:)     !! (n) their joint materials
   end type blocks_t
+
+  !> Points as they are found.
+  type :: found_points_t
+    integer :: n = 0
+    integer, allocatable :: kind(:), block(:)
+    real(dp), allocatable :: place(:, :)
+  end type found_points_t
 
 contains
 
   !> Makes the blocks of a scene whose geometry has been read.
   !>
-  !> Errors, with the line of the deck: lines that enclose nothing or are more than closed loops, points and material
-  !> lines outside every block.
+  !> Errors, with the line of the deck: lines that enclose nothing, points and material lines outside every block.
   subroutine make_blocks(scene, blocks, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(out) :: blocks
     type(error_t), allocatable, intent(out) :: error
+    type(block_finder_t) :: finder
+    type(found_points_t) :: points
     real(dp) :: scale
     integer :: i
 
-    allocate (blocks%point_kind(0), blocks%point(2, 0), blocks%point_block(0))
+    allocate (points%kind(64), points%block(64), points%place(2, 64))
     if (allocated(scene%blocks)) then
       call take_polygons(scene, blocks, error)
       if (allocated(error)) return
-      do i = 1, size(scene%fixed_points)
-        call add_point(blocks, fixed_point, scene%fixed_points(i)%place, scene%fixed_points(i)%block)
-      end do
+      scale = deck_scale(minval(blocks%vertex, 2), maxval(blocks%vertex, 2))
+      call set_up_finder(finder, blocks%shape, blocks%vertex, beside*scale)
+      call add_points(scene, fixed_point, 'fixed', scene%fixed_points, finder, blocks, points, error)
+      if (allocated(error)) return
     else
-      scale = deck_scale(scene%lines)
-      call trace_loops(scene%geometry_name, scene%lines, scene%least_distance*scale, blocks%shape, blocks%vertex, error)
+      call enclose_blocks(scene, blocks, scale, error)
       if (allocated(error)) return
-      call refuse_nesting(scene, blocks, error)
+      call set_up_finder(finder, blocks%shape, blocks%vertex, beside*scale)
+      call name_materials(scene, finder, blocks, error)
       if (allocated(error)) return
-      call name_materials(scene, blocks, error)
-      if (allocated(error)) return
-      do i = 1, size(scene%hole_points)
-        call remove_block(scene, scene%hole_points(i), blocks, error)
+      if (size(scene%hole_points) > 0) then
+        call remove_blocks(scene, finder, blocks, error)
         if (allocated(error)) return
-      end do
+        call set_up_finder(finder, blocks%shape, blocks%vertex, beside*scale)
+      end if
       do i = 1, size(scene%fixed_lines)
-        call fix_line(scene, scene%fixed_lines(i), inwards*scale, blocks, error)
+        call fix_line(scene, scene%fixed_lines(i), inwards*scale, finder, blocks, points, error)
         if (allocated(error)) return
       end do
     end if
-    call add_points(scene, load_point, 'load', scene%load_points, blocks, error)
+    call add_points(scene, load_point, 'load', scene%load_points, finder, blocks, points, error)
     if (allocated(error)) return
-    call add_points(scene, measured_point, 'measured', scene%measured_points, blocks, error)
+    call add_points(scene, measured_point, 'measured', scene%measured_points, finder, blocks, points, error)
+    blocks%point_kind = points%kind(:points%n)
+    blocks%point_block = points%block(:points%n)
+    blocks%point = points%place(:, :points%n)
   end subroutine make_blocks
 
-  !> Scale of Shi's cutter (w0): half the height, or half the width over 1.3, and 2 % more; length.
-  pure real(dp) function deck_scale(lines)
-    type(line_t), intent(in) :: lines(:)
-    real(dp) :: low(2), high(2)
-    integer :: i
+  !> Area, centroid and second moments of a block; the centroid from the origin of the blocks.
+  pure function block_moments(blocks, b) result(moments)
+    type(blocks_t), intent(in) :: blocks
+    integer, intent(in) :: b
+    type(moments_t) :: moments
 
-    low = huge(low)
-    high = -huge(high)
-    do i = 1, size(lines)
-      low = min(low, minval(lines(i)%ends, 2))
-      high = max(high, maxval(lines(i)%ends, 2))
-    end do
+    moments = polygon_moments(blocks%vertex(:, first_vertex_of(blocks%shape, b):last_vertex_of(blocks%shape, b)), &
+                              loops_of(blocks%shape, b))
+  end function block_moments
+
+  !> Scale of Shi's cutter (w0): half the height, or half the width over 1.3, and 2 % more; length.
+  pure real(dp) function deck_scale(low, high)
+    real(dp), intent(in) :: low(2), high(2) !! corners of the box around all lines, length
+
     deck_scale = 1.02_dp*max((high(2) - low(2))/2, (high(1) - low(1))/2/1.3_dp)
   end function deck_scale
+
+  !> Where places are to count from: 0, or a corner of a box that is far away from it.
+  pure function origin_for(low, high) result(origin)
+    real(dp), intent(in) :: low(2), high(2) !! length
+    real(dp) :: origin(2)
+
+    origin = merge(low, 0.0_dp, max(abs(low), abs(high)) > far_away*maxval(high - low))
+  end function origin_for
+
+  !> Cuts the lines and keeps what they enclose. Errors: nothing.
+  subroutine enclose_blocks(scene, blocks, scale, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(inout) :: blocks
+    real(dp), intent(out) :: scale
+    type(error_t), allocatable, intent(out) :: error
+    type(graph_t) :: graph
+    real(dp) :: ends(2, 2, size(scene%lines)), low(2), high(2)
+    integer, allocatable :: crack(:), line(:)
+    integer :: i
+
+    do i = 1, size(scene%lines)
+      ends(:, :, i) = scene%lines(i)%ends
+    end do
+    low = minval(minval(ends, 3), 2)
+    high = maxval(maxval(ends, 3), 2)
+    blocks%origin = origin_for(low, high)
+    do i = 1, 2
+      ends(:, i, :) = ends(:, i, :) - spread(blocks%origin, 2, size(ends, 3))
+    end do
+    scale = deck_scale(low, high)
+    if (.not. scale > 0) then
+      call wrong(scene, scene%lines(1)%deck_line, 'lines that enclose a block', 'lines without length', error)
+      return
+    end if
+    call cut_lines(ends, scene%n_boundary, scene%least_distance*scale, graph, error)
+    if (allocated(error)) return
+    call trace_regions(graph, scene%lines%material, blocks%shape, blocks%vertex, line, crack)
+    if (region_count(blocks%shape) == 0) then
+      call wrong(scene, scene%lines(1)%deck_line, 'lines that enclose a block', number_text(size(scene%lines))// &
+                 ' lines that enclose nothing', error)
+      return
+    end if
+    allocate (blocks%crack(2, 2, size(crack)))
+    do i = 1, size(crack)
+      blocks%crack(:, :, i) = graph%place(:, graph%ends(:, crack(i)))
+    end do
+    blocks%crack_joint = scene%lines(graph%line(crack))%material
+  end subroutine enclose_blocks
 
   !> Polygons of a block file as blocks. Errors: one that is not counter-clockwise or has no area.
   subroutine take_polygons(scene, blocks, error)
@@ -90,17 +164,29 @@ contains
     type(blocks_t), intent(inout) :: blocks
     type(error_t), allocatable, intent(out) :: error
     type(moments_t) :: moments
+    integer, allocatable :: first(:), first_loop(:), first_vertex(:), loop_first(:), loop_order(:), order(:)
     integer :: i
 
     associate (given => scene%blocks)
-      blocks%shape%first_vertex = given%first_vertex
-      blocks%shape%first_loop = [(i, i=1, size(given%first_vertex))]
-      blocks%shape%joint = given%joint
-      blocks%vertex = given%vertex
+      first = given%first_vertex
       blocks%material = given%material
+      blocks%origin = origin_for(minval(given%vertex, 2), maxval(given%vertex, 2))
+      allocate (order(0), first_vertex(0), first_loop(size(given%material) + 1))
       do i = 1, size(given%material)
-        associate (polygon => given%vertex(:, given%first_vertex(i):given%first_vertex(i + 1) - 1))
-          moments = polygon_moments(polygon, [1, size(polygon, 2) + 1])
+        call part_loops(given%vertex(:, first(i):first(i + 1) - 1), loop_order, loop_first)
+        first_loop(i) = size(first_vertex) + 1
+        first_vertex = [first_vertex, loop_first(:size(loop_first) - 1) + size(order)]
+        order = [order, loop_order + first(i) - 1]
+      end do
+      first_loop(size(first_loop)) = size(first_vertex) + 1
+      blocks%shape%first_loop = first_loop
+      blocks%shape%first_vertex = [first_vertex, size(order) + 1]
+      blocks%shape%joint = given%joint(order)
+      blocks%vertex = given%vertex(:, order) - spread(blocks%origin, 2, size(order))
+      allocate (blocks%crack(2, 2, 0), blocks%crack_joint(0))
+      do i = 1, size(given%material)
+        moments = block_moments(blocks, i)
+        associate (polygon => given%vertex(:, first(i):first(i + 1) - 1))
           if (moments%area > 1e-12_dp*maxval(maxval(polygon, 2) - minval(polygon, 2))**2) cycle
         end associate
         call wrong(scene, given%deck_line(i), 'vertices counter-clockwise around an area', 'block '//number_text(i)// &
@@ -110,212 +196,137 @@ contains
     end associate
   end subroutine take_polygons
 
-  !> Error where a loop lies inside another: blocks with holes need the cutting of lines.
-  subroutine refuse_nesting(scene, blocks, error)
-    type(scene_t), intent(in) :: scene
-    type(blocks_t), intent(in) :: blocks
-    type(error_t), allocatable, intent(out) :: error
-    real(dp), dimension(2, size(blocks%shape%first_loop) - 1) :: low, high
-    integer :: i, k
-
-    do i = 1, size(low, 2)
-      low(:, i) = minval(block_polygon(blocks, i), 2)
-      high(:, i) = maxval(block_polygon(blocks, i), 2)
-    end do
-    do i = 1, size(low, 2)
-      associate (corner => blocks%vertex(:, first_vertex_of(blocks%shape, i)))
-        do k = 1, size(low, 2)
-          if (corner(1) < low(1, k) .or. corner(1) > high(1, k) .or. corner(2) < low(2, k) .or. corner(2) > high(2, k) &
-              .or. k == i) cycle
-          if (.not. holds(block_polygon(blocks, k), corner)) cycle
-          call wrong(scene, scene%lines(1)%deck_line, 'closed loops side by side', 'one inside another', error)
-          return
-        end do
-      end associate
-    end do
-  end subroutine refuse_nesting
-
   !> Gives each block the material of the last line that crosses it, or whose first end lies in it; else 1.
-  subroutine name_materials(scene, blocks, error)
+  subroutine name_materials(scene, finder, blocks, error)
     type(scene_t), intent(in) :: scene
+    type(block_finder_t), intent(in) :: finder
     type(blocks_t), intent(inout) :: blocks
     type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: crossed(:)
+    real(dp), allocatable :: at(:, :)
+    real(dp) :: ends(2, 2)
     integer :: b, i
-    logical :: found
 
-    allocate (blocks%material(size(blocks%shape%first_loop) - 1), source=1)
+    allocate (blocks%material(region_count(blocks%shape)), source=1)
     do i = 1, size(scene%material_lines)
       associate (line => scene%material_lines(i))
-        found = .false.
-        do b = 1, size(blocks%material)
-          if (size(crossings(blocks, b, line%ends), 2) == 0) cycle
-          blocks%material(b) = line%material
-          found = .true.
-        end do
-        if (found) cycle
-        b = block_at(blocks, line%ends(:, 1))
-        if (b == 0) then
-          call wrong(scene, line%deck_line, 'a material line that crosses a block or begins in one', 'one outside', error)
-          return
+        ends = line%ends - spread(blocks%origin, 2, 2)
+        call find_crossings(finder, blocks%shape, blocks%vertex, ends, at, crossed)
+        if (size(crossed) == 0) then
+          b = block_at(finder, blocks%shape, blocks%vertex, ends(:, 1))
+          if (b == 0) then
+            call wrong(scene, line%deck_line, 'a material line that crosses a block or begins in one', 'one outside', error)
+            return
+          end if
+          crossed = [b]
         end if
-        blocks%material(b) = line%material
+        blocks%material(crossed) = line%material
       end associate
     end do
   end subroutine name_materials
 
-  !> Removes the block at a hole point.
-  subroutine remove_block(scene, hole, blocks, error)
+  !> Removes the blocks at hole points, and the cracks in them.
+  subroutine remove_blocks(scene, finder, blocks, error)
     type(scene_t), intent(in) :: scene
-    type(point_t), intent(in) :: hole
+    type(block_finder_t), intent(in) :: finder
     type(blocks_t), intent(inout) :: blocks
     type(error_t), allocatable, intent(out) :: error
-    integer :: b, first, i, last, n
+    logical :: keep(region_count(blocks%shape)), inside(size(blocks%crack_joint))
+    integer, allocatable :: vertex(:), kept(:)
+    integer :: b, i
 
-    b = block_at(blocks, hole%place)
-    if (b == 0) then
-      call wrong(scene, hole%deck_line, 'a hole point inside a block', 'one outside', error)
+    keep = .true.
+    do i = 1, size(scene%hole_points)
+      b = block_at(finder, blocks%shape, blocks%vertex, scene%hole_points(i)%place - blocks%origin)
+      if (b == 0) then
+        call wrong(scene, scene%hole_points(i)%deck_line, 'a hole point inside a block', 'one outside', error)
+        return
+      end if
+      keep(b) = .false.
+      if (any(keep)) cycle
+      call wrong(scene, scene%hole_points(i)%deck_line, 'a block left after the holes', 'none', error)
       return
-    end if
-    n = size(blocks%material)
-    if (n == 1) then
-      call wrong(scene, hole%deck_line, 'a block left after the holes', 'none', error)
-      return
-    end if
-    first = first_vertex_of(blocks%shape, b)
-    last = last_vertex_of(blocks%shape, b)
-    blocks%vertex = blocks%vertex(:, [(i, i=1, first - 1), (i, i=last + 1, size(blocks%vertex, 2))])
-    blocks%shape%joint = [blocks%shape%joint(:first - 1), blocks%shape%joint(last + 1:)]
-    blocks%shape%first_vertex = [blocks%shape%first_vertex(:b), blocks%shape%first_vertex(b + 2:) - (last - first + 1)]
-    blocks%shape%first_loop = blocks%shape%first_loop(:n)
-    blocks%material = [blocks%material(:b - 1), blocks%material(b + 1:)]
-  end subroutine remove_block
+    end do
+    do i = 1, size(inside)
+      b = block_at(finder, blocks%shape, blocks%vertex, 0.5_dp*(blocks%crack(:, 1, i) + blocks%crack(:, 2, i)))
+      inside(i) = .true.
+      if (b > 0) inside(i) = keep(b)
+    end do
+    kept = pack([(i, i=1, size(inside))], inside)
+    blocks%crack = blocks%crack(:, :, kept)
+    blocks%crack_joint = blocks%crack_joint(kept)
+    call keep_regions(blocks%shape, keep, vertex)
+    blocks%vertex = blocks%vertex(:, vertex)
+    blocks%material = pack(blocks%material, keep)
+  end subroutine remove_blocks
 
   !> A fixed point at each crossing with the edge of a block, moved inwards; at the first end where there is none.
-  subroutine fix_line(scene, line, depth, blocks, error)
+  subroutine fix_line(scene, line, depth, finder, blocks, points, error)
     type(scene_t), intent(in) :: scene
     type(line_t), intent(in) :: line
     real(dp), intent(in) :: depth !! length
-    type(blocks_t), intent(inout) :: blocks
+    type(block_finder_t), intent(in) :: finder
+    type(blocks_t), intent(in) :: blocks
+    type(found_points_t), intent(inout) :: points
     type(error_t), allocatable, intent(out) :: error
     real(dp), allocatable :: at(:, :)
+    integer, allocatable :: crossed(:)
+    real(dp) :: ends(2, 2)
     integer :: b, i
-    logical :: found
 
-    found = .false.
-    do b = 1, size(blocks%material)
-      at = crossings(blocks, b, line%ends)
-      do i = 1, size(at, 2)
-        call add_point(blocks, fixed_point, at(1:2, i) + depth*at(3:4, i), b)
-        found = .true.
-      end do
+    ends = line%ends - spread(blocks%origin, 2, 2)
+    call find_crossings(finder, blocks%shape, blocks%vertex, ends, at, crossed)
+    do i = 1, size(crossed)
+      call add_point(points, fixed_point, at(1:2, i) + depth*at(3:4, i), crossed(i))
     end do
-    if (found) return
-    b = block_at(blocks, line%ends(:, 1))
+    if (size(crossed) > 0) return
+    b = block_at(finder, blocks%shape, blocks%vertex, ends(:, 1))
     if (b == 0) then
       call wrong(scene, line%deck_line, 'a fixed line that crosses a block, or a fixed point in one', 'one outside', error)
       return
     end if
-    call add_point(blocks, fixed_point, line%ends(:, 1), b)
+    call add_point(points, fixed_point, ends(:, 1), b)
   end subroutine fix_line
 
   !> Adds points to the blocks that hold them.
-  subroutine add_points(scene, kind, what, points, blocks, error)
+  subroutine add_points(scene, kind, what, given, finder, blocks, points, error)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: kind
     character(len=*), intent(in) :: what
-    type(point_t), intent(in) :: points(:)
-    type(blocks_t), intent(inout) :: blocks
+    type(point_t), intent(in) :: given(:)
+    type(block_finder_t), intent(in) :: finder
+    type(blocks_t), intent(in) :: blocks
+    type(found_points_t), intent(inout) :: points
     type(error_t), allocatable, intent(out) :: error
     integer :: b, i
 
-    do i = 1, size(points)
-      b = points(i)%block
-      if (b == 0) b = block_at(blocks, points(i)%place)
+    do i = 1, size(given)
+      b = given(i)%block
+      if (b == 0) b = block_at(finder, blocks%shape, blocks%vertex, given(i)%place - blocks%origin)
       if (b == 0) then
-        call wrong(scene, points(i)%deck_line, 'a '//what//' point inside a block', 'one outside', error)
+        call wrong(scene, given(i)%deck_line, 'a '//what//' point inside a block', 'one outside', error)
         return
       end if
-      call add_point(blocks, kind, points(i)%place, b)
+      call add_point(points, kind, given(i)%place - blocks%origin, b)
     end do
   end subroutine add_points
 
   !> Adds one point.
-  pure subroutine add_point(blocks, kind, place, block)
-    type(blocks_t), intent(inout) :: blocks
+  pure subroutine add_point(points, kind, place, block)
+    type(found_points_t), intent(inout) :: points
     integer, intent(in) :: kind, block
     real(dp), intent(in) :: place(2)
 
-    blocks%point = reshape([blocks%point, place], [2, size(blocks%point_kind) + 1])
-    blocks%point_kind = [blocks%point_kind, kind]
-    blocks%point_block = [blocks%point_block, block]
+    if (points%n == size(points%kind)) then
+      points%kind = [points%kind, points%kind]
+      points%block = [points%block, points%block]
+      points%place = reshape([points%place, points%place], [2, 2*points%n])
+    end if
+    points%n = points%n + 1
+    points%kind(points%n) = kind
+    points%block(points%n) = block
+    points%place(:, points%n) = place
   end subroutine add_point
-
-  !> Where a line crosses the edges of a block that it is not parallel to, and the unit normal inwards there.
-  pure function crossings(blocks, b, ends) result(at)
-    type(blocks_t), intent(in) :: blocks
-    integer, intent(in) :: b
-    real(dp), intent(in) :: ends(2, 2)
-    real(dp), allocatable :: at(:, :)  !! (4, n) x, y, normal
-    real(dp) :: p(2), edge(2), way(2), det, s, t
-    integer :: k, next
-
-    allocate (at(4, 0))
-    way = ends(:, 2) - ends(:, 1)
-    do k = first_vertex_of(blocks%shape, b), last_vertex_of(blocks%shape, b)
-      next = k + 1
-      if (k == last_vertex_of(blocks%shape, b)) next = first_vertex_of(blocks%shape, b)
-      p = blocks%vertex(:, k) - ends(:, 1)
-      edge = blocks%vertex(:, next) - blocks%vertex(:, k)
-      det = way(1)*edge(2) - way(2)*edge(1)
-      if (abs(det) <= 1e-12_dp*norm2(way)*norm2(edge)) cycle
-      t = (p(1)*edge(2) - p(2)*edge(1))/det
-      s = (p(1)*way(2) - p(2)*way(1))/det
-      if (t < 0 .or. t > 1 .or. s < 0 .or. s >= 1) cycle
-      at = reshape([at, ends(:, 1) + t*way, [-edge(2), edge(1)]/norm2(edge)], [4, size(at, 2) + 1])
-    end do
-  end function crossings
-
-  !> First block that holds a place, its edge included; 0 where none does.
-  pure integer function block_at(blocks, place)
-    type(blocks_t), intent(in) :: blocks
-    real(dp), intent(in) :: place(2)
-
-    do block_at = 1, size(blocks%shape%first_loop) - 1
-      if (holds(block_polygon(blocks, block_at), place)) return
-    end do
-    block_at = 0
-  end function block_at
-
-  !> Vertices of a block.
-  pure function block_polygon(blocks, b) result(polygon)
-    type(blocks_t), intent(in) :: blocks
-    integer, intent(in) :: b
-    real(dp), allocatable :: polygon(:, :)
-
-    polygon = blocks%vertex(:, first_vertex_of(blocks%shape, b):last_vertex_of(blocks%shape, b))
-  end function block_polygon
-
-  !> Whether a polygon holds a place: a ray to the right crosses its edges an odd number of times.
-  pure logical function holds(polygon, place)
-    real(dp), intent(in) :: polygon(:, :) !! (2, n)
-    real(dp), intent(in) :: place(2)
-    real(dp) :: a(2), b(2), area
-    integer :: k, n
-
-    n = size(polygon, 2)
-    holds = .false.
-    do k = 1, n
-      a = polygon(:, k) - place
-      b = polygon(:, modulo(k, n) + 1) - place
-      area = a(1)*b(2) - a(2)*b(1)
-      if (abs(area) <= 4*epsilon(area)*(abs(a(1)*b(2)) + abs(a(2)*b(1))) .and. dot_product(a, b) <= 0.0_dp) then
-        holds = .true. ! on the edge
-        return
-      end if
-      if ((a(2) > 0.0_dp) .eqv. (b(2) > 0.0_dp)) cycle
-      if ((area > 0.0_dp) .eqv. (b(2) > a(2))) holds = .not. holds
-    end do
-  end function holds
 
   !> Error at a line of the geometry.
   subroutine wrong(scene, line, expected, found, error)

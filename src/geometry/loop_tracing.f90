@@ -1,254 +1,489 @@
-!> Lines that meet end to end, to closed loops.
+!> A planar graph to the regions it encloses, blocks with holes among them (Shi's dc07 to dc09, dc16).
 !>
-!> Ends closer than the snap distance are one node. Every node must join two lines; the loops are then the blocks.
-!> The search for nodes and crossings runs over lines sorted along x.
+!> Every piece is two half-edges, one each way; at a node the next of a loop is the first clockwise from the way back,
+!> so that the region lies on the left. A piece with one loop on both sides encloses nothing - a dangling end, a tree,
+!> a bridge - and is left out. Loops that turn counter-clockwise bound a region from outside; the others are holes of
+!> the region around them. Shi's dc deletes what lies in a hole; here the block keeps its hole, and what lies in it too.
 module scree_loop_tracing
-  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_segments, set_up_grid
+  use scree_keyholes, only: twice_area
   use scree_kinds, only: dp
+  use scree_line_cutting, only: graph_t
+  use scree_predicates, only: orientation
   use scree_regions, only: regions_t
-  use scree_scene, only: line_t
+  use scree_sorting, only: sort_by
   implicit none
   private
-  public :: trace_loops
+  public :: trace_regions
+
+  !> A corner nearer to its chord than this share of the graph's rounding is none. Nodes are farther than that rounding
+  !> from the pieces they are no end of, so that no region loses its area.
+  real(dp), parameter :: straight = 0.25_dp
+
+  !> Simple loops, and the cycle of half-edges that each was part of: a cycle has the same region on its left.
+  type :: loops_t
+    integer :: n = 0
+    integer, allocatable :: first(:)        !! (n+1) loop k owns half(first(k):first(k+1)-1)
+    integer, allocatable :: half(:)         !! half-edges in order
+    integer, allocatable :: cycle(:)        !! (n)
+    logical, allocatable :: around(:)       !! (n) counter-clockwise
+  end type loops_t
 
 contains
 
-  !> Traces closed loops, each counter-clockwise, in the order of their first lines.
+  !> Regions enclosed by the pieces, in the order in which Shi's dc meets them: by the first node, nodes in the order in
+  !> which each line meets the lines before it.
   !>
-  !> Errors, with the line of the deck: lines that cross or touch elsewhere than at their ends, an end where not just
-  !> two lines meet, a loop without area.
-  subroutine trace_loops(deck_name, lines, snap, shape, vertex, error)
-    character(len=*), intent(in) :: deck_name
-    type(line_t), intent(in) :: lines(:)
-    real(dp), intent(in) :: snap                          !! distance of ends that are one node, length
-    type(regions_t), intent(out) :: shape
-    real(dp), allocatable, intent(out) :: vertex(:, :)    !! (2, n_vertices), length
-    type(error_t), allocatable, intent(out) :: error
-    integer :: node(2, size(lines)), n_nodes, meeting(2, 2*size(lines)), degree(2*size(lines))
-    real(dp) :: place(2, 2*size(lines))
-    logical :: used(size(lines))
-    integer :: at, start, i, k, line, n_loops, n_vertices, from
+  !> Outer loop counter-clockwise, holes clockwise. A corner on the straight between its neighbours is dropped where
+  !> the material on both sides of it is one.
+  subroutine trace_regions(graph, material, shape, vertex, line, crack)
+    type(graph_t), intent(in) :: graph
+    integer, intent(in) :: material(:)                     !! (n_lines)
+    type(regions_t), intent(out) :: shape                  !! its joint is the material
+    real(dp), allocatable, intent(out) :: vertex(:, :)     !! (2, n_vertices), length
+    integer, allocatable, intent(out) :: line(:)           !! (n_vertices) line of the edge to the next vertex
+    integer, allocatable, intent(out) :: crack(:)          !! pieces that lie inside a region and part it from nothing
+    type(graph_t) :: enclosing
+    type(loops_t) :: loops
+    integer, allocatable :: cycle_of(:), region(:)
+    integer :: i
 
-    call number_nodes(lines, snap, node, place, n_nodes)
-    degree = 0
-    do i = 1, size(lines)
-      if (node(1, i) == node(2, i)) then
-        call wrong(i, 'a line longer than the snap distance e0 w0', 'a shorter one')
-        return
-      end if
-      do k = 1, 2
-        at = node(k, i)
-        degree(at) = degree(at) + 1
-        if (degree(at) > 2) then
-          call wrong(i, 'two lines at an end, as lines that cross or branch are not cut', 'a third line')
-          return
-        end if
-        meeting(degree(at), at) = i
-      end do
-    end do
-    do i = 1, size(lines)
-      do k = 1, 2
-        if (degree(node(k, i)) == 2) cycle
-        call wrong(i, 'another line at each end, as lines must close', 'an end that is free')
-        return
-      end do
-    end do
-    call find_crossing(place, node, i)
-    if (i > 0) then
-      call wrong(i, 'lines that meet only at their ends, as lines that cross are not cut', 'a line that crosses another')
-      return
+    enclosing = graph
+    call trace_cycles(enclosing, loops, cycle_of)
+    crack = pack([(i, i=1, size(graph%line))], cycle_of(1::2) == cycle_of(2::2))
+    if (size(crack) > 0) then
+      region = regions_of(enclosing, loops, cycle_of)
+      crack = pack(crack, region(cycle_of(2*crack)) > 0)
+      associate (kept => pack([(i, i=1, size(graph%line))], cycle_of(1::2) /= cycle_of(2::2)))
+        enclosing%ends = graph%ends(:, kept)
+        enclosing%line = graph%line(kept)
+      end associate
+      call trace_cycles(enclosing, loops, cycle_of)
     end if
+    region = regions_of(enclosing, loops, cycle_of)
+    region = region(loops%cycle(:loops%n))
+    call keep_corners(enclosing, loops, region, material, shape, vertex, line)
+  end subroutine trace_regions
 
-    allocate (shape%first_vertex(size(lines) + 1), shape%joint(size(lines)), vertex(2, size(lines)))
-    used = .false.
-    n_loops = 0
-    n_vertices = 0
-    do start = 1, size(lines)
-      if (used(start)) cycle
-      n_loops = n_loops + 1
-      from = n_vertices + 1
-      shape%first_vertex(n_loops) = from
-      line = start
-      at = node(1, start)
-      do
-        used(line) = .true.
-        n_vertices = n_vertices + 1
-        vertex(:, n_vertices) = place(:, at)
-        shape%joint(n_vertices) = lines(line)%material
-        at = sum(node(:, line)) - at ! the other end
-        line = sum(meeting(:, at)) - line
-        if (line == start) exit
+  !> Node that a half-edge leaves: piece p has the half-edges 2p-1, from its first end, and 2p, from its second.
+  pure integer function origin_of(graph, half)
+    type(graph_t), intent(in) :: graph
+    integer, intent(in) :: half
+
+    origin_of = graph%ends(2 - modulo(half, 2), (half + 1)/2)
+  end function origin_of
+
+  !> The other half-edge of the piece.
+  pure integer function way_back(half)
+    integer, intent(in) :: half
+
+    way_back = half - 1 + 2*modulo(half, 2)
+  end function way_back
+
+  !> All cycles of half-edges, taken apart into simple loops where they touch themselves.
+  subroutine trace_cycles(graph, loops, cycle_of)
+    type(graph_t), intent(in) :: graph
+    type(loops_t), intent(out) :: loops
+    integer, allocatable, intent(out) :: cycle_of(:)   !! (2 n_pieces)
+    integer, allocatable :: first(:), half(:), next(:), order(:), stack(:), place_of(:)
+    integer :: at, i, k, n_cycles, n_half, n_out, depth, start
+
+    n_half = 2*size(graph%line)
+    call sort_half_edges(graph, first, half)
+    allocate (next(n_half), cycle_of(n_half), stack(n_half), place_of(size(graph%place, 2)))
+    cycle_of = 0
+    do i = 1, size(first) - 1
+      do k = first(i), first(i + 1) - 1
+        at = k - 1
+        if (at < first(i)) at = first(i + 1) - 1
+        next(way_back(half(k))) = half(at)
       end do
-      if (n_vertices - from < 2) then
-        call wrong(start, 'lines that enclose an area', 'two lines with the same ends')
-        return
-      end if
-      call orient(vertex(:, from:n_vertices), shape%joint(from:n_vertices))
     end do
-    shape%first_vertex = [shape%first_vertex(:n_loops), n_vertices + 1]
-    shape%first_loop = [(i, i=1, n_loops + 1)]
+
+    allocate (loops%first(n_half + 1), loops%half(n_half), loops%cycle(n_half), loops%around(n_half))
+    loops%first(1) = 1
+    place_of = 0
+    n_cycles = 0
+    n_out = 0
+    order = order_of_nodes(graph, first, half)
+    do i = 1, size(order)
+      do k = first(order(i)), first(order(i) + 1) - 1
+        start = half(k)
+        if (cycle_of(start) /= 0) cycle
+        n_cycles = n_cycles + 1
+        at = start
+        depth = 0
+        do while (cycle_of(at) == 0)
+          cycle_of(at) = n_cycles
+          if (place_of(origin_of(graph, at)) > 0) call close_loop((place_of(origin_of(graph, at)))) ! a copy, as it changes there
+          depth = depth + 1
+          stack(depth) = at
+          place_of(origin_of(graph, at)) = depth
+          at = next(at)
+        end do
+        call close_loop(1)
+      end do
+    end do
 
   contains
 
-    !> Error at a line of the deck.
-    subroutine wrong(i, expected, found)
-      integer, intent(in) :: i
-      character(len=*), intent(in) :: expected, found
-      character(len=12) :: number
+    !> Takes the half-edges from `from` up off the stack as a loop.
+    subroutine close_loop(from)
+      integer, intent(in) :: from
+      integer :: j
 
-      write (number, '(i0)') lines(i)%deck_line
-      call fail(error, status_bad_input, deck_name//':'//trim(number)//': expected '//expected//', found '//found)
-    end subroutine wrong
-
-  end subroutine trace_loops
-
-  !> Gives ends at one place one number.
-  pure subroutine number_nodes(lines, snap, node, place, n_nodes)
-    type(line_t), intent(in) :: lines(:)
-    real(dp), intent(in) :: snap
-    integer, intent(out) :: node(:, :)   !! (2, n_lines)
-    real(dp), intent(out) :: place(:, :) !! (2, n_nodes)
-    integer, intent(out) :: n_nodes
-    integer :: order(2*size(lines)), number(2*size(lines)), i, k, other
-    real(dp) :: x(2, 2*size(lines))
-
-    do i = 1, size(lines)
-      x(:, 2*i - 1:2*i) = lines(i)%ends
-    end do
-    order = sorted(x(1, :))
-    number = 0
-    n_nodes = 0
-    place = 0.0_dp
-    do i = 1, size(order)
-      if (number(order(i)) > 0) cycle
-      n_nodes = n_nodes + 1
-      number(order(i)) = n_nodes
-      place(:, n_nodes) = x(:, order(i))
-      do k = i + 1, size(order)
-        other = order(k)
-        if (x(1, other) - x(1, order(i)) > snap) exit
-        if (number(other) == 0 .and. norm2(x(:, other) - x(:, order(i))) <= snap) number(other) = n_nodes
+      loops%n = loops%n + 1
+      do j = from, depth
+        n_out = n_out + 1
+        loops%half(n_out) = stack(j)
+        place_of(origin_of(graph, stack(j))) = 0
       end do
-    end do
-    node = reshape(number, [2, size(lines)])
-  end subroutine number_nodes
+      loops%first(loops%n + 1) = n_out + 1
+      loops%cycle(loops%n) = n_cycles
+      associate (loop => loops%half(loops%first(loops%n):n_out))
+        loops%around(loops%n) = twice_area(graph%place(:, [(origin_of(graph, loop(j)), j=1, size(loop))])) > 0
+      end associate
+      depth = from - 1
+    end subroutine close_loop
 
-  !> A line that meets another elsewhere than at a node they share; 0 where there is none.
-  pure subroutine find_crossing(place, node, crossing)
-    real(dp), intent(in) :: place(:, :)
-    integer, intent(in) :: node(:, :)
-    integer, intent(out) :: crossing
-    real(dp) :: low(size(node, 2)), high(size(node, 2))
-    integer :: order(size(node, 2)), i, j, k
+  end subroutine trace_cycles
 
-    do i = 1, size(node, 2)
-      low(i) = minval(place(1, node(:, i)))
-      high(i) = maxval(place(1, node(:, i)))
+  !> Half-edges by the node they leave, counter-clockwise from the direction of -x.
+  subroutine sort_half_edges(graph, first, half)
+    type(graph_t), intent(in) :: graph
+    integer, allocatable, intent(out) :: first(:)     !! (n_nodes+1)
+    integer, allocatable, intent(out) :: half(:)      !! (2 n_pieces)
+    integer :: filled(size(graph%place, 2)), h, i
+
+    allocate (first(size(graph%place, 2) + 1), half(2*size(graph%line)))
+    first = 0
+    do h = 1, size(half)
+      i = origin_of(graph, h)
+      first(i + 1) = first(i + 1) + 1
     end do
-    order = sorted(low)
-    crossing = 0
-    do i = 1, size(order)
-      do k = i + 1, size(order)
-        j = order(k)
-        if (low(j) > high(order(i))) exit
-        if (touch(place(:, node(:, order(i))), place(:, node(:, j)), node(:, order(i)), node(:, j))) then
-          crossing = max(order(i), j)
-          return
+    first(1) = 1
+    do i = 2, size(first)
+      first(i) = first(i) + first(i - 1)
+    end do
+    filled = first(:size(filled))
+    do h = 1, size(half)
+      i = origin_of(graph, h)
+      half(filled(i)) = h
+      filled(i) = filled(i) + 1
+    end do
+    do i = 1, size(filled)
+      call sort_around(half(first(i):first(i + 1) - 1))
+    end do
+
+  contains
+
+    !> Merge sort of half-edges of one node.
+    recursive subroutine sort_around(list)
+      integer, intent(inout) :: list(:)
+      integer :: sorted(size(list)), k, left, middle, right
+
+      if (size(list) < 2) return
+      middle = size(list)/2
+      call sort_around(list(:middle))
+      call sort_around(list(middle + 1:))
+      left = 1
+      right = middle + 1
+      do k = 1, size(list)
+        if (right > size(list)) then
+          sorted(k) = list(left)
+          left = left + 1
+        else if (left > middle) then
+          sorted(k) = list(right)
+          right = right + 1
+        else if (comes_before(list(right), list(left))) then
+          sorted(k) = list(right)
+          right = right + 1
+        else
+          sorted(k) = list(left)
+          left = left + 1
+        end if
+      end do
+      list = sorted
+    end subroutine sort_around
+
+    !> Whether a half-edge comes before another, both from the same node.
+    logical function comes_before(p, q)
+      integer, intent(in) :: p, q
+      logical :: upper(2)
+
+      associate (o => graph%place(:, origin_of(graph, p)), a => graph%place(:, origin_of(graph, way_back(p))), &
+                 b => graph%place(:, origin_of(graph, way_back(q))))
+        upper = [a(2) > o(2) .or. (.not. a(2) < o(2) .and. a(1) > o(1)), &
+                 b(2) > o(2) .or. (.not. b(2) < o(2) .and. b(1) > o(1))]
+        if (upper(1) .neqv. upper(2)) then
+          comes_before = upper(2)
+        else
+          comes_before = orientation(o, a, b) > 0
+        end if
+      end associate
+    end function comes_before
+
+  end subroutine sort_half_edges
+
+  !> Nodes in the order of dc04: line after line, each with the lines before it.
+  function order_of_nodes(graph, first, half) result(order)
+    type(graph_t), intent(in) :: graph
+    integer, intent(in) :: first(:), half(:)
+    integer, allocatable :: order(:)
+    integer :: lowest(2, size(first) - 1), i, k, line
+
+    lowest = huge(1)
+    do i = 1, size(lowest, 2)
+      do k = first(i), first(i + 1) - 1
+        line = graph%line((half(k) + 1)/2)
+        if (line < lowest(1, i)) then
+          lowest(:, i) = [line, lowest(1, i)]
+        else if (line > lowest(1, i) .and. line < lowest(2, i)) then
+          lowest(2, i) = line
         end if
       end do
     end do
-  end subroutine find_crossing
+    order = [(i, i=1, size(lowest, 2))]
+    order = order(stable_order(lowest(1, order), order))
+    order = order(stable_order(lowest(2, order), order))
+  end function order_of_nodes
 
-  !> Whether two lines meet elsewhere than at a node they share.
-  pure logical function touch(a, b, node_a, node_b)
-    real(dp), intent(in) :: a(2, 2), b(2, 2)
-    integer, intent(in) :: node_a(2), node_b(2)
-    real(dp) :: s(2), t(2)
-    integer :: i, j
+  !> Places of keys in ascending order, equal ones as they come, by counting; a key that is huge comes last.
+  function stable_order(key, alike) result(place)
+    integer, intent(in) :: key(:)
+    integer, intent(in) :: alike(:) !! of the same size
+    integer :: place(size(alike))
+    integer, allocatable :: start(:)
+    integer :: bucket, i, next, count, most
 
-    s = [side(a, b(:, 1)), side(a, b(:, 2))]
-    t = [side(b, a(:, 1)), side(b, a(:, 2))]
-    do i = 1, 2
-      do j = 1, 2
-        if (node_a(i) /= node_b(j)) cycle
-        ! from a node they share they overlap only where the other ends lie on the same ray
-        touch = .not. abs(s(3 - j)) > 0.0_dp .and. &
-                dot_product(a(:, 3 - i) - a(:, i), b(:, 3 - j) - b(:, j)) > 0.0_dp
-        return
+    most = 1
+    if (any(key < huge(1))) most = maxval(key, key < huge(1)) + 1
+    allocate (start(most), source=0)
+    do i = 1, size(key)
+      bucket = min(key(i), most)
+      start(bucket) = start(bucket) + 1
+    end do
+    next = 1
+    do i = 1, most
+      count = start(i)
+      start(i) = next
+      next = next + count
+    end do
+    do i = 1, size(key)
+      bucket = min(key(i), most)
+      place(start(bucket)) = i
+      start(bucket) = start(bucket) + 1
+    end do
+  end function stable_order
+
+  !> Region on the left of each cycle, 0 outside everything: the loop around it, of its own or found by looking towards -x.
+  function regions_of(graph, loops, cycle_of) result(region)
+    type(graph_t), intent(in) :: graph
+    type(loops_t), intent(in) :: loops
+    integer, intent(in) :: cycle_of(:)
+    integer, allocatable :: region(:)
+    integer, allocatable :: of_cycle(:), first_node(:), open(:)
+    type(cell_grid_t) :: grid
+    integer :: c, i, k, n_open, n_regions
+    real(dp), allocatable :: x(:)
+
+    n_regions = 0
+    allocate (of_cycle(maxval([0, cycle_of])))
+    of_cycle = -1
+    do i = 1, loops%n
+      if (.not. loops%around(i)) cycle
+      n_regions = n_regions + 1
+      of_cycle(loops%cycle(i)) = n_regions
+    end do
+
+    ! Cycles around which there is something else: the leftmost node of each, from left to right.
+    allocate (first_node(size(of_cycle)), source=0)
+    do i = 1, loops%n
+      c = loops%cycle(i)
+      if (of_cycle(c) > 0) cycle
+      do k = loops%first(i), loops%first(i + 1) - 1
+        associate (node => origin_of(graph, loops%half(k)))
+          if (first_node(c) == 0) first_node(c) = node
+          if (graph%place(1, node) < graph%place(1, first_node(c))) first_node(c) = node
+        end associate
       end do
     end do
-    if (all(.not. abs(s) > 0.0_dp)) then ! on one straight line
-      touch = maxval(a(1, :)) >= minval(b(1, :)) .and. maxval(b(1, :)) >= minval(a(1, :)) .and. &
-              maxval(a(2, :)) >= minval(b(2, :)) .and. maxval(b(2, :)) >= minval(a(2, :))
-    else
-      touch = s(1)*s(2) <= 0.0_dp .and. t(1)*t(2) <= 0.0_dp
+    open = pack([(c, c=1, size(of_cycle))], first_node > 0)
+    n_open = size(open)
+    x = graph%place(1, first_node(open))
+    call sort_by(x, open)
+    if (n_open > 1 .or. n_regions > 1) then
+      call set_up_grid(grid, minval(graph%place, 2), maxval(graph%place, 2), size(graph%line))
+      call place_segments(grid, graph%place, graph%ends, graph%rounding)
     end if
-  end function touch
-
-  !> Twice the signed area of a line and a point, divided by the largest size that keeps products in range: -1, 0 or 1.
-  pure real(dp) function side(line, point)
-    real(dp), intent(in) :: line(2, 2), point(2)
-    real(dp) :: area, a(2), b(2)
-
-    a = line(:, 2) - line(:, 1)
-    b = point - line(:, 1)
-    area = a(1)*b(2) - a(2)*b(1)
-    side = 0.0_dp
-    if (abs(area) > 4*epsilon(area)*(abs(a(1)*b(2)) + abs(a(2)*b(1)))) side = sign(1.0_dp, area)
-  end function side
-
-  !> Turns a loop counter-clockwise; the joint of an edge stays with its edge.
-  pure subroutine orient(vertex, joint)
-    real(dp), intent(inout) :: vertex(:, :)
-    integer, intent(inout) :: joint(:)
-    real(dp) :: area, a(2), b(2)
-    integer :: k, n
-
-    n = size(joint)
-    area = 0.0_dp
-    do k = 2, n - 1
-      a = vertex(:, k) - vertex(:, 1)
-      b = vertex(:, k + 1) - vertex(:, 1)
-      area = area + a(1)*b(2) - a(2)*b(1)
+    do i = 1, n_open
+      k = 0
+      if (i > 1) k = piece_at_left(graph, grid, first_node(open(i)))
+      of_cycle(open(i)) = 0
+      if (k > 0) of_cycle(open(i)) = of_cycle(cycle_of(k))
     end do
-    if (area >= 0.0_dp) return
-    vertex(:, 2:) = vertex(:, n:2:-1)
-    joint = joint(n:1:-1)
-  end subroutine orient
+    region = of_cycle
+  end function regions_of
 
-  !> Places of the values in ascending order (merge sort, stable).
-  pure function sorted(value) result(order)
-    real(dp), intent(in) :: value(:)
-    integer :: order(size(value)), merged(size(value)), width, low, middle, high, a, b, k, n
+  !> Half-edge of the first piece to the left of a node that has the node's side on its left; 0 where there is none.
+  !>
+  !> A piece counts from its lower end up to below its upper one. Errors of rounding cannot mislead: the pieces that
+  !> share a place there are compared by the exact test.
+  integer function piece_at_left(graph, grid, node)
+    type(graph_t), intent(in) :: graph
+    type(cell_grid_t), intent(in) :: grid
+    integer, intent(in) :: node
+    real(dp) :: x, x_yet
+    integer :: column, i, low, low_yet, p, p_yet, range(2, 2), row, up, up_yet
 
-    n = size(value)
-    order = [(k, k=1, n)]
-    width = 1
-    do while (width < n)
-      do low = 1, n, 2*width
-        middle = min(low + width, n + 1)
-        high = min(low + 2*width, n + 1)
-        a = low
-        b = middle
-        do k = low, high - 1
-          if (b >= high) then
-            merged(k) = order(a)
-            a = a + 1
-          else if (a >= middle) then
-            merged(k) = order(b)
-            b = b + 1
-          else if (value(order(b)) < value(order(a))) then
-            merged(k) = order(b)
-            b = b + 1
-          else
-            merged(k) = order(a)
-            a = a + 1
+    p_yet = 0
+    low_yet = 0
+    up_yet = 0
+    x_yet = -huge(x_yet)
+    associate (place => graph%place(:, node))
+      range = cells_of_box(grid, place, place)
+      row = range(2, 1)
+      do column = range(1, 1), 0, -1
+        do i = grid%first(number_of_cell(grid, column, row)), grid%first(number_of_cell(grid, column, row) + 1) - 1
+          p = grid%item(i)
+          low = graph%ends(1, p)
+          up = graph%ends(2, p)
+          if (graph%place(2, low) > graph%place(2, up)) then
+            low = up
+            up = graph%ends(1, p)
           end if
+          if (graph%place(2, low) > place(2) .or. .not. graph%place(2, up) > place(2)) cycle
+          if (orientation(graph%place(:, low), graph%place(:, up), place) >= 0) cycle ! the node is not on its right
+          x = graph%place(1, low) + (graph%place(1, up) - graph%place(1, low))* &
+              ((place(2) - graph%place(2, low))/(graph%place(2, up) - graph%place(2, low)))
+          if (p_yet > 0 .and. p /= p_yet) then
+            if (low == low_yet) then
+              if (orientation(graph%place(:, low), graph%place(:, up_yet), graph%place(:, up)) >= 0) cycle
+            else if (up == up_yet) then
+              if (orientation(graph%place(:, up), graph%place(:, low), graph%place(:, low_yet)) >= 0) cycle
+            else if (x <= x_yet) then
+              cycle
+            end if
+          end if
+          p_yet = p
+          low_yet = low
+          up_yet = up
+          x_yet = x
         end do
+        if (p_yet > 0 .and. x_yet >= grid%low(1) + column*grid%edge) exit
       end do
-      order = merged
-      width = 2*width
+    end associate
+    piece_at_left = 0
+    if (p_yet > 0) piece_at_left = 2*p_yet - merge(1, 0, graph%ends(1, p_yet) == up_yet) ! downwards
+  end function piece_at_left
+
+  !> Regions with their loops, without corners that are none.
+  subroutine keep_corners(graph, loops, region, material, shape, vertex, line)
+    type(graph_t), intent(in) :: graph
+    type(loops_t), intent(in) :: loops
+    integer, intent(in) :: region(:), material(:)
+    type(regions_t), intent(out) :: shape
+    real(dp), allocatable, intent(out) :: vertex(:, :)
+    integer, allocatable, intent(out) :: line(:)
+    integer :: first(0:maxval([0, region]) + 1), list(loops%n), at_node(size(graph%place, 2)), i, k, n_regions, n_vertices
+    logical :: twice(size(graph%place, 2))
+
+    n_regions = maxval([0, region])
+    first = 0
+    do i = 1, loops%n ! loops by region, the one around it first
+      first(region(i) + 1) = first(region(i) + 1) + 1
     end do
-  end function sorted
+    first(0) = 1
+    do i = 1, n_regions + 1
+      first(i) = first(i) + first(i - 1)
+    end do
+    shape%first_loop = first(1:) - first(1) + 1
+    do k = 1, 2
+      do i = 1, loops%n
+        if (loops%around(i) .neqv. k == 1) cycle
+        list(first(region(i))) = i
+        first(region(i)) = first(region(i)) + 1
+      end do
+    end do
+    allocate (vertex(2, size(loops%half)), line(size(loops%half)))
+    allocate (shape%first_vertex(shape%first_loop(n_regions + 1)))
+    twice = .false. ! nodes at which a region touches itself stay corners
+    at_node = 0
+    do i = 1, shape%first_loop(n_regions + 1) - 1
+      k = list(first(0) - 1 + i)
+      call mark_nodes(loops%half(loops%first(k):loops%first(k + 1) - 1), region(k))
+    end do
+    shape%first_vertex(1) = 1
+    n_vertices = 0
+    do i = 1, shape%first_loop(n_regions + 1) - 1
+      k = list(first(0) - 1 + i)
+      call take_loop(loops%half(loops%first(k):loops%first(k + 1) - 1))
+      shape%first_vertex(i + 1) = n_vertices + 1
+    end do
+    vertex = vertex(:, :n_vertices)
+    line = line(:n_vertices)
+    shape%joint = material(line)
+
+  contains
+
+    !> Marks the nodes that a region comes to more than once.
+    subroutine mark_nodes(half, mark)
+      integer, intent(in) :: half(:), mark
+      integer :: j
+
+      do j = 1, size(half)
+        associate (node => origin_of(graph, half(j)))
+          if (at_node(node) == mark) twice(node) = .true.
+          at_node(node) = mark
+        end associate
+      end do
+    end subroutine mark_nodes
+
+    !> Adds the corners of a loop.
+    subroutine take_loop(half)
+      integer, intent(in) :: half(:)
+      logical :: dropped(size(half))
+      integer :: after, before, j, left
+
+      dropped = .false.
+      left = size(half)
+      do j = 1, size(half)
+        if (left == 3) exit
+        before = j
+        do
+          before = modulo(before - 2, size(half)) + 1
+          if (.not. dropped(before)) exit
+        end do
+        after = j
+        do
+          after = modulo(after, size(half)) + 1
+          if (.not. dropped(after)) exit
+        end do
+        if (twice(origin_of(graph, half(j)))) cycle
+        if (material(graph%line((half(before) + 1)/2)) /= material(graph%line((half(j) + 1)/2))) cycle
+        dropped(j) = is_straight(graph%place(:, origin_of(graph, half(before))), graph%place(:, origin_of(graph, half(j))), &
+                                 graph%place(:, origin_of(graph, half(after))))
+        if (dropped(j)) left = left - 1
+      end do
+      do j = 1, size(half)
+        if (dropped(j)) cycle
+        n_vertices = n_vertices + 1
+        vertex(:, n_vertices) = graph%place(:, origin_of(graph, half(j)))
+        line(n_vertices) = graph%line((half(j) + 1)/2)
+      end do
+    end subroutine take_loop
+
+    !> Whether b lies between a and c on their line, to rounding.
+    pure logical function is_straight(a, b, c)
+      real(dp), intent(in) :: a(2), b(2), c(2)
+      real(dp) :: chord(2), way(2)
+
+      chord = c - a
+      way = b - a
+      is_straight = dot_product(way, chord) > 0 .and. dot_product(c - b, chord) > 0 .and. &
+                    abs(chord(1)*way(2) - chord(2)*way(1)) <= straight*graph%rounding*norm2(chord)
+    end function is_straight
+
+  end subroutine keep_corners
 
 end module scree_loop_tracing

@@ -2,7 +2,7 @@
 module scree_regions
   implicit none
   private
-  public :: first_vertex_of, last_vertex_of, regions_t
+  public :: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
 
   !> Regions made of loops: the outer loop of a region first and counter-clockwise, its holes clockwise
   !> (Shi: d and k0). The vertices of a region are consecutive.
@@ -29,5 +29,55 @@ contains
 
     last_vertex_of = regions%first_vertex(regions%first_loop(i + 1)) - 1
   end function last_vertex_of
+
+  !> Number of regions.
+  pure integer function region_count(regions)
+    type(regions_t), intent(in) :: regions
+
+    region_count = size(regions%first_loop) - 1
+  end function region_count
+
+  !> Starts of the loops of region `i` among its own vertices, and one past the end.
+  pure function loops_of(regions, i) result(first)
+    type(regions_t), intent(in) :: regions
+    integer, intent(in) :: i
+    integer, allocatable :: first(:)
+
+    first = regions%first_vertex(regions%first_loop(i):regions%first_loop(i + 1)) - first_vertex_of(regions, i) + 1
+  end function loops_of
+
+  !> Keeps some of the regions; `vertex` gets the numbers of the vertices that stay.
+  pure subroutine keep_regions(regions, keep, vertex)
+    type(regions_t), intent(inout) :: regions
+    logical, intent(in) :: keep(:)                  !! (n)
+    integer, allocatable, intent(out) :: vertex(:)
+    type(regions_t) :: kept
+    integer :: i, k, n_loops, n_regions, n_vertices
+
+    allocate (vertex(size(regions%joint)))
+    allocate (kept%first_loop(count(keep) + 1), kept%first_vertex(size(regions%first_vertex)))
+    n_regions = 0
+    n_loops = 0
+    n_vertices = 0
+    do i = 1, size(keep)
+      if (.not. keep(i)) cycle
+      n_regions = n_regions + 1
+      kept%first_loop(n_regions) = n_loops + 1
+      do k = regions%first_loop(i), regions%first_loop(i + 1) - 1
+        n_loops = n_loops + 1
+        kept%first_vertex(n_loops) = regions%first_vertex(k) - first_vertex_of(regions, i) + n_vertices + 1
+      end do
+      do k = first_vertex_of(regions, i), last_vertex_of(regions, i)
+        n_vertices = n_vertices + 1
+        vertex(n_vertices) = k
+      end do
+    end do
+    kept%first_loop(n_regions + 1) = n_loops + 1
+    kept%first_vertex(n_loops + 1) = n_vertices + 1
+    vertex = vertex(:n_vertices)
+    regions%joint = regions%joint(vertex)
+    regions%first_loop = kept%first_loop
+    regions%first_vertex = kept%first_vertex(:n_loops + 1)
+  end subroutine keep_regions
 
 end module scree_regions

@@ -1,16 +1,22 @@
-!> Shi's block file (what his dc writes and his df reads): polygons, and points with the blocks that carry them.
+!> Shi's block file (what his dc writes and his df reads), read and written: polygons, and points with the blocks that carry them.
 !>
 !> Layout, number by number, in doc/decks.md. The points are `x y n`, or `type x y n` as the derivative ntdda writes;
-!> the count of numbers tells which.
+!> the count of numbers tells which. The joint material of a row is that of the edge that ends there, as the files show
+!> (the first edge's stands at the second vertex). A block with holes is one polygon with seams (scree_keyholes).
 module scree_block_file
+  use scree_block_input, only: block_moments, blocks_t
   use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals, numbers_left
-  use scree_errors, only: error_t
+  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_keyholes, only: join_loops
   use scree_kinds, only: dp
   use scree_scene, only: point_t, polygons_t, scene_t
-  use scree_text, only: number_text
+  use scree_system, only: fixed_point, load_point, measured_point
+  use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count, regions_t
+  use scree_simplex_integration, only: moments_t
+  use scree_text, only: number_text, real_text
   implicit none
   private
-  public :: read_block_file
+  public :: read_block_file, write_block_file
 
 contains
 
@@ -97,7 +103,7 @@ contains
       associate (from => polygons%first_vertex(i))
         do k = 0, last(i) - first(i)
           polygons%vertex(:, from + k) = row(2:3, first(i) + k)
-          polygons%joint(from + k) = nint(row(1, first(i) + k))
+          polygons%joint(from + k) = nint(row(1, first(i) + modulo(k + 1, last(i) - first(i) + 1)))
         end do
       end associate
     end do
@@ -122,11 +128,91 @@ contains
       end if
       call next_reals(deck, 'x y of '//what//' point '//number_text(i), points(i)%place, error)
       if (allocated(error)) return
-      call next_index(deck, 'the block of '//what//' point '//number_text(i), points(i)%block, error, &
-                      least=1, most=n_blocks)
+      call next_real(deck, 'the block of '//what//' point '//number_text(i), code, error, least=0.0_dp, &
+                     most=real(n_blocks, dp))
       if (allocated(error)) return
+      points(i)%block = nint(code) ! 0: in none that the cutter found
+      if (abs(code - points(i)%block) > 0) then
+        call expect(deck, 'the number of a block', 'a fraction', error)
+        return
+      end if
       points(i)%deck_line = deck%line(deck%at)
     end do
   end subroutine read_points
+
+  !> Writes blocks and points, every number so that it reads back as it was.
+  !>
+  !> Errors: the file cannot be written.
+  subroutine write_block_file(path, blocks, error)
+    character(len=*), intent(in) :: path
+    type(blocks_t), intent(in) :: blocks
+    type(error_t), allocatable, intent(out) :: error
+    type(moments_t) :: moments(region_count(blocks%shape))
+    character(len=200) :: reason
+    integer, allocatable :: order(:)
+    integer :: b, k, n(region_count(blocks%shape)), row, status, unit
+    real(dp) :: radius
+
+    do b = 1, size(n)
+      n(b) = last_vertex_of(blocks%shape, b) - first_vertex_of(blocks%shape, b) + 1 + 2*(size(loops_of(blocks%shape, b)) - 2)
+      moments(b) = block_moments(blocks, b)
+      moments(b)%centroid = moments(b)%centroid + blocks%origin
+    end do
+    open (newunit=unit, file=path, action='write', status='replace', iostat=status, iomsg=reason)
+    if (status == 0) write (unit, '(a)', iostat=status, iomsg=reason) &
+      number_text(size(n))//' 0 '//number_text(sum(n + 4)), number_text(count(blocks%point_kind == fixed_point))//' '// &
+      number_text(count(blocks%point_kind == load_point))//' '//number_text(count(blocks%point_kind == measured_point))
+    row = 1
+    do b = 1, size(n)
+      if (status /= 0) exit
+      write (unit, '(i0,2(1x,i0))', iostat=status, iomsg=reason) blocks%material(b), row, row + n(b) - 1
+      row = row + n(b) + 4
+    end do
+    do b = 1, size(n)
+      associate (from => first_vertex_of(blocks%shape, b), to => last_vertex_of(blocks%shape, b))
+        order = from - 1 + join_loops(blocks%vertex(:, from:to), loops_of(blocks%shape, b))
+        radius = sqrt(maxval((blocks%vertex(1, from:to) + blocks%origin(1) - moments(b)%centroid(1))**2 &
+                             + (blocks%vertex(2, from:to) + blocks%origin(2) - moments(b)%centroid(2))**2))
+      end associate
+      do k = 1, size(order)
+        call put([joint_between(blocks%shape, b, order(modulo(k - 2, size(order)) + 1), order(k)), &
+                  blocks%vertex(:, order(k)) + blocks%origin])
+      end do
+      call put([joint_between(blocks%shape, b, order(size(order)), order(1)), blocks%vertex(:, order(1)) + blocks%origin])
+      call put([0.0_dp, radius, moments(b)%area])
+      call put([0.0_dp, moments(b)%area*moments(b)%centroid])
+      call put([0.0_dp, moments(b)%centroid])
+    end do
+    do k = 1, size(blocks%point_kind)
+      call put([blocks%point(:, k) + blocks%origin, real(blocks%point_block(k), dp)])
+    end do
+    if (status == 0) close (unit, iostat=status, iomsg=reason)
+    if (status /= 0) call fail(error, status_bad_input, path//': expected a file that can be written, found: '//trim(reason))
+
+  contains
+
+    !> A row of three numbers.
+    subroutine put(number)
+      real(dp), intent(in) :: number(3)
+
+      if (status == 0) write (unit, '(a)', iostat=status, iomsg=reason) &
+        real_text(number(1))//' '//real_text(number(2))//' '//real_text(number(3))
+    end subroutine put
+
+  end subroutine write_block_file
+
+  !> Joint material of the edge between two vertices of a block, 0 for a seam.
+  pure real(dp) function joint_between(shape, b, from, to) result(joint)
+    type(regions_t), intent(in) :: shape
+    integer, intent(in) :: b, from, to
+    integer :: loop
+
+    do loop = shape%first_loop(b), shape%first_loop(b + 1) - 1
+      if (from < shape%first_vertex(loop + 1)) exit
+    end do
+    joint = 0.0_dp
+    if (to == from + 1 .and. to < shape%first_vertex(loop + 1)) joint = real(shape%joint(from), dp)
+    if (to == shape%first_vertex(loop) .and. from == shape%first_vertex(loop + 1) - 1) joint = real(shape%joint(from), dp)
+  end function joint_between
 
 end module scree_block_file

@@ -18,14 +18,14 @@ contains
     type(deck_t), intent(inout) :: deck
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
-    integer :: n_boundary, n_bolts, n_fixed, n_holes, n_lines, n_loads, n_material, n_measured
+    integer :: n_bolts, n_fixed, n_holes, n_lines, n_loads, n_material, n_measured
 
     call next_real(deck, 'the least distance of edge and node (e0)', scene%least_distance, error, &
                    least=0.0_dp, below=1.0_dp)
     if (allocated(error)) return
     call next_count(deck, 'lines', 5, n_lines, error, least=1)
     if (allocated(error)) return
-    call next_index(deck, 'the number of boundary lines', n_boundary, error, most=n_lines)
+    call next_index(deck, 'the number of boundary lines', scene%n_boundary, error, most=n_lines)
     if (allocated(error)) return
     call next_count(deck, 'material lines', 5, n_material, error)
     if (allocated(error)) return

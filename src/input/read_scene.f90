@@ -13,7 +13,7 @@ module scree_read_scene
   use scree_text, only: number_text
   implicit none
   private
-  public :: option_t, read_scene
+  public :: option_t, read_geometry, read_scene
 
   !> One GROUP.NAME=VALUE of the command line.
   type :: option_t
@@ -49,9 +49,7 @@ contains
 
     call name_geometry(geometry, scene, error)
     if (allocated(error)) return
-    call read_geometry(scene, error)
-    if (allocated(error)) return
-    call make_blocks(scene, blocks, error)
+    call read_geometry(scene, blocks, error)
     if (allocated(error)) return
 
     call read_analysis_deck(deck, dialect(scene%words), count(blocks%point_kind == fixed_point), &
@@ -113,9 +111,12 @@ contains
     end associate
   end subroutine name_geometry
 
-  !> Reads the geometry, a block file where its name says so.
-  subroutine read_geometry(scene, error)
+  !> Reads the geometry named in the scene, a block file where its name says so, and makes the blocks.
+  !>
+  !> Errors: `status_bad_input` with file, line, expected and found.
+  subroutine read_geometry(scene, blocks, error)
     type(scene_t), intent(inout) :: scene
+    type(blocks_t), intent(out) :: blocks
     type(error_t), allocatable, intent(out) :: error
     type(deck_t) :: deck
 
@@ -127,6 +128,7 @@ contains
     else
       call read_geometry_deck(deck, scene, error)
     end if
+    if (.not. allocated(error)) call make_blocks(scene, blocks, error)
   end subroutine read_geometry
 
   !> Whether a name is that of a block file.

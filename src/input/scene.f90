@@ -126,7 +126,8 @@ module scree_scene
     type(word_t), allocatable :: words(:)   !! what the settings were read from, in the order of the table of settings
     type(block_material_t), allocatable :: block_material(:)
     type(joint_material_t), allocatable :: joint_material(:)
-    type(line_t), allocatable :: lines(:)          !! joints and boundary; empty where blocks are given
+    integer :: n_boundary = 0               !! boundary lines, the first of the lines
+    type(line_t), allocatable :: lines(:)          !! boundary and joints; empty where blocks are given
     type(line_t), allocatable :: material_lines(:)
     type(line_t), allocatable :: fixed_lines(:)    !! equal ends: a fixed point
     type(point_t), allocatable :: load_points(:), measured_points(:), hole_points(:)

@@ -36,12 +36,14 @@ contains
     type(system_t), intent(out) :: system
     type(state_t), intent(out) :: state
     type(kinematics_t) :: element
+    real(dp) :: middle(2)
     integer :: e
 
     system%model = scene%settings%model
-    system%origin = 0.5_dp*(minval(blocks%vertex, 2) + maxval(blocks%vertex, 2))
-    state%vertex = blocks%vertex - spread(system%origin, 2, size(blocks%vertex, 2))
-    state%point = blocks%point - spread(system%origin, 2, size(blocks%point, 2))
+    middle = 0.5_dp*(minval(blocks%vertex, 2) + maxval(blocks%vertex, 2))
+    system%origin = blocks%origin + middle
+    state%vertex = blocks%vertex - spread(middle, 2, size(blocks%vertex, 2))
+    state%point = blocks%point - spread(middle, 2, size(blocks%point, 2))
     call cover_blocks(system%model, blocks%shape, state%vertex, blocks%material, system%elements, state%cover)
     system%n_blocks = size(blocks%material)
     system%n_elements = size(system%elements%block)

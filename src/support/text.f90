@@ -26,7 +26,7 @@ contains
     integer :: at, exponent, places
     real(dp) :: back
 
-    do places = 1, 16
+    do places = 14, 16 ! 15 significant digits give back every decimal of as many
       write (form, '(a,i0,a)') '(es28.', places, 'e3)'
       write (buffer, form) x
       read (buffer, *) back

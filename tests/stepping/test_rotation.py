@@ -33,12 +33,13 @@ def run(deck, folder, *options, check=True):
 def history(path):
     """t, angle of the centroid about the corner, volume error, stress: the columns of the tables; and the frame's origin."""
     with h5py.File(path) as f:
-        corner = f["VTKHDF/Points"][0, :2]
+        corners = f["VTKHDF/Points"][:3, :2]
+        corner = corners[np.argmin(corners.sum(1))] # A, the lower left one
         centroid = f["measured_points/position"][:, 0] - corner
-        start = f["VTKHDF/Points"][:3, :2].mean(0) - corner
+        start = corners.mean(0) - corner
         direction = np.vstack([start, centroid])
         angle = np.unwrap(np.arctan2(direction[:, 1], direction[:, 0]))
-        area = np.cross(*(f["VTKHDF/Points"][1:3, :2] - corner)) / 2
+        area = np.cross(*(corners[1:] - corners[0])) / 2
         return np.column_stack([f["history/time"][:], (angle - angle[0])[1:], f["history/area"][:] / area - 1,
                                 f["measured_points/stress"][:, 0]])
 

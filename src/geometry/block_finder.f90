@@ -1,0 +1,159 @@
+!> Finds the block that holds a place, and the edges that a line crosses.
+module scree_block_finder
+  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
+  use scree_kinds, only: dp
+  use scree_predicates, only: orientation
+  use scree_regions, only: first_vertex_of, last_vertex_of, region_count, regions_t
+  implicit none
+  private
+  public :: block_at, block_finder_t, find_crossings, set_up_finder
+
+  !> Blocks by cell of a grid.
+  type :: block_finder_t
+    type(cell_grid_t) :: grid
+    real(dp) :: beside = 0.0_dp !! a place this far outside still belongs to a block, length
+  end type block_finder_t
+
+contains
+
+  !> Lists the blocks in the cells of a grid.
+  pure subroutine set_up_finder(finder, shape, vertex, beside)
+    type(block_finder_t), intent(out) :: finder
+    type(regions_t), intent(in) :: shape
+    real(dp), intent(in) :: vertex(:, :)  !! (2, n_vertices), length
+    real(dp), intent(in) :: beside        !! length
+    real(dp), dimension(2, region_count(shape)) :: low, high
+    integer :: b
+
+    finder%beside = beside
+    do b = 1, region_count(shape)
+      low(:, b) = minval(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), 2)
+      high(:, b) = maxval(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), 2)
+    end do
+    call set_up_grid(finder%grid, minval(low, 2), maxval(high, 2), region_count(shape))
+    call place_boxes(finder%grid, low - beside, high + beside)
+  end subroutine set_up_finder
+
+  !> First block that holds a place, its edge included, else the nearest within reach; 0 where none is.
+  pure integer function block_at(finder, shape, vertex, place)
+    type(block_finder_t), intent(in) :: finder
+    type(regions_t), intent(in) :: shape
+    real(dp), intent(in) :: vertex(:, :), place(2)
+    real(dp) :: distance, nearest
+    integer :: b, cell, i, range(2, 2)
+
+    block_at = 0
+    range = cells_of_box(finder%grid, place, place)
+    cell = number_of_cell(finder%grid, range(1, 1), range(2, 1))
+    do i = finder%grid%first(cell), finder%grid%first(cell + 1) - 1
+      b = finder%grid%item(i)
+      if (holds(shape, vertex, b, place)) then
+        block_at = b
+        return
+      end if
+    end do
+    nearest = finder%beside
+    do i = finder%grid%first(cell), finder%grid%first(cell + 1) - 1
+      distance = distance_to(shape, vertex, finder%grid%item(i), place)
+      if (distance > nearest .or. (block_at > 0 .and. .not. distance < nearest)) cycle
+      nearest = distance
+      block_at = finder%grid%item(i)
+    end do
+  end function block_at
+
+  !> Vertex after `k` in its loop; `loop` is the loop's number and moves on with `k`.
+  pure subroutine step_round(shape, k, loop, next)
+    type(regions_t), intent(in) :: shape
+    integer, intent(in) :: k
+    integer, intent(inout) :: loop
+    integer, intent(out) :: next
+
+    if (k == shape%first_vertex(loop + 1)) loop = loop + 1
+    next = k + 1
+    if (next == shape%first_vertex(loop + 1)) next = shape%first_vertex(loop)
+  end subroutine step_round
+
+  !> Whether a block holds a place: a ray to the right crosses its edges an odd number of times.
+  pure logical function holds(shape, vertex, b, place)
+    type(regions_t), intent(in) :: shape
+    real(dp), intent(in) :: vertex(:, :), place(2)
+    integer, intent(in) :: b
+    integer :: k, loop, next, turn
+
+    holds = .false.
+    loop = shape%first_loop(b)
+    do k = first_vertex_of(shape, b), last_vertex_of(shape, b)
+      call step_round(shape, k, loop, next)
+      associate (p => vertex(:, k), q => vertex(:, next))
+        if ((p(1) < place(1) .and. q(1) < place(1)) .or. (p(2) < place(2) .and. q(2) < place(2)) .or. &
+            (p(2) > place(2) .and. q(2) > place(2))) cycle
+        turn = orientation(p, q, place)
+        if (turn == 0 .and. dot_product(p - place, q - place) <= 0) then
+          holds = .true. ! on the edge
+          return
+        end if
+        if ((p(2) > place(2)) .eqv. (q(2) > place(2))) cycle
+        if ((turn > 0) .eqv. (q(2) > p(2))) holds = .not. holds
+      end associate
+    end do
+  end function holds
+
+  !> Distance of a place from the edges of a block.
+  pure real(dp) function distance_to(shape, vertex, b, place) result(distance)
+    type(regions_t), intent(in) :: shape
+    real(dp), intent(in) :: vertex(:, :), place(2)
+    integer, intent(in) :: b
+    real(dp) :: edge(2), share
+    integer :: k, loop, next
+
+    distance = huge(distance)
+    loop = shape%first_loop(b)
+    do k = first_vertex_of(shape, b), last_vertex_of(shape, b)
+      call step_round(shape, k, loop, next)
+      edge = vertex(:, next) - vertex(:, k)
+      share = max(0.0_dp, min(1.0_dp, dot_product(place - vertex(:, k), edge)/dot_product(edge, edge)))
+      distance = min(distance, norm2(vertex(:, k) + share*edge - place))
+    end do
+  end function distance_to
+
+  !> Where a line crosses the edges that it is not parallel to, block after block, with the unit normal inwards there.
+  pure subroutine find_crossings(finder, shape, vertex, ends, at, block)
+    type(block_finder_t), intent(in) :: finder
+    type(regions_t), intent(in) :: shape
+    real(dp), intent(in) :: vertex(:, :)
+    real(dp), intent(in) :: ends(2, 2)                    !! (xy, end) of the line, length
+    real(dp), allocatable, intent(out) :: at(:, :)        !! (4, n) x, y, normal
+    integer, allocatable, intent(out) :: block(:)         !! (n)
+    logical :: near(region_count(shape))
+    real(dp) :: p(2), edge(2), way(2), det, s, t
+    integer :: b, column, cell, k, loop, next, range(2, 2), row
+
+    near = .false.
+    range = cells_of_box(finder%grid, minval(ends, 2), maxval(ends, 2))
+    do row = range(2, 1), range(2, 2)
+      do column = range(1, 1), range(1, 2)
+        cell = number_of_cell(finder%grid, column, row)
+        near(finder%grid%item(finder%grid%first(cell):finder%grid%first(cell + 1) - 1)) = .true.
+      end do
+    end do
+    allocate (at(4, 0), block(0))
+    way = ends(:, 2) - ends(:, 1)
+    do b = 1, size(near)
+      if (.not. near(b)) cycle
+      loop = shape%first_loop(b)
+      do k = first_vertex_of(shape, b), last_vertex_of(shape, b)
+        call step_round(shape, k, loop, next)
+        p = vertex(:, k) - ends(:, 1)
+        edge = vertex(:, next) - vertex(:, k)
+        det = way(1)*edge(2) - way(2)*edge(1)
+        if (abs(det) <= 1e-12_dp*norm2(way)*norm2(edge)) cycle
+        t = (p(1)*edge(2) - p(2)*edge(1))/det
+        s = (p(1)*way(2) - p(2)*way(1))/det
+        if (t < 0 .or. t > 1 .or. s < 0 .or. s >= 1) cycle
+        at = reshape([at, ends(:, 1) + t*way, [-edge(2), edge(1)]/norm2(edge)], [4, size(at, 2) + 1])
+        block = [block, b]
+      end do
+    end do
+  end subroutine find_crossings
+
+end module scree_block_finder

@@ -1,0 +1,480 @@
+!> Lines to a planar graph: nodes, and pieces that meet at nodes and nowhere else (Shi's dc03 to dc06).
+!>
+!> Shi's rules with two distances, e = e0 w0 for a node and a piece, 1.25 e for two nodes: what is nearer is one. Where
+!> he deletes what lies too near, here it is bent through the node, which loses no area. One pass finds all crossings
+!> and all nodes too near to a piece, splits the pieces there, and the passes repeat until there are none (iterated
+!> snapping; Halperin and Packer 2002 for the idea). They end: a new node lies apart from all others, so there are
+!> finitely many, and a piece is split only at a node nearer to both its ends than they are to each other, so pieces
+!> only become shorter. What remains is planar by an exact test (scree_predicates), however nearly parallel the lines.
+module scree_line_cutting
+  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_segments, set_up_grid
+  use scree_errors, only: error_t, fail, status_run_failed
+  use scree_kinds, only: dp
+  use scree_predicates, only: orientation
+  use scree_sorting, only: sort_by
+  implicit none
+  private
+  public :: cut_lines, graph_t
+
+  real(dp), parameter :: node_share = 1.25_dp                !! of e: distance at which two nodes are one
+  real(dp), parameter :: least_share = 64*epsilon(1.0_dp)    !! of the extent: e is never less, as crossings are rounded
+  integer, parameter :: most_passes = 200
+
+  !> Nodes and the pieces between them.
+  type :: graph_t
+    real(dp), allocatable :: place(:, :)   !! (2, n_nodes), length
+    integer, allocatable :: ends(:, :)     !! (2, n_pieces) nodes
+    integer, allocatable :: line(:)        !! (n_pieces) line that a piece is of; the first of those that coincide
+    real(dp) :: nearest = 0.0_dp           !! e as used, length
+    real(dp) :: rounding = 0.0_dp          !! the least e: what lies nearer to a line is on it, length
+  end type graph_t
+
+  !> Nodes by cell, so that the one next to a place is found at once.
+  type :: nodes_t
+    type(cell_grid_t) :: grid
+    integer, allocatable :: head(:)        !! (n_cells) last node of a cell
+    integer, allocatable :: before(:)      !! (n) node before it in its cell
+    real(dp), allocatable :: place(:, :)   !! (2, n)
+    logical, allocatable :: boundary(:)    !! (n) made by boundary lines alone
+    logical, allocatable :: free(:)        !! (n) end of one line that touches nothing
+    integer :: n = 0
+  end type nodes_t
+
+  !> Nodes that split pieces.
+  type :: splits_t
+    integer, allocatable :: piece(:), node(:)
+    integer :: n = 0
+  end type splits_t
+
+contains
+
+  !> Cuts lines at each other.
+  !>
+  !> Boundary lines are the first; among themselves they keep details smaller than e, as in dc. A single end within e of
+  !> another line is brought onto it. Errors: the passes do not end, which the argument above excludes.
+  subroutine cut_lines(ends, n_boundary, nearest, graph, error)
+    real(dp), intent(in) :: ends(:, :, :)     !! (xy, end, n_lines), length
+    integer, intent(in) :: n_boundary         !! lines that are boundary
+    real(dp), intent(in) :: nearest           !! e, length
+    type(graph_t), intent(out) :: graph
+    type(error_t), allocatable, intent(out) :: error
+    type(nodes_t) :: nodes
+    type(cell_grid_t) :: grid
+    type(splits_t) :: splits
+    real(dp) :: low(2), high(2)
+    integer :: pass
+
+    low = minval(minval(ends, 3), 2)
+    high = maxval(maxval(ends, 3), 2)
+    graph%rounding = least_share*maxval(high - low)
+    graph%nearest = max(nearest, graph%rounding)
+    call set_up_grid(nodes%grid, low, high, 2*size(ends, 3))
+    call take_ends(ends, n_boundary, nodes, graph)
+    do pass = 1, most_passes
+      call set_up_grid(grid, low, high, size(graph%line))
+      call place_segments(grid, nodes%place(:, :nodes%n), graph%ends, 2*graph%nearest)
+      splits%n = 0
+      call cross_pieces(grid, n_boundary, pass == 1, graph, nodes, splits)
+      if (pass == 1) call settle_free_ends(grid, n_boundary, graph, nodes, splits)
+      call snap_to_nodes(grid, n_boundary, graph, nodes, splits)
+      deallocate (grid%first, grid%item)
+      if (splits%n == 0 .and. pass > 1) exit
+      call split_pieces(nodes, splits, graph)
+    end do
+    graph%place = nodes%place(:, :nodes%n)
+    if (pass > most_passes) call fail(error, status_run_failed, 'cutting the lines does not come to an end')
+  end subroutine cut_lines
+
+  !> Nodes of the ends of lines, one where ends coincide; lines without length are dropped.
+  subroutine take_ends(ends, n_boundary, nodes, graph)
+    real(dp), intent(in) :: ends(:, :, :)
+    integer, intent(in) :: n_boundary
+    type(nodes_t), intent(inout) :: nodes
+    type(graph_t), intent(inout) :: graph
+    integer :: node(2, size(ends, 3)), i, k, n
+    logical :: counted
+
+    allocate (nodes%head(nodes%grid%n(1)*nodes%grid%n(2)), source=0)
+    n = 4*size(ends, 3)
+    allocate (nodes%place(2, n), nodes%before(n), nodes%boundary(n), nodes%free(n))
+    do i = 1, size(ends, 3)
+      do k = 1, 2
+        node(k, i) = node_at(nodes, ends(:, k, i), graph%rounding, graph%rounding, .false., .true.)
+        counted = node(k, i) > 0
+        if (counted) then
+          nodes%free(node(k, i)) = nodes%free(node(k, i)) .and. k == 2 .and. node(1, i) == node(2, i)
+        else
+          call add_node(nodes, ends(:, k, i), i <= n_boundary, .true., node(k, i))
+        end if
+      end do
+    end do
+    graph%line = pack([(i, i=1, size(ends, 3))], node(1, :) /= node(2, :))
+    graph%ends = node(:, graph%line)
+  end subroutine take_ends
+
+  !> Adds a node.
+  pure subroutine add_node(nodes, place, boundary, free, node)
+    type(nodes_t), intent(inout) :: nodes
+    real(dp), intent(in) :: place(2)
+    logical, intent(in) :: boundary, free
+    integer, intent(out) :: node
+    integer, allocatable :: before(:)
+    logical, allocatable :: flag(:)
+    real(dp), allocatable :: places(:, :)
+    integer :: n
+
+    n = nodes%n
+    if (n == size(nodes%before)) then
+      allocate (before(2*n), flag(2*n), places(2, 2*n))
+      before(:n) = nodes%before
+      call move_alloc(before, nodes%before)
+      places(:, :n) = nodes%place
+      call move_alloc(places, nodes%place)
+      flag(:n) = nodes%boundary
+      nodes%boundary = flag
+      flag(:n) = nodes%free
+      call move_alloc(flag, nodes%free)
+    end if
+    node = n + 1
+    nodes%n = node
+    nodes%place(:, node) = place
+    nodes%boundary(node) = boundary
+    nodes%free(node) = free
+    call list_node(nodes, node)
+  end subroutine add_node
+
+  !> Puts a node into its cell.
+  pure subroutine list_node(nodes, node)
+    type(nodes_t), intent(inout) :: nodes
+    integer, intent(in) :: node
+    integer :: cell, range(2, 2)
+
+    range = cells_of_box(nodes%grid, nodes%place(:, node), nodes%place(:, node))
+    cell = number_of_cell(nodes%grid, range(1, 1), range(2, 1))
+    nodes%before(node) = nodes%head(cell)
+    nodes%head(cell) = node
+  end subroutine list_node
+
+  !> The node that a place is one with, 0 where there is none.
+  pure integer function node_at(nodes, place, nearest, least, boundary, with_free, but)
+    type(nodes_t), intent(in) :: nodes
+    real(dp), intent(in) :: place(2)
+    real(dp), intent(in) :: nearest, least   !! e, and its least
+    logical, intent(in) :: boundary          !! the place is of boundary lines alone
+    logical, intent(in) :: with_free         !! free ends count
+    integer, intent(in), optional :: but     !! a node that does not count
+    real(dp) :: distance, nearest_yet
+    integer :: column, k, left_out, range(2, 2), row
+
+    left_out = 0
+    if (present(but)) left_out = but
+    node_at = 0
+    nearest_yet = node_share*nearest
+    range = cells_of_box(nodes%grid, place - nearest_yet, place + nearest_yet)
+    do row = range(2, 1), range(2, 2)
+      do column = range(1, 1), range(1, 2)
+        k = nodes%head(number_of_cell(nodes%grid, column, row))
+        do while (k > 0)
+          distance = norm2(nodes%place(:, k) - place)
+          if (distance <= nearest_yet .and. (with_free .or. .not. nodes%free(k)) .and. k /= left_out) then
+            if (.not. (boundary .and. nodes%boundary(k)) .or. distance <= node_share*least) then
+              node_at = k
+              nearest_yet = distance
+            end if
+          end if
+          k = nodes%before(k)
+        end do
+      end do
+    end do
+  end function node_at
+
+  !> Finds where pieces cross, and the node there.
+  subroutine cross_pieces(grid, n_boundary, settling, graph, nodes, splits)
+    type(cell_grid_t), intent(in) :: grid
+    integer, intent(in) :: n_boundary
+    logical, intent(in) :: settling            !! free ends will be joined to what they lie beside
+    type(graph_t), intent(in) :: graph
+    type(nodes_t), intent(inout) :: nodes
+    type(splits_t), intent(inout) :: splits
+    real(dp) :: low(2, size(graph%line)), high(2, size(graph%line))
+    integer :: cell, i, k, p, q
+
+    do i = 1, size(graph%line)
+      low(:, i) = min(nodes%place(:, graph%ends(1, i)), nodes%place(:, graph%ends(2, i)))
+      high(:, i) = max(nodes%place(:, graph%ends(1, i)), nodes%place(:, graph%ends(2, i)))
+    end do
+    do cell = 1, size(grid%first) - 1
+      do i = grid%first(cell), grid%first(cell + 1) - 1
+        p = grid%item(i)
+        do k = i + 1, grid%first(cell + 1) - 1
+          q = grid%item(k)
+          if (low(1, p) > high(1, q) .or. low(1, q) > high(1, p)) cycle
+          if (low(2, p) > high(2, q) .or. low(2, q) > high(2, p)) cycle
+          call cross(p, q)
+        end do
+      end do
+    end do
+
+  contains
+
+    !> One pair: where each has the ends of the other on different sides.
+    subroutine cross(p, q)
+      integer, intent(in) :: p, q
+      real(dp) :: along, off(2), place(2), v(2)
+      integer :: node
+      logical :: boundary
+
+      associate (a => graph%ends(1, p), b => graph%ends(2, p), c => graph%ends(1, q), d => graph%ends(2, q))
+        if (a == c .or. a == d .or. b == c .or. b == d) return
+        associate (pa => nodes%place(:, a), pb => nodes%place(:, b), pc => nodes%place(:, c), pd => nodes%place(:, d))
+          if (orientation(pa, pb, pc)*orientation(pa, pb, pd) >= 0) return
+          if (orientation(pc, pd, pa)*orientation(pc, pd, pb) >= 0) return
+          v = pd - pc
+          off = [v(1)*(pa(2) - pc(2)) - v(2)*(pa(1) - pc(1)), v(1)*(pb(2) - pc(2)) - v(2)*(pb(1) - pc(1))]
+          place = pa + (pb - pa)*(abs(off(1))/max(abs(off(1)) + abs(off(2)), tiny(1.0_dp)))
+          along = dot_product(place - pc, v)
+          if (along < 0) place = pc ! where the two are parallel to rounding, any place that both pass will do
+          if (along > dot_product(v, v)) place = pd
+          where (.not. abs(v) > 0) place = pc ! on a line along an axis without rounding
+        end associate
+      end associate
+      boundary = graph%line(p) <= n_boundary .and. graph%line(q) <= n_boundary
+      node = node_at(nodes, place, graph%nearest, graph%rounding, boundary, .false.)
+      if (node > 0) then
+        if (.not. (may_meet(p, node) .and. may_meet(q, node))) node = 0
+      end if
+      if (node == 0) node = node_at(nodes, place, 0.0_dp, graph%rounding, .false., .false.)
+      if (node == 0) call add_node(nodes, place, boundary, .false., node)
+      if (may_split(graph, nodes, p, node)) call add_split(splits, p, node)
+      if (may_split(graph, nodes, q, node)) call add_split(splits, q, node)
+    end subroutine cross
+
+    !> Whether a piece ends at a node, or can be split there, or has a free end that will be joined to it.
+    pure logical function may_meet(piece, node)
+      integer, intent(in) :: piece, node
+      integer :: k
+
+      may_meet = any(graph%ends(:, piece) == node) .or. may_split(graph, nodes, piece, node)
+      do k = 1, 2
+        associate (at => graph%ends(k, piece))
+          may_meet = may_meet .or. (settling .and. nodes%free(at) .and. &
+                                    norm2(nodes%place(:, at) - nodes%place(:, node)) <= node_share*graph%nearest)
+        end associate
+      end do
+    end function may_meet
+
+  end subroutine cross_pieces
+
+  !> Whether a node is no end of a piece, and nearer to both ends than they are to each other.
+  pure logical function may_split(graph, nodes, piece, node)
+    type(graph_t), intent(in) :: graph
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: piece, node
+    real(dp) :: length
+
+    may_split = .false.
+    if (any(graph%ends(:, piece) == node)) return
+    associate (a => nodes%place(:, graph%ends(1, piece)), b => nodes%place(:, graph%ends(2, piece)), &
+               c => nodes%place(:, node))
+      length = sum((b - a)**2)
+      may_split = sum((c - a)**2) < length .and. sum((c - b)**2) < length
+    end associate
+  end function may_split
+
+  !> Adds to the list.
+  pure subroutine add_split(splits, piece, node)
+    type(splits_t), intent(inout) :: splits
+    integer, intent(in) :: piece, node
+    integer, allocatable :: longer(:)
+
+    if (.not. allocated(splits%piece)) allocate (splits%piece(1024), splits%node(1024))
+    if (splits%n == size(splits%piece)) then
+      allocate (longer(2*splits%n))
+      longer(:splits%n) = splits%piece
+      splits%piece = longer
+      longer(:splits%n) = splits%node
+      call move_alloc(longer, splits%node)
+    end if
+    splits%n = splits%n + 1
+    splits%piece(splits%n) = piece
+    splits%node(splits%n) = node
+  end subroutine add_split
+
+  !> Joins ends that coincide with no other to a node beside them, or to another such end, or brings them onto the line
+  !> beside them.
+  subroutine settle_free_ends(grid, n_boundary, graph, nodes, splits)
+    type(cell_grid_t), intent(in) :: grid
+    integer, intent(in) :: n_boundary
+    type(graph_t), intent(inout) :: graph
+    type(nodes_t), intent(inout) :: nodes
+    type(splits_t), intent(inout) :: splits
+    real(dp) :: distance, foot(2), foot_yet(2), nearest_yet
+    integer :: i, k, node, other, piece
+
+    do i = 1, size(graph%line)
+      do k = 1, 2
+        node = graph%ends(k, i)
+        if (.not. nodes%free(node)) cycle
+        other = node_at(nodes, nodes%place(:, node), graph%nearest, graph%rounding, .false., .false.)
+        if (other > 0) then
+          graph%ends(k, i) = other
+          cycle
+        end if
+        other = node_at(nodes, nodes%place(:, node), graph%nearest, graph%rounding, i <= n_boundary, .true., node)
+        if (other > 0) then ! two free ends meet
+          nodes%free(other) = .false.
+          graph%ends(k, i) = other
+          cycle
+        end if
+        piece = 0
+        nearest_yet = graph%nearest
+        call look_around()
+        if (piece == 0) cycle
+        if (nearest_yet <= graph%rounding) foot_yet = nodes%place(:, node) ! on the line as it is
+        call add_node(nodes, foot_yet, .false., .false., other)
+        graph%ends(k, i) = other
+        if (may_split(graph, nodes, piece, other)) call add_split(splits, piece, other)
+      end do
+    end do
+
+  contains
+
+    !> The nearest piece of another line that the end lies beside.
+    subroutine look_around()
+      integer :: at, column, q, range(2, 2), row
+
+      range = cells_of_box(grid, nodes%place(:, node), nodes%place(:, node))
+      do row = range(2, 1), range(2, 2)
+        do column = range(1, 1), range(1, 2)
+          do at = grid%first(number_of_cell(grid, column, row)), grid%first(number_of_cell(grid, column, row) + 1) - 1
+            q = grid%item(at)
+            if (q == i) cycle
+            call drop_perpendicular(nodes%place(:, graph%ends(1, q)), nodes%place(:, graph%ends(2, q)), &
+                                    nodes%place(:, node), foot, distance)
+            if (distance > nearest_yet) cycle
+            nearest_yet = distance
+            foot_yet = foot
+            piece = q
+          end do
+        end do
+      end do
+    end subroutine look_around
+
+  end subroutine settle_free_ends
+
+  !> Foot of the perpendicular from a place to a segment, and its length; huge where the foot is not between the ends.
+  pure subroutine drop_perpendicular(a, b, place, foot, distance)
+    real(dp), intent(in) :: a(2), b(2), place(2)
+    real(dp), intent(out) :: foot(2), distance
+    real(dp) :: share
+
+    share = dot_product(place - a, b - a)/dot_product(b - a, b - a)
+    foot = a + share*(b - a)
+    distance = huge(distance)
+    if (share > 0 .and. share < 1) distance = norm2(place - foot)
+  end subroutine drop_perpendicular
+
+  !> Finds nodes that lie too near to a piece.
+  subroutine snap_to_nodes(grid, n_boundary, graph, nodes, splits)
+    type(cell_grid_t), intent(in) :: grid
+    integer, intent(in) :: n_boundary
+    type(graph_t), intent(in) :: graph
+    type(nodes_t), intent(in) :: nodes
+    type(splits_t), intent(inout) :: splits
+    real(dp) :: distance, foot(2), reach
+    integer :: at, cell, node, p, range(2, 2)
+
+    do node = 1, nodes%n
+      if (nodes%free(node)) cycle
+      range = cells_of_box(grid, nodes%place(:, node), nodes%place(:, node)) ! the lists of the grid have the margin
+      cell = number_of_cell(grid, range(1, 1), range(2, 1))
+      do at = grid%first(cell), grid%first(cell + 1) - 1
+        p = grid%item(at)
+        if (.not. may_split(graph, nodes, p, node)) cycle
+        reach = graph%nearest
+        if (nodes%boundary(node) .and. graph%line(p) <= n_boundary) reach = graph%rounding
+        call drop_perpendicular(nodes%place(:, graph%ends(1, p)), nodes%place(:, graph%ends(2, p)), nodes%place(:, node), &
+                                foot, distance)
+        if (distance <= reach) call add_split(splits, p, node)
+      end do
+    end do
+  end subroutine snap_to_nodes
+
+  !> Splits the pieces at their nodes, in order along them, and keeps one of those that coincide.
+  subroutine split_pieces(nodes, splits, graph)
+    type(nodes_t), intent(in) :: nodes
+    type(splits_t), intent(in) :: splits
+    type(graph_t), intent(inout) :: graph
+    integer :: first(size(graph%line) + 1), order(splits%n), i, k, n
+    integer, allocatable :: ends(:, :), line(:), chain(:)
+    real(dp), allocatable :: along(:)
+
+    first = 0
+    do i = 1, splits%n
+      first(splits%piece(i)) = first(splits%piece(i)) + 1
+    end do
+    n = 1
+    do i = 1, size(first)
+      k = first(i)
+      first(i) = n
+      n = n + k
+    end do
+    do i = 1, splits%n
+      associate (at => first(splits%piece(i)))
+        order(at) = splits%node(i)
+        at = at + 1
+      end associate
+    end do
+    first = [1, first(:size(first) - 1)]
+
+    allocate (ends(2, size(graph%line) + splits%n), line(size(graph%line) + splits%n))
+    n = 0
+    do i = 1, size(graph%line)
+      associate (a => graph%ends(1, i), b => graph%ends(2, i))
+        chain = order(first(i):first(i + 1) - 1)
+        along = real(chain, dp)
+        call sort_by(along, chain) ! so that one found twice stands side by side
+        along = [(dot_product(nodes%place(:, chain(k)) - nodes%place(:, a), nodes%place(:, b) - nodes%place(:, a)), &
+                  k=1, size(chain))]
+        call sort_by(along, chain)
+        chain = [a, chain, b]
+        do k = 1, size(chain) - 1
+          if (chain(k) == chain(k + 1)) cycle
+          n = n + 1
+          ends(:, n) = chain(k:k + 1)
+          line(n) = graph%line(i)
+        end do
+      end associate
+    end do
+    call drop_doubles(nodes%n, ends(:, :n), line(:n), graph)
+  end subroutine split_pieces
+
+  !> Keeps, of the pieces between two nodes, the one of the first line.
+  subroutine drop_doubles(n_nodes, ends, line, graph)
+    integer, intent(in) :: n_nodes, ends(:, :), line(:)
+    type(graph_t), intent(inout) :: graph
+    integer :: head(n_nodes), before(size(line)), i, k, low, n
+    integer, allocatable :: kept_ends(:, :), kept_line(:)
+
+    allocate (kept_ends(2, size(line)), kept_line(size(line)))
+    head = 0
+    n = 0
+    do i = 1, size(line) ! in the order of lines
+      low = minval(ends(:, i))
+      k = head(low)
+      do while (k > 0)
+        if (sum(kept_ends(:, k)) == sum(ends(:, i)) .and. any(kept_ends(:, k) == low)) exit
+        k = before(k)
+      end do
+      if (k > 0) cycle
+      n = n + 1
+      kept_ends(:, n) = ends(:, i)
+      kept_line(n) = line(i)
+      before(n) = head(low)
+      head(low) = n
+    end do
+    graph%ends = kept_ends(:, :n)
+    graph%line = kept_line(:n)
+  end subroutine drop_doubles
+
+end module scree_line_cutting
