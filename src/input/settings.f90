@@ -3,6 +3,7 @@ module scree_settings
   use scree_deck_text, only: deck_t, in_quotes, word_is_real, word_is_whole
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
+  use scree_named_groups, only: group_begins, groups_end, groups_t, name_has_value, next_item, start_groups, wrong_item
   use scree_scene, only: &
     fixed_exact, fixed_penalty, iterate_hybrid, iterate_newton, iterate_secant, mass_constant, mass_follows_area, &
     model_dda, model_nmm, plane_strain, plane_stress, scene_t, scheme_energy_momentum, scheme_newmark, &
@@ -11,7 +12,8 @@ module scree_settings
   use scree_text, only: number_text, real_text
   implicit none
   private
-  public :: choices_text, complete_settings, place_of, read_groups, set_word, setting_t, settings_table
+  public :: check_value, choices_text, complete_settings, known_groups, known_names, place_of, read_groups, set_word, &
+            setting_t, settings_table
 
   integer, parameter, public :: kind_text = 1, kind_choice = 2, kind_real = 3, kind_whole = 4, kind_reals = 5
 
@@ -76,9 +78,6 @@ module scree_settings
     setting_t('output', 'interval', kind_real, 'none', 'time from frame to frame, met exactly; instead of every', '', 'time', &
               0.0_dp, open=.true.)]
 
-  character(len=1), parameter :: lf = achar(10), tab = achar(9)
-  character(len=*), parameter :: name_letters = 'abcdefghijklmnopqrstuvwxyz_0123456789'
-
 contains
 
   !> Reads the groups of a deck. Errors: an unknown group or name, twice the same, a value of the wrong kind or range.
@@ -86,86 +85,34 @@ contains
     type(deck_t), intent(in) :: deck
     type(word_t), allocatable, intent(out) :: words(:) !! in the order of the table
     type(error_t), allocatable, intent(out) :: error
-    character(len=:), allocatable :: done, group, name, value
-    integer :: at, line, group_line
+    type(groups_t) :: groups
+    character(len=:), allocatable :: done, place
 
     allocate (words(size(settings_table)))
-    if (deck%groups_line == 0) return
-    at = deck%groups_from
-    line = deck%groups_line
     done = ' '
-    associate (text => deck%text)
-      do
-        call skip_gaps(text, at, line)
-        if (at > len(text)) return
-        if (text(at:at) /= '&') then
-          call wrong("'&' and the name of a group", in_quotes(rest_of_word(text, at)))
+    call start_groups(deck, groups)
+    do
+      call next_item(deck, groups, error)
+      if (allocated(error)) return
+      select case (groups%item)
+      case (groups_end)
+        return
+      case (group_begins)
+        if (all(settings_table%group /= groups%group)) then
+          call wrong_item(deck, groups, 'one of the groups '//known_groups(settings_table), in_quotes(groups%word), error)
           return
         end if
-        at = at + 1
-        group = next_name(text, at)
-        group_line = line
-        if (all(settings_table%group /= group) .or. len(group) == 0) then
-          call wrong('one of the groups '//known_groups(), in_quotes('&'//group//rest_of_word(text, at)))
+        if (index(done, ' '//groups%group//' ') > 0) then
+          call wrong_item(deck, groups, 'each group once', 'a second &'//groups%group, error)
           return
         end if
-        if (index(done, ' '//group//' ') > 0) then
-          call wrong('each group once', 'a second &'//group)
-          return
-        end if
-        done = done//group//' '
-        do
-          call skip_gaps(text, at, line)
-          if (at > len(text)) then
-            call wrong('''/'' at the end of &'//group//' of line '//number_text(group_line), 'the end of the deck')
-            return
-          end if
-          if (text(at:at) == '/') then
-            at = at + 1
-            exit
-          end if
-          name = next_name(text, at)
-          if (len(name) == 0) then
-            call wrong('a name or ''/'' in &'//group, in_quotes(rest_of_word(text, at)))
-            return
-          end if
-          call skip_gaps(text, at, line)
-          if (at > len(text)) then
-            call wrong('''='' after '//name, 'the end of the deck')
-            return
-          end if
-          if (place_of(group, name) > 0 .and. text(at:at) /= '=') then
-            call wrong('''='' after '//name, in_quotes(rest_of_word(text, at)))
-            return
-          end if
-          at = at + 1
-          call next_value(text, at, line, value, error)
-          if (allocated(error)) then
-            error%message = here()//error%message
-            return
-          end if
-          call put_word(here(), group, name, value, deck%name//':'//number_text(line), words, error)
-          if (allocated(error)) return
-        end do
-      end do
-    end associate
-
-  contains
-
-    !> Error at the present line.
-    subroutine wrong(expected, found)
-      character(len=*), intent(in) :: expected, found
-
-      call fail(error, status_bad_input, here()//'expected '//expected//', found '//found)
-    end subroutine wrong
-
-    !> File and line.
-    function here()
-      character(len=:), allocatable :: here
-
-      here = deck%name//':'//number_text(min(line, deck%n_lines))//': '
-    end function here
-
+        done = done//groups%group//' '
+      case (name_has_value)
+        place = deck%name//':'//number_text(groups%line)
+        call put_word(place//': ', groups%group, groups%name, groups%value, place, words, error)
+        if (allocated(error)) return
+      end select
+    end do
   end subroutine read_groups
 
   !> Takes GROUP.NAME=VALUE of the command line, over what the deck says. Errors as of `read_groups`.
@@ -211,10 +158,10 @@ contains
     i = place_of(group, name)
     if (i == 0) then
       if (any(settings_table%group == group)) then
-        call fail(error, status_bad_input, where//'expected one of the names '//known_names(group)//' in &'//group// &
-                  ', found '//in_quotes(name))
+        call fail(error, status_bad_input, where//'expected one of the names '//known_names(settings_table, group)// &
+                  ' in &'//group//', found '//in_quotes(name))
       else
-        call fail(error, status_bad_input, where//'expected one of the groups '//known_groups()//', found '// &
+        call fail(error, status_bad_input, where//'expected one of the groups '//known_groups(settings_table)//', found '// &
                   in_quotes(group))
       end if
     else if (allocated(words(i)%value)) then
@@ -297,125 +244,28 @@ contains
     if (setting%most < boundless) range_text = range_text//' and at most '//real_text(setting%most)
   end function range_text
 
-  !> Skips blanks, commas, line ends and comments.
-  pure subroutine skip_gaps(text, at, line)
-    character(len=*), intent(in) :: text
-    integer, intent(inout) :: at, line
-    logical :: comment
-
-    comment = .false.
-    do while (at <= len(text))
-      if (text(at:at) == lf) then
-        line = line + 1
-        comment = .false.
-      else if (scan(text(at:at), '!#') > 0) then
-        comment = .true.
-      else if (.not. comment .and. scan(text(at:at), ' ,'//tab) == 0) then
-        return
-      end if
-      at = at + 1
-    end do
-  end subroutine skip_gaps
-
-  !> Reads a name, in lower case.
-  function next_name(text, at) result(name)
-    character(len=*), intent(in) :: text
-    integer, intent(inout) :: at
-    character(len=:), allocatable :: name
-    character(len=1) :: c
-
-    name = ''
-    do while (at <= len(text))
-      c = text(at:at)
-      if (c >= 'A' .and. c <= 'Z') c = achar(iachar(c) + 32)
-      if (scan(c, name_letters) == 0) return
-      name = name//c
-      at = at + 1
-    end do
-  end function next_name
-
-  !> Reads a quoted text, a bare word, or numbers up to the next name.
-  subroutine next_value(text, at, line, value, error)
-    character(len=*), intent(in) :: text
-    integer, intent(inout) :: at, line
-    character(len=:), allocatable, intent(out) :: value
-    type(error_t), allocatable, intent(out) :: error
-    integer :: close, before, before_line
-    character(len=:), allocatable :: word
-
-    value = ''
-    call skip_gaps(text, at, line)
-    if (at > len(text)) return
-    if (scan(text(at:at), '''"') > 0) then
-      close = scan(text(at + 1:), text(at:at)//lf)
-      if (close > 0) then
-        if (text(at + close:at + close) == lf) close = 0
-      end if
-      if (close == 0) then
-        call fail(error, status_bad_input, 'expected a closing '//text(at:at)//' on the same line, found '// &
-                  in_quotes(rest_of_word(text, at)))
-        return
-      end if
-      value = text(at + 1:at + close - 1)
-      at = at + close + 1
-      return
-    end if
-    do ! one word, and as many numbers more as follow
-      before = at
-      before_line = line
-      call skip_gaps(text, at, line)
-      word = rest_of_word(text, at)
-      if (len(word) == 0) exit
-      if (len(value) > 0 .and. .not. word_is_real(word)) then
-        at = before
-        line = before_line
-        exit
-      end if
-      at = at + len(word)
-      if (len(value) == 0) then
-        value = word
-        if (.not. word_is_real(word)) exit
-      else
-        value = value//' '//word
-      end if
-    end do
-  end subroutine next_value
-
-  !> Text up to the next gap, comment, '=' or '/'.
-  pure function rest_of_word(text, at)
-    character(len=*), intent(in) :: text
-    integer, intent(in) :: at
-    character(len=:), allocatable :: rest_of_word
-    integer :: length
-
-    rest_of_word = ''
-    if (at > len(text)) return
-    length = scan(text(at:), ' ,!#=/'//tab//lf) - 1
-    if (length < 0) length = len(text) - at + 1
-    rest_of_word = text(at:at + length - 1)
-  end function rest_of_word
-
-  !> All groups.
-  pure function known_groups()
+  !> All groups of a table.
+  pure function known_groups(table)
+    type(setting_t), intent(in) :: table(:)
     character(len=:), allocatable :: known_groups
     integer :: i
 
-    known_groups = '&'//trim(settings_table(1)%group)
-    do i = 2, size(settings_table)
-      if (settings_table(i)%group /= settings_table(i - 1)%group) &
-        known_groups = known_groups//', &'//trim(settings_table(i)%group)
+    known_groups = '&'//trim(table(1)%group)
+    do i = 2, size(table)
+      if (table(i)%group /= table(i - 1)%group) known_groups = known_groups//', &'//trim(table(i)%group)
     end do
   end function known_groups
 
-  !> All names of a group.
-  pure function known_names(group)
+  !> All names of a group of a table.
+  pure function known_names(table, group)
+    type(setting_t), intent(in) :: table(:)
     character(len=*), intent(in) :: group
     character(len=:), allocatable :: known_names
     integer :: i
 
     known_names = ''
-    do i = 1, size(settings_table)
-      if (settings_table(i)%group == group) known_names = known_names//', '//trim(settings_table(i)%name)
+    do i = 1, size(table)
+      if (table(i)%group == group) known_names = known_names//', '//trim(table(i)%name)
     end do
     known_names = known_names(3:)
   end function known_names
