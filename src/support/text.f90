@@ -26,7 +26,9 @@ contains
     integer :: at, exponent, places
     real(dp) :: back
 
-    do places = 14, 16 ! 15 significant digits give back every decimal of as many
+    ! a decimal of 15 digits or less is the only one near its real, so it is x to 15 digits, less zeros at the end; a real
+    ! too small for all its digits may need fewer
+    do places = merge(1, 14, abs(x) < tiny(x)), 16
       write (form, '(a,i0,a)') '(es28.', places, 'e3)'
       write (buffer, form) x
       read (buffer, *) back
