@@ -2,8 +2,8 @@
 module scree_block_finder
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_kinds, only: dp
-  use scree_predicates, only: orientation
-  use scree_regions, only: first_vertex_of, last_vertex_of, region_count, regions_t
+  use scree_polygon, only: holds
+  use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count, regions_t
   implicit none
   private
   public :: block_at, block_finder_t, find_crossings, set_up_finder
@@ -47,7 +47,7 @@ contains
     cell = number_of_cell(finder%grid, range(1, 1), range(2, 1))
     do i = finder%grid%first(cell), finder%grid%first(cell + 1) - 1
       b = finder%grid%item(i)
-      if (holds(shape, vertex, b, place)) then
+      if (holds(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), place, loops_of(shape, b))) then
         block_at = b
         return
       end if
@@ -72,31 +72,6 @@ contains
     next = k + 1
     if (next == shape%first_vertex(loop + 1)) next = shape%first_vertex(loop)
   end subroutine step_round
-
-  !> Whether a block holds a place: a ray to the right crosses its edges an odd number of times.
-  pure logical function holds(shape, vertex, b, place)
-    type(regions_t), intent(in) :: shape
-    real(dp), intent(in) :: vertex(:, :), place(2)
-    integer, intent(in) :: b
-    integer :: k, loop, next, turn
-
-    holds = .false.
-    loop = shape%first_loop(b)
-    do k = first_vertex_of(shape, b), last_vertex_of(shape, b)
-      call step_round(shape, k, loop, next)
-      associate (p => vertex(:, k), q => vertex(:, next))
-        if ((p(1) < place(1) .and. q(1) < place(1)) .or. (p(2) < place(2) .and. q(2) < place(2)) .or. &
-            (p(2) > place(2) .and. q(2) > place(2))) cycle
-        turn = orientation(p, q, place)
-        if (turn == 0 .and. dot_product(p - place, q - place) <= 0) then
-          holds = .true. ! on the edge
-          return
-        end if
-        if ((p(2) > place(2)) .eqv. (q(2) > place(2))) cycle
-        if ((turn > 0) .eqv. (q(2) > p(2))) holds = .not. holds
-      end associate
-    end do
-  end function holds
 
   !> Distance of a place from the edges of a block.
   pure real(dp) function distance_to(shape, vertex, b, place) result(distance)

@@ -15,7 +15,7 @@ module scree_block_input
   use scree_text, only: number_text
   implicit none
   private
-  public :: block_moments, blocks_t, make_blocks
+  public :: block_moments, blocks_t, deck_scale, make_blocks
 
   !> A fixed point lies this share of the scale inside the edge that its line crosses.
   real(dp), parameter :: inwards = 0.005_dp

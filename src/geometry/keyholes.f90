@@ -4,10 +4,11 @@
 !> both ways: the polygon encloses the same area, and what is run through both ways is the seam.
 module scree_keyholes
   use scree_kinds, only: dp
+  use scree_polygon, only: twice_area
   use scree_predicates, only: orientation
   implicit none
   private
-  public :: join_loops, part_loops, twice_area
+  public :: join_loops, part_loops
 
 contains
 
@@ -108,19 +109,5 @@ contains
     end function same
 
   end subroutine part_loops
-
-  !> Twice the area inside a polygon, negative where it turns clockwise.
-  pure real(dp) function twice_area(vertex)
-    real(dp), intent(in) :: vertex(:, :) !! (2, n), length
-    real(dp) :: a(2), b(2)
-    integer :: k
-
-    twice_area = 0.0_dp
-    do k = 2, size(vertex, 2) - 1
-      a = vertex(:, k) - vertex(:, 1)
-      b = vertex(:, k + 1) - vertex(:, 1)
-      twice_area = twice_area + a(1)*b(2) - a(2)*b(1)
-    end do
-  end function twice_area
 
 end module scree_keyholes

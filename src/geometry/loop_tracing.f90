@@ -6,9 +6,9 @@
 !> the region around them. Shi's dc deletes what lies in a hole; here the block keeps its hole, and what lies in it too.
 module scree_loop_tracing
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_segments, set_up_grid
-  use scree_keyholes, only: twice_area
   use scree_kinds, only: dp
   use scree_line_cutting, only: graph_t
+  use scree_polygon, only: twice_area
   use scree_predicates, only: orientation
   use scree_regions, only: regions_t
   use scree_sorting, only: sort_by

@@ -1,0 +1,501 @@
+!> The rock that is left of a window when tunnels and what lies above slopes are cut out: its boundary, and lines in it.
+!>
+!> One rule does it all. A line is split wherever it meets an outline; the middle of a piece, moved a little to either
+!> side, tells whether there is rock on that side. A piece of an outline with rock on one side bounds the rock, a piece of
+!> any line with rock on both sides lies in it. So outlines may overlap, share sides, and leave the window.
+module scree_rock_outline
+  use scree_kinds, only: dp
+  use scree_polygon, only: holds
+  use scree_scene, only: line_t, point_t
+  use scree_simplex_integration, only: moments_t, polygon_moments
+  implicit none
+  private
+  public :: add_line, boundary_lines, clip_line, close_slope, crosses_itself, has_rock_at, hole_points, make_rock, &
+            outline_t, reaches_into_window, rock_t, rounded
+
+  integer, parameter, public :: window_outline = 1, tunnel_outline = 2, slope_outline = 3
+
+  !> A closed polygon, in the coordinates of its deck.
+  type :: outline_t
+    integer :: kind = window_outline
+    real(dp), allocatable :: corner(:, :)  !! (2, n) either way round, length
+    integer :: material = 1                !! joint material of its sides
+    integer :: deck_line = 0               !! where it stands in its deck
+  end type outline_t
+
+  !> A window and what is cut out of it.
+  type :: rock_t
+    type(outline_t), allocatable :: outline(:) !! the window first; about the middle, length
+    real(dp) :: middle(2) = 0.0_dp             !! of the window, length
+    real(dp) :: extent = 0.0_dp                !! the larger of its width and height, length
+    integer :: decimals = 0                    !! coordinates are whole multiples of 10^-decimals
+  end type rock_t
+
+  !> Shares of the extent. Each is ten times the one before, so that none takes the other's differences for its own.
+  real(dp), parameter :: digit = 1e-10_dp !! coordinates are rounded to the next power of ten above it, at most 1e-9
+  real(dp), parameter :: near = 2e-9_dp   !! what is closer touches
+  real(dp), parameter :: aside = 2e-8_dp  !! distance of the places that tell whether there is rock beside a line
+  !> Of the largest coordinate: what a real holds of it, with a digit to spare.
+  real(dp), parameter :: resolved = 1e-15_dp
+
+contains
+
+  !> Makes the rock of closed outlines, the window first.
+  pure subroutine make_rock(outline, rock)
+    type(outline_t), intent(in) :: outline(:)
+    type(rock_t), intent(out) :: rock
+    real(dp) :: low(2), high(2)
+    integer :: i, k
+
+    low = minval(outline(1)%corner, 2)
+    high = maxval(outline(1)%corner, 2)
+    rock%extent = maxval(high - low)
+    rock%decimals = -ceiling(log10(max(digit*rock%extent, resolved*maxval(abs([low, high])))))
+    rock%middle = rounded(rock%decimals, low + (high - low)/2)
+    rock%outline = outline
+    do i = 1, size(outline)
+      do k = 1, size(outline(i)%corner, 2)
+        rock%outline(i)%corner(:, k) = rounded(rock%decimals, outline(i)%corner(:, k)) - rock%middle
+      end do
+    end do
+  end subroutine make_rock
+
+  !> A number to so many decimals, the same on every computer but for a tie.
+  elemental real(dp) function rounded(decimals, x)
+    integer, intent(in) :: decimals
+    real(dp), intent(in) :: x
+
+    if (decimals >= 0) then
+      rounded = anint(x*10.0_dp**decimals)/10.0_dp**decimals
+    else
+      rounded = anint(x/10.0_dp**(-decimals))*10.0_dp**(-decimals)
+    end if
+    rounded = rounded + 0.0_dp ! no -0
+  end function rounded
+
+  !> Lines around the rock, in the order of the outlines. Those not longer than `shortest` are left out.
+  pure subroutine boundary_lines(rock, shortest, lines)
+    type(rock_t), intent(in) :: rock
+    real(dp), intent(in) :: shortest
+    type(line_t), allocatable, intent(out) :: lines(:)
+    real(dp), allocatable :: place(:, :)
+    integer :: i, k, m, n
+    logical :: beside(2)
+
+    allocate (lines(16))
+    n = 0
+    do i = 1, size(rock%outline)
+      do k = 1, size(rock%outline(i)%corner, 2)
+        call split_line(rock, side_of(rock%outline(i), k), place)
+        do m = 1, size(place, 2) - 1
+          beside = rock_beside(rock, place(:, m:m + 1))
+          if (beside(1) .eqv. beside(2)) cycle
+          if (any_near(rock, i - 1, middle_of(place(:, m:m + 1)))) cycle ! an earlier outline has this piece
+          call add_line(rock, place(:, m:m + 1), shortest, rock%outline(i)%material, rock%outline(i)%deck_line, lines, n)
+        end do
+      end do
+    end do
+    lines = lines(:n)
+  end subroutine boundary_lines
+
+  !> Adds the parts of a line (about the middle) that lie in the rock and are longer than `shortest`.
+  pure subroutine clip_line(rock, ends, shortest, material, deck_line, lines, n)
+    type(rock_t), intent(in) :: rock
+    real(dp), intent(in) :: ends(2, 2), shortest
+    integer, intent(in) :: material, deck_line
+    type(line_t), allocatable, intent(inout) :: lines(:)
+    integer, intent(inout) :: n !! lines in use
+    real(dp), allocatable :: place(:, :)
+    real(dp) :: part(2, 2)
+    integer :: m
+    logical :: open
+
+    call split_line(rock, ends, place)
+    open = .false.
+    do m = 1, size(place, 2) - 1
+      if (all(rock_beside(rock, place(:, m:m + 1)))) then
+        if (.not. open) part(:, 1) = place(:, m)
+        part(:, 2) = place(:, m + 1)
+        open = .true.
+      else
+        if (open) call add_line(rock, part, shortest, material, deck_line, lines, n)
+        open = .false.
+      end if
+    end do
+    if (open) call add_line(rock, part, shortest, material, deck_line, lines, n)
+  end subroutine clip_line
+
+  !> Adds a line about the middle, in the coordinates of the deck, rounded; not where it is too short.
+  pure subroutine add_line(rock, ends, shortest, material, deck_line, lines, n)
+    type(rock_t), intent(in) :: rock
+    real(dp), intent(in) :: ends(2, 2), shortest
+    integer, intent(in) :: material, deck_line
+    type(line_t), allocatable, intent(inout) :: lines(:)
+    integer, intent(inout) :: n
+    type(line_t) :: line
+    type(line_t), allocatable :: longer(:)
+    integer :: k
+
+    do k = 1, 2
+      line%ends(:, k) = rounded(rock%decimals, ends(:, k) + rock%middle)
+    end do
+    if (norm2(line%ends(:, 2) - line%ends(:, 1)) <= shortest) return
+    line%material = material
+    line%deck_line = deck_line
+    if (n == size(lines)) then
+      allocate (longer(2*n + 16))
+      longer(:n) = lines
+      call move_alloc(longer, lines)
+    end if
+    n = n + 1
+    lines(n) = line
+  end subroutine add_line
+
+  !> A point in each hole that tunnels make in the rock and that no opening joins to the outside, as its inside would be
+  !> a block. Tunnels that overlap or share a wall are one hole.
+  pure subroutine hole_points(rock, points)
+    type(rock_t), intent(in) :: rock
+    type(point_t), allocatable, intent(out) :: points(:)
+    integer :: hole(size(rock%outline)) ! the first outline of the hole; 1, the window, is the outside
+    real(dp), allocatable :: place(:, :)
+    real(dp) :: at(2)
+    integer :: from, to, i, j, k, m
+
+    hole = [(i, i=1, size(hole))]
+    do i = 2, size(hole)
+      if (rock%outline(i)%kind == slope_outline) hole(i) = 1
+    end do
+    do i = 2, size(hole)
+      do k = 1, size(rock%outline(i)%corner, 2)
+        call split_line(rock, side_of(rock%outline(i), k), place)
+        do m = 1, size(place, 2) - 1
+          at = middle_of(place(:, m:m + 1))
+          do j = 1, size(hole)
+            if (j == i) cycle
+            if ((holds(rock%outline(j)%corner, at) .eqv. j == 1) .and. .not. is_near(rock, j, at)) cycle
+            from = max(hole(i), hole(j))
+            to = min(hole(i), hole(j))
+            where (hole == from) hole = to
+          end do
+        end do
+      end do
+    end do
+    allocate (points(0))
+    do i = 2, size(hole)
+      if (hole(i) /= i) cycle
+      at = rounded(rock%decimals, inner_place(rock%outline(i)%corner) + rock%middle)
+      points = [points, point_t(at, rock%outline(i)%deck_line, 0)]
+    end do
+  end subroutine hole_points
+
+  !> Whether a place, in the coordinates of the deck, is in the rock or on its boundary.
+  pure logical function has_rock_at(rock, place)
+    type(rock_t), intent(in) :: rock
+    real(dp), intent(in) :: place(2)
+    integer :: i
+
+    has_rock_at = holds(rock%outline(1)%corner, place - rock%middle) .or. is_near(rock, 1, place - rock%middle)
+    do i = 2, size(rock%outline)
+      if (holds(rock%outline(i)%corner, place - rock%middle) .and. .not. is_near(rock, i, place - rock%middle)) &
+        has_rock_at = .false.
+    end do
+  end function has_rock_at
+
+  !> Whether an outline takes something from the window.
+  pure logical function reaches_into_window(rock, i)
+    type(rock_t), intent(in) :: rock
+    integer, intent(in) :: i
+    real(dp), allocatable :: place(:, :)
+    real(dp) :: at(2)
+    integer :: k, m
+
+    reaches_into_window = .true.
+    do k = 1, size(rock%outline(i)%corner, 2)
+      call split_line(rock, side_of(rock%outline(i), k), place)
+      do m = 1, size(place, 2) - 1
+        at = middle_of(place(:, m:m + 1))
+        if (holds(rock%outline(1)%corner, at) .and. .not. is_near(rock, 1, at)) return
+      end do
+    end do
+    reaches_into_window = holds(rock%outline(i)%corner, inner_place(rock%outline(1)%corner))
+  end function reaches_into_window
+
+  !> Closes a slope around everything above it, well outside the window.
+  !>
+  !> From a point left of the window, or above it, to a point right of the window, or above it, either way round;
+  !> `closed` is not allocated for any other.
+  pure subroutine close_slope(window, slope, closed)
+    real(dp), intent(in) :: window(:, :), slope(:, :)
+    real(dp), allocatable, intent(out) :: closed(:, :)
+    real(dp) :: low(2), high(2), far, edge(2), line(size(slope, 1), size(slope, 2))
+    integer :: n
+
+    n = size(slope, 2)
+    line = slope
+    if (line(1, n) < line(1, 1)) line = line(:, n:1:-1)
+    low = minval(window, 2)
+    high = maxval(window, 2)
+    if (.not. (line(1, 1) <= low(1) .or. line(2, 1) >= high(2))) return
+    if (.not. (line(1, n) >= high(1) .or. line(2, n) >= high(2)) .or. .not. line(1, n) > line(1, 1)) return
+    far = max(high(2), maxval(line(2, :))) + maxval(high - low)
+    closed = line
+    edge = line(1, [1, n])
+    if (line(1, n) >= high(1)) then ! level to the right, else straight up
+      edge(2) = maxval(line(1, :)) + maxval(high - low)
+      closed = reshape([closed, edge(2), line(2, n)], [2, size(closed, 2) + 1])
+    end if
+    if (line(1, 1) <= low(1)) then
+      edge(1) = minval(line(1, :)) - maxval(high - low)
+      closed = reshape([edge(1), line(2, 1), closed], [2, size(closed, 2) + 1])
+    end if
+    closed = reshape([closed, edge(2), far, edge(1), far], [2, size(closed, 2) + 2])
+  end subroutine close_slope
+
+  !> Whether sides of a polygon meet elsewhere than at the corner they share.
+  pure logical function crosses_itself(corner)
+    real(dp), intent(in) :: corner(:, :)
+    real(dp) :: a(2, 2), b(2, 2)
+    integer :: i, j, n
+
+    n = size(corner, 2)
+    crosses_itself = .true.
+    do i = 1, n
+      a = corner(:, [i, modulo(i, n) + 1])
+      do j = i + 1, n
+        b = corner(:, [j, modulo(j, n) + 1])
+        if (j == i + 1) then
+          if (folds(a(:, 1), a(:, 2), b(:, 2))) return
+        else if (i == 1 .and. j == n) then
+          if (folds(b(:, 1), b(:, 2), a(:, 2))) return
+        else if (meet(a, b)) then
+          return
+        end if
+      end do
+    end do
+    crosses_itself = .false.
+  end function crosses_itself
+
+  !> Whether the way from p by q to r goes straight back.
+  pure logical function folds(p, q, r)
+    real(dp), intent(in) :: p(2), q(2), r(2)
+
+    folds = turn(p, q, r) == 0 .and. dot_product(p - q, r - q) >= 0.0_dp
+  end function folds
+
+  !> Whether two lines have a point in common.
+  pure logical function meet(a, b)
+    real(dp), intent(in) :: a(2, 2), b(2, 2)
+    integer :: s(2), t(2)
+
+    meet = .false.
+    if (any(maxval(a, 2) < minval(b, 2)) .or. any(maxval(b, 2) < minval(a, 2))) return
+    s = [turn(a(:, 1), a(:, 2), b(:, 1)), turn(a(:, 1), a(:, 2), b(:, 2))]
+    t = [turn(b(:, 1), b(:, 2), a(:, 1)), turn(b(:, 1), b(:, 2), a(:, 2))]
+    meet = s(1)*s(2) <= 0 .and. t(1)*t(2) <= 0
+  end function meet
+
+  !> 1 where the way from p by q to r turns left, -1 to the right, 0 where it is straight to round-off.
+  pure integer function turn(p, q, r)
+    real(dp), intent(in) :: p(2), q(2), r(2)
+    real(dp) :: area, a(2), b(2)
+
+    a = q - p
+    b = r - p
+    area = a(1)*b(2) - a(2)*b(1)
+    turn = 0
+    if (abs(area) > 4*epsilon(area)*(abs(a(1)*b(2)) + abs(a(2)*b(1)))) turn = merge(1, -1, area > 0.0_dp)
+  end function turn
+
+  !> Ends of side `k` of an outline.
+  pure function side_of(outline, k) result(ends)
+    type(outline_t), intent(in) :: outline
+    integer, intent(in) :: k
+    real(dp) :: ends(2, 2)
+
+    ends = outline%corner(:, [k, modulo(k, size(outline%corner, 2)) + 1])
+  end function side_of
+
+  !> Middle of a line.
+  pure function middle_of(ends) result(middle)
+    real(dp), intent(in) :: ends(2, 2)
+    real(dp) :: middle(2)
+
+    middle = (ends(:, 1) + ends(:, 2))/2
+  end function middle_of
+
+  !> Places that split a line where outlines meet it, with its ends, in order.
+  pure subroutine split_line(rock, ends, place)
+    type(rock_t), intent(in) :: rock
+    real(dp), intent(in) :: ends(2, 2)
+    real(dp), allocatable, intent(out) :: place(:, :) !! (2, n)
+    real(dp), allocatable :: along(:)
+    real(dp) :: way(2), length, touching, side(2, 2), off(2), on(2), at
+    integer :: i, k
+
+    length = norm2(ends(:, 2) - ends(:, 1))
+    touching = near*rock%extent
+    place = ends
+    along = [0.0_dp, length]
+    if (length <= touching) return
+    way = (ends(:, 2) - ends(:, 1))/length
+    do i = 1, size(rock%outline)
+      do k = 1, size(rock%outline(i)%corner, 2)
+        side = side_of(rock%outline(i), k)
+        off = way(1)*(side(2, :) - ends(2, 1)) - way(2)*(side(1, :) - ends(1, 1))
+        on = way(1)*(side(1, :) - ends(1, 1)) + way(2)*(side(2, :) - ends(2, 1))
+        if (abs(off(1)) <= touching) call keep(on(1), side(:, 1), touching, along, place)
+        if (any(abs(off) <= touching) .or. (off(1) > 0.0_dp .eqv. off(2) > 0.0_dp)) cycle
+        at = on(1) + (on(2) - on(1))*off(1)/(off(1) - off(2))
+        call keep(at, crossing_of(ends, side), touching, along, place)
+      end do
+    end do
+  end subroutine split_line
+
+  !> Keeps a place on a line, in order; not where one is already there.
+  pure subroutine keep(at, here, touching, along, place)
+    real(dp), intent(in) :: at      !! from the first end, length
+    real(dp), intent(in) :: here(2)
+    real(dp), intent(in) :: touching
+    real(dp), allocatable, intent(inout) :: along(:), place(:, :)
+    integer :: before
+
+    if (any(abs(along - at) <= touching) .or. at < 0.0_dp .or. at > along(size(along))) return
+    before = count(along < at)
+    along = [along(:before), at, along(before + 1:)]
+    place = reshape([place(:, :before), here, place(:, before + 1:)], [2, size(along)])
+  end subroutine keep
+
+  !> Where two lines that are not parallel cross; the same place to the last bit for either order of the two.
+  pure function crossing_of(a, b) result(at)
+    real(dp), intent(in) :: a(2, 2), b(2, 2)
+    real(dp) :: at(2), off(2), way(2)
+
+    if (a(1, 1) > b(1, 1) .or. (.not. a(1, 1) < b(1, 1) .and. a(2, 1) > b(2, 1))) then
+      way = a(:, 2) - a(:, 1)
+      off = way(1)*(b(2, :) - a(2, 1)) - way(2)*(b(1, :) - a(1, 1))
+      at = b(:, 1) + (b(:, 2) - b(:, 1))*(off(1)/(off(1) - off(2)))
+    else
+      way = b(:, 2) - b(:, 1)
+      off = way(1)*(a(2, :) - b(2, 1)) - way(2)*(a(1, :) - b(1, 1))
+      at = a(:, 1) + (a(:, 2) - a(:, 1))*(off(1)/(off(1) - off(2)))
+    end if
+  end function crossing_of
+
+  !> Whether there is rock to the left and to the right of the middle of a piece.
+  pure function rock_beside(rock, ends) result(beside)
+    type(rock_t), intent(in) :: rock
+    real(dp), intent(in) :: ends(2, 2)
+    logical :: beside(2)
+    real(dp) :: step(2)
+
+    step = ends(:, 2) - ends(:, 1)
+    step = aside*rock%extent*[-step(2), step(1)]/max(norm2(step), tiny(step))
+    beside = [is_rock(middle_of(ends) + step), is_rock(middle_of(ends) - step)]
+
+  contains
+
+    !> Whether a place is in the window and in nothing cut out.
+    pure logical function is_rock(place)
+      real(dp), intent(in) :: place(2)
+      integer :: i
+
+      is_rock = holds(rock%outline(1)%corner, place)
+      do i = 2, size(rock%outline)
+        if (.not. is_rock) return
+        is_rock = .not. holds(rock%outline(i)%corner, place)
+      end do
+    end function is_rock
+
+  end function rock_beside
+
+  !> Whether one of the first `n` outlines passes through a place.
+  pure logical function any_near(rock, n, place)
+    type(rock_t), intent(in) :: rock
+    integer, intent(in) :: n
+    real(dp), intent(in) :: place(2)
+    integer :: i
+
+    any_near = .false.
+    do i = 1, n
+      any_near = any_near .or. is_near(rock, i, place)
+    end do
+  end function any_near
+
+  !> Whether an outline passes through a place.
+  pure logical function is_near(rock, i, place)
+    type(rock_t), intent(in) :: rock
+    integer, intent(in) :: i
+    real(dp), intent(in) :: place(2)
+    integer :: k
+
+    is_near = .false.
+    do k = 1, size(rock%outline(i)%corner, 2)
+      is_near = is_near .or. distance(side_of(rock%outline(i), k), place) <= near*rock%extent
+    end do
+  end function is_near
+
+  !> Distance of a place from a line.
+  pure real(dp) function distance(ends, place)
+    real(dp), intent(in) :: ends(2, 2), place(2)
+    real(dp) :: way(2), share
+
+    way = ends(:, 2) - ends(:, 1)
+    share = dot_product(place - ends(:, 1), way)/max(dot_product(way, way), tiny(share))
+    distance = norm2(ends(:, 1) + min(max(share, 0.0_dp), 1.0_dp)*way - place)
+  end function distance
+
+  !> A place well inside a polygon: its centroid where that is inside and not close to a side, else the middle of a
+  !> level chord, of all halfway between two corners the one with the most room around it.
+  pure function inner_place(corner) result(place)
+    real(dp), intent(in) :: corner(:, :)
+    real(dp) :: place(2), crossing(size(corner, 2)), best, room, side(2, 2), y, above
+    type(moments_t) :: moments
+    real(dp), parameter :: close = 0.05_dp ! of the size of the polygon
+    integer :: i, k, n, sides
+
+    sides = size(corner, 2)
+    moments = polygon_moments(corner - spread(corner(:, 1), 2, sides), [1, sides + 1])
+    place = moments%centroid + corner(:, 1)
+    room = huge(room)
+    do k = 1, sides
+      room = min(room, distance(corner(:, [k, modulo(k, sides) + 1]), place))
+    end do
+    if (holds(corner, place) .and. room > close*maxval(maxval(corner, 2) - minval(corner, 2))) return
+
+    best = -1.0_dp
+    do i = 1, sides
+      if (.not. any(corner(2, :) > corner(2, i))) cycle
+      above = minval(corner(2, :), mask=corner(2, :) > corner(2, i))
+      y = corner(2, i) + (above - corner(2, i))/2
+      n = 0
+      do k = 1, sides
+        side = corner(:, [k, modulo(k, sides) + 1])
+        if (side(2, 1) > y .eqv. side(2, 2) > y) cycle
+        n = n + 1
+        crossing(n) = side(1, 1) + (side(1, 2) - side(1, 1))*((y - side(2, 1))/(side(2, 2) - side(2, 1)))
+      end do
+      call sort(crossing(:n))
+      do k = 1, n - 1, 2
+        room = min(crossing(k + 1) - crossing(k), above - corner(2, i))
+        if (room <= best) cycle
+        best = room
+        place = [(crossing(k) + crossing(k + 1))/2, y]
+      end do
+    end do
+  end function inner_place
+
+  !> Sorts a few numbers.
+  pure subroutine sort(x)
+    real(dp), intent(inout) :: x(:)
+    real(dp) :: this
+    integer :: i, k
+
+    do i = 2, size(x)
+      this = x(i)
+      k = count(x(:i - 1) <= this)
+      x(k + 2:i) = x(k + 1:i - 1)
+      x(k + 1) = this
+    end do
+  end subroutine sort
+
+end module scree_rock_outline
