@@ -1,15 +1,15 @@
-!> Shi's geometry deck (the input of his dc): lines, and points on the blocks they enclose.
+!> Shi's geometry deck (the input of his dc), read and written: lines, and points on the blocks they enclose.
 !>
 !> Layout, number by number, in doc/decks.md. Source: Shi's dc as read by the public derivative ntdda.
 module scree_geometry_deck
   use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals
-  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_kinds, only: dp
   use scree_scene, only: line_t, point_t, scene_t
-  use scree_text, only: number_text
+  use scree_text, only: number_text, real_text
   implicit none
   private
-  public :: read_geometry_deck
+  public :: read_geometry_deck, write_geometry_deck
 
 contains
 
@@ -100,5 +100,87 @@ contains
       points(i)%deck_line = deck%line(deck%at)
     end do
   end subroutine read_points
+
+  !> Writes a geometry deck that reads back as the same scene, over a file of that name. Errors: it cannot be written.
+  !>
+  !> Nothing but numbers, so that other programs read it, and then a remark, where they have stopped reading.
+  subroutine write_geometry_deck(name, scene, n_boundary, remark, error)
+    character(len=*), intent(in) :: name
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: n_boundary          !! lines, the first, that are boundary
+    character(len=*), intent(in) :: remark     !! one line
+    type(error_t), allocatable, intent(out) :: error
+    character(len=200) :: reason
+    integer :: status, unit
+
+    open (newunit=unit, file=name, action='write', status='replace', iostat=status, iomsg=reason)
+    if (status /= 0) then
+      call fail(error, status_bad_input, name//': expected a file that can be written, found: '//trim(reason))
+      return
+    end if
+    call put(real_text(scene%least_distance))
+    call put(number_text(size(scene%lines))//' '//number_text(n_boundary))
+    call put(number_text(size(scene%material_lines)))
+    call put('0') ! bolts
+    call put(number_text(size(scene%fixed_lines)))
+    call put(number_text(size(scene%load_points)))
+    call put(number_text(size(scene%measured_points)))
+    call put(number_text(size(scene%hole_points)))
+    call put_lines(scene%lines, .true.)
+    call put_lines(scene%material_lines, .true.)
+    call put_lines(scene%fixed_lines, .false.)
+    call put_points(scene%load_points)
+    call put_points(scene%measured_points)
+    call put_points(scene%hole_points)
+    call put('! '//remark)
+    close (unit, iostat=status)
+    if (status /= 0 .and. .not. allocated(error)) &
+      call fail(error, status_run_failed, name//': expected a file that can be written, found no room')
+
+  contains
+
+    !> Writes a line; nothing after a failure.
+    subroutine put(line)
+      character(len=*), intent(in) :: line
+
+      if (allocated(error)) return
+      write (unit, '(a)', iostat=status, iomsg=reason) line
+      if (status /= 0) &
+        call fail(error, status_run_failed, name//': expected a file that can be written, found: '//trim(reason))
+    end subroutine put
+
+    !> Writes x1 y1 x2 y2 and, where the lines have one, a material.
+    subroutine put_lines(lines, has_material)
+      type(line_t), intent(in) :: lines(:)
+      logical, intent(in) :: has_material
+      character(len=:), allocatable :: material
+      integer :: i
+
+      material = ''
+      do i = 1, size(lines)
+        if (has_material) material = ' '//number_text(lines(i)%material)
+        call put(place_text(lines(i)%ends(:, 1))//' '//place_text(lines(i)%ends(:, 2))//material)
+      end do
+    end subroutine put_lines
+
+    !> Writes x y.
+    subroutine put_points(points)
+      type(point_t), intent(in) :: points(:)
+      integer :: i
+
+      do i = 1, size(points)
+        call put(place_text(points(i)%place))
+      end do
+    end subroutine put_points
+
+  end subroutine write_geometry_deck
+
+  !> Two coordinates.
+  pure function place_text(place)
+    real(dp), intent(in) :: place(2)
+    character(len=:), allocatable :: place_text
+
+    place_text = real_text(place(1))//' '//real_text(place(2))
+  end function place_text
 
 end module scree_geometry_deck
