@@ -6,6 +6,7 @@ program scree
   use scree_effects, only: effects_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_explain, only: explain_scene, explain_settings
+  use scree_joints, only: make_joints
   use scree_read_scene, only: option_t, read_geometry, read_scene
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
   use scree_scene, only: effect_t, scene_t
@@ -24,9 +25,12 @@ program scree
     'scree explain [GEOMETRY] ANALYSIS | STEM   prints the decks back, each number with its meaning', &
     'scree explain --settings                   prints the table of all settings', &
     'scree cut     GEOMETRY                     writes the blocks as a block file and prints their areas', &
+    'scree joints  DECK                         draws statistical joint sets in a window with tunnels and', &
+    '                                           slopes, writes a geometry deck', &
     'scree --version | --help', &
     '', &
-    '  -o, --output FILE         what run or cut writes; default: the stem of the deck and .h5 or .blk, here', &
+    '  -o, --output FILE         what run, cut or joints writes; default: the stem of the deck and', &
+    '                            .h5, .blk or .geo, here', &
     '  --set GROUP.NAME=VALUE    over what the deck says; may be repeated', &
     '  --xdmf                    writes an XDMF side-car too', &
     '  --quiet                   prints errors and warnings alone', &
@@ -56,6 +60,8 @@ program scree
         call read_geometry(scene, blocks, error)
         if (.not. allocated(error)) call write_block_file(output, blocks, error)
         if (.not. (allocated(error) .or. quiet)) call list_blocks()
+      else if (verb == 'joints') then
+        call make_joints(analysis, output, quiet, error)
       else
         call read_scene(geometry, analysis, options, scene, blocks, error)
         if (.not. allocated(error)) call act()
@@ -132,8 +138,8 @@ contains
     verb = argument(1)
     if (verb == '-h' .or. verb == 'help') verb = '--help'
     if (verb == '--version' .or. verb == '--help') return
-    if (all(verb /= [character(len=7) :: 'run', 'check', 'explain', 'cut'])) then
-      call fail(error, status_bad_input, 'expected run, check, explain, cut, --version or --help, found '''//verb//'''')
+    if (all(verb /= [character(len=7) :: 'run', 'check', 'explain', 'cut', 'joints'])) then
+      call fail(error, status_bad_input, 'expected run, check, explain, cut, joints, --version or --help, found '''//verb//'''')
       return
     end if
     i = 2
@@ -160,7 +166,10 @@ contains
           return
         end if
         given = argument(i)
-        if (word == '--set') then
+        if (word == '--set' .and. verb == 'joints') then
+          call fail(error, status_bad_input, 'expected --set with run, check or explain, found it with joints')
+          return
+        else if (word == '--set') then
           options = [options, option_t(given)]
         else
           output = given
@@ -168,6 +177,9 @@ contains
       case default
         if (index(word, '-') == 1) then
           call fail(error, status_bad_input, 'expected an option of --help, found '''//word//'''')
+          return
+        else if (verb == 'joints' .and. len(analysis) > 0) then
+          call fail(error, status_bad_input, 'expected one deck after joints, found also '''//word//'''')
           return
         else if (len(geometry) > 0) then
           call fail(error, status_bad_input, 'expected at most a geometry and an analysis deck, found also '''//word//'''')
@@ -186,9 +198,15 @@ contains
       call fail(error, status_bad_input, 'expected a deck after '//verb//', found none')
       return
     end if
-    if (len(output) == 0) output = stem_of(analysis)//trim(merge('.blk', '.h5 ', verb == 'cut'))
-    if (verb == 'cut' .and. output == analysis) call fail(error, status_bad_input, &
-      'expected another output than the geometry '''//analysis//''', found the same')
+    if (len(output) > 0) return
+    select case (verb)
+    case ('cut')
+      output = stem_of(analysis)//'.blk'
+    case ('joints')
+      output = stem_of(analysis)//'.geo'
+    case default
+      output = stem_of(analysis)//'.h5'
+    end select
   end subroutine read_command_line
 
   !> An argument of the command line, '' where there is none.

@@ -1,0 +1,89 @@
+!> Joint sets: from their deck to a geometry deck.
+module scree_joints
+  use scree_block_input, only: deck_scale
+  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_geometry_deck, only: write_geometry_deck
+  use scree_joint_sets, only: draw_joints
+  use scree_joints_deck, only: joints_t, read_joints_deck
+  use scree_kinds, only: dp
+  use scree_progress, only: progress_t, set_up_progress, tell
+  use scree_rock_outline, only: boundary_lines, hole_points, outline_t, rock_t
+  use scree_scene, only: line_t, scene_t
+  use scree_text, only: number_text, real_text
+  implicit none
+  private
+  public :: make_joints
+
+contains
+
+  !> Reads a deck of joint sets, draws them and writes a geometry deck: the boundary first, then the joints set by set.
+  !>
+  !> Errors: bad input, with its line; a file that cannot be written.
+  subroutine make_joints(deck_path, geometry_path, quiet, error)
+    character(len=*), intent(in) :: deck_path, geometry_path
+    logical, intent(in) :: quiet
+    type(error_t), allocatable, intent(out) :: error
+    type(joints_t) :: joints
+    type(scene_t) :: scene
+    type(progress_t) :: progress
+    type(line_t), allocatable :: boundary(:), traces(:)
+    real(dp) :: shortest
+    character(len=:), allocatable :: counts
+    logical :: there
+
+    if (geometry_path == deck_path) then
+      call fail(error, status_bad_input, geometry_path//': expected another file for the geometry, found the deck of joint sets')
+      return
+    end if
+    inquire (file=geometry_path//'/.', exist=there)
+    if (there) then
+      call fail(error, status_bad_input, geometry_path//': expected a file for the geometry, found a directory')
+      return
+    end if
+    call read_joints_deck(deck_path, joints, scene, error)
+    if (allocated(error)) return
+    call boundary_lines(joints%rock, 0.0_dp, boundary)
+    if (size(boundary) == 0) then
+      call fail(error, status_bad_input, deck_path//':'//number_text(joints%rock%outline(1)%deck_line)// &
+                ': expected rock left in the &window, found all of it cut out')
+      return
+    end if
+    ! what the cutter would take for one point is left out
+    shortest = scene%least_distance*deck_scale(boundary)
+    call check_sides(deck_path, joints%rock, shortest, error)
+    if (allocated(error)) return
+    call boundary_lines(joints%rock, shortest, boundary)
+    call draw_joints(joints%rock, joints%sets, joints%seed, shortest, traces)
+    scene%lines = [boundary, traces]
+    call hole_points(joints%rock, scene%hole_points)
+
+    counts = number_text(size(boundary))//' boundary lines, '//number_text(size(traces))//' joints of '// &
+             number_text(size(joints%sets))//' sets, seed '//number_text(joints%seed)
+    call write_geometry_deck(geometry_path, scene, size(boundary), 'scree joints '//deck_path//': '//counts, error)
+    if (allocated(error)) return
+    call set_up_progress(quiet, progress)
+    call tell(progress, geometry_path//': '//counts)
+  end subroutine make_joints
+
+  !> Error where an outline has a side that the cutter would take for a point.
+  subroutine check_sides(deck_path, rock, shortest, error)
+    character(len=*), intent(in) :: deck_path
+    type(rock_t), intent(in) :: rock
+    real(dp), intent(in) :: shortest
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, k, n
+
+    do i = 1, size(rock%outline)
+      associate (corner => rock%outline(i)%corner)
+        n = size(corner, 2)
+        do k = 1, n
+          if (norm2(corner(:, modulo(k, n) + 1) - corner(:, k)) > shortest) cycle
+          call fail(error, status_bad_input, deck_path//':'//number_text(rock%outline(i)%deck_line)// &
+                    ': expected sides longer than e0 w0 ('//real_text(shortest)//'), found a shorter one')
+          return
+        end do
+      end associate
+    end do
+  end subroutine check_sides
+
+end module scree_joints
