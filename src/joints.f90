@@ -1,6 +1,7 @@
 !> Joint sets: from their deck to a geometry deck.
 module scree_joints
   use scree_block_input, only: deck_scale
+  use scree_deck_text, only: read_text
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_geometry_deck, only: write_geometry_deck
   use scree_joint_sets, only: draw_joints
@@ -31,7 +32,7 @@ contains
     character(len=:), allocatable :: counts
     logical :: there
 
-    if (geometry_path == deck_path) then
+    if (same_text(geometry_path, deck_path)) then
       call fail(error, status_bad_input, geometry_path//': expected another file for the geometry, found the deck of joint sets')
       return
     end if
@@ -64,6 +65,19 @@ contains
     call set_up_progress(quiet, progress)
     call tell(progress, geometry_path//': '//counts)
   end subroutine make_joints
+
+  !> Whether two files hold the same text, as one file by two names does.
+  logical function same_text(a, b)
+    character(len=*), intent(in) :: a, b
+    character(len=:), allocatable :: text_a, text_b
+    type(error_t), allocatable :: error
+
+    same_text = .false.
+    call read_text(a, text_a, error)
+    if (allocated(error)) return
+    call read_text(b, text_b, error)
+    if (.not. allocated(error)) same_text = text_a == text_b
+  end function same_text
 
   !> Error where an outline has a side that the cutter would take for a point.
   subroutine check_sides(deck_path, rock, shortest, error)

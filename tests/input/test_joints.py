@@ -266,7 +266,8 @@ def test_bad_deck_is_refused_in_one_line(name, tmp_path):
 
 @pytest.mark.parametrize("words, expected", [
     (["none.joints"], "no such file"), (["."], "directory"), ([], "a deck after joints"), (["a.geo", "a.geo"], "one deck"),
-    (["a.geo"], "another file"), (["a.geo", "-o", "."], "directory"), (["a.geo", "-o", "no/where.geo"], "can be written"),
+    (["a.geo"], "another file"), (["./a.geo"], "another file"), (["a.geo", "-o", "."], "directory"),
+    (["a.geo", "-o", "no/where.geo"], "can be written"),
     (["a.geo", "--set", "seed.value=3"], "--set with run")])
 def test_bad_words_are_one_line_and_status_2(words, expected, tmp_path):
     (tmp_path / "a.geo").write_text(WINDOW)
