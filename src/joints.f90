@@ -1,6 +1,6 @@
 !> Joint sets: from their deck to a geometry deck.
 module scree_joints
-  use scree_block_input, only: deck_scale
+  use scree_block_input, only: scale_of_lines
   use scree_deck_text, only: read_text
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_geometry_deck, only: write_geometry_deck
@@ -50,17 +50,18 @@ contains
       return
     end if
     ! what the cutter would take for one point is left out
-    shortest = scene%least_distance*deck_scale(boundary)
+    shortest = scene%least_distance*scale_of_lines(boundary)
     call check_sides(deck_path, joints%rock, shortest, error)
     if (allocated(error)) return
     call boundary_lines(joints%rock, shortest, boundary)
     call draw_joints(joints%rock, joints%sets, joints%seed, shortest, traces)
     scene%lines = [boundary, traces]
+    scene%n_boundary = size(boundary)
     call hole_points(joints%rock, scene%hole_points)
 
     counts = number_text(size(boundary))//' boundary lines, '//number_text(size(traces))//' joints of '// &
              number_text(size(joints%sets))//' sets, seed '//number_text(joints%seed)
-    call write_geometry_deck(geometry_path, scene, size(boundary), 'scree joints '//deck_path//': '//counts, error)
+    call write_geometry_deck(geometry_path, scene, 'scree joints '//deck_path//': '//counts, error)
     if (allocated(error)) return
     call set_up_progress(quiet, progress)
     call tell(progress, geometry_path//': '//counts)

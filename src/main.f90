@@ -56,8 +56,10 @@ program scree
       if (settings_only) then
         call explain_settings(output_unit)
       else if (verb == 'cut') then
+        if (output == analysis) call fail(error, status_bad_input, output//': expected another file for the blocks, '// &
+                                          'found the geometry')
         scene%geometry_name = analysis
-        call read_geometry(scene, blocks, error)
+        if (.not. allocated(error)) call read_geometry(scene, blocks, error)
         if (.not. allocated(error)) call write_block_file(output, blocks, error)
         if (.not. (allocated(error) .or. quiet)) call list_blocks()
       else if (verb == 'joints') then

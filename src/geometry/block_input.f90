@@ -15,7 +15,7 @@ module scree_block_input
   use scree_text, only: number_text
   implicit none
   private
-  public :: block_moments, blocks_t, deck_scale, make_blocks
+  public :: block_moments, blocks_t, make_blocks, scale_of_lines
 
   !> A fixed point lies this share of the scale inside the edge that its line crosses.
   real(dp), parameter :: inwards = 0.005_dp
@@ -103,6 +103,21 @@ contains
                               loops_of(blocks%shape, b))
   end function block_moments
 
+  !> Scale of lines for the distances of the cutter; length.
+  pure real(dp) function scale_of_lines(lines)
+    type(line_t), intent(in) :: lines(:)
+    real(dp) :: low(2), high(2)
+    integer :: i
+
+    low = huge(low)
+    high = -huge(high)
+    do i = 1, size(lines)
+      low = min(low, minval(lines(i)%ends, 2))
+      high = max(high, maxval(lines(i)%ends, 2))
+    end do
+    scale_of_lines = deck_scale(low, high)
+  end function scale_of_lines
+
   !> Scale of Shi's cutter (w0): half the height, or half the width over 1.3, and 2 % more; length.
   pure real(dp) function deck_scale(low, high)
     real(dp), intent(in) :: low(2), high(2) !! corners of the box around all lines, length
@@ -138,7 +153,7 @@ contains
     do i = 1, 2
       ends(:, i, :) = ends(:, i, :) - spread(blocks%origin, 2, size(ends, 3))
     end do
-    scale = deck_scale(low, high)
+    scale = scale_of_lines(scene%lines)
     if (.not. scale > 0) then
       call wrong(scene, scene%lines(1)%deck_line, 'lines that enclose a block', 'lines without length', error)
       return

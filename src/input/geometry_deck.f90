@@ -104,10 +104,9 @@ contains
   !> Writes a geometry deck that reads back as the same scene, over a file of that name. Errors: it cannot be written.
   !>
   !> Nothing but numbers, so that other programs read it, and then a remark, where they have stopped reading.
-  subroutine write_geometry_deck(name, scene, n_boundary, remark, error)
+  subroutine write_geometry_deck(name, scene, remark, error)
     character(len=*), intent(in) :: name
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: n_boundary          !! lines, the first, that are boundary
     character(len=*), intent(in) :: remark     !! one line
     type(error_t), allocatable, intent(out) :: error
     character(len=200) :: reason
@@ -119,7 +118,7 @@ contains
       return
     end if
     call put(real_text(scene%least_distance))
-    call put(number_text(size(scene%lines))//' '//number_text(n_boundary))
+    call put(number_text(size(scene%lines))//' '//number_text(scene%n_boundary))
     call put(number_text(size(scene%material_lines)))
     call put('0') ! bolts
     call put(number_text(size(scene%fixed_lines)))
