@@ -13,7 +13,7 @@ module scree_block_file
   use scree_system, only: fixed_point, load_point, measured_point
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count, regions_t
   use scree_simplex_integration, only: moments_t
-  use scree_text, only: number_text, real_text
+  use scree_text, only: number_text
   implicit none
   private
   public :: read_block_file, write_block_file
@@ -175,34 +175,35 @@ contains
                              + (blocks%vertex(2, from:to) + blocks%origin(2) - moments(b)%centroid(2))**2))
       end associate
       do k = 1, size(order)
-        call put([joint_between(blocks%shape, b, order(modulo(k - 2, size(order)) + 1), order(k)), &
-                  blocks%vertex(:, order(k)) + blocks%origin])
+        call put(joint_between(blocks%shape, b, order(modulo(k - 2, size(order)) + 1), order(k)), &
+                 blocks%vertex(:, order(k)) + blocks%origin)
       end do
-      call put([joint_between(blocks%shape, b, order(size(order)), order(1)), blocks%vertex(:, order(1)) + blocks%origin])
-      call put([0.0_dp, radius, moments(b)%area])
-      call put([0.0_dp, moments(b)%area*moments(b)%centroid])
-      call put([0.0_dp, moments(b)%centroid])
+      call put(joint_between(blocks%shape, b, order(size(order)), order(1)), blocks%vertex(:, order(1)) + blocks%origin)
+      call put(0, [radius, moments(b)%area])
+      call put(0, moments(b)%area*moments(b)%centroid)
+      call put(0, moments(b)%centroid)
     end do
     do k = 1, size(blocks%point_kind)
-      call put([blocks%point(:, k) + blocks%origin, real(blocks%point_block(k), dp)])
+      if (status == 0) write (unit, '(2(es23.16,1x),i0)', iostat=status, iomsg=reason) blocks%point(:, k) + blocks%origin, &
+        blocks%point_block(k)
     end do
     if (status == 0) close (unit, iostat=status, iomsg=reason)
     if (status /= 0) call fail(error, status_bad_input, path//': expected a file that can be written, found: '//trim(reason))
 
   contains
 
-    !> A row of three numbers.
-    subroutine put(number)
-      real(dp), intent(in) :: number(3)
+    !> A row of a whole number and two.
+    subroutine put(whole, number)
+      integer, intent(in) :: whole
+      real(dp), intent(in) :: number(2)
 
-      if (status == 0) write (unit, '(a)', iostat=status, iomsg=reason) &
-        real_text(number(1))//' '//real_text(number(2))//' '//real_text(number(3))
+      if (status == 0) write (unit, '(i0,2(1x,es23.16))', iostat=status, iomsg=reason) whole, number
     end subroutine put
 
   end subroutine write_block_file
 
   !> Joint material of the edge between two vertices of a block, 0 for a seam.
-  pure real(dp) function joint_between(shape, b, from, to) result(joint)
+  pure integer function joint_between(shape, b, from, to) result(joint)
     type(regions_t), intent(in) :: shape
     integer, intent(in) :: b, from, to
     integer :: loop
@@ -210,9 +211,9 @@ contains
     do loop = shape%first_loop(b), shape%first_loop(b + 1) - 1
       if (from < shape%first_vertex(loop + 1)) exit
     end do
-    joint = 0.0_dp
-    if (to == from + 1 .and. to < shape%first_vertex(loop + 1)) joint = real(shape%joint(from), dp)
-    if (to == shape%first_vertex(loop) .and. from == shape%first_vertex(loop + 1) - 1) joint = real(shape%joint(from), dp)
+    joint = 0
+    if (to == from + 1 .and. to < shape%first_vertex(loop + 1)) joint = shape%joint(from)
+    if (to == shape%first_vertex(loop) .and. from == shape%first_vertex(loop + 1) - 1) joint = shape%joint(from)
   end function joint_between
 
 end module scree_block_file
