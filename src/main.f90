@@ -116,7 +116,8 @@ contains
     type(effect_t), allocatable :: list(:)
     integer :: i
 
-    call set_up(scene, blocks, system, state, effects, list)
+    call set_up(scene, blocks, system, state, effects, list, error)
+    if (allocated(error)) return
     write (output_unit, '(3(i0,a))') system%n_blocks, ' blocks, ', system%n_elements, ' elements, ', system%n_unknowns, &
       ' unknowns'
     do i = 1, size(list)

@@ -57,7 +57,8 @@ contains
 
     call set_up_progress(quiet, progress)
     call start_phase(timer(phase_set_up))
-    call set_up(scene, blocks, system, state, effects, list)
+    call set_up(scene, blocks, system, state, effects, list, error)
+    if (allocated(error)) return
     call set_up_equations(system%elements, system%n_unknowns, equations)
     allocate (share(system%n_elements))
     do i = 1, system%n_elements

@@ -35,10 +35,11 @@ contains
   end subroutine set_up_finder
 
   !> First block that holds a place, its edge included, else the nearest within reach; 0 where none is.
-  pure integer function block_at(finder, shape, vertex, place)
+  pure integer function block_at(finder, shape, vertex, place, allowed)
     type(block_finder_t), intent(in) :: finder
     type(regions_t), intent(in) :: shape
     real(dp), intent(in) :: vertex(:, :), place(2)
+    logical, intent(in), optional :: allowed(:) !! (n_blocks) all where absent
     real(dp) :: distance, nearest
     integer :: b, cell, i, range(2, 2)
 
@@ -47,6 +48,9 @@ contains
     cell = number_of_cell(finder%grid, range(1, 1), range(2, 1))
     do i = finder%grid%first(cell), finder%grid%first(cell + 1) - 1
       b = finder%grid%item(i)
+      if (present(allowed)) then
+        if (.not. allowed(b)) cycle
+      end if
       if (holds(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), place, loops_of(shape, b))) then
         block_at = b
         return
@@ -54,6 +58,9 @@ contains
     end do
     nearest = finder%beside
     do i = finder%grid%first(cell), finder%grid%first(cell + 1) - 1
+      if (present(allowed)) then
+        if (.not. allowed(finder%grid%item(i))) cycle
+      end if
       distance = distance_to(shape, vertex, finder%grid%item(i), place)
       if (distance > nearest .or. (block_at > 0 .and. .not. distance < nearest)) cycle
       nearest = distance

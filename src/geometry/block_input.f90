@@ -141,7 +141,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(graph_t) :: graph
     real(dp) :: ends(2, 2, size(scene%lines)), low(2), high(2)
-    integer, allocatable :: crack(:), line(:)
+    integer, allocatable :: beside(:, :), crack(:), line(:)
     integer :: i
 
     do i = 1, size(scene%lines)
@@ -160,12 +160,13 @@ contains
     end if
     call cut_lines(ends, scene%n_boundary, scene%least_distance*scale, graph, error)
     if (allocated(error)) return
-    call trace_regions(graph, scene%lines%material, blocks%shape, blocks%vertex, line, crack)
+    call trace_regions(graph, scene%lines%material, blocks%shape, blocks%vertex, line, beside)
     if (region_count(blocks%shape) == 0) then
       call wrong(scene, scene%lines(1)%deck_line, 'lines that enclose a block', number_text(size(scene%lines))// &
                  ' lines that enclose nothing', error)
       return
     end if
+    crack = pack([(i, i=1, size(graph%line))], beside(1, :) == beside(2, :) .and. beside(1, :) > 0)
     allocate (blocks%crack(2, 2, size(crack)))
     do i = 1, size(crack)
       blocks%crack(:, :, i) = graph%place(:, graph%ends(:, crack(i)))

@@ -36,31 +36,38 @@ contains
   !>
   !> Outer loop counter-clockwise, holes clockwise. A corner on the straight between its neighbours is dropped where
   !> the material on both sides of it is one.
-  subroutine trace_regions(graph, material, shape, vertex, line, crack)
+  subroutine trace_regions(graph, material, shape, vertex, line, beside)
     type(graph_t), intent(in) :: graph
     integer, intent(in) :: material(:)                     !! (n_lines)
     type(regions_t), intent(out) :: shape                  !! its joint is the material
     real(dp), allocatable, intent(out) :: vertex(:, :)     !! (2, n_vertices), length
     integer, allocatable, intent(out) :: line(:)           !! (n_vertices) line of the edge to the next vertex
-    integer, allocatable, intent(out) :: crack(:)          !! pieces that lie inside a region and part it from nothing
+    integer, allocatable, intent(out) :: beside(:, :)      !! (2, n_pieces) region left and right of each piece, 0: none
     type(graph_t) :: enclosing
     type(loops_t) :: loops
-    integer, allocatable :: cycle_of(:), region(:)
-    integer :: i
+    integer, allocatable :: before(:), cycle_of(:), kept(:), now(:), region(:)
+    integer :: i, k
 
     enclosing = graph
     call trace_cycles(enclosing, loops, cycle_of)
-    crack = pack([(i, i=1, size(graph%line))], cycle_of(1::2) == cycle_of(2::2))
-    if (size(crack) > 0) then
-      region = regions_of(enclosing, loops, cycle_of)
-      crack = pack(crack, region(cycle_of(2*crack)) > 0)
-      associate (kept => pack([(i, i=1, size(graph%line))], cycle_of(1::2) /= cycle_of(2::2)))
-        enclosing%ends = graph%ends(:, kept)
-        enclosing%line = graph%line(kept)
-      end associate
-      call trace_cycles(enclosing, loops, cycle_of)
-    end if
     region = regions_of(enclosing, loops, cycle_of)
+    before = region(cycle_of) ! of each half-edge
+    kept = pack([(i, i=1, size(graph%line))], cycle_of(1::2) /= cycle_of(2::2))
+    if (size(kept) < size(graph%line)) then
+      enclosing%ends = graph%ends(:, kept)
+      enclosing%line = graph%line(kept)
+      call trace_cycles(enclosing, loops, cycle_of)
+      region = regions_of(enclosing, loops, cycle_of)
+    end if
+
+    allocate (now(0:maxval([0, before])), source=0) ! the regions are the same, their numbers may not be
+    do i = 1, size(kept)
+      do k = 1, 2
+        now(before(2*kept(i) - 2 + k)) = region(cycle_of(2*i - 2 + k))
+      end do
+    end do
+    now(0) = 0
+    beside = reshape(now(before), [2, size(graph%line)])
     region = region(loops%cycle(:loops%n))
     call keep_corners(enclosing, loops, region, material, shape, vertex, line)
   end subroutine trace_regions

@@ -1,10 +1,12 @@
-!> Polygons: area, and what is inside.
+!> Polygons of one or more loops: area, and what is inside.
 module scree_polygon
   use scree_kinds, only: dp
   use scree_predicates, only: orientation
+  use scree_simplex_integration, only: moments_t, polygon_moments
+  use scree_sorting, only: sort_by
   implicit none
   private
-  public :: holds, twice_area
+  public :: holds, inner_place, twice_area
 
 contains
 
@@ -56,5 +58,56 @@ contains
       end do
     end do
   end function holds
+
+  !> A place well inside: the centroid, or else the middle of the widest run of a horizontal between two corners.
+  pure function inner_place(vertex, first) result(place)
+    real(dp), intent(in) :: vertex(:, :)       !! (2, n), length
+    integer, intent(in), optional :: first(:)  !! (n_loops+1), as in `holds`
+    real(dp) :: place(2)
+    real(dp), parameter :: close = 0.05_dp ! of the size of the polygon
+    real(dp) :: above, best, crossing(size(vertex, 2)), room, share, side(2), y
+    type(moments_t) :: moments
+    integer :: i, k, n, next(size(vertex, 2)), none(size(vertex, 2))
+    integer, allocatable :: start(:)
+
+    start = [1, size(vertex, 2) + 1]
+    if (present(first)) start = first
+    do i = 1, size(start) - 1
+      next(start(i):start(i + 1) - 1) = [(k, k=start(i) + 1, start(i + 1) - 1), start(i)]
+    end do
+    moments = polygon_moments(vertex, start)
+    place = moments%centroid
+    room = huge(room)
+    do k = 1, size(vertex, 2)
+      side = vertex(:, next(k)) - vertex(:, k)
+      share = max(0.0_dp, min(1.0_dp, dot_product(place - vertex(:, k), side)/max(dot_product(side, side), tiny(1.0_dp))))
+      room = min(room, norm2(vertex(:, k) + share*side - place))
+    end do
+    if (room > close*maxval(maxval(vertex, 2) - minval(vertex, 2))) then
+      if (holds(vertex, place, start)) return
+    end if
+
+    best = -1.0_dp
+    do i = 1, size(vertex, 2)
+      if (.not. any(vertex(2, :) > vertex(2, i))) cycle
+      above = minval(vertex(2, :), mask=vertex(2, :) > vertex(2, i))
+      y = vertex(2, i) + (above - vertex(2, i))/2
+      n = 0
+      do k = 1, size(vertex, 2)
+        associate (a => vertex(:, k), b => vertex(:, next(k)))
+          if (a(2) > y .eqv. b(2) > y) cycle
+          n = n + 1
+          crossing(n) = a(1) + (b(1) - a(1))*((y - a(2))/(b(2) - a(2)))
+        end associate
+      end do
+      call sort_by(crossing(:n), none(:n))
+      do k = 1, n - 1, 2
+        room = min(crossing(k + 1) - crossing(k), above - vertex(2, i))
+        if (room <= best) cycle
+        best = room
+        place = [(crossing(k) + crossing(k + 1))/2, y]
+      end do
+    end do
+  end function inner_place
 
 end module scree_polygon

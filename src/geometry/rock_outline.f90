@@ -5,7 +5,7 @@
 !> any line with rock on both sides lies in it. So outlines may overlap, share sides, and leave the window.
 module scree_rock_outline
   use scree_kinds, only: dp
-  use scree_polygon, only: holds
+  use scree_polygon, only: holds, inner_place
   use scree_scene, only: line_t, point_t
   use scree_simplex_integration, only: moments_t, polygon_moments
   implicit none
@@ -443,59 +443,5 @@ contains
     share = dot_product(place - ends(:, 1), way)/max(dot_product(way, way), tiny(share))
     distance = norm2(ends(:, 1) + min(max(share, 0.0_dp), 1.0_dp)*way - place)
   end function distance
-
-  !> A place well inside a polygon: its centroid where that is inside and not close to a side, else the middle of a
-  !> level chord, of all halfway between two corners the one with the most room around it.
-  pure function inner_place(corner) result(place)
-    real(dp), intent(in) :: corner(:, :)
-    real(dp) :: place(2), crossing(size(corner, 2)), best, room, side(2, 2), y, above
-    type(moments_t) :: moments
-    real(dp), parameter :: close = 0.05_dp ! of the size of the polygon
-    integer :: i, k, n, sides
-
-    sides = size(corner, 2)
-    moments = polygon_moments(corner - spread(corner(:, 1), 2, sides), [1, sides + 1])
-    place = moments%centroid + corner(:, 1)
-    room = huge(room)
-    do k = 1, sides
-      room = min(room, distance(corner(:, [k, modulo(k, sides) + 1]), place))
-    end do
-    if (holds(corner, place) .and. room > close*maxval(maxval(corner, 2) - minval(corner, 2))) return
-
-    best = -1.0_dp
-    do i = 1, sides
-      if (.not. any(corner(2, :) > corner(2, i))) cycle
-      above = minval(corner(2, :), mask=corner(2, :) > corner(2, i))
-      y = corner(2, i) + (above - corner(2, i))/2
-      n = 0
-      do k = 1, sides
-        side = corner(:, [k, modulo(k, sides) + 1])
-        if (side(2, 1) > y .eqv. side(2, 2) > y) cycle
-        n = n + 1
-        crossing(n) = side(1, 1) + (side(1, 2) - side(1, 1))*((y - side(2, 1))/(side(2, 2) - side(2, 1)))
-      end do
-      call sort(crossing(:n))
-      do k = 1, n - 1, 2
-        room = min(crossing(k + 1) - crossing(k), above - corner(2, i))
-        if (room <= best) cycle
-        best = room
-        place = [(crossing(k) + crossing(k + 1))/2, y]
-      end do
-    end do
-  end function inner_place
-
-  !> Sorts a few numbers.
-  pure subroutine sort(x)
-    real(dp), intent(inout) :: x(:)
-    real(dp) :: this
-    integer :: i, k
-
-    do i = 2, size(x)
-      this = x(i)
-      k = count(x(:i - 1) <= this)
-      x(k + 2:i) = x(k + 1:i - 1)
-      x(k + 1) = this
-    end do
-  end subroutine sort
 
 end module scree_rock_outline

@@ -9,7 +9,7 @@ module scree_deck_text
   use scree_text, only: number_text, real_text
   implicit none
   private
-  public :: count_numbers, deck_t, expect, expect_end, in_quotes, next_count, next_index, next_real, next_reals, &
+  public :: count_numbers, deck_t, expect, expect_end, in_quotes, next_count, next_index, next_real, next_reals, next_word, &
             numbers_left, read_deck, read_text, word_is_real, word_is_whole
 
   !> Words that are numbers, in their order, and where the groups begin.
@@ -176,6 +176,20 @@ contains
 
     numbers_left = deck%n_words - deck%at
   end function numbers_left
+
+  !> Next word as it is. Errors: the words have ended.
+  subroutine next_word(deck, what, word, error)
+    type(deck_t), intent(inout) :: deck
+    character(len=*), intent(in) :: what   !! it is, for the error
+    character(len=:), allocatable, intent(out) :: word
+    type(error_t), allocatable, intent(out) :: error
+
+    word = ''
+    call need_word(deck, what, error)
+    if (allocated(error)) return
+    deck%at = deck%at + 1
+    word = deck%text(deck%first(deck%at):deck%last(deck%at))
+  end subroutine next_word
 
   !> Next number as a real.
   !>

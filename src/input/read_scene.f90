@@ -6,6 +6,7 @@ module scree_read_scene
   use scree_deck_text, only: deck_t, read_deck
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_geometry_deck, only: read_geometry_deck
+  use scree_gmsh_file, only: read_gmsh_file
   use scree_kinds, only: dp
   use scree_scene, only: scene_t, word_t
   use scree_settings, only: complete_settings, place_of, read_groups, set_word
@@ -60,7 +61,31 @@ contains
     call complete_settings(scene, error)
     if (allocated(error)) return
     call take_forces(scene, error)
+    if (allocated(error)) return
+    call read_mesh(scene, error)
   end subroutine read_scene
+
+  !> Reads the mathematical mesh that &cover names.
+  subroutine read_mesh(scene, error)
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (word => scene%words(place_of('cover', 'mesh')))
+      if (.not. allocated(word%value)) return
+      allocate (scene%mesh)
+      call read_gmsh_file(beside_analysis(scene, word%value), scene%mesh, error)
+    end associate
+  end subroutine read_mesh
+
+  !> A path as the analysis deck means it: from its folder.
+  function beside_analysis(scene, path)
+    type(scene_t), intent(in) :: scene
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: beside_analysis
+
+    beside_analysis = path
+    if (path(1:1) /= '/') beside_analysis = scene%analysis_name(:index(scene%analysis_name, '/', back=.true.))//path
+  end function beside_analysis
 
   !> The name itself where such a file is there or it has an ending, else with the ending.
   function with_ending(name, ending)
@@ -98,8 +123,7 @@ contains
       if (len(geometry) > 0) then
         scene%geometry_name = geometry
       else if (allocated(word%value)) then
-        scene%geometry_name = word%value
-        if (word%value(1:1) /= '/') scene%geometry_name = scene%analysis_name(:slash)//word%value
+        scene%geometry_name = beside_analysis(scene, word%value)
       else
         dot = index(scene%analysis_name, '.', back=.true.)
         if (dot <= slash + 1) dot = len(scene%analysis_name) + 1

@@ -4,6 +4,7 @@
 !> named constants here; `settings.f90` gives each its words in the deck, default, unit and range.
 module scree_scene
   use scree_kinds, only: dp
+  use scree_mathematical_mesh, only: mesh_t
   implicit none
   private
   public :: block_material_t, effect_t, joint_material_t, line_t, point_t, polygons_t, scene_t, settings_t, &
@@ -81,6 +82,10 @@ module scree_scene
     integer :: model = model_dda
     integer :: strain = strain_small
     integer :: plane = plane_stress
+    real(dp) :: cover_edge = 0.0_dp         !! of the triangles of the regular mathematical mesh, 0: none, length
+    real(dp) :: cover_origin(2) = 0.0_dp    !! a node of it, length
+    real(dp) :: cover_angle = 0.0_dp        !! of a family of its edges against x, degrees
+    real(dp) :: least_share = 0.1_dp        !! of its triangle that an element has to have to carry covers of its own
     integer :: mass = mass_constant
     integer :: scheme = scheme_newmark
     real(dp) :: beta = 1.0_dp               !! weight of the new acceleration in the velocity
@@ -132,6 +137,7 @@ module scree_scene
     type(line_t), allocatable :: fixed_lines(:)    !! equal ends: a fixed point
     type(point_t), allocatable :: load_points(:), measured_points(:), hole_points(:)
     type(polygons_t), allocatable :: blocks        !! given by a block file
+    type(mesh_t), allocatable :: mesh              !! mathematical mesh that a file gives
     type(point_t), allocatable :: fixed_points(:)  !! given by a block file
     type(time_table_t), allocatable :: fixed_table(:) !! a fixed point each; without times: fixed for ever
     type(time_table_t), allocatable :: load_table(:)  !! a load point each; without times: no load

@@ -45,6 +45,13 @@ module scree_settings
     setting_t('method', 'plane', kind_choice, 'stress', 'what E and nu mean in the plane', '|stress|strain|'), &
     setting_t('method', 'mass', kind_choice, 'constant; follows_area with preset shi', &
               'mass of a block: its own, or density times present area', '|constant|follows_area|'), &
+    setting_t('cover', 'edge', kind_real, 'none: a triangle for each block', &
+              'edge of the triangles of a regular mathematical mesh', '', 'length', 0.0_dp, open=.true.), &
+    setting_t('cover', 'origin', kind_reals, '0 0', 'a node of the regular mesh', '', 'length'), &
+    setting_t('cover', 'angle', kind_real, '0', 'of a family of its edges against x', '', 'degree', -360.0_dp, 360.0_dp), &
+    setting_t('cover', 'mesh', kind_text, 'none', 'mesh of triangles, Gmsh 4.1, from the folder of the analysis deck'), &
+    setting_t('cover', 'least', kind_real, '0.1', 'share of its triangle with which an element carries covers of its own', '', &
+              '1', 0.0_dp, 1.0_dp), &
     setting_t('integrator', 'scheme', kind_choice, 'energy_momentum with Green strain, else newmark', &
               'integrator', '|newmark|energy_momentum|'), &
     setting_t('integrator', 'beta', kind_real, '1', &
@@ -300,6 +307,8 @@ contains
       s%shi = word('method', 'preset') == 'shi'
       call default('method', 'model', 'dda')
       s%model = merge(model_dda, model_nmm, word('method', 'model') == 'dda')
+      call complete_cover()
+      if (allocated(error)) return
       call default('method', 'strain', 'small')
       s%strain = merge(strain_small, strain_green, word('method', 'strain') == 'small')
       call default('method', 'plane', 'stress')
@@ -407,6 +416,46 @@ contains
     end associate
 
   contains
+
+    !> The mathematical mesh.
+    subroutine complete_cover()
+      character(len=6), parameter :: name(5) = [character(len=6) :: 'edge', 'mesh', 'origin', 'angle', 'least']
+      character(len=:), allocatable :: value
+      integer :: i
+
+      do i = 1, size(name)
+        if (.not. has('cover', trim(name(i)))) cycle
+        if (scene%settings%model == model_dda) then
+          call contradict('cover', trim(name(i)), '&cover only with model=''nmm''', 'model=''dda''')
+          return
+        else if (.not. (has('cover', 'edge') .or. has('cover', 'mesh'))) then
+          call contradict('cover', trim(name(i)), 'edge or mesh in &cover', 'neither')
+          return
+        end if
+      end do
+      if (has('cover', 'edge') .and. has('cover', 'mesh')) then
+        call contradict('cover', 'mesh', 'edge or mesh in &cover', 'both')
+        return
+      else if (has('cover', 'edge')) then
+        scene%settings%cover_edge = number('cover', 'edge')
+        call default('cover', 'origin', '0 0')
+        call default('cover', 'angle', '0')
+        value = word('cover', 'origin')
+        if (count([(value(i:i) == ' ', i=1, len(value))]) /= 1) then
+          call contradict('cover', 'origin', 'two numbers', value)
+          return
+        end if
+        read (value, *) scene%settings%cover_origin
+        scene%settings%cover_angle = number('cover', 'angle')
+      else if (has('cover', 'mesh') .and. (has('cover', 'origin') .or. has('cover', 'angle'))) then
+        call contradict('cover', merge('origin', 'angle ', has('cover', 'origin')), 'origin and angle with edge alone', 'a mesh')
+        return
+      else if (.not. has('cover', 'mesh')) then
+        return
+      end if
+      call default('cover', 'least', '0.1')
+      scene%settings%least_share = number('cover', 'least')
+    end subroutine complete_cover
 
     !> Whether a name has a value.
     logical function has(group, name)

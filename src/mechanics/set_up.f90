@@ -1,56 +1,86 @@
 !> From a scene and its blocks to the system, the state at time 0 and the effects that the scene calls for.
 module scree_set_up
-  use scree_block_input, only: blocks_t
-  use scree_cover_input, only: cover_blocks
+  use scree_block_finder, only: block_at, block_finder_t, set_up_finder
+  use scree_block_input, only: block_moments, blocks_t
+  use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh
   use scree_effects, only: effects_t
+  use scree_errors, only: error_t, fail, status_bad_input
   use scree_interpolation, only: kinematics_of, kinematics_t, rigid_velocity
   use scree_kinds, only: dp
   use scree_material, only: elasticity
-  use scree_scene, only: effect_t, fixed_exact, mass_follows_area, model_nmm, scene_t, scheme_energy_momentum, &
+  use scree_mathematical_mesh, only: mesh_t, regular_mesh
+  use scree_scene, only: effect_t, fixed_exact, mass_follows_area, model_dda, model_nmm, scene_t, scheme_energy_momentum, &
                          strain_green, time_table_t, transport_rates
+  use scree_settings, only: place_of
+  use scree_simplex_integration, only: moments_t
   use scree_system, only: fixed_point, load_point, measured_point, state_t, system_t
-  use scree_text, only: number_text
+  use scree_text, only: number_text, real_text
   implicit none
   private
   public :: set_up
 
+  real(dp), parameter :: most_triangles = 5e7_dp !! more would not fit the memory
+  real(dp), parameter :: beside = 1e-4_dp        !! of the extent: a point so far outside still belongs to an element
+
 contains
 
   !> Makes system, state and effects, and the list of effects with the reason for each.
-  subroutine set_up(scene, blocks, system, state, effects, list)
+  !>
+  !> Errors: a mathematical mesh that does not hold the blocks.
+  subroutine set_up(scene, blocks, system, state, effects, list, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     type(system_t), intent(out) :: system
     type(state_t), intent(out) :: state
     type(effects_t), intent(out) :: effects
     type(effect_t), allocatable, intent(out) :: list(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(cover_quality_t) :: quality
 
-    call make_system(scene, blocks, system, state)
-    call make_effects(scene, system, state, effects, list)
+    call make_system(scene, blocks, system, state, quality, error)
+    if (allocated(error)) return
+    call make_effects(scene, system, state, quality, effects, list)
   end subroutine set_up
 
   !> Bodies and their state at rest, in coordinates about the middle of the scene.
-  pure subroutine make_system(scene, blocks, system, state)
+  subroutine make_system(scene, blocks, system, state, quality, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     type(system_t), intent(out) :: system
     type(state_t), intent(out) :: state
+    type(cover_quality_t), intent(out) :: quality
+    type(error_t), allocatable, intent(out) :: error
     type(kinematics_t) :: element
-    real(dp) :: middle(2)
-    integer :: e
+    type(moments_t) :: moments
+    real(dp) :: centroid(2, size(blocks%material)), middle(2)
+    integer :: b, e
 
     system%model = scene%settings%model
     middle = 0.5_dp*(minval(blocks%vertex, 2) + maxval(blocks%vertex, 2))
     system%origin = blocks%origin + middle
     state%vertex = blocks%vertex - spread(middle, 2, size(blocks%vertex, 2))
     state%point = blocks%point - spread(middle, 2, size(blocks%point, 2))
-    call cover_blocks(system%model, blocks%shape, state%vertex, blocks%material, system%elements, state%cover)
+    do b = 1, size(blocks%material)
+      moments = block_moments(blocks, b)
+      centroid(:, b) = moments%centroid - middle
+    end do
+    if (allocated(scene%mesh) .or. scene%settings%cover_edge > 0) then
+      call lay_mesh(scene, blocks, system, state, quality, error)
+      if (allocated(error)) return
+    else
+      call cover_blocks(system%model == model_dda, blocks%shape, state%vertex, blocks%material, system%elements, state%cover)
+    end if
     system%n_blocks = size(blocks%material)
     system%n_elements = size(system%elements%block)
     system%n_covers = maxval(system%elements%cover)
     system%n_unknowns = maxval(system%elements%unknown)
     system%points%kind = blocks%point_kind
-    system%points%element = blocks%point_block ! a block is an element
+    system%points%element = elements_of_points(system, state, blocks%point_block)
+    if (any(system%points%element == 0)) then
+      call fail(error, status_bad_input, scene%geometry_name//': expected points in their blocks, found point '// &
+                number_text(findloc(system%points%element, 0, 1))//' outside')
+      return
+    end if
 
     allocate (system%elements%mass(system%n_elements))
     allocate (state%stress(3, system%n_elements), state%deformation(4, system%n_elements))
@@ -62,16 +92,86 @@ contains
         system%elements%mass(e) = material%density*element%area
         state%stress(:, e) = material%stress + (element%centroid(2) + system%origin(2))*material%stress_gradient
         state%deformation(:, e) = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
-        state%velocity(system%elements%unknown(:, e)) = rigid_velocity(system, state, e, element%centroid, material%velocity)
+        state%velocity(system%elements%unknown(:, e)) = rigid_velocity(system, state, e, &
+          centroid(:, system%elements%block(e)), material%velocity)
       end associate
     end do
   end subroutine make_system
 
+  !> Lays a mathematical mesh over the blocks, whose vertices the state holds; then it holds those of the elements.
+  subroutine lay_mesh(scene, blocks, system, state, quality, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(system_t), intent(inout) :: system
+    type(state_t), intent(inout) :: state
+    type(cover_quality_t), intent(out) :: quality
+    type(error_t), allocatable, intent(out) :: error
+    real(dp), allocatable :: crack(:, :, :), vertex(:, :)
+    type(mesh_t) :: mesh
+    character(len=:), allocatable :: from
+    real(dp) :: low(2), high(2)
+    integer :: i
+
+    low = minval(state%vertex, 2)
+    high = maxval(state%vertex, 2)
+    associate (s => scene%settings)
+      if (allocated(scene%mesh)) then
+        from = scene%words(place_of('cover', 'mesh'))%from
+        mesh = scene%mesh
+        mesh%node = mesh%node - spread(system%origin, 2, size(mesh%node, 2))
+      else
+        from = scene%words(place_of('cover', 'edge'))%from
+        if (from == '--set') from = '--set cover.edge'
+        if (s%cover_edge > maxval(high - low)) then
+          call fail(error, status_bad_input, from//': expected an edge up to the size of the model, '// &
+                    real_text(maxval(high - low))//', found '//real_text(s%cover_edge))
+          return
+        else if (product((high - low)/s%cover_edge + 1) > most_triangles) then
+          call fail(error, status_bad_input, from//': expected an edge that makes at most 50 million triangles, found '// &
+                    real_text(s%cover_edge))
+          return
+        end if
+        call regular_mesh(s%cover_edge, s%cover_origin - system%origin, s%cover_angle*(acos(-1.0_dp)/180), low, high, mesh)
+      end if
+      crack = blocks%crack
+      do i = 1, 2
+        crack(:, i, :) = blocks%crack(:, i, :) + spread(blocks%origin - system%origin, 2, size(crack, 3))
+      end do
+      vertex = state%vertex
+      call cover_with_mesh(blocks, vertex, crack, mesh, s%least_share, system%elements, state%vertex, state%cover, &
+                           system%extension, quality, error)
+    end associate
+    if (allocated(error)) return
+    if (quality%uncovered > 0) call fail(error, status_bad_input, from//': expected a mesh that holds every block, found one'// &
+                                         ' that leaves '//number_text(quality%uncovered)//' parts of blocks out')
+  end subroutine lay_mesh
+
+  !> Elements that carry points: of the block of each the one that holds it.
+  function elements_of_points(system, state, block) result(element)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: block(:)     !! (n_points)
+    integer :: element(size(block)), i
+    type(block_finder_t) :: finder
+
+    if (system%n_elements == system%n_blocks) then
+      element = block
+      return
+    end if
+    if (size(block) == 0) return
+    call set_up_finder(finder, system%elements%shape, state%vertex, &
+                       beside*maxval(maxval(state%vertex, 2) - minval(state%vertex, 2)))
+    do i = 1, size(block)
+      element(i) = block_at(finder, system%elements%shape, state%vertex, state%point(:, i), system%elements%block == block(i))
+    end do
+  end function elements_of_points
+
   !> The effects, decided once. Only materials that a block is made of count.
-  subroutine make_effects(scene, system, state, effects, list)
+  subroutine make_effects(scene, system, state, quality, effects, list)
     type(scene_t), intent(in) :: scene
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
+    type(cover_quality_t), intent(in) :: quality
     type(effects_t), intent(out) :: effects
     type(effect_t), allocatable, intent(out) :: list(:)
     type(kinematics_t) :: element
@@ -98,6 +198,14 @@ contains
         call name('small strain', "strain='small' in &method or no word of strain")
       end if
       if (settings%model == model_nmm) call name('manifold elements', "model='nmm' in &method")
+      if (allocated(scene%mesh) .or. settings%cover_edge > 0) &
+        call name('mathematical mesh', '&cover: '//number_text(system%n_elements)//' elements, '// &
+                  number_text(system%n_covers)//' covers; smallest element '//real_text(rounded(quality%least_share))// &
+                  ' of its triangle, '//number_text(quality%small)//' below '//real_text(settings%least_share))
+      if (allocated(system%extension)) &
+        call name('extended covers', number_text(quality%extended)//' covers without an element of '// &
+                  real_text(settings%least_share)//' of its triangle follow others, with weights up to '// &
+                  real_text(rounded(quality%farthest)))
       effects%mass_follows_area = settings%mass == mass_follows_area
       if (effects%mass_follows_area) call name('mass that follows area', "mass='follows_area' in &method or preset='shi'")
       if (scene%carried < 1) call name('static', 'the deck hands on '//percent(scene%carried)//' of the velocity (k01)')
@@ -221,6 +329,15 @@ contains
     end do
     first = [first(2:), size(points) + 1]
   end subroutine by_element
+
+  !> Two digits of a number.
+  pure real(dp) function rounded(x)
+    real(dp), intent(in) :: x
+    character(len=10) :: digits
+
+    write (digits, '(es9.1e3)') x
+    read (digits, *) rounded
+  end function rounded
 
   !> A share as a percentage.
   pure function percent(share)

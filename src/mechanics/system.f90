@@ -4,7 +4,7 @@ module scree_system
   use scree_regions, only: regions_t
   implicit none
   private
-  public :: elements_t, points_t, state_t, system_t
+  public :: elements_t, extension_t, points_t, state_t, system_t
 
   integer, parameter, public :: element_unknowns = 6 !! of a DDA block, and of three constant covers
 
@@ -20,6 +20,13 @@ module scree_system
     logical, allocatable :: alone(:)      !! (n) shares no unknown with another element
     real(dp), allocatable :: mass(:)      !! (n) at the start, mass/length
   end type elements_t
+
+  !> Covers that follow three others: displacement of cover i = sum over k of weight(k, i) times that of master(k, i).
+  type :: extension_t
+    integer, allocatable :: cover(:)      !! (n)
+    integer, allocatable :: master(:, :)  !! (3, n) covers that stand on their own
+    real(dp), allocatable :: weight(:, :) !! (3, n)
+  end type extension_t
 
   !> Fixed, load and measured points.
   type :: points_t
@@ -37,6 +44,7 @@ module scree_system
     real(dp) :: origin(2) = 0.0_dp        !! added to every place for the results, length
     type(elements_t) :: elements
     type(points_t) :: points
+    type(extension_t), allocatable :: extension !! of covers too small to stand on their own
   end type system_t
 
   !> Place, motion and stress at one time: what a step changes.

@@ -1,4 +1,4 @@
-!> Exact fixed points: unknowns that others determine are eliminated from the equations.
+!> Unknowns that others determine are eliminated from the equations: exact fixed points, covers that follow others.
 !>
 !> A fixed point asks T(x) d = u of the unknowns of its element. Each such row is solved for one unknown,
 !> the slave, in terms of the others, the masters, by elimination with pivoting; the equations are then
@@ -8,7 +8,7 @@ module scree_constraints
   use scree_kinds, only: dp
   implicit none
   private
-  public :: add_constraint, clear_constraints, complete_unknowns, constraints_t, reduce_element, reduction_t
+  public :: add_constraint, add_followers, clear_constraints, complete_unknowns, constraints_t, reduce_element, reduction_t
 
   !> A row whose largest entry is below this share of a displacement says nothing new.
   real(dp), parameter :: redundant = 1e-8_dp
@@ -43,6 +43,24 @@ contains
     allocate (constraints%row(0), constraints%row_of(n_unknowns))
     constraints%row_of = 0
   end subroutine clear_constraints
+
+  !> Adds, to an empty set, unknowns that are sums of others which are no such sums.
+  pure subroutine add_followers(constraints, follower, master, coefficient)
+    type(constraints_t), intent(inout) :: constraints
+    integer, intent(in) :: follower(:)            !! (n)
+    integer, intent(in) :: master(:, :)           !! (m, n)
+    real(dp), intent(in) :: coefficient(:, :)     !! (m, n)
+    integer :: i
+
+    deallocate (constraints%row)
+    allocate (constraints%row(size(follower)))
+    do i = 1, size(follower)
+      constraints%row(i)%slave = follower(i)
+      constraints%row(i)%master = master(:, i)
+      constraints%row(i)%coefficient = coefficient(:, i)
+      constraints%row_of(follower(i)) = i
+    end do
+  end subroutine add_followers
 
   !> Adds coefficient . d(unknown) = given.
   !>

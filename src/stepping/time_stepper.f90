@@ -1,6 +1,6 @@
 !> One accepted step: large deformation outside (Zhang et al. 2019, Fig. 9).
 module scree_time_stepper
-  use scree_constraints, only: clear_constraints, complete_unknowns, constraints_t
+  use scree_constraints, only: add_followers, clear_constraints, complete_unknowns, constraints_t
   use scree_deformation_iteration, only: iteration_report_t, settle_deformation
   use scree_effects, only: effects_t, element_share_t, share_of
   use scree_element_term, only: step_rule_t
@@ -80,7 +80,7 @@ contains
     end do
   end subroutine advance
 
-  !> Exact fixed points as constraints on the unknowns of a step that ends at `time`.
+  !> Covers that follow others, and exact fixed points, as constraints on the unknowns of a step that ends at `time`.
   pure subroutine constraints_of_step(system, effects, share, state, time, constraints, error)
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
@@ -92,6 +92,12 @@ contains
     integer :: e
 
     call clear_constraints(constraints, system%n_unknowns)
+    if (allocated(system%extension)) then
+      associate (x => system%extension)
+        call add_followers(constraints, [2*x%cover - 1, 2*x%cover], reshape([2*x%master - 1, 2*x%master], [3, 2*size(x%cover)]), &
+                           reshape([x%weight, x%weight], [3, 2*size(x%cover)]))
+      end associate
+    end if
     if (.not. allocated(effects%fixed_point)) return
     if (effects%fixed_point%by_springs) return
     do e = 1, system%n_elements

@@ -1,0 +1,137 @@
+!> The mathematical mesh: triangles that hold the model and know nothing of its joints (Shi 1991).
+module scree_mathematical_mesh
+  use scree_kinds, only: dp
+  use scree_regions, only: regions_t
+  implicit none
+  private
+  public :: mesh_edges, mesh_regions, mesh_t, regular_mesh
+
+  !> Triangles between nodes.
+  type :: mesh_t
+    real(dp), allocatable :: node(:, :)      !! (2, n_nodes), length
+    integer, allocatable :: triangle(:, :)   !! (3, n_triangles) nodes, counter-clockwise
+  end type mesh_t
+
+contains
+
+  !> Equilateral triangles that touch a box.
+  pure subroutine regular_mesh(edge, origin, angle, low, high, mesh)
+    real(dp), intent(in) :: edge              !! length
+    real(dp), intent(in) :: origin(2)         !! a node, length
+    real(dp), intent(in) :: angle             !! of one family of edges against x, rad
+    real(dp), intent(in) :: low(2), high(2)   !! corners of the box, length
+    type(mesh_t), intent(out) :: mesh
+    real(dp) :: across(2), along(2), corner(2, 4), lattice(2, 4)
+    integer, allocatable :: number(:, :)
+    integer :: first(2), i, j, k, last(2), n_nodes, n_triangles, pass, three(2, 3)
+
+    along = edge*[cos(angle), sin(angle)]
+    across = edge*[cos(angle + acos(0.5_dp)), sin(angle + acos(0.5_dp))]
+    corner = reshape([low, high(1), low(2), high, low(1), high(2)], [2, 4])
+    do k = 1, 4 ! corner = origin + i along + j across
+      associate (x => corner(:, k) - origin, det => along(1)*across(2) - along(2)*across(1))
+        lattice(:, k) = [(x(1)*across(2) - x(2)*across(1))/det, (along(1)*x(2) - along(2)*x(1))/det]
+      end associate
+    end do
+    first = floor(minval(lattice, 2)) - 1
+    last = ceiling(maxval(lattice, 2)) + 1
+    allocate (number(first(1):last(1), first(2):last(2)), source=0)
+    do pass = 1, 2 ! number the nodes of triangles that touch the box, then list
+      n_triangles = 0
+      do j = first(2), last(2) - 1
+        do i = first(1), last(1) - 1
+          do k = 1, 2
+            three = reshape([i + k - 1, j, i + 1, j + k - 1, i, j + 1], [2, 3])
+            if (.not. touches(three)) cycle
+            n_triangles = n_triangles + 1
+            if (pass == 1) then
+              number(three(1, 1), three(2, 1)) = 1
+              number(three(1, 2), three(2, 2)) = 1
+              number(three(1, 3), three(2, 3)) = 1
+            else
+              mesh%triangle(:, n_triangles) = [number(three(1, 1), three(2, 1)), number(three(1, 2), three(2, 2)), &
+                                               number(three(1, 3), three(2, 3))]
+            end if
+          end do
+        end do
+      end do
+      if (pass == 2) exit
+      n_nodes = 0
+      allocate (mesh%node(2, count(number > 0)), mesh%triangle(3, n_triangles))
+      do j = first(2), last(2)
+        do i = first(1), last(1)
+          if (number(i, j) == 0) cycle
+          n_nodes = n_nodes + 1
+          number(i, j) = n_nodes
+          mesh%node(:, n_nodes) = place(i, j)
+        end do
+      end do
+    end do
+
+  contains
+
+    !> A node of the lattice.
+    pure function place(i, j)
+      integer, intent(in) :: i, j
+      real(dp) :: place(2)
+
+      place = origin + i*along + j*across
+    end function place
+
+    !> Whether the box around three nodes touches the box.
+    pure logical function touches(three)
+      integer, intent(in) :: three(2, 3)
+      real(dp) :: x(2, 3)
+      integer :: k
+
+      do k = 1, 3
+        x(:, k) = place(three(1, k), three(2, k))
+      end do
+      touches = all(minval(x, 2) <= high) .and. all(maxval(x, 2) >= low)
+    end function touches
+
+  end subroutine regular_mesh
+
+  !> Every edge once: two nodes.
+  pure function mesh_edges(mesh) result(edge)
+    type(mesh_t), intent(in) :: mesh
+    integer, allocatable :: edge(:, :)     !! (2, n)
+    integer :: head(size(mesh%node, 2)), before(3*size(mesh%triangle, 2)), ends(2), i, k, n, t
+    integer :: found(2, 3*size(mesh%triangle, 2))
+
+    head = 0
+    n = 0
+    do t = 1, size(mesh%triangle, 2)
+      do k = 1, 3
+        ends = mesh%triangle([k, modulo(k, 3) + 1], t)
+        ends = [minval(ends), maxval(ends)]
+        i = head(ends(1))
+        do while (i > 0)
+          if (found(2, i) == ends(2)) exit
+          i = before(i)
+        end do
+        if (i > 0) cycle
+        n = n + 1
+        found(:, n) = ends
+        before(n) = head(ends(1))
+        head(ends(1)) = n
+      end do
+    end do
+    edge = found(:, :n)
+  end function mesh_edges
+
+  !> The triangles as regions.
+  pure subroutine mesh_regions(mesh, shape, vertex)
+    type(mesh_t), intent(in) :: mesh
+    type(regions_t), intent(out) :: shape
+    real(dp), allocatable, intent(out) :: vertex(:, :) !! (2, 3 n_triangles)
+    integer :: i, n
+
+    n = size(mesh%triangle, 2)
+    shape%first_loop = [(i, i=1, n + 1)]
+    shape%first_vertex = [(3*i - 2, i=1, n + 1)]
+    allocate (shape%joint(3*n), source=0)
+    vertex = mesh%node(:, reshape(mesh%triangle, [3*n]))
+  end subroutine mesh_regions
+
+end module scree_mathematical_mesh
