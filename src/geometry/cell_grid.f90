@@ -138,6 +138,8 @@ contains
     real(dp) :: x(2), y(2), pad
 
     pad = margin + 1e-9_dp*grid%edge
+    rows = all_rows
+    if (abs(b(1) - a(1)) <= pad) return ! upright: its slope may be infinite
     x = grid%low(1) + grid%edge*[column, column + 1] + [-pad, pad]
     if (column == 0) x(1) = min(x(1), a(1), b(1))
     if (column == grid%n(1) - 1) x(2) = max(x(2), a(1), b(1))
