@@ -8,6 +8,7 @@ module scree_simulation
   use scree_errors, only: error_t
   use scree_green_strain, only: least_stable_stretch, least_stretch
   use scree_interpolation, only: displacement_matrix
+  use scree_keyholes, only: polygons_of
   use scree_kinds, only: dp
   use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, tell, warn
   use scree_regions, only: first_vertex_of, last_vertex_of
@@ -72,7 +73,7 @@ contains
       call tell(progress, 'effect: '//list(i)%name//' - '//list(i)%because)
     end do
     call start_phase(timer(phase_results))
-    call open_results(results, results_path, layout_of(scene, system), with_xdmf, error)
+    call open_results(results, results_path, layout_of(scene, system, state%vertex), with_xdmf, error)
     if (.not. allocated(error)) call describe_scene(results, scene, list, error)
     if (.not. allocated(error)) call declare_records(results, system, effects, state, &
                                                      close_books(system, effects, share, state), records, error)
@@ -171,13 +172,15 @@ contains
   end subroutine run_steps
 
   !> What the frames look like.
-  function layout_of(scene, system) result(layout)
+  function layout_of(scene, system, vertex) result(layout)
     type(scene_t), intent(in) :: scene
     type(system_t), intent(in) :: system
+    real(dp), intent(in) :: vertex(:, :) !! (2, n_vertices), length
     type(layout_t) :: layout
     real(dp) :: frames, steps
 
-    layout%first_vertex = system%elements%shape%first_vertex
+    layout%n_vertices = size(vertex, 2)
+    call polygons_of(system%elements%shape, vertex, layout%first, layout%corner)
     layout%block = system%elements%block
     layout%material = system%elements%material
     associate (s => scene%settings)

@@ -6,9 +6,10 @@ module scree_keyholes
   use scree_kinds, only: dp
   use scree_polygon, only: twice_area
   use scree_predicates, only: orientation
+  use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count, regions_t
   implicit none
   private
-  public :: join_loops, part_loops
+  public :: join_loops, part_loops, polygons_of
 
 contains
 
@@ -46,6 +47,32 @@ contains
       end associate
     end do
   end function join_loops
+
+  !> Every region as one polygon: region i has the vertices corner(first(i):first(i+1)-1) in this order.
+  pure subroutine polygons_of(shape, vertex, first, corner)
+    type(regions_t), intent(in) :: shape
+    real(dp), intent(in) :: vertex(:, :)             !! (2, n_vertices), length
+    integer, allocatable, intent(out) :: first(:)    !! (n+1)
+    integer, allocatable, intent(out) :: corner(:)
+    integer :: i, k
+
+    allocate (first(region_count(shape) + 1))
+    first(1) = 1
+    do i = 1, region_count(shape)
+      first(i + 1) = first(i) + last_vertex_of(shape, i) - first_vertex_of(shape, i) + 1 &
+                     + 2*(shape%first_loop(i + 1) - shape%first_loop(i) - 1)
+    end do
+    allocate (corner(first(region_count(shape) + 1) - 1))
+    do i = 1, region_count(shape)
+      associate (from => first_vertex_of(shape, i), to => last_vertex_of(shape, i))
+        if (shape%first_loop(i + 1) == shape%first_loop(i) + 1) then
+          corner(first(i):first(i + 1) - 1) = [(k, k=from, to)]
+        else
+          corner(first(i):first(i + 1) - 1) = from - 1 + join_loops(vertex(:, from:to), loops_of(shape, i))
+        end if
+      end associate
+    end do
+  end subroutine polygons_of
 
   !> Whether the straight between two vertices touches no edge but at its own ends.
   pure logical function sees(vertex, first, a, b)

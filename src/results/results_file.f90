@@ -43,9 +43,11 @@ module scree_results_file
   character(len=*), parameter :: point_fields(2) = [character(len=12) :: 'displacement', 'velocity']
   character(len=*), parameter :: cell_fields(3) = [character(len=12) :: 'stress_xx', 'stress_yy', 'stress_xy']
 
-  !> Polygons of the frames: element i owns vertices first_vertex(i):first_vertex(i+1)-1, counter-clockwise.
+  !> Polygons of the frames: element i has the vertices corner(first(i):first(i+1)-1), counter-clockwise.
   type :: layout_t
-    integer, allocatable :: first_vertex(:) !! (n_elements+1)
+    integer :: n_vertices = 0
+    integer, allocatable :: first(:)        !! (n_elements+1)
+    integer, allocatable :: corner(:)       !! one with holes comes to some vertices twice
     integer, allocatable :: block(:)        !! (n_elements)
     integer, allocatable :: material(:)     !! (n_elements)
     integer :: expected_frames = 1
@@ -111,7 +113,7 @@ contains
       return
     end if
     results%path = path
-    results%n_vertices = layout%first_vertex(size(layout%first_vertex)) - 1
+    results%n_vertices = layout%n_vertices
     results%n_elements = size(layout%block)
     results%expected_frames = max(1, layout%expected_frames)
     results%expected_steps = max(1, layout%expected_steps)
@@ -145,7 +147,7 @@ contains
     if (allocated(error)) return
     if (with_xdmf) then
       allocate (results%xdmf)
-      call begin_xdmf(results%xdmf, path, layout%first_vertex, error)
+      call begin_xdmf(results%xdmf, path, layout%n_vertices, layout%first, layout%corner, error)
       if (allocated(error)) return
     end if
     call h5gcreate_f(results%file, '/scene', group, status)
@@ -165,11 +167,11 @@ contains
       if (allocated(error)) return
       call fixed('NumberOfCells', [real(n_e, dp)])
       if (allocated(error)) return
-      call fixed('NumberOfConnectivityIds', [real(n_v, dp)])
+      call fixed('NumberOfConnectivityIds', [real(size(layout%corner), dp)])
       if (allocated(error)) return
-      call fixed('Connectivity', [(real(i - 1, dp), i=1, n_v)])
+      call fixed('Connectivity', real(layout%corner - 1, dp))
       if (allocated(error)) return
-      call fixed('Offsets', real(layout%first_vertex - 1, dp))
+      call fixed('Offsets', real(layout%first - 1, dp))
       if (allocated(error)) return
       call fixed_rows(results%file, '/VTKHDF/Types', [integer ::], .true., '', '', [(real(vtk_polygon, dp), i=1, n_e)], &
                       error, byte=.true.)

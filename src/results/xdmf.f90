@@ -24,10 +24,12 @@ module scree_xdmf
 contains
 
   !> Starts the side-car of a results file. Errors: it cannot be written.
-  subroutine begin_xdmf(xdmf, results_path, first_vertex, error)
+  subroutine begin_xdmf(xdmf, results_path, n_vertices, first, corner, error)
     type(xdmf_t), intent(out) :: xdmf
     character(len=*), intent(in) :: results_path
-    integer, intent(in) :: first_vertex(:)    !! (n_elements+1)
+    integer, intent(in) :: n_vertices
+    integer, intent(in) :: first(:)           !! (n_elements+1) element e has the vertices corner(first(e):first(e+1)-1)
+    integer, intent(in) :: corner(:)
     type(error_t), allocatable, intent(out) :: error
     character(len=:), allocatable :: head
     integer :: dot, e, i, slash
@@ -37,18 +39,18 @@ contains
     if (dot <= slash + 1) dot = len(results_path) + 1
     xdmf%path = results_path(:dot - 1)//'.xdmf'
     xdmf%hdf5_name = results_path(slash + 1:)
-    xdmf%n_elements = size(first_vertex) - 1
-    xdmf%n_vertices = first_vertex(size(first_vertex)) - 1
+    xdmf%n_elements = size(first) - 1
+    xdmf%n_vertices = n_vertices
     xdmf%topology = ''
     do e = 1, xdmf%n_elements ! 3: polygon, its number of vertices, the vertices from 0
-      xdmf%topology = xdmf%topology//'3 '//number_text(first_vertex(e + 1) - first_vertex(e))
-      do i = first_vertex(e), first_vertex(e + 1) - 1
-        xdmf%topology = xdmf%topology//' '//number_text(i - 1)
+      xdmf%topology = xdmf%topology//'3 '//number_text(first(e + 1) - first(e))
+      do i = first(e), first(e + 1) - 1
+        xdmf%topology = xdmf%topology//' '//number_text(corner(i) - 1)
       end do
       xdmf%topology = xdmf%topology//lf
     end do
     xdmf%topology = '<Topology TopologyType="Mixed" NumberOfElements="'//number_text(xdmf%n_elements)//'">'// &
-                    '<DataItem Dimensions="'//number_text(xdmf%n_vertices + 2*xdmf%n_elements)// &
+                    '<DataItem Dimensions="'//number_text(size(corner) + 2*xdmf%n_elements)// &
                     '" NumberType="Int" Format="XML">'//lf//xdmf%topology//'</DataItem></Topology>'//lf
     head = '<?xml version="1.0"?>'//lf//'<Xdmf Version="3.0"><Domain><Grid GridType="Collection" '// &
            'CollectionType="Temporal">'//lf
