@@ -4,8 +4,8 @@
 !> he deletes what lies too near, here it is bent through the node, which loses no area. One pass finds all crossings
 !> and all nodes too near to a piece, splits the pieces there, and the passes repeat until there are none (iterated
 !> snapping; Halperin and Packer 2002 for the idea). They end: a new node lies apart from all others, so there are
-!> finitely many, and a piece is split only at a node nearer to both its ends than they are to each other, so pieces
-!> only become shorter. What remains is planar by an exact test (scree_predicates), however nearly parallel the lines.
+!> finitely many, and a piece is split only into shorter ones: at nodes nearer to both its ends than they are to each
+!> other. What remains is planar by an exact test (scree_predicates), however nearly parallel the lines.
 module scree_line_cutting
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_segments, set_up_grid
   use scree_errors, only: error_t, fail, status_run_failed
@@ -438,6 +438,7 @@ contains
                   k=1, size(chain))]
         call sort_by(along, chain)
         chain = [a, chain, b]
+        if (grows(nodes, chain)) chain = [a, chain(2), b] ! nodes on both sides of a short piece: the others wait for a pass
         do k = 1, size(chain) - 1
           if (chain(k) == chain(k + 1)) cycle
           n = n + 1
@@ -448,6 +449,22 @@ contains
     end do
     call drop_doubles(nodes%n, ends(:, :n), line(:n), graph)
   end subroutine split_pieces
+
+  !> Whether a step of a chain is not shorter than the straight between its ends.
+  pure logical function grows(nodes, chain)
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: chain(:)
+    integer :: k
+
+    grows = .false.
+    if (size(chain) < 4) return ! one node: may_split has seen to it
+    associate (place => nodes%place(:, chain))
+      do k = 2, size(chain)
+        if (chain(k) == chain(k - 1)) cycle
+        grows = grows .or. sum((place(:, k) - place(:, k - 1))**2) >= sum((place(:, size(chain)) - place(:, 1))**2)
+      end do
+    end associate
+  end function grows
 
   !> Keeps, of the pieces between two nodes, the one of the first line.
   subroutine drop_doubles(n_nodes, ends, line, graph)
