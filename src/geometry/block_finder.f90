@@ -30,7 +30,7 @@ contains
       low(:, b) = minval(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), 2)
       high(:, b) = maxval(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), 2)
     end do
-    call set_up_grid(finder%grid, minval(low, 2), maxval(high, 2), region_count(shape))
+    call set_up_grid(finder%grid, vertex, region_count(shape))
     call place_boxes(finder%grid, low - beside, high + beside)
   end subroutine set_up_finder
 

@@ -1,33 +1,86 @@
-!> A grid of square cells that finds what is near: each cell lists the segments or boxes that touch it.
+!> A grid of cells that finds what is near: each cell lists the segments or boxes that touch it.
+!>
+!> Half of the columns are of one width, the other half hold equally many of the places that the grid is made for, and so
+!> the rows: what crowds in a corner is told apart there, at the price of a bisection.
 module scree_cell_grid
   use scree_kinds, only: dp
+  use scree_sorting, only: sort_by
   implicit none
   private
-  public :: cell_grid_t, cells_of_box, number_of_cell, place_boxes, place_segments, set_up_grid
+  public :: cell_grid_t, cells_of_box, left_of_column, number_of_cell, place_boxes, place_segments, set_up_grid
+
+  integer, parameter :: largest_sample = 20000 !! places that settle where columns and rows are
+
+  !> Columns or rows.
+  type :: axis_t
+    real(dp), allocatable :: start(:)   !! where they begin, but for the first, ascending, length
+    real(dp) :: low = 0.0_dp, width = 1.0_dp
+    integer, allocatable :: below(:)    !! (n+1) starts below low + (i-1) width: where the search for one begins
+  end type axis_t
 
   !> The cells, and the items of each.
   type :: cell_grid_t
-    real(dp) :: low(2) = 0.0_dp         !! lower left corner, length
-    real(dp) :: edge = 1.0_dp           !! of a cell, length
-    integer :: n(2) = 0                 !! cells along x and y
+    type(axis_t) :: x, y
+    integer :: n(2) = 0                 !! columns and rows
     integer, allocatable :: first(:)    !! (n_cells+1) cell c owns item(first(c):first(c+1)-1)
     integer, allocatable :: item(:)
   end type cell_grid_t
 
 contains
 
-  !> Cells over a box, about as many as asked for; no more than 4096 along a side that is much longer than the other.
-  pure subroutine set_up_grid(grid, low, high, n_cells)
+  !> About as many cells as asked for, over places that are not all one.
+  pure subroutine set_up_grid(grid, place, n_cells)
     type(cell_grid_t), intent(out) :: grid
-    real(dp), intent(in) :: low(2), high(2)  !! length
+    real(dp), intent(in) :: place(:, :)      !! (2, n), length
     integer, intent(in) :: n_cells
-    real(dp) :: extent(2)
+    real(dp) :: edge, extent(2)
 
-    extent = max(high - low, 1e-3_dp*maxval(high - low))
-    grid%edge = max(sqrt(extent(1)*extent(2)/max(1, n_cells)), tiny(1.0_dp))
-    grid%low = low
-    grid%n = int(extent/grid%edge) + 1
+    extent = maxval(place, 2) - minval(place, 2)
+    extent = max(extent, 1e-3_dp*maxval(extent), tiny(1.0_dp))
+    edge = sqrt(extent(1)*(extent(2)/max(1, n_cells)))
+    grid%x = axis_of(place(1, :), int(extent(1)/edge) + 1)
+    grid%y = axis_of(place(2, :), int(extent(2)/edge) + 1)
+    grid%n = [size(grid%x%start), size(grid%y%start)] + 1
   end subroutine set_up_grid
+
+  !> An axis of n intervals; fewer where places coincide.
+  pure function axis_of(x, n) result(axis)
+    real(dp), intent(in) :: x(:)    !! places
+    integer, intent(in) :: n
+    type(axis_t) :: axis
+    real(dp), allocatable :: sample(:), start(:)
+    real(dp) :: high
+    integer :: i, k, none(n + largest_sample)
+
+    axis%low = minval(x)
+    high = maxval(x)
+    axis%width = max((high - axis%low)/n, tiny(1.0_dp))
+    sample = x(1:size(x):(size(x) + largest_sample - 1)/largest_sample)
+    none = 0
+    call sort_by(sample, none(:size(sample)))
+    start = [(axis%low + (high - axis%low)*i/(n - n/2), i=1, n - n/2 - 1), &
+             (sample(1 + int(real(i, dp)*(size(sample) - 1)/(n/2 + 1))), i=1, n/2)]
+    call sort_by(start, none(:size(start)))
+    axis%start = pack(start, start > [axis%low, start(:size(start) - 1)])
+    allocate (axis%below(n + 1))
+    k = 0
+    do i = 1, n
+      do while (k < size(axis%start))
+        if (bucket_of(axis, axis%start(k + 1)) >= i) exit
+        k = k + 1
+      end do
+      axis%below(i) = k
+    end do
+    axis%below(n + 1) = size(axis%start)
+  end function axis_of
+
+  !> Number of the equal part of an axis that a place lies in.
+  pure integer function bucket_of(axis, x)
+    type(axis_t), intent(in) :: axis
+    real(dp), intent(in) :: x
+
+    bucket_of = 1 + int(max(0.0_dp, min((x - axis%low)/axis%width, real(size(axis%below) - 2, dp))))
+  end function bucket_of
 
   !> Columns and rows of the cells that a box touches: first and last column, first and last row, from 0.
   pure function cells_of_box(grid, low, high) result(range)
@@ -35,18 +88,38 @@ contains
     real(dp), intent(in) :: low(2), high(2) !! length
     integer :: range(2, 2)
 
-    range(:, 1) = column_and_row(grid, low)
-    range(:, 2) = column_and_row(grid, high)
+    range(1, :) = [interval_of(grid%x, low(1)), interval_of(grid%x, high(1))]
+    range(2, :) = [interval_of(grid%y, low(2)), interval_of(grid%y, high(2))]
   end function cells_of_box
 
-  !> Column and row of the cell of a place, from 0; the nearest cell for a place outside.
-  pure function column_and_row(grid, place) result(cell)
-    type(cell_grid_t), intent(in) :: grid
-    real(dp), intent(in) :: place(2)
-    integer :: cell(2)
+  !> Number of the interval of a place, from 0: how many begin at it or before.
+  pure integer function interval_of(axis, x)
+    type(axis_t), intent(in) :: axis
+    real(dp), intent(in) :: x
+    integer :: bucket, high, middle
 
-    cell = int(max(0.0_dp, min((place - grid%low)/grid%edge, real(grid%n - 1, dp))))
-  end function column_and_row
+    bucket = bucket_of(axis, x)
+    interval_of = axis%below(bucket)
+    high = size(axis%start)
+    if (bucket < size(axis%below) - 1) high = axis%below(bucket + 1)
+    do while (interval_of < high)
+      middle = (interval_of + high + 1)/2
+      if (axis%start(middle) <= x) then
+        interval_of = middle
+      else
+        high = middle - 1
+      end if
+    end do
+  end function interval_of
+
+  !> Where a column, counted from 0, begins; the first begins nowhere.
+  pure real(dp) function left_of_column(grid, column)
+    type(cell_grid_t), intent(in) :: grid
+    integer, intent(in) :: column
+
+    left_of_column = -huge(left_of_column)
+    if (column > 0) left_of_column = grid%x%start(column)
+  end function left_of_column
 
   !> Number of a cell from 1.
   pure integer function number_of_cell(grid, column, row)
@@ -134,21 +207,16 @@ contains
     type(cell_grid_t), intent(in) :: grid
     real(dp), intent(in) :: a(2), b(2), margin
     integer, intent(in) :: column, all_rows(2)
-    integer :: rows(2), cell(2)
-    real(dp) :: x(2), y(2), pad
+    integer :: rows(2)
+    real(dp) :: x(2), y(2)
 
-    pad = margin + 1e-9_dp*grid%edge
     rows = all_rows
-    if (abs(b(1) - a(1)) <= pad) return ! upright: its slope may be infinite
-    x = grid%low(1) + grid%edge*[column, column + 1] + [-pad, pad]
-    if (column == 0) x(1) = min(x(1), a(1), b(1))
-    if (column == grid%n(1) - 1) x(2) = max(x(2), a(1), b(1))
+    if (abs(b(1) - a(1)) <= margin) return ! upright: its slope may be infinite
+    x = [left_of_column(grid, column) - margin, huge(1.0_dp)]
+    if (column < grid%n(1) - 1) x(2) = left_of_column(grid, column + 1) + margin
     x = max(min(a(1), b(1)), min(x, max(a(1), b(1))))
     y = a(2) + (x - a(1))*((b(2) - a(2))/(b(1) - a(1)))
-    cell = column_and_row(grid, [grid%low(1), minval(y) - pad])
-    rows(1) = max(all_rows(1), cell(2))
-    cell = column_and_row(grid, [grid%low(1), maxval(y) + pad])
-    rows(2) = min(all_rows(2), cell(2))
+    rows = [max(all_rows(1), interval_of(grid%y, minval(y) - margin)), min(all_rows(2), interval_of(grid%y, maxval(y) + margin))]
   end function rows_in_column
 
 end module scree_cell_grid

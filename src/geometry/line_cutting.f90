@@ -68,10 +68,10 @@ contains
     high = maxval(maxval(ends, 3), 2)
     graph%rounding = least_share*maxval(high - low)
     graph%nearest = max(nearest, graph%rounding)
-    call set_up_grid(nodes%grid, low, high, 2*size(ends, 3))
+    call set_up_grid(nodes%grid, reshape(ends, [2, 2*size(ends, 3)]), 2*size(ends, 3))
     call take_ends(ends, n_boundary, nodes, graph)
     do pass = 1, most_passes
-      call set_up_grid(grid, low, high, size(graph%line))
+      call set_up_grid(grid, nodes%place(:, :nodes%n), size(graph%line))
       call place_segments(grid, nodes%place(:, :nodes%n), graph%ends, 2*graph%nearest)
       splits%n = 0
       call cross_pieces(grid, n_boundary, pass == 1, graph, nodes, splits)

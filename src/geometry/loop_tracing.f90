@@ -5,7 +5,7 @@
 !> a bridge - and is left out. Loops that turn counter-clockwise bound a region from outside; the others are holes of
 !> the region around them. Shi's dc deletes what lies in a hole; here the block keeps its hole, and what lies in it too.
 module scree_loop_tracing
-  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_segments, set_up_grid
+  use scree_cell_grid, only: cell_grid_t, cells_of_box, left_of_column, number_of_cell, place_segments, set_up_grid
   use scree_kinds, only: dp
   use scree_line_cutting, only: graph_t
   use scree_polygon, only: twice_area
@@ -320,7 +320,7 @@ contains
     x = graph%place(1, first_node(open))
     call sort_by(x, open)
     if (n_open > 1 .or. n_regions > 1) then
-      call set_up_grid(grid, minval(graph%place, 2), maxval(graph%place, 2), size(graph%line))
+      call set_up_grid(grid, graph%place, size(graph%line))
       call place_segments(grid, graph%place, graph%ends, graph%rounding)
     end if
     do i = 1, n_open
@@ -377,7 +377,7 @@ contains
           up_yet = up
           x_yet = x
         end do
-        if (p_yet > 0 .and. x_yet >= grid%low(1) + column*grid%edge) exit
+        if (p_yet > 0 .and. x_yet >= left_of_column(grid, column)) exit
       end do
     end associate
     piece_at_left = 0
