@@ -2,18 +2,20 @@
 program scree
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use scree_block_file, only: write_block_file
-  use scree_block_input, only: block_moments, blocks_t
+  use scree_block_input, only: block_moments, blocks_t, make_blocks
   use scree_effects, only: effects_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_explain, only: explain_scene, explain_settings
   use scree_joints, only: make_joints
+  use scree_kinds, only: dp
   use scree_read_scene, only: option_t, read_geometry, read_scene
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
   use scree_scene, only: effect_t, scene_t
   use scree_set_up, only: set_up
   use scree_simplex_integration, only: moments_t
-  use scree_simulation, only: simulate, version
+  use scree_simulation, only: simulate, store_model, version
   use scree_system, only: state_t, system_t
+  use scree_timers, only: start_phase, stop_phase, timer_t
   implicit none
 
   character(len=*), parameter :: help(*) = [character(len=104) :: &
@@ -25,6 +27,7 @@ program scree
     'scree explain [GEOMETRY] ANALYSIS | STEM   prints the decks back, each number with its meaning', &
     'scree explain --settings                   prints the table of all settings', &
     'scree cut     GEOMETRY                     writes the blocks as a block file and prints their areas', &
+    'scree cut     [GEOMETRY] ANALYSIS -o FILE  writes the model as a results file, runs nothing', &
     'scree joints  DECK                         draws statistical joint sets in a window with tunnels and', &
     '                                           slopes, writes a geometry deck', &
     'scree --version | --help', &
@@ -39,7 +42,7 @@ program scree
 
   character(len=:), allocatable :: verb, analysis, geometry, output
   type(option_t), allocatable :: options(:)
-  logical :: quiet, with_xdmf, settings_only
+  logical :: quiet, with_xdmf, settings_only, cuts_analysis
   integer :: i
   type(error_t), allocatable :: error
   type(scene_t) :: scene
@@ -55,13 +58,8 @@ program scree
     case default
       if (settings_only) then
         call explain_settings(output_unit)
-      else if (verb == 'cut') then
-        if (output == analysis) call fail(error, status_bad_input, output//': expected another file for the blocks, '// &
-                                          'found the geometry')
-        scene%geometry_name = analysis
-        if (.not. allocated(error)) call read_geometry(scene, blocks, error)
-        if (.not. allocated(error)) call write_block_file(output, blocks, error)
-        if (.not. (allocated(error) .or. quiet)) call list_blocks()
+      else if (verb == 'cut' .and. .not. cuts_analysis) then
+        call cut_geometry()
       else if (verb == 'joints') then
         call make_joints(analysis, output, quiet, error)
       else
@@ -83,6 +81,8 @@ contains
     select case (verb)
     case ('run')
       call simulate(scene, blocks, output, with_xdmf, quiet, error)
+    case ('cut')
+      call store_model(scene, blocks, output, with_xdmf, quiet, error)
     case ('check')
       if (.not. quiet) call name_effects()
     case ('explain')
@@ -90,16 +90,37 @@ contains
     end select
   end subroutine act
 
+  !> Cuts a geometry to a block file.
+  subroutine cut_geometry()
+    type(timer_t) :: timer(3) ! read, cut, write
+
+    scene%geometry_name = analysis
+    call start_phase(timer(1))
+    call read_geometry(scene, error)
+    if (allocated(error)) return
+    call stop_phase(timer(1))
+    call start_phase(timer(2))
+    call make_blocks(scene, blocks, error)
+    if (allocated(error)) return
+    call stop_phase(timer(2))
+    call start_phase(timer(3))
+    call write_block_file(output, blocks, error)
+    if (allocated(error)) return
+    call stop_phase(timer(3))
+    if (.not. quiet) call list_blocks(timer%wall)
+  end subroutine cut_geometry
+
   !> Prints the blocks: material, corners, holes, area, centroid.
-  subroutine list_blocks()
+  subroutine list_blocks(seconds)
+    real(dp), intent(in) :: seconds(3)  !! that reading, cutting and writing took
     type(moments_t) :: moments(region_count(blocks%shape))
     integer :: b
 
     do b = 1, size(moments)
       moments(b) = block_moments(blocks, b)
     end do
-    write (output_unit, '(2(i0,a),es23.16)') size(moments), ' blocks, ', size(blocks%crack_joint), ' cracks, area ', &
-      sum(moments%area)
+    write (output_unit, '(2(i0,a),es23.16,3(a,f7.3),a)') size(moments), ' blocks, ', size(blocks%crack_joint), &
+      ' cracks, area ', sum(moments%area), '; read ', seconds(1), ' s, cut ', seconds(2), ' s, write ', seconds(3), ' s'
     write (output_unit, '(a)') '   block material  corners    holes                    area              x              y'
     do b = 1, size(moments)
       write (output_unit, '(i8,3i9,1x,es23.16,2(1x,es14.7))') b, blocks%material(b), &
@@ -135,6 +156,7 @@ contains
     quiet = .false.
     with_xdmf = .false.
     settings_only = .false.
+    cuts_analysis = .false.
     geometry = ''
     analysis = ''
     output = ''
@@ -188,10 +210,6 @@ contains
           call fail(error, status_bad_input, 'expected at most a geometry and an analysis deck, found also '''//word//'''')
           return
         end if
-        if (verb == 'cut' .and. len(analysis) > 0) then
-          call fail(error, status_bad_input, 'expected one geometry after cut, found also '''//word//'''')
-          return
-        end if
         geometry = analysis
         analysis = word
       end select
@@ -201,7 +219,16 @@ contains
       call fail(error, status_bad_input, 'expected a deck after '//verb//', found none')
       return
     end if
-    if (len(output) > 0) return
+    cuts_analysis = verb == 'cut' .and. (len(geometry) > 0 .or. index(analysis, '.ana', back=.true.) == max(1, len(analysis) - 3))
+    if (verb == 'cut' .and. .not. cuts_analysis .and. (size(options) > 0 .or. with_xdmf)) then
+      call fail(error, status_bad_input, 'expected --set and --xdmf with an analysis deck, found them with cut '//analysis)
+    else if (cuts_analysis .and. len(output) == 0) then
+      call fail(error, status_bad_input, 'expected -o and a file for the model, as '//stem_of(analysis)// &
+                '.h5 would be that of a run, found none')
+    else if (verb == 'cut' .and. (output == analysis .or. output == geometry) .and. len(output) > 0) then
+      call fail(error, status_bad_input, output//': expected another file for what is cut, found a deck')
+    end if
+    if (len(output) > 0 .or. allocated(error)) return
     select case (verb)
     case ('cut')
       output = stem_of(analysis)//'.blk'

@@ -1,4 +1,4 @@
-!> A run: from a scene and its blocks to a results file, step by step.
+!> A run: from a scene and its blocks to a results file, step by step, or to its model alone.
 module scree_simulation
   use, intrinsic :: iso_fortran_env, only: compiler_version
   use scree_block_input, only: blocks_t
@@ -12,9 +12,10 @@ module scree_simulation
   use scree_kinds, only: dp
   use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, tell, warn
   use scree_regions, only: first_vertex_of, last_vertex_of
-  use scree_results_file, only: add_frame, close_results, cost_row_t, layout_t, open_results, results_t, store_text, store_words
+  use scree_results_file, only: add_frame, close_results, cost_row_t, layout_t, open_results, results_t, store_rows, &
+                                store_text, store_words
   use scree_run_records, only: declare_records, put_frame_records, put_step_records, records_t
-  use scree_scene, only: effect_t, scene_t
+  use scree_scene, only: effect_t, model_nmm, scene_t
   use scree_set_up, only: set_up
   use scree_settings, only: settings_table
   use scree_start, only: begin_motion
@@ -25,7 +26,7 @@ module scree_simulation
   use scree_text, only: number_text
   implicit none
   private
-  public :: simulate, version
+  public :: simulate, store_model, version
 
   character(len=*), parameter :: version = '0.1.0'
 
@@ -49,34 +50,26 @@ contains
     type(effect_t), allocatable :: list(:)
     type(equations_t) :: equations
     type(element_share_t), allocatable :: share(:)
+    type(layout_t) :: layout
     type(results_t) :: results
     type(records_t) :: records
     type(progress_t) :: progress
     type(timer_t) :: timer(3)
     type(error_t), allocatable :: close_error
-    integer :: i
 
     call set_up_progress(quiet, progress)
     call start_phase(timer(phase_set_up))
-    call set_up(scene, blocks, system, state, effects, list, error)
+    call prepare(scene, blocks, system, state, effects, list, share, error)
     if (allocated(error)) return
     call set_up_equations(system%elements, system%n_unknowns, equations)
-    allocate (share(system%n_elements))
-    do i = 1, system%n_elements
-      share(i) = share_of(effects, system, state, i)
-    end do
     call begin_motion(system, effects, scene%settings, share, equations, state, error)
     if (allocated(error)) return
     call stop_phase(timer(phase_set_up))
 
-    do i = 1, size(list)
-      call tell(progress, 'effect: '//list(i)%name//' - '//list(i)%because)
-    end do
+    call tell_effects(progress, list)
     call start_phase(timer(phase_results))
-    call open_results(results, results_path, layout_of(scene, system, state%vertex), with_xdmf, error)
-    if (.not. allocated(error)) call describe_scene(results, scene, list, error)
-    if (.not. allocated(error)) call declare_records(results, system, effects, state, &
-                                                     close_books(system, effects, share, state), records, error)
+    layout = layout_of(scene, system, state)
+    call begin_results(results_path, with_xdmf, scene, system, state, effects, list, share, layout, results, records, error)
     call stop_phase(timer(phase_results))
     if (.not. allocated(error)) call run_steps(scene, system, effects, equations, share, state, results, records, progress, &
                                                timer, error)
@@ -90,6 +83,145 @@ contains
       if (.not. allocated(error)) call tell(progress, 'results: '//results_path)
     end if
   end subroutine simulate
+
+  !> Writes the model of a scene as a results file with one frame, the system as set up, and runs nothing.
+  !>
+  !> Errors: bad input that only the set-up can see, and a file that cannot be written.
+  subroutine store_model(scene, blocks, results_path, with_xdmf, quiet, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    character(len=*), intent(in) :: results_path
+    logical, intent(in) :: with_xdmf, quiet
+    type(error_t), allocatable, intent(out) :: error
+    type(system_t) :: system
+    type(state_t) :: state
+    type(effects_t) :: effects
+    type(effect_t), allocatable :: list(:)
+    type(element_share_t), allocatable :: share(:)
+    type(layout_t) :: layout
+    type(results_t) :: results
+    type(records_t) :: records
+    type(progress_t) :: progress
+    type(timer_t) :: timer(3)
+    type(error_t), allocatable :: close_error
+
+    call set_up_progress(quiet, progress)
+    call start_phase(timer(phase_set_up))
+    call prepare(scene, blocks, system, state, effects, list, share, error)
+    if (allocated(error)) return
+    call stop_phase(timer(phase_set_up))
+    call tell_effects(progress, list)
+
+    call start_phase(timer(phase_results))
+    layout = layout_of(scene, system, state)
+    layout%expected_frames = 1
+    layout%expected_steps = 1
+    call begin_results(results_path, with_xdmf, scene, system, state, effects, list, share, layout, results, records, error)
+    if (.not. allocated(error)) call put_frame(results, records, system, share, state, state%vertex, error)
+    call stop_phase(timer(phase_results))
+    if (allocated(error)) then
+      call close_results(results, 'stopped: '//error%message, costs(timer), close_error)
+    else
+      call close_results(results, 'cut', costs(timer), error)
+      if (.not. allocated(error)) call tell(progress, 'results: '//results_path)
+    end if
+  end subroutine store_model
+
+  !> Sets the system up, and what each element contributes.
+  subroutine prepare(scene, blocks, system, state, effects, list, share, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(system_t), intent(out) :: system
+    type(state_t), intent(out) :: state
+    type(effects_t), intent(out) :: effects
+    type(effect_t), allocatable, intent(out) :: list(:)
+    type(element_share_t), allocatable, intent(out) :: share(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: e
+
+    call set_up(scene, blocks, system, state, effects, list, error)
+    if (allocated(error)) return
+    allocate (share(system%n_elements))
+    do e = 1, system%n_elements
+      share(e) = share_of(effects, system, state, e)
+    end do
+  end subroutine prepare
+
+  !> Names the effects.
+  subroutine tell_effects(progress, list)
+    type(progress_t), intent(inout) :: progress
+    type(effect_t), intent(in) :: list(:)
+    integer :: i
+
+    do i = 1, size(list)
+      call tell(progress, 'effect: '//list(i)%name//' - '//list(i)%because)
+    end do
+  end subroutine tell_effects
+
+  !> Opens the results file and writes what is known before the first frame.
+  subroutine begin_results(path, with_xdmf, scene, system, state, effects, list, share, layout, results, records, error)
+    character(len=*), intent(in) :: path
+    logical, intent(in) :: with_xdmf
+    type(scene_t), intent(in) :: scene
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    type(effects_t), intent(in) :: effects
+    type(effect_t), intent(in) :: list(:)
+    type(element_share_t), intent(in) :: share(:)
+    type(layout_t), intent(in) :: layout
+    type(results_t), intent(out) :: results
+    type(records_t), intent(out) :: records
+    type(error_t), allocatable, intent(out) :: error
+
+    call open_results(results, path, layout, with_xdmf, error)
+    if (.not. allocated(error)) call describe_scene(results, scene, list, error)
+    if (.not. allocated(error)) call store_parts(results, system, state, layout, error)
+    if (.not. allocated(error) .and. system%model == model_nmm) call store_covers(results, system, state, error)
+    if (.not. allocated(error)) call declare_records(results, system, effects, state, &
+                                                     close_books(system, effects, share, state), records, error)
+  end subroutine begin_results
+
+  !> Joints of the edges, and the points with the elements that carry them.
+  subroutine store_parts(results, system, state, layout, error)
+    type(results_t), intent(in) :: results
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    type(layout_t), intent(in) :: layout
+    type(error_t), allocatable, intent(out) :: error
+
+    call store_rows(results, '/elements/joint', [integer ::], .true., '1', 'joint material of the edge from each vertex to the '// &
+                    'next, 0: a line of the mesh', real(system%elements%shape%joint(layout%corner), dp), error)
+    if (allocated(error) .or. size(system%points%kind) == 0) return
+    call store_rows(results, '/points/kind', [integer ::], .true., '1', '1 fixed, 2 load, 3 measured point', &
+                    real(system%points%kind, dp), error)
+    if (allocated(error)) return
+    call store_rows(results, '/points/place', [2], .false., 'length', 'place at the start', &
+                    [state%point + spread(system%origin, 2, size(state%point, 2))], error)
+    if (allocated(error)) return
+    call store_rows(results, '/points/element', [integer ::], .true., '1', 'element that carries it', &
+                    real(system%points%element, dp), error)
+  end subroutine store_parts
+
+  !> Covers of manifold elements, from 1, at the start.
+  subroutine store_covers(results, system, state, error)
+    type(results_t), intent(in) :: results
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: follows(:, :)
+
+    call store_rows(results, '/covers/node', [2], .false., 'length', 'place of the node of each cover', &
+                    [state%cover + spread(system%origin, 2, system%n_covers)], error)
+    if (allocated(error)) return
+    call store_rows(results, '/covers/of_element', [3], .true., '1', 'covers of each element, counter-clockwise', &
+                    [real(system%elements%cover, dp)], error)
+    if (allocated(error) .or. .not. allocated(system%extension)) return
+    allocate (follows(4, size(system%extension%cover)))
+    follows(1, :) = system%extension%cover
+    follows(2:, :) = system%extension%master
+    call store_rows(results, '/covers/follows', [4], .true., '1', 'a cover, and the three whose linear field it follows', &
+                    [real(follows, dp)], error)
+  end subroutine store_covers
 
   !> The time loop.
   subroutine run_steps(scene, system, effects, equations, share, state, results, records, progress, timer, error)
@@ -113,7 +245,7 @@ contains
     at_start = state%vertex
     warned = .false.
     control = begin_control(scene%settings)
-    call put_frame()
+    call put_frame(results, records, system, share, state, at_start, error)
     if (allocated(error)) return
     do while (.not. at_end(control, state%time))
       call start_phase(timer(phase_steps))
@@ -130,30 +262,14 @@ contains
       books = close_books(system, effects, share, state)
       call put_step_records(results, records, system, share, state, report, books, error)
       if (allocated(error)) return
-      if (frame_due(control, state%step, state%time)) call put_frame()
+      if (frame_due(control, state%step, state%time)) call put_frame(results, records, system, share, state, at_start, &
+                                                                     error)
       call stop_phase(timer(phase_results))
       if (allocated(error)) return
       call show_step(progress, state%step, state%time, scene%settings%end_time, report%dt, report%iterations)
     end do
 
   contains
-
-    !> A frame of the present state.
-    subroutine put_frame()
-      real(dp) :: place(2, size(state%vertex, 2)), velocity(2, size(state%vertex, 2))
-      integer :: e, k
-
-      do e = 1, system%n_elements
-        do k = first_vertex_of(system%elements%shape, e), last_vertex_of(system%elements%shape, e)
-          place(:, k) = state%vertex(:, k) + system%origin
-          velocity(:, k) = matmul(displacement_matrix(share(e)%kinematics, state%vertex(:, k)), &
-                                  state%velocity(system%elements%unknown(:, e)))
-        end do
-      end do
-      call put_frame_records(results, records, system, share, state, error)
-      if (allocated(error)) return
-      call add_frame(results, state%time, place, state%vertex - at_start, velocity, state%stress, error)
-    end subroutine put_frame
 
     !> Warns, once for each element, where the linear law in Green strain has lost its stiffness.
     subroutine watch_compression()
@@ -171,16 +287,40 @@ contains
 
   end subroutine run_steps
 
-  !> What the frames look like.
-  function layout_of(scene, system, vertex) result(layout)
+  !> A frame of the present state.
+  subroutine put_frame(results, records, system, share, state, at_start, error)
+    type(results_t), intent(inout) :: results
+    type(records_t), intent(in) :: records
+    type(system_t), intent(in) :: system
+    type(element_share_t), intent(in) :: share(:)
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: at_start(:, :)  !! (2, n_vertices) places at the start, length
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: place(2, size(state%vertex, 2)), velocity(2, size(state%vertex, 2))
+    integer :: e, k
+
+    do e = 1, system%n_elements
+      do k = first_vertex_of(system%elements%shape, e), last_vertex_of(system%elements%shape, e)
+        place(:, k) = state%vertex(:, k) + system%origin
+        velocity(:, k) = matmul(displacement_matrix(share(e)%kinematics, state%vertex(:, k)), &
+                                state%velocity(system%elements%unknown(:, e)))
+      end do
+    end do
+    call put_frame_records(results, records, system, share, state, error)
+    if (allocated(error)) return
+    call add_frame(results, state%time, place, state%vertex - at_start, velocity, state%stress, error)
+  end subroutine put_frame
+
+  !> What the frames look like: an element with holes is one polygon with seams.
+  function layout_of(scene, system, state) result(layout)
     type(scene_t), intent(in) :: scene
     type(system_t), intent(in) :: system
-    real(dp), intent(in) :: vertex(:, :) !! (2, n_vertices), length
+    type(state_t), intent(in) :: state
     type(layout_t) :: layout
     real(dp) :: frames, steps
 
-    layout%n_vertices = size(vertex, 2)
-    call polygons_of(system%elements%shape, vertex, layout%first, layout%corner)
+    layout%n_vertices = size(state%vertex, 2)
+    call polygons_of(system%elements%shape, state%vertex, layout%first, layout%corner)
     layout%block = system%elements%block
     layout%material = system%elements%material
     associate (s => scene%settings)

@@ -50,7 +50,9 @@ contains
 
     call name_geometry(geometry, scene, error)
     if (allocated(error)) return
-    call read_geometry(scene, blocks, error)
+    call read_geometry(scene, error)
+    if (allocated(error)) return
+    call make_blocks(scene, blocks, error)
     if (allocated(error)) return
 
     call read_analysis_deck(deck, dialect(scene%words), count(blocks%point_kind == fixed_point), &
@@ -135,12 +137,11 @@ contains
     end associate
   end subroutine name_geometry
 
-  !> Reads the geometry named in the scene, a block file where its name says so, and makes the blocks.
+  !> Reads the geometry named in the scene, a block file where its name says so.
   !>
   !> Errors: `status_bad_input` with file, line, expected and found.
-  subroutine read_geometry(scene, blocks, error)
+  subroutine read_geometry(scene, error)
     type(scene_t), intent(inout) :: scene
-    type(blocks_t), intent(out) :: blocks
     type(error_t), allocatable, intent(out) :: error
     type(deck_t) :: deck
 
@@ -152,7 +153,6 @@ contains
     else
       call read_geometry_deck(deck, scene, error)
     end if
-    if (.not. allocated(error)) call make_blocks(scene, blocks, error)
   end subroutine read_geometry
 
   !> Whether a name is that of a block file.

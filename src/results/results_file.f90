@@ -36,7 +36,7 @@ module scree_results_file
   end interface
 
   public :: add_frame, close_results, cost_row_t, declare_series, layout_t, open_results, put_series, results_t, &
-            store_text, store_words
+            store_rows, store_text, store_words
 
   integer, parameter :: vtk_polygon = 7
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
@@ -151,6 +151,8 @@ contains
       if (allocated(error)) return
     end if
     call h5gcreate_f(results%file, '/scene', group, status)
+    call h5gclose_f(group, status)
+    call h5gcreate_f(results%file, '/cost', group, status) ! a name more at the end could not be listed on a full disk
     call h5gclose_f(group, status)
     call store_text(results, 'status', 'running', error, room=300)
   end subroutine open_results
@@ -481,10 +483,23 @@ contains
     if (allocated(error)) error%message = results%path//': '//error%message
   end subroutine store_words
 
+  !> Keeps rows that never change as a dataset.
+  subroutine store_rows(results, path, shape, whole, units, description, values, error)
+    type(results_t), intent(in) :: results
+    character(len=*), intent(in) :: path, units, description
+    integer, intent(in) :: shape(:)              !! of a row
+    logical, intent(in) :: whole                 !! whole numbers
+    real(dp), intent(in) :: values(:)            !! row after row
+    type(error_t), allocatable, intent(out) :: error
+
+    call fixed_rows(results%file, path, shape, whole, units, description, values, error)
+    if (allocated(error)) error%message = results%path//': '//error%message
+  end subroutine store_rows
+
   !> Writes what waits, the costs and the status, and closes. Always closes; the first failure is the error.
   subroutine close_results(results, status_text, costs, error)
     type(results_t), intent(inout) :: results
-    character(len=*), intent(in) :: status_text  !! complete, or stopped: reason
+    character(len=*), intent(in) :: status_text  !! complete, cut, or stopped: reason
     type(cost_row_t), intent(in) :: costs(:)
     type(error_t), allocatable, intent(out) :: error
     integer(hsize_t) :: length

@@ -17,6 +17,28 @@ import pytest
 SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 DECKS = SOURCE / "input" / "paper" / "rotation"
+HOLE = """0.001
+8 4
+0  0  1  0  0  0
+0 0 4 0 1
+4 0 4 4 1
+4 4 0 4 1
+0 4 0 0 1
+1 1 2 1 2
+2 1 2 2 2
+2 2 1 2 2
+1 2 1 1 2
+0.5 0.5 0.5 0.5
+"""
+SHORT_DECK = """1 2 1 2 0.01 0.001
+2500 25000 1e9 0.2
+0 0 0
+0 0 0
+0 0 0
+30 0 0
+30 0 0
+&deck geometry='{geometry}' /
+"""
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +60,77 @@ def test_frames_are_a_vtkhdf_time_series(t4):
         np.testing.assert_array_equal(root["Steps/CellDataOffsets/stress_xx"][:], np.arange(n))
         moved = root["Points"][:].reshape(n, 3, 3)
         np.testing.assert_allclose(moved - moved[0], root["PointData/displacement"][:].reshape(n, 3, 3), atol=1e-15)
+
+
+def test_an_element_with_a_hole_is_one_polygon_with_a_seam(tmp_path):
+    """A square of 4 with a square of 1 in it: ten vertices, both ways along the seam, and the area of 15."""
+    (tmp_path / "hole.geo").write_text(HOLE)
+    (tmp_path / "hole.ana").write_text(SHORT_DECK.format(geometry="hole.geo"))
+    subprocess.run([SCREE, "run", tmp_path / "hole.ana", "-o", tmp_path / "hole.h5", "--quiet", "--xdmf"], check=True)
+    with h5py.File(tmp_path / "hole.h5") as f:
+        root = f["VTKHDF"]
+        offsets = root["Offsets"][:]
+        assert list(offsets) == [0, 10, 14] and root["NumberOfPoints"][0] == 12 and root["NumberOfCells"][0] == 2
+        n = root["Steps"].attrs["NSteps"]
+        for name in ("Points", "PointData/displacement", "PointData/velocity"):
+            assert root[name].shape == (12 * n, 3)
+        corners = root["Connectivity"][:10]
+        x, y = root["Points"][:12, :2][corners].T
+        assert (x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2 == 15  # whole numbers
+    assert f"3 10 {' '.join(map(str, corners))}\n" in (tmp_path / "hole.xdmf").read_text()
+
+
+@pytest.fixture(scope="module")
+def covered(tmp_path_factory):
+    """A square of 10 with a joint across it, below a mesh of edge 0.7: its model, and two steps of it."""
+    folder = tmp_path_factory.mktemp("covered")
+    (folder / "square.geo").write_text("0.001\n5 4\n0 0 2 1 1 0\n0 0 10 0 1\n10 0 10 10 1\n10 10 0 10 1\n0 10 0 0 1\n"
+                                       "0 3 10 6 2\n1 1 1 1\n9 1 9 1\n5 9\n2 2\n")
+    (folder / "square.ana").write_text(SHORT_DECK.format(geometry="square.geo") + "&method model='nmm' /\n&cover edge=0.7 /\n")
+    subprocess.run([SCREE, "cut", folder / "square.ana", "-o", folder / "model.h5", "--quiet"], check=True)
+    subprocess.run([SCREE, "run", folder / "square.ana", "-o", folder / "run.h5", "--quiet"], check=True)
+    return folder
+
+
+def test_a_model_is_the_first_frame_of_its_run(covered):
+    with h5py.File(covered / "model.h5") as model, h5py.File(covered / "run.h5") as run:
+        assert model["scene"].attrs["status"] == b"cut" and run["scene"].attrs["status"] == b"complete"
+        assert model["VTKHDF/Steps"].attrs["NSteps"] == 1 and len(model["history/time"]) == 0 and len(model["bodies/area"]) == 1
+        n = len(model["VTKHDF/Points"])
+        for name in ("VTKHDF/Points", "VTKHDF/Offsets", "VTKHDF/CellData/block", "covers/node", "covers/of_element",
+                     "covers/follows", "elements/joint", "points/kind", "points/place", "points/element"):
+            rows = n if name == "VTKHDF/Points" else None
+            np.testing.assert_array_equal(model[name][:], run[name][:rows])
+        assert not model["VTKHDF/PointData/displacement"][:].any()
+
+
+def test_covers_hold_their_elements_and_follow_those_that_stand(covered):
+    with h5py.File(covered / "model.h5") as f:
+        node, of_element, follows = (f[f"covers/{name}"][:] for name in ("node", "of_element", "follows"))
+        assert sorted(set(of_element.flat)) == list(range(1, len(node) + 1))
+        followers = follows[:, 0]
+        assert len(set(followers)) == len(followers) > 0 and not set(followers) & set(follows[:, 1:].flat)
+        points, offsets = f["VTKHDF/Points"][:, :2], f["VTKHDF/Offsets"][:]
+        for covers, a, b in zip(of_element, offsets, offsets[1:]):
+            corner = node[covers - 1]
+            weights = np.linalg.solve(np.vstack([corner.T, np.ones(3)]), np.vstack([points[a:b].T, np.ones(b - a)]))
+            assert weights.min() > -1e-9  # rounding of coordinates up to 10 in triangles of 0.7
+
+
+def test_edges_keep_their_joints_and_points_their_elements(covered):
+    with h5py.File(covered / "model.h5") as f:
+        points, offsets, joint = f["VTKHDF/Points"][:, :2], f["VTKHDF/Offsets"][:], f["elements/joint"][:]
+        length = dict.fromkeys((0, 1, 2), 0.0)
+        for a, b in zip(offsets, offsets[1:]):
+            for k, size in zip(joint[a:b], np.linalg.norm(np.roll(points[a:b], -1, 0) - points[a:b], axis=1)):
+                length[k] += size
+        assert length[1] == pytest.approx(40, rel=1e-12) and length[2] == pytest.approx(2 * np.hypot(10, 3), rel=1e-12)
+        assert list(f["points/kind"]) == [1, 1, 2, 3]
+        np.testing.assert_allclose(f["points/place"][:], [[1, 1], [9, 1], [5, 9], [2, 2]], atol=1e-14)
+        for place, e in zip(f["points/place"], f["points/element"]):
+            polygon = points[offsets[e - 1]:offsets[e]]
+            side, way = np.roll(polygon, -1, 0) - polygon, place - polygon
+            assert (side[:, 0] * way[:, 1] - side[:, 1] * way[:, 0] > -1e-9).all()  # convex: on the left of every edge
 
 
 def test_every_series_has_units_and_description_and_is_finite(t4):
