@@ -32,7 +32,7 @@ contains
     integer, intent(in) :: corner(:)
     type(error_t), allocatable, intent(out) :: error
     character(len=:), allocatable :: head
-    integer :: dot, e, i, slash
+    integer :: dot, slash
 
     slash = index(results_path, '/', back=.true.)
     dot = index(results_path, '.', back=.true.)
@@ -41,22 +41,44 @@ contains
     xdmf%hdf5_name = results_path(slash + 1:)
     xdmf%n_elements = size(first) - 1
     xdmf%n_vertices = n_vertices
-    xdmf%topology = ''
-    do e = 1, xdmf%n_elements ! 3: polygon, its number of vertices, the vertices from 0
-      xdmf%topology = xdmf%topology//'3 '//number_text(first(e + 1) - first(e))
-      do i = first(e), first(e + 1) - 1
-        xdmf%topology = xdmf%topology//' '//number_text(corner(i) - 1)
-      end do
-      xdmf%topology = xdmf%topology//lf
-    end do
     xdmf%topology = '<Topology TopologyType="Mixed" NumberOfElements="'//number_text(xdmf%n_elements)//'">'// &
                     '<DataItem Dimensions="'//number_text(size(corner) + 2*xdmf%n_elements)// &
-                    '" NumberType="Int" Format="XML">'//lf//xdmf%topology//'</DataItem></Topology>'//lf
+                    '" NumberType="Int" Format="XML">'//lf//polygon_rows(first, corner)//'</DataItem></Topology>'//lf
     head = '<?xml version="1.0"?>'//lf//'<Xdmf Version="3.0"><Domain><Grid GridType="Collection" '// &
            'CollectionType="Temporal">'//lf
     call put(xdmf, head, .true., error)
     if (allocated(error)) error%status = status_bad_input
   end subroutine begin_xdmf
+
+  !> A row of text for each element: 3 for polygon, its number of vertices, the vertices from 0.
+  function polygon_rows(first, corner) result(rows)
+    integer, intent(in) :: first(:), corner(:)
+    character(len=:), allocatable :: rows
+    integer, parameter :: digits = 10         !! of the largest integer
+    integer :: e, i, n
+
+    allocate (character(len=(digits + 3)*(size(first) - 1) + (digits + 1)*size(corner)) :: rows)
+    n = 0
+    do e = 1, size(first) - 1
+      call append('3 '//number_text(first(e + 1) - first(e)))
+      do i = first(e), first(e + 1) - 1
+        call append(' '//number_text(corner(i) - 1))
+      end do
+      call append(lf)
+    end do
+    rows = rows(:n)
+
+  contains
+
+    !> Adds text, for which there is room.
+    subroutine append(text)
+      character(len=*), intent(in) :: text
+
+      rows(n + 1:n + len(text)) = text
+      n = n + len(text)
+    end subroutine append
+
+  end function polygon_rows
 
   !> Adds a frame.
   subroutine add_xdmf_frame(xdmf, frame, time, error)

@@ -176,6 +176,21 @@ def test_the_side_car_points_at_every_frame(t4):
             np.testing.assert_array_equal(f[path][start[0]:start[0] + count[0]], f["VTKHDF/Points"][3 * frame:3 * frame + 3])
 
 
+def test_the_side_car_has_a_row_for_every_polygon(covered):
+    """Some tens to some thousands of elements; the dimension counts the 3 for polygon, the number of vertices, the vertices."""
+    for edge in (10, 2, 0.2):
+        subprocess.run([SCREE, "cut", covered / "square.ana", "-o", covered / "car.h5", "--quiet", "--xdmf",
+                        "--set", f"cover.edge={edge}"], check=True)
+        topology = xml.parse(covered / "car.xdmf").getroot().find("./Domain/Grid/Grid/Topology")
+        with h5py.File(covered / "car.h5") as f:
+            offsets, corners = f["VTKHDF/Offsets"][:], f["VTKHDF/Connectivity"][:]
+        polygons = [corners[a:b] for a, b in zip(offsets, offsets[1:])]
+        assert int(topology.get("NumberOfElements")) == len(polygons)
+        assert int(topology.find("DataItem").get("Dimensions")) == len(corners) + 2 * len(polygons)
+        assert topology.find("DataItem").text == "\n" + "".join(
+            f"3 {len(polygon)} {' '.join(map(str, polygon))}\n" for polygon in polygons)
+
+
 def read_frames(path):
     """Reads all counted frames and checks that they are whole; returns how many."""
     with h5py.File(path) as f:
