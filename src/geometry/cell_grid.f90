@@ -61,7 +61,7 @@ contains
     start = [(axis%low + (high - axis%low)*i/(n - n/2), i=1, n - n/2 - 1), &
              (sample(1 + int(real(i, dp)*(size(sample) - 1)/(n/2 + 1))), i=1, n/2)]
     call sort_by(start, none(:size(start)))
-    axis%start = pack(start, start > [axis%low, start(:size(start) - 1)])
+    axis%start = pack(start, start > eoshift(start, -1, axis%low))
     allocate (axis%below(n + 1))
     k = 0
     do i = 1, n
