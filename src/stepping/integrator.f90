@@ -8,6 +8,8 @@
 !> beta 1, gamma 1/2 is Shi's step. The energy-momentum form takes its kinematics, so that v1 = 2 d/dt - v0 and
 !> M a1 is M (v1 - v0)/dt, but balances it with the mid-step operator B0 + A/2 and the stress sigma0 + (1/2 + chi) D E:
 !> the torque about the mid-step configuration vanishes, and energy changes by -chi E.D.E (doc/theory.md).
+!>
+!> The velocity feels the loads of a step about its end less (beta - 1/2) dt: a record acts with its mean over dt there.
 module scree_integrator
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
@@ -40,6 +42,8 @@ contains
       end if
       rule%load_time = time + dt
     end if
+    rule%record_from = time + (1 - rule%velocity_weight)*dt
+    rule%record_to = rule%record_from + dt
   end function step_rule_for
 
   !> Rates at the end of a step from its displacement.
