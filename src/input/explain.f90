@@ -43,6 +43,7 @@ contains
     do i = 1, size(scene%load_table)
       call table('load point '//number_text(i), 'force', scene%load_table(i))
     end do
+    call table('acceleration of the ground', 'length/time^2', scene%ground)
     do i = 1, size(scene%block_material)
       associate (m => scene%block_material(i))
         call title('block material '//number_text(i))

@@ -1,5 +1,6 @@
 !> Decks to a complete scene and its blocks.
 module scree_read_scene
+  use scree_acceleration_record, only: read_record_file, take_record
   use scree_analysis_deck, only: read_analysis_deck
   use scree_block_file, only: read_block_file
   use scree_block_input, only: blocks_t, make_blocks
@@ -63,6 +64,8 @@ contains
     call complete_settings(scene, error)
     if (allocated(error)) return
     call take_forces(scene, error)
+    if (allocated(error)) return
+    call take_acceleration(scene, error)
     if (allocated(error)) return
     call read_mesh(scene, error)
   end subroutine read_scene
@@ -221,6 +224,28 @@ contains
       end do
     end associate
   end subroutine take_forces
+
+  !> Acceleration of the ground from &acceleration.
+  subroutine take_acceleration(scene, error)
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: value
+    real(dp) :: scale
+
+    associate (table => scene%words(place_of('acceleration', 'table')), file => scene%words(place_of('acceleration', 'file')))
+      if (allocated(table%value)) then
+        call take_record(table, count_words(table%value), scene%ground, error)
+      else if (allocated(file%value)) then
+        call read_record_file(beside_analysis(scene, file%value), scene%ground, error)
+      else
+        return
+      end if
+    end associate
+    if (allocated(error)) return
+    value = scene%words(place_of('acceleration', 'scale'))%value
+    read (value, *) scale
+    scene%ground%value = scale*scene%ground%value
+  end subroutine take_acceleration
 
   !> Words between single blanks.
   pure integer function count_words(text)

@@ -141,6 +141,7 @@ module scree_scene
     type(point_t), allocatable :: fixed_points(:)  !! given by a block file
     type(time_table_t), allocatable :: fixed_table(:) !! a fixed point each; without times: fixed for ever
     type(time_table_t), allocatable :: load_table(:)  !! a load point each; without times: no load
+    type(time_table_t) :: ground            !! its acceleration, scaled; without times: none, length/time^2
   end type scene_t
 
 end module scree_scene

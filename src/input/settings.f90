@@ -81,6 +81,9 @@ module scree_settings
               'of the springs, per unit thickness', '', 'force/length', 0.0_dp, open=.true.), &
     setting_t('loads', 'force', kind_reals, 'none', &
               'fx fy of each load point, constant, per unit thickness; Shi''s order has tables', '', 'force'), &
+    setting_t('acceleration', 'table', kind_reals, 'none', 't ax ay of the ground at ascending times'), &
+    setting_t('acceleration', 'file', kind_text, 'none', 'file with lines t ax ay, from the folder of the analysis deck'), &
+    setting_t('acceleration', 'scale', kind_real, '1', 'factor of ax and ay, in units of the deck', '', '1'), &
     setting_t('output', 'every', kind_whole, 'about 100 frames', 'steps from frame to frame', '', '1', 1.0_dp, 1e9_dp), &
     setting_t('output', 'interval', kind_real, 'none', 'time from frame to frame, met exactly; instead of every', '', 'time', &
               0.0_dp, open=.true.)]
@@ -397,6 +400,16 @@ contains
         call default('fixed_points', 'stiffness', real_text(100*50*maxval(scene%block_material%young)))
       end if
       s%fixed_stiffness = number('fixed_points', 'stiffness')
+
+      if (has('acceleration', 'table') .and. has('acceleration', 'file')) then
+        call contradict('acceleration', 'file', 'table or file in &acceleration', 'both')
+        return
+      else if (has('acceleration', 'table') .or. has('acceleration', 'file')) then
+        call default('acceleration', 'scale', '1')
+      else if (has('acceleration', 'scale')) then
+        call contradict('acceleration', 'scale', 'table or file in &acceleration', 'neither')
+        return
+      end if
 
       if (has('output', 'every') .and. has('output', 'interval')) then ! the command line wins over the deck
         if (from('output', 'every') /= '--set' .and. from('output', 'interval') == '--set') call forget('output', 'every')

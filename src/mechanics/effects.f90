@@ -1,5 +1,6 @@
 !> The effects of a scene. This file is the only one that asks which are present.
 module scree_effects
+  use scree_base_acceleration, only: add_base_acceleration, base_acceleration_t
   use scree_element_term, only: step_rule_t, term_t
   use scree_fixed_point, only: add_fixed_springs, fixed_point_t
   use scree_gravity, only: add_gravity, gravity_t
@@ -25,6 +26,7 @@ module scree_effects
     real(dp) :: carried = 1.0_dp                   !! share of the velocity that a step hands on (Shi: k01)
     integer :: transport = 0                       !! `transport_field` or `transport_rates` of the scene
     type(gravity_t), allocatable :: gravity
+    type(base_acceleration_t), allocatable :: base_acceleration
     type(point_load_t), allocatable :: point_load
     type(fixed_point_t), allocatable :: fixed_point
   end type effects_t
@@ -81,6 +83,8 @@ contains
       end if
       if (allocated(effects%gravity)) &
         call add_gravity(share%mass_ratio*effects%gravity%weight(e), element, term)
+      if (allocated(effects%base_acceleration)) &
+        call add_base_acceleration(effects%base_acceleration, share%mass, rule, element, term)
       if (allocated(effects%point_load)) &
         call add_point_loads(effects%point_load, e, state%point, rule%load_time, element, term)
       if (allocated(effects%fixed_point)) then

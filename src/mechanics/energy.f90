@@ -1,5 +1,6 @@
 !> The books of energy and momentum, per unit thickness.
 module scree_energy
+  use scree_base_acceleration, only: work_of_base
   use scree_effects, only: add_element_effects, effects_t, element_share_t
   use scree_fixed_point, only: moved_supports, spring_energy, work_of_springs
   use scree_gravity, only: gravity_energy
@@ -74,7 +75,7 @@ contains
 
   end function strain_energy
 
-  !> Work of the point loads in a step.
+  !> Work of the point loads and of the inertia force of the ground in a step.
   pure real(dp) function work_of_loads(system, effects, share, state, rule, d)
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
@@ -85,6 +86,12 @@ contains
     integer :: e, i
 
     work_of_loads = 0.0_dp
+    if (allocated(effects%base_acceleration)) then
+      do e = 1, system%n_elements
+        work_of_loads = work_of_loads + work_of_base(effects%base_acceleration, share(e)%mass, rule, share(e)%kinematics, &
+                                                     d(system%elements%unknown(:, e)))
+      end do
+    end if
     if (.not. allocated(effects%point_load)) return
     associate (loads => effects%point_load)
       do e = 1, system%n_elements

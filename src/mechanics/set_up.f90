@@ -236,6 +236,7 @@ contains
         end if
       end do
     end associate
+    call move_ground()
     call hold_points()
     call load_points()
     if (any(system%points%kind == measured_point)) &
@@ -249,6 +250,16 @@ contains
 
       list = [list, effect_t(effect, trim(because))]
     end subroutine name
+
+    !> A ground that accelerates at some time.
+    subroutine move_ground()
+      if (.not. allocated(scene%ground%time)) return
+      if (.not. any(abs(scene%ground%value) > 0)) return
+      call name('base acceleration', '&acceleration: '//number_text(size(scene%ground%time))//' times from '// &
+                real_text(scene%ground%time(1))//' to '//real_text(scene%ground%time(size(scene%ground%time))))
+      allocate (effects%base_acceleration)
+      effects%base_acceleration%record = scene%ground
+    end subroutine move_ground
 
     !> Fixed points.
     subroutine hold_points()

@@ -56,7 +56,7 @@ contains
       if (effects%fixed_point%by_springs) call a_step('energy/fixed_springs', [integer ::], energy_unit, &
                                                       'energy of the springs of fixed points', records%fixed_springs)
     end if
-    call a_step('energy/work', [integer ::], energy_unit, 'work of point loads and moving supports since the start', &
+    call a_step('energy/work', [integer ::], energy_unit, 'work of loads, the moving ground and moving supports since the start', &
                 records%work)
     call a_step('energy/dissipated', [integer ::], energy_unit, &
                 'energy at the start and work since, less the energy now', records%dissipated)

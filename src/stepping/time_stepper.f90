@@ -25,7 +25,7 @@ module scree_time_stepper
     integer :: iterations = 0         !! of the accepted try
     integer :: solves = 0             !! of all tries
     integer :: rejected = 0           !! tries
-    real(dp) :: work = 0.0_dp         !! of loads and moving supports, force length per unit thickness
+    real(dp) :: work = 0.0_dp         !! of loads, ground and supports, force length per unit thickness
     character(len=:), allocatable :: why !! the last try was rejected
   end type step_report_t
 
