@@ -70,6 +70,11 @@ def groups(text):
     return {"a.ana": ANALYSIS + text}
 
 
+def record(text):
+    """A record of the acceleration of the ground."""
+    return {"q.txt": text} | groups("&acceleration file='q.txt' /\n")
+
+
 def blocks(line, text):
     """A block file with one line replaced."""
     lines = BLOCKS.splitlines()
@@ -149,6 +154,21 @@ BAD = {
     "rates of an NMM": (groups("&method model='nmm' /\n&integrator transport='rates' /\n"), "a.ana:14:", "dda"),
     "every and interval": (groups("&output every=1, interval=0.1 /\n"), "a.ana:13:", "every or interval"),
     "a force without a load point": (groups("&loads force=1, 2 /\n"), "a.ana:13:", "0 numbers"),
+    "a record with a missing value": (record("0 0 0\n0.1 1\n0.2 0 0\n"), "q.txt:2:", "three numbers"),
+    "a record with four columns": (record("! t ax ay az\n0 0 0 0\n0.1 1 0 0\n"), "q.txt:2:", "three numbers"),
+    "a record with a word": (record("0 0 0\n0.1 x 0\n"), "q.txt:2:", "number"),
+    "a record with a head": (record("t ax ay\n0 0 0\n1 0 0\n"), "q.txt:1:", "number"),
+    "a record that goes back": (record("0 0 0\n# noise\n0.1 1 0\n0.1 0 0\n"), "q.txt:4:", "time above 0.1"),
+    "a record of one line": (record("0 0 0"), "q.txt:1:", "two lines"),
+    "an empty record": (record(""), "q.txt:1:", "two lines"),
+    "a record with a group": (record("0 0 0\n1 0 0\n&end /\n"), "q.txt:3:", "alone"),
+    "a record of bytes": (record("0 0 0\n\0"), "q.txt:2:", "byte 0"),
+    "a record that is not there": (groups("&acceleration file='none.txt' /\n"), "none.txt:", "no such file"),
+    "a table of two columns": (groups("&acceleration table=0 0 1 1 /\n"), "a.ana:13:", "t ax ay"),
+    "a table of one time": (groups("&acceleration table=0 0 1 /\n"), "a.ana:13:", "two times"),
+    "a table that goes back": (groups("&acceleration table=0 0 1  0 0 2 /\n"), "a.ana:13:", "increase"),
+    "a table and a record": (groups("&acceleration table=0 0 1  1 0 2\n file='q.txt' /\n"), "a.ana:14:", "table or file"),
+    "a scale of nothing": (groups("&acceleration scale=9.81 /\n"), "a.ana:13:", "table or file"),
     "blocks: row beyond the end": (blocks(3, "1 1 9"), "g.blk:3:", "at most 8"),
     "blocks: two vertices": (blocks(3, "1 1 2"), "g.blk:3:", "three or more"),
     "blocks: clockwise": ({"g.blk": BLOCKS.replace("1 1 0\n1 1 1\n1 0 1\n", "1 0 1\n1 1 1\n1 1 0\n"),
