@@ -101,6 +101,7 @@ module scree_scene
     integer :: most_iterations = 25
     integer :: fixed = fixed_exact
     real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness
+    real(dp) :: mass_damping = 0.0_dp       !! force over mass and velocity, 1/time
     integer :: frame_every = 1              !! steps from frame to frame; 0 where frame_interval counts
     real(dp) :: frame_interval = 0.0_dp     !! time from frame to frame; 0 where frame_every counts
   end type settings_t

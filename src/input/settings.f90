@@ -84,6 +84,7 @@ module scree_settings
     setting_t('acceleration', 'table', kind_reals, 'none', 't ax ay of the ground at ascending times'), &
     setting_t('acceleration', 'file', kind_text, 'none', 'file with lines t ax ay, from the folder of the analysis deck'), &
     setting_t('acceleration', 'scale', kind_real, '1', 'factor of ax and ay, in units of the deck', '', '1'), &
+    setting_t('damping', 'mass', kind_real, '0', 'alpha of the force -alpha M v against the velocity', '', '1/time', 0.0_dp), &
     setting_t('output', 'every', kind_whole, 'about 100 frames', 'steps from frame to frame', '', '1', 1.0_dp, 1e9_dp), &
     setting_t('output', 'interval', kind_real, 'none', 'time from frame to frame, met exactly; instead of every', '', 'time', &
               0.0_dp, open=.true.)]
@@ -410,6 +411,8 @@ contains
         call contradict('acceleration', 'scale', 'table or file in &acceleration', 'neither')
         return
       end if
+
+      if (has('damping', 'mass')) s%mass_damping = number('damping', 'mass')
 
       if (has('output', 'every') .and. has('output', 'interval')) then ! the command line wins over the deck
         if (from('output', 'every') /= '--set' .and. from('output', 'interval') == '--set') call forget('output', 'every')

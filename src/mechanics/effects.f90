@@ -8,6 +8,7 @@ module scree_effects
   use scree_inertia, only: add_inertia, mass_matrix
   use scree_interpolation, only: kinematics_of, kinematics_t
   use scree_kinds, only: dp
+  use scree_mass_damping, only: add_mass_damping, mass_damping_t
   use scree_material, only: push_elasticity_forward
   use scree_point_load, only: add_point_loads, point_load_t
   use scree_stiffness, only: add_small_strain
@@ -27,6 +28,7 @@ module scree_effects
     integer :: transport = 0                       !! `transport_field` or `transport_rates` of the scene
     type(gravity_t), allocatable :: gravity
     type(base_acceleration_t), allocatable :: base_acceleration
+    type(mass_damping_t), allocatable :: mass_damping
     type(point_load_t), allocatable :: point_load
     type(fixed_point_t), allocatable :: fixed_point
   end type effects_t
@@ -85,6 +87,9 @@ contains
         call add_gravity(share%mass_ratio*effects%gravity%weight(e), element, term)
       if (allocated(effects%base_acceleration)) &
         call add_base_acceleration(effects%base_acceleration, share%mass, rule, element, term)
+      if (allocated(effects%mass_damping)) &
+        call add_mass_damping(effects%mass_damping, share%mass_matrix, state%velocity(ids), state%acceleration(ids), unknown, &
+                              rule, term)
       if (allocated(effects%point_load)) &
         call add_point_loads(effects%point_load, e, state%point, rule%load_time, element, term)
       if (allocated(effects%fixed_point)) then

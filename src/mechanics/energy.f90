@@ -7,12 +7,13 @@ module scree_energy
   use scree_inertia, only: kinetic_energy, momentum
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
+  use scree_mass_damping, only: damped_energy
   use scree_point_load, only: value_at
   use scree_element_term, only: step_rule_t, term_t
   use scree_system, only: state_t, system_t
   implicit none
   private
-  public :: books_t, close_books, work_of_loads, work_of_supports
+  public :: books_t, close_books, loss_by_damping, work_of_loads, work_of_supports
 
   !> Energy at one time, and momentum about the origin of the decks.
   type :: books_t
@@ -103,6 +104,23 @@ contains
       end do
     end associate
   end function work_of_loads
+
+  !> Energy that mass damping takes in a step.
+  pure real(dp) function loss_by_damping(system, effects, share, rule, d)
+    type(system_t), intent(in) :: system
+    type(effects_t), intent(in) :: effects
+    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
+    integer :: e
+
+    loss_by_damping = 0.0_dp
+    if (.not. allocated(effects%mass_damping)) return
+    do e = 1, system%n_elements
+      loss_by_damping = loss_by_damping + damped_energy(effects%mass_damping, share(e)%mass_matrix, &
+                                                        d(system%elements%unknown(:, e)), rule%dt)
+    end do
+  end function loss_by_damping
 
   !> Work that moving supports do in a step.
   !>

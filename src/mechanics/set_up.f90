@@ -237,6 +237,11 @@ contains
       end do
     end associate
     call move_ground()
+    if (scene%settings%mass_damping > 0) then
+      call name('mass damping', 'mass='//real_text(scene%settings%mass_damping)//' in &damping')
+      allocate (effects%mass_damping)
+      effects%mass_damping%rate = scene%settings%mass_damping
+    end if
     call hold_points()
     call load_points()
     if (any(system%points%kind == measured_point)) &

@@ -15,7 +15,7 @@ module scree_run_records
   !> Handles of the series; 0 where an effect is absent.
   type :: records_t
     integer :: time = 0, step_size = 0, area = 0, rotation = 0, momentum = 0
-    integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, dissipated = 0
+    integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, damping = 0, dissipated = 0
     integer :: iterations = 0, solves = 0, rejected = 0
     integer :: body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
     integer :: point_position = 0, point_displacement = 0, point_velocity = 0, point_stress = 0
@@ -23,6 +23,7 @@ module scree_run_records
     real(dp), allocatable :: measured_home(:, :)      !! (2, n) at the start
     real(dp) :: total_at_start = 0.0_dp               !! energy, without dissipation
     real(dp) :: work_done = 0.0_dp
+    real(dp) :: damped = 0.0_dp                       !! energy, since the start
   end type records_t
 
   character(len=*), parameter :: energy_unit = 'force*length/length'
@@ -58,6 +59,8 @@ contains
     end if
     call a_step('energy/work', [integer ::], energy_unit, 'work of loads, the moving ground and moving supports since the start', &
                 records%work)
+    if (allocated(effects%mass_damping)) &
+      call a_step('energy/damping', [integer ::], energy_unit, 'energy that mass damping took since the start', records%damping)
     call a_step('energy/dissipated', [integer ::], energy_unit, &
                 'energy at the start and work since, less the energy now', records%dissipated)
     call a_step('deformation_iterations', [integer ::], '1', 'iterations of the step', records%iterations, .true.)
@@ -126,6 +129,7 @@ contains
     integer :: e, i
 
     records%work_done = records%work_done + report%work
+    records%damped = records%damped + report%damped
     call put(records%time, [state%time])
     call put(records%step_size, [report%dt])
     call put(records%area, [sum(share%kinematics%area)])
@@ -136,6 +140,7 @@ contains
     call put(records%gravity, [books%gravity])
     call put(records%fixed_springs, [books%fixed_springs])
     call put(records%work, [records%work_done])
+    call put(records%damping, [records%damped])
     call put(records%dissipated, [records%total_at_start + records%work_done - books%kinetic - books%strain - books%gravity &
                                   - books%fixed_springs])
     call put(records%iterations, [real(report%iterations, dp)])

@@ -90,6 +90,9 @@ contains
     do e = 1, system%n_elements
       call add_element_effects(effects, system, at_rest, e, share(e), 0*state%velocity(system%elements%unknown(:, e)), &
                                rule, forces(e))
+      if (allocated(effects%mass_damping)) &
+        call add_force(forces(e), -effects%mass_damping%rate*matmul(share(e)%mass_matrix, &
+                                                                    state%velocity(system%elements%unknown(:, e))))
       penalty = max(penalty, stiffer*share(e)%mass/share(e)%elasticity(1, 1)) ! rho l^2 / E, time^2
     end do
 

@@ -4,7 +4,7 @@ module scree_time_stepper
   use scree_deformation_iteration, only: iteration_report_t, settle_deformation
   use scree_effects, only: effects_t, element_share_t, share_of
   use scree_element_term, only: step_rule_t
-  use scree_energy, only: work_of_loads, work_of_supports
+  use scree_energy, only: loss_by_damping, work_of_loads, work_of_supports
   use scree_equations, only: constrain_equations, equations_t
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_fixed_point, only: constrain_fixed_points
@@ -26,6 +26,7 @@ module scree_time_stepper
     integer :: solves = 0             !! of all tries
     integer :: rejected = 0           !! tries
     real(dp) :: work = 0.0_dp         !! of loads, ground and supports, force length per unit thickness
+    real(dp) :: damped = 0.0_dp       !! energy that mass damping took, likewise
     character(len=:), allocatable :: why !! the last try was rejected
   end type step_report_t
 
@@ -74,6 +75,7 @@ contains
     report%iterations = try%iterations
     report%work = work_of_loads(system, effects, share, state, rule, d) &
                   + work_of_supports(system, effects, share, state, rule, d)
+    report%damped = loss_by_damping(system, effects, share, rule, d)
     call update_state(system, effects, share, rule, d, state)
     do e = 1, system%n_elements
       share(e) = share_of(effects, system, state, e)
