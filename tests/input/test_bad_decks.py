@@ -169,6 +169,7 @@ BAD = {
     "a table that goes back": (groups("&acceleration table=0 0 1  0 0 2 /\n"), "a.ana:13:", "increase"),
     "a table and a record": (groups("&acceleration table=0 0 1  1 0 2\n file='q.txt' /\n"), "a.ana:14:", "table or file"),
     "a scale of nothing": (groups("&acceleration scale=9.81 /\n"), "a.ana:13:", "table or file"),
+    "a damping that drives": (groups("&damping mass=-1 /\n"), "a.ana:13:", "at least 0"),
     "blocks: row beyond the end": (blocks(3, "1 1 9"), "g.blk:3:", "at most 8"),
     "blocks: two vertices": (blocks(3, "1 1 2"), "g.blk:3:", "three or more"),
     "blocks: clockwise": ({"g.blk": BLOCKS.replace("1 1 0\n1 1 1\n1 0 1\n", "1 0 1\n1 1 1\n1 1 0\n"),
