@@ -65,7 +65,7 @@ contains
       centroid(:, b) = moments%centroid - middle
     end do
     if (allocated(scene%mesh) .or. scene%settings%cover_edge > 0) then
-      call lay_mesh(scene, blocks, system, state, quality, error)
+      call lay_mesh(scene, blocks, middle, system, state, quality, error)
       if (allocated(error)) return
     else
       call cover_blocks(system%model == model_dda, blocks%shape, state%vertex, blocks%material, system%elements, state%cover)
@@ -99,9 +99,10 @@ contains
   end subroutine make_system
 
   !> Lays a mathematical mesh over the blocks, whose vertices the state holds; then it holds those of the elements.
-  subroutine lay_mesh(scene, blocks, system, state, quality, error)
+  subroutine lay_mesh(scene, blocks, middle, system, state, quality, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
+    real(dp), intent(in) :: middle(2)  !! place of the blocks that coordinates of the system count from, length
     type(system_t), intent(inout) :: system
     type(state_t), intent(inout) :: state
     type(cover_quality_t), intent(out) :: quality
@@ -135,7 +136,7 @@ contains
       end if
       crack = blocks%crack
       do i = 1, 2
-        crack(:, i, :) = blocks%crack(:, i, :) + spread(blocks%origin - system%origin, 2, size(crack, 3))
+        crack(:, i, :) = blocks%crack(:, i, :) - spread(middle, 2, size(crack, 3))
       end do
       vertex = state%vertex
       call cover_with_mesh(blocks, vertex, crack, mesh, s%least_share, system%elements, state%vertex, state%cover, &
