@@ -7,7 +7,7 @@ module scree_gmsh_file
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_mathematical_mesh, only: mesh_t
-  use scree_text, only: number_text
+  use scree_text, only: number_text, real_text
   implicit none
   private
   public :: read_gmsh_file
@@ -48,7 +48,7 @@ contains
     call next_real(deck, 'the version of the format', version, error)
     if (allocated(error)) return
     if (abs(version - 4.1_dp) > 1e-6_dp) then
-      call expect(deck, 'version 4.1 of the format', 'another', error)
+      call expect(deck, 'version 4.1 of the format', real_text(version), error)
       return
     end if
     call next_index(deck, 'the file type (0: text)', i, error, most=0)
