@@ -4,7 +4,7 @@
 module scree_xdmf
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_kinds, only: dp
-  use scree_text, only: number_text
+  use scree_text, only: number_text, with_ending
   implicit none
   private
   public :: add_xdmf_frame, begin_xdmf, xdmf_t
@@ -32,13 +32,9 @@ contains
     integer, intent(in) :: corner(:)
     type(error_t), allocatable, intent(out) :: error
     character(len=:), allocatable :: head
-    integer :: dot, slash
 
-    slash = index(results_path, '/', back=.true.)
-    dot = index(results_path, '.', back=.true.)
-    if (dot <= slash + 1) dot = len(results_path) + 1
-    xdmf%path = results_path(:dot - 1)//'.xdmf'
-    xdmf%hdf5_name = results_path(slash + 1:)
+    xdmf%path = with_ending(results_path, '.xdmf')
+    xdmf%hdf5_name = results_path(index(results_path, '/', back=.true.) + 1:)
     xdmf%n_elements = size(first) - 1
     xdmf%n_vertices = n_vertices
     xdmf%topology = '<Topology TopologyType="Mixed" NumberOfElements="'//number_text(xdmf%n_elements)//'">'// &

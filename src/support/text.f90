@@ -1,9 +1,9 @@
-!> Numbers as text for people.
+!> Numbers as text for people, and names of files.
 module scree_text
   use scree_kinds, only: dp
   implicit none
   private
-  public :: number_text, real_text
+  public :: number_text, real_text, with_ending
 
 contains
 
@@ -61,5 +61,16 @@ contains
     if (text(last:last) == '.') last = last - 1
     without_zeros = text(:last)
   end function without_zeros
+
+  !> A file name with another ending in place of its own.
+  pure function with_ending(path, ending)
+    character(len=*), intent(in) :: path, ending
+    character(len=:), allocatable :: with_ending
+    integer :: dot
+
+    dot = index(path, '.', back=.true.)
+    if (dot <= index(path, '/', back=.true.) + 1) dot = len(path) + 1
+    with_ending = path(:dot - 1)//ending
+  end function with_ending
 
 end module scree_text
