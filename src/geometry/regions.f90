@@ -2,7 +2,7 @@
 module scree_regions
   implicit none
   private
-  public :: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
+  public :: first_vertex_of, joint_between, keep_regions, last_vertex_of, loops_of, region_count, regions_t
 
   !> Regions made of loops: the outer loop of a region first and counter-clockwise, its holes clockwise
   !> (Shi: d and k0). The vertices of a region are consecutive.
@@ -45,6 +45,20 @@ contains
 
     first = regions%first_vertex(regions%first_loop(i):regions%first_loop(i + 1)) - first_vertex_of(regions, i) + 1
   end function loops_of
+
+  !> Joint material of the edge between two vertices of region `i`, 0 for a seam.
+  pure integer function joint_between(regions, i, from, to) result(joint)
+    type(regions_t), intent(in) :: regions
+    integer, intent(in) :: i, from, to
+    integer :: loop
+
+    do loop = regions%first_loop(i), regions%first_loop(i + 1) - 1
+      if (from < regions%first_vertex(loop + 1)) exit
+    end do
+    joint = 0
+    if (to == from + 1 .and. to < regions%first_vertex(loop + 1)) joint = regions%joint(from)
+    if (to == regions%first_vertex(loop) .and. from == regions%first_vertex(loop + 1) - 1) joint = regions%joint(from)
+  end function joint_between
 
   !> Keeps some of the regions; `vertex` gets the numbers of the vertices that stay.
   pure subroutine keep_regions(regions, keep, vertex)

@@ -11,7 +11,7 @@ module scree_block_file
   use scree_kinds, only: dp
   use scree_scene, only: point_t, polygons_t, scene_t
   use scree_system, only: fixed_point, load_point, measured_point
-  use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count, regions_t
+  use scree_regions, only: first_vertex_of, joint_between, last_vertex_of, loops_of, region_count
   use scree_simplex_integration, only: moments_t
   use scree_text, only: number_text
   implicit none
@@ -201,19 +201,5 @@ contains
     end subroutine put
 
   end subroutine write_block_file
-
-  !> Joint material of the edge between two vertices of a block, 0 for a seam.
-  pure integer function joint_between(shape, b, from, to) result(joint)
-    type(regions_t), intent(in) :: shape
-    integer, intent(in) :: b, from, to
-    integer :: loop
-
-    do loop = shape%first_loop(b), shape%first_loop(b + 1) - 1
-      if (from < shape%first_vertex(loop + 1)) exit
-    end do
-    joint = 0
-    if (to == from + 1 .and. to < shape%first_vertex(loop + 1)) joint = shape%joint(from)
-    if (to == shape%first_vertex(loop) .and. from == shape%first_vertex(loop + 1) - 1) joint = shape%joint(from)
-  end function joint_between
 
 end module scree_block_file
