@@ -36,13 +36,14 @@ program scree
     '                            .h5, .blk or .geo, here', &
     '  --set GROUP.NAME=VALUE    over what the deck says; may be repeated', &
     '  --xdmf                    writes an XDMF side-car too', &
+    '  --classic-output          run: writes the frames as Shi''s programs keep them too, .replay', &
     '  --quiet                   prints errors and warnings alone', &
     '', &
     'Exit status: 0 done, 1 the run failed, 2 bad input.']
 
   character(len=:), allocatable :: verb, analysis, geometry, output
   type(option_t), allocatable :: options(:)
-  logical :: quiet, with_xdmf, settings_only, cuts_analysis
+  logical :: quiet, with_xdmf, with_classic, settings_only, cuts_analysis
   integer :: i
   type(error_t), allocatable :: error
   type(scene_t) :: scene
@@ -80,7 +81,7 @@ contains
   subroutine act()
     select case (verb)
     case ('run')
-      call simulate(scene, blocks, output, with_xdmf, quiet, error)
+      call simulate(scene, blocks, output, with_xdmf, with_classic, quiet, error)
     case ('cut')
       call store_model(scene, blocks, output, with_xdmf, quiet, error)
     case ('check')
@@ -155,6 +156,7 @@ contains
     allocate (options(0))
     quiet = .false.
     with_xdmf = .false.
+    with_classic = .false.
     settings_only = .false.
     cuts_analysis = .false.
     geometry = ''
@@ -178,6 +180,12 @@ contains
         quiet = .true.
       case ('--xdmf')
         with_xdmf = .true.
+      case ('--classic-output')
+        with_classic = verb == 'run'
+        if (.not. with_classic) then
+          call fail(error, status_bad_input, 'expected --classic-output with run, found it with '//verb)
+          return
+        end if
       case ('--settings')
         settings_only = verb == 'explain'
         if (.not. settings_only) then

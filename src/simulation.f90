@@ -2,6 +2,7 @@
 module scree_simulation
   use, intrinsic :: iso_fortran_env, only: compiler_version
   use scree_block_input, only: blocks_t
+  use scree_classic_output, only: add_classic_frame, begin_classic_output
   use scree_effects, only: effects_t, element_share_t, share_of
   use scree_energy, only: books_t, close_books
   use scree_equations, only: equations_t, release_equations, set_up_equations
@@ -11,7 +12,7 @@ module scree_simulation
   use scree_keyholes, only: polygons_of
   use scree_kinds, only: dp
   use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, tell, warn
-  use scree_regions, only: first_vertex_of, last_vertex_of
+  use scree_regions, only: first_vertex_of, joint_between, last_vertex_of
   use scree_results_file, only: add_frame, close_results, cost_row_t, layout_t, open_results, results_t, store_rows, &
                                 store_text, store_words
   use scree_run_records, only: declare_records, put_frame_records, put_step_records, records_t
@@ -38,11 +39,11 @@ contains
   !> Runs a scene to its end and writes the results.
   !>
   !> Errors: bad input that only the set-up can see, and a run that fails; what was written until then stays.
-  subroutine simulate(scene, blocks, results_path, with_xdmf, quiet, error)
+  subroutine simulate(scene, blocks, results_path, with_xdmf, with_classic, quiet, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     character(len=*), intent(in) :: results_path
-    logical, intent(in) :: with_xdmf, quiet
+    logical, intent(in) :: with_xdmf, with_classic, quiet
     type(error_t), allocatable, intent(out) :: error
     type(system_t) :: system
     type(state_t) :: state
@@ -70,6 +71,7 @@ contains
     call start_phase(timer(phase_results))
     layout = layout_of(scene, system, state)
     call begin_results(results_path, with_xdmf, scene, system, state, effects, list, share, layout, results, records, error)
+    if (with_classic .and. .not. allocated(error)) call begin_classic(results, system, layout, error)
     call stop_phase(timer(phase_results))
     if (.not. allocated(error)) call run_steps(scene, system, effects, equations, share, state, results, records, progress, &
                                                timer, error)
@@ -180,6 +182,26 @@ contains
     if (.not. allocated(error)) call declare_records(results, system, effects, state, &
                                                      close_books(system, effects, share, state), records, error)
   end subroutine begin_results
+
+  !> Starts the classic output: the polygons of the frames.
+  subroutine begin_classic(results, system, layout, error)
+    type(results_t), intent(inout) :: results
+    type(system_t), intent(in) :: system
+    type(layout_t), intent(in) :: layout
+    type(error_t), allocatable, intent(out) :: error
+    integer :: before, e, i, joint(size(layout%corner))
+
+    do e = 1, system%n_elements
+      before = layout%corner(layout%first(e + 1) - 1)
+      do i = layout%first(e), layout%first(e + 1) - 1
+        joint(i) = joint_between(system%elements%shape, e, before, layout%corner(i))
+        before = layout%corner(i)
+      end do
+    end do
+    allocate (results%classic)
+    call begin_classic_output(results%classic, results%path, layout%material, layout%first, layout%corner, joint, &
+                              system%points%kind, system%points%element, error)
+  end subroutine begin_classic
 
   !> Joints of the edges, and the points with the elements that carry them.
   subroutine store_parts(results, system, state, layout, error)
@@ -309,6 +331,8 @@ contains
     call put_frame_records(results, records, system, share, state, error)
     if (allocated(error)) return
     call add_frame(results, state%time, place, state%vertex - at_start, velocity, state%stress, error)
+    if (allocated(error) .or. .not. allocated(results%classic)) return
+    call add_classic_frame(results%classic, place, state%point + spread(system%origin, 2, size(state%point, 2)), error)
   end subroutine put_frame
 
   !> What the frames look like: an element with holes is one polygon with seams.

@@ -8,6 +8,7 @@ module scree_results_file
   use hdf5
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_intptr_t, c_null_char
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use scree_classic_output, only: classic_output_t
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_hdf5_writing, only: append_rows, check_status, create_rows, fixed_rows, hold_space, rows_t, write_text, &
                                 write_whole, write_words
@@ -89,6 +90,7 @@ module scree_results_file
     type(series_t), allocatable :: series(:)
     integer :: n_series = 0
     type(xdmf_t), allocatable :: xdmf
+    type(classic_output_t), allocatable :: classic !! the frames as Shi's programs keep them
   end type results_t
 
 contains
