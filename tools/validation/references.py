@@ -1,0 +1,329 @@
+"""Answers of the validation cases: closed forms, and the motion of rigid bodies integrated."""
+import math
+
+import numpy as np
+
+
+def bisect(below, low, high, times=50):
+    """Where `below` turns from true to false."""
+    for _ in range(times):
+        middle = (low + high) / 2
+        low, high = (middle, high) if below(middle) else (low, middle)
+    return (low + high) / 2
+
+
+def slide(angle, mu, time, g=9.81):
+    """Distance of a block that slides from rest down a plane."""
+    return max(0.0, g * (math.sin(angle) - mu * math.cos(angle))) * time**2 / 2
+
+
+def stop(speed, mu, angle=0.0, g=9.81):
+    """Time and distance to rest of a block that is thrown down a plane, friction against it."""
+    deceleration = g * (mu * math.cos(angle) - math.sin(angle))
+    return speed / deceleration, speed**2 / (2 * deceleration)
+
+
+class SlopeImpact:
+    """A square, sides parallel to the axes, falls on a plane of 45 degrees that goes down to the right; plastic, Coulomb.
+
+    The normal passes through the centre, so friction alone turns the block. The corner sticks where mu >= 1/4
+    (moment of inertia m a^2/6, lever a/sqrt 2), else it slips.
+    """
+
+    def __init__(self, edge, drop, mu, g=9.81):
+        self.edge, self.drop, self.g = edge, drop, g
+        self.time = math.sqrt(2 * drop / g)
+        self.speed = math.sqrt(2 * g * drop)
+        normal = self.speed / math.sqrt(2)  # impulses over mass
+        tangential = min(normal / 4, mu * normal)
+        self.along = self.speed / math.sqrt(2) - tangential
+        self.spin = 0.0 - tangential * (edge / math.sqrt(2)) / (edge**2 / 6)
+        # A corner that sticks leaves the plane at once where along^2/r > g cos 45.
+        self.leaves = mu >= 0.25 and self.along**2 / (edge / math.sqrt(2)) > g / math.sqrt(2)
+
+    def place(self, start, time):
+        """Centre and angle: flight after lift-off, or a slide without friction."""
+        t = time - self.time
+        along = self.along / math.sqrt(2) * t
+        fall = self.g * t**2 / 2 if self.leaves else self.g * t**2 / 4
+        aside = 0.0 if self.leaves else self.g * t**2 / 4
+        return start[0] + along + aside, start[1] - self.drop - along - fall, self.spin * t
+
+
+def shaken_block(mu, amplitude, frequency, end, g=9.81):
+    """Slip of a block on a flat base of acceleration amplitude sin(2 pi f t): at the end, and the least.
+
+    From event to event: each slide begins at rest and has a closed form until its speed is zero again; there the block
+    slides back at once or sticks until the base outruns friction.
+    """
+    omega, limit, fine = 2 * math.pi * frequency, mu * g, 1e-4 / frequency
+    t = slip = least = 0.0
+    while t < end:
+        ground = amplitude * math.sin(omega * t)
+        if abs(ground) < limit * (1 - 1e-9):
+            t = first(lambda x: abs(amplitude * math.sin(omega * x)) < limit, t, fine, end)
+            continue
+        begin, sign = t, -math.copysign(1.0, ground)
+
+        def speed(x):
+            return amplitude / omega * (math.cos(omega * x) - math.cos(omega * begin)) - sign * limit * (x - begin)
+
+        t = first(lambda x: speed(x) * sign > 0, begin + fine, fine, end)
+        rest = (math.sin(omega * t) - math.sin(omega * begin)) / omega - math.cos(omega * begin) * (t - begin)
+        slip += amplitude / omega * rest - sign * limit * (t - begin)**2 / 2
+        least = min(least, slip)
+    return slip, least
+
+
+def first(holds, start, fine, end):
+    """The first time from the start at which a condition holds no more, or the end."""
+    t = start
+    while t < end and holds(t):
+        t += fine
+    return end if t >= end else bisect(holds, max(start, t - fine), t)
+
+
+def block_mode(width, height, phi, slope):
+    """(slides, topples): how a rigid block starts from rest on a plane; width along the plane, angles in radians.
+
+    The mode is the one whose contact forces are admissible: pressure within the base, friction within its limit.
+    """
+    mu = math.tan(phi)
+    lever = height * math.tan(slope) > width  # the weight passes outside the base
+    if slope <= phi and not lever:
+        return False, False
+    if slope > phi and mu * height <= width:  # sliding: pressure at mu h/2 from the middle
+        return True, False
+    inertia = (width**2 + height**2) / 3  # about the lower edge, over mass
+    turn = (math.sin(slope) * height - math.cos(slope) * width) / (2 * inertia)  # over g
+    normal = math.cos(slope) + turn * width / 2
+    shear = math.sin(slope) - turn * height / 2
+    return abs(shear) > mu * normal, True
+
+
+class Rocking:
+    """A rigid block of half width b and half height h that rocks about its lower corners (Housner 1963)."""
+
+    def __init__(self, b, h, g=9.81):
+        self.alpha, self.R, self.g = math.atan2(b, h), math.hypot(b, h), g
+
+    def spin(self, start, tilt):
+        """Rate at a tilt, from rest at the start: 1/2 (4/3 m R^2) w^2 = m g R (cos(alpha - start) - cos(alpha - tilt))."""
+        return math.sqrt(1.5 * self.g / self.R * max(0.0, math.cos(self.alpha - start) - math.cos(self.alpha - tilt)))
+
+    def impact(self, start, order=60):
+        """Time and rate of the first impact; tilt = start - u^2 takes the singularity at rest away."""
+        x, w = np.polynomial.legendre.leggauss(order)
+        u = math.sqrt(start) * (x + 1) / 2
+        time = sum(wi * math.sqrt(start) / 2 * 2 * ui / self.spin(start, start - ui**2) for ui, wi in zip(u, w))
+        return time, self.spin(start, 0.0)
+
+    def least_acceleration(self):
+        """Lasting acceleration of the base, over g, that lifts and so overturns the block."""
+        return math.tan(self.alpha)
+
+
+class Toppling:
+    """Columns on a stepped base (Goodman and Bray 1976; numbers of the example in Hoek and Bray, Rock Slope Engineering)."""
+
+    def __init__(self, columns=16, width=10.0, base=30.0, below=5.0, above=5.0, step=1.0, crest=10, weight=25.0):
+        self.width, self.base, self.weight, self.crest, self.step = width, math.radians(base), weight, crest, step
+        self.below, self.above = below, above  # steps of the face and of the ground behind the crest: a1, a2
+        self.height = [n * (below - step) if n <= crest else crest * (below - step) - (n - crest) * (above + step)
+                       for n in range(1, columns + 1)]
+
+    def forces(self, mu):
+        """P(n-1), n from the top column to the toe, and how each column goes; the last is the force that the toe needs."""
+        s, c, P, rows = math.sin(self.base), math.cos(self.base), 0.0, []
+        for n in range(len(self.height), 0, -1):
+            y, W = self.height[n - 1], self.weight * self.width * self.height[n - 1]
+            upper = y if n < self.crest else y - self.above  # where the column above pushes
+            lower = y - self.below if n <= self.crest else y
+            slide = P - W * (mu * c - s) / (1 - mu**2)
+            # The toe column of the example has no lever (lower < 0): it can only slide.
+            topple = (P * (upper - mu * self.width) + W / 2 * (y * s - self.width * c)) / lower if lower > 0 else -math.inf
+            P = max(topple, slide, 0.0)
+            rows.append((n, P, "stable" if P == 0 else "topples" if topple > slide else "slides"))
+        toe = rows[-1]
+        rows[-1] = (1, slide, toe[2])
+        return rows
+
+    def critical(self):
+        """tan phi at which the toe needs no force."""
+        return bisect(lambda mu: self.forces(mu)[-1][1] > 0, 0.6, 0.95)
+
+
+def arch_thickness(voussoirs, polygon=False):
+    """Least t/R (R of the middle line) at which a semicircular arch stands by thrust alone: no tension, no sliding.
+
+    A line of thrust of horizontal force H that passes the crown at height z must lie within each joint: half-planes
+    in (H, H z). Weights are those of ring sectors, or of the polygons between the joints.
+    """
+    return bisect(lambda t: not stands(voussoirs, t, polygon), 0.05, 0.2, times=30)
+
+
+def stands(voussoirs, t, polygon):
+    """Whether a line of thrust exists; R = 1, weight per area = 1, angles from the crown."""
+    inner, outer = 1 - t / 2, 1 + t / 2
+    joints = math.pi / 2 - math.pi / voussoirs * np.arange(voussoirs // 2 + 1)
+    # Load on the half from the crown to each joint: force, and moment about x = 0. The crown stone of odd N is halved.
+    edges = np.unique(np.append(joints, 0.0))
+    force, moment, load = 0.0, 0.0, {0.0: (0.0, 0.0)}
+    for a, b in zip(edges[:-1], edges[1:]):
+        half = a == 0.0 and voussoirs % 2
+        if polygon:
+            if half:  # trapezium of the whole crown stone, its right half
+                area, first = trapezium_half(inner, outer, b)
+            else:
+                area = (outer**2 - inner**2) / 2 * math.sin(b - a)
+                first = (outer**3 - inner**3) / 6 * math.sin(b - a) * (math.sin(a) + math.sin(b))
+        else:
+            area = (outer**2 - inner**2) / 2 * (b - a)
+            first = (outer**3 - inner**3) / 3 * (math.cos(a) - math.cos(b))
+        force, moment = force + area, moment + first
+        load[b] = (force, moment)
+    planes = []  # a0 H + a1 Hz <= c
+    for angle in joints:
+        W, M = load[min(load, key=lambda key: abs(key - angle))]
+        for r, sign in ((inner, 1.0), (outer, -1.0)):
+            x, y = r * math.sin(angle), r * math.cos(angle)
+            # Moment of crown thrust and weights about the point; the thrust line above the inner end, below the outer.
+            # H (z - y) - (W x - M) >= 0 at the inner end, <= 0 at the outer one.
+            planes.append((sign * y, -sign, -sign * (W * x - M)))
+    planes = np.array(planes)
+    i, j = np.triu_indices(len(planes), 1)
+    a, b = planes[i], planes[j]
+    det = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    ok = np.abs(det) > 1e-14
+    a, b, det = a[ok], b[ok], det[ok]
+    H = (a[:, 2] * b[:, 1] - a[:, 1] * b[:, 2]) / det
+    z = (a[:, 0] * b[:, 2] - a[:, 2] * b[:, 0]) / det
+    return bool(np.any(np.all(planes[:, :1] * H + planes[:, 1:2] * z <= planes[:, 2:] + 1e-12, axis=0)))
+
+
+def trapezium_half(inner, outer, b):
+    """Area and first moment about x = 0 of the right half of the crown stone, corners at angles -b and b."""
+    corners = np.array([(0, inner * math.cos(b)), (inner * math.sin(b), inner * math.cos(b)),
+                        (outer * math.sin(b), outer * math.cos(b)), (0, outer * math.cos(b))])
+    x, y = corners.T
+    cross = x * np.roll(y, -1) - np.roll(x, -1) * y
+    return cross.sum() / 2, ((x + np.roll(x, -1)) * cross).sum() / 6
+
+
+def plane_failure(height, face, plane, crack, cohesion, phi, weight):
+    """Factor of safety of a dry plane slide with a vertical tension crack behind the crest (Hoek and Bray)."""
+    length = (height - crack) / math.sin(plane)
+    W = weight * height**2 / 2 * ((1 - (crack / height)**2) / math.tan(plane) - 1 / math.tan(face))
+    return (cohesion * length + W * math.cos(plane) * math.tan(phi)) / (W * math.sin(plane))
+
+
+def roof_wedge(half_angle, phi, height, density, g=9.81):
+    """Weight, and the normal force on each face and horizontal thrust that just hold a symmetric wedge."""
+    W = density * g * height**2 * math.tan(half_angle)
+    N = W / 2 / (math.tan(phi) * math.cos(half_angle) - math.sin(half_angle))
+    return W, N, N * (math.cos(half_angle) + math.tan(phi) * math.sin(half_angle))
+
+
+def track(points, opening, R, run=3.0, beyond=3.0):
+    """Corners of a flat, an arc of chords and its straight continuation; the arc starts at the origin."""
+    angles = np.linspace(0, math.radians(opening), points)
+    arc = np.column_stack([R * np.sin(angles), R * (1 - np.cos(angles))])
+    last = (arc[-1] - arc[-2]) / np.linalg.norm(arc[-1] - arc[-2])
+    return np.vstack([[-run, 0.0], arc, arc[-1] + beyond * last])
+
+
+class ArcSlide:
+    """A rigid block, both lower corners on the track, without friction; plastic at each kink.
+
+    One degree of freedom: the way s of the front corner. Between kinks energy is kept; where a corner passes one, the
+    velocity is projected on the new motion in the norm of the kinetic energy.
+    """
+
+    def __init__(self, corners, length, height, speed, g=10.0):
+        self.corners, self.length, self.height, self.g = corners, length, height, g
+        self.inertia = (length**2 + height**2) / 12  # over mass
+        self.s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1)))
+        self.tangent = np.diff(corners, axis=0) / np.diff(self.s)[:, None]
+        self.slide(speed)
+
+    def point(self, s, segment):
+        return self.corners[segment] + (s - self.s[segment]) * self.tangent[segment]
+
+    def rear(self, front, segment):
+        """Where the rear corner is on the line of a segment: at the length of the block behind the front one."""
+        gap = self.point(front, self.front_segment) - self.corners[segment]
+        along = gap @ self.tangent[segment]
+        return self.s[segment] + along - math.sqrt(self.length**2 - (gap @ gap - along**2))
+
+    def state(self, front):
+        """Centre, and the motion (centre x, y, angle) for one unit of front way."""
+        f, r = self.point(front, self.front_segment), self.point(self.rear(front, self.rear_segment), self.rear_segment)
+        axis = (f - r) / self.length
+        tf, tr = self.tangent[self.front_segment], self.tangent[self.rear_segment]
+        ratio = (tf @ axis) / (tr @ axis)
+        normal = np.array([-axis[1], axis[0]])
+        turn = (tf - ratio * tr) @ normal / self.length
+        centre = (f + r) / 2 + self.height / 2 * normal
+        motion = (tf + ratio * tr) / 2 - self.height / 2 * turn * axis
+        return centre, np.append(motion, turn)
+
+    def mass(self, motion):
+        return motion @ (motion * [1, 1, self.inertia])
+
+    def legs(self):
+        """Ways of the front corner at which a kink is met, by itself or by the rear corner; then the end of the track."""
+        ends = [(self.s[k], "front") for k in range(1, len(self.s) - 1)]
+        for k in range(1, len(self.s) - 1):
+            for segment in range(k - 1, len(self.tangent)):
+                gap = self.corners[segment] - self.corners[k]
+                along = -gap @ self.tangent[segment]
+                inside = self.length**2 - (gap @ gap - along**2)
+                front = self.s[segment] + along + math.sqrt(max(inside, 0.0))
+                if inside >= 0 and self.s[segment] - 1e-12 <= front <= self.s[segment + 1] + 1e-12 and front > self.s[k]:
+                    ends.append((front, "rear"))
+                    break
+        return [*sorted(ends), (self.s[-1], "end")]
+
+    def slide(self, speed):
+        """Up from the foot and back; sets top_time (from the foot), rise and speed_back."""
+        legs = self.legs()
+        self.front_segment, self.rear_segment = 0, 0
+        low = self.height / 2
+        velocity = np.array([speed, 0.0, 0.0])
+        passed, time = [], 0.0
+        for (front, which), (end, _) in zip(legs, legs[1:]):
+            passed.append((front, which))
+            self.front_segment += which == "front"
+            self.rear_segment += which == "rear"
+            centre, motion = self.state(front)
+            rate = (motion * [1, 1, self.inertia]) @ velocity / self.mass(motion)
+            energy = self.mass(motion) * rate**2 / 2 + self.g * centre[1]
+            left = energy - self.g * self.state(end)[0][1]
+            if left <= 0:
+                break
+            time += self.time(front, end, energy)
+            motion = self.state(end)[1]
+            velocity = motion * math.sqrt(2 * left / self.mass(motion))
+        top = bisect(lambda s: self.g * self.state(s)[0][1] < energy, front, end)
+        self.top_time = time + self.time(front, top, energy)
+        self.rise = energy / self.g - low
+        for front, which in reversed(passed):
+            centre, motion = self.state(front)
+            left = energy - self.g * centre[1]
+            velocity = -motion * math.sqrt(2 * left / self.mass(motion))
+            self.front_segment -= which == "front"
+            self.rear_segment -= which == "rear"
+            motion = self.state(front)[1]
+            rate = (motion * [1, 1, self.inertia]) @ velocity / self.mass(motion)
+            energy = self.mass(motion) * rate**2 / 2 + self.g * centre[1]
+        self.speed_back = -rate
+
+    def time(self, start, end, energy, order=40):
+        """Between two ways; s = end - u^2 takes the singularity at a top away."""
+        x, w = np.polynomial.legendre.leggauss(order)
+        u = math.sqrt(end - start) * (x + 1) / 2
+        total = 0.0
+        for ui, wi in zip(u, w):
+            centre, motion = self.state(end - ui**2)
+            total += wi * ui * math.sqrt(self.mass(motion) / (2 * (energy - self.g * centre[1])))
+        return total * math.sqrt(end - start)
