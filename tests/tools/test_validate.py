@@ -1,16 +1,19 @@
-"""The answers of tools/validate."""
+"""The answers of tools/validate, and the geometries that it writes; without runs."""
 import math
 import os
 import pathlib
+import subprocess
 import sys
 
 import numpy as np
 import pytest
 
+SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 sys.path.insert(0, str(SOURCE / "tools"))
 
-from validation import references  # noqa: E402
+from validation import block_files, cases, references  # noqa: E402
+from validation.results import worst_overlap  # noqa: E402
 
 RADIAN = math.pi / 180
 G = 9.81
@@ -132,3 +135,59 @@ def test_arc_slide_agrees_with_an_independent_integration(opening, top, rise, ba
     """Another program, by steps of the front corner; its last digits are not converged."""
     slide = references.ArcSlide(references.track(20, opening, 1.5), 0.2, 0.1, math.sqrt(20))
     assert (0.25 + slide.top_time, slide.rise, slide.speed_back) == pytest.approx((top, rise, back), abs=8e-6)
+
+
+def outlines(text):
+    """Corners of the blocks of a block file."""
+    rows = [line.split() for line in text.splitlines() if not line.startswith("!")]
+    count = int(rows[0][0])
+    vertices = np.array([[float(x) for x in row[1:3]] for row in rows[2 + count:2 + count + int(rows[0][2])]])
+    return [vertices[int(first) - 1:int(last)] for _, first, last in rows[2:2 + count]]
+
+
+@pytest.mark.parametrize("text, count", [
+    (block_files.arch(25, 0.11), 26), (block_files.arch(8, 0.1), 9), (block_files.overhang(0.99), 5),
+    (block_files.wall(10), 106), (block_files.columns(references.Toppling()), 17)])
+def test_blocks_touch_and_do_not_overlap(text, count, tmp_path):
+    polygons = outlines(text)
+    assert len(polygons) == count and worst_overlap(polygons) < 1e-12
+    areas = [np.sum(p[:, 0] * np.roll(p[:, 1], -1) - np.roll(p[:, 0], -1) * p[:, 1]) / 2 for p in polygons]
+    assert min(areas) > 0
+    (tmp_path / "it.blk").write_text(text)
+    done = subprocess.run([SCREE, "cut", tmp_path / "it.blk", "-o", tmp_path / "again.blk"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_overlap_is_the_depth_of_a_corner():
+    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+    assert worst_overlap([square, square + [0.3, 0.9]]) == pytest.approx(0.1)
+    assert worst_overlap([square, square + [0.0, 1.0]]) == 0 and worst_overlap([square, square + [2.0, 0.0]]) == 0
+
+
+@pytest.mark.parametrize("path", sorted(p.relative_to(SOURCE) for pattern in ("validation/*/*", "paper/arc/*", "paper/rockfall/*")
+                                        for p in (SOURCE / "input").glob(pattern) if p.suffix in (".geo", ".blk")), ids=str)
+def test_committed_geometries_do_not_overlap(path, tmp_path):
+    done = subprocess.run([SCREE, "cut", SOURCE / path, "-o", tmp_path / "it.blk"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    polygons = outlines((tmp_path / "it.blk").read_text())
+    assert len(polygons) == {"m1-column": 11, "m6-roof-wedge": 5, "m7-cradle": 5}.get(path.parent.name, 2)
+    assert worst_overlap(polygons) < 1e-9
+
+
+def test_a_row_is_met_within_its_tolerance():
+    assert cases.Row("way", 2.0, 2.001, 1e-3).met() and not cases.Row("way", 2.0, 2.003, 1e-3).met()
+    assert cases.Row("way", 0.0, 1e-7, 1e-6, 1.0).met() and not cases.Row("way", 1.0, math.nan, 1e9).met()
+    assert cases.Row("mode", "rests", "rests").met() and not cases.Row("mode", "rests", "slides").met()
+
+
+def test_the_tool_says_what_is_wrong(tmp_path):
+    tool = SOURCE / "tools" / "validate"
+    done = subprocess.run([tool, "b99"], capture_output=True, text=True)
+    assert done.returncode == 2 and "found b99" in done.stderr
+    done = subprocess.run([tool, "b1", "--scree", tmp_path / "none"], capture_output=True, text=True)
+    assert done.returncode == 2 and "found none" in done.stderr
+    wrong = tmp_path / "wrong"
+    wrong.write_text("#!/bin/sh\necho 'out of order' >&2\nexit 1\n")
+    wrong.chmod(0o755)
+    done = subprocess.run([tool, "b1", "m4", "--scree", wrong], capture_output=True, text=True)
+    assert done.returncode == 1 and done.stdout.count("out of order  MISS") == 2
