@@ -57,12 +57,18 @@ contains
       call next_word(deck, 'a section', word, error)
       if (allocated(error)) return
       if (word == '$Nodes') then
+        if (allocated(nodes%number)) then
+          call expect(deck, '$Nodes once', 'it again', error)
+          return
+        end if
         call read_nodes(deck, nodes, error)
+        if (.not. allocated(error)) call end_section(deck, '$EndNodes', error)
       else if (word == '$Elements') then
         if (.not. allocated(nodes%number)) then
           call expect(deck, '$Nodes before $Elements', 'none', error)
         else
           call read_elements(deck, nodes, mesh, error)
+          if (.not. allocated(error)) call end_section(deck, '$EndElements', error)
         end if
       end if
       if (allocated(error)) return
@@ -73,6 +79,18 @@ contains
     end if
     call drop_unused(nodes, mesh)
   end subroutine read_gmsh_file
+
+  !> Reads the end of a section, without which the file is cut off or holds more than it announces.
+  subroutine end_section(deck, last, error)
+    type(deck_t), intent(inout) :: deck
+    character(len=*), intent(in) :: last
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: word
+
+    call next_word(deck, last, word, error)
+    if (allocated(error)) return
+    if (word /= last) call expect(deck, last, word, error)
+  end subroutine end_section
 
   !> Reads the section $Nodes.
   subroutine read_nodes(deck, nodes, error)

@@ -108,6 +108,10 @@ BAD = {
     "cut off in the elements": (cut_off(23), "m.msh:22:", "the deck holds no more", "4 times 2"),
     "cut off between elements": (cut_off(25), "m.msh:26:", "the tag of an element", "end"),
     "cut off in an element": (cut_off(25, "4 2 6"), "m.msh:26:", "a node of element", "end"),
+    "cut off after the last node": (cut_off(18), "m.msh:19:", "$EndNodes", "end"),
+    "cut off after the last element": (cut_off(26), "m.msh:27:", "$EndElements", "end"),
+    "more elements than announced": (mesh(22, "2 1 2 3"), "m.msh:26:", "$EndElements", "4"),
+    "nodes twice": ({"m.msh": MESH + MESH[MESH.index("$Nodes"):]}, "m.msh:28:", "$Nodes once", "again"),
     "a mesh beside the rock": ({"m.msh": MESH.replace("0 0 0\n", "0.1 0 0\n").replace("0 1 0\n", "0.1 1 0\n")}, "a.ana:9:",
                                "holds every block", "1 parts"),
     "a mesh far from the rock": ({"g.geo": GEOMETRY.replace("\n0 0 2 0", "\n9 9 9.5 9").replace("2 0 2 1", "9.5 9 9 9.5")
