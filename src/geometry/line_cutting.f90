@@ -50,7 +50,8 @@ contains
 
   !> Cuts lines at each other.
   !>
-  !> Boundary lines are the first; among themselves they keep details smaller than e, as in dc. A single end within e of
+  !> Boundary lines are the first; among themselves they keep details smaller than e, as in dc. Ends are joined before
+  !> anything is cut, so that the argument above holds for the lines as they are then. A single end within e of
   !> another line is brought onto it. Errors: the passes do not end, which the argument above excludes.
   subroutine cut_lines(ends, n_boundary, nearest, graph, error)
     real(dp), intent(in) :: ends(:, :, :)     !! (xy, end, n_lines), length
@@ -75,7 +76,7 @@ contains
       call place_segments(grid, nodes%place(:, :nodes%n), graph%ends, 2*graph%nearest)
       splits%n = 0
       call cross_pieces(grid, n_boundary, pass == 1, graph, nodes, splits)
-      if (pass == 1) call settle_free_ends(grid, n_boundary, graph, nodes, splits)
+      if (pass == 1) call settle_free_ends(grid, graph, nodes, splits)
       call snap_to_nodes(grid, n_boundary, graph, nodes, splits)
       deallocate (grid%first, grid%item)
       if (splits%n == 0 .and. pass > 1) exit
@@ -85,32 +86,94 @@ contains
     if (pass > most_passes) call fail(error, status_run_failed, 'cutting the lines does not come to an end')
   end subroutine cut_lines
 
-  !> Nodes of the ends of lines, one where ends coincide; lines without length are dropped.
+  !> Nodes of the ends of lines, one where they coincide, and one where ends that coincide with others lie near each
+  !> other; lines without length are dropped.
   subroutine take_ends(ends, n_boundary, nodes, graph)
     real(dp), intent(in) :: ends(:, :, :)
     integer, intent(in) :: n_boundary
     type(nodes_t), intent(inout) :: nodes
     type(graph_t), intent(inout) :: graph
-    integer :: node(2, size(ends, 3)), i, k, n
-    logical :: counted
+    type(nodes_t) :: met
+    integer :: node(2, size(ends, 3)), i, k
+    integer, allocatable :: into(:), number(:)
 
-    allocate (nodes%head(nodes%grid%n(1)*nodes%grid%n(2)), source=0)
-    n = 4*size(ends, 3)
-    allocate (nodes%place(2, n), nodes%before(n), nodes%boundary(n), nodes%free(n))
+    met%grid = nodes%grid
+    call make_room(met, size(node))
     do i = 1, size(ends, 3)
       do k = 1, 2
-        node(k, i) = node_at(nodes, ends(:, k, i), graph%rounding, graph%rounding, .false., .true.)
-        counted = node(k, i) > 0
-        if (counted) then
-          nodes%free(node(k, i)) = nodes%free(node(k, i)) .and. k == 2 .and. node(1, i) == node(2, i)
+        node(k, i) = node_at(met, ends(:, k, i), graph%rounding, graph%rounding, .false., .true.)
+        if (node(k, i) > 0) then
+          met%free(node(k, i)) = met%free(node(k, i)) .and. k == 2 .and. node(1, i) == node(2, i)
         else
-          call add_node(nodes, ends(:, k, i), i <= n_boundary, .true., node(k, i))
+          call add_node(met, ends(:, k, i), i <= n_boundary, .true., node(k, i))
         end if
       end do
     end do
-    graph%line = pack([(i, i=1, size(ends, 3))], node(1, :) /= node(2, :))
-    graph%ends = node(:, graph%line)
+    call merge_shared_ends(met, graph, into)
+    call make_room(nodes, 2*size(node))
+    graph%line = pack([(i, i=1, size(ends, 3))], into(node(1, :)) /= into(node(2, :)))
+    graph%ends = reshape([(into(node(:, graph%line(i))), i=1, size(graph%line))], [2, size(graph%line)])
+    allocate (number(met%n), source=0)
+    do i = 1, size(graph%line)
+      do k = 1, 2
+        associate (n => graph%ends(k, i))
+          if (number(n) == 0) call add_node(nodes, met%place(:, n), met%boundary(n), met%free(n), number(n))
+          n = number(n)
+        end associate
+      end do
+    end do
   end subroutine take_ends
+
+  !> The node that each node becomes: a shared end joins the nearest of those before it that stay, within 1.25 e, all
+  !> others stay. The order is of places, so that neither the numbers of the lines nor the lengths of chains of near
+  !> nodes matter: what stays is apart, and nothing moves farther than 1.25 e.
+  subroutine merge_shared_ends(nodes, graph, into)
+    type(nodes_t), intent(in) :: nodes
+    type(graph_t), intent(in) :: graph
+    integer, allocatable, intent(out) :: into(:)  !! (n)
+    type(nodes_t) :: staying
+    integer :: i, k, near, shared(count(.not. nodes%free(:nodes%n))), node_of(size(shared))
+
+    into = [(i, i=1, nodes%n)]
+    shared = in_order(nodes, pack(into, .not. nodes%free(:nodes%n)))
+    staying%grid = nodes%grid
+    call make_room(staying, size(shared))
+    do i = 1, size(shared)
+      k = shared(i)
+      near = node_at(staying, nodes%place(:, k), graph%nearest, graph%rounding, nodes%boundary(k), .true.)
+      if (near > 0) then
+        into(k) = node_of(near)
+      else
+        call add_node(staying, nodes%place(:, k), nodes%boundary(k), .false., near)
+        node_of(near) = k
+      end if
+    end do
+  end subroutine merge_shared_ends
+
+  !> Nodes by place: those of the boundary first, then from left to right, then upwards.
+  pure function in_order(nodes, list) result(sorted)
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: list(:)
+    integer :: sorted(size(list))
+    real(dp) :: key(size(list))
+
+    sorted = list
+    key = nodes%place(2, sorted)
+    call sort_by(key, sorted)
+    key = nodes%place(1, sorted)
+    call sort_by(key, sorted)
+    key = merge(0.0_dp, 1.0_dp, nodes%boundary(sorted))
+    call sort_by(key, sorted)
+  end function in_order
+
+  !> Makes empty lists for a number of nodes, which may grow.
+  pure subroutine make_room(nodes, n)
+    type(nodes_t), intent(inout) :: nodes
+    integer, intent(in) :: n
+
+    allocate (nodes%head(nodes%grid%n(1)*nodes%grid%n(2)), source=0)
+    allocate (nodes%place(2, n), nodes%before(n), nodes%boundary(n), nodes%free(n))
+  end subroutine make_room
 
   !> Adds a node.
   pure subroutine add_node(nodes, place, boundary, free, node)
@@ -154,6 +217,25 @@ contains
     nodes%before(node) = nodes%head(cell)
     nodes%head(cell) = node
   end subroutine list_node
+
+  !> Takes a node out of its cell.
+  pure subroutine unlist_node(nodes, node)
+    type(nodes_t), intent(inout) :: nodes
+    integer, intent(in) :: node
+    integer :: cell, k, range(2, 2)
+
+    range = cells_of_box(nodes%grid, nodes%place(:, node), nodes%place(:, node))
+    cell = number_of_cell(nodes%grid, range(1, 1), range(2, 1))
+    k = nodes%head(cell)
+    if (k == node) then
+      nodes%head(cell) = nodes%before(node)
+      return
+    end if
+    do while (nodes%before(k) /= node)
+      k = nodes%before(k)
+    end do
+    nodes%before(k) = nodes%before(node)
+  end subroutine unlist_node
 
   !> The node that a place is one with, 0 where there is none.
   pure integer function node_at(nodes, place, nearest, least, boundary, with_free, but)
@@ -301,43 +383,58 @@ contains
   end subroutine add_split
 
   !> Joins ends that coincide with no other to a node beside them, or to another such end, or brings them onto the line
-  !> beside them.
-  subroutine settle_free_ends(grid, n_boundary, graph, nodes, splits)
+  !> beside them, in the order of their places.
+  subroutine settle_free_ends(grid, graph, nodes, splits)
     type(cell_grid_t), intent(in) :: grid
-    integer, intent(in) :: n_boundary
     type(graph_t), intent(inout) :: graph
     type(nodes_t), intent(inout) :: nodes
     type(splits_t), intent(inout) :: splits
     real(dp) :: distance, foot(2), foot_yet(2), nearest_yet
-    integer :: i, k, node, other, piece
+    integer :: at_end(2, nodes%n), i, k, l, node, other, piece
+    integer, allocatable :: ends(:)
 
+    at_end = 0
     do i = 1, size(graph%line)
       do k = 1, 2
-        node = graph%ends(k, i)
-        if (.not. nodes%free(node)) cycle
-        other = node_at(nodes, nodes%place(:, node), graph%nearest, graph%rounding, .false., .false.)
-        if (other > 0) then
-          graph%ends(k, i) = other
-          cycle
-        end if
-        other = node_at(nodes, nodes%place(:, node), graph%nearest, graph%rounding, i <= n_boundary, .true., node)
-        if (other > 0) then ! two free ends meet
-          nodes%free(other) = .false.
-          graph%ends(k, i) = other
-          cycle
-        end if
-        piece = 0
-        nearest_yet = graph%nearest
-        call look_around()
-        if (piece == 0) cycle
-        if (nearest_yet <= graph%rounding) foot_yet = nodes%place(:, node) ! on the line as it is
-        call add_node(nodes, foot_yet, .false., .false., other)
-        graph%ends(k, i) = other
-        if (may_split(graph, nodes, piece, other)) call add_split(splits, piece, other)
+        if (nodes%free(graph%ends(k, i))) at_end(:, graph%ends(k, i)) = [k, i]
       end do
+    end do
+    ends = in_order(nodes, pack([(l, l=1, nodes%n)], at_end(1, :) > 0))
+    do l = 1, size(ends)
+      node = ends(l)
+      if (.not. nodes%free(node) .or. at_end(1, node) == 0) cycle ! it has met one before it
+      i = at_end(2, node)
+      other = node_at(nodes, nodes%place(:, node), graph%nearest, graph%rounding, .false., .false.)
+      if (other > 0) then
+        call move_end(node, other)
+        cycle
+      end if
+      other = node_at(nodes, nodes%place(:, node), graph%nearest, graph%rounding, nodes%boundary(node), .true., node)
+      if (other > 0) then ! two free ends meet
+        nodes%free(node) = .false.
+        call move_end(other, node)
+        cycle
+      end if
+      piece = 0
+      nearest_yet = graph%nearest
+      call look_around()
+      if (piece == 0) cycle
+      if (nearest_yet <= graph%rounding) foot_yet = nodes%place(:, node) ! on the line as it is
+      call add_node(nodes, foot_yet, .false., .false., other)
+      call move_end(node, other)
+      if (may_split(graph, nodes, piece, other)) call add_split(splits, piece, other)
     end do
 
   contains
+
+    !> Moves a free end to a node, and takes its own away.
+    subroutine move_end(from, to)
+      integer, intent(in) :: from, to
+
+      graph%ends(at_end(1, from), at_end(2, from)) = to
+      at_end(:, from) = 0
+      call unlist_node(nodes, from)
+    end subroutine move_end
 
     !> The nearest piece of another line that the end lies beside.
     subroutine look_around()
