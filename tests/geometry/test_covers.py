@@ -23,7 +23,6 @@ SHARE = 1e-12  # of the area of a block
 # times share, 4e-10 there, whatever the number of steps, and not of rounding: it goes with the strain and with 1/dt^2. Steps of
 # STEP make it 4e-13.
 EXACT = 1e-10
-SLIVER = 1e-9  # area of blocks that are rounding: two ends a rounding apart, each on another end, stay two corners
 
 Model = collections.namedtuple("Model", "block loops stress displacement area cover follows")
 
@@ -148,7 +147,7 @@ def relax_map(seed, folder):
     gradient = np.array([[strain[0], strain[2]], [strain[2], strain[1]]])
     pathlib.Path(f"{name}.geo").write_text(deck)
     pathlib.Path(f"{name}.msh").write_text(gmsh_file(rnd, lines))
-    report = {"seed": seed, "far": far, "least": known_areas(name).min()}
+    report = {"seed": seed, "far": far}
     for way, cover in (("dda", ""), ("regular", random_cover(rnd, lines, far)), ("gmsh", f"mesh='{name}.msh'")):
         pathlib.Path(f"{name}.ana").write_text(analysis_deck(name, stress, "nmm" if cover else "dda", cover))
         done = subprocess.run([SCREE, "run", f"{name}.ana", "-o", f"{name}.h5", "--quiet"], capture_output=True, text=True,
@@ -207,15 +206,14 @@ def test_the_corners_in_the_file_enclose_that_area(areas):
     assert worst["corners"] < SHARE, worst
 
 
-def test_only_blocks_that_are_rounding_are_refused_as_singular(relaxed):
-    failed = [m for m in relaxed if "failed" in m]
-    assert all(m["least"] < SLIVER and "singular" in m["failed"] for m in failed), failed
-    assert len(failed) < 0.05 * N_PATCHES
+def test_no_map_is_refused(relaxed):
+    """Cutting leaves no block that is rounding alone, whose equations would be singular."""
+    assert not [m for m in relaxed if "failed" in m]
 
 
 @pytest.mark.parametrize("way", ["dda", "regular", "gmsh"])
 def test_a_constant_stress_relaxes_to_none_by_a_linear_displacement(way, relaxed):
     for k, what in enumerate(("stress", "displacement")):
-        worst = max((m for m in relaxed if "failed" not in m), key=lambda m: m[way][k])
+        worst = max(relaxed, key=lambda m: m[way][k])
         print(f"worst {what} of {N_PATCHES} maps: {worst}")
         assert worst[way][k] < EXACT, (what, worst)
