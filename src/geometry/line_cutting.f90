@@ -465,9 +465,11 @@ contains
     real(dp), intent(out) :: foot(2), distance
     real(dp) :: share
 
+    foot = a
+    distance = huge(distance)
+    if (.not. sum((b - a)**2) > 0) return ! both ends of a short line have become one
     share = dot_product(place - a, b - a)/dot_product(b - a, b - a)
     foot = a + share*(b - a)
-    distance = huge(distance)
     if (share > 0 .and. share < 1) distance = norm2(place - foot)
   end subroutine drop_perpendicular
 
