@@ -188,7 +188,8 @@ contains
 
     n = nodes%n
     if (n == size(nodes%before)) then
-      allocate (before(2*n), flag(2*n), places(2, 2*n))
+      allocate (before(2*n), places(2, 2*n))
+      allocate (flag(2*n), source=.false.)
       before(:n) = nodes%before
       call move_alloc(before, nodes%before)
       places(:, :n) = nodes%place
