@@ -99,6 +99,9 @@ module scree_scene
     integer :: test = test_theta
     real(dp) :: tolerance = 1e-10_dp        !! of the chosen test
     integer :: most_iterations = 25
+    logical :: contact = .true.             !! bodies may touch
+    real(dp) :: contact_stiffness = 0.0_dp  !! across a contact, force/length per unit thickness
+    real(dp) :: shear_ratio = 2.5_dp        !! of that to the stiffness along it
     integer :: fixed = fixed_exact
     real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness
     real(dp) :: mass_damping = 0.0_dp       !! force over mass and velocity, 1/time

@@ -22,7 +22,7 @@ module scree_settings
   !> What is known of one name.
   type :: setting_t
     character(len=12) :: group
-    character(len=10) :: name
+    character(len=11) :: name
     integer :: kind
     character(len=62) :: default                   !! in words
     character(len=88) :: meaning
@@ -75,9 +75,14 @@ module scree_settings
     setting_t('iteration', 'tolerance', kind_real, '1e-10 for theta, 1e-9 for residual', &
               'largest change of theta, or largest force out of balance over the largest force', '', '1', 0.0_dp, 1.0_dp, .true.), &
     setting_t('iteration', 'most', kind_whole, '25', 'iterations before the step is cut', '', '1', 1.0_dp, 1e6_dp), &
+    setting_t('contact', 'method', kind_choice, 'penalty', 'springs between bodies that touch, or no contact', '|penalty|none|'), &
+    setting_t('contact', 'stiffness', kind_real, 'g0 of the deck, or 50 times the largest E', &
+              'of a spring across a contact, per unit thickness', '', 'force/length', 0.0_dp, open=.true.), &
+    setting_t('contact', 'shear_ratio', kind_real, '2.5', 'stiffness across a contact over that along it', '', '1', 0.0_dp, &
+              open=.true.), &
     setting_t('fixed_points', 'method', kind_choice, 'exact; penalty with preset shi', &
               'fixed points: eliminated, or held by springs', '|exact|penalty|'), &
-    setting_t('fixed_points', 'stiffness', kind_real, '100 g0, with g0 that of the deck or 50 times the largest E', &
+    setting_t('fixed_points', 'stiffness', kind_real, '100 times that of contact', &
               'of the springs, per unit thickness', '', 'force/length', 0.0_dp, open=.true.), &
     setting_t('loads', 'force', kind_reals, 'none', &
               'fx fy of each load point, constant, per unit thickness; Shi''s order has tables', '', 'force'), &
@@ -395,11 +400,17 @@ contains
 
       call default('fixed_points', 'method', either('penalty', 'exact', s%shi))
       s%fixed = merge(fixed_exact, fixed_penalty, word('fixed_points', 'method') == 'exact')
+      call default('contact', 'method', 'penalty')
+      s%contact = word('contact', 'method') == 'penalty'
       if (scene%contact_stiffness > 0) then
-        call default('fixed_points', 'stiffness', real_text(100*scene%contact_stiffness))
+        call default('contact', 'stiffness', real_text(scene%contact_stiffness))
       else
-        call default('fixed_points', 'stiffness', real_text(100*50*maxval(scene%block_material%young)))
+        call default('contact', 'stiffness', real_text(50*maxval(scene%block_material%young)))
       end if
+      s%contact_stiffness = number('contact', 'stiffness')
+      call default('contact', 'shear_ratio', '2.5')
+      s%shear_ratio = number('contact', 'shear_ratio')
+      call default('fixed_points', 'stiffness', real_text(100*s%contact_stiffness))
       s%fixed_stiffness = number('fixed_points', 'stiffness')
 
       if (has('acceleration', 'table') .and. has('acceleration', 'file')) then

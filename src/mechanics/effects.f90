@@ -1,6 +1,7 @@
 !> The effects of a scene. This file is the only one that asks which are present.
 module scree_effects
   use scree_base_acceleration, only: add_base_acceleration, base_acceleration_t
+  use scree_contacts, only: contact_law_t
   use scree_element_term, only: step_rule_t, term_t
   use scree_fixed_point, only: add_fixed_springs, fixed_point_t
   use scree_gravity, only: add_gravity, gravity_t
@@ -31,6 +32,7 @@ module scree_effects
     type(mass_damping_t), allocatable :: mass_damping
     type(point_load_t), allocatable :: point_load
     type(fixed_point_t), allocatable :: fixed_point
+    type(contact_law_t), allocatable :: contact
   end type effects_t
 
   !> What stays the same for one element through the iterations of a step.

@@ -7,6 +7,7 @@ module scree_set_up
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_interpolation, only: kinematics_of, kinematics_t, rigid_velocity
   use scree_kinds, only: dp
+  use scree_outlines, only: make_outlines
   use scree_material, only: elasticity
   use scree_mathematical_mesh, only: mesh_t, regular_mesh
   use scree_scene, only: effect_t, fixed_exact, mass_follows_area, model_dda, model_nmm, scene_t, scheme_energy_momentum, &
@@ -39,7 +40,10 @@ contains
 
     call make_system(scene, blocks, system, state, quality, error)
     if (allocated(error)) return
-    call make_effects(scene, system, state, quality, effects, list)
+    call make_effects(scene, system, state, quality, size(blocks%crack_joint) > 0, effects, list)
+    if (.not. allocated(effects%contact)) return
+    call make_outlines(system%elements%shape, state%vertex, system%elements%block, system%outlines, error)
+    allocate (state%contacts%contact(0), state%contacts%link(2, 0))
   end subroutine set_up
 
   !> Bodies and their state at rest, in coordinates about the middle of the scene.
@@ -168,11 +172,12 @@ contains
   end function elements_of_points
 
   !> The effects, decided once. Only materials that a block is made of count.
-  subroutine make_effects(scene, system, state, quality, effects, list)
+  subroutine make_effects(scene, system, state, quality, cracked, effects, list)
     type(scene_t), intent(in) :: scene
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
     type(cover_quality_t), intent(in) :: quality
+    logical, intent(in) :: cracked                    !! a joint ends inside a block
     type(effects_t), intent(out) :: effects
     type(effect_t), allocatable, intent(out) :: list(:)
     type(kinematics_t) :: element
@@ -245,6 +250,7 @@ contains
     end if
     call hold_points()
     call load_points()
+    call let_touch()
     if (any(system%points%kind == measured_point)) &
       call name('measured points', number_text(count(system%points%kind == measured_point))//' in the geometry')
 
@@ -289,6 +295,29 @@ contains
         end do
       end associate
     end subroutine hold_points
+
+    !> Contact, where there is more than one block, or a joint in one under a mesh that may close.
+    subroutine let_touch()
+      real(dp), parameter :: degree = acos(-1.0_dp)/180
+
+      associate (s => scene%settings, joint => scene%joint_material)
+        if (.not. s%contact) return
+        if (system%n_blocks > 1) then
+          call name('contact', number_text(system%n_blocks)//' blocks; springs of '//real_text(s%contact_stiffness)// &
+                    ' force/length across')
+        else if (cracked .and. system%n_elements > 1) then
+          call name('contact', 'a joint inside a block; springs of '//real_text(s%contact_stiffness)//' force/length across')
+        else
+          return
+        end if
+        allocate (effects%contact)
+        effects%contact%normal_stiffness = s%contact_stiffness
+        effects%contact%shear_stiffness = s%contact_stiffness/s%shear_ratio
+        effects%contact%friction = [tan(joint%friction_angle*degree), (0.0_dp, e=1, 1)]
+        effects%contact%cohesion = [joint%cohesion, (0.0_dp, e=1, 1)]
+        effects%contact%strength = [joint%tensile_strength, (0.0_dp, e=1, 1)]
+      end associate
+    end subroutine let_touch
 
     !> Load points that have a force at some time.
     subroutine load_points()

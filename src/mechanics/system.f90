@@ -1,5 +1,6 @@
 !> What the geometry made: blocks, elements, covers and points, constant during the run, and what a step changes.
 module scree_system
+  use scree_contacts, only: contacts_t, outlines_t
   use scree_kinds, only: dp
   use scree_regions, only: regions_t
   implicit none
@@ -45,6 +46,7 @@ module scree_system
     type(elements_t) :: elements
     type(points_t) :: points
     type(extension_t), allocatable :: extension !! of covers too small to stand on their own
+    type(outlines_t) :: outlines          !! of the bodies, where they may touch
   end type system_t
 
   !> Place, motion and stress at one time: what a step changes.
@@ -59,6 +61,7 @@ module scree_system
     real(dp), allocatable :: stress(:, :)      !! (3, n_elements) xx, yy, xy, tension positive, force/length^2
     real(dp), allocatable :: deformation(:, :) !! (4, n_elements) F since the start: xx, yx, xy, yy
     real(dp), allocatable :: rotation(:)       !! (n_blocks) accumulated, rad
+    type(contacts_t) :: contacts
   end type state_t
 
 end module scree_system

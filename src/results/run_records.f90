@@ -17,6 +17,7 @@ module scree_run_records
     integer :: time = 0, step_size = 0, area = 0, rotation = 0, momentum = 0
     integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, damping = 0, dissipated = 0
     integer :: iterations = 0, solves = 0, rejected = 0
+    integer :: contacts = 0, open_close = 0, overlap = 0, spring = 0, friction = 0
     integer :: body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
     integer :: point_position = 0, point_displacement = 0, point_velocity = 0, point_stress = 0
     integer, allocatable :: measured(:)               !! points of the system
@@ -66,6 +67,13 @@ contains
     call a_step('deformation_iterations', [integer ::], '1', 'iterations of the step', records%iterations, .true.)
     call a_step('solves', [integer ::], '1', 'systems of equations solved in the step', records%solves, .true.)
     call a_step('rejected', [integer ::], '1', 'tries of the step that were cut', records%rejected, .true.)
+    if (allocated(effects%contact)) then
+      call a_step('contacts', [3], '1', 'contacts open, sliding, locked', records%contacts, .true.)
+      call a_step('open_close_iterations', [integer ::], '1', 'judgements of all contacts', records%open_close, .true.)
+      call a_step('overlap', [integer ::], 'length', 'deepest of a closed contact', records%overlap)
+      call a_step('energy/contact', [integer ::], energy_unit, 'energy of the springs of contacts', records%spring)
+      call a_step('energy/friction', [integer ::], energy_unit, 'work lost in sliding since the start', records%friction)
+    end if
     call a_frame('area', [n], 'length^2', 'area', records%body_area)
     call a_frame('centroid', [2, n], 'length', 'centroid', records%body_centroid)
     call a_frame('rotation', [n], 'rad', 'rotation since the start', records%body_rotation)
@@ -142,10 +150,15 @@ contains
     call put(records%work, [records%work_done])
     call put(records%damping, [records%damped])
     call put(records%dissipated, [records%total_at_start + records%work_done - books%kinetic - books%strain - books%gravity &
-                                  - books%fixed_springs])
+                                  - books%fixed_springs - state%contacts%energy])
     call put(records%iterations, [real(report%iterations, dp)])
     call put(records%solves, [real(report%solves, dp)])
     call put(records%rejected, [real(report%rejected, dp)])
+    call put(records%contacts, real(state%contacts%count, dp))
+    call put(records%open_close, [real(report%open_close, dp)])
+    call put(records%overlap, [state%contacts%overlap])
+    call put(records%spring, [state%contacts%energy])
+    call put(records%friction, [state%contacts%friction])
     do i = 1, size(records%measured)
       associate (point => state%point(:, records%measured(i)))
         e = system%points%element(records%measured(i))

@@ -1,7 +1,7 @@
 !> The equations of groups of elements that share unknowns, written for the free unknowns, and their solution.
 !>
-!> An element that shares no unknown is a group of its own and is solved densely. All others are one group
-!> with one sparse matrix, which only they make.
+!> An element that shares no unknown and touches no other is a group of its own and is solved densely. All others are one
+!> group with one sparse matrix, which only they make, with what links pairs of them.
 module scree_equations
   use scree_cholmod, only: cholmod_t, release_cholmod, solve_cholmod
   use scree_constraints, only: constraints_t, reduce_element, reduction_t
@@ -14,15 +14,15 @@ module scree_equations
   use scree_umfpack, only: release_umfpack, solve_umfpack, umfpack_t
   implicit none
   private
-  public :: add_equations, begin_equations, constrain_equations, equations_t, members, out_of_balance, &
-            release_equations, set_up_equations, solve_equations
+  public :: add_equations, add_link_equations, begin_equations, constrain_equations, equations_t, members, out_of_balance, &
+            link_elements, release_equations, set_up_equations, solve_equations
 
   integer, parameter :: n = element_unknowns
 
   !> The sparse equations of the elements that share unknowns.
   type :: shared_t
     integer, allocatable :: unknown(:)       !! (n_rows) free unknown of each row
-    integer, allocatable :: rows(:, :)       !! (n_most, n_members) rows of each member, then zeros
+    integer, allocatable :: rows(:, :)       !! (n_most, n_members + n_links) rows of each member and link, then zeros
     type(sparse_matrix_t) :: matrix
     type(cholmod_t) :: cholmod               !! where the matrix is symmetric and positive definite
     type(umfpack_t) :: umfpack               !! else
@@ -34,8 +34,10 @@ module scree_equations
     integer, allocatable :: first(:)         !! (n_groups+1) group g owns member(first(g):first(g+1)-1)
     integer, allocatable :: member(:)        !! (n_elements) elements by group
     integer, allocatable :: unknown(:, :)    !! (n, n_elements) unknowns of the elements
+    integer, allocatable :: link(:, :)       !! (2 n, n_links) unknowns of pairs of elements
     type(constraints_t) :: constraints
     type(reduction_t), allocatable :: reduction(:) !! (n_elements)
+    type(reduction_t), allocatable :: link_reduction(:) !! (n_links)
     real(dp), allocatable :: force(:)        !! (n_unknowns) out of balance, zero at slaves
     real(dp), allocatable :: scale(:)        !! (n_unknowns) magnitudes of the forces that balance
     real(dp), allocatable :: noise(:)        !! (n_unknowns) magnitudes of what cancelled in them
@@ -52,23 +54,49 @@ contains
     type(elements_t), intent(in) :: elements
     integer, intent(in) :: n_unknowns
     type(equations_t), intent(out) :: equations
-    integer :: e, n_alone, n_elements
 
-    n_elements = size(elements%alone)
-    n_alone = count(elements%alone)
-    equations%member = [pack([(e, e=1, n_elements)], elements%alone), pack([(e, e=1, n_elements)], .not. elements%alone)]
-    equations%first = [(e, e=1, n_alone + 1)]
-    if (n_alone < n_elements) then
-      equations%first = [equations%first, n_elements + 1]
-      allocate (equations%shared)
-      allocate (equations%shared%rows(0, 0))
-    end if
-    equations%n_groups = size(equations%first) - 1
     equations%unknown = elements%unknown
-    allocate (equations%reduction(n_elements))
+    allocate (equations%reduction(size(elements%alone)))
+    call link_elements(elements, reshape([integer ::], [2, 0]), equations)
     allocate (equations%force(n_unknowns), equations%scale(n_unknowns), equations%noise(n_unknowns), &
               equations%span(n_unknowns), equations%correction(n_unknowns), source=0.0_dp)
   end subroutine set_up_equations
+
+  !> Groups the elements anew, with pairs of elements that force links. Constraints have to be taken after it.
+  subroutine link_elements(elements, link, equations)
+    type(elements_t), intent(in) :: elements
+    integer, intent(in) :: link(:, :)  !! (2, n_links) elements
+    type(equations_t), intent(inout) :: equations
+    logical :: alone(size(elements%alone))
+    integer :: e, i
+
+    alone = elements%alone
+    do i = 1, size(link, 2)
+      alone(link(:, i)) = .false.
+    end do
+    equations%link = reshape([((elements%unknown(:, link(e, i)), e=1, 2), i=1, size(link, 2))], [2*n, size(link, 2)])
+    if (allocated(equations%link_reduction)) deallocate (equations%link_reduction)
+    allocate (equations%link_reduction(size(link, 2)))
+    equations%member = [pack([(e, e=1, size(alone))], alone), pack([(e, e=1, size(alone))], .not. alone)]
+    equations%first = [(e, e=1, count(alone) + 1)]
+    if (.not. all(alone)) then
+      equations%first = [equations%first, size(alone) + 1]
+      if (.not. allocated(equations%shared)) then
+        allocate (equations%shared)
+        allocate (equations%shared%rows(0, 0))
+      end if
+    end if
+    equations%n_groups = size(equations%first) - 1
+  end subroutine link_elements
+
+  !> Whether a group is the one with the sparse matrix.
+  pure logical function is_shared(equations, group)
+    type(equations_t), intent(in) :: equations
+    integer, intent(in) :: group
+
+    is_shared = .false.
+    if (allocated(equations%shared)) is_shared = equations%first(group + 1) - equations%first(group) > 1
+  end function is_shared
 
   !> Elements of a group.
   pure function members(equations, group)
@@ -83,33 +111,36 @@ contains
   subroutine constrain_equations(equations, constraints)
     type(equations_t), intent(inout) :: equations
     type(constraints_t), intent(in) :: constraints
-    integer :: e
+    integer :: e, i
 
     equations%constraints = constraints
     if (size(constraints%row) > 0) then
       do e = 1, size(equations%reduction)
         call reduce_element(constraints, equations%unknown(:, e), equations%reduction(e))
       end do
+      do i = 1, size(equations%link_reduction)
+        call reduce_element(constraints, equations%link(:, i), equations%link_reduction(i))
+      end do
     end if
-    if (allocated(equations%shared)) call number_rows(equations)
+    if (is_shared(equations, equations%n_groups)) call number_rows(equations)
   end subroutine constrain_equations
 
   !> Numbers the free unknowns of the shared group; a new pattern is made only where they are others than before.
   subroutine number_rows(equations)
     type(equations_t), intent(inout) :: equations
     integer, allocatable :: list(:), member(:), row(:), rows(:, :)
-    integer :: k, most, n_rows, u
+    integer :: k, m, most, n_rows, u
 
     member = members(equations, equations%n_groups)
+    m = size(member) + size(equations%link, 2)
     most = 0
-    do k = 1, size(member)
-      most = max(most, size(free_unknowns(equations, member(k))))
+    do k = 1, m
+      most = max(most, size(free_unknowns(equations, member, k)))
     end do
-    allocate (rows(most, size(member)), source=0)
+    allocate (rows(most, m), source=0)
     allocate (row(size(equations%force)), source=0)
     do k = 1, size(member)
-      list = free_unknowns(equations, member(k))
-      row(list) = 1
+      row(free_unknowns(equations, member, k)) = 1
     end do
     n_rows = 0
     do u = 1, size(row)
@@ -117,8 +148,8 @@ contains
       n_rows = n_rows + 1
       row(u) = n_rows
     end do
-    do k = 1, size(member)
-      list = free_unknowns(equations, member(k))
+    do k = 1, m
+      list = free_unknowns(equations, member, k)
       rows(:size(list), k) = row(list)
     end do
     associate (shared => equations%shared)
@@ -133,17 +164,33 @@ contains
     end associate
   end subroutine number_rows
 
-  !> Free unknowns that an element contributes to.
-  pure function free_unknowns(equations, e) result(list)
+  !> Free unknowns that the `k`-th member of the shared group contributes to; after the members come the links.
+  pure function free_unknowns(equations, member, k) result(list)
     type(equations_t), intent(in) :: equations
-    integer, intent(in) :: e
+    integer, intent(in) :: member(:), k
     integer, allocatable :: list(:)
 
-    if (allocated(equations%reduction(e)%free)) then
-      list = equations%reduction(e)%free
+    if (k > size(member)) then
+      list = free_of(equations%link_reduction(k - size(member)), equations%link(:, k - size(member)))
     else
-      list = equations%unknown(:, e)
+      list = free_of(equations%reduction(member(k)), equations%unknown(:, member(k)))
     end if
+
+  contains
+
+    !> Those of the reduction, or all.
+    pure function free_of(reduction, unknown)
+      type(reduction_t), intent(in) :: reduction
+      integer, intent(in) :: unknown(:)
+      integer, allocatable :: free_of(:)
+
+      if (allocated(reduction%free)) then
+        free_of = reduction%free
+      else
+        free_of = unknown
+      end if
+    end function free_of
+
   end function free_unknowns
 
   !> Clears the sums of a group.
@@ -152,7 +199,7 @@ contains
     integer, intent(in) :: group
     integer :: k
 
-    if (equations%first(group + 1) - equations%first(group) > 1) call clear_matrix(equations%shared%matrix)
+    if (is_shared(equations, group)) call clear_matrix(equations%shared%matrix)
     do k = equations%first(group), equations%first(group + 1) - 1
       associate (ids => equations%unknown(:, equations%member(k)))
         equations%force(ids) = 0.0_dp
@@ -192,7 +239,7 @@ contains
       equations%force(free) = equations%force(free) + force
       equations%scale(free) = equations%scale(free) + scale
       equations%noise(free) = equations%noise(free) + noise
-      if (equations%first(group + 1) - equations%first(group) > 1) then
+      if (is_shared(equations, group)) then
         call add_element(equations%shared%matrix, k, matrix)
       else
         equations%dense(:size(free), :size(free)) = matrix
@@ -200,6 +247,45 @@ contains
     end subroutine add
 
   end subroutine add_equations
+
+  !> Adds what links pairs of elements, to the shared group.
+  subroutine add_link_equations(equations, matrix, force, scale)
+    type(equations_t), intent(inout) :: equations
+    real(dp), intent(in) :: matrix(:, :, :)           !! (2 n, 2 n, n_links)
+    real(dp), intent(in) :: force(:, :), scale(:, :)  !! (2 n, n_links) out of balance, and its magnitude
+    integer :: i, first
+
+    if (size(force, 2) == 0) return
+    first = equations%first(equations%n_groups + 1) - equations%first(equations%n_groups)
+    do i = 1, size(force, 2)
+      associate (reduction => equations%link_reduction(i))
+        if (allocated(reduction%Z)) then
+          call add(reduction%free, matmul(force(:, i), reduction%Z), matmul(scale(:, i), abs(reduction%Z)))
+          call add_element(equations%shared%matrix, first + i, &
+                           matmul(transpose(reduction%Z), matmul(matrix(:, :, i), reduction%Z)))
+        else
+          call add(equations%link(:, i), force(:, i), scale(:, i))
+          call add_element(equations%shared%matrix, first + i, matrix(:, :, i))
+        end if
+      end associate
+    end do
+
+  contains
+
+    !> Adds to the sums, one by one: two elements may share an unknown.
+    subroutine add(free, force, scale)
+      integer, intent(in) :: free(:)
+      real(dp), intent(in) :: force(:), scale(:)
+      integer :: k
+
+      do k = 1, size(free)
+        equations%force(free(k)) = equations%force(free(k)) + force(k)
+        equations%scale(free(k)) = equations%scale(free(k)) + scale(k)
+        equations%noise(free(k)) = equations%noise(free(k)) + scale(k)
+      end do
+    end subroutine add
+
+  end subroutine add_link_equations
 
   !> Largest force out of balance over the largest force that balances, and over the largest that cancelled.
   pure function out_of_balance(equations, group) result(share)
@@ -234,7 +320,7 @@ contains
     real(dp) :: q(n)
     integer :: e, m
 
-    if (equations%first(group + 1) - equations%first(group) > 1) then
+    if (is_shared(equations, group)) then
       call solve_shared(equations, symmetric, d, error)
       return
     end if

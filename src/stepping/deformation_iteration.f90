@@ -9,8 +9,10 @@ module scree_deformation_iteration
   use scree_equations, only: add_equations, begin_equations, equations_t, members, out_of_balance, solve_equations
   use scree_errors, only: error_t
   use scree_kinds, only: dp
+  use scree_open_close, only: add_contacts, judge_contacts, place_contacts, slides_with_friction, touch_t
   use scree_scene, only: iterate_hybrid, iterate_newton, settings_t, test_residual
   use scree_system, only: state_t, system_t
+  use scree_text, only: number_text
   implicit none
   private
   public :: iteration_report_t, settle_deformation
@@ -27,13 +29,14 @@ module scree_deformation_iteration
     logical :: settled = .false.
     integer :: iterations = 0              !! of the slowest group
     integer :: solves = 0                  !! of all groups
+    integer :: open_close = 0              !! iterations that judged contacts anew
     character(len=:), allocatable :: why   !! it did not settle
   end type iteration_report_t
 
 contains
 
   !> Iterates every group of elements that share unknowns, each until it has settled.
-  subroutine settle_deformation(system, effects, settings, state, share, step_rule, equations, d, report)
+  subroutine settle_deformation(system, effects, settings, state, share, step_rule, equations, d, touch, report)
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
     type(settings_t), intent(in) :: settings
@@ -42,6 +45,7 @@ contains
     type(step_rule_t), intent(in) :: step_rule
     type(equations_t), intent(inout) :: equations
     real(dp), intent(inout) :: d(:)                !! (n_unknowns) prediction, then solution
+    type(touch_t), intent(inout) :: touch          !! contacts as the step finds them, then in their states
     type(iteration_report_t), intent(inout) :: report
     integer :: group
 
@@ -59,12 +63,20 @@ contains
       type(term_t) :: term
       type(error_t), allocatable :: error
       real(dp) :: balance(2), change
-      integer :: e, i, k
+      logical :: in_contact, large, symmetric
+      integer :: changes, e, i, k
       integer, allocatable :: member(:)
 
       rule = step_rule
       rule%tangent = settings%iterate == iterate_newton
+      large = effects%large_deformation
       member = members(equations, group)
+      in_contact = size(touch%link, 2) > 0 .and. group == equations%n_groups
+      if (in_contact) then
+        if (large) call place_contacts(system, state, share, large, rule%operator_weight, d, touch)
+        call judge_contacts(system, effects%contact, d, .true., touch)
+      end if
+      changes = 0
       report%settled = .false.
       do i = 1, settings%most_iterations
         call begin_equations(equations, group)
@@ -73,13 +85,19 @@ contains
           call add_element_effects(effects, system, state, e, share(e), d(system%elements%unknown(:, e)), rule, term)
           call add_equations(equations, group, k, share(e)%kinematics%span, term)
         end do
-        if (settings%test == test_residual .and. effects%large_deformation) then
+        symmetric = symmetric_equations(effects, rule)
+        if (in_contact) then
+          call add_contacts(system, effects%contact, d, symmetric, touch, equations)
+          symmetric = symmetric .and. .not. slides_with_friction(system%outlines, effects%contact, touch)
+        end if
+        if (settings%test == test_residual .and. large) then
           balance = out_of_balance(equations, group)
-          report%settled = balance(1) <= settings%tolerance .or. balance(2) <= round_off
+          report%settled = (balance(1) <= settings%tolerance .or. balance(2) <= round_off) &
+                           .and. .not. (in_contact .and. touch%changes > 0 .and. i > 1)
           if (report%settled) exit
         end if
 
-        call solve_equations(equations, group, symmetric_equations(effects, rule), d, error)
+        call solve_equations(equations, group, symmetric, d, error)
         report%solves = report%solves + 1
         report%iterations = max(report%iterations, i)
         if (allocated(error)) then
@@ -91,15 +109,27 @@ contains
           return
         end if
         change = largest_change(member)
-        report%settled = .not. effects%large_deformation &
-                         .or. (settings%test /= test_residual .and. change < settings%tolerance)
+        report%settled = .not. large .or. (settings%test /= test_residual .and. change < settings%tolerance)
+        if (in_contact) then
+          if (large) call place_contacts(system, state, share, large, rule%operator_weight, d, touch)
+          call judge_contacts(system, effects%contact, d, .false., touch)
+          report%open_close = report%open_close + 1
+          if (touch%changes > 0) then
+            report%settled = .false.
+            changes = changes + 1
+            if (changes > effects%contact%most_changes) then
+              report%why = 'contacts did not settle in '//number_text(changes)//' open-close iterations'
+              return
+            end if
+          end if
+        end if
         if (report%settled) exit
         if (settings%iterate == iterate_hybrid) rule%tangent = change < near_solution
       end do
       if (.not. report%settled) report%why = 'the deformation did not settle'
     end subroutine settle_group
 
-    !> Largest change of a component of theta in the last correction.
+    !> Largest change of a component of theta in the last correction; and, where bodies touch, of the place over the size.
     real(dp) function largest_change(member)
       integer, intent(in) :: member(:)
       integer :: k
@@ -109,6 +139,9 @@ contains
         associate (ids => system%elements%unknown(:, member(k)))
           largest_change = max(largest_change, &
                                maxval(abs(matmul(share(member(k))%kinematics%gradient, equations%correction(ids)))))
+          if (size(touch%link, 2) > 0) &
+            largest_change = max(largest_change, maxval(abs(matmul(share(member(k))%kinematics%at_centroid, &
+                                                equations%correction(ids))))/sqrt(share(member(k))%kinematics%area))
         end associate
       end do
     end function largest_change

@@ -4,12 +4,15 @@ module scree_time_stepper
   use scree_deformation_iteration, only: iteration_report_t, settle_deformation
   use scree_effects, only: effects_t, element_share_t, share_of
   use scree_element_term, only: step_rule_t
+  use scree_contact_detection, only: find_contacts
   use scree_energy, only: loss_by_damping, work_of_loads, work_of_supports
-  use scree_equations, only: constrain_equations, equations_t
+  use scree_equations, only: constrain_equations, equations_t, link_elements
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_fixed_point, only: constrain_fixed_points
   use scree_integrator, only: step_rule_for
+  use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
+  use scree_open_close, only: accept_contacts, begin_contacts, touch_t
   use scree_scene, only: settings_t
   use scree_system, only: state_t, system_t
   use scree_update, only: update_state
@@ -24,6 +27,7 @@ module scree_time_stepper
     real(dp) :: dt = 0.0_dp           !! time
     integer :: iterations = 0         !! of the accepted try
     integer :: solves = 0             !! of all tries
+    integer :: open_close = 0         !! iterations that judged contacts, of all tries
     integer :: rejected = 0           !! tries
     real(dp) :: work = 0.0_dp         !! of loads, ground and supports, force length per unit thickness
     real(dp) :: damped = 0.0_dp       !! energy that mass damping took, likewise
@@ -49,20 +53,25 @@ contains
     type(iteration_report_t) :: try
     type(constraints_t) :: constraints
     type(step_rule_t) :: rule
+    type(touch_t) :: touch
     real(dp) :: d(system%n_unknowns)
     integer :: e
 
     report%dt = dt
     do
       rule = step_rule_for(settings, state%step, state%time, report%dt)
+      if (allocated(effects%contact)) call detect(system, share, report%dt, equations, state)
       call constraints_of_step(system, effects, share, state, state%time + report%dt, constraints, error)
       if (allocated(error)) return
       call constrain_equations(equations, constraints)
       d = report%dt*state%velocity
       call complete_unknowns(constraints, d, homogeneous=.false.)
       try = iteration_report_t()
-      call settle_deformation(system, effects, settings, state, share, rule, equations, d, try)
+      if (allocated(effects%contact)) &
+        call begin_contacts(system, state, share, effects%large_deformation, rule%operator_weight, touch)
+      call settle_deformation(system, effects, settings, state, share, rule, equations, d, touch, try)
       report%solves = report%solves + try%solves
+      report%open_close = report%open_close + try%open_close
       if (try%settled) exit
       report%rejected = report%rejected + 1
       report%why = try%why
@@ -76,11 +85,32 @@ contains
     report%work = work_of_loads(system, effects, share, state, rule, d) &
                   + work_of_supports(system, effects, share, state, rule, d)
     report%damped = loss_by_damping(system, effects, share, rule, d)
+    if (allocated(effects%contact)) call accept_contacts(system, effects%contact, d, touch, state%contacts)
     call update_state(system, effects, share, rule, d, state)
     do e = 1, system%n_elements
       share(e) = share_of(effects, system, state, e)
     end do
   end subroutine advance
+
+  !> Finds the contacts of a step, and groups the equations by them.
+  subroutine detect(system, share, dt, equations, state)
+    type(system_t), intent(in) :: system
+    type(element_share_t), intent(in) :: share(:)
+    real(dp), intent(in) :: dt
+    type(equations_t), intent(inout) :: equations
+    type(state_t), intent(inout) :: state
+    real(dp) :: velocity(2, size(system%outlines%start))
+    integer :: i
+
+    do i = 1, size(velocity, 2)
+      associate (e => system%outlines%element(i))
+        velocity(:, i) = matmul(displacement_matrix(share(e)%kinematics, state%vertex(:, system%outlines%start(i))), &
+                                state%velocity(system%elements%unknown(:, e)))
+      end associate
+    end do
+    call find_contacts(system%outlines, state%vertex, velocity, dt, system%n_elements > system%n_blocks, state%contacts)
+    call link_elements(system%elements, state%contacts%link, equations)
+  end subroutine detect
 
   !> Covers that follow others, and exact fixed points, as constraints on the unknowns of a step that ends at `time`.
   pure subroutine constraints_of_step(system, effects, share, state, time, constraints, error)

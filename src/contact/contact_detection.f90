@@ -1,0 +1,385 @@
+!> Who may touch in a step (Shi's df04, df05, df06).
+!>
+!> A search in a grid lists vertices near edges, with room to move; it is repeated only when a vertex may leave its room.
+!> Of what it lists, every step makes contacts, at distances that the motion of the step may close:
+!>
+!> - a vertex over an edge that its corner fits on,
+!> - two vertices of convex corners: the one cannot enter the other but across both of two entrance lines. The region that
+!>   is closed to the relative place of the vertices is the sum of the one corner and the other one turned round; the
+!>   entrance lines are its sides. Where that is a half plane, edges are parallel and one line is enough.
+!> - a convex corner in a concave one: a contact with either edge.
+!>
+!> A contact is the same as one of the step before where vertex and edge are.
+module scree_contact_detection
+  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
+  use scree_contact_geometry, only: gap_of
+  use scree_contacts, only: contact_t, contacts_t, line_t, outlines_t, state_open
+  use scree_kinds, only: dp
+  use scree_sorting, only: sort_by
+  implicit none
+  private
+  public :: find_contacts
+
+  real(dp), parameter :: pi = acos(-1.0_dp)
+  real(dp), parameter :: parallel = 3*pi/180      !! edges that differ by less are parallel (Shi: h1)
+  real(dp), parameter :: no_corner = 1e-9_dp      !! an angle below is that of the end of a crack, a whole turn
+  real(dp), parameter :: flat = 1e-3_dp           !! a corner that is concave by less is none
+  real(dp), parameter :: room = 0.02_dp           !! of the edges about, that a search gives a vertex beyond its reach
+  real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, that a vertex may already be inside
+  real(dp), parameter :: touch = 1e-3_dp          !! of the edges about, that is near at rest
+  real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
+
+  !> Corner at a vertex, seen from inside: from its edge counter-clockwise to the one before.
+  type :: corner_t
+    real(dp) :: from = 0.0_dp   !! direction of its edge, rad
+    real(dp) :: angle = 0.0_dp  !! rad, up to a whole turn
+  end type corner_t
+
+contains
+
+  !> Contacts of the step that begins with the vertices at `place`, with what those before remember.
+  subroutine find_contacts(outlines, place, velocity, dt, self_contact, contacts)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)     !! (2, n_vertices) of the elements, length
+    real(dp), intent(in) :: velocity(:, :)  !! (2, n) of the vertices of the outlines, length/time
+    real(dp), intent(in) :: dt              !! time
+    logical, intent(in) :: self_contact     !! a body may touch itself
+    type(contacts_t), intent(inout) :: contacts
+    type(contact_t), allocatable :: found(:)
+    real(dp) :: local(size(outlines%start)), near(size(outlines%start)), size_of_edge(size(outlines%start))
+    type(corner_t) :: corner(size(outlines%start))
+    integer, allocatable :: old(:)
+    real(dp), allocatable :: key(:)
+    integer :: i, j, k, n_found
+    real(dp) :: at, distance_start, distance_finish, gap, reach
+
+    do i = 1, size(outlines%start)
+      size_of_edge(i) = norm2(place(:, outlines%finish(i)) - place(:, outlines%start(i)))
+    end do
+    local = min(size_of_edge, size_of_edge(outlines%previous))
+    near = 1.2_dp*norm2(velocity, 1)*dt + contacts%margin + 2*contacts%overlap + touch*local
+    call search(outlines, place, near, local, self_contact, contacts)
+    call list_lines(contacts%contact, size(outlines%start), old, key)
+    do i = 1, size(outlines%start)
+      corner(i) = corner_of(i)
+    end do
+
+    allocate (found(size(contacts%candidate, 2) + 8))
+    n_found = 0
+    do k = 1, size(contacts%candidate, 2)
+      i = contacts%candidate(1, k)
+      j = contacts%candidate(2, k)
+      associate (x1 => place(:, outlines%start(i)), x2 => place(:, outlines%start(j)), x3 => place(:, outlines%finish(j)))
+        distance_start = norm2(x1 - x2)
+        distance_finish = norm2(x1 - x3)
+        reach = near(i) + near(j)
+        if (distance_start <= near(i) + near(j)) then
+          if (i < j) call meet_corners(i, j)
+          cycle
+        end if
+        if (distance_finish <= near(i) + near(outlines%next(j))) cycle
+        reach = near(i) + max(near(j), near(outlines%next(j)))
+        at = dot_product(x1 - x2, x3 - x2)/size_of_edge(j)
+        if (at < 0 .or. at > size_of_edge(j)) cycle
+        gap = gap_of(x1, x2, x3)
+        if (gap > reach .or. gap < -reach - deepest*min(local(i), size_of_edge(j))) cycle
+        if (fits(i, j)) call add([i], [j])
+      end associate
+    end do
+    call put_links(outlines, found(:n_found), contacts)
+    contacts%contact = found(:n_found)
+
+  contains
+
+    !> Corner at vertex i.
+    pure type(corner_t) function corner_of(i)
+      integer, intent(in) :: i
+      integer :: before
+
+      before = outlines%previous(i)
+      associate (own => place(:, outlines%finish(i)) - place(:, outlines%start(i)), &
+                 back => place(:, outlines%start(before)) - place(:, outlines%finish(before)))
+        corner_of%from = atan2(own(2), own(1))
+        corner_of%angle = modulo(atan2(back(2), back(1)) - corner_of%from, 2*pi)
+      end associate
+      if (corner_of%angle < no_corner) corner_of%angle = 2*pi
+    end function corner_of
+
+    !> Whether the corner at vertex i fits on edge j: both its edges lead away from it.
+    pure logical function fits(i, j)
+      integer, intent(in) :: i, j
+      real(dp) :: lowest
+
+      ! against the outer normal of the edge, at corner(j)%from - pi/2
+      lowest = turn(corner(i)%from + corner(i)%angle/2 - corner(j)%from + pi/2)
+      fits = abs(lowest) + corner(i)%angle/2 <= pi/2 + parallel
+    end function fits
+
+    !> Contacts of two corners that are near each other.
+    subroutine meet_corners(i, j)
+      integer, intent(in) :: i, j
+      real(dp) :: a, b, between, width, low_a, low_b, high_a, high_b
+      integer :: before_i, before_j
+
+      a = corner(i)%angle
+      b = corner(j)%angle
+      before_i = outlines%previous(i)
+      before_j = outlines%previous(j)
+      between = turn(corner(i)%from + a/2 + pi - corner(j)%from - b/2)
+      if (a <= pi + flat .and. b <= pi + flat) then
+        width = abs(between) + (a + b)/2
+        if (width > pi + parallel) return
+        low_a = between - a/2
+        low_b = -b/2
+        high_a = between + a/2
+        high_b = b/2
+        if (width >= pi - parallel) then
+          call add(pack([i, j, i, j], [low_b <= low_a + parallel, low_a <= low_b + parallel, &
+                                          high_b >= high_a - parallel, high_a >= high_b - parallel]), &
+                   pack([j, i, before_j, before_i], [low_b <= low_a + parallel, low_a <= low_b + parallel, &
+                                                     high_b >= high_a - parallel, high_a >= high_b - parallel]))
+        else
+          call add(pack([i, j], [low_b <= low_a + parallel, low_a <= low_b + parallel]), &
+                   pack([j, i], [low_b <= low_a + parallel, low_a <= low_b + parallel]), &
+                   pack([i, j], [high_b >= high_a - parallel, high_a >= high_b - parallel]), &
+                   pack([before_j, before_i], [high_b >= high_a - parallel, high_a >= high_b - parallel]))
+        end if
+      else if (b > pi + flat .and. a <= pi + parallel) then
+        if (abs(between) + a/2 > pi - b/2 + parallel) return
+        call add([i], [j])
+        call add([i], [before_j])
+      else
+        if (abs(between) + b/2 > pi - a/2 + parallel) return
+        call add([j], [i])
+        call add([j], [before_i])
+      end if
+    end subroutine meet_corners
+
+    !> Adds a contact with one line or two, each the best of some pairs of a vertex and an edge on that line.
+    subroutine add(vertex, edge, other_vertex, other_edge)
+      integer, intent(in) :: vertex(:), edge(:)
+      integer, intent(in), optional :: other_vertex(:), other_edge(:)
+      type(contact_t) :: new
+
+      new%line(1) = best(vertex, edge)
+      if (present(other_vertex)) then
+        new%n_lines = 2
+        new%line(2) = best(other_vertex, other_edge)
+      end if
+      if (any(new%line(:new%n_lines)%vertex == 0)) return ! within one element, which cannot touch itself
+      if (n_found == size(found)) found = [found, found]
+      n_found = n_found + 1
+      found(n_found) = new
+    end subroutine add
+
+    !> The pair of a contact before, or else the one whose vertex lies best within its edge, with what the pairs remember.
+    pure type(line_t) function best(vertex, edge)
+      integer, intent(in) :: vertex(:), edge(:)
+      real(dp) :: along, inside, most, slip
+      integer :: before, k, known
+
+      most = -huge(most)
+      known = 0
+      slip = 0.0_dp
+      do k = 1, size(vertex)
+        if (outlines%element(vertex(k)) == outlines%element(edge(k))) cycle
+        associate (x1 => place(:, outlines%start(vertex(k))), x2 => place(:, outlines%start(edge(k))), &
+                   x3 => place(:, outlines%finish(edge(k))), length => size_of_edge(edge(k)))
+          along = dot_product(x1 - x2, x3 - x2)/length
+          inside = min(along, length - along)
+          before = line_before(vertex(k), edge(k))
+          if (before > 0) then
+            known = before
+            slip = along - line_of(before)*length
+            if (inside >= -beyond*length) inside = huge(inside)
+          end if
+          if (inside <= most) cycle
+          most = inside
+          best%vertex = vertex(k)
+          best%edge = edge(k)
+          best%anchor = along/length
+        end associate
+      end do
+      if (known == 0) return
+      associate (was => contacts%contact((known + 1)/2)%line(2 - modulo(known, 2)))
+        best%state = was%state
+        best%direction = was%direction
+        best%length = was%length
+        best%bonded = was%bonded
+        if (was%state /= state_open) best%anchor = best%anchor - slip/size_of_edge(best%edge)
+      end associate
+    end function best
+
+    !> Number of the line of a pair in the contacts before, 2 k - 1 and 2 k those of contact k; 0 where there is none.
+    pure integer function line_before(vertex, edge)
+      integer, intent(in) :: vertex, edge
+      integer :: high, low, middle
+      real(dp) :: wanted
+
+      line_before = 0
+      if (size(old) == 0) return
+      wanted = pair_key(vertex, edge, size(outlines%start))
+      low = 1
+      high = size(old)
+      do while (low < high)
+        middle = (low + high)/2
+        if (key(middle) < wanted) then
+          low = middle + 1
+        else
+          high = middle
+        end if
+      end do
+      if (.not. abs(key(low) - wanted) > 0.5_dp) line_before = old(low)
+    end function line_before
+
+    !> Anchor of a line before.
+    pure real(dp) function line_of(number)
+      integer, intent(in) :: number
+
+      line_of = contacts%contact((number + 1)/2)%line(2 - modulo(number, 2))%anchor
+    end function line_of
+
+  end subroutine find_contacts
+
+  !> Lists vertices near edges, where what an earlier search listed may not do.
+  pure subroutine search(outlines, place, near, local, self_contact, contacts)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)  !! (2, n_vertices), length
+    real(dp), intent(in) :: near(:)      !! (n) how far a contact of each vertex reaches, length
+    real(dp), intent(in) :: local(:)     !! (n) shorter edge at each vertex, length
+    logical, intent(in) :: self_contact
+    type(contacts_t), intent(inout) :: contacts
+    type(cell_grid_t) :: grid
+    real(dp), allocatable :: vertex(:, :)
+    integer, allocatable :: list(:, :)
+    integer :: seen(size(near)), range(2, 2)
+    integer :: c, column, i, j, k, n, row
+    real(dp) :: reach
+
+    vertex = place(:, outlines%start)
+    if (allocated(contacts%found_at)) then
+      if (all(norm2(vertex - contacts%found_at, 1) + near <= contacts%reach)) return
+    end if
+    contacts%found_at = vertex
+    contacts%reach = 1.5_dp*near + room*local
+    call set_up_grid(grid, vertex, size(near))
+    call place_boxes(grid, vertex - spread(contacts%reach, 1, 2), vertex + spread(contacts%reach, 1, 2))
+    allocate (list(2, 4*size(near)))
+    n = 0
+    seen = 0
+    do j = 1, size(near)
+      associate (a => place(:, outlines%start(j)), b => place(:, outlines%finish(j)))
+        reach = max(contacts%reach(j), contacts%reach(outlines%next(j)))
+        range = cells_of_box(grid, min(a, b) - reach, max(a, b) + reach)
+        do row = range(2, 1), range(2, 2)
+          do column = range(1, 1), range(1, 2)
+            c = number_of_cell(grid, column, row)
+            do k = grid%first(c), grid%first(c + 1) - 1
+              i = grid%item(k)
+              if (seen(i) == j) cycle
+              seen(i) = j
+              if (outlines%block(i) == outlines%block(j)) then
+                if (.not. self_contact .or. outlines%element(i) == outlines%element(j) .or. i == outlines%next(j)) cycle
+              end if
+              if (distance(vertex(:, i), a, b) > reach + contacts%reach(i)) cycle
+              if (n == size(list, 2)) list = reshape(list, [2, 2*n], pad=[0])
+              n = n + 1
+              list(:, n) = [i, j]
+            end do
+          end do
+        end do
+      end associate
+    end do
+    contacts%candidate = list(:, :n)
+    contacts%link = reshape([integer ::], [2, 0])
+  end subroutine search
+
+  !> Distance of a place from a segment.
+  pure real(dp) function distance(place, a, b)
+    real(dp), intent(in) :: place(2), a(2), b(2)
+    real(dp) :: share
+
+    share = max(0.0_dp, min(1.0_dp, dot_product(place - a, b - a)/sum((b - a)**2)))
+    distance = norm2(place - a - share*(b - a))
+  end function distance
+
+  !> Lines of contacts by the pairs of vertex and edge, sorted.
+  pure subroutine list_lines(contact, n, number, key)
+    type(contact_t), intent(in) :: contact(:)
+    integer, intent(in) :: n                          !! vertices of the outlines
+    integer, allocatable, intent(out) :: number(:)    !! 2 k - 1 and 2 k are the lines of contact k
+    real(dp), allocatable, intent(out) :: key(:)
+    integer :: i, k, m
+
+    allocate (number(sum(contact%n_lines)), key(sum(contact%n_lines)))
+    m = 0
+    do i = 1, size(contact)
+      do k = 1, contact(i)%n_lines
+        m = m + 1
+        number(m) = 2*i - 2 + k
+        key(m) = pair_key(contact(i)%line(k)%vertex, contact(i)%line(k)%edge, n)
+      end do
+    end do
+    call sort_by(key, number)
+  end subroutine list_lines
+
+  !> One number for a vertex and an edge, exact up to 9e7 of them.
+  pure real(dp) function pair_key(vertex, edge, n)
+    integer, intent(in) :: vertex, edge, n
+
+    pair_key = real(vertex, dp)*n + edge
+  end function pair_key
+
+  !> Pairs of elements of contacts; those of earlier contacts of the same search stay, so that the equations keep their form.
+  pure subroutine put_links(outlines, found, contacts)
+    type(outlines_t), intent(in) :: outlines
+    type(contact_t), intent(inout) :: found(:)
+    type(contacts_t), intent(inout) :: contacts
+    real(dp) :: key(2*size(found) + size(contacts%link, 2))
+    integer :: pair(2, size(key)), order(size(key)), i, k, n, n_elements
+
+    do i = 1, size(found)
+      if (found(i)%n_lines == 1) found(i)%line(2) = found(i)%line(1)
+      do k = 1, 2
+        pair(:, 2*i - 2 + k) = pair_of(found(i)%line(k))
+      end do
+    end do
+    pair(:, 2*size(found) + 1:) = contacts%link
+    n_elements = maxval(outlines%element)
+    do i = 1, size(key)
+      order(i) = i
+      key(i) = pair_key(pair(1, i), pair(2, i), n_elements)
+    end do
+    call sort_by(key, order)
+    n = 0
+    deallocate (contacts%link)
+    allocate (contacts%link(2, size(key)))
+    do i = 1, size(key)
+      if (n == 0 .or. key(i) > key(max(1, i - 1)) + 0.5_dp) n = n + 1
+      contacts%link(:, n) = pair(:, order(i))
+      if (order(i) <= 2*size(found)) found((order(i) + 1)/2)%line(2 - modulo(order(i), 2))%link = n
+    end do
+    contacts%link = contacts%link(:, :n)
+
+  contains
+
+    !> The elements of a line.
+    pure function pair_of(line) result(pair)
+      type(line_t), intent(in) :: line
+      integer :: pair(2), a, b
+
+      a = outlines%element(line%vertex)
+      b = outlines%element(line%edge)
+      pair = [min(a, b), max(a, b)]
+    end function pair_of
+
+  end subroutine put_links
+
+  !> An angle between -pi and pi.
+  pure real(dp) function turn(angle)
+    real(dp), intent(in) :: angle
+
+    turn = modulo(angle + pi, 2*pi) - pi
+  end function turn
+
+end module scree_contact_detection

@@ -1,0 +1,128 @@
+!> Gap and slip of a vertex at the line of an edge, and what they change with.
+!>
+!> Vertex y1, edge from y2 to y3, t along it, n out of the body of the edge, L its length:
+!>
+!>     gap    g = n.(y1 - y2)         open where positive
+!>     along  a = t.(y1 - y2)         share of the edge  w = a/L
+!>     dg = n.D,   da = t.D + ...,    D = d1 - (1-w) d2 - w d3       exact for the gap
+!>
+!> The forces of a contact act along n and t at the share w of the edge, so that they are a pair on one line.
+module scree_contact_geometry
+  use scree_contacts, only: line_t, outlines_t
+  use scree_interpolation, only: displacement_matrix
+  use scree_effects, only: element_share_t
+  use scree_kinds, only: dp
+  use scree_system, only: element_unknowns, state_t, system_t
+  implicit none
+  private
+  public :: frame_of_edge, gap_of, geometry_of, line_geometry_t
+
+  integer, parameter :: n = element_unknowns
+
+  !> One line of a contact about a reference displacement: g(d) = gap + normal.(d - reference), and so along.
+  type :: line_geometry_t
+    real(dp) :: gap = 0.0_dp            !! length
+    real(dp) :: along = 0.0_dp          !! from the start of the edge to the foot of the vertex, length
+    real(dp) :: edge_length = 1.0_dp    !! length
+    real(dp) :: normal(2*n) = 0.0_dp    !! change of the gap with the unknowns of both elements
+    real(dp) :: shear(2*n) = 0.0_dp     !! change of along
+    real(dp) :: normal_end(2*n) = 0.0_dp !! of the gap itself, where the forces act in another configuration
+    real(dp) :: shear_end(2*n) = 0.0_dp
+  end type line_geometry_t
+
+contains
+
+  !> Direction of an edge from a to b, its outer normal and its length.
+  pure subroutine frame_of_edge(a, b, t, normal, length)
+    real(dp), intent(in) :: a(2), b(2)
+    real(dp), intent(out) :: t(2), normal(2), length
+
+    length = norm2(b - a)
+    t = (b - a)/length
+    normal = [t(2), -t(1)]
+  end subroutine frame_of_edge
+
+  !> Gap of a place at the line from a to b.
+  pure real(dp) function gap_of(place, a, b)
+    real(dp), intent(in) :: place(2), a(2), b(2) !! length
+
+    gap_of = ((b(2) - a(2))*(place(1) - a(1)) - (b(1) - a(1))*(place(2) - a(2)))/norm2(b - a)
+  end function gap_of
+
+  !> Geometry of a line at displacement `d` of the elements.
+  !>
+  !> `large`: gap and share are those of the places that `d` moves the vertices to, and the forces act in the configuration
+  !> that the share `weight` of it makes. Else everything is linear about the beginning of the step, as Shi's.
+  pure function geometry_of(system, state, share, outlines, link, line, large, weight, d) result(geometry)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state               !! at the beginning of the step
+    type(element_share_t), intent(in) :: share(:)    !! (n_elements)
+    type(outlines_t), intent(in) :: outlines
+    integer, intent(in) :: link(2)                   !! elements in the order of the unknowns
+    type(line_t), intent(in) :: line
+    logical, intent(in) :: large
+    real(dp), intent(in) :: weight
+    real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    type(line_geometry_t) :: geometry
+    real(dp), dimension(2, n) :: T1, T2, T3
+    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3
+    real(dp) :: of_link(2*n)
+    integer :: body, edge_body
+
+    body = outlines%element(line%vertex)
+    edge_body = outlines%element(line%edge)
+    x1 = state%vertex(:, outlines%start(line%vertex))
+    x2 = state%vertex(:, outlines%start(line%edge))
+    x3 = state%vertex(:, outlines%finish(line%edge))
+    T1 = displacement_matrix(share(body)%kinematics, x1)
+    T2 = displacement_matrix(share(edge_body)%kinematics, x2)
+    T3 = displacement_matrix(share(edge_body)%kinematics, x3)
+    u1 = matmul(T1, d(system%elements%unknown(:, body)))
+    u2 = matmul(T2, d(system%elements%unknown(:, edge_body)))
+    u3 = matmul(T3, d(system%elements%unknown(:, edge_body)))
+    if (large) then
+      call put_rows(x1 + u1, x2 + u2, x3 + u3, geometry%normal_end, geometry%shear_end)
+      call put_rows(x1 + weight*u1, x2 + weight*u2, x3 + weight*u3, geometry%normal, geometry%shear)
+      call measure(x1 + u1, x2 + u2, x3 + u3)
+    else
+      call put_rows(x1, x2, x3, geometry%normal, geometry%shear)
+      geometry%normal_end = geometry%normal
+      geometry%shear_end = geometry%shear
+      call measure(x1, x2, x3)
+      of_link = [d(system%elements%unknown(:, link(1))), d(system%elements%unknown(:, link(2)))]
+      geometry%gap = geometry%gap + dot_product(geometry%normal, of_link)
+      geometry%along = geometry%along + dot_product(geometry%shear, of_link)
+    end if
+
+  contains
+
+    !> Gap, along and length in a configuration.
+    pure subroutine measure(y1, y2, y3)
+      real(dp), intent(in), dimension(2) :: y1, y2, y3
+      real(dp) :: t(2), normal(2)
+
+      call frame_of_edge(y2, y3, t, normal, geometry%edge_length)
+      geometry%gap = dot_product(normal, y1 - y2)
+      geometry%along = dot_product(t, y1 - y2)
+    end subroutine measure
+
+    !> Rows n.D and t.D in a configuration.
+    pure subroutine put_rows(y1, y2, y3, normal_row, shear_row)
+      real(dp), intent(in), dimension(2) :: y1, y2, y3
+      real(dp), intent(out) :: normal_row(2*n), shear_row(2*n)
+      real(dp) :: t(2), normal(2), length, w
+      integer :: at
+
+      call frame_of_edge(y2, y3, t, normal, length)
+      w = dot_product(t, y1 - y2)/length
+      at = merge(0, n, body == link(1))
+      normal_row(at + 1:at + n) = matmul(normal, T1)
+      shear_row(at + 1:at + n) = matmul(t, T1)
+      at = n - at
+      normal_row(at + 1:at + n) = matmul(normal, -(1 - w)*T2 - w*T3)
+      shear_row(at + 1:at + n) = matmul(t, -(1 - w)*T2 - w*T3)
+    end subroutine put_rows
+
+  end function geometry_of
+
+end module scree_contact_geometry

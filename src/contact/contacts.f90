@@ -1,0 +1,66 @@
+!> Who touches whom, and how: what contact knows of outlines, contacts and joints.
+module scree_contacts
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: contact_law_t, contact_t, contacts_t, line_t, outlines_t
+
+  !> State of a contact (Shi: m0).
+  integer, parameter, public :: state_open = 0, state_sliding = 1, state_locked = 2
+
+  !> Outlines of the bodies: edges with a joint, and the vertices between them. Vertex i begins edge i.
+  type :: outlines_t
+    integer, allocatable :: element(:)  !! (n) that carries vertex and edge
+    integer, allocatable :: block(:)    !! (n)
+    integer, allocatable :: start(:)    !! (n) vertex of the elements where edge i begins
+    integer, allocatable :: finish(:)   !! (n) vertex of the elements where it ends; of the same element
+    integer, allocatable :: next(:)     !! (n) edge that begins where edge i ends
+    integer, allocatable :: previous(:) !! (n)
+    integer, allocatable :: joint(:)    !! (n) joint material of the edge
+  end type outlines_t
+
+  !> A vertex of one body and the line of an edge of another, and what the contact remembers.
+  type :: line_t
+    integer :: vertex = 0               !! of the outlines
+    integer :: edge = 0                 !! of the outlines
+    integer :: link = 0                 !! pair of elements
+    integer :: state = state_open
+    real(dp) :: direction = 1.0_dp      !! of sliding: 1 along the edge, -1 back
+    real(dp) :: anchor = 0.0_dp         !! share of the edge at which the shear spring holds the vertex
+    real(dp) :: length = 0.0_dp         !! of the joint that the contact stands for, where cohesion or strength need it
+    logical :: bonded = .false.         !! cohesion and tensile strength are not lost
+  end type line_t
+
+  !> A place where two bodies may touch: a vertex at an edge, or two vertices with two entrance lines of which the
+  !> vertices have to cross both to enter (Shi 1988).
+  type :: contact_t
+    integer :: n_lines = 1
+    integer :: active = 1               !! line that acts: the one that is crossed least
+    type(line_t) :: line(2)
+  end type contact_t
+
+  !> All contacts of a step, and the search that they come from.
+  type :: contacts_t
+    type(contact_t), allocatable :: contact(:)
+    integer, allocatable :: link(:, :)      !! (2, n_links) pairs of elements, the smaller number first
+    integer, allocatable :: candidate(:, :) !! (2, n) vertices and edges that the search found near each other
+    real(dp), allocatable :: found_at(:, :) !! (2, n) places of the vertices then, length
+    real(dp), allocatable :: reach(:)       !! (n) how far the search saw around each vertex, length
+    real(dp) :: margin = 0.0_dp             !! beyond its velocity, that a vertex may move in a step, length
+    real(dp) :: overlap = 0.0_dp            !! largest at the end of the last step, length
+    real(dp) :: energy = 0.0_dp             !! of the springs then, force length per unit thickness
+    real(dp) :: friction = 0.0_dp           !! work lost in sliding since the start, force length per unit thickness
+    integer :: count(3) = 0                 !! contacts open, sliding, locked then
+  end type contacts_t
+
+  !> What holds of all contacts.
+  type :: contact_law_t
+    real(dp) :: normal_stiffness = 0.0_dp   !! p, force/length per unit thickness (Shi: g0)
+    real(dp) :: shear_stiffness = 0.0_dp    !! p over the shear ratio (Shi: h2)
+    real(dp), allocatable :: friction(:)    !! (n_joints) tangent of the friction angle
+    real(dp), allocatable :: cohesion(:)    !! (n_joints) force/length^2
+    real(dp), allocatable :: strength(:)    !! (n_joints) in tension, force/length^2
+    integer :: most_changes = 8             !! iterations in which states change, before the step is cut
+  end type contact_law_t
+
+end module scree_contacts
