@@ -60,7 +60,7 @@ module scree_contacts
     real(dp), allocatable :: friction(:)    !! (n_joints) tangent of the friction angle
     real(dp), allocatable :: cohesion(:)    !! (n_joints) force/length^2
     real(dp), allocatable :: strength(:)    !! (n_joints) in tension, force/length^2
-    integer :: most_changes = 8             !! iterations in which states change, before the step is cut
+    integer :: most_stalled = 8             !! iterations that leave as many states changing, before the step is cut
   end type contact_law_t
 
 end module scree_contacts

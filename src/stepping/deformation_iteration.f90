@@ -64,7 +64,7 @@ contains
       type(error_t), allocatable :: error
       real(dp) :: balance(2), change
       logical :: in_contact, large, symmetric
-      integer :: changes, e, i, k
+      integer :: e, fewest, i, k, stalled
       integer, allocatable :: member(:)
 
       rule = step_rule
@@ -76,9 +76,10 @@ contains
         if (large) call place_contacts(system, state, share, large, rule%operator_weight, d, touch)
         call judge_contacts(system, effects%contact, d, .true., touch)
       end if
-      changes = 0
+      fewest = huge(fewest)
+      stalled = 0
       report%settled = .false.
-      do i = 1, settings%most_iterations
+      do i = 1, merge(4, 1, in_contact)*settings%most_iterations
         call begin_equations(equations, group)
         do k = 1, size(member)
           e = member(k)
@@ -116,9 +117,13 @@ contains
           report%open_close = report%open_close + 1
           if (touch%changes > 0) then
             report%settled = .false.
-            changes = changes + 1
-            if (changes > effects%contact%most_changes) then
-              report%why = 'contacts did not settle in '//number_text(changes)//' open-close iterations'
+            if (touch%changes < fewest) then
+              fewest = touch%changes
+            else
+              stalled = stalled + 1
+            end if
+            if (stalled > effects%contact%most_stalled) then
+              report%why = 'contacts did not settle in '//number_text(i)//' open-close iterations'
               return
             end if
           end if
