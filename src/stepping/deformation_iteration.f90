@@ -47,8 +47,12 @@ contains
     real(dp), intent(inout) :: d(:)                !! (n_unknowns) prediction, then solution
     type(touch_t), intent(inout) :: touch          !! contacts as the step finds them, then in their states
     type(iteration_report_t), intent(inout) :: report
-    integer :: group
+    integer :: group, touching !! group of the elements that may touch others
 
+    touching = 0
+    if (allocated(effects%contact)) then
+      if (size(touch%link, 2) > 0) touching = equations%n_groups
+    end if
     do group = 1, equations%n_groups
       call settle_group(group)
       if (.not. report%settled) return
@@ -71,7 +75,7 @@ contains
       rule%tangent = settings%iterate == iterate_newton
       large = effects%large_deformation
       member = members(equations, group)
-      in_contact = size(touch%link, 2) > 0 .and. group == equations%n_groups
+      in_contact = group == touching
       if (in_contact) then
         if (large) call place_contacts(system, state, share, large, rule%operator_weight, d, touch)
         call judge_contacts(system, effects%contact, d, .true., touch)
@@ -109,7 +113,7 @@ contains
           report%why = 'the iteration ran away (an area changed by more than a factor of 5)'
           return
         end if
-        change = largest_change(member)
+        change = largest_change(member, in_contact)
         report%settled = .not. large .or. (settings%test /= test_residual .and. change < settings%tolerance)
         if (in_contact) then
           if (large) call place_contacts(system, state, share, large, rule%operator_weight, d, touch)
@@ -135,8 +139,9 @@ contains
     end subroutine settle_group
 
     !> Largest change of a component of theta in the last correction; and, where bodies touch, of the place over the size.
-    real(dp) function largest_change(member)
+    real(dp) function largest_change(member, in_contact)
       integer, intent(in) :: member(:)
+      logical, intent(in) :: in_contact
       integer :: k
 
       largest_change = 0.0_dp
@@ -144,7 +149,7 @@ contains
         associate (ids => system%elements%unknown(:, member(k)))
           largest_change = max(largest_change, &
                                maxval(abs(matmul(share(member(k))%kinematics%gradient, equations%correction(ids)))))
-          if (size(touch%link, 2) > 0) &
+          if (in_contact) &
             largest_change = max(largest_change, maxval(abs(matmul(share(member(k))%kinematics%at_centroid, &
                                                 equations%correction(ids))))/sqrt(share(member(k))%kinematics%area))
         end associate
