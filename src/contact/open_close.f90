@@ -103,15 +103,17 @@ contains
 
   !> Judges every contact at `d`; `touch%changes` counts states that change by more than a faint force.
   !>
-  !> The first judgement, of a prediction, only closes: what was closed is taken to stay as it was.
-  pure subroutine judge_contacts(system, law, d, first, touch)
+  !> The first judgement, of a prediction, only closes: what was closed is taken to stay as it was. A cautious one lets
+  !> contacts open or lock again only where none closes or begins to slide, so that no two take turns for ever.
+  pure subroutine judge_contacts(system, law, d, first, cautious, touch)
     type(system_t), intent(in) :: system
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
-    logical, intent(in) :: first
+    logical, intent(in) :: first, cautious
     type(touch_t), intent(inout) :: touch
     real(dp) :: place(2, 2, size(touch%contact)), deepest, doubt
-    integer :: i, k, state
+    integer :: i, k, new(size(touch%contact))
+    logical :: forward
 
     deepest = 0.0_dp
     do i = 1, size(touch%contact)
@@ -121,13 +123,11 @@ contains
       deepest = max(deepest, -maxval(place(1, :touch%contact(i)%n_lines, i)))
     end do
     touch%changes = 0
-    touch%count = 0
+    forward = .false.
     do i = 1, size(touch%contact)
       associate (contact => touch%contact(i))
-        if (first .and. contact%line(contact%active)%state /= state_open) then
-          touch%count(1 + contact%line(contact%active)%state) = touch%count(1 + contact%line(contact%active)%state) + 1
-          cycle
-        end if
+        new(i) = contact%line(contact%active)%state
+        if (first .and. new(i) /= state_open) cycle
         doubt = faint*deepest + round_off*touch%geometry(1, i)%edge_length
         k = 1
         if (contact%n_lines == 2) then
@@ -139,14 +139,22 @@ contains
           contact%line(contact%active)%state = state_open
           contact%active = k
         end if
-        call judge(place(1, k, i), place(2, k, i), touch%geometry(k, i)%edge_length, touch%start_gap(k, i), &
-                   touch%start_share(k, i), doubt, contact%line(k), state)
-        if (state /= contact%line(k)%state) then
-          if (merge(abs(place(1, k, i)), huge(doubt), min(state, contact%line(k)%state) == state_open) > doubt) &
+        associate (line => contact%line(k))
+          call judge(place(1, k, i), place(2, k, i), touch%geometry(k, i)%edge_length, touch%start_gap(k, i), &
+                     touch%start_share(k, i), doubt, line, new(i))
+          if (first .and. new(i) /= state_open) new(i) = state_locked
+          if (new(i) == line%state) cycle
+          forward = forward .or. line%state == state_open .or. new(i) == state_sliding
+          if (merge(abs(place(1, k, i)), huge(doubt), min(new(i), line%state) == state_open) > doubt) &
             touch%changes = touch%changes + 1
-          contact%line(k)%state = state
-        end if
-        touch%count(1 + state) = touch%count(1 + state) + 1
+        end associate
+      end associate
+    end do
+    touch%count = 0
+    do i = 1, size(touch%contact)
+      associate (line => touch%contact(i)%line(touch%contact(i)%active))
+        if (.not. (cautious .and. forward) .or. line%state == state_open .or. new(i) == state_sliding) line%state = new(i)
+        touch%count(1 + line%state) = touch%count(1 + line%state) + 1
       end associate
     end do
 

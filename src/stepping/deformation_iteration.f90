@@ -21,6 +21,8 @@ module scree_deformation_iteration
   real(dp), parameter :: near_solution = 0.05_dp
   !> A residual below this share of what cancelled in it is round-off, whatever the tolerance.
   real(dp), parameter :: round_off = 50*epsilon(1.0_dp)
+  !> Iterations that may leave as many contacts changing before they are judged with caution.
+  integer, parameter :: patience = 1
   !> An area that changes by more than this factor in a step is no iterate worth going on with.
   real(dp), parameter :: largest_area_change = 5.0_dp
 
@@ -78,7 +80,7 @@ contains
       in_contact = group == touching
       if (in_contact) then
         if (large) call place_contacts(system, state, share, large, rule%operator_weight, d, touch)
-        call judge_contacts(system, effects%contact, d, .true., touch)
+        call judge_contacts(system, effects%contact, d, .true., .false., touch)
       end if
       fewest = huge(fewest)
       stalled = 0
@@ -117,7 +119,7 @@ contains
         report%settled = .not. large .or. (settings%test /= test_residual .and. change < settings%tolerance)
         if (in_contact) then
           if (large) call place_contacts(system, state, share, large, rule%operator_weight, d, touch)
-          call judge_contacts(system, effects%contact, d, .false., touch)
+          call judge_contacts(system, effects%contact, d, .false., stalled > patience, touch)
           report%open_close = report%open_close + 1
           if (touch%changes > 0) then
             report%settled = .false.
