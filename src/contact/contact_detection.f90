@@ -58,6 +58,7 @@ contains
     end do
     local = min(size_of_edge, size_of_edge(outlines%previous))
     near = 1.2_dp*norm2(velocity, 1)*dt + contacts%margin + 2*contacts%overlap + touch*local
+    contacts%near = near
     call search(outlines, place, near, local, self_contact, contacts)
     call list_lines(contacts%contact, size(outlines%start), old, key)
     do i = 1, size(outlines%start)
@@ -204,6 +205,7 @@ contains
       associate (was => contacts%contact((known + 1)/2)%line(2 - modulo(known, 2)))
         best%state = was%state
         best%direction = was%direction
+        best%held = was%held
         best%length = was%length
         best%bonded = was%bonded
         if (was%state /= state_open) best%anchor = best%anchor - slip/size_of_edge(best%edge)

@@ -27,6 +27,7 @@ module scree_contacts
     integer :: state = state_open
     real(dp) :: direction = 1.0_dp      !! of sliding: 1 along the edge, -1 back
     real(dp) :: anchor = 0.0_dp         !! share of the edge at which the shear spring holds the vertex
+    real(dp) :: held(2) = 0.0_dp        !! forces across and along that the springs need not make up (multipliers)
     real(dp) :: length = 0.0_dp         !! of the joint that the contact stands for, where cohesion or strength need it
     logical :: bonded = .false.         !! cohesion and tensile strength are not lost
   end type line_t
@@ -46,7 +47,8 @@ module scree_contacts
     integer, allocatable :: candidate(:, :) !! (2, n) vertices and edges that the search found near each other
     real(dp), allocatable :: found_at(:, :) !! (2, n) places of the vertices then, length
     real(dp), allocatable :: reach(:)       !! (n) how far the search saw around each vertex, length
-    real(dp) :: margin = 0.0_dp             !! beyond its velocity, that a vertex may move in a step, length
+    real(dp), allocatable :: near(:)        !! (n) how far a vertex may move in the step, length
+    real(dp) :: margin = 0.0_dp             !! of that, beyond what its velocity makes, length
     real(dp) :: overlap = 0.0_dp            !! largest at the end of the last step, length
     real(dp) :: energy = 0.0_dp             !! of the springs then, force length per unit thickness
     real(dp) :: friction = 0.0_dp           !! work lost in sliding since the start, force length per unit thickness
@@ -60,6 +62,12 @@ module scree_contacts
     real(dp), allocatable :: friction(:)    !! (n_joints) tangent of the friction angle
     real(dp), allocatable :: cohesion(:)    !! (n_joints) force/length^2
     real(dp), allocatable :: strength(:)    !! (n_joints) in tension, force/length^2
+    real(dp) :: overlap = huge(1.0_dp)      !! that multipliers leave; huge: springs alone, length
+    real(dp) :: restitution = -1.0_dp       !! share of the velocity that an impact gives back; below 0: as the springs have it
+    logical :: conserving = .false.         !! forces that give back in a step all that they take
+    real(dp) :: closing = 0.0_dp            !! overlap at which an open contact closes (Shi: s0), length
+    real(dp) :: opening = 0.0_dp            !! gap at which a closed one opens (Shi: f0), length
+    logical :: counts_sliding = .true.      !! a contact that begins to slide or locks asks for another iteration
     integer :: most_stalled = 8             !! iterations that leave as many states changing, before the step is cut
   end type contact_law_t
 

@@ -1,24 +1,35 @@
 !> The open-close iteration: which contacts are open, sliding or locked, and what their springs add to the equations
 !> (Shi's df07, df18, df22).
 !>
-!> A closed contact is a spring p across its line and, locked, a spring along it that holds the vertex at its anchor:
+!> A closed contact is a spring p across its line and, locked, a spring k along it that holds the vertex at its anchor:
 !>
-!>     N = -p g                      pressing where positive
-!>     T = -k s,   s = a - w0 L      from the anchor, the share w0 of the edge
+!>     N = h - p g                   pressing where positive
+!>     T = h' - k s                  s: slip from the anchor, a share of the edge
 !>     |T| <= N tan phi + c l        else the contact slides: T = -+(N tan phi + c l), and the anchor follows
 !>
 !> Every iteration solves for the states of the one before, sliding with the normal force of the same solution, and then
 !> judges all states anew (a semi-smooth Newton iteration). Nothing of this is kept but by `accept_contacts`.
+!>
+!> - The forces h and h' are zero but with multipliers (augmented Lagrangian): they follow N and T until no overlap above a
+!>   bound is left.
+!> - A conserving contact presses with what does the work that the energy of its spring changes by in the step,
+!>   N = (W0 - W1)/(g1 - g0) with W = p min(g, 0)^2/2 (doc/theory.md).
+!> - With restitution the velocities at the end of a step are found for themselves: no closed contact approaches, and one
+!>   that came with the velocity v leaves with e v (Moreau 1988).
 module scree_open_close
-  use scree_contact_geometry, only: geometry_of, line_geometry_t
+  use scree_contact_geometry, only: frame_of_edge, geometry_of, line_geometry_t
   use scree_contacts, only: contact_law_t, contact_t, contacts_t, line_t, outlines_t, state_locked, state_open, state_sliding
   use scree_effects, only: element_share_t
+  use scree_element_term, only: add_force, term_t
   use scree_equations, only: add_link_equations, equations_t
+  use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
+  use scree_stiffness, only: small_strain_operator
   use scree_system, only: element_unknowns, state_t, system_t
   implicit none
   private
-  public :: accept_contacts, add_contacts, begin_contacts, judge_contacts, place_contacts, slides_with_friction, touch_t
+  public :: accept_contacts, add_contacts, begin_contacts, hold_contacts, judge_contacts, keep_firm, outran, place_contacts, &
+            rebound_contacts, slides_with_friction, touch_t
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -26,6 +37,14 @@ module scree_open_close
   real(dp), parameter :: faint = 1e-8_dp
   !> A gap below this share of the edge is round-off.
   real(dp), parameter :: round_off = 1e-13_dp
+  !> Stiffness against inertia of a body that takes an impact as a rigid one.
+  real(dp), parameter :: rigid = 1e5_dp
+  !> Stiffness against inertia of the contacts then.
+  real(dp), parameter :: unyielding = 1e3_dp
+  !> Share of the fastest approach, or its square of the velocities, that velocities after an impact may be wrong by.
+  real(dp), parameter :: unmet = 1e-6_dp
+  !> Edges whose directions differ by less are parallel, rad (Shi: h1).
+  real(dp), parameter :: parallel = 3*acos(-1.0_dp)/180
 
   !> The contacts in the iteration of one step.
   type :: touch_t
@@ -34,42 +53,79 @@ module scree_open_close
     type(line_geometry_t), allocatable :: geometry(:, :) !! (2, n)
     real(dp), allocatable :: start_gap(:, :)             !! (2, n) at the beginning of the step, length
     real(dp), allocatable :: start_share(:, :)           !! (2, n) along the edge then
+    logical, allocatable :: kept(:, :)                   !! (2, n) closed then: the anchor stays
+    logical :: bends = .false.                           !! the geometry follows the motion, else it is linear
     real(dp), allocatable :: reference(:)                !! (n_unknowns) displacement that the geometry is of
+    real(dp), allocatable :: firmness(:)                 !! (n_elements) in an impact: against deforming, force/length
     integer :: count(3) = 0                              !! contacts open, sliding, locked
     integer :: changes = 0                               !! of states, in the last judgement
   end type touch_t
 
 contains
 
-  !> The contacts as the step finds them.
-  pure subroutine begin_contacts(system, state, share, large, weight, touch)
+  !> The contacts as the step finds them. Those of the first step are bonded where their joint has cohesion or strength.
+  pure subroutine begin_contacts(system, law, state, share, bends, weight, touch)
     type(system_t), intent(in) :: system
+    type(contact_law_t), intent(in) :: law
     type(state_t), intent(in) :: state
     type(element_share_t), intent(in) :: share(:) !! (n_elements)
-    logical, intent(in) :: large
-    real(dp), intent(in) :: weight
+    logical, intent(in) :: bends                  !! the geometry follows the motion
+    real(dp), intent(in) :: weight                !! of the motion in the configuration where forces act
     type(touch_t), intent(out) :: touch
-    integer :: k, m
+    integer :: i, k, m
 
     touch%contact = state%contacts%contact
     touch%link = state%contacts%link
+    touch%bends = bends
     m = size(touch%contact)
-    allocate (touch%geometry(2, m))
+    if (state%step == 0) then
+      do i = 1, m
+        do k = 1, touch%contact(i)%n_lines
+          associate (line => touch%contact(i)%line(k))
+            associate (joint => system%outlines%joint(line%edge))
+              if (law%cohesion(joint) > 0 .or. law%strength(joint) > 0) &
+                line%length = length_of_contact(system%outlines, state%vertex, line)
+            end associate
+            line%bonded = line%length > 0
+          end associate
+        end do
+      end do
+    end if
+    allocate (touch%geometry(2, m), touch%kept(2, m))
     allocate (touch%reference(system%n_unknowns), source=0.0_dp)
-    call place_contacts(system, state, share, large, weight, touch%reference, touch)
+    call place_contacts(system, state, share, weight, touch%reference, touch)
     touch%start_gap = touch%geometry%gap
-    do k = 1, 2
-      where (touch%contact%line(k)%state /= state_open) touch%start_gap(k, :) = 0.0_dp ! it keeps its anchor
-    end do
     touch%start_share = touch%geometry%along/touch%geometry%edge_length
+    do k = 1, 2
+      touch%kept(k, :) = touch%contact%line(k)%state /= state_open
+    end do
   end subroutine begin_contacts
 
+  !> Length of the joint that a contact stands for: half of what its edge and each parallel one at the vertex have in common.
+  pure real(dp) function length_of_contact(outlines, place, line) result(length)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)     !! (2, n_vertices), length
+    type(line_t), intent(in) :: line
+    real(dp) :: t(2), normal(2), own(2), other, at, ends(2)
+    integer :: edge, i
+
+    call frame_of_edge(place(:, outlines%start(line%edge)), place(:, outlines%finish(line%edge)), t, normal, other)
+    length = 0.0_dp
+    do i = 1, 2
+      edge = merge(line%vertex, outlines%previous(line%vertex), i == 1)
+      own = place(:, outlines%finish(edge)) - place(:, outlines%start(edge))
+      if (dot_product(own, t) > -cos(parallel)*norm2(own)) cycle
+      at = dot_product(t, place(:, outlines%start(edge)) - place(:, outlines%start(line%edge)))
+      ends = [at + dot_product(t, own), at]
+      length = length + 0.5_dp*max(0.0_dp, min(other, ends(2)) - max(0.0_dp, ends(1)))
+    end do
+  end function length_of_contact
+
   !> Geometry of all contacts at a displacement.
-  pure subroutine place_contacts(system, state, share, large, weight, d, touch)
+  pure subroutine place_contacts(system, state, share, weight, d, touch)
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
     type(element_share_t), intent(in) :: share(:) !! (n_elements)
-    logical, intent(in) :: large                  !! geometry of the place where `d` leads, else linear
     real(dp), intent(in) :: weight                !! of `d` in the configuration where the forces act
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
     type(touch_t), intent(inout) :: touch
@@ -78,7 +134,7 @@ contains
     do i = 1, size(touch%contact)
       do k = 1, touch%contact(i)%n_lines
         associate (line => touch%contact(i)%line(k))
-          touch%geometry(k, i) = geometry_of(system, state, share, system%outlines, touch%link(:, line%link), line, large, &
+          touch%geometry(k, i) = geometry_of(system, state, share, system%outlines, touch%link(:, line%link), line, touch%bends, &
                                              weight, d)
         end associate
       end do
@@ -86,20 +142,23 @@ contains
     touch%reference = d
   end subroutine place_contacts
 
-  !> Gap and place along the edge of a line at `d`, linear about the reference.
-  pure function gap_and_along(system, touch, i, k, d) result(both)
+  !> Gap of a line and slip from its anchor at `d`, linear about the reference.
+  pure function gap_and_slip(system, touch, i, k, d) result(both)
     type(system_t), intent(in) :: system
     type(touch_t), intent(in) :: touch
     integer, intent(in) :: i, k
     real(dp), intent(in) :: d(:)
     real(dp) :: both(2), change(n)
 
-    associate (link => touch%link(:, touch%contact(i)%line(k)%link), geometry => touch%geometry(k, i))
-      change(:n/2) = d(system%elements%unknown(:, link(1))) - touch%reference(system%elements%unknown(:, link(1)))
-      change(n/2 + 1:) = d(system%elements%unknown(:, link(2))) - touch%reference(system%elements%unknown(:, link(2)))
-      both = [geometry%gap + dot_product(geometry%normal_end, change), geometry%along + dot_product(geometry%shear_end, change)]
+    associate (line => touch%contact(i)%line(k), geometry => touch%geometry(k, i))
+      associate (link => touch%link(:, line%link))
+        change(:n/2) = d(system%elements%unknown(:, link(1))) - touch%reference(system%elements%unknown(:, link(1)))
+        change(n/2 + 1:) = d(system%elements%unknown(:, link(2))) - touch%reference(system%elements%unknown(:, link(2)))
+      end associate
+      both = [geometry%gap + dot_product(geometry%normal_end, change), &
+              geometry%along + dot_product(geometry%shear_end, change) - line%anchor*geometry%edge_length]
     end associate
-  end function gap_and_along
+  end function gap_and_slip
 
   !> Judges every contact at `d`; `touch%changes` counts states that change by more than a faint force.
   !>
@@ -111,16 +170,19 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     logical, intent(in) :: first, cautious
     type(touch_t), intent(inout) :: touch
-    real(dp) :: place(2, 2, size(touch%contact)), deepest, doubt
+    real(dp) :: both(2, 2, size(touch%contact)), push(2, size(touch%contact)), doubt, largest
     integer :: i, k, new(size(touch%contact))
     logical :: forward
 
-    deepest = 0.0_dp
+    largest = 0.0_dp
     do i = 1, size(touch%contact)
-      do k = 1, touch%contact(i)%n_lines
-        place(:, k, i) = gap_and_along(system, touch, i, k, d)
-      end do
-      deepest = max(deepest, -maxval(place(1, :touch%contact(i)%n_lines, i)))
+      associate (contact => touch%contact(i))
+        do k = 1, contact%n_lines
+          both(:, k, i) = gap_and_slip(system, touch, i, k, d)
+          push(k, i) = contact%line(k)%held(1) - law%normal_stiffness*both(1, k, i)
+        end do
+        largest = max(largest, minval(push(:contact%n_lines, i)))
+      end associate
     end do
     touch%changes = 0
     forward = .false.
@@ -128,11 +190,11 @@ contains
       associate (contact => touch%contact(i))
         new(i) = contact%line(contact%active)%state
         if (first .and. new(i) /= state_open) cycle
-        doubt = faint*deepest + round_off*touch%geometry(1, i)%edge_length
+        doubt = faint*largest + round_off*touch%geometry(1, i)%edge_length*law%normal_stiffness
         k = 1
         if (contact%n_lines == 2) then
-          if (place(1, 2, i) > place(1, 1, i)) k = 2
-          if (contact%active /= k .and. abs(place(1, 2, i) - place(1, 1, i)) <= doubt) k = contact%active
+          if (push(2, i) < push(1, i)) k = 2
+          if (contact%active /= k .and. abs(push(2, i) - push(1, i)) <= doubt) k = contact%active
         end if
         if (k /= contact%active) then
           if (contact%line(contact%active)%state /= state_open) touch%changes = touch%changes + 1
@@ -140,13 +202,15 @@ contains
           contact%active = k
         end if
         associate (line => contact%line(k))
-          call judge(place(1, k, i), place(2, k, i), touch%geometry(k, i)%edge_length, touch%start_gap(k, i), &
-                     touch%start_share(k, i), doubt, line, new(i))
+          call judge(i, k, both(:, k, i), push(k, i), doubt, line, new(i))
           if (first .and. new(i) /= state_open) new(i) = state_locked
           if (new(i) == line%state) cycle
           forward = forward .or. line%state == state_open .or. new(i) == state_sliding
-          if (merge(abs(place(1, k, i)), huge(doubt), min(new(i), line%state) == state_open) > doubt) &
+          if (min(new(i), line%state) == state_open) then
+            if (abs(push(k, i)) > doubt) touch%changes = touch%changes + 1
+          else if (law%counts_sliding) then
             touch%changes = touch%changes + 1
+          end if
         end associate
       end associate
     end do
@@ -160,50 +224,74 @@ contains
 
   contains
 
-    !> New state of a line. A line that was open at the beginning of the step gets its anchor where it closes.
-    pure subroutine judge(gap, along, length, start_gap, start_share, doubt, line, state)
-      real(dp), intent(in) :: gap, along, length, start_gap, start_share, doubt
+    !> New state of a line. One that was open at the beginning of the step gets its anchor where it closes.
+    pure subroutine judge(i, k, both, push, doubt, line, state)
+      integer, intent(in) :: i, k
+      real(dp), intent(in) :: both(2), push, doubt
       type(line_t), intent(inout) :: line
       integer, intent(out) :: state
-      real(dp) :: limit, slip, strength
+      real(dp) :: along, limit, normal(2), shear
+      logical :: closed
 
-      strength = 0.0_dp
-      if (line%bonded) strength = law%strength(system%outlines%joint(line%edge))*line%length/law%normal_stiffness
-      if (gap > strength) then
-        state = state_open
-        return
+      if (law%conserving) then
+        closed = min(both(1), touch%start_gap(k, i)) < 0
+      else if (line%state == state_open) then
+        closed = push >= law%normal_stiffness*law%closing
+      else
+        closed = push >= -law%normal_stiffness*law%opening - bond(law%strength)
       end if
-      if (start_gap > 0 .and. .not. line%bonded) line%anchor = start_share + min(1.0_dp, start_gap/(start_gap - gap)) &
-                                                               *(along/length - start_share)
-      limit = max(0.0_dp, friction_limit(system%outlines, law, line, gap))
-      slip = along - line%anchor*length
-      associate (excess => law%shear_stiffness*abs(slip) - limit, sure => law%normal_stiffness*doubt)
-        if (line%state == state_sliding .and. law%friction(system%outlines%joint(line%edge)) > 0 &
-            .and. line%direction*slip < 0) then
-          state = state_locked ! it turned back; whether it slides there the next iteration tells
-        else if (line%state /= state_open .and. abs(excess) <= sure) then
-          state = line%state
-        else
-          state = merge(state_locked, state_sliding, excess < 0)
+      state = state_open
+      if (.not. closed) return
+      associate (start_gap => touch%start_gap(k, i), start => touch%start_share(k, i), length => touch%geometry(k, i)%edge_length)
+        shear = line%held(2) - law%shear_stiffness*both(2)
+        if (start_gap > 0 .and. .not. (touch%kept(k, i) .or. line%bonded)) then
+          along = both(2) + line%anchor*length
+          line%anchor = start + min(1.0_dp, start_gap/max(start_gap - both(1), tiny(start_gap)))*(along/length - start)
+          shear = line%held(2) - law%shear_stiffness*(along - line%anchor*length)
         end if
       end associate
-      if (state == state_sliding) line%direction = sign(1.0_dp, slip)
+      normal = pressure(law, line, touch%start_gap(k, i), both(1))
+      limit = max(0.0_dp, law%friction(system%outlines%joint(line%edge))*normal(1) + bond(law%cohesion))
+      if (line%state == state_sliding .and. limit > 0 .and. line%direction*shear > 0) then
+        state = state_locked ! it turned back; whether it slides there the next iteration tells
+      else if (line%state /= state_open .and. abs(abs(shear) - limit) <= doubt) then
+        state = line%state
+      else
+        state = merge(state_locked, state_sliding, abs(shear) < limit)
+      end if
+      if (state == state_sliding) line%direction = sign(1.0_dp, -shear)
     end subroutine judge
+
+    !> Force of a bond: a strength of the joint times the length of the contact.
+    pure real(dp) function bond(strength)
+      real(dp), intent(in) :: strength(:)
+
+      bond = 0.0_dp
+      if (touch%contact(i)%line(k)%bonded) bond = strength(system%outlines%joint(touch%contact(i)%line(k)%edge)) &
+                                                  *touch%contact(i)%line(k)%length
+    end function bond
 
   end subroutine judge_contacts
 
-  !> Largest shear force that a closed contact carries, linear in the gap.
-  pure real(dp) function friction_limit(outlines, law, line, gap) result(limit)
-    type(outlines_t), intent(in) :: outlines
+  !> Normal force of a closed contact, and its change with the gap.
+  pure function pressure(law, line, start_gap, gap) result(normal)
     type(contact_law_t), intent(in) :: law
     type(line_t), intent(in) :: line
-    real(dp), intent(in) :: gap       !! length
+    real(dp), intent(in) :: start_gap, gap !! length
+    real(dp) :: normal(2), way
 
-    associate (joint => outlines%joint(line%edge))
-      limit = -law%friction(joint)*law%normal_stiffness*gap
-      if (line%bonded) limit = limit + law%cohesion(joint)*line%length
+    associate (p => law%normal_stiffness)
+      if (.not. law%conserving) then
+        normal = [line%held(1) - p*gap, -p]
+      else if (max(gap, start_gap) <= 0) then
+        normal = [-0.5_dp*p*(gap + start_gap), -0.5_dp*p]
+      else
+        way = gap - start_gap
+        normal(1) = 0.5_dp*p*(min(start_gap, 0.0_dp)**2 - min(gap, 0.0_dp)**2)/way
+        normal(2) = -(p*min(gap, 0.0_dp) + normal(1))/way
+      end if
     end associate
-  end function friction_limit
+  end function pressure
 
   !> Whether a contact slides with a force that follows the normal one: the equations are then not symmetric.
   pure logical function slides_with_friction(outlines, law, touch)
@@ -221,17 +309,37 @@ contains
     end do
   end function slides_with_friction
 
+  !> Normal and shear force of a closed line, each with its change with gap and slip: (force, d/dg, d/ds).
+  pure function forces(outlines, law, line, start_gap, both) result(force)
+    type(outlines_t), intent(in) :: outlines
+    type(contact_law_t), intent(in) :: law
+    type(line_t), intent(in) :: line
+    real(dp), intent(in) :: start_gap, both(2)
+    real(dp) :: force(3, 2), normal(2)
+
+    normal = pressure(law, line, start_gap, both(1))
+    force(:, 1) = [normal, 0.0_dp]
+    if (line%state == state_locked) then
+      force(:, 2) = [line%held(2) - law%shear_stiffness*both(2), 0.0_dp, -law%shear_stiffness]
+    else
+      associate (joint => outlines%joint(line%edge))
+        force(:, 2) = -line%direction*law%friction(joint)*[normal, 0.0_dp]
+        if (line%bonded) force(1, 2) = force(1, 2) - line%direction*law%cohesion(joint)*line%length
+      end associate
+    end if
+  end function forces
+
   !> Adds the springs of all closed contacts at `d`.
   subroutine add_contacts(system, law, d, symmetric, touch, equations)
     type(system_t), intent(in) :: system
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: d(:)          !! (n_unknowns)
-    logical, intent(in) :: symmetric      !! operator of the iteration, where the geometry is not linear
+    logical, intent(in) :: symmetric      !! operator of the iteration, where the geometry bends
     type(touch_t), intent(in) :: touch
     type(equations_t), intent(inout) :: equations
     real(dp) :: matrix(n, n, size(touch%link, 2)), force(n, size(touch%link, 2)), scale(n, size(touch%link, 2))
-    real(dp) :: both(2), normal_force, shear_force, limit, slip, change(n)
-    integer :: i
+    real(dp) :: of(3, 2), with(n, 2)
+    integer :: i, j
 
     matrix = 0.0_dp
     force = 0.0_dp
@@ -239,78 +347,175 @@ contains
     do i = 1, size(touch%contact)
       associate (k => touch%contact(i)%active, line => touch%contact(i)%line(touch%contact(i)%active))
         if (line%state == state_open) cycle
-        associate (geometry => touch%geometry(k, i), p => law%normal_stiffness)
-          both = gap_and_along(system, touch, i, k, d)
-          normal_force = -p*both(1)
-          change = merge(geometry%normal, geometry%normal_end, symmetric)
-          call add(line%link, p, geometry%normal, change, normal_force)
-          slip = both(2) - line%anchor*geometry%edge_length
-          if (line%state == state_locked) then
-            shear_force = -law%shear_stiffness*slip
-            call add(line%link, law%shear_stiffness, geometry%shear, merge(geometry%shear, geometry%shear_end, symmetric), &
-                     shear_force)
-          else
-            limit = friction_limit(system%outlines, law, line, both(1))
-            shear_force = -line%direction*limit
-            call add(line%link, -line%direction*law%friction(system%outlines%joint(line%edge))*p, geometry%shear, change, &
-                     shear_force)
-          end if
+        associate (geometry => touch%geometry(k, i), link => line%link)
+          of = forces(system%outlines, law, line, touch%start_gap(k, i), gap_and_slip(system, touch, i, k, d))
+          with(:, 1) = merge(geometry%normal, geometry%normal_end, symmetric)
+          with(:, 2) = merge(geometry%shear, geometry%shear_end, symmetric)
+          do j = 1, n
+            matrix(:, j, link) = matrix(:, j, link) - (of(2, 1)*with(j, 1))*geometry%normal &
+                                 - (of(2, 2)*with(j, 1) + of(3, 2)*with(j, 2))*geometry%shear
+          end do
+          force(:, link) = force(:, link) + of(1, 1)*geometry%normal + of(1, 2)*geometry%shear
+          scale(:, link) = scale(:, link) + abs(of(1, 1)*geometry%normal) + abs(of(1, 2)*geometry%shear)
         end associate
       end associate
     end do
     call add_link_equations(equations, matrix, force, scale)
-
-  contains
-
-    !> Adds a force along a row, and the matrix of its change with another.
-    subroutine add(link, stiffness, row, changes_with, strength)
-      integer, intent(in) :: link
-      real(dp), intent(in) :: stiffness, row(n), changes_with(n), strength
-      integer :: j
-
-      do j = 1, n
-        matrix(:, j, link) = matrix(:, j, link) + (stiffness*changes_with(j))*row
-      end do
-      force(:, link) = force(:, link) + strength*row
-      scale(:, link) = scale(:, link) + abs(strength*row)
-    end subroutine add
-
   end subroutine add_contacts
 
-  !> What the contacts of an accepted step remember: states, anchors, lost bonds, overlap, friction.
+  !> Lets multipliers take the forces of closed contacts over, where an overlap or a gap above the bound is left.
+  pure subroutine hold_contacts(system, law, d, touch, enough)
+    type(system_t), intent(in) :: system
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    type(touch_t), intent(inout) :: touch
+    logical, intent(out) :: enough            !! none is left
+    real(dp) :: both(2), of(3, 2)
+    integer :: i
+
+    enough = .true.
+    if (law%overlap >= huge(law%overlap)) return
+    do i = 1, size(touch%contact)
+      associate (k => touch%contact(i)%active, line => touch%contact(i)%line(touch%contact(i)%active))
+        if (line%state == state_open) cycle
+        both = gap_and_slip(system, touch, i, k, d)
+        of = forces(system%outlines, law, line, touch%start_gap(k, i), both)
+        enough = enough .and. (abs(both(1)) <= law%overlap .or. maxval(abs(of(1, :) - line%held)) <= faint*abs(of(1, 1)))
+        line%held = of(1, :)
+      end associate
+    end do
+  end subroutine hold_contacts
+
+  !> The same contacts for the velocities at the end of the step: with what displacement `still` they would be at rest, how
+  !> fast each closed one approached, and how much displacement a unit of velocity is.
+  !>
+  !> Multipliers are to leave an error of the velocities below the share `unmet` of the fastest approach.
+  !> The coefficient of restitution is a notion of rigid bodies: one of a single element takes an impact as such.
+  pure subroutine rebound_contacts(system, share, still, velocity, way, touch, law, rebound)
+    type(system_t), intent(in) :: system
+    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    real(dp), intent(in) :: still(:)          !! (n_unknowns) displacement after which nothing moves
+    real(dp), intent(in) :: velocity(:)       !! (n_unknowns) at the beginning of the step
+    real(dp), intent(in) :: way               !! time
+    type(touch_t), intent(in) :: touch
+    type(contact_law_t), intent(inout) :: law
+    type(touch_t), intent(out) :: rebound
+    real(dp) :: approach, fastest, v(n)
+    integer :: i
+
+    rebound%contact = touch%contact
+    rebound%link = touch%link
+    rebound%geometry = touch%geometry
+    rebound%start_share = touch%start_share
+    rebound%start_gap = 0*touch%start_gap
+    rebound%kept = touch%start_gap < huge(1.0_dp)
+    rebound%reference = still
+    fastest = 0.0_dp
+    do i = 1, size(touch%contact)
+      associate (contact => rebound%contact(i))
+        if (contact%line(contact%active)%state == state_open) then
+          rebound%geometry(:, i)%gap = huge(1.0_dp) ! takes no part
+          cycle
+        end if
+        contact%line(1) = contact%line(contact%active)
+        contact%n_lines = 1
+        associate (geometry => rebound%geometry(1, i), link => touch%link(:, contact%line(1)%link))
+          geometry = touch%geometry(contact%active, i)
+          v = [velocity(system%elements%unknown(:, link(1))), velocity(system%elements%unknown(:, link(2)))]
+          approach = dot_product(geometry%normal, v)
+          fastest = max(fastest, unmet*sum(abs(geometry%shear*v)), unmet*sum(abs(geometry%normal*v)), -approach)
+          geometry%gap = law%restitution*way*min(approach, 0.0_dp)
+          geometry%along = 0.0_dp
+        end associate
+        contact%active = 1
+        contact%line(1)%anchor = 0.0_dp
+        contact%line(1)%held = 0.0_dp
+      end associate
+    end do
+    allocate (rebound%firmness(size(share)))
+    do i = 1, size(share)
+      rebound%firmness(i) = merge(rigid*share(i)%mass/way**2, 0.0_dp, system%elements%alone(i))
+    end do
+    law%conserving = .false.
+    law%normal_stiffness = unyielding*maxval(share%mass)/way**2
+    law%shear_stiffness = law%normal_stiffness
+    law%overlap = unmet*way*fastest
+    if (law%overlap <= 0) law%overlap = huge(law%overlap)
+  end subroutine rebound_contacts
+
+  !> Adds what keeps an element from deforming in an impact.
+  pure subroutine keep_firm(touch, e, share, d, term)
+    type(touch_t), intent(in) :: touch
+    integer, intent(in) :: e
+    type(element_share_t), intent(in) :: share
+    real(dp), intent(in) :: d(element_unknowns)   !! less the displacement that leaves it at rest
+    type(term_t), intent(inout) :: term
+    real(dp) :: B(3, element_unknowns), matrix(element_unknowns, element_unknowns)
+
+    B = small_strain_operator(share%kinematics)
+    matrix = touch%firmness(e)*share%kinematics%area*matmul(transpose(B), B)
+    term%matrix = term%matrix + matrix
+    call add_force(term, -matmul(matrix, d))
+  end subroutine keep_firm
+
+  !> How far a vertex went beyond what the search for contacts looked at; 0 or less: none did.
+  pure real(dp) function outran(system, state, share, d)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state               !! at the beginning of the step
+    type(element_share_t), intent(in) :: share(:)    !! (n_elements)
+    real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    integer :: i
+
+    outran = 0.0_dp
+    associate (outlines => system%outlines)
+      do i = 1, size(outlines%start)
+        outran = max(outran, norm2(matmul(displacement_matrix(share(outlines%element(i))%kinematics, &
+                                                              state%vertex(:, outlines%start(i))), &
+                                          d(system%elements%unknown(:, outlines%element(i))))) - state%contacts%near(i))
+      end do
+    end associate
+  end function outran
+
+  !> What the contacts of an accepted step remember: states, anchors, bonds, overlap, energy, friction.
   pure subroutine accept_contacts(system, law, d, touch, contacts)
     type(system_t), intent(in) :: system
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
     type(touch_t), intent(in) :: touch
     type(contacts_t), intent(inout) :: contacts
-    real(dp) :: both(2), limit, slip, stretch
+    real(dp) :: both(2), of(3, 2), slip
+    logical :: held_together(size(touch%link, 2))
     integer :: i
 
     contacts%contact = touch%contact
     contacts%count = touch%count
+    contacts%margin = 0.5_dp*contacts%margin
     contacts%overlap = 0.0_dp
     contacts%energy = 0.0_dp
+    held_together = .false.
+    do i = 1, size(contacts%contact)
+      associate (line => contacts%contact(i)%line(contacts%contact(i)%active))
+        if (line%bonded .and. line%state == state_locked) held_together(line%link) = .true.
+      end associate
+    end do
     do i = 1, size(contacts%contact)
       associate (k => contacts%contact(i)%active, line => contacts%contact(i)%line(contacts%contact(i)%active))
         if (line%state == state_open) then
           line%bonded = .false.
+          line%held = 0.0_dp
           cycle
         end if
-        both = gap_and_along(system, touch, i, k, d)
-        associate (length => touch%geometry(k, i)%edge_length)
-          slip = both(2) - line%anchor*length
-          limit = friction_limit(system%outlines, law, line, both(1))
-          if (line%state == state_sliding) then
-            stretch = line%direction*limit/law%shear_stiffness
-            contacts%friction = contacts%friction + limit*abs(slip - stretch)
-            slip = stretch
-            line%anchor = (both(2) - slip)/length
-            line%bonded = .false.
-          end if
-        end associate
+        both = gap_and_slip(system, touch, i, k, d)
+        slip = both(2)
+        if (line%state == state_sliding) then
+          of = forces(system%outlines, law, line, touch%start_gap(k, i), both)
+          slip = (line%held(2) - of(1, 2))/law%shear_stiffness
+          contacts%friction = contacts%friction + abs(of(1, 2)*(both(2) - slip))
+          line%anchor = line%anchor + (both(2) - slip)/touch%geometry(k, i)%edge_length
+          line%bonded = line%bonded .and. held_together(line%link) ! a joint gives way as a whole
+        end if
         contacts%overlap = max(contacts%overlap, -both(1))
-        contacts%energy = contacts%energy + 0.5_dp*(law%normal_stiffness*both(1)**2 + law%shear_stiffness*slip**2)
+        contacts%energy = contacts%energy + 0.5_dp*(law%normal_stiffness*min(both(1), 0.0_dp)**2 + law%shear_stiffness*slip**2)
       end associate
     end do
   end subroutine accept_contacts

@@ -55,6 +55,7 @@ contains
     if (allocated(error)) return
     call make_blocks(scene, blocks, error)
     if (allocated(error)) return
+    scene%extent = maxval(maxval(blocks%vertex, 2) - minval(blocks%vertex, 2))
 
     call read_analysis_deck(deck, dialect(scene%words), count(blocks%point_kind == fixed_point), &
                             count(blocks%point_kind == load_point), scene, error)

@@ -101,6 +101,10 @@ module scree_scene
     integer :: most_iterations = 25
     logical :: contact = .true.             !! bodies may touch
     real(dp) :: contact_stiffness = 0.0_dp  !! across a contact, force/length per unit thickness
+    real(dp) :: overlap = huge(1.0_dp)      !! that multipliers leave; huge: springs alone, length
+    real(dp) :: restitution = -1.0_dp       !! of impacts; below 0: as the springs have it
+    logical :: conserving = .false.         !! contact forces that conserve energy
+    logical :: nested = .false.             !! the open-close iteration runs inside each iteration of the deformation
     real(dp) :: shear_ratio = 2.5_dp        !! of that to the stiffness along it
     integer :: fixed = fixed_exact
     real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness
@@ -131,6 +135,7 @@ module scree_scene
     real(dp) :: contact_stiffness = 0.0_dp  !! 0: the program chooses (Shi: g0), force/length per unit thickness
     real(dp) :: least_distance = 0.0_dp     !! edge to node, over half the model size (Shi: e0)
     real(dp) :: step_size = 0.0_dp          !! of the classic deck (Shi: g1), time
+    real(dp) :: extent = 0.0_dp             !! larger side of the box around the blocks, length
     type(settings_t) :: settings
     type(word_t), allocatable :: words(:)   !! what the settings were read from, in the order of the table of settings
     type(block_material_t), allocatable :: block_material(:)

@@ -75,11 +75,20 @@ module scree_settings
     setting_t('iteration', 'tolerance', kind_real, '1e-10 for theta, 1e-9 for residual', &
               'largest change of theta, or largest force out of balance over the largest force', '', '1', 0.0_dp, 1.0_dp, .true.), &
     setting_t('iteration', 'most', kind_whole, '25', 'iterations before the step is cut', '', '1', 1.0_dp, 1e6_dp), &
-    setting_t('contact', 'method', kind_choice, 'penalty', 'springs between bodies that touch, or no contact', '|penalty|none|'), &
+    setting_t('contact', 'method', kind_choice, 'penalty', &
+              'springs, springs and multipliers, or no contact between bodies', '|penalty|augmented|none|'), &
     setting_t('contact', 'stiffness', kind_real, 'g0 of the deck, or 50 times the largest E', &
               'of a spring across a contact, per unit thickness', '', 'force/length', 0.0_dp, open=.true.), &
     setting_t('contact', 'shear_ratio', kind_real, '2.5', 'stiffness across a contact over that along it', '', '1', 0.0_dp, &
               open=.true.), &
+    setting_t('contact', 'overlap', kind_real, '1e-9 of the size of the model', 'largest that method augmented leaves', '', &
+              'length', 0.0_dp, open=.true.), &
+    setting_t('contact', 'restitution', kind_real, 'none: what the springs give back', &
+              'velocity after an impact over that before', '', '1', 0.0_dp, 1.0_dp), &
+    setting_t('contact', 'energy', kind_choice, 'dissipating', 'forces of the end of a step, or those that conserve energy', &
+              '|dissipating|conserving|'), &
+    setting_t('contact', 'coupling', kind_choice, 'merged', &
+              'contacts and deformation in one iteration, or contacts settled inside each of deformation', '|merged|nested|'), &
     setting_t('fixed_points', 'method', kind_choice, 'exact; penalty with preset shi', &
               'fixed points: eliminated, or held by springs', '|exact|penalty|'), &
     setting_t('fixed_points', 'stiffness', kind_real, '100 times that of contact', &
@@ -401,7 +410,7 @@ contains
       call default('fixed_points', 'method', either('penalty', 'exact', s%shi))
       s%fixed = merge(fixed_exact, fixed_penalty, word('fixed_points', 'method') == 'exact')
       call default('contact', 'method', 'penalty')
-      s%contact = word('contact', 'method') == 'penalty'
+      s%contact = word('contact', 'method') /= 'none'
       if (scene%contact_stiffness > 0) then
         call default('contact', 'stiffness', real_text(scene%contact_stiffness))
       else
@@ -410,6 +419,22 @@ contains
       s%contact_stiffness = number('contact', 'stiffness')
       call default('contact', 'shear_ratio', '2.5')
       s%shear_ratio = number('contact', 'shear_ratio')
+      if (word('contact', 'method') == 'augmented') then
+        call default('contact', 'overlap', real_text(1e-9_dp*scene%extent))
+        s%overlap = number('contact', 'overlap')
+      else if (has('contact', 'overlap')) then
+        call contradict('contact', 'overlap', 'overlap only with method=''augmented''', word('contact', 'method'))
+        return
+      end if
+      if (has('contact', 'restitution')) s%restitution = number('contact', 'restitution')
+      call default('contact', 'energy', 'dissipating')
+      s%conserving = word('contact', 'energy') == 'conserving'
+      if (s%conserving .and. (s%scheme /= scheme_energy_momentum .or. s%overlap < huge(s%overlap))) then
+        call contradict('contact', 'energy', 'conserving only with scheme=''energy_momentum'' and method=''penalty''', 'others')
+        return
+      end if
+      call default('contact', 'coupling', 'merged')
+      s%nested = word('contact', 'coupling') == 'nested'
       call default('fixed_points', 'stiffness', real_text(100*s%contact_stiffness))
       s%fixed_stiffness = number('fixed_points', 'stiffness')
 

@@ -9,7 +9,7 @@ module scree_deformation_iteration
   use scree_equations, only: add_equations, begin_equations, equations_t, members, out_of_balance, solve_equations
   use scree_errors, only: error_t
   use scree_kinds, only: dp
-  use scree_open_close, only: add_contacts, judge_contacts, place_contacts, slides_with_friction, touch_t
+  use scree_open_close, only: add_contacts, hold_contacts, judge_contacts, keep_firm, place_contacts, slides_with_friction, touch_t
   use scree_scene, only: iterate_hybrid, iterate_newton, settings_t, test_residual
   use scree_system, only: state_t, system_t
   use scree_text, only: number_text
@@ -69,7 +69,9 @@ contains
       type(term_t) :: term
       type(error_t), allocatable :: error
       real(dp) :: balance(2), change
-      logical :: in_contact, large, symmetric
+      type(term_t), allocatable :: linear(:)   ! of the members, at d_linear
+      real(dp), allocatable :: d_linear(:)
+      logical :: in_contact, inner, large, nested, symmetric
       integer :: e, fewest, i, k, stalled
       integer, allocatable :: member(:)
 
@@ -78,8 +80,11 @@ contains
       large = effects%large_deformation
       member = members(equations, group)
       in_contact = group == touching
+      nested = in_contact .and. settings%nested .and. large
+      inner = .false.
+      if (nested) allocate (linear(size(member)))
       if (in_contact) then
-        if (large) call place_contacts(system, state, share, large, rule%operator_weight, d, touch)
+        if (touch%bends) call place_contacts(system, state, share, rule%operator_weight, d, touch)
         call judge_contacts(system, effects%contact, d, .true., .false., touch)
       end if
       fewest = huge(fewest)
@@ -89,9 +94,20 @@ contains
         call begin_equations(equations, group)
         do k = 1, size(member)
           e = member(k)
-          call add_element_effects(effects, system, state, e, share(e), d(system%elements%unknown(:, e)), rule, term)
+          if (inner) then
+            term = linear(k)
+            associate (ids => system%elements%unknown(:, e))
+              term%force = term%force - matmul(term%matrix, d(ids) - d_linear(ids))
+            end associate
+          else
+            call add_element_effects(effects, system, state, e, share(e), d(system%elements%unknown(:, e)), rule, term)
+            if (allocated(touch%firmness)) call keep_firm(touch, e, share(e), d(system%elements%unknown(:, e)) &
+                                                          - touch%reference(system%elements%unknown(:, e)), term)
+            if (nested) linear(k) = term
+          end if
           call add_equations(equations, group, k, share(e)%kinematics%span, term)
         end do
+        if (in_contact .and. .not. inner) d_linear = d
         symmetric = symmetric_equations(effects, rule)
         if (in_contact) then
           call add_contacts(system, effects%contact, d, symmetric, touch, equations)
@@ -115,11 +131,13 @@ contains
           report%why = 'the iteration ran away (an area changed by more than a factor of 5)'
           return
         end if
-        change = largest_change(member, in_contact)
+        change = largest_change(member, d_linear)
         report%settled = .not. large .or. (settings%test /= test_residual .and. change < settings%tolerance)
         if (in_contact) then
-          if (large) call place_contacts(system, state, share, large, rule%operator_weight, d, touch)
-          call judge_contacts(system, effects%contact, d, .false., stalled > patience, touch)
+          if (nested) call judge_contacts(system, effects%contact, d, .false., stalled > patience, touch)
+          inner = nested .and. touch%changes > 0
+          if (touch%bends .and. .not. inner) call place_contacts(system, state, share, rule%operator_weight, d, touch)
+          if (.not. inner) call judge_contacts(system, effects%contact, d, .false., stalled > patience, touch)
           report%open_close = report%open_close + 1
           if (touch%changes > 0) then
             report%settled = .false.
@@ -134,26 +152,32 @@ contains
             end if
           end if
         end if
+        if (report%settled .and. in_contact) then
+          call hold_contacts(system, effects%contact, d, touch, report%settled)
+          stalled = 0
+        end if
         if (report%settled) exit
         if (settings%iterate == iterate_hybrid) rule%tangent = change < near_solution
       end do
       if (.not. report%settled) report%why = 'the deformation did not settle'
     end subroutine settle_group
 
-    !> Largest change of a component of theta in the last correction; and, where bodies touch, of the place over the size.
-    real(dp) function largest_change(member, in_contact)
+    !> Largest change of a component of theta since the last linearisation; where bodies touch, of the place over the size too.
+    real(dp) function largest_change(member, before)
       integer, intent(in) :: member(:)
-      logical, intent(in) :: in_contact
+      real(dp), intent(in), optional :: before(:) !! displacement at the last linearisation, where bodies touch
+      real(dp) :: moved(size(system%elements%unknown, 1))
       integer :: k
 
       largest_change = 0.0_dp
       do k = 1, size(member)
         associate (ids => system%elements%unknown(:, member(k)))
-          largest_change = max(largest_change, &
-                               maxval(abs(matmul(share(member(k))%kinematics%gradient, equations%correction(ids)))))
-          if (in_contact) &
-            largest_change = max(largest_change, maxval(abs(matmul(share(member(k))%kinematics%at_centroid, &
-                                                equations%correction(ids))))/sqrt(share(member(k))%kinematics%area))
+          moved = equations%correction(ids)
+          if (present(before)) moved = d(ids) - before(ids)
+          largest_change = max(largest_change, maxval(abs(matmul(share(member(k))%kinematics%gradient, moved))))
+          if (present(before)) &
+            largest_change = max(largest_change, maxval(abs(matmul(share(member(k))%kinematics%at_centroid, moved))) &
+                                                 /sqrt(share(member(k))%kinematics%area))
         end associate
       end do
     end function largest_change

@@ -16,7 +16,7 @@ module scree_integrator
   use scree_scene, only: scheme_energy_momentum, settings_t, start_dissipative
   implicit none
   private
-  public :: end_rates, step_rule_for
+  public :: end_rates, step_rule_for, still_displacement
 
 contains
 
@@ -59,5 +59,17 @@ contains
       acceleration = new
     end associate
   end subroutine end_rates
+
+  !> Displacement of a step that ends at rest.
+  elemental real(dp) function still_displacement(rule, velocity, acceleration) result(displacement)
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: velocity, acceleration !! at the beginning
+    real(dp) :: new
+
+    associate (beta => rule%velocity_weight, gamma => rule%displacement_weight, dt => rule%dt)
+      new = -(velocity/dt + (1 - beta)*acceleration)/beta
+      displacement = velocity*dt + ((0.5_dp - gamma)*acceleration + gamma*new)*dt**2
+    end associate
+  end function still_displacement
 
 end module scree_integrator

@@ -9,10 +9,10 @@ module scree_time_stepper
   use scree_equations, only: constrain_equations, equations_t, link_elements
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_fixed_point, only: constrain_fixed_points
-  use scree_integrator, only: step_rule_for
+  use scree_integrator, only: step_rule_for, still_displacement
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
-  use scree_open_close, only: accept_contacts, begin_contacts, touch_t
+  use scree_open_close, only: accept_contacts, begin_contacts, outran, rebound_contacts, touch_t
   use scree_scene, only: settings_t
   use scree_system, only: state_t, system_t
   use scree_update, only: update_state
@@ -54,7 +54,7 @@ contains
     type(constraints_t) :: constraints
     type(step_rule_t) :: rule
     type(touch_t) :: touch
-    real(dp) :: d(system%n_unknowns)
+    real(dp) :: beyond, d(system%n_unknowns), d_motion(system%n_unknowns)
     integer :: e
 
     report%dt = dt
@@ -68,8 +68,17 @@ contains
       call complete_unknowns(constraints, d, homogeneous=.false.)
       try = iteration_report_t()
       if (allocated(effects%contact)) &
-        call begin_contacts(system, state, share, effects%large_deformation, rule%operator_weight, touch)
+        call begin_contacts(system, effects%contact, state, share, effects%large_deformation, rule%operator_weight, touch)
       call settle_deformation(system, effects, settings, state, share, rule, equations, d, touch, try)
+      if (try%settled .and. allocated(effects%contact)) then
+        beyond = outran(system, state, share, d)
+        if (beyond > 0) then
+          state%contacts%margin = state%contacts%margin + 2*beyond
+          cycle
+        end if
+      end if
+      d_motion = d
+      if (try%settled .and. allocated(effects%contact)) call rebound()
       report%solves = report%solves + try%solves
       report%open_close = report%open_close + try%open_close
       if (try%settled) exit
@@ -86,10 +95,25 @@ contains
                   + work_of_supports(system, effects, share, state, rule, d)
     report%damped = loss_by_damping(system, effects, share, rule, d)
     if (allocated(effects%contact)) call accept_contacts(system, effects%contact, d, touch, state%contacts)
-    call update_state(system, effects, share, rule, d, state)
+    call update_state(system, effects, share, rule, d, d_motion, state)
     do e = 1, system%n_elements
       share(e) = share_of(effects, system, state, e)
     end do
+
+  contains
+
+    !> Finds the displacement whose velocities the contacts give back, where the scene asks for restitution.
+    subroutine rebound()
+      type(touch_t) :: impact
+      type(effects_t) :: in_impact
+
+      if (effects%contact%restitution < 0 .or. all(touch%count(2:) == 0)) return
+      in_impact = effects
+      call rebound_contacts(system, share, still_displacement(rule, state%velocity, state%acceleration), state%velocity, &
+                            rule%displacement_weight*rule%dt/rule%velocity_weight, touch, in_impact%contact, impact)
+      call settle_deformation(system, in_impact, settings, state, share, rule, equations, d_motion, impact, try)
+    end subroutine rebound
+
   end subroutine advance
 
   !> Finds the contacts of a step, and groups the equations by them.

@@ -17,17 +17,18 @@ module scree_update
 contains
 
   !> Moves `state` to the end of the step with unknowns `d`.
-  pure subroutine update_state(system, effects, share, rule, d, state)
+  pure subroutine update_state(system, effects, share, rule, d, d_motion, state)
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
     type(element_share_t), intent(in) :: share(:) !! (n_elements)
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
+    real(dp), intent(in) :: d_motion(:)           !! (n_unknowns) that the rates follow from
     type(state_t), intent(inout) :: state
     real(dp) :: theta(4), F(4), mean(4, system%n_blocks)
     integer :: e, i
 
-    call end_rates(rule, d, state%velocity, state%acceleration)
+    call end_rates(rule, d_motion, state%velocity, state%acceleration)
     mean = 0.0_dp
     do e = 1, system%n_elements
       associate (ids => system%elements%unknown(:, e), element => share(e)%kinematics, shape => system%elements%shape, &
