@@ -7,8 +7,10 @@
 !>     T = h' - k s                  s: slip from the anchor, a share of the edge
 !>     |T| <= N tan phi + c l        else the contact slides: T = -+(N tan phi + c l), and the anchor follows
 !>
-!> Every iteration solves for the states of the one before, sliding with the normal force of the same solution, and then
-!> judges all states anew (a semi-smooth Newton iteration). Nothing of this is kept but by `accept_contacts`.
+!> Every iteration solves for the states of the one before and then judges all states anew (a semi-smooth Newton iteration).
+!> A contact slides with the normal force of the same solution; but in the iteration in which it begins to, with that of the
+!> judgement: where bodies are wedged in, sliding and rest may both be solutions, and this finds the one at rest. Nothing is
+!> kept but by `accept_contacts`.
 !>
 !> - The forces h and h' are zero but with multipliers (augmented Lagrangian): they follow N and T until no overlap above a
 !>   bound is left.
@@ -170,7 +172,7 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     logical, intent(in) :: first, cautious
     type(touch_t), intent(inout) :: touch
-    real(dp) :: both(2, 2, size(touch%contact)), push(2, size(touch%contact)), doubt, largest
+    real(dp) :: both(2, 2, size(touch%contact)), push(2, size(touch%contact)), limits(size(touch%contact)), doubt, largest, limit
     integer :: i, k, new(size(touch%contact))
     logical :: forward
 
@@ -202,9 +204,15 @@ contains
           contact%active = k
         end if
         associate (line => contact%line(k))
-          call judge(i, k, both(:, k, i), push(k, i), doubt, line, new(i))
-          if (first .and. new(i) /= state_open) new(i) = state_locked
-          if (new(i) == line%state) cycle
+          call judge(i, k, both(:, k, i), push(k, i), doubt, line, new(i), limit)
+          limits(i) = limit
+          if (first .and. new(i) /= state_open) new(i) = merge(state_locked, state_sliding, can_lock(line))
+          if (new(i) == line%state) then
+            if (line%friction >= 0 .and. abs(line%friction - limit) > doubt .and. law%counts_sliding) &
+              touch%changes = touch%changes + 1
+            line%friction = -1.0_dp
+            cycle
+          end if
           forward = forward .or. line%state == state_open .or. new(i) == state_sliding
           if (min(new(i), line%state) == state_open) then
             if (abs(push(k, i)) > doubt) touch%changes = touch%changes + 1
@@ -217,7 +225,11 @@ contains
     touch%count = 0
     do i = 1, size(touch%contact)
       associate (line => touch%contact(i)%line(touch%contact(i)%active))
-        if (.not. (cautious .and. forward) .or. line%state == state_open .or. new(i) == state_sliding) line%state = new(i)
+        if (new(i) /= line%state .and. (.not. (cautious .and. forward) .or. line%state == state_open &
+                                        .or. new(i) == state_sliding)) then
+          line%friction = merge(limits(i), -1.0_dp, new(i) == state_sliding)
+          line%state = new(i)
+        end if
         touch%count(1 + line%state) = touch%count(1 + line%state) + 1
       end associate
     end do
@@ -225,12 +237,13 @@ contains
   contains
 
     !> New state of a line. One that was open at the beginning of the step gets its anchor where it closes.
-    pure subroutine judge(i, k, both, push, doubt, line, state)
+    pure subroutine judge(i, k, both, push, doubt, line, state, limit)
       integer, intent(in) :: i, k
       real(dp), intent(in) :: both(2), push, doubt
       type(line_t), intent(inout) :: line
       integer, intent(out) :: state
-      real(dp) :: along, limit, normal(2), shear
+      real(dp), intent(out) :: limit             !! of the shear force
+      real(dp) :: along, normal(2), shear
       logical :: closed
 
       if (law%conserving) then
@@ -238,9 +251,10 @@ contains
       else if (line%state == state_open) then
         closed = push >= law%normal_stiffness*law%closing
       else
-        closed = push >= -law%normal_stiffness*law%opening - bond(law%strength)
+        closed = push >= -law%normal_stiffness*law%opening - bond(line, law%strength)
       end if
       state = state_open
+      limit = 0.0_dp
       if (.not. closed) return
       associate (start_gap => touch%start_gap(k, i), start => touch%start_share(k, i), length => touch%geometry(k, i)%edge_length)
         shear = line%held(2) - law%shear_stiffness*both(2)
@@ -251,7 +265,7 @@ contains
         end if
       end associate
       normal = pressure(law, line, touch%start_gap(k, i), both(1))
-      limit = max(0.0_dp, law%friction(system%outlines%joint(line%edge))*normal(1) + bond(law%cohesion))
+      limit = max(0.0_dp, law%friction(system%outlines%joint(line%edge))*normal(1) + bond(line, law%cohesion))
       if (line%state == state_sliding .and. limit > 0 .and. line%direction*shear > 0) then
         state = state_locked ! it turned back; whether it slides there the next iteration tells
       else if (line%state /= state_open .and. abs(abs(shear) - limit) <= doubt) then
@@ -262,13 +276,20 @@ contains
       if (state == state_sliding) line%direction = sign(1.0_dp, -shear)
     end subroutine judge
 
+    !> Whether a joint has any shear strength.
+    pure logical function can_lock(line)
+      type(line_t), intent(in) :: line
+
+      can_lock = law%friction(system%outlines%joint(line%edge)) > 0 .or. bond(line, law%cohesion) > 0
+    end function can_lock
+
     !> Force of a bond: a strength of the joint times the length of the contact.
-    pure real(dp) function bond(strength)
+    pure real(dp) function bond(line, strength)
+      type(line_t), intent(in) :: line
       real(dp), intent(in) :: strength(:)
 
       bond = 0.0_dp
-      if (touch%contact(i)%line(k)%bonded) bond = strength(system%outlines%joint(touch%contact(i)%line(k)%edge)) &
-                                                  *touch%contact(i)%line(k)%length
+      if (line%bonded) bond = strength(system%outlines%joint(line%edge))*line%length
     end function bond
 
   end subroutine judge_contacts
@@ -304,7 +325,7 @@ contains
     do i = 1, size(touch%contact)
       associate (line => touch%contact(i)%line(touch%contact(i)%active))
         slides_with_friction = slides_with_friction .or. &
-          (line%state == state_sliding .and. law%friction(outlines%joint(line%edge)) > 0)
+          (line%state == state_sliding .and. line%friction < 0 .and. law%friction(outlines%joint(line%edge)) > 0)
       end associate
     end do
   end function slides_with_friction
@@ -319,7 +340,9 @@ contains
 
     normal = pressure(law, line, start_gap, both(1))
     force(:, 1) = [normal, 0.0_dp]
-    if (line%state == state_locked) then
+    if (line%friction >= 0) then
+      force(:, 2) = [-line%direction*line%friction, 0.0_dp, 0.0_dp]
+    else if (line%state == state_locked) then
       force(:, 2) = [line%held(2) - law%shear_stiffness*both(2), 0.0_dp, -law%shear_stiffness]
     else
       associate (joint => outlines%joint(line%edge))
