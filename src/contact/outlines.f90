@@ -14,17 +14,17 @@ contains
 
   !> Edges that are no line of the mesh, and which follows which around the body.
   !>
-  !> Where an edge ends at a line of the mesh, the outline goes on in the neighbour across it, or in the one beyond, around
-  !> the vertex. Elements have the vertices of a common edge at the same places to the last bit.
-  !> Errors: a line of the mesh with an element on one side alone.
+  !> Where an edge ends, the outline goes on in the same element or, across lines of the mesh, in another: with the edge that
+  !> begins at the same place, to the last bit, and is met first when turning clockwise from the way back; in between lies
+  !> the body. Errors: an edge after which the outline does not go on.
   pure subroutine make_outlines(shape, vertex, block, outlines, error)
     type(regions_t), intent(in) :: shape    !! of the elements
     real(dp), intent(in) :: vertex(:, :)    !! (2, n_vertices) at the start, length
     integer, intent(in) :: block(:)         !! (n_elements)
     type(outlines_t), intent(out) :: outlines
     type(error_t), allocatable, intent(out) :: error
-    integer :: after(size(vertex, 2)), element(size(vertex, 2)), number(size(vertex, 2))
-    integer, allocatable :: inner(:)
+    integer :: after(size(vertex, 2)), element(size(vertex, 2))
+    integer, allocatable :: order(:)
     real(dp), allocatable :: x(:)
     integer :: e, i, k, loop, n
 
@@ -37,65 +37,68 @@ contains
         after(shape%first_vertex(loop + 1) - 1) = shape%first_vertex(loop)
       end do
     end do
-    number = 0
-    outlines%start = pack([(k, k=1, size(number))], shape%joint > 0)
+    outlines%start = pack([(k, k=1, size(after))], shape%joint > 0)
     n = size(outlines%start)
-    number(outlines%start) = [(i, i=1, n)]
     outlines%element = element(outlines%start)
     outlines%block = block(outlines%element)
     outlines%finish = after(outlines%start)
     outlines%joint = shape%joint(outlines%start)
 
-    inner = pack([(k, k=1, size(number))], shape%joint == 0)
-    x = vertex(1, inner)
-    call sort_by(x, inner)
+    order = [(i, i=1, n)]
+    x = vertex(1, outlines%start)
+    call sort_by(x, order)
     allocate (outlines%next(n), outlines%previous(n))
     do i = 1, n
-      k = outlines%finish(i)
-      do while (number(k) == 0)
-        k = other_side(k)
-        if (k == 0) then
-          call fail(error, status_run_failed, 'an element of block '//number_text(outlines%block(i))// &
-                    ' has no neighbour across a line of the mesh')
-          return
-        end if
-        k = after(k)
-      end do
-      outlines%next(i) = number(k)
-      outlines%previous(number(k)) = i
+      outlines%next(i) = edge_after(i)
+      if (outlines%next(i) == 0) then
+        call fail(error, status_run_failed, 'the outline of block '//number_text(outlines%block(i))//' is not closed')
+        return
+      end if
+      outlines%previous(outlines%next(i)) = i
     end do
 
   contains
 
-    !> The same edge of the mesh, as the element across it runs through it; 0 where there is none.
-    pure integer function other_side(k)
-      integer, intent(in) :: k
-      integer :: high, i_edge, low, middle
+    !> The edge that the outline goes on with after edge i; 0 where there is none.
+    pure integer function edge_after(i)
+      integer, intent(in) :: i
+      real(dp), parameter :: whole_turn = 2*acos(-1.0_dp)
+      real(dp) :: back, least, turn
+      integer :: high, j, low, middle
 
-      low = 1
-      high = size(x)
-      do while (low < high)
-        middle = (low + high)/2
-        if (x(middle) < vertex(1, after(k))) then
-          low = middle + 1
-        else
-          high = middle
-        end if
-      end do
-      do i_edge = low, size(x)
-        other_side = inner(i_edge)
-        if (all(same(vertex(:, other_side), vertex(:, after(k)))) .and. all(same(vertex(:, after(other_side)), vertex(:, k))) &
-            .and. block(element(other_side)) == block(element(k))) return
-      end do
-      other_side = 0
-    end function other_side
+      edge_after = 0
+      least = huge(least)
+      associate (place => vertex(:, outlines%finish(i)))
+        low = 1
+        high = n
+        do while (low < high)
+          middle = (low + high)/2
+          if (x(middle) < place(1)) then
+            low = middle + 1
+          else
+            high = middle
+          end if
+        end do
+        back = direction(vertex(:, outlines%start(i)) - place)
+        do middle = low, n
+          if (x(middle) > place(1)) exit
+          j = order(middle)
+          if (outlines%block(j) /= outlines%block(i) .or. abs(vertex(2, outlines%start(j)) - place(2)) > 0) cycle
+          turn = modulo(back - direction(vertex(:, outlines%finish(j)) - place), whole_turn)
+          if (.not. turn > 0) turn = whole_turn ! the other side of a crack
+          if (turn > least) cycle
+          least = turn
+          edge_after = j
+        end do
+      end associate
+    end function edge_after
 
-    !> Whether two numbers are one, to the last bit.
-    pure elemental logical function same(a, b)
-      real(dp), intent(in) :: a, b
+    !> Of a vector, rad.
+    pure real(dp) function direction(v)
+      real(dp), intent(in) :: v(2)
 
-      same = .not. (a < b .or. b < a)
-    end function same
+      direction = atan2(v(2), v(1))
+    end function direction
 
   end subroutine make_outlines
 

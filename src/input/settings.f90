@@ -88,7 +88,7 @@ module scree_settings
     setting_t('contact', 'energy', kind_choice, 'dissipating', 'forces of the end of a step, or those that conserve energy', &
               '|dissipating|conserving|'), &
     setting_t('contact', 'coupling', kind_choice, 'merged', &
-              'contacts and deformation in one iteration, or contacts settled inside each of deformation', '|merged|nested|'), &
+              'contacts and deformation in one iteration, or contacts settled in each of deformation', '|merged|nested|'), &
     setting_t('fixed_points', 'method', kind_choice, 'exact; penalty with preset shi', &
               'fixed points: eliminated, or held by springs', '|exact|penalty|'), &
     setting_t('fixed_points', 'stiffness', kind_real, '100 times that of contact', &

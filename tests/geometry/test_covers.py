@@ -81,6 +81,7 @@ def analysis_deck(name, stress, model, cover):
 30 0 0
 &deck geometry='{name}.geo' /
 &method model='{model}' /
+&contact method='none' /
 &output every=12 /
 """ + (f"&cover {cover} /\n" if cover else "")
 
