@@ -166,6 +166,7 @@ contains
       if (present(other_vertex)) then
         new%n_lines = 2
         new%line(2) = best(other_vertex, other_edge)
+        if (new%line(1)%state == state_open .and. new%line(2)%state /= state_open) new%active = 2
       end if
       if (any(new%line(:new%n_lines)%vertex == 0)) return ! within one element, which cannot touch itself
       if (n_found == size(found)) found = [found, found]
