@@ -51,7 +51,7 @@ contains
     integer, allocatable :: old(:)
     real(dp), allocatable :: key(:)
     integer :: i, j, k, n_found
-    real(dp) :: at, distance_start, distance_finish, gap, reach
+    real(dp) :: distance_start, distance_finish
 
     do i = 1, size(outlines%start)
       size_of_edge(i) = norm2(place(:, outlines%finish(i)) - place(:, outlines%start(i)))
@@ -73,19 +73,13 @@ contains
       associate (x1 => place(:, outlines%start(i)), x2 => place(:, outlines%start(j)), x3 => place(:, outlines%finish(j)))
         distance_start = norm2(x1 - x2)
         distance_finish = norm2(x1 - x3)
-        reach = near(i) + near(j)
         if (distance_start <= near(i) + near(j)) then
           if (i < j) call meet_corners(i, j)
           cycle
         end if
         if (distance_finish <= near(i) + near(outlines%next(j))) cycle
-        reach = near(i) + max(near(j), near(outlines%next(j)))
-        at = dot_product(x1 - x2, x3 - x2)/size_of_edge(j)
-        if (at < 0 .or. at > size_of_edge(j)) cycle
-        gap = gap_of(x1, x2, x3)
-        if (gap > reach .or. gap < -reach - deepest*min(local(i), size_of_edge(j))) cycle
-        if (fits(i, j)) call add([i], [j])
       end associate
+      call meet_edge(i, j)
     end do
     call put_links(outlines, found(:n_found), contacts)
     contacts%contact = found(:n_found)
@@ -116,6 +110,31 @@ contains
       fits = abs(lowest) + corner(i)%angle/2 <= pi/2 + parallel
     end function fits
 
+    !> Contact of vertex i over edge j.
+    subroutine meet_edge(i, j)
+      integer, intent(in) :: i, j
+      real(dp) :: at, gap, reach
+
+      associate (x1 => place(:, outlines%start(i)), x2 => place(:, outlines%start(j)), x3 => place(:, outlines%finish(j)))
+        reach = near(i) + max(near(j), near(outlines%next(j)))
+        at = dot_product(x1 - x2, x3 - x2)/size_of_edge(j)
+        if (at < 0 .or. at > size_of_edge(j)) return
+        gap = gap_of(x1, x2, x3)
+        if (gap > reach .or. gap < -reach - deepest*min(local(i), size_of_edge(j))) return
+        if (fits(i, j)) call add([i], [j])
+      end associate
+    end subroutine meet_edge
+
+    !> Contacts of vertex i over the edges at vertex j, of which the corner there says nothing.
+    subroutine meet_sides(i, j)
+      integer, intent(in) :: i, j
+
+      associate (x1 => place(:, outlines%start(i)), after => outlines%next(j), before => outlines%previous(j))
+        if (norm2(x1 - place(:, outlines%start(after))) > near(i) + near(after)) call meet_edge(i, j)
+        if (norm2(x1 - place(:, outlines%start(before))) > near(i) + near(before)) call meet_edge(i, before)
+      end associate
+    end subroutine meet_sides
+
     !> Contacts of two corners that are near each other.
     subroutine meet_corners(i, j)
       integer, intent(in) :: i, j
@@ -129,7 +148,11 @@ contains
       between = turn(corner(i)%from + a/2 + pi - corner(j)%from - b/2)
       if (a <= pi + flat .and. b <= pi + flat) then
         width = abs(between) + (a + b)/2
-        if (width > pi + parallel) return
+        if (width > pi + parallel) then ! they cannot meet tip to tip, but beside it
+          call meet_sides(i, j)
+          call meet_sides(j, i)
+          return
+        end if
         low_a = between - a/2
         low_b = -b/2
         high_a = between + a/2
@@ -146,11 +169,15 @@ contains
                    pack([before_j, before_i], [high_b >= high_a - parallel, high_a >= high_b - parallel]))
         end if
       else if (b > pi + flat .and. a <= pi + parallel) then
-        if (abs(between) + a/2 > pi - b/2 + parallel) return
-        call add([i], [j])
-        call add([i], [before_j])
+        if (abs(between) + a/2 > pi - b/2 + parallel) then
+          call meet_sides(i, j)
+        else
+          call add([i], [j])
+          call add([i], [before_j])
+        end if
+      else if (abs(between) + b/2 > pi - a/2 + parallel) then
+        call meet_sides(j, i)
       else
-        if (abs(between) + b/2 > pi - a/2 + parallel) return
         call add([j], [i])
         call add([j], [before_i])
       end if
