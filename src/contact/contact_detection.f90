@@ -22,6 +22,7 @@ module scree_contact_detection
 
   real(dp), parameter :: pi = acos(-1.0_dp)
   real(dp), parameter :: parallel = 3*pi/180      !! edges that differ by less are parallel (Shi: h1)
+  real(dp), parameter :: most_turning = 30*pi/180 !! of a corner in a step, that is allowed for
   real(dp), parameter :: no_corner = 1e-9_dp      !! an angle below is that of the end of a crack, a whole turn
   real(dp), parameter :: flat = 1e-3_dp           !! a corner that is concave by less is none
   real(dp), parameter :: room = 0.02_dp           !! of the edges about, that a search gives a vertex beyond its reach
@@ -47,6 +48,7 @@ contains
     type(contacts_t), intent(inout) :: contacts
     type(contact_t), allocatable :: found(:)
     real(dp) :: local(size(outlines%start)), near(size(outlines%start)), size_of_edge(size(outlines%start))
+    real(dp) :: turning(size(outlines%start)) !! of the corners in the step, rad
     type(corner_t) :: corner(size(outlines%start))
     integer, allocatable :: old(:)
     real(dp), allocatable :: key(:)
@@ -57,6 +59,8 @@ contains
       size_of_edge(i) = norm2(place(:, outlines%finish(i)) - place(:, outlines%start(i)))
     end do
     local = min(size_of_edge, size_of_edge(outlines%previous))
+    turning = min(most_turning, 1.2_dp*norm2(velocity(:, outlines%next) - velocity, 1)*dt/size_of_edge)
+    turning = max(turning, turning(outlines%previous))
     near = 1.2_dp*norm2(velocity, 1)*dt + contacts%margin + 2*contacts%overlap + touch*local
     contacts%near = near
     call search(outlines, place, near, local, self_contact, contacts)
@@ -107,8 +111,15 @@ contains
 
       ! against the outer normal of the edge, at corner(j)%from - pi/2
       lowest = turn(corner(i)%from + corner(i)%angle/2 - corner(j)%from + pi/2)
-      fits = abs(lowest) + corner(i)%angle/2 <= pi/2 + parallel
+      fits = abs(lowest) + corner(i)%angle/2 <= pi/2 + tilt(i, j)
     end function fits
+
+    !> Angle by which two corners may be out of place and yet meet in the step.
+    pure real(dp) function tilt(i, j)
+      integer, intent(in) :: i, j
+
+      tilt = parallel + turning(i) + turning(j)
+    end function tilt
 
     !> Contact of vertex i over edge j.
     subroutine meet_edge(i, j)
@@ -148,7 +159,7 @@ contains
       between = turn(corner(i)%from + a/2 + pi - corner(j)%from - b/2)
       if (a <= pi + flat .and. b <= pi + flat) then
         width = abs(between) + (a + b)/2
-        if (width > pi + parallel) then ! they cannot meet tip to tip, but beside it
+        if (width > pi + tilt(i, j)) then ! they cannot meet tip to tip, but beside it
           call meet_sides(i, j)
           call meet_sides(j, i)
           return
@@ -169,13 +180,13 @@ contains
                    pack([before_j, before_i], [high_b >= high_a - parallel, high_a >= high_b - parallel]))
         end if
       else if (b > pi + flat .and. a <= pi + parallel) then
-        if (abs(between) + a/2 > pi - b/2 + parallel) then
+        if (abs(between) + a/2 > pi - b/2 + tilt(i, j)) then
           call meet_sides(i, j)
         else
           call add([i], [j])
           call add([i], [before_j])
         end if
-      else if (abs(between) + b/2 > pi - a/2 + parallel) then
+      else if (abs(between) + b/2 > pi - a/2 + tilt(i, j)) then
         call meet_sides(j, i)
       else
         call add([j], [i])
