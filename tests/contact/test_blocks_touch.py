@@ -1,0 +1,165 @@
+"""Blocks that touch, through the program, against closed forms and symmetries."""
+import os
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+
+SCREE = os.environ["SCREE"]
+G = 10.0
+MODES = {"dda": "", "green": "&method strain='green' /", "nmm": "&method model='nmm' /",
+         "nmm green": "&method model='nmm', strain='green' /"}
+
+
+def box(x, y, width, height):
+    return np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]], float)
+
+
+def turn(angle):
+    a = np.radians(angle)
+    return np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+
+
+def run(folder, blocks, groups="", *, steps=100, dt=0.005, rock=(2.5, 2.5 * G, 1e7, 0.25), phi=0.0, material=None,
+        velocity=((0, 0, 0),), fixed=(), loads=(), measured=(), carried=1, name="scene"):
+    """Runs blocks of corners; points are x, y and the number of their block. Returns the open results."""
+    head, rows, at = [], [], 1
+    for i, corners in enumerate(blocks):
+        head.append(f"{material[i] if material else 1} {at} {at + len(corners) - 1}")
+        rows += [f"1 {float(x)!r} {float(y)!r}" for x, y in [*corners, corners[0]]] + ["0 0 0"] * 3
+        at += len(corners) + 4
+    points = [f"{float(x)!r} {float(y)!r} {b}" for x, y, b in [*fixed, *loads, *measured]]
+    (folder / f"{name}.blk").write_text("\n".join([f"{len(blocks)} 0 {len(rows)}", f"{len(fixed)} {len(loads)} {len(measured)}",
+                                                   *head, *rows, *points, ""]))
+    numbers = "".join(f"{' '.join(repr(float(x)) for x in rock)} 0 0 0 0 0 0 {' '.join(repr(float(x)) for x in v)}\n"
+                      for v in velocity)
+    (folder / f"{name}.ana").write_text(f"{carried} {steps} {len(velocity)} 1 0.05 {dt!r}\n{numbers}{phi!r} 0 0\n"
+                                        f"&deck geometry='{name}.blk', dialect='short' /\n&output every=1 /\n{groups}\n")
+    done = subprocess.run([SCREE, "run", folder / f"{name}.ana", "-o", folder / f"{name}.h5", "--quiet"], capture_output=True,
+                          text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return h5py.File(folder / f"{name}.h5")
+
+
+def incline(folder, angle, phi, groups="", **options):
+    """A block of 1 x 0.5 half way up a fixed slope of 10 x 1; its displacement along the slope and across, and the results."""
+    slope = turn(angle)
+    rock = box(0, 0, 10, 1) @ slope.T, box(6, 1, 1, 0.5) @ slope.T
+    corners = [(*(slope @ x), 1) for x in ([0, 0], [10, 0], [10, 1], [0, 1])]
+    f = run(folder, rock, groups, phi=phi, rock=(2.5, 2.5 * G, 1e9, 0.25), fixed=corners,
+            measured=[(*rock[1].mean(0), 2)], **options)
+    return f["measured_points/displacement"][:, 0] @ slope, f
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("phi", [0.0, 10.0, 20.0, 29.0])
+def test_a_block_slides_as_galileo_and_coulomb_say(mode, phi, tmp_path):
+    """s = g (sin a - cos a tan phi) t^2/2: to 1e-4 of the way of the smooth block, what the first contact leaves."""
+    u, f = incline(tmp_path, 30, phi, MODES[mode])
+    with f:
+        t = f["history/time"][:]
+        a = np.radians(30)
+        way = G * (np.sin(a) - np.cos(a) * np.tan(np.radians(phi))) * t**2 / 2
+        np.testing.assert_allclose(-u[:, 0], way, atol=1e-4 * G * np.sin(a) * t[-1] ** 2 / 2)
+        friction = f["history/energy/friction"][:]
+        weight = 2.5 * 0.5 * G
+        assert (np.diff(friction, prepend=0) >= 0).all()
+        np.testing.assert_allclose(friction[-1], weight * np.cos(a) * np.tan(np.radians(phi)) * way[-1], atol=1e-3 * weight)
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_block_sticks_on_a_slope_below_its_friction_angle(mode, tmp_path):
+    """30 degrees, phi 31: after the first steps nothing moves, and in 400 steps nothing creeps."""
+    u, f = incline(tmp_path, 30, 31.0, MODES[mode], steps=800)
+    with f:
+        assert np.abs(u).max() < 1e-5
+        np.testing.assert_allclose(u[400:], u[-1] * np.ones((400, 1)), atol=1e-9)
+        free, sliding, locked = f["history/contacts"][-1]
+        assert free == 0 and sliding + locked == 2 and locked > 0  # the corner that presses less may have given way
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("n", [1, 4])
+def test_a_column_rests_on_its_weight(mode, n, tmp_path):
+    """Static: the overlap under n unit boxes is p g = half the weight each of the two contacts carries."""
+    blocks = [box(-2, -1, 5, 1)] + [box(0, i, 1, 1) for i in range(n)]
+    fixed = [(x, y, 1) for x, y in blocks[0]]
+    with run(tmp_path, blocks, MODES[mode] + "\n&contact stiffness=1e8 /", carried=0, steps=60, dt=0.01, fixed=fixed) as f:
+        assert f["history/overlap"][-1] * 1e8 == pytest.approx(n * 2.5 * G / 2, rel=1e-6)
+        assert f["history/contacts"][-1].sum() == 2 * n
+        assert f["history/contacts"][-1, 0] == 0
+
+
+def pushed(folder, change=lambda x: x, order=(0, 1, 2), groups="", size=1.0, force=1.0, **options):
+    """Two boxes, pushed by point loads against each other and over a fixed one, without weight. Displacements of each."""
+    blocks = [box(-2, -1, 5, 1), box(0, 0, 1, 1), box(1, 0.0, 0.7, 0.8)]
+    where = [(0.2, 0.9, 1), (1.5, 0.6, 2)]
+    measured = [(0.5, 0.5, 1), (1.3, 0.4, 2), (0.9, 0.9, 1)]
+    number = {b: i + 1 for i, b in enumerate(order)}
+
+    def there(points):
+        return [(*change(np.array([x, y]) * size), number[b]) for x, y, b in points]
+
+    push = [np.array([60.0, -40.0]), np.array([-20.0, 5.0])]
+    origin = change(np.zeros(2))
+    forces = " ".join(repr(float(x)) for p in push for x in (change(p) - origin) * force)
+    return run(folder, [np.array([change(x * size) for x in blocks[b]]) for b in order],
+               f"{groups}\n&loads force={forces} /", fixed=there([(*x, 0) for x in blocks[0]]), loads=there(where),
+               measured=there(measured), phi=25.0, **options)
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_neither_direction_nor_place_nor_numbers_matter(mode, tmp_path):
+    """Turned by 37 degrees, in another order, shifted by 1e4: 120 steps in which blocks press and slide."""
+    options = {"rock": (2.5, 0, 1e5, 0.25), "steps": 120}
+
+    def history(change, linear, order=(0, 1, 2)):
+        with pushed(tmp_path, change, order, MODES[mode], **options) as f:
+            u = f["measured_points/displacement"][:] @ linear
+            state = f["history/contacts"][:]
+        return u, state
+
+    expected, states = history(lambda x: x, np.eye(2))
+    assert np.abs(expected).max() > 0.01
+    assert states[:, 1].max() > 0  # something slides
+    # round-off of the places over the time that the contacts shake; a shift of 1e4 takes four digits of them
+    R = turn(37)
+    for tolerance, change, linear, order in [(1e-9, lambda x: R @ x, R, (0, 1, 2)),
+                                             (1e-9, lambda x: x, np.eye(2), (2, 0, 1)),
+                                             (1e-5, lambda x: x + 1e4, np.eye(2), (0, 1, 2))]:
+        found, found_states = history(change, linear, order)
+        assert (found_states == states).all()
+        np.testing.assert_allclose(found, expected, atol=tolerance * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_neither_size_nor_units_matter(size, tmp_path):
+    """Lengths by `size`, forces per thickness by size, density by 1/size^2: the same accelerations in lengths, to round-off."""
+    rock = np.array([2.5, 0, 1e5, 0.25])
+    with pushed(tmp_path, rock=rock, steps=120) as f:
+        expected = f["measured_points/displacement"][:]
+    with pushed(tmp_path, rock=rock * [1 / size**2, 1, 1, 1], size=size, force=size, steps=120) as f:
+        found = f["measured_points/displacement"][:] / size
+    np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("mode", ["green", "nmm green"])
+def test_two_free_blocks_keep_their_momentum(mode, tmp_path):
+    """They meet askew, smooth, in the energy-momentum form: momentum and angular momentum to the tolerance of the iteration."""
+    blocks = [box(0, 0, 1, 1), box(1.05, 0.4, 1, 1) @ turn(3).T]
+    with run(tmp_path, blocks, MODES[mode] + "\n&integrator beta=0.5 /\n&iteration test='residual', tolerance=1e-12 /",
+             rock=(2.5, 0, 1e5, 0.25), material=[1, 2], velocity=[(2, 0, 0), (-1, 0.5, 0.3)], steps=100, dt=0.002) as f:
+        assert f["history/contacts"][:, 1:].sum() > 0
+        momentum = f["history/momentum"][:]
+        np.testing.assert_allclose(momentum, momentum[0] * np.ones((100, 1)), atol=1e-10 * np.abs(momentum).max())
+        energy = sum(f[f"history/energy/{part}"][:] for part in ("kinetic", "strain", "contact"))
+        assert np.diff(energy).max() < 1e-6 * energy[0]
+
+
+def test_a_bullet_does_not_pass_a_wall(tmp_path):
+    """A box of 0.2 that flies 0.4 in a step at a wall 0.3 thick."""
+    blocks = [box(0, -2, 0.3, 4), box(-1.7, -0.1, 0.2, 0.2)]
+    with run(tmp_path, blocks, rock=(2.5, 0, 1e5, 0.25), material=[1, 2], velocity=[(0, 0, 0), (40, 0, 0)], steps=30, dt=0.01,
+             fixed=[(x, y, 1) for x, y in blocks[0]]) as f:
+        assert f["bodies/centroid"][:, 1, 0].max() < 0
