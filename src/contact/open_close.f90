@@ -236,7 +236,8 @@ contains
 
   contains
 
-    !> New state of a line. One that was open at the beginning of the step gets its anchor where it closes.
+    !> New state of a line. One that was open at the beginning of the step gets its anchor where it first closes: an anchor
+    !> that moved on with every iteration would hold back what it follows, and the iteration creep.
     pure subroutine judge(i, k, both, push, doubt, line, state, limit)
       integer, intent(in) :: i, k
       real(dp), intent(in) :: both(2), push, doubt
@@ -258,7 +259,7 @@ contains
       if (.not. closed) return
       associate (start_gap => touch%start_gap(k, i), start => touch%start_share(k, i), length => touch%geometry(k, i)%edge_length)
         shear = line%held(2) - law%shear_stiffness*both(2)
-        if (start_gap > 0 .and. .not. (touch%kept(k, i) .or. line%bonded)) then
+        if (line%state == state_open .and. start_gap > 0 .and. .not. (touch%kept(k, i) .or. line%bonded)) then
           along = both(2) + line%anchor*length
           line%anchor = start + min(1.0_dp, start_gap/max(start_gap - both(1), tiny(start_gap)))*(along/length - start)
           shear = line%held(2) - law%shear_stiffness*(along - line%anchor*length)
