@@ -195,7 +195,11 @@ contains
         doubt = faint*largest + round_off*touch%geometry(1, i)%edge_length*law%normal_stiffness
         k = 1
         if (contact%n_lines == 2) then
-          if (push(2, i) < push(1, i)) k = 2
+          if (minval(push(:, i)) < 0) then
+            if (push(2, i) < push(1, i)) k = 2
+          else
+            k = crossed_last(merge(0.0_dp, touch%start_gap(:, i), touch%kept(:, i)), both(1, :, i))
+          end if
           if (contact%active /= k .and. abs(push(2, i) - push(1, i)) <= doubt) k = contact%active
         end if
         if (k /= contact%active) then
@@ -235,6 +239,17 @@ contains
     end do
 
   contains
+
+    !> Which of two lines, both crossed at the end of the step, was crossed last: the vertices entered there.
+    pure integer function crossed_last(from, to)
+      real(dp), intent(in) :: from(2), to(2) !! gaps at the beginning and at the end of the step, length
+
+      if (maxval(from) > 0) then
+        crossed_last = maxloc(max(from, 0.0_dp)/(max(from, 0.0_dp) + abs(to) + tiny(to)), 1)
+      else
+        crossed_last = maxloc(from, 1)
+      end if
+    end function crossed_last
 
     !> New state of a line. One that was open at the beginning of the step gets its anchor where it first closes: an anchor
     !> that moved on with every iteration would hold back what it follows, and the iteration creep.
