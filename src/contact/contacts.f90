@@ -26,7 +26,6 @@ module scree_contacts
     integer :: link = 0                 !! pair of elements
     integer :: state = state_open
     real(dp) :: direction = 1.0_dp      !! of sliding: 1 along the edge, -1 back
-    real(dp) :: friction = -1.0_dp      !! of a contact that has just begun to slide: force of the judgement; else below 0
     real(dp) :: anchor = 0.0_dp         !! share of the edge at which the shear spring holds the vertex
     real(dp) :: held(2) = 0.0_dp        !! forces across and along that the springs need not make up (multipliers)
     real(dp) :: length = 0.0_dp         !! of the joint that the contact stands for, where cohesion or strength need it

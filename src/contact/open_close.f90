@@ -8,9 +8,7 @@
 !>     |T| <= N tan phi + c l        else the contact slides: T = -+(N tan phi + c l), and the anchor follows
 !>
 !> Every iteration solves for the states of the one before and then judges all states anew (a semi-smooth Newton iteration).
-!> A contact slides with the normal force of the same solution; but in the iteration in which it begins to, with that of the
-!> judgement: where bodies are wedged in, sliding and rest may both be solutions, and this finds the one at rest. Nothing is
-!> kept but by `accept_contacts`.
+!> A contact slides with the normal force of the same solution. Nothing is kept but by `accept_contacts`.
 !>
 !> - The forces h and h' are zero but with multipliers (augmented Lagrangian): they follow N and T until no overlap above a
 !>   bound is left.
@@ -172,7 +170,7 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     logical, intent(in) :: first, cautious
     type(touch_t), intent(inout) :: touch
-    real(dp) :: both(2, 2, size(touch%contact)), push(2, size(touch%contact)), limits(size(touch%contact)), doubt, largest, limit
+    real(dp) :: both(2, 2, size(touch%contact)), push(2, size(touch%contact)), doubt, largest
     integer :: i, k, new(size(touch%contact))
     logical :: forward
 
@@ -208,15 +206,9 @@ contains
           contact%active = k
         end if
         associate (line => contact%line(k))
-          call judge(i, k, both(:, k, i), push(k, i), doubt, line, new(i), limit)
-          limits(i) = limit
+          call judge(i, k, both(:, k, i), push(k, i), doubt, line, new(i))
           if (first .and. new(i) /= state_open) new(i) = merge(state_locked, state_sliding, can_lock(line))
-          if (new(i) == line%state) then
-            if (line%friction >= 0 .and. abs(line%friction - limit) > doubt .and. law%counts_sliding) &
-              touch%changes = touch%changes + 1
-            line%friction = -1.0_dp
-            cycle
-          end if
+          if (new(i) == line%state) cycle
           forward = forward .or. line%state == state_open .or. new(i) == state_sliding
           if (min(new(i), line%state) == state_open) then
             if (abs(push(k, i)) > doubt) touch%changes = touch%changes + 1
@@ -229,11 +221,7 @@ contains
     touch%count = 0
     do i = 1, size(touch%contact)
       associate (line => touch%contact(i)%line(touch%contact(i)%active))
-        if (new(i) /= line%state .and. (.not. (cautious .and. forward) .or. line%state == state_open &
-                                        .or. new(i) == state_sliding)) then
-          line%friction = merge(limits(i), -1.0_dp, new(i) == state_sliding)
-          line%state = new(i)
-        end if
+        if (.not. (cautious .and. forward) .or. line%state == state_open .or. new(i) == state_sliding) line%state = new(i)
         touch%count(1 + line%state) = touch%count(1 + line%state) + 1
       end associate
     end do
@@ -253,13 +241,12 @@ contains
 
     !> New state of a line. One that was open at the beginning of the step gets its anchor where it first closes: an anchor
     !> that moved on with every iteration would hold back what it follows, and the iteration creep.
-    pure subroutine judge(i, k, both, push, doubt, line, state, limit)
+    pure subroutine judge(i, k, both, push, doubt, line, state)
       integer, intent(in) :: i, k
       real(dp), intent(in) :: both(2), push, doubt
       type(line_t), intent(inout) :: line
       integer, intent(out) :: state
-      real(dp), intent(out) :: limit             !! of the shear force
-      real(dp) :: along, normal(2), shear
+      real(dp) :: along, limit, normal(2), shear
       logical :: closed
 
       if (law%conserving) then
@@ -270,7 +257,6 @@ contains
         closed = push >= -law%normal_stiffness*law%opening - bond(line, law%strength)
       end if
       state = state_open
-      limit = 0.0_dp
       if (.not. closed) return
       associate (start_gap => touch%start_gap(k, i), start => touch%start_share(k, i), length => touch%geometry(k, i)%edge_length)
         shear = line%held(2) - law%shear_stiffness*both(2)
@@ -341,7 +327,7 @@ contains
     do i = 1, size(touch%contact)
       associate (line => touch%contact(i)%line(touch%contact(i)%active))
         slides_with_friction = slides_with_friction .or. &
-          (line%state == state_sliding .and. line%friction < 0 .and. law%friction(outlines%joint(line%edge)) > 0)
+          (line%state == state_sliding .and. law%friction(outlines%joint(line%edge)) > 0)
       end associate
     end do
   end function slides_with_friction
@@ -356,9 +342,7 @@ contains
 
     normal = pressure(law, line, start_gap, both(1))
     force(:, 1) = [normal, 0.0_dp]
-    if (line%friction >= 0) then
-      force(:, 2) = [-line%direction*line%friction, 0.0_dp, 0.0_dp]
-    else if (line%state == state_locked) then
+    if (line%state == state_locked) then
       force(:, 2) = [line%held(2) - law%shear_stiffness*both(2), 0.0_dp, -law%shear_stiffness]
     else
       associate (joint => outlines%joint(line%edge))

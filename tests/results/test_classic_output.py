@@ -56,8 +56,10 @@ def test_the_layout_is_that_of_the_classic_replay(stack):
                 np.testing.assert_array_equal(rows[start - 1], rows[end])  # so that they run round it
                 middle = places[k, b].mean(0)
                 radius = np.hypot(*(places[k, b] - middle).T).max()
-                # of rectangles; the roundings of coordinates up to 5
-                np.testing.assert_allclose(rows[end + 2], [0, radius, 3 if b == 0 else 1], rtol=0, atol=1e-13)
+                x, y = places[k, b].T
+                area = (x * np.roll(y, -1) - np.roll(x, -1) * y).sum() / 2
+                # of parallelograms; the roundings of coordinates up to 5
+                np.testing.assert_allclose(rows[end + 2], [0, radius, area], rtol=0, atol=1e-13)
                 np.testing.assert_allclose(rows[end + 3, 1:], middle * rows[end + 2, 2], rtol=0, atol=1e-13)
             np.testing.assert_allclose(rows[-1], [0, *middle], rtol=0, atol=1e-14)
             np.testing.assert_array_equal(points[0], 0)
