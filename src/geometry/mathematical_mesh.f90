@@ -4,7 +4,7 @@ module scree_mathematical_mesh
   use scree_regions, only: regions_t
   implicit none
   private
-  public :: mesh_edges, mesh_regions, mesh_t, regular_mesh
+  public :: mesh_edges, mesh_regions, mesh_t, regular_mesh, shortest_edge
 
   !> Triangles between nodes.
   type :: mesh_t
@@ -133,5 +133,20 @@ contains
     allocate (shape%joint(3*n), source=0)
     vertex = mesh%node(:, reshape(mesh%triangle, [3*n]))
   end subroutine mesh_regions
+
+  !> Length of the shortest edge of all triangles.
+  pure real(dp) function shortest_edge(mesh)
+    type(mesh_t), intent(in) :: mesh
+    integer :: i, k
+
+    shortest_edge = huge(shortest_edge)
+    do k = 1, size(mesh%triangle, 2)
+      do i = 1, 3
+        associate (a => mesh%triangle(i, k), b => mesh%triangle(1 + modulo(i, 3), k))
+          shortest_edge = min(shortest_edge, norm2(mesh%node(:, b) - mesh%node(:, a)))
+        end associate
+      end do
+    end do
+  end function shortest_edge
 
 end module scree_mathematical_mesh

@@ -9,7 +9,7 @@ module scree_set_up
   use scree_kinds, only: dp
   use scree_outlines, only: make_outlines
   use scree_material, only: elasticity
-  use scree_mathematical_mesh, only: mesh_t, regular_mesh
+  use scree_mathematical_mesh, only: mesh_t, regular_mesh, shortest_edge
   use scree_scene, only: effect_t, fixed_exact, mass_follows_area, model_dda, model_nmm, scene_t, scheme_energy_momentum, &
                          strain_green, time_table_t, transport_rates
   use scree_settings, only: place_of
@@ -147,8 +147,13 @@ contains
                            system%extension, quality, error)
     end associate
     if (allocated(error)) return
-    if (quality%uncovered > 0) call fail(error, status_bad_input, from//': expected a mesh that holds every block, found one'// &
-                                         ' that leaves '//number_text(quality%uncovered)//' parts of blocks out')
+    if (quality%uncovered > 0) then
+      call fail(error, status_bad_input, from//': expected a mesh that holds every block, found one that leaves '// &
+                number_text(quality%uncovered)//' parts of blocks out')
+    else if (shortest_edge(mesh) > norm2(high - low)) then ! of a file
+      call fail(error, status_bad_input, from//': expected a mesh with edges up to the diagonal of the model, '// &
+                real_text(norm2(high - low))//', found none below '//real_text(shortest_edge(mesh)))
+    end if
   end subroutine lay_mesh
 
   !> Elements that carry points: of the block of each the one that holds it.

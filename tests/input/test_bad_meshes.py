@@ -66,6 +66,9 @@ def cover(text, analysis=ANALYSIS):
 # name: files to write, where the error stands, what was expected and found
 BAD = {
     "coarser than the model": (cover("edge=2.5"), "a.ana:9:", "up to the size of the model, 2", "2.5"),
+    "a file coarser than the model": ({"m.msh": "\n".join([*MESH.splitlines()[:12], "-3 -3 0", "2 -3 0", "7 -3 0", "-3 4 0",
+                                                            "2 4 0", "7 4 0", *MESH.splitlines()[18:], ""])}, "a.ana:9:",
+                                      "up to the diagonal of the model, 2.236", "none below 5"),
     "too fine": (cover("edge=1e-5"), "a.ana:9:", "at most 50 million", "1e-5"),
     "an edge of 0": (cover("edge=0"), "a.ana:9:", "above 0", "0"),
     "edge and mesh": (cover("edge=1, mesh='m.msh'"), "a.ana:9:", "edge or mesh", "both"),
