@@ -188,6 +188,8 @@ def test_what_is_drawn_is_what_was_asked_for(scene, tmp_path):
     figure = tool.draw_frames(files[1:2], None, "block", [tool.draw_covers])
     places, follows = files[1].covers(0)
     assert [len(line.get_xdata()) for line in figure.axes[0].lines] == [(~follows).sum(), follows.sum()]
+    for limits, coordinate in ((figure.axes[0].get_xlim(), places[:, 0]), (figure.axes[0].get_ylim(), places[:, 1])):
+        assert limits[0] < coordinate.min() and coordinate.max() < limits[1]
 
 
 def test_errors_are_one_line_and_status_2(scene, tmp_path):
