@@ -85,6 +85,7 @@ contains
       end associate
       call meet_edge(i, j)
     end do
+    call drop_repeats(size(outlines%start), found, n_found)
     call put_links(outlines, found(:n_found), contacts)
     contacts%contact = found(:n_found)
 
@@ -363,6 +364,32 @@ contains
     end do
     call sort_by(key, number)
   end subroutine list_lines
+
+  !> Drops contacts of one line that another contact has too, as of an edge so short that both its ends are near.
+  pure subroutine drop_repeats(n, contact, n_contacts)
+    integer, intent(in) :: n                          !! vertices of the outlines
+    type(contact_t), intent(inout) :: contact(:)
+    integer, intent(inout) :: n_contacts
+    integer, allocatable :: number(:)
+    real(dp), allocatable :: key(:)
+    logical :: keep(n_contacts)
+    integer :: k
+
+    call list_lines(contact(:n_contacts), n, number, key)
+    keep = .true.
+    do k = 2, size(key)
+      if (key(k) > key(k - 1) + 0.5_dp) cycle
+      associate (a => (number(k - 1) + 1)/2, b => (number(k) + 1)/2)
+        if (contact(b)%n_lines == 1) then
+          keep(b) = .false.
+        else if (contact(a)%n_lines == 1) then
+          keep(a) = .false.
+        end if
+      end associate
+    end do
+    n_contacts = count(keep)
+    contact(:n_contacts) = pack(contact(:size(keep)), keep)
+  end subroutine drop_repeats
 
   !> One number for a vertex and an edge, exact up to 9e7 of them.
   pure real(dp) function pair_key(vertex, edge, n)

@@ -4,9 +4,11 @@
 !>
 !>     gap    g = n.(y1 - y2)         open where positive
 !>     along  a = t.(y1 - y2)         share of the edge  w = a/L
-!>     dg = n.D,   da = t.D + ...,    D = d1 - (1-w) d2 - w d3       exact for the gap
+!>     dg = n.D,   D = d1 - (1-w) d2 - w d3       exact
+!>     ds = t.(d1 - d(X1))                        X1: the place of the edge's body that the vertex is at
 !>
-!> The forces of a contact act along n and t at the share w of the edge, so that they are a pair on one line.
+!> The normal forces of a contact act on one line, at the vertex and at the foot of it on the edge; the shear forces at the
+!> vertex and at the place of the edge's body that the vertex is at. Both pairs are free of torque.
 module scree_contact_geometry
   use scree_contacts, only: line_t, outlines_t
   use scree_interpolation, only: displacement_matrix
@@ -81,11 +83,11 @@ contains
     u2 = matmul(T2, d(system%elements%unknown(:, edge_body)))
     u3 = matmul(T3, d(system%elements%unknown(:, edge_body)))
     if (large) then
-      call put_rows(x1 + u1, x2 + u2, x3 + u3, geometry%normal_end, geometry%shear_end)
-      call put_rows(x1 + weight*u1, x2 + weight*u2, x3 + weight*u3, geometry%normal, geometry%shear)
+      call put_rows(1.0_dp, geometry%normal_end, geometry%shear_end)
+      call put_rows(weight, geometry%normal, geometry%shear)
       call measure(x1 + u1, x2 + u2, x3 + u3)
     else
-      call put_rows(x1, x2, x3, geometry%normal, geometry%shear)
+      call put_rows(0.0_dp, geometry%normal, geometry%shear)
       geometry%normal_end = geometry%normal
       geometry%shear_end = geometry%shear
       call measure(x1, x2, x3)
@@ -106,21 +108,26 @@ contains
       geometry%along = dot_product(t, y1 - y2)
     end subroutine measure
 
-    !> Rows n.D and t.D in a configuration.
-    pure subroutine put_rows(y1, y2, y3, normal_row, shear_row)
-      real(dp), intent(in), dimension(2) :: y1, y2, y3
+    !> Rows of gap and slip in the configuration that a part of `d` makes.
+    pure subroutine put_rows(part, normal_row, shear_row)
+      real(dp), intent(in) :: part
       real(dp), intent(out) :: normal_row(2*n), shear_row(2*n)
-      real(dp) :: t(2), normal(2), length, w
+      real(dp) :: t(2), normal(2), length, w, apart(2), F(4), T_there(2, n)
       integer :: at
 
-      call frame_of_edge(y2, y3, t, normal, length)
-      w = dot_product(t, y1 - y2)/length
+      call frame_of_edge(x2 + part*u2, x3 + part*u3, t, normal, length)
+      apart = x1 + part*u1 - x2 - part*u2
+      w = dot_product(t, apart)/length
+      F = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp] &
+          + part*matmul(share(edge_body)%kinematics%gradient, d(system%elements%unknown(:, edge_body)))
+      T_there = displacement_matrix(share(edge_body)%kinematics, x2 + [F(4)*apart(1) - F(3)*apart(2), &
+                                                                       F(1)*apart(2) - F(2)*apart(1)]/(F(1)*F(4) - F(2)*F(3)))
       at = merge(0, n, body == link(1))
       normal_row(at + 1:at + n) = matmul(normal, T1)
       shear_row(at + 1:at + n) = matmul(t, T1)
       at = n - at
       normal_row(at + 1:at + n) = matmul(normal, -(1 - w)*T2 - w*T3)
-      shear_row(at + 1:at + n) = matmul(t, -(1 - w)*T2 - w*T3)
+      shear_row(at + 1:at + n) = -matmul(t, T_there)
     end subroutine put_rows
 
   end function geometry_of
