@@ -163,7 +163,8 @@ contains
   !> Judges every contact at `d`; `touch%changes` counts states that change by more than a faint force.
   !>
   !> The first judgement, of a prediction, only closes: what was closed is taken to stay as it was. A cautious one lets
-  !> contacts open or lock again only where none closes or begins to slide, so that no two take turns for ever.
+  !> contacts open or lock again only where none closes or begins to slide, so that no two take turns for ever, and leaves a
+  !> corner on the line that presses, though it slips off the other one.
   pure subroutine judge_contacts(system, law, d, first, cautious, touch)
     type(system_t), intent(in) :: system
     type(contact_law_t), intent(in) :: law
@@ -198,7 +199,9 @@ contains
           else
             k = crossed_last(merge(0.0_dp, touch%start_gap(:, i), touch%kept(:, i)), both(1, :, i))
           end if
-          if (contact%active /= k .and. abs(push(2, i) - push(1, i)) <= doubt) k = contact%active
+          if (contact%active /= k .and. (abs(push(2, i) - push(1, i)) <= doubt .or. (cautious .and. new(i) /= state_open &
+                                                                                   .and. push(contact%active, i) > 0))) &
+            k = contact%active
         end if
         if (k /= contact%active) then
           if (contact%line(contact%active)%state /= state_open) touch%changes = touch%changes + 1
