@@ -64,6 +64,7 @@ module scree_contacts
     real(dp), allocatable :: strength(:)    !! (n_joints) in tension, force/length^2
     real(dp) :: overlap = huge(1.0_dp)      !! that multipliers leave; huge: springs alone, length
     real(dp) :: restitution = -1.0_dp       !! share of the velocity that an impact gives back; below 0: as the springs have it
+    real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
     logical :: conserving = .false.         !! forces that give back in a step all that they take
     real(dp) :: closing = 0.0_dp            !! overlap at which an open contact closes (Shi: s0), length
     real(dp) :: opening = 0.0_dp            !! gap at which a closed one opens (Shi: f0), length

@@ -12,6 +12,7 @@
 !>
 !> - The forces h and h' are zero but with multipliers (augmented Lagrangian): they follow N and T until no overlap above a
 !>   bound is left.
+!> - With viscosity c, N = h - p g - c (change of the overlap in the step)/dt.
 !> - A conserving contact presses with what does the work that the energy of its spring changes by in the step,
 !>   N = (W0 - W1)/(g1 - g0) with W = p min(g, 0)^2/2 (doc/theory.md).
 !> - With restitution the velocities at the end of a step are found for themselves: no closed contact approaches, and one
@@ -20,7 +21,7 @@ module scree_open_close
   use scree_contact_geometry, only: frame_of_edge, geometry_of, line_geometry_t
   use scree_contacts, only: contact_law_t, contact_t, contacts_t, line_t, outlines_t, state_locked, state_open, state_sliding
   use scree_effects, only: element_share_t
-  use scree_element_term, only: add_force, term_t
+  use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_equations, only: add_link_equations, equations_t
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
@@ -54,6 +55,7 @@ module scree_open_close
     real(dp), allocatable :: start_gap(:, :)             !! (2, n) at the beginning of the step, length
     real(dp), allocatable :: start_share(:, :)           !! (2, n) along the edge then
     logical, allocatable :: kept(:, :)                   !! (2, n) closed then: the anchor stays
+    real(dp) :: dashpot = 0.0_dp                         !! viscosity over the size of the step, force/length
     logical :: bends = .false.                           !! the geometry follows the motion, else it is linear
     real(dp), allocatable :: reference(:)                !! (n_unknowns) displacement that the geometry is of
     real(dp), allocatable :: firmness(:)                 !! (n_elements) in an impact: against deforming, force/length
@@ -64,19 +66,20 @@ module scree_open_close
 contains
 
   !> The contacts as the step finds them. Those of the first step are bonded where their joint has cohesion or strength.
-  pure subroutine begin_contacts(system, law, state, share, bends, weight, touch)
+  pure subroutine begin_contacts(system, law, state, share, bends, rule, touch)
     type(system_t), intent(in) :: system
     type(contact_law_t), intent(in) :: law
     type(state_t), intent(in) :: state
     type(element_share_t), intent(in) :: share(:) !! (n_elements)
     logical, intent(in) :: bends                  !! the geometry follows the motion
-    real(dp), intent(in) :: weight                !! of the motion in the configuration where forces act
+    type(step_rule_t), intent(in) :: rule
     type(touch_t), intent(out) :: touch
     integer :: i, k, m
 
     touch%contact = state%contacts%contact
     touch%link = state%contacts%link
     touch%bends = bends
+    touch%dashpot = law%viscosity/rule%dt
     m = size(touch%contact)
     if (state%step == 0) then
       do i = 1, m
@@ -93,7 +96,7 @@ contains
     end if
     allocate (touch%geometry(2, m), touch%kept(2, m))
     allocate (touch%reference(system%n_unknowns), source=0.0_dp)
-    call place_contacts(system, state, share, weight, touch%reference, touch)
+    call place_contacts(system, state, share, rule%operator_weight, touch%reference, touch)
     touch%start_gap = touch%geometry%gap
     touch%start_share = touch%geometry%along/touch%geometry%edge_length
     do k = 1, 2
@@ -180,7 +183,7 @@ contains
       associate (contact => touch%contact(i))
         do k = 1, contact%n_lines
           both(:, k, i) = gap_and_slip(system, touch, i, k, d)
-          push(k, i) = contact%line(k)%held(1) - law%normal_stiffness*both(1, k, i)
+          push(k, i) = push_of(law, touch%dashpot, contact%line(k), touch%start_gap(k, i), both(1, k, i))
         end do
         largest = max(largest, minval(push(:contact%n_lines, i)))
       end associate
@@ -269,7 +272,7 @@ contains
           shear = line%held(2) - law%shear_stiffness*(along - line%anchor*length)
         end if
       end associate
-      normal = pressure(law, line, touch%start_gap(k, i), both(1))
+      normal = pressure(law, touch%dashpot, line, touch%start_gap(k, i), both(1))
       limit = max(0.0_dp, law%friction(system%outlines%joint(line%edge))*normal(1) + bond(line, law%cohesion))
       if (line%state == state_sliding .and. limit > 0 .and. line%direction*shear > 0) then
         state = state_locked ! it turned back; whether it slides there the next iteration tells
@@ -299,16 +302,27 @@ contains
 
   end subroutine judge_contacts
 
-  !> Normal force of a closed contact, and its change with the gap.
-  pure function pressure(law, line, start_gap, gap) result(normal)
+  !> Force across a line by spring, multiplier and dashpot, as if it were closed.
+  pure real(dp) function push_of(law, dashpot, line, start_gap, gap)
     type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: dashpot        !! force/length
+    type(line_t), intent(in) :: line
+    real(dp), intent(in) :: start_gap, gap !! length
+
+    push_of = line%held(1) - law%normal_stiffness*gap - dashpot*(gap - min(start_gap, 0.0_dp))
+  end function push_of
+
+  !> Normal force of a closed contact, and its change with the gap.
+  pure function pressure(law, dashpot, line, start_gap, gap) result(normal)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: dashpot        !! force/length
     type(line_t), intent(in) :: line
     real(dp), intent(in) :: start_gap, gap !! length
     real(dp) :: normal(2), way
 
     associate (p => law%normal_stiffness)
       if (.not. law%conserving) then
-        normal = [line%held(1) - p*gap, -p]
+        normal = [push_of(law, dashpot, line, start_gap, gap), -p - dashpot]
       else if (max(gap, start_gap) <= 0) then
         normal = [-0.5_dp*p*(gap + start_gap), -0.5_dp*p]
       else
@@ -336,14 +350,15 @@ contains
   end function slides_with_friction
 
   !> Normal and shear force of a closed line, each with its change with gap and slip: (force, d/dg, d/ds).
-  pure function forces(outlines, law, line, start_gap, both) result(force)
+  pure function forces(outlines, law, dashpot, line, start_gap, both) result(force)
     type(outlines_t), intent(in) :: outlines
     type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: dashpot
     type(line_t), intent(in) :: line
     real(dp), intent(in) :: start_gap, both(2)
     real(dp) :: force(3, 2), normal(2)
 
-    normal = pressure(law, line, start_gap, both(1))
+    normal = pressure(law, dashpot, line, start_gap, both(1))
     force(:, 1) = [normal, 0.0_dp]
     if (line%state == state_locked) then
       force(:, 2) = [line%held(2) - law%shear_stiffness*both(2), 0.0_dp, -law%shear_stiffness]
@@ -374,7 +389,7 @@ contains
       associate (k => touch%contact(i)%active, line => touch%contact(i)%line(touch%contact(i)%active))
         if (line%state == state_open) cycle
         associate (geometry => touch%geometry(k, i), link => line%link)
-          of = forces(system%outlines, law, line, touch%start_gap(k, i), gap_and_slip(system, touch, i, k, d))
+          of = forces(system%outlines, law, touch%dashpot, line, touch%start_gap(k, i), gap_and_slip(system, touch, i, k, d))
           with(:, 1) = merge(geometry%normal, geometry%normal_end, symmetric)
           with(:, 2) = merge(geometry%shear, geometry%shear_end, symmetric)
           do j = 1, n
@@ -405,7 +420,7 @@ contains
       associate (k => touch%contact(i)%active, line => touch%contact(i)%line(touch%contact(i)%active))
         if (line%state == state_open) cycle
         both = gap_and_slip(system, touch, i, k, d)
-        of = forces(system%outlines, law, line, touch%start_gap(k, i), both)
+        of = forces(system%outlines, law, touch%dashpot, line, touch%start_gap(k, i), both)
         enough = enough .and. (abs(both(1)) <= law%overlap .or. maxval(abs(of(1, :) - line%held)) <= faint*abs(of(1, 1)))
         line%held = of(1, :)
       end associate
@@ -534,7 +549,7 @@ contains
         both = gap_and_slip(system, touch, i, k, d)
         slip = both(2)
         if (line%state == state_sliding) then
-          of = forces(system%outlines, law, line, touch%start_gap(k, i), both)
+          of = forces(system%outlines, law, touch%dashpot, line, touch%start_gap(k, i), both)
           slip = (line%held(2) - of(1, 2))/law%shear_stiffness
           contacts%friction = contacts%friction + abs(of(1, 2)*(both(2) - slip))
           line%anchor = line%anchor + (both(2) - slip)/touch%geometry(k, i)%edge_length

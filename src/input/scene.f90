@@ -103,6 +103,7 @@ module scree_scene
     real(dp) :: contact_stiffness = 0.0_dp  !! across a contact, force/length per unit thickness
     real(dp) :: overlap = huge(1.0_dp)      !! that multipliers leave; huge: springs alone, length
     real(dp) :: restitution = -1.0_dp       !! of impacts; below 0: as the springs have it
+    real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
     logical :: conserving = .false.         !! contact forces that conserve energy
     logical :: nested = .false.             !! the open-close iteration runs inside each iteration of the deformation
     real(dp) :: shear_ratio = 2.5_dp        !! of that to the stiffness along it

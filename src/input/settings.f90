@@ -27,7 +27,7 @@ module scree_settings
     character(len=62) :: default                   !! in words
     character(len=88) :: meaning
     character(len=44) :: choices = ''              !! of a choice, each between bars
-    character(len=12) :: dimension = ''            !! of a number
+    character(len=17) :: dimension = ''            !! of a number
     real(dp) :: least = -boundless                 !! range of a number
     real(dp) :: most = boundless
     logical :: open = .false.                      !! `least` itself is not allowed
@@ -85,6 +85,8 @@ module scree_settings
               'length', 0.0_dp, open=.true.), &
     setting_t('contact', 'restitution', kind_real, 'none: what the springs give back', &
               'velocity after an impact over that before', '', '1', 0.0_dp, 1.0_dp), &
+    setting_t('contact', 'viscosity', kind_real, 'none', 'of a dashpot across a closed contact, per unit thickness', '', &
+              'force time/length', 0.0_dp), &
     setting_t('contact', 'energy', kind_choice, 'dissipating', 'forces of the end of a step, or those that conserve energy', &
               '|dissipating|conserving|'), &
     setting_t('contact', 'coupling', kind_choice, 'merged', &
@@ -427,10 +429,12 @@ contains
         return
       end if
       if (has('contact', 'restitution')) s%restitution = number('contact', 'restitution')
+      if (has('contact', 'viscosity')) s%viscosity = number('contact', 'viscosity')
       call default('contact', 'energy', 'dissipating')
       s%conserving = word('contact', 'energy') == 'conserving'
-      if (s%conserving .and. (s%scheme /= scheme_energy_momentum .or. s%overlap < huge(s%overlap))) then
-        call contradict('contact', 'energy', 'conserving only with scheme=''energy_momentum'' and method=''penalty''', 'others')
+      if (s%conserving .and. (s%scheme /= scheme_energy_momentum .or. s%overlap < huge(s%overlap) .or. s%viscosity > 0)) then
+        call contradict('contact', 'energy', 'conserving only with scheme=''energy_momentum'', method=''penalty'', no viscosity', &
+                        'others')
         return
       end if
       call default('contact', 'coupling', 'merged')

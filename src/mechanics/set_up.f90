@@ -320,6 +320,7 @@ contains
         effects%contact%shear_stiffness = s%contact_stiffness/s%shear_ratio
         effects%contact%overlap = s%overlap
         effects%contact%restitution = s%restitution
+        effects%contact%viscosity = s%viscosity
         effects%contact%conserving = s%conserving
         effects%contact%friction = [tan(joint%friction_angle*degree), (0.0_dp, e=1, 1)]
         effects%contact%cohesion = [joint%cohesion, (0.0_dp, e=1, 1)]

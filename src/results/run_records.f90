@@ -17,7 +17,7 @@ module scree_run_records
     integer :: time = 0, step_size = 0, area = 0, rotation = 0, momentum = 0
     integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, damping = 0, dissipated = 0
     integer :: iterations = 0, solves = 0, rejected = 0
-    integer :: contacts = 0, open_close = 0, overlap = 0, spring = 0, friction = 0
+    integer :: contacts = 0, open_close = 0, judged = 0, judged_step = 0, overlap = 0, spring = 0, friction = 0
     integer :: body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
     integer :: point_position = 0, point_displacement = 0, point_velocity = 0, point_stress = 0
     integer, allocatable :: measured(:)               !! points of the system
@@ -70,6 +70,9 @@ contains
     if (allocated(effects%contact)) then
       call a_step('contacts', [3], '1', 'contacts open, sliding, locked', records%contacts, .true.)
       call a_step('open_close_iterations', [integer ::], '1', 'judgements of all contacts', records%open_close, .true.)
+      call a_series('/open_close/step', [integer ::], '1', 'step of each judgement, from 1', records%judged_step)
+      call a_series('/open_close/contacts', [4], '1', 'contacts open, sliding, locked, and of these changing, at each '// &
+                    'judgement', records%judged)
       call a_step('overlap', [integer ::], 'length', 'deepest of a closed contact', records%overlap)
       call a_step('energy/contact', [integer ::], energy_unit, 'energy of the springs of contacts', records%spring)
       call a_step('energy/friction', [integer ::], energy_unit, 'work lost in sliding since the start', records%friction)
@@ -101,6 +104,15 @@ contains
       if (.not. allocated(error)) &
         call declare_series(results, '/history/'//name, shape, units, description, handle, error, whole)
     end subroutine a_step
+
+    subroutine a_series(path, shape, units, description, handle)
+      character(len=*), intent(in) :: path, units, description
+      integer, intent(in) :: shape(:)
+      integer, intent(out) :: handle
+
+      handle = 0
+      if (.not. allocated(error)) call declare_series(results, path, shape, units, description, handle, error, .true.)
+    end subroutine a_series
 
     subroutine a_frame(name, shape, units, description, handle)
       character(len=*), intent(in) :: name, units, description
@@ -155,7 +167,11 @@ contains
     call put(records%solves, [real(report%solves, dp)])
     call put(records%rejected, [real(report%rejected, dp)])
     call put(records%contacts, real(state%contacts%count, dp))
-    call put(records%open_close, [real(report%open_close, dp)])
+    call put(records%open_close, [real(size(report%judged, 2), dp)])
+    do i = 1, size(report%judged, 2)
+      call put(records%judged_step, [real(state%step, dp)])
+      call put(records%judged, real(report%judged(:, i), dp))
+    end do
     call put(records%overlap, [state%contacts%overlap])
     call put(records%spring, [state%contacts%energy])
     call put(records%friction, [state%contacts%friction])

@@ -31,7 +31,7 @@ module scree_deformation_iteration
     logical :: settled = .false.
     integer :: iterations = 0              !! of the slowest group
     integer :: solves = 0                  !! of all groups
-    integer :: open_close = 0              !! iterations that judged contacts anew
+    integer, allocatable :: judged(:, :)   !! (4, n) contacts open, sliding, locked, and changing, at each judgement
     character(len=:), allocatable :: why   !! it did not settle
   end type iteration_report_t
 
@@ -80,6 +80,7 @@ contains
       large = effects%large_deformation
       member = members(equations, group)
       in_contact = group == touching
+      if (in_contact .and. .not. allocated(report%judged)) allocate (report%judged(4, 0))
       nested = in_contact .and. settings%nested .and. large
       inner = .false.
       if (nested) allocate (linear(size(member)))
@@ -138,7 +139,7 @@ contains
           inner = nested .and. touch%changes > 0
           if (touch%bends .and. .not. inner) call place_contacts(system, state, share, rule%operator_weight, d, touch)
           if (.not. inner) call judge_contacts(system, effects%contact, d, .false., stalled > patience, touch)
-          report%open_close = report%open_close + 1
+          report%judged = reshape([report%judged, touch%count, touch%changes], [4, size(report%judged, 2) + 1])
           if (touch%changes > 0) then
             report%settled = .false.
             if (touch%changes < fewest) then

@@ -27,7 +27,7 @@ module scree_time_stepper
     real(dp) :: dt = 0.0_dp           !! time
     integer :: iterations = 0         !! of the accepted try
     integer :: solves = 0             !! of all tries
-    integer :: open_close = 0         !! iterations that judged contacts, of all tries
+    integer, allocatable :: judged(:, :) !! (4, n) contacts open, sliding, locked, changing, at each judgement of all tries
     integer :: rejected = 0           !! tries
     real(dp) :: work = 0.0_dp         !! of loads, ground and supports, force length per unit thickness
     real(dp) :: damped = 0.0_dp       !! energy that mass damping took, likewise
@@ -58,6 +58,7 @@ contains
     integer :: e
 
     report%dt = dt
+    allocate (report%judged(4, 0))
     do
       rule = step_rule_for(settings, state%step, state%time, report%dt)
       if (allocated(effects%contact)) call detect(system, share, report%dt, equations, state)
@@ -68,7 +69,7 @@ contains
       call complete_unknowns(constraints, d, homogeneous=.false.)
       try = iteration_report_t()
       if (allocated(effects%contact)) &
-        call begin_contacts(system, effects%contact, state, share, effects%large_deformation, rule%operator_weight, touch)
+        call begin_contacts(system, effects%contact, state, share, effects%large_deformation, rule, touch)
       call settle_deformation(system, effects, settings, state, share, rule, equations, d, touch, try)
       if (try%settled .and. allocated(effects%contact)) then
         beyond = outran(system, state, share, d)
@@ -80,7 +81,8 @@ contains
       d_motion = d
       if (try%settled .and. allocated(effects%contact)) call rebound()
       report%solves = report%solves + try%solves
-      report%open_close = report%open_close + try%open_close
+      if (allocated(try%judged)) report%judged = reshape([report%judged, try%judged], [4, size(report%judged, 2) &
+                                                                                          + size(try%judged, 2)])
       if (try%settled) exit
       report%rejected = report%rejected + 1
       report%why = try%why

@@ -165,3 +165,57 @@ def test_a_bullet_does_not_pass_a_wall(tmp_path):
     with run(tmp_path, blocks, rock=(2.5, 0, 1e5, 0.25), material=[1, 2], velocity=[(0, 0, 0), (40, 0, 0)], steps=30, dt=0.01,
              fixed=[(x, y, 1) for x, y in blocks[0]]) as f:
         assert f["bodies/centroid"][:, 1, 0].max() < 0
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("restitution", ["", "&contact restitution=0.5 /"])
+def test_slides_and_impacts_need_no_setting_at_any_size(size, restitution, tmp_path):
+    """Edges of 1 mm, 1 m and 1 km under the same gravity, E by size: times by its root. Sliding as Galileo says, and a drop
+    on a floor that gives back half the velocity: the apex is a quarter of the height, to what the step leaves of it."""
+    time = np.sqrt(size)
+    rock = (2500, 2500 * G, 1e10 * size, 0.25)
+    if restitution:
+        blocks = [box(-2, -1, 4, 1) * size, box(-0.5, 0.2, 1, 1) * size]
+        with run(tmp_path, blocks, restitution, rock=rock, phi=30.0, dt=2e-4 * time, steps=2000,
+                 fixed=[(*x, 1) for x in blocks[0]]) as f:
+            height = f["bodies/centroid"][:, 1, 1] / size - 0.5
+            impact = np.argmax(f["history/contacts"][:, 1:].sum(1) > 0)
+            assert np.isclose(height[impact + 1:].max(), 0.05, rtol=0.01)
+    else:
+        slope = turn(30)
+        blocks = [box(0, 0, 10, 1) @ slope.T * size, box(6, 1, 1, 0.5) @ slope.T * size]
+        with run(tmp_path, blocks, rock=rock, phi=20.0, dt=0.005 * time, steps=100, fixed=[(*x, 1) for x in blocks[0]]) as f:
+            way = -((f["bodies/centroid"][-1, 1] - f["bodies/centroid"][0, 1]) @ slope)[0] / size
+            exact = G * (0.5 - np.sqrt(0.75) * np.tan(np.radians(20))) * 0.5**2 / 2
+            assert np.isclose(way, exact, rtol=1e-4)
+
+
+def test_a_viscous_contact_swings_out(tmp_path):
+    """Set down on soft springs with dashpots: m x'' + c x' + p x = m g, both for two corners; first order in the step."""
+    p, c, m = 1e6, 3e4, 2500.0
+    blocks = [box(-2, -1, 4, 1), box(-0.5, 0, 1, 1)]
+    groups = f"&contact stiffness={p / 2}, viscosity={c / 2} /"
+    omega, decay = np.sqrt(p / m), c / (2 * m)
+    swing = np.sqrt(omega**2 - decay**2)
+    wrong = []
+    for steps in (400, 800):
+        with run(tmp_path, blocks, groups, rock=(2500, 25000, 1e11, 0.25), phi=30.0, dt=0.4 / steps, steps=steps,
+                 fixed=[(*x, 1) for x in blocks[0]]) as f:
+            t = f["history/time"][:]
+            down = -(f["bodies/centroid"][1:, 1, 1] - f["bodies/centroid"][0, 1, 1])
+            loss = f["history/energy/dissipated"][-1]
+        exact = m * G / p * (1 - np.exp(-decay * t) * (np.cos(swing * t) + decay / swing * np.sin(swing * t)))
+        wrong.append(np.abs(down - exact).max() / (m * G / p))
+        assert loss > 0
+    assert wrong[1] < 0.02 and wrong[0] / wrong[1] > 1.8
+
+
+def test_threads_do_not_change_a_bit(tmp_path, monkeypatch):
+    blocks = [box(-2, -1, 8, 1), *(box(i % 4 + 0.3 * (i // 4), i // 4, 1, 1) for i in range(12))]
+    found = []
+    for threads in ("1", "2"):
+        for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+            monkeypatch.setenv(name, threads)
+        with run(tmp_path, blocks, phi=25.0, steps=60, fixed=[(*x, 1) for x in blocks[0]]) as f:
+            found.append([f[f"bodies/{name}"][:] for name in ("centroid", "velocity", "stress")])
+    assert all((a == b).all() for a, b in zip(*found))
