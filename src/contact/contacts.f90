@@ -36,7 +36,8 @@ module scree_contacts
   !> vertices have to cross both to enter (Shi 1988).
   type :: contact_t
     integer :: n_lines = 1
-    integer :: active = 1               !! line that acts: the one that is crossed least
+    integer :: active = 1               !! line that acts
+    real(dp) :: force(2) = 0.0_dp       !! at the end of the last step, pressing and along the edge, per unit thickness
     type(line_t) :: line(2)
   end type contact_t
 

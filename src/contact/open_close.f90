@@ -541,15 +541,17 @@ contains
     end do
     do i = 1, size(contacts%contact)
       associate (k => contacts%contact(i)%active, line => contacts%contact(i)%line(contacts%contact(i)%active))
+        contacts%contact(i)%force = 0.0_dp
         if (line%state == state_open) then
           line%bonded = .false.
           line%held = 0.0_dp
           cycle
         end if
         both = gap_and_slip(system, touch, i, k, d)
+        of = forces(system%outlines, law, touch%dashpot, line, touch%start_gap(k, i), both)
+        contacts%contact(i)%force = of(1, :)
         slip = both(2)
         if (line%state == state_sliding) then
-          of = forces(system%outlines, law, touch%dashpot, line, touch%start_gap(k, i), both)
           slip = (line%held(2) - of(1, 2))/law%shear_stiffness
           contacts%friction = contacts%friction + abs(of(1, 2)*(both(2) - slip))
           line%anchor = line%anchor + (both(2) - slip)/touch%geometry(k, i)%edge_length

@@ -1,5 +1,7 @@
 !> What a run records besides its frames: /history a step, /bodies a frame, /measured_points a step.
 module scree_run_records
+  use scree_contact_geometry, only: frame_of_edge
+  use scree_contacts, only: state_open
   use scree_effects, only: effects_t, element_share_t
   use scree_energy, only: books_t
   use scree_errors, only: error_t
@@ -18,6 +20,7 @@ module scree_run_records
     integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, damping = 0, dissipated = 0
     integer :: iterations = 0, solves = 0, rejected = 0
     integer :: contacts = 0, open_close = 0, judged = 0, judged_step = 0, overlap = 0, spring = 0, friction = 0
+    integer :: touch_count = 0, touch_blocks = 0, touch_state = 0, touch_place = 0, touch_normal = 0, touch_force = 0
     integer :: body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
     integer :: point_position = 0, point_displacement = 0, point_velocity = 0, point_stress = 0
     integer, allocatable :: measured(:)               !! points of the system
@@ -82,6 +85,15 @@ contains
     call a_frame('rotation', [n], 'rad', 'rotation since the start', records%body_rotation)
     call a_frame('velocity', [2, n], 'length/time', 'velocity of the centroid', records%body_velocity)
     call a_frame('stress', [3, n], 'force/length^2', 'mean Cauchy stress xx, yy, xy', records%body_stress)
+    if (allocated(effects%contact)) then
+      call a_series('/contacts/count', [integer ::], '1', 'closed contacts of each frame', records%touch_count)
+      call a_series('/contacts/blocks', [2], '1', 'blocks of the vertex and of the edge, from 1', records%touch_blocks)
+      call a_series('/contacts/state', [integer ::], '1', '1 sliding, 2 locked', records%touch_state)
+      call a_series('/contacts/place', [2], 'length', 'place of the vertex', records%touch_place, .false.)
+      call a_series('/contacts/normal', [2], '1', 'outer normal of the edge', records%touch_normal, .false.)
+      call a_series('/contacts/force', [2], 'force', 'on the block of the vertex, along the normal and the normal turned left', &
+                    records%touch_force, .false.)
+    end if
 
     records%measured = pack([(i, i=1, size(system%points%kind))], system%points%kind == measured_point)
     records%measured_home = state%point(:, records%measured)
@@ -105,13 +117,19 @@ contains
         call declare_series(results, '/history/'//name, shape, units, description, handle, error, whole)
     end subroutine a_step
 
-    subroutine a_series(path, shape, units, description, handle)
+    subroutine a_series(path, shape, units, description, handle, whole)
       character(len=*), intent(in) :: path, units, description
       integer, intent(in) :: shape(:)
       integer, intent(out) :: handle
+      logical, intent(in), optional :: whole
 
       handle = 0
-      if (.not. allocated(error)) call declare_series(results, path, shape, units, description, handle, error, .true.)
+      if (allocated(error)) return
+      if (present(whole)) then
+        call declare_series(results, path, shape, units, description, handle, error, whole)
+      else
+        call declare_series(results, path, shape, units, description, handle, error, .true.)
+      end if
     end subroutine a_series
 
     subroutine a_frame(name, shape, units, description, handle)
@@ -226,6 +244,7 @@ contains
     call put(records%body_rotation, state%rotation)
     call put(records%body_velocity, reshape(sums(3:4, :), [size(sums(3:4, :))]))
     call put(records%body_stress, reshape(sums(5:7, :), [size(sums(5:7, :))]))
+    if (records%touch_count > 0) call put_contacts()
 
   contains
 
@@ -235,6 +254,30 @@ contains
 
       if (.not. allocated(error)) call put_series(results, handle, values, error)
     end subroutine put
+
+    !> A row of each closed contact.
+    subroutine put_contacts()
+      real(dp) :: t(2), normal(2), length
+      integer :: i, n
+
+      n = 0
+      associate (outlines => system%outlines)
+        do i = 1, size(state%contacts%contact)
+          associate (contact => state%contacts%contact(i), line => state%contacts%contact(i)%line(state%contacts%contact(i)%active))
+            if (line%state == state_open) cycle
+            n = n + 1
+            call frame_of_edge(state%vertex(:, outlines%start(line%edge)), state%vertex(:, outlines%finish(line%edge)), t, normal, &
+                               length)
+            call put(records%touch_blocks, real([outlines%block(line%vertex), outlines%block(line%edge)], dp))
+            call put(records%touch_state, [real(line%state, dp)])
+            call put(records%touch_place, state%vertex(:, outlines%start(line%vertex)) + system%origin)
+            call put(records%touch_normal, normal)
+            call put(records%touch_force, contact%force)
+          end associate
+        end do
+      end associate
+      call put(records%touch_count, [real(n, dp)])
+    end subroutine put_contacts
 
   end subroutine put_frame_records
 
