@@ -421,6 +421,7 @@ contains
         if (line%state == state_open) cycle
         both = gap_and_slip(system, touch, i, k, d)
         of = forces(system%outlines, law, touch%dashpot, line, touch%start_gap(k, i), both)
+        of(1, 1) = of(1, 1) + touch%dashpot*(both(1) - min(touch%start_gap(k, i), 0.0_dp)) ! it is no part of the overlap's force
         enough = enough .and. (abs(both(1)) <= law%overlap .or. maxval(abs(of(1, :) - line%held)) <= faint*abs(of(1, 1)))
         line%held = of(1, :)
       end associate
