@@ -18,7 +18,7 @@ module scree_contact_detection
   use scree_sorting, only: sort_by
   implicit none
   private
-  public :: find_contacts
+  public :: find_contacts, leap
 
   real(dp), parameter :: pi = acos(-1.0_dp)
   real(dp), parameter :: parallel = 3*pi/180      !! edges that differ by less are parallel (Shi: h1)
@@ -28,6 +28,7 @@ module scree_contact_detection
   real(dp), parameter :: room = 0.02_dp           !! of the edges about, that a search gives a vertex beyond its reach
   real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, that a vertex may already be inside
   real(dp), parameter :: touch = 1e-3_dp          !! of the edges about, that is near at rest
+  real(dp), parameter :: leap = 0.25_dp           !! of the edges about, that a vertex may move beyond what its velocity makes
   real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
 
   !> Corner at a vertex, seen from inside: from its edge counter-clockwise to the one before.
@@ -61,9 +62,17 @@ contains
     local = min(size_of_edge, size_of_edge(outlines%previous))
     turning = min(most_turning, 1.2_dp*norm2(velocity(:, outlines%next) - velocity, 1)*dt/size_of_edge)
     turning = max(turning, turning(outlines%previous))
-    near = 1.2_dp*norm2(velocity, 1)*dt + contacts%margin + 2*contacts%overlap + touch*local
-    contacts%near = near
+    near = reach_of(local)
     call search(outlines, place, near, local, self_contact, contacts)
+    do k = 1, size(contacts%candidate, 2) ! a large block takes the measure of a small one beside it
+      i = contacts%candidate(1, k)
+      j = contacts%candidate(2, k)
+      local([j, outlines%next(j)]) = min(local([j, outlines%next(j)]), local(i))
+      local(i) = min(local(i), size_of_edge(j))
+    end do
+    near = reach_of(local)
+    contacts%near = near
+    contacts%local = local
     call list_lines(contacts%contact, size(outlines%start), old, key)
     do i = 1, size(outlines%start)
       corner(i) = corner_of(i)
@@ -90,6 +99,14 @@ contains
     contacts%contact = found(:n_found)
 
   contains
+
+    !> How far vertices may move in the step, with the length of the edges about them.
+    pure function reach_of(local) result(near)
+      real(dp), intent(in) :: local(:)
+      real(dp) :: near(size(local))
+
+      near = 1.2_dp*norm2(velocity, 1)*dt + min(contacts%margin, leap*local) + min(2*contacts%overlap, deepest*local) + touch*local
+    end function reach_of
 
     !> Corner at vertex i.
     pure type(corner_t) function corner_of(i)
@@ -132,7 +149,8 @@ contains
         at = dot_product(x1 - x2, x3 - x2)/size_of_edge(j)
         if (at < 0 .or. at > size_of_edge(j)) return
         gap = gap_of(x1, x2, x3)
-        if (gap > reach .or. gap < -reach - deepest*min(local(i), size_of_edge(j))) return
+        if (gap > reach) return
+        if (gap < -deepest*min(local(i), size_of_edge(j)) .and. line_before(i, j) == 0) return
         if (fits(i, j)) call add([i], [j])
       end associate
     end subroutine meet_edge

@@ -500,20 +500,22 @@ contains
     call add_force(term, -matmul(matrix, d))
   end subroutine keep_firm
 
-  !> How far a vertex went beyond what the search for contacts looked at; 0 or less: none did.
-  pure real(dp) function outran(system, state, share, d)
+  !> How far a vertex went beyond what the search for contacts looked at, as a length and over the shorter edge at it; 0: none
+  !> did.
+  pure function outran(system, state, share, d) result(farthest)
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state               !! at the beginning of the step
     type(element_share_t), intent(in) :: share(:)    !! (n_elements)
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    real(dp) :: farthest(2), beyond
     integer :: i
 
-    outran = 0.0_dp
+    farthest = 0.0_dp
     associate (outlines => system%outlines)
       do i = 1, size(outlines%start)
-        outran = max(outran, norm2(matmul(displacement_matrix(share(outlines%element(i))%kinematics, &
-                                                              state%vertex(:, outlines%start(i))), &
-                                          d(system%elements%unknown(:, outlines%element(i))))) - state%contacts%near(i))
+        beyond = norm2(matmul(displacement_matrix(share(outlines%element(i))%kinematics, state%vertex(:, outlines%start(i))), &
+                              d(system%elements%unknown(:, outlines%element(i))))) - state%contacts%near(i)
+        farthest = max(farthest, [beyond, beyond/state%contacts%local(i)])
       end do
     end associate
   end function outran

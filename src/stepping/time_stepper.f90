@@ -4,7 +4,7 @@ module scree_time_stepper
   use scree_deformation_iteration, only: iteration_report_t, settle_deformation
   use scree_effects, only: effects_t, element_share_t, share_of
   use scree_element_term, only: step_rule_t
-  use scree_contact_detection, only: find_contacts
+  use scree_contact_detection, only: find_contacts, leap
   use scree_energy, only: loss_by_damping, work_of_loads, work_of_supports
   use scree_equations, only: constrain_equations, equations_t, link_elements
   use scree_errors, only: error_t, fail, status_run_failed
@@ -54,7 +54,7 @@ contains
     type(constraints_t) :: constraints
     type(step_rule_t) :: rule
     type(touch_t) :: touch
-    real(dp) :: beyond, d(system%n_unknowns), d_motion(system%n_unknowns)
+    real(dp) :: beyond(2), d(system%n_unknowns), d_motion(system%n_unknowns)
     integer :: e
 
     report%dt = dt
@@ -73,8 +73,11 @@ contains
       call settle_deformation(system, effects, settings, state, share, rule, equations, d, touch, try)
       if (try%settled .and. allocated(effects%contact)) then
         beyond = outran(system, state, share, d)
-        if (beyond > 0) then
-          state%contacts%margin = state%contacts%margin + 2*beyond
+        if (beyond(2) > leap) then
+          try%settled = .false.
+          try%why = 'a vertex leapt over what is near it'
+        else if (beyond(1) > 0) then
+          state%contacts%margin = state%contacts%margin + 2*beyond(1)
           cycle
         end if
       end if
