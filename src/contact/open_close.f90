@@ -23,9 +23,9 @@ module scree_open_close
   use scree_effects, only: element_share_t
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_equations, only: add_link_equations, equations_t
+  use scree_green_strain, only: strain_operator
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
-  use scree_stiffness, only: small_strain_operator
   use scree_system, only: element_unknowns, state_t, system_t
   implicit none
   private
@@ -59,6 +59,8 @@ module scree_open_close
     logical :: bends = .false.                           !! the geometry follows the motion, else it is linear
     real(dp), allocatable :: reference(:)                !! (n_unknowns) displacement that the geometry is of
     real(dp), allocatable :: firmness(:)                 !! (n_elements) in an impact: against deforming, force/length
+    real(dp), allocatable :: moved(:)                    !! (n_unknowns) displacement to the impact; 0 with small strain
+    real(dp) :: weight = 1.0_dp                          !! of it in the configuration where forces act
     integer :: count(3) = 0                              !! contacts open, sliding, locked
     integer :: changes = 0                               !! of states, in the last judgement
   end type touch_t
@@ -433,9 +435,11 @@ contains
   !>
   !> Multipliers are to leave an error of the velocities below the share `unmet` of the fastest approach.
   !> The coefficient of restitution is a notion of rigid bodies: one of a single element takes an impact as such.
-  pure subroutine rebound_contacts(system, share, still, velocity, way, touch, law, rebound)
+  pure subroutine rebound_contacts(system, share, d, weight, still, velocity, way, touch, law, rebound)
     type(system_t), intent(in) :: system
     type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
+    real(dp), intent(in) :: weight            !! of `d` in the configuration where the forces act
     real(dp), intent(in) :: still(:)          !! (n_unknowns) displacement after which nothing moves
     real(dp), intent(in) :: velocity(:)       !! (n_unknowns) at the beginning of the step
     real(dp), intent(in) :: way               !! time
@@ -452,6 +456,8 @@ contains
     rebound%start_gap = 0*touch%start_gap
     rebound%kept = touch%start_gap < huge(1.0_dp)
     rebound%reference = still
+    rebound%moved = merge(d, 0.0_dp, touch%bends)
+    rebound%weight = weight
     fastest = 0.0_dp
     do i = 1, size(touch%contact)
       associate (contact => rebound%contact(i))
@@ -486,18 +492,25 @@ contains
   end subroutine rebound_contacts
 
   !> Adds what keeps an element from deforming in an impact.
-  pure subroutine keep_firm(touch, e, share, d, term)
+  !>
+  !> What is resisted is the strain rate of the displaced element, F^T L F, which is zero for any rigid motion of it; the
+  !> forces have no torque about the places where those of the contacts act.
+  pure subroutine keep_firm(system, touch, e, share, d, term)
+    type(system_t), intent(in) :: system
     type(touch_t), intent(in) :: touch
     integer, intent(in) :: e
     type(element_share_t), intent(in) :: share
-    real(dp), intent(in) :: d(element_unknowns)   !! less the displacement that leaves it at rest
+    real(dp), intent(in) :: d(:)                  !! (n_unknowns)
     type(term_t), intent(inout) :: term
-    real(dp) :: B(3, element_unknowns), matrix(element_unknowns, element_unknowns)
+    real(dp) :: theta(4), matrix(element_unknowns, element_unknowns)
 
-    B = small_strain_operator(share%kinematics)
-    matrix = touch%firmness(e)*share%kinematics%area*matmul(transpose(B), B)
+    associate (ids => system%elements%unknown(:, e), G => share%kinematics%gradient)
+      theta = matmul(G, touch%moved(ids))
+      matrix = touch%firmness(e)*share%kinematics%area*matmul(transpose(matmul(strain_operator(theta, touch%weight), G)), &
+                                                              matmul(strain_operator(theta, 1.0_dp), G))
+      call add_force(term, -matmul(matrix, d(ids) - touch%reference(ids)))
+    end associate
     term%matrix = term%matrix + matrix
-    call add_force(term, -matmul(matrix, d))
   end subroutine keep_firm
 
   !> How far a vertex went beyond what the search for contacts looked at, as a length and over the shorter edge at it; 0: none

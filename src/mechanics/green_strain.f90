@@ -18,7 +18,7 @@ module scree_green_strain
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_green_strain, green_strain, least_stretch, least_stable_stretch
+  public :: add_green_strain, green_strain, least_stretch, least_stable_stretch, strain_operator
 
   !> Stretch at which the linear law in Green strain loses its stiffness in compression: d(lambda (lambda^2 - 1))/d lambda = 0.
   real(dp), parameter :: least_stable_stretch = 1/sqrt(3.0_dp)

@@ -102,8 +102,7 @@ contains
             end associate
           else
             call add_element_effects(effects, system, state, e, share(e), d(system%elements%unknown(:, e)), rule, term)
-            if (allocated(touch%firmness)) call keep_firm(touch, e, share(e), d(system%elements%unknown(:, e)) &
-                                                          - touch%reference(system%elements%unknown(:, e)), term)
+            if (allocated(touch%firmness)) call keep_firm(system, touch, e, share(e), d, term)
             if (nested) linear(k) = term
           end if
           call add_equations(equations, group, k, share(e)%kinematics%span, term)
@@ -112,7 +111,8 @@ contains
         symmetric = symmetric_equations(effects, rule)
         if (in_contact) then
           call add_contacts(system, effects%contact, d, symmetric, touch, equations)
-          symmetric = symmetric .and. .not. slides_with_friction(system%outlines, effects%contact, touch)
+          symmetric = symmetric .and. .not. slides_with_friction(system%outlines, effects%contact, touch) &
+                      .and. .not. (large .and. allocated(touch%firmness))
         end if
         if (settings%test == test_residual .and. large) then
           balance = out_of_balance(equations, group)

@@ -9,11 +9,13 @@ module scree_time_stepper
   use scree_equations, only: constrain_equations, equations_t, link_elements
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_fixed_point, only: constrain_fixed_points
+  use scree_green_strain, only: green_strain
   use scree_integrator, only: step_rule_for, still_displacement
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
   use scree_open_close, only: accept_contacts, begin_contacts, outran, rebound_contacts, touch_t
   use scree_scene, only: settings_t
+  use scree_stiffness, only: small_strain
   use scree_system, only: state_t, system_t
   use scree_update, only: update_state
   implicit none
@@ -108,15 +110,31 @@ contains
   contains
 
     !> Finds the displacement whose velocities the contacts give back, where the scene asks for restitution.
+    !>
+    !> An element that takes an impact as a rigid body keeps the stress that the step gave it.
     subroutine rebound()
       type(touch_t) :: impact
       type(effects_t) :: in_impact
+      type(state_t) :: held
+      type(element_share_t) :: firm(size(share))
+      real(dp) :: theta(4)
+      integer :: e
 
       if (effects%contact%restitution < 0 .or. all(touch%count(2:) == 0)) return
       in_impact = effects
-      call rebound_contacts(system, share, still_displacement(rule, state%velocity, state%acceleration), state%velocity, &
+      held = state
+      firm = share
+      do e = 1, system%n_elements
+        if (.not. system%elements%alone(e)) cycle
+        theta = matmul(share(e)%kinematics%gradient, d(system%elements%unknown(:, e)))
+        held%stress(:, e) = state%stress(:, e) + rule%stress_weight*matmul(share(e)%elasticity, &
+          merge(green_strain(theta), small_strain(theta), effects%large_deformation))
+        firm(e)%elasticity = 0.0_dp
+      end do
+      call rebound_contacts(system, share, d, rule%operator_weight, &
+                            still_displacement(rule, state%velocity, state%acceleration), state%velocity, &
                             rule%displacement_weight*rule%dt/rule%velocity_weight, touch, in_impact%contact, impact)
-      call settle_deformation(system, in_impact, settings, state, share, rule, equations, d_motion, impact, try)
+      call settle_deformation(system, in_impact, settings, held, firm, rule, equations, d_motion, impact, try)
     end subroutine rebound
 
   end subroutine advance
