@@ -20,6 +20,7 @@ class Results:
             self.area = f["history/area"][:]
             self.momentum = f["history/momentum"][:]
             self.energy = f["history/energy/kinetic"][:] + f["history/energy/strain"][:]
+            self.dissipated = f["history/energy/dissipated"][:]
             self.centroid = f["bodies/centroid"][:]
             if "measured_points" in f:
                 self.place = f["measured_points/position"][:]

@@ -1,0 +1,55 @@
+"""The arc slide of Zhang, Li, Jiang, Lin 2019, section 6.2, over the points of the polyline, its opening, the step and the scheme."""
+import math
+
+import numpy as np
+
+from . import block_files, references
+
+RADIUS, LENGTH, HEIGHT = 1.5, 0.2, 0.1  # m, inferred (doc/validation.md)
+PUSH_TIME, SPEED, G = 0.25, math.sqrt(20), 10.0
+RISE = SPEED**2 / (2 * G)  # without any loss: h, 1 m
+SCHEMES = {
+    "plastic": ["integrator.scheme=energy_momentum", "integrator.beta=1.0", "contact.restitution=0.0"],
+    "springs": ["integrator.scheme=energy_momentum", "integrator.beta=1.0"],
+    "conserving": ["integrator.scheme=energy_momentum", "integrator.beta=0.5", "contact.energy=conserving"],
+    "beta 0.8": ["integrator.scheme=newmark", "integrator.beta=0.8", "integrator.gamma=0.5"],
+    "small": ["method.strain=small", "integrator.scheme=newmark", "integrator.beta=1.0", "integrator.gamma=0.5"],
+}
+
+
+def geometry(points, opening):
+    """Block file: the fixed track, and the block with its front corner 0.559 m before the foot."""
+    corners = references.track(points, opening, RADIUS, run=2.0, beyond=1.0)
+    x, y = corners[-1]
+    base = np.vstack([[-2.0, -0.3], [x + 0.5, -0.3], [x + 0.5, y], corners[::-1]])
+    block = block_files.box(-0.559 - LENGTH, -0.559, 0.0, HEIGHT)
+    centre = [(*block.mean(0), 2)]
+    fixed = [(-1.9, -0.25, 1), (x + 0.4, -0.25, 1), (x + 0.4, y - 0.1, 1)]
+    return block_files.block_file(f"Arc of {points} points over {opening} degrees", [(1, base), (2, block)], fixed, centre, centre)
+
+
+def reference(points, opening):
+    """The rigid block with plastic kinks."""
+    return references.ArcSlide(references.track(points, opening, RADIUS), LENGTH, HEIGHT, SPEED, G)
+
+
+class Slide:
+    """One run: time of the top, rise, speed back on the flat (NaN: not back in time), energies over m g h, change of area."""
+
+    def __init__(self, run, deck, scheme, points, opening, dt, more=()):
+        name = f"arc-{scheme.replace(' ', '')}-{points}-{opening}-{dt:g}"
+        path = run.folder / f"arc-{points}-{opening}.blk"
+        path.write_text(geometry(points, opening))
+        r = run(deck, settings=[f"deck.geometry={path}", f"step.size={dt}", "step.end_time=1.9", "output.interval=0.1",
+                                *SCHEMES[scheme], *more], name=name)
+        top = np.argmax(np.where(r.time < 1.4, r.moved[:, 0, 1], -np.inf))
+        back = np.flatnonzero((r.time > r.time[top]) & (r.place[:, 0, 0] < -LENGTH / 2 - 0.05))
+        self.top_time, self.rise = r.time[top], r.moved[top, 0, 1]
+        self.speed_back = -r.velocity[back[0], 0, 0] if back.size else math.nan
+        weight = 2500 * LENGTH * HEIGHT * G
+        lost = r.dissipated[r.time > PUSH_TIME + 1e-9] / (weight * RISE)
+        self.energy_gain = max(0.0, (lost[0] - lost).max())
+        self.energy_loss = lost[-1] - lost[0]
+        self.step_gain = max(0.0, -np.diff(lost).min())
+        self.energy_error = np.abs(lost - lost[0]).max()
+        self.area = r.area[-1] / r.area[0] - 1
