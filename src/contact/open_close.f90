@@ -366,8 +366,9 @@ contains
       force(:, 2) = [line%held(2) - law%shear_stiffness*both(2), 0.0_dp, -law%shear_stiffness]
     else
       associate (joint => outlines%joint(line%edge))
-        force(:, 2) = -line%direction*law%friction(joint)*[normal, 0.0_dp]
-        if (line%bonded) force(1, 2) = force(1, 2) - line%direction*law%cohesion(joint)*line%length
+        force(:, 2) = law%friction(joint)*[normal, 0.0_dp]
+        if (line%bonded) force(1, 2) = force(1, 2) + law%cohesion(joint)*line%length
+        force(:, 2) = merge(-line%direction*force(:, 2), 0.0_dp, force(1, 2) > 0) ! a bond that is pulled has no friction
       end associate
     end if
   end function forces
@@ -571,10 +572,12 @@ contains
           slip = (line%held(2) - of(1, 2))/law%shear_stiffness
           contacts%friction = contacts%friction + abs(of(1, 2)*(both(2) - slip))
           line%anchor = line%anchor + (both(2) - slip)/touch%geometry(k, i)%edge_length
-          line%bonded = line%bonded .and. held_together(line%link) ! a joint gives way as a whole
+          ! a joint gives way as a whole, and a bond without shear strength has none to lose
+          line%bonded = line%bonded .and. (held_together(line%link) .or. .not. abs(of(1, 2)) > 0)
         end if
         contacts%overlap = max(contacts%overlap, -both(1))
-        contacts%energy = contacts%energy + 0.5_dp*(law%normal_stiffness*min(both(1), 0.0_dp)**2 + law%shear_stiffness*slip**2)
+        if (law%conserving) both(1) = min(both(1), 0.0_dp)
+        contacts%energy = contacts%energy + 0.5_dp*(law%normal_stiffness*both(1)**2 + law%shear_stiffness*slip**2)
       end associate
     end do
   end subroutine accept_contacts

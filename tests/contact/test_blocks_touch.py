@@ -22,7 +22,7 @@ def turn(angle):
 
 
 def run(folder, blocks, groups="", *, steps=100, dt=0.005, rock=(2.5, 2.5 * G, 1e7, 0.25), phi=0.0, material=None,
-        velocity=((0, 0, 0),), fixed=(), loads=(), measured=(), carried=1, name="scene"):
+        velocity=((0, 0, 0),), fixed=(), loads=(), measured=(), carried=1, name="scene", cohesion=0.0, strength=0.0):
     """Runs blocks of corners; points are x, y and the number of their block. Returns the open results."""
     head, rows, at = [], [], 1
     for i, corners in enumerate(blocks):
@@ -34,7 +34,7 @@ def run(folder, blocks, groups="", *, steps=100, dt=0.005, rock=(2.5, 2.5 * G, 1
                                                    *head, *rows, *points, ""]))
     numbers = "".join(f"{' '.join(repr(float(x)) for x in rock)} 0 0 0 0 0 0 {' '.join(repr(float(x)) for x in v)}\n"
                       for v in velocity)
-    (folder / f"{name}.ana").write_text(f"{carried} {steps} {len(velocity)} 1 0.05 {dt!r}\n{numbers}{phi!r} 0 0\n"
+    (folder / f"{name}.ana").write_text(f"{carried} {steps} {len(velocity)} 1 0.05 {dt!r}\n{numbers}{phi!r} {cohesion!r} {strength!r}\n"
                                         f"&deck geometry='{name}.blk', dialect='short' /\n&output every=1 /\n{groups}\n")
     done = subprocess.run([SCREE, "run", folder / f"{name}.ana", "-o", folder / f"{name}.h5", "--quiet"], capture_output=True,
                           text=True, timeout=300)
@@ -47,8 +47,8 @@ def incline(folder, angle, phi, groups="", **options):
     slope = turn(angle)
     rock = box(0, 0, 10, 1) @ slope.T, box(6, 1, 1, 0.5) @ slope.T
     corners = [(*(slope @ x), 1) for x in ([0, 0], [10, 0], [10, 1], [0, 1])]
-    f = run(folder, rock, groups, phi=phi, rock=(2.5, 2.5 * G, 1e9, 0.25), fixed=corners,
-            measured=[(*rock[1].mean(0), 2)], **options)
+    f = run(folder, rock, groups, phi=phi, fixed=corners, measured=[(*rock[1].mean(0), 2)],
+            **{"rock": (2.5, 2.5 * G, 1e9, 0.25), **options})
     return f["measured_points/displacement"][:, 0] @ slope, f
 
 
