@@ -368,7 +368,8 @@ contains
       associate (joint => outlines%joint(line%edge))
         force(:, 2) = law%friction(joint)*[normal, 0.0_dp]
         if (line%bonded) force(1, 2) = force(1, 2) + law%cohesion(joint)*line%length
-        force(:, 2) = merge(-line%direction*force(:, 2), 0.0_dp, force(1, 2) > 0) ! a bond that is pulled has no friction
+        force(:, 2) = -line%direction*force(:, 2)
+        if (line%bonded .and. line%direction*force(1, 2) > 0) force(:, 2) = 0.0_dp ! a bond that is pulled has no friction
       end associate
     end if
   end function forces

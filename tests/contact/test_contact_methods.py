@@ -1,0 +1,80 @@
+"""Ways to one solution, books of energy, impacts: small scenes of blocks that touch, through the program."""
+import os
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
+sys.path.insert(0, str(SOURCE / "tools"))
+
+from validation import arc, touching  # noqa: E402
+from validation.results import Runner  # noqa: E402
+
+SCENES = touching.scenes()
+ARC = SOURCE / "input" / "paper" / "arc" / "arc.ana"
+
+
+@pytest.fixture
+def run(tmp_path):
+    return Runner(os.environ["SCREE"], tmp_path)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_merged_and_nested_iterations_have_one_solution(name, run):
+    """Blocks slide, turn by a radian, meet, bounce, rock, stand: 1e-8 of the way, what the tolerance of theta leaves in 200 steps."""
+    merged, nested = (SCENES[name].run(run, way, [f"contact.coupling={way}"]) for way in ("merged", "nested"))
+    assert merged.time == pytest.approx(nested.time)
+    assert (merged.contacts == nested.contacts).all()
+    np.testing.assert_allclose(merged.moved, nested.moved, atol=1e-8 * np.abs(merged.moved).max())
+    assert (np.abs(merged.rotation).max() > 0.3) == (name in ("slide over an edge", "fall and bounce", "meet in flight"))
+
+
+@pytest.mark.parametrize("name,tolerance", [("slide on a slope", 1e-8), ("slide over an edge", 2e-6), ("meet in flight", 2e-6)])
+def test_multipliers_leave_what_is_asked_whatever_the_stiffness(name, tolerance, run):
+    """Overlap below 1e-9 of the size; stiffness 5 to 5000 E. The paths differ by the overlap that is allowed times what follows."""
+    results = [SCENES[name].run(run, f"{p}", ["contact.method=augmented", "contact.overlap=1e-8",
+                                              f"contact.stiffness={p * SCENES[name].E}"]) for p in (5, 50, 500, 5000)]
+    for r in results:
+        assert r.overlap.max() <= 1e-8
+        np.testing.assert_allclose(r.moved[-1], results[-1].moved[-1], atol=tolerance * np.abs(r.moved[-1]).max())
+    springs = SCENES[name].run(run, "springs", [f"contact.stiffness={5 * SCENES[name].E}"])
+    assert springs.overlap.max() > 1e-8 # else nothing was proved
+
+
+@pytest.mark.parametrize("beta", [0.5, 1.0])
+@pytest.mark.parametrize("name", SCENES)
+def test_contact_never_adds_energy(name, beta, run):
+    """The energy-momentum form: no step gains more than 1e-13 m g h, some hundred roundings of the energies that are summed."""
+    r = SCENES[name].run(run, "r", [f"integrator.beta={beta}"])
+    assert np.diff(r.dissipated, prepend=0).min() > -1e-13 * SCENES[name].scale
+    assert r.dissipated[-1] >= r.friction[-1] - 1e-8 * SCENES[name].scale
+
+
+@pytest.mark.parametrize("points,opening", [(20, 80), (160, 90)])
+def test_the_arc_gives_no_energy(points, opening, run):
+    """Round-off of contact: a gap of 1e-16 times stiffness 1.5e12 times a step of 0.02 m, over 500: 1e-8; seen: none."""
+    slide = arc.Slide(run, ARC, "springs", points, opening, 0.005)
+    assert slide.step_gain < 1e-8
+
+
+@pytest.mark.parametrize("points,opening", [(10, 80), (20, 80), (40, 90)])
+@pytest.mark.parametrize("dt", [0.005, 0.001])
+def test_a_plastic_block_on_an_arc_rises_as_a_rigid_one(points, opening, dt, run):
+    """Restitution 0: kinks take what the projection of the velocity takes; 1 % of the height at 5 ms, 0.25 % at 1 ms."""
+    exact = arc.reference(points, opening)
+    slide = arc.Slide(run, ARC, "plastic", points, opening, dt)
+    allowed = {0.005: 0.01, 0.001: 0.0025}[dt]
+    assert slide.rise == pytest.approx(exact.rise, abs=allowed)
+    assert slide.speed_back == pytest.approx(exact.speed_back, abs=allowed * arc.SPEED)
+    assert slide.top_time == pytest.approx(exact.top_time + arc.PUSH_TIME, abs=0.005)
+    assert abs(slide.area) < 1e-12
+
+
+@pytest.mark.parametrize("points,opening", [(20, 80), (80, 80), (160, 90)])
+def test_a_conserving_arc_keeps_energy_and_height(points, opening, run):
+    """Chords shorter than a step too: energy to the tolerance of the iteration, and 0.995 of v^2/2g, the rest in bounces."""
+    slide = arc.Slide(run, ARC, "conserving", points, opening, 0.005)
+    assert slide.energy_error < 1e-9
+    assert 0.995 < slide.rise <= 1.0
