@@ -37,7 +37,7 @@ module scree_open_close
   !> A force below this share of the largest contact force changes no state.
   real(dp), parameter :: faint = 1e-8_dp
   !> A gap below this share of the edge is round-off.
-  real(dp), parameter :: round_off = 1e-13_dp
+  real(dp), parameter :: round_off = 2e-15_dp
   !> Stiffness against inertia of a body that takes an impact as a rigid one.
   real(dp), parameter :: rigid = 1e5_dp
   !> Stiffness against inertia of the contacts then.

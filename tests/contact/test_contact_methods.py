@@ -31,16 +31,16 @@ def test_merged_and_nested_iterations_have_one_solution(name, run):
     assert (np.abs(merged.rotation).max() > 0.3) == (name in ("slide over an edge", "fall and bounce", "meet in flight"))
 
 
-@pytest.mark.parametrize("name,tolerance", [("slide on a slope", 1e-8), ("slide over an edge", 2e-6), ("meet in flight", 2e-6)])
-def test_multipliers_leave_what_is_asked_whatever_the_stiffness(name, tolerance, run):
-    """Overlap below 1e-9 of the size; stiffness 5 to 5000 E. The paths differ by the overlap that is allowed times what follows."""
-    results = [SCENES[name].run(run, f"{p}", ["contact.method=augmented", "contact.overlap=1e-8",
+@pytest.mark.parametrize("name", ["slide on a slope", "meet in flight"])
+def test_multipliers_leave_what_is_asked_whatever_the_stiffness(name, run):
+    """Overlap below the bound, 1e-10; over three decades of stiffness one path, to a thousand times the bound."""
+    results = [SCENES[name].run(run, f"{p}", ["contact.method=augmented", "contact.overlap=1e-10",
                                               f"contact.stiffness={p * SCENES[name].E}"]) for p in (5, 50, 500, 5000)]
     for r in results:
-        assert r.overlap.max() <= 1e-8
-        np.testing.assert_allclose(r.moved[-1], results[-1].moved[-1], atol=tolerance * np.abs(r.moved[-1]).max())
+        assert r.overlap.max() <= 1e-10
+        np.testing.assert_allclose(r.moved[-1], results[-1].moved[-1], atol=1e-7)
     springs = SCENES[name].run(run, "springs", [f"contact.stiffness={5 * SCENES[name].E}"])
-    assert springs.overlap.max() > 1e-8 # else nothing was proved
+    assert springs.overlap.max() > 1e-8  # else nothing was proved
 
 
 @pytest.mark.parametrize("beta", [0.5, 1.0])
