@@ -266,6 +266,7 @@ contains
         best%held = was%held
         best%length = was%length
         best%bonded = was%bonded
+        best%drag = was%drag
         if (was%state /= state_open) best%anchor = best%anchor - slip/size_of_edge(best%edge)
       end associate
     end function best

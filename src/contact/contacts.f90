@@ -30,6 +30,7 @@ module scree_contacts
     real(dp) :: held(2) = 0.0_dp        !! forces across and along that the springs need not make up (multipliers)
     real(dp) :: length = 0.0_dp         !! of the joint that the contact stands for, where cohesion or strength need it
     logical :: bonded = .false.         !! cohesion and tensile strength are not lost
+    real(dp) :: drag = 0.0_dp           !! friction of the iteration before, where the law lags, force
   end type line_t
 
   !> A place where two bodies may touch: a vertex at an edge, or two vertices with two entrance lines of which the
@@ -70,7 +71,8 @@ module scree_contacts
     logical :: conserving = .false.         !! forces that give back in a step all that they take
     real(dp) :: closing = 0.0_dp            !! overlap at which an open contact closes (Shi: s0), length
     real(dp) :: opening = 0.0_dp            !! gap at which a closed one opens (Shi: f0), length
-    logical :: counts_sliding = .true.      !! a contact that begins to slide or locks asks for another iteration
+    real(dp) :: touching = -huge(1.0_dp)    !! gap up to which contacts are closed when a run begins, length
+    logical :: lags = .false.               !! sliding lags an iteration behind, and asks for none of its own (Shi: df18, df22)
     integer :: most_stalled = 8             !! iterations that leave as many states changing, before the step is cut
   end type contact_law_t
 

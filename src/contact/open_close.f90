@@ -8,7 +8,8 @@
 !>     |T| <= N tan phi + c l        else the contact slides: T = -+(N tan phi + c l), and the anchor follows
 !>
 !> Every iteration solves for the states of the one before and then judges all states anew (a semi-smooth Newton iteration).
-!> A contact slides with the normal force of the same solution. Nothing is kept but by `accept_contacts`.
+!> A contact slides with the normal force of the same solution. Nothing is kept but by `accept_contacts`. A law that lags is
+!> Shi's: a contact slides with the friction of the iteration before, from where it was when the step began.
 !>
 !> - The forces h and h' are zero but with multipliers (augmented Lagrangian): they follow N and T until no overlap above a
 !>   bound is left.
@@ -101,10 +102,26 @@ contains
     call place_contacts(system, state, share, rule%operator_weight, touch%reference, touch)
     touch%start_gap = touch%geometry%gap
     touch%start_share = touch%geometry%along/touch%geometry%edge_length
+    if (state%step == 0) call close_touching(law%touching, touch)
     do k = 1, 2
       touch%kept(k, :) = touch%contact%line(k)%state /= state_open
     end do
+
   end subroutine begin_contacts
+
+  !> Closes contacts with a gap up to `touching`.
+  pure subroutine close_touching(touching, touch)
+    real(dp), intent(in) :: touching !! length
+    type(touch_t), intent(inout) :: touch
+    integer :: i, k
+
+    do i = 1, size(touch%contact)
+      k = maxloc(touch%start_gap(:touch%contact(i)%n_lines, i), 1)
+      if (touch%start_gap(k, i) > touching) cycle
+      touch%contact(i)%active = k
+      touch%contact(i)%line(k)%state = state_locked
+    end do
+  end subroutine close_touching
 
   !> Length of the joint that a contact stands for: half of what its edge and each parallel one at the vertex have in common.
   pure real(dp) function length_of_contact(outlines, place, line) result(length)
@@ -220,7 +237,7 @@ contains
           forward = forward .or. line%state == state_open .or. new(i) == state_sliding
           if (min(new(i), line%state) == state_open) then
             if (abs(push(k, i)) > doubt) touch%changes = touch%changes + 1
-          else if (law%counts_sliding) then
+          else if (.not. law%lags) then
             touch%changes = touch%changes + 1
           end if
         end associate
@@ -278,12 +295,15 @@ contains
       limit = max(0.0_dp, law%friction(system%outlines%joint(line%edge))*normal(1) + bond(line, law%cohesion))
       if (line%state == state_sliding .and. limit > 0 .and. line%direction*shear > 0) then
         state = state_locked ! it turned back; whether it slides there the next iteration tells
+      else if (line%state == state_sliding .and. law%lags) then
+        state = state_sliding
       else if (line%state /= state_open .and. abs(abs(shear) - limit) <= doubt) then
         state = line%state
       else
         state = merge(state_locked, state_sliding, abs(shear) < limit)
       end if
       if (state == state_sliding) line%direction = sign(1.0_dp, -shear)
+      line%drag = merge(0.0_dp, limit, line%state == state_open)
     end subroutine judge
 
     !> Whether a joint has any shear strength.
@@ -343,6 +363,7 @@ contains
     integer :: i
 
     slides_with_friction = .false.
+    if (law%lags) return
     do i = 1, size(touch%contact)
       associate (line => touch%contact(i)%line(touch%contact(i)%active))
         slides_with_friction = slides_with_friction .or. &
@@ -364,6 +385,8 @@ contains
     force(:, 1) = [normal, 0.0_dp]
     if (line%state == state_locked) then
       force(:, 2) = [line%held(2) - law%shear_stiffness*both(2), 0.0_dp, -law%shear_stiffness]
+    else if (law%lags) then
+      force(:, 2) = [-line%direction*line%drag, 0.0_dp, 0.0_dp]
     else
       associate (joint => outlines%joint(line%edge))
         force(:, 2) = law%friction(joint)*[normal, 0.0_dp]
@@ -570,7 +593,7 @@ contains
         contacts%contact(i)%force = of(1, :)
         slip = both(2)
         if (line%state == state_sliding) then
-          slip = (line%held(2) - of(1, 2))/law%shear_stiffness
+          slip = merge(0.0_dp, (line%held(2) - of(1, 2))/law%shear_stiffness, law%lags)
           contacts%friction = contacts%friction + abs(of(1, 2)*(both(2) - slip))
           line%anchor = line%anchor + (both(2) - slip)/touch%geometry(k, i)%edge_length
           ! a joint gives way as a whole, and a bond without shear strength has none to lose

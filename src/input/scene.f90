@@ -105,6 +105,9 @@ module scree_scene
     real(dp) :: restitution = -1.0_dp       !! of impacts; below 0: as the springs have it
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
     logical :: conserving = .false.         !! contact forces that conserve energy
+    real(dp) :: closing = 0.0_dp            !! overlap at which an open contact closes, length
+    real(dp) :: opening = 0.0_dp            !! gap at which a closed one opens, length
+    logical :: lags = .false.               !! sliding lags an iteration behind
     logical :: nested = .false.             !! the open-close iteration runs inside each iteration of the deformation
     real(dp) :: shear_ratio = 2.5_dp        !! of that to the stiffness along it
     integer :: fixed = fixed_exact

@@ -89,6 +89,12 @@ module scree_settings
               'force time/length', 0.0_dp), &
     setting_t('contact', 'energy', kind_choice, 'dissipating', 'forces of the end of a step, or those that conserve energy', &
               '|dissipating|conserving|'), &
+    setting_t('contact', 'closing', kind_real, '0; with preset shi 1e-4 of the size of the model', &
+              'overlap at which a contact closes; in a dynamic run, gap up to which it begins closed', '', 'length', 0.0_dp), &
+    setting_t('contact', 'opening', kind_real, '0; with preset shi 1e-7 of the size of the model', &
+              'gap at which a closed contact opens', '', 'length', 0.0_dp), &
+    setting_t('contact', 'friction', kind_choice, 'current; lagging with preset shi', &
+              'of the normal force of the same solution, or of the iteration before', '|current|lagging|'), &
     setting_t('contact', 'coupling', kind_choice, 'merged', &
               'contacts and deformation in one iteration, or contacts settled in each of deformation', '|merged|nested|'), &
     setting_t('fixed_points', 'method', kind_choice, 'exact; penalty with preset shi', &
@@ -435,6 +441,16 @@ contains
       if (s%conserving .and. (s%scheme /= scheme_energy_momentum .or. s%overlap < huge(s%overlap) .or. s%viscosity > 0)) then
         call contradict('contact', 'energy', 'conserving only with scheme=''energy_momentum'', method=''penalty'', no viscosity', &
                         'others')
+        return
+      end if
+      call default('contact', 'closing', either(real_text(1e-4_dp*scene%extent), '0', s%shi))
+      s%closing = number('contact', 'closing')
+      call default('contact', 'opening', either(real_text(1e-7_dp*scene%extent), '0', s%shi))
+      s%opening = number('contact', 'opening')
+      call default('contact', 'friction', either('lagging', 'current', s%shi .and. word('contact', 'method') == 'penalty'))
+      s%lags = word('contact', 'friction') == 'lagging'
+      if (s%lags .and. word('contact', 'method') == 'augmented') then
+        call contradict('contact', 'friction', 'lagging only with method=''penalty''', 'augmented')
         return
       end if
       call default('contact', 'coupling', 'merged')

@@ -322,6 +322,10 @@ contains
         effects%contact%restitution = s%restitution
         effects%contact%viscosity = s%viscosity
         effects%contact%conserving = s%conserving
+        effects%contact%closing = s%closing
+        effects%contact%opening = s%opening
+        effects%contact%lags = s%lags
+        if (s%closing > 0 .and. scene%carried > 0) effects%contact%touching = s%closing
         effects%contact%friction = [tan(joint%friction_angle*degree), (0.0_dp, e=1, 1)]
         effects%contact%cohesion = [joint%cohesion, (0.0_dp, e=1, 1)]
         effects%contact%strength = [joint%tensile_strength, (0.0_dp, e=1, 1)]

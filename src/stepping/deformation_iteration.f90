@@ -135,6 +135,7 @@ contains
         change = largest_change(member, d_linear)
         report%settled = .not. large .or. (settings%test /= test_residual .and. change < settings%tolerance)
         if (in_contact) then
+          if (effects%contact%lags .and. state%step == 0 .and. i == 1) report%settled = .false. ! the first of a run: as Shi's
           if (nested) call judge_contacts(system, effects%contact, d, .false., stalled > patience, touch)
           inner = nested .and. touch%changes > 0
           if (touch%bends .and. .not. inner) call place_contacts(system, state, share, rule%operator_weight, d, touch)
