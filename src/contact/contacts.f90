@@ -73,6 +73,7 @@ module scree_contacts
     real(dp) :: opening = 0.0_dp            !! gap at which a closed one opens (Shi: f0), length
     real(dp) :: touching = -huge(1.0_dp)    !! gap up to which contacts are closed when a run begins, length
     logical :: lags = .false.               !! sliding lags an iteration behind, and asks for none of its own (Shi: df18, df22)
+    real(dp) :: backlash = 0.0_dp           !! slip back at which a contact that lags locks, length
     integer :: most_stalled = 8             !! iterations that leave as many states changing, before the step is cut
   end type contact_law_t
 

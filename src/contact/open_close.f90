@@ -293,7 +293,7 @@ contains
       end associate
       normal = pressure(law, touch%dashpot, line, touch%start_gap(k, i), both(1))
       limit = max(0.0_dp, law%friction(system%outlines%joint(line%edge))*normal(1) + bond(line, law%cohesion))
-      if (line%state == state_sliding .and. limit > 0 .and. line%direction*shear > 0) then
+      if (line%state == state_sliding .and. limit > 0 .and. line%direction*shear > law%shear_stiffness*law%backlash) then
         state = state_locked ! it turned back; whether it slides there the next iteration tells
       else if (line%state == state_sliding .and. law%lags) then
         state = state_sliding

@@ -21,6 +21,7 @@ module scree_set_up
   public :: set_up
 
   real(dp), parameter :: most_triangles = 5e7_dp !! more would not fit the memory
+  real(dp), parameter :: shortest_return = 5e-8_dp !! of the extent: slip back at which sliding that lags ends (Shi: 1e-7 w0)
   real(dp), parameter :: beside = 1e-4_dp        !! of the extent: a point so far outside still belongs to an element
 
 contains
@@ -325,6 +326,7 @@ contains
         effects%contact%closing = s%closing
         effects%contact%opening = s%opening
         effects%contact%lags = s%lags
+        if (s%lags) effects%contact%backlash = shortest_return*scene%extent
         if (s%closing > 0 .and. scene%carried > 0) effects%contact%touching = s%closing
         effects%contact%friction = [tan(joint%friction_angle*degree), (0.0_dp, e=1, 1)]
         effects%contact%cohesion = [joint%cohesion, (0.0_dp, e=1, 1)]
