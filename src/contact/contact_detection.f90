@@ -250,7 +250,7 @@ contains
           if (before > 0) then
             known = before
             slip = along - line_of(before)*length
-            if (inside >= -beyond*length) inside = huge(inside)
+            if (inside >= -merge(0.0_dp, beyond*length, contacts%by_name)) inside = huge(inside)
           end if
           if (inside <= most) cycle
           most = inside
@@ -267,6 +267,7 @@ contains
         best%length = was%length
         best%bonded = was%bonded
         best%drag = was%drag
+        if (contacts%by_name .and. was%vertex /= best%vertex) return
         if (was%state /= state_open) best%anchor = best%anchor - slip/size_of_edge(best%edge)
       end associate
     end function best

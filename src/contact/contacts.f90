@@ -51,6 +51,7 @@ module scree_contacts
     real(dp), allocatable :: reach(:)       !! (n) how far the search saw around each vertex, length
     real(dp), allocatable :: near(:)        !! (n) how far a vertex may move in the step, length
     real(dp), allocatable :: local(:)       !! (n) shorter edge at each vertex, length
+    logical :: by_name = .false.            !! where another vertex of two takes a contact over, its anchor is lost (Shi: df06)
     real(dp) :: margin = 0.0_dp             !! of that, beyond what its velocity makes, length
     real(dp) :: overlap = 0.0_dp            !! largest at the end of the last step, length
     real(dp) :: energy = 0.0_dp             !! of the springs then, force length per unit thickness

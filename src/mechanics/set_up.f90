@@ -45,6 +45,7 @@ contains
     if (.not. allocated(effects%contact)) return
     call make_outlines(system%elements%shape, state%vertex, system%elements%block, system%outlines, error)
     allocate (state%contacts%contact(0), state%contacts%link(2, 0))
+    state%contacts%by_name = scene%settings%shi
   end subroutine set_up
 
   !> Bodies and their state at rest, in coordinates about the middle of the scene.
