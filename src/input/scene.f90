@@ -81,6 +81,7 @@ module scree_scene
     logical :: shi = .false.                !! preset='shi'
     integer :: model = model_dda
     integer :: strain = strain_small
+    logical :: turns_exactly = .false.      !! blocks of small strain move by cos and sin of their rotation
     integer :: plane = plane_stress
     real(dp) :: cover_edge = 0.0_dp         !! of the triangles of the regular mathematical mesh, 0: none, length
     real(dp) :: cover_origin(2) = 0.0_dp    !! a node of it, length

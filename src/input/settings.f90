@@ -42,6 +42,8 @@ module scree_settings
               '|none|shi|'), &
     setting_t('method', 'model', kind_choice, 'dda', 'DDA blocks, or manifold elements', '|dda|nmm|'), &
     setting_t('method', 'strain', kind_choice, 'small', 'strain of a step', '|small|green|'), &
+    setting_t('method', 'rotation', kind_choice, 'linear', &
+              'what moves a block of small strain: its rotation r, or cos r and sin r', '|linear|exact|'), &
     setting_t('method', 'plane', kind_choice, 'stress', 'what E and nu mean in the plane', '|stress|strain|'), &
     setting_t('method', 'mass', kind_choice, 'constant; follows_area with preset shi', &
               'mass of a block: its own, or density times present area', '|constant|follows_area|'), &
@@ -337,6 +339,12 @@ contains
       if (allocated(error)) return
       call default('method', 'strain', 'small')
       s%strain = merge(strain_small, strain_green, word('method', 'strain') == 'small')
+      call default('method', 'rotation', 'linear')
+      s%turns_exactly = word('method', 'rotation') == 'exact'
+      if (s%turns_exactly .and. (s%model == model_nmm .or. s%strain == strain_green)) then
+        call contradict('method', 'rotation', 'exact only with model=''dda'' and strain=''small''', 'another')
+        return
+      end if
       call default('method', 'plane', 'stress')
       s%plane = merge(plane_stress, plane_strain, word('method', 'plane') == 'stress')
       call default('method', 'mass', either('follows_area', 'constant', s%shi))

@@ -24,6 +24,7 @@ module scree_effects
   type :: effects_t
     real(dp), allocatable :: elasticity(:, :, :)   !! (3, 3, n_materials) force/length^2
     logical :: large_deformation = .false.         !! Green strain, else small strain
+    logical :: turns_exactly = .false.             !! blocks move by cos and sin of their rotation, with small strain
     logical :: mass_follows_area = .false.         !! as in Shi's programs
     real(dp) :: carried = 1.0_dp                   !! share of the velocity that a step hands on (Shi: k01)
     integer :: transport = 0                       !! `transport_field` or `transport_rates` of the scene

@@ -219,6 +219,8 @@ contains
         call name('extended covers', number_text(quality%extended)//' covers without an element of '// &
                   real_text(settings%least_share)//' of its triangle follow others, with weights up to '// &
                   real_text(rounded(quality%farthest)))
+      effects%turns_exactly = settings%turns_exactly
+      if (effects%turns_exactly) call name('rotation by cos and sin', "rotation='exact' in &method")
       effects%mass_follows_area = settings%mass == mass_follows_area
       if (effects%mass_follows_area) call name('mass that follows area', "mass='follows_area' in &method or preset='shi'")
       if (scene%carried < 1) call name('static', 'the deck hands on '//percent(scene%carried)//' of the velocity (k01)')

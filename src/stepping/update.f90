@@ -25,7 +25,7 @@ contains
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
     real(dp), intent(in) :: d_motion(:)           !! (n_unknowns) that the rates follow from
     type(state_t), intent(inout) :: state
-    real(dp) :: theta(4), F(4), mean(4, system%n_blocks)
+    real(dp) :: theta(4), F(4), mean(4, system%n_blocks), turned(4, system%n_elements)
     integer :: e, i
 
     call end_rates(rule, d_motion, state%velocity, state%acceleration)
@@ -34,9 +34,11 @@ contains
       associate (ids => system%elements%unknown(:, e), element => share(e)%kinematics, shape => system%elements%shape, &
                  block => system%elements%block(e))
         theta = matmul(element%gradient, d(ids))
-        F = deformation_gradient(theta)
+        turned(:, e) = 0.0_dp
+        if (effects%turns_exactly) turned(:, e) = whole_turn(theta)
+        F = deformation_gradient(theta + turned(:, e))
         call update_stress(effects%large_deformation, share(e), theta, state%stress(:, e))
-        call move(element, d(ids), state%vertex(:, first_vertex_of(shape, e):last_vertex_of(shape, e)))
+        call move(element, d(ids), turned(:, e), state%vertex(:, first_vertex_of(shape, e):last_vertex_of(shape, e)))
         state%deformation(:, e) = matrix_product(F, state%deformation(:, e))
         state%velocity(ids) = carried_rates(system%model, effects%transport, F, state%velocity(ids))
         state%acceleration(ids) = carried_rates(system%model, effects%transport, F, state%acceleration(ids))
@@ -45,7 +47,7 @@ contains
     end do
     do i = 1, size(system%points%element)
       e = system%points%element(i)
-      call move(share(e)%kinematics, d(system%elements%unknown(:, e)), state%point(:, i:i))
+      call move(share(e)%kinematics, d(system%elements%unknown(:, e)), turned(:, e), state%point(:, i:i))
     end do
     if (size(state%cover, 2) > 0) state%cover = state%cover + reshape(d, shape(state%cover)) ! a DDA block has no nodes
     do i = 1, system%n_blocks
@@ -56,6 +58,15 @@ contains
     state%time = state%time + rule%dt
     state%step = state%step + 1
   end subroutine update_state
+
+  !> What is to be added to a displacement gradient so that its rotation r turns by cos r and sin r (Shi: df25).
+  pure function whole_turn(theta) result(more)
+    real(dp), intent(in) :: theta(4) !! u_X, v_X, u_Y, v_Y
+    real(dp) :: more(4), r
+
+    r = 0.5_dp*(theta(2) - theta(3))
+    more = [cos(r) - 1, sin(r) - r, r - sin(r), cos(r) - 1]
+  end function whole_turn
 
   !> F = I + theta: xx, yx, xy, yy.
   pure function deformation_gradient(theta) result(F)
@@ -79,15 +90,17 @@ contains
     end if
   end subroutine update_stress
 
-  !> Moves places of an element by T d.
-  pure subroutine move(element, unknown, place)
+  !> Moves places of an element by T d, and by a gradient more about its centroid.
+  pure subroutine move(element, unknown, more, place)
     type(kinematics_t), intent(in) :: element
     real(dp), intent(in) :: unknown(:)
+    real(dp), intent(in) :: more(4)        !! xx, yx, xy, yy
     real(dp), intent(inout) :: place(:, :) !! (2, n), length
     integer :: k
 
     do k = 1, size(place, 2)
-      place(:, k) = place(:, k) + matmul(displacement_matrix(element, place(:, k)), unknown)
+      place(:, k) = place(:, k) + matmul(displacement_matrix(element, place(:, k)), unknown) &
+                    + matmul(reshape(more, [2, 2]), place(:, k) - element%centroid)
     end do
   end subroutine move
 
