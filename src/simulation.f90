@@ -19,6 +19,7 @@ module scree_simulation
   use scree_scene, only: effect_t, model_nmm, scene_t
   use scree_set_up, only: set_up
   use scree_settings, only: settings_table
+  use scree_shi_control, only: first_size, following_size
   use scree_start, only: begin_motion
   use scree_step_control, only: step_control_t, next_size, begin_control, after_step, at_end, frame_due
   use scree_system, only: state_t, system_t
@@ -249,7 +250,7 @@ contains
   subroutine run_steps(scene, system, effects, equations, share, state, results, records, progress, timer, error)
     type(scene_t), intent(in) :: scene
     type(system_t), intent(in) :: system
-    type(effects_t), intent(in) :: effects
+    type(effects_t), intent(inout) :: effects      !! the stiffness of contacts may adapt
     type(equations_t), intent(inout) :: equations
     type(element_share_t), intent(inout) :: share(:)
     type(state_t), intent(inout) :: state
@@ -267,6 +268,7 @@ contains
     at_start = state%vertex
     warned = .false.
     control = begin_control(scene%settings)
+    if (scene%settings%chooses_step) control%size = first_size(scene, system, state)
     call put_frame(results, records, system, share, state, at_start, error)
     if (allocated(error)) return
     do while (.not. at_end(control, state%time))
@@ -278,6 +280,8 @@ contains
         return
       end if
       call after_step(control, report%dt, report%rejected, state%time)
+      if (scene%settings%chooses_step) &
+        control%size = following_size(scene, system, effects%contact, state%contacts, report%dt, report%travel)
       if (effects%large_deformation) call watch_compression()
 
       call start_phase(timer(phase_results))
@@ -288,7 +292,9 @@ contains
                                                                      error)
       call stop_phase(timer(phase_results))
       if (allocated(error)) return
-      call show_step(progress, state%step, state%time, scene%settings%end_time, report%dt, report%iterations)
+      call show_step(progress, state%step, state%time, &
+                     min(scene%settings%end_time, state%time*(scene%settings%most_steps/real(state%step, dp))), report%dt, &
+                     report%iterations)
     end do
 
   contains
@@ -348,11 +354,11 @@ contains
     layout%block = system%elements%block
     layout%material = system%elements%material
     associate (s => scene%settings)
-      steps = s%end_time/s%step_size + 1
+      steps = min(s%end_time/s%step_size + 1, real(s%most_steps, dp))
       if (s%frame_every > 0) then
         frames = steps/s%frame_every + 2
       else
-        frames = s%end_time/s%frame_interval + 2
+        frames = min(s%end_time, s%most_steps*s%step_size)/s%frame_interval + 2
       end if
     end associate
     layout%expected_steps = int(min(steps, 1e9_dp))

@@ -54,6 +54,7 @@ module scree_contacts
     logical :: by_name = .false.            !! where another vertex of two takes a contact over, its anchor is lost (Shi: df06)
     real(dp) :: margin = 0.0_dp             !! of that, beyond what its velocity makes, length
     real(dp) :: overlap = 0.0_dp            !! largest at the end of the last step, length
+    real(dp) :: gap = 0.0_dp                !! largest of a closed contact then, length
     real(dp) :: energy = 0.0_dp             !! of the springs then, force length per unit thickness
     real(dp) :: friction = 0.0_dp           !! work lost in sliding since the start, force length per unit thickness
     integer :: count(3) = 0                 !! contacts open, sliding, locked then
@@ -75,6 +76,9 @@ module scree_contacts
     real(dp) :: touching = -huge(1.0_dp)    !! gap up to which contacts are closed when a run begins, length
     logical :: lags = .false.               !! sliding lags an iteration behind, and asks for none of its own (Shi: df18, df22)
     real(dp) :: backlash = 0.0_dp           !! slip back at which a contact that lags locks, length
+    logical :: adapts = .false.             !! the stiffness follows gaps and overlaps from step to step (Shi: spri)
+    real(dp) :: allowed_gap = 0.0_dp        !! of closed contacts then (Shi: 2 g2 w0), length
+    real(dp) :: allowed_overlap = 0.0_dp    !! likewise (Shi: g3 w0), length
     integer :: most_stalled = 8             !! iterations that leave as many states changing, before the step is cut
   end type contact_law_t
 

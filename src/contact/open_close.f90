@@ -30,8 +30,8 @@ module scree_open_close
   use scree_system, only: element_unknowns, state_t, system_t
   implicit none
   private
-  public :: accept_contacts, add_contacts, begin_contacts, hold_contacts, judge_contacts, keep_firm, outran, place_contacts, &
-            rebound_contacts, slides_with_friction, touch_t
+  public :: accept_contacts, add_contacts, begin_contacts, deepest_overlap, hold_contacts, judge_contacts, keep_firm, outran, &
+            place_contacts, rebound_contacts, slides_with_friction, touch_t
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -558,6 +558,24 @@ contains
     end associate
   end function outran
 
+  !> Largest overlap of a closed contact at `d`.
+  pure real(dp) function deepest_overlap(system, touch, d) result(deepest)
+    type(system_t), intent(in) :: system
+    type(touch_t), intent(in) :: touch
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    real(dp) :: both(2)
+    integer :: i
+
+    deepest = 0.0_dp
+    do i = 1, size(touch%contact)
+      associate (contact => touch%contact(i))
+        if (contact%line(contact%active)%state == state_open) cycle
+        both = gap_and_slip(system, touch, i, contact%active, d)
+        deepest = max(deepest, -both(1))
+      end associate
+    end do
+  end function deepest_overlap
+
   !> What the contacts of an accepted step remember: states, anchors, bonds, overlap, energy, friction.
   pure subroutine accept_contacts(system, law, d, touch, contacts)
     type(system_t), intent(in) :: system
@@ -572,6 +590,7 @@ contains
     contacts%contact = touch%contact
     contacts%count = touch%count
     contacts%margin = 0.5_dp*contacts%margin
+    contacts%gap = 0.0_dp
     contacts%overlap = 0.0_dp
     contacts%energy = 0.0_dp
     held_together = .false.
@@ -599,6 +618,7 @@ contains
           ! a joint gives way as a whole, and a bond without shear strength has none to lose
           line%bonded = line%bonded .and. (held_together(line%link) .or. .not. abs(of(1, 2)) > 0)
         end if
+        contacts%gap = max(contacts%gap, both(1))
         contacts%overlap = max(contacts%overlap, -both(1))
         if (law%conserving) both(1) = min(both(1), 0.0_dp)
         contacts%energy = contacts%energy + 0.5_dp*(law%normal_stiffness*both(1)**2 + law%shear_stiffness*slip**2)

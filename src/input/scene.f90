@@ -96,6 +96,10 @@ module scree_scene
     real(dp) :: step_size = 0.0_dp          !! largest step, time
     real(dp) :: least_step = 0.0_dp         !! a step that must be smaller ends the run, time
     real(dp) :: end_time = 0.0_dp           !! time
+    integer :: most_steps = huge(1)         !! after which a run ends
+    logical :: chooses_step = .false.       !! by Shi's rules, from the displacement that a step may have
+    real(dp) :: most_travel = huge(1.0_dp)  !! of a vertex in a step, length
+    logical :: adapts_stiffness = .false.   !! of contacts, by Shi's rules
     integer :: iterate = iterate_hybrid
     integer :: test = test_theta
     real(dp) :: tolerance = 1e-10_dp        !! of the chosen test

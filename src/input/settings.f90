@@ -66,7 +66,15 @@ module scree_settings
     setting_t('integrator', 'transport', kind_choice, 'field with Green strain, else rates', &
               'velocity of a DDA block: a vector field, or Shi''s six rates', '|field|rates|'), &
     setting_t('step', 'size', kind_real, 'g1 of the deck', 'largest step', '', 'time', 0.0_dp, open=.true.), &
-    setting_t('step', 'end_time', kind_real, 'n5 steps of the size', 'end of the run', '', 'time', 0.0_dp, open=.true.), &
+    setting_t('step', 'end_time', kind_real, 'n5 steps of the size; none with control shi', 'end of the run', '', 'time', &
+              0.0_dp, open=.true.), &
+    setting_t('step', 'count', kind_whole, 'none; n5 with control shi', 'steps after which the run ends', '', '1', 1.0_dp, &
+              1e9_dp), &
+    setting_t('step', 'travel', kind_real, 'none; g2 with control shi', &
+              'of a vertex in a step, at most, over half the size of the model; a longer step is cut', '', '1', 0.0_dp, &
+              open=.true.), &
+    setting_t('step', 'control', kind_choice, 'fixed', &
+              'the size given, or sizes that Shi''s programs would choose to keep the displacement', '|fixed|shi|'), &
     setting_t('step', 'least', kind_real, '1e-6 of the size', 'a step that must be smaller ends the run', '', 'time', &
               0.0_dp, open=.true.), &
     setting_t('iteration', 'method', kind_choice, 'hybrid', &
@@ -97,6 +105,8 @@ module scree_settings
               'gap at which a closed contact opens', '', 'length', 0.0_dp), &
     setting_t('contact', 'friction', kind_choice, 'current; lagging with preset shi', &
               'of the normal force of the same solution, or of the iteration before', '|current|lagging|'), &
+    setting_t('contact', 'adapt', kind_choice, 'none', &
+              'stiffness that stays, or follows gaps and overlaps as in Shi''s programs', '|none|shi|'), &
     setting_t('contact', 'coupling', kind_choice, 'merged', &
               'contacts and deformation in one iteration, or contacts settled in each of deformation', '|merged|nested|'), &
     setting_t('fixed_points', 'method', kind_choice, 'exact; penalty with preset shi', &
@@ -391,8 +401,22 @@ contains
 
       call default('step', 'size', real_text(scene%step_size))
       size_ = number('step', 'size')
-      call default('step', 'end_time', real_text(scene%n_steps*size_))
-      end_time = number('step', 'end_time')
+      call default('step', 'control', 'fixed')
+      s%chooses_step = word('step', 'control') == 'shi'
+      if (s%chooses_step) then
+        call default('step', 'count', number_text(max(1, scene%n_steps)))
+        call default('step', 'travel', real_text(scene%displacement_ratio))
+      else
+        call default('step', 'end_time', real_text(scene%n_steps*size_))
+      end if
+      end_time = huge(end_time)
+      if (has('step', 'end_time')) end_time = number('step', 'end_time')
+      if (has('step', 'count')) s%most_steps = nint(number('step', 'count'))
+      if (has('step', 'travel')) s%most_travel = 0.5_dp*scene%extent*number('step', 'travel')
+      if (.not. s%most_travel > 0) then
+        call contradict('step', 'control', 'g2 above 0 for control=''shi''', '0')
+        return
+      end if
       call default('step', 'least', real_text(1e-6_dp*size_))
       s%step_size = size_
       s%end_time = end_time
@@ -461,6 +485,12 @@ contains
         call contradict('contact', 'friction', 'lagging only with method=''penalty''', 'augmented')
         return
       end if
+      call default('contact', 'adapt', 'none')
+      s%adapts_stiffness = word('contact', 'adapt') == 'shi'
+      if (s%adapts_stiffness .and. (word('contact', 'method') /= 'penalty' .or. .not. scene%displacement_ratio > 0)) then
+        call contradict('contact', 'adapt', 'shi only with method=''penalty'' and g2 above 0', 'another')
+        return
+      end if
       call default('contact', 'coupling', 'merged')
       s%nested = word('contact', 'coupling') == 'nested'
       call default('fixed_points', 'stiffness', real_text(100*s%contact_stiffness))
@@ -490,7 +520,8 @@ contains
       if (has('output', 'interval')) then
         s%frame_interval = number('output', 'interval')
       else
-        call default('output', 'every', number_text(max(1, ceiling(min(1e9_dp, end_time/size_*(1 - 1e-9_dp)/100)))))
+        call default('output', 'every', &
+                     number_text(max(1, ceiling(min(1e9_dp, real(s%most_steps, dp), end_time/size_*(1 - 1e-9_dp))/100))))
         s%frame_every = nint(number('output', 'every'))
       end if
     end associate

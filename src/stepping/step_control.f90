@@ -16,6 +16,7 @@ module scree_step_control
     real(dp) :: size = 0.0_dp           !! that the next step may have, time
     real(dp) :: largest = 0.0_dp        !! that any step may have, time
     real(dp) :: end_time = 0.0_dp
+    integer :: steps_left = huge(1)
     integer :: frame_every = 0          !! steps; 0: by time
     real(dp) :: frame_interval = 0.0_dp !! time; 0: by steps
     integer :: n_frames = 0             !! after the first
@@ -32,6 +33,7 @@ contains
     control%size = settings%step_size
     control%largest = settings%step_size
     control%end_time = settings%end_time
+    control%steps_left = settings%most_steps
     control%frame_every = settings%frame_every
     control%frame_interval = settings%frame_interval
   end function begin_control
@@ -61,6 +63,7 @@ contains
     integer, intent(in) :: rejected      !! tries
     real(dp), intent(inout) :: time
 
+    control%steps_left = control%steps_left - 1
     if (rejected > 0) then
       control%size = dt
       control%easy = 0
@@ -76,7 +79,7 @@ contains
     type(step_control_t), intent(in) :: control
     real(dp), intent(in) :: time
 
-    at_end = time >= control%end_time
+    at_end = time >= control%end_time .or. control%steps_left <= 0
   end function at_end
 
   !> Whether the step that ended at `time` makes a frame; counts it.

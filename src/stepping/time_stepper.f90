@@ -13,8 +13,10 @@ module scree_time_stepper
   use scree_integrator, only: step_rule_for, still_displacement
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
-  use scree_open_close, only: accept_contacts, begin_contacts, outran, rebound_contacts, touch_t
+  use scree_open_close, only: accept_contacts, begin_contacts, deepest_overlap, outran, rebound_contacts, touch_t
+  use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_scene, only: settings_t
+  use scree_shi_control, only: adapt_stiffness
   use scree_stiffness, only: small_strain
   use scree_system, only: state_t, system_t
   use scree_update, only: update_state
@@ -22,7 +24,12 @@ module scree_time_stepper
   private
   public :: advance, constraints_of_step, step_report_t
 
-  real(dp), parameter :: cut = 0.35_dp !! of a step that did not settle (Shi, Zhang et al. 2019)
+  real(dp), parameter :: cut = 0.35_dp !! of a step that did not settle (Zhang et al. 2019)
+  !> Where the step is chosen: of one that did not settle, and how many times as far as it should a vertex may go (Shi).
+  real(dp), parameter :: shorter_cut = 0.3_dp, leeway = 3.0_dp
+  !> Where the stiffness of contacts adapts: overlap over that allowed for which it grows, by how much, and how often in a step.
+  real(dp), parameter :: too_deep = 2.5_dp, stiffening = 10.0_dp
+  integer, parameter :: most_stiffenings = 5
 
   !> What a step took.
   type :: step_report_t
@@ -31,6 +38,7 @@ module scree_time_stepper
     integer :: solves = 0             !! of all tries
     integer, allocatable :: judged(:, :) !! (4, n) contacts open, sliding, locked, changing, at each judgement of all tries
     integer :: rejected = 0           !! tries
+    real(dp) :: travel = 0.0_dp       !! largest of a vertex, where a step may go only so far, length
     real(dp) :: work = 0.0_dp         !! of loads, ground and supports, force length per unit thickness
     real(dp) :: damped = 0.0_dp       !! energy that mass damping took, likewise
     character(len=:), allocatable :: why !! the last try was rejected
@@ -44,7 +52,7 @@ contains
   !> Errors: the step falls below its least size; fixed points contradict each other.
   subroutine advance(system, effects, settings, dt, equations, share, state, report, error)
     type(system_t), intent(in) :: system
-    type(effects_t), intent(in) :: effects
+    type(effects_t), intent(inout) :: effects        !! the stiffness of contacts may adapt
     type(settings_t), intent(in) :: settings
     real(dp), intent(in) :: dt                       !! size to try, time
     type(equations_t), intent(inout) :: equations
@@ -56,11 +64,12 @@ contains
     type(constraints_t) :: constraints
     type(step_rule_t) :: rule
     type(touch_t) :: touch
-    real(dp) :: beyond(2), d(system%n_unknowns), d_motion(system%n_unknowns)
-    integer :: e
+    real(dp) :: beyond(2), d(system%n_unknowns), d_motion(system%n_unknowns), shorter
+    integer :: e, stiffened
 
     report%dt = dt
     allocate (report%judged(4, 0))
+    stiffened = 0
     do
       rule = step_rule_for(settings, state%step, state%time, report%dt)
       if (allocated(effects%contact)) call detect(system, share, report%dt, equations, state)
@@ -83,6 +92,9 @@ contains
           cycle
         end if
       end if
+      shorter = merge(shorter_cut, cut, settings%chooses_step)
+      if (try%settled .and. settings%most_travel < huge(1.0_dp)) call keep_near()
+      if (try%settled .and. allocated(effects%contact)) call keep_apart()
       d_motion = d
       if (try%settled .and. allocated(effects%contact)) call rebound()
       report%solves = report%solves + try%solves
@@ -91,7 +103,7 @@ contains
       if (try%settled) exit
       report%rejected = report%rejected + 1
       report%why = try%why
-      report%dt = cut*report%dt
+      report%dt = shorter*report%dt
       if (report%dt < settings%least_step) then
         call fail(error, status_run_failed, try%why//', and the step size fell below its least value')
         return
@@ -101,13 +113,40 @@ contains
     report%work = work_of_loads(system, effects, share, state, rule, d) &
                   + work_of_supports(system, effects, share, state, rule, d)
     report%damped = loss_by_damping(system, effects, share, rule, d)
-    if (allocated(effects%contact)) call accept_contacts(system, effects%contact, d, touch, state%contacts)
+    if (allocated(effects%contact)) then
+      call accept_contacts(system, effects%contact, d, touch, state%contacts)
+      if (effects%contact%adapts) call adapt_stiffness(state%contacts, effects%contact)
+    end if
     call update_state(system, effects, share, rule, d, d_motion, state)
     do e = 1, system%n_elements
       share(e) = share_of(effects, system, state, e)
     end do
 
   contains
+
+    !> Rejects a try in which a vertex goes too far.
+    subroutine keep_near()
+      real(dp) :: ratio
+
+      report%travel = farthest(system, share, state, d)
+      ratio = report%travel/settings%most_travel
+      if (ratio <= merge(leeway, 1.0_dp, settings%chooses_step)) return
+      try%settled = .false.
+      try%why = 'a vertex went farther than step.travel lets it'
+      if (settings%chooses_step) shorter = 1/sqrt(ratio)
+    end subroutine keep_near
+
+    !> Rejects a try with contacts that overlap too much, and makes their springs stiffer, where these adapt.
+    subroutine keep_apart()
+      if (.not. effects%contact%adapts .or. stiffened == most_stiffenings) return
+      if (deepest_overlap(system, touch, d) <= too_deep*effects%contact%allowed_overlap) return
+      effects%contact%normal_stiffness = stiffening*effects%contact%normal_stiffness
+      effects%contact%shear_stiffness = stiffening*effects%contact%shear_stiffness
+      stiffened = stiffened + 1
+      shorter = 1.0_dp
+      try%settled = .false.
+      try%why = 'contacts overlapped too much'
+    end subroutine keep_apart
 
     !> Finds the displacement whose velocities the contacts give back, where the scene asks for restitution.
     !>
@@ -138,6 +177,23 @@ contains
     end subroutine rebound
 
   end subroutine advance
+
+  !> Farthest that a vertex goes.
+  pure real(dp) function farthest(system, share, state, d)
+    type(system_t), intent(in) :: system
+    type(element_share_t), intent(in) :: share(:)    !! (n_elements)
+    type(state_t), intent(in) :: state               !! at the beginning of the step
+    real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    integer :: e, i
+
+    farthest = 0.0_dp
+    do e = 1, system%n_elements
+      do i = first_vertex_of(system%elements%shape, e), last_vertex_of(system%elements%shape, e)
+        farthest = max(farthest, norm2(matmul(displacement_matrix(share(e)%kinematics, state%vertex(:, i)), &
+                                              d(system%elements%unknown(:, e)))))
+      end do
+    end do
+  end function farthest
 
   !> Finds the contacts of a step, and groups the equations by them.
   subroutine detect(system, share, dt, equations, state)

@@ -1,0 +1,95 @@
+!> The step size and the contact stiffness that Shi's programs choose for themselves ("step" and "spri" of df), for comparison.
+!>
+!> Both are off unless asked for: a stiffness that follows the overlap lets what should rest on friction slide.
+module scree_shi_control
+  use scree_contacts, only: contact_law_t, contacts_t
+  use scree_kinds, only: dp
+  use scree_scene, only: scene_t
+  use scree_system, only: state_t, system_t
+  implicit none
+  private
+  public :: adapt_stiffness, first_size, following_size
+
+  real(dp), parameter :: growth = 1.3_dp    !! of a step over the one before, at most
+  real(dp), parameter :: softening = 3.0_dp !! of contacts after a step, at most
+
+contains
+
+  !> Size of the first step, in which weight, initial stress or loads may move a block as far as a step may.
+  pure real(dp) function first_size(scene, system, state)
+    type(scene_t), intent(in) :: scene
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    real(dp) :: push, stress
+    integer :: i
+
+    stress = 0.0_dp
+    do i = 1, size(scene%block_material)
+      stress = max(stress, maxval(abs(scene%block_material(i)%stress)))
+    end do
+    push = max(abs(scene%block_material(1)%unit_weight)/scene%block_material(1)%density, &
+               (4*stress*sqrt(block_mass(scene, system)/scene%block_material(1)%density) + largest_load(scene)) &
+               /block_mass(scene, system))
+    first_size = time_to_move(scene%settings%most_travel, maxval(abs(state%velocity)), push, huge(push))
+    if (first_size >= huge(push)) first_size = scene%settings%step_size
+  end function first_size
+
+  !> Size of the step after one of size `dt` that moved a vertex by `travel`, with the forces of contacts and loads.
+  pure real(dp) function following_size(scene, system, law, contacts, dt, travel)
+    type(scene_t), intent(in) :: scene
+    type(system_t), intent(in) :: system
+    type(contact_law_t), intent(in), allocatable :: law
+    type(contacts_t), intent(in) :: contacts
+    real(dp), intent(in) :: dt, travel
+    real(dp) :: force
+
+    force = largest_load(scene)
+    if (allocated(law)) force = max(force, law%normal_stiffness*contacts%overlap)
+    following_size = time_to_move(scene%settings%most_travel, merge(travel/dt, 0.0_dp, scene%carried > 0), &
+                                  force/block_mass(scene, system), growth*dt)
+  end function following_size
+
+  !> Time in which a speed and an acceleration make a distance, at most `longest`.
+  pure real(dp) function time_to_move(distance, speed, acceleration, longest) result(time)
+    real(dp), intent(in) :: distance, speed, acceleration, longest
+
+    time = longest
+    if (speed + sqrt(acceleration*distance) > 0) &
+      time = min(longest, 2*distance/(speed + sqrt(speed**2 + 2*acceleration*distance)))
+  end function time_to_move
+
+  !> Mass of a block of mean area, of material 1; per unit thickness.
+  pure real(dp) function block_mass(scene, system)
+    type(scene_t), intent(in) :: scene
+    type(system_t), intent(in) :: system
+
+    block_mass = sum(system%elements%mass/scene%block_material(system%elements%material)%density)/system%n_blocks &
+                 *scene%block_material(1)%density
+  end function block_mass
+
+  !> Largest force of a load point at any time.
+  pure real(dp) function largest_load(scene)
+    type(scene_t), intent(in) :: scene
+    integer :: i
+
+    largest_load = 0.0_dp
+    if (.not. allocated(scene%load_table)) return
+    do i = 1, size(scene%load_table)
+      if (allocated(scene%load_table(i)%value)) &
+        largest_load = max(largest_load, maxval(norm2(scene%load_table(i)%value, 1)))
+    end do
+  end function largest_load
+
+  !> Contact stiffness after a step: such that gaps and overlaps of closed contacts would be those allowed, but no softer
+  !> than a third of what it was.
+  pure subroutine adapt_stiffness(contacts, law)
+    type(contacts_t), intent(in) :: contacts
+    type(contact_law_t), intent(inout) :: law
+    real(dp) :: factor
+
+    factor = max(contacts%gap/law%allowed_gap, contacts%overlap/law%allowed_overlap, 1/softening)
+    law%normal_stiffness = factor*law%normal_stiffness
+    law%shear_stiffness = factor*law%shear_stiffness
+  end subroutine adapt_stiffness
+
+end module scree_shi_control
