@@ -22,6 +22,7 @@ module scree_set_up
 
   real(dp), parameter :: most_triangles = 5e7_dp !! more would not fit the memory
   real(dp), parameter :: allowed_overlap = 2e-4_dp  !! of the extent, where the stiffness of contacts adapts (Shi: g3 w0)
+  integer, parameter :: most_solves = 8            !! for the states of contacts that lag, before the step is cut (Shi)
   real(dp), parameter :: shortest_return = 5e-8_dp !! of the extent: slip back at which sliding that lags ends (Shi: 1e-7 w0)
   real(dp), parameter :: beside = 1e-4_dp        !! of the extent: a point so far outside still belongs to an element
 
@@ -333,7 +334,10 @@ contains
         effects%contact%closing = s%closing
         effects%contact%opening = s%opening
         effects%contact%lags = s%lags
-        if (s%lags) effects%contact%backlash = shortest_return*scene%extent
+        if (s%lags) then
+          effects%contact%backlash = shortest_return*scene%extent
+          effects%contact%most_stalled = most_solves - 1
+        end if
         if (s%closing > 0 .and. scene%carried > 0) effects%contact%touching = s%closing
         effects%contact%friction = [tan(joint%friction_angle*degree), (0.0_dp, e=1, 1)]
         effects%contact%cohesion = [joint%cohesion, (0.0_dp, e=1, 1)]

@@ -71,7 +71,7 @@ contains
       real(dp) :: balance(2), change
       type(term_t), allocatable :: linear(:)   ! of the members, at d_linear
       real(dp), allocatable :: d_linear(:)
-      logical :: in_contact, inner, large, nested, symmetric
+      logical :: cautious, in_contact, inner, large, nested, symmetric
       integer :: e, fewest, i, k, stalled
       integer, allocatable :: member(:)
 
@@ -135,15 +135,16 @@ contains
         change = largest_change(member, d_linear)
         report%settled = .not. large .or. (settings%test /= test_residual .and. change < settings%tolerance)
         if (in_contact) then
+          cautious = stalled > patience .and. .not. effects%contact%lags
           if (effects%contact%lags .and. state%step == 0 .and. i == 1) report%settled = .false. ! the first of a run: as Shi's
-          if (nested) call judge_contacts(system, effects%contact, d, .false., stalled > patience, touch)
+          if (nested) call judge_contacts(system, effects%contact, d, .false., cautious, touch)
           inner = nested .and. touch%changes > 0
           if (touch%bends .and. .not. inner) call place_contacts(system, state, share, rule%operator_weight, d, touch)
-          if (.not. inner) call judge_contacts(system, effects%contact, d, .false., stalled > patience, touch)
+          if (.not. inner) call judge_contacts(system, effects%contact, d, .false., cautious, touch)
           report%judged = reshape([report%judged, touch%count, touch%changes], [4, size(report%judged, 2) + 1])
           if (touch%changes > 0) then
             report%settled = .false.
-            if (touch%changes < fewest) then
+            if (touch%changes < fewest .and. .not. effects%contact%lags) then
               fewest = touch%changes
             else
               stalled = stalled + 1
