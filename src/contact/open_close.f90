@@ -510,6 +510,9 @@ contains
       rebound%firmness(i) = merge(rigid*share(i)%mass/way**2, 0.0_dp, system%elements%alone(i))
     end do
     law%conserving = .false.
+    law%lags = .false.
+    law%closing = 0.0_dp
+    law%opening = 0.0_dp
     law%normal_stiffness = unyielding*maxval(share%mass)/way**2
     law%shear_stiffness = law%normal_stiffness
     law%overlap = unmet*way*fastest

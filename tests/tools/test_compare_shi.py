@@ -22,15 +22,19 @@ CASES = [  # a run of the program as it is now with preset='shi': a line more is
     Case("freefall", "freefall", "freefall", ["step.end_time=0.5"], ["--tolerance", ROUNDING, "--stress-scale", E]),
     Case("spin_w1", "spin", "spin_w1", [], ["--tolerance", ROUNDING, "--stress-scale", E]),
     Case("spin_w10", "spin", "spin_w10", [], ["--tolerance", ROUNDING, "--stress-scale", E]),
+    Case("spin_w10_exact", "spin", "spin_w10", ["method.rotation=exact"], ["--tolerance", ROUNDING, "--stress-scale", E]),
+    *(Case(f"incline30_p{phi}", "incline30", f"incline30_p{phi}", [], ["--tolerance", "1e-6", "--contacts", "0"])
+      for phi in (0, 10, 20)),
+    Case("incline30_p35", "incline30", "incline30_p35", [], ["--tolerance", "1e-5", "--contacts", "0"]),  # moves by 2e-5
+    Case("stack5_sta", "stack5", "stack5_sta", [], ["--tolerance", "1e-4", "--contacts", "0"]),
+    Case("topple_pf1", "topple", "topple", ["contact.stiffness=1e6"], ["--tolerance", "1e-6", "--contacts", "0"]),
+    Case("topple_pf50", "topple", "topple", [], ["--tolerance", "1e-5", "--contacts", "0"]),
 ]
-CONTACT = [  # references of runs with contact: name, geometry, analysis deck, blocks
-    ("circleslope", "circleslope", "circleslope", 7),
-    *((f"incline30_p{phi}", "incline30", f"incline30_p{phi}", 2) for phi in (0, 10, 20, 35)),
-    ("stack5_dyn", "stack5", "stack5_dyn", 6),
-    ("stack5_sta", "stack5", "stack5_sta", 6),
-    ("topple_pf1", "topple", "topple", 2),
-    ("topple_pf50", "topple", "topple", 2),
-    ("wall100", "wall100", "wall100", 106),
+# Where contacts stick and slide by little, runs part (doc/results.md): places may then be off by this share of the travel.
+PARTING = [
+    (Case("stack5_dyn", "stack5", "stack5_dyn", [], []), 0.04),
+    (Case("wall100", "wall100", "wall100", [], []), 0.15),
+    (Case("circleslope", "circleslope", "circleslope", ["step.control=shi", "contact.adapt=shi"], []), 0.03),
 ]
 
 
@@ -75,7 +79,7 @@ def test_the_area_of_a_spinning_block_grows_as_the_formula_says(analysis, angle,
 
 
 def test_another_rotation_is_seen_in_its_first_step(tmp_path):
-    """No setting turns by cos and sin what is linear for Shi: the two part at once, by 1 % of the area."""
+    """Linear, and by cos and sin: the two part at once, by 1 % of the area."""
     done = compare(run("spin", "spin_w10", tmp_path / "x.h5"), DATA / "runs" / "spin_w10_exact", "--stress-scale", E)
     assert done.returncode == 1 and table(done.stdout)[1][1] == "step 1, time 0.01: place, area"
 
@@ -200,17 +204,49 @@ def test_numbers_of_contacts_are_compared_where_both_have_them(fall, tmp_path):
     assert "contacts: the reference has none to compare" in compare(own, fall.with_suffix(".replay")).stdout
 
 
-@pytest.mark.parametrize("reference, geometry, analysis, blocks", CONTACT)
-def test_references_of_contact_are_read(reference, geometry, analysis, blocks, tmp_path):
-    """Without contact a run parts from them; that they fit its blocks and vertices is seen."""
-    out = run(geometry, analysis, tmp_path / "x.h5", "step.end_time=0.1")
-    done = compare(out, DATA / "runs" / reference)
-    assert done.returncode in (0, 1) and sorted(table(done.stdout)) == list(range(1, blocks + 1)), done.stdout + done.stderr
+@pytest.mark.parametrize("case, bound", PARTING, ids=lambda value: getattr(value, "reference", value))
+def test_a_run_that_parts_stays_near(case, bound, tmp_path):
+    out = run(case.geometry, case.analysis, tmp_path / "x.h5", *case.settings)
+    done = compare(out, DATA / "runs" / case.reference, "--tolerance", str(bound), "--stress-scale", E)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_stack_comes_to_rest_with_the_same_load_in_it(tmp_path):
+    """What sticking left across differs; what carries the weight does not."""
+    with h5py.File(run("stack5", "stack5_dyn", tmp_path / "x.h5", "output.every=2000")) as f:
+        stress = f["bodies/stress"][-1, :, 1]
+    rows = [row for row in csv.DictReader((DATA / "runs" / "stack5_dyn" / "blocks.csv").open()) if row["step"] == "2000"]
+    np.testing.assert_allclose(stress, [float(row["syy"]) for row in rows], atol=5e-4)
+    np.testing.assert_allclose(stress[1:], [-117, -91, -65, -39, -13], atol=0.01)
+
+
+@pytest.mark.parametrize("stiffness", ["1e6", "5e7"])
+def test_a_block_topples_whatever_the_stiffness_but_for_the_tolerances_of_shi(stiffness, tmp_path):
+    """5e7 times the gap at which a contact opens for Shi is more than the block weighs, and holds it."""
+    angle = {}
+    for preset in ("none", "shi"):
+        with h5py.File(run("topple", "topple", tmp_path / "x.h5", f"contact.stiffness={stiffness}",
+                           f"method.preset={preset}")) as f:
+            angle[preset] = f["history/rotation"][-1, 1]
+    assert angle["none"] == pytest.approx(-1.4803, abs=2e-4)
+    assert angle["shi"] == pytest.approx(-1.4812 if stiffness == "1e6" else 0, abs=1e-4)
+
+
+def test_the_steps_of_circleslope_are_those_of_shis_program(tmp_path):
+    """Chosen sizes, cuts and stiffness: all but the second are the same until, at step 14, a vertex has gone too far."""
+    with h5py.File(run("circleslope", "circleslope", tmp_path / "x.h5", "step.control=shi", "contact.adapt=shi")) as f:
+        size = f["history/step_size"][:]
+    rows = list(csv.DictReader((DATA / "runs" / "circleslope" / "steps.csv").open()))
+    reference = np.array([float(row["dt"]) for row in rows[1:]])
+    assert len(size) == 20
+    same = abs(size / reference - 1) < 1e-6
+    assert same[:13].sum() == 12 and not same[1]
+    np.testing.assert_allclose(size[13:], reference[13:], rtol=5e-3)
 
 
 def test_no_reference_is_left_out():
     folders = {path.name for path in (DATA / "runs").iterdir() if path.is_dir()}
-    assert folders == {case.reference for case in CASES} | {row[0] for row in CONTACT} | {"spin_w10_exact"}
+    assert folders == {case.reference for case in CASES} | {case.reference for case, _ in PARTING}
 
 
 def test_what_is_wrong_is_said_in_one_line(stack, fall, tmp_path):
