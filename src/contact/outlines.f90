@@ -14,16 +14,16 @@ contains
 
   !> Edges that are no line of the mesh, and which follows which around the body.
   !>
-  !> Where an edge ends, the outline goes on in the same element or, across lines of the mesh, in another: with the edge that
-  !> begins at the same place, to the last bit, and is met first when turning clockwise from the way back; in between lies
-  !> the body. Errors: an edge after which the outline does not go on.
+  !> Where an edge ends, the outline goes on in the same element or, where a line of the mesh follows, in another: of the
+  !> edges that follow a line of the mesh and begin at the same place, to the last bit, with the one that is met first when
+  !> turning clockwise from the way back; in between lies the body. Errors: an edge after which the outline does not go on.
   pure subroutine make_outlines(shape, vertex, block, outlines, error)
     type(regions_t), intent(in) :: shape    !! of the elements
     real(dp), intent(in) :: vertex(:, :)    !! (2, n_vertices) at the start, length
     integer, intent(in) :: block(:)         !! (n_elements)
     type(outlines_t), intent(out) :: outlines
     type(error_t), allocatable, intent(out) :: error
-    integer :: after(size(vertex, 2)), element(size(vertex, 2))
+    integer :: after(size(vertex, 2)), before(size(vertex, 2)), element(size(vertex, 2)), number(size(vertex, 2))
     integer, allocatable :: order(:)
     real(dp), allocatable :: x(:)
     integer :: e, i, k, loop, n
@@ -37,8 +37,13 @@ contains
         after(shape%first_vertex(loop + 1) - 1) = shape%first_vertex(loop)
       end do
     end do
+    do k = 1, size(after)
+      before(after(k)) = k
+    end do
     outlines%start = pack([(k, k=1, size(after))], shape%joint > 0)
     n = size(outlines%start)
+    number = 0
+    number(outlines%start) = [(i, i=1, n)]
     outlines%element = element(outlines%start)
     outlines%block = block(outlines%element)
     outlines%finish = after(outlines%start)
@@ -47,9 +52,14 @@ contains
     order = [(i, i=1, n)]
     x = vertex(1, outlines%start)
     call sort_by(x, order)
-    allocate (outlines%next(n), outlines%previous(n))
+    allocate (outlines%next(n))
+    allocate (outlines%previous(n), source=0)
     do i = 1, n
-      outlines%next(i) = edge_after(i)
+      outlines%next(i) = number(outlines%finish(i))
+      if (outlines%next(i) == 0) outlines%next(i) = edge_after(i)
+      if (outlines%next(i) > 0) then
+        if (outlines%previous(outlines%next(i)) > 0) outlines%next(i) = 0
+      end if
       if (outlines%next(i) == 0) then
         call fail(error, status_run_failed, 'the outline of block '//number_text(outlines%block(i))//' is not closed')
         return
@@ -59,10 +69,11 @@ contains
 
   contains
 
-    !> The edge that the outline goes on with after edge i; 0 where there is none.
+    !> The edge that the outline goes on with in another element after edge i; 0 where there is none.
     pure integer function edge_after(i)
       integer, intent(in) :: i
       real(dp), parameter :: whole_turn = 2*acos(-1.0_dp)
+      real(dp), parameter :: other_side = 1e-9_dp !! of a crack, which leads back: turn below, rad
       real(dp) :: back, least, turn
       integer :: high, j, low, middle
 
@@ -83,9 +94,10 @@ contains
         do middle = low, n
           if (x(middle) > place(1)) exit
           j = order(middle)
-          if (outlines%block(j) /= outlines%block(i) .or. abs(vertex(2, outlines%start(j)) - place(2)) > 0) cycle
+          if (outlines%block(j) /= outlines%block(i) .or. number(before(outlines%start(j))) > 0) cycle
+          if (abs(vertex(2, outlines%start(j)) - place(2)) > 0) cycle
           turn = modulo(back - direction(vertex(:, outlines%finish(j)) - place), whole_turn)
-          if (.not. turn > 0) turn = whole_turn ! the other side of a crack
+          if (turn < other_side) turn = whole_turn ! no corner is as sharp
           if (turn > least) cycle
           least = turn
           edge_after = j
