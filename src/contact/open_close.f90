@@ -19,6 +19,7 @@
 !> - With restitution the velocities at the end of a step are found for themselves: no closed contact approaches, and one
 !>   that came with the velocity v leaves with e v (Moreau 1988).
 module scree_open_close
+  use scree_contact_detection, only: leap
   use scree_contact_geometry, only: frame_of_edge, geometry_of, line_geometry_t
   use scree_contacts, only: contact_law_t, contact_t, contacts_t, line_t, outlines_t, state_locked, state_open, state_sliding
   use scree_effects, only: element_share_t
@@ -541,8 +542,8 @@ contains
     term%matrix = term%matrix + matrix
   end subroutine keep_firm
 
-  !> How far a vertex went beyond what the search for contacts looked at, as a length and over the shorter edge at it; 0: none
-  !> did.
+  !> How far a vertex went beyond what the search for contacts looked at, 0 where none did; and beyond what its velocity makes,
+  !> over the shorter edge at it.
   pure function outran(system, state, share, d) result(farthest)
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state               !! at the beginning of the step
@@ -556,7 +557,9 @@ contains
       do i = 1, size(outlines%start)
         beyond = norm2(matmul(displacement_matrix(share(outlines%element(i))%kinematics, state%vertex(:, outlines%start(i))), &
                               d(system%elements%unknown(:, outlines%element(i))))) - state%contacts%near(i)
-        farthest = max(farthest, [beyond, beyond/state%contacts%local(i)])
+        farthest(1) = max(farthest(1), beyond)
+        if (beyond > 0) farthest(2) = max(farthest(2), beyond/state%contacts%local(i) &
+                                          + min(state%contacts%margin/state%contacts%local(i), leap))
       end do
     end associate
   end function outran
