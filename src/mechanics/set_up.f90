@@ -40,10 +40,13 @@ contains
     type(effect_t), allocatable, intent(out) :: list(:)
     type(error_t), allocatable, intent(out) :: error
     type(cover_quality_t) :: quality
+    logical :: cracked
 
     call make_system(scene, blocks, system, state, quality, error)
     if (allocated(error)) return
-    call make_effects(scene, system, state, quality, size(blocks%crack_joint) > 0, effects, list)
+    cracked = .false.
+    if (allocated(blocks%crack_joint)) cracked = size(blocks%crack_joint) > 0
+    call make_effects(scene, system, state, quality, cracked, effects, list)
     if (.not. allocated(effects%contact)) return
     call make_outlines(system%elements%shape, state%vertex, system%elements%block, system%outlines, error)
     allocate (state%contacts%contact(0), state%contacts%link(2, 0))
