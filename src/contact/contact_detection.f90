@@ -18,7 +18,7 @@ module scree_contact_detection
   use scree_sorting, only: sort_by
   implicit none
   private
-  public :: find_contacts, leap
+  public :: find_contacts
 
   real(dp), parameter :: pi = acos(-1.0_dp)
   real(dp), parameter :: parallel = 3*pi/180      !! edges that differ by less are parallel (Shi: h1)
@@ -28,7 +28,6 @@ module scree_contact_detection
   real(dp), parameter :: room = 0.02_dp           !! of the edges about, that a search gives a vertex beyond its reach
   real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, that a vertex may already be inside
   real(dp), parameter :: touch = 1e-3_dp          !! of the edges about, that is near at rest
-  real(dp), parameter :: leap = 0.25_dp           !! of the edges about, that a vertex may move beyond what its velocity makes
   real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
 
   !> Corner at a vertex, seen from inside: from its edge counter-clockwise to the one before.
@@ -105,7 +104,8 @@ contains
       real(dp), intent(in) :: local(:)
       real(dp) :: near(size(local))
 
-      near = 1.2_dp*norm2(velocity, 1)*dt + min(contacts%margin, leap*local) + min(2*contacts%overlap, deepest*local) + touch*local
+      near = 1.2_dp*norm2(velocity, 1)*dt + min(contacts%margin, contacts%leap*local) + min(2*contacts%overlap, deepest*local) &
+             + touch*local
     end function reach_of
 
     !> Corner at vertex i.

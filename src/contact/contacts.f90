@@ -52,6 +52,7 @@ module scree_contacts
     real(dp), allocatable :: near(:)        !! (n) how far a vertex may move in the step, length
     real(dp), allocatable :: local(:)       !! (n) shorter edge at each vertex, length
     logical :: by_name = .false.            !! where another vertex of two takes a contact over, its anchor is lost (Shi: df06)
+    real(dp) :: leap = 0.25_dp              !! of the edges about, that a vertex may move beyond what its velocity makes
     real(dp) :: margin = 0.0_dp             !! of that, beyond what its velocity makes, length
     real(dp) :: overlap = 0.0_dp            !! largest at the end of the last step, length
     real(dp) :: gap = 0.0_dp                !! largest of a closed contact then, length

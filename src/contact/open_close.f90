@@ -19,7 +19,6 @@
 !> - With restitution the velocities at the end of a step are found for themselves: no closed contact approaches, and one
 !>   that came with the velocity v leaves with e v (Moreau 1988).
 module scree_open_close
-  use scree_contact_detection, only: leap
   use scree_contact_geometry, only: frame_of_edge, geometry_of, line_geometry_t
   use scree_contacts, only: contact_law_t, contact_t, contacts_t, line_t, outlines_t, state_locked, state_open, state_sliding
   use scree_effects, only: element_share_t
@@ -559,7 +558,7 @@ contains
                               d(system%elements%unknown(:, outlines%element(i))))) - state%contacts%near(i)
         farthest(1) = max(farthest(1), beyond)
         if (beyond > 0) farthest(2) = max(farthest(2), beyond/state%contacts%local(i) &
-                                          + min(state%contacts%margin/state%contacts%local(i), leap))
+                                          + min(state%contacts%margin/state%contacts%local(i), state%contacts%leap))
       end do
     end associate
   end function outran

@@ -51,6 +51,7 @@ contains
     call make_outlines(system%elements%shape, state%vertex, system%elements%block, system%outlines, error)
     allocate (state%contacts%contact(0), state%contacts%link(2, 0))
     state%contacts%by_name = scene%settings%shi
+    if (scene%settings%chooses_step) state%contacts%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up
 
   !> Bodies and their state at rest, in coordinates about the middle of the scene.

@@ -4,7 +4,7 @@ module scree_time_stepper
   use scree_deformation_iteration, only: iteration_report_t, settle_deformation
   use scree_effects, only: effects_t, element_share_t, share_of
   use scree_element_term, only: step_rule_t
-  use scree_contact_detection, only: find_contacts, leap
+  use scree_contact_detection, only: find_contacts
   use scree_energy, only: loss_by_damping, work_of_loads, work_of_supports
   use scree_equations, only: constrain_equations, equations_t, link_elements
   use scree_errors, only: error_t, fail, status_run_failed
@@ -84,7 +84,7 @@ contains
       call settle_deformation(system, effects, settings, state, share, rule, equations, d, touch, try)
       if (try%settled .and. allocated(effects%contact)) then
         beyond = outran(system, state, share, d)
-        if (beyond(2) > leap) then
+        if (beyond(2) > state%contacts%leap) then
           try%settled = .false.
           try%why = 'a vertex leapt over what is near it'
         else if (beyond(1) > 0) then
