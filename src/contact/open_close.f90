@@ -479,7 +479,7 @@ contains
     rebound%geometry = touch%geometry
     rebound%start_share = touch%start_share
     rebound%start_gap = 0*touch%start_gap
-    rebound%kept = touch%start_gap < huge(1.0_dp)
+    allocate (rebound%kept(2, size(touch%contact)), source=.true.)
     rebound%reference = still
     rebound%moved = merge(d, 0.0_dp, touch%bends)
     rebound%weight = weight

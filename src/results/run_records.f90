@@ -73,9 +73,9 @@ contains
     if (allocated(effects%contact)) then
       call a_step('contacts', [3], '1', 'contacts open, sliding, locked', records%contacts, .true.)
       call a_step('open_close_iterations', [integer ::], '1', 'judgements of all contacts', records%open_close, .true.)
-      call a_series('/open_close/step', [integer ::], '1', 'step of each judgement, from 1', records%judged_step)
+      call a_series('/open_close/step', [integer ::], '1', 'step of each judgement, from 1', records%judged_step, .true.)
       call a_series('/open_close/contacts', [4], '1', 'contacts open, sliding, locked, and of these changing, at each '// &
-                    'judgement', records%judged)
+                    'judgement', records%judged, .true.)
       call a_step('overlap', [integer ::], 'length', 'deepest of a closed contact', records%overlap)
       call a_step('energy/contact', [integer ::], energy_unit, 'energy of the springs of contacts', records%spring)
       call a_step('energy/friction', [integer ::], energy_unit, 'work lost in sliding since the start', records%friction)
@@ -86,9 +86,9 @@ contains
     call a_frame('velocity', [2, n], 'length/time', 'velocity of the centroid', records%body_velocity)
     call a_frame('stress', [3, n], 'force/length^2', 'mean Cauchy stress xx, yy, xy', records%body_stress)
     if (allocated(effects%contact)) then
-      call a_series('/contacts/count', [integer ::], '1', 'closed contacts of each frame', records%touch_count)
-      call a_series('/contacts/blocks', [2], '1', 'blocks of the vertex and of the edge, from 1', records%touch_blocks)
-      call a_series('/contacts/state', [integer ::], '1', '1 sliding, 2 locked', records%touch_state)
+      call a_series('/contacts/count', [integer ::], '1', 'closed contacts of each frame', records%touch_count, .true.)
+      call a_series('/contacts/blocks', [2], '1', 'blocks of the vertex and of the edge, from 1', records%touch_blocks, .true.)
+      call a_series('/contacts/state', [integer ::], '1', '1 sliding, 2 locked', records%touch_state, .true.)
       call a_series('/contacts/place', [2], 'length', 'place of the vertex', records%touch_place, .false.)
       call a_series('/contacts/normal', [2], '1', 'outer normal of the edge', records%touch_normal, .false.)
       call a_series('/contacts/force', [2], 'force', 'on the block of the vertex, along the normal and the normal turned left', &
@@ -121,15 +121,10 @@ contains
       character(len=*), intent(in) :: path, units, description
       integer, intent(in) :: shape(:)
       integer, intent(out) :: handle
-      logical, intent(in), optional :: whole
+      logical, intent(in) :: whole
 
       handle = 0
-      if (allocated(error)) return
-      if (present(whole)) then
-        call declare_series(results, path, shape, units, description, handle, error, whole)
-      else
-        call declare_series(results, path, shape, units, description, handle, error, .true.)
-      end if
+      if (.not. allocated(error)) call declare_series(results, path, shape, units, description, handle, error, whole)
     end subroutine a_series
 
     subroutine a_frame(name, shape, units, description, handle)
