@@ -281,7 +281,7 @@ contains
       end if
       call after_step(control, report%dt, report%rejected, state%time)
       if (scene%settings%chooses_step) &
-        control%size = following_size(scene, system, effects%contact, state%contacts, report%dt, report%travel)
+        control%size = following_size(scene, system, state%contacts, report%dt, report%travel)
       if (effects%large_deformation) call watch_compression()
 
       call start_phase(timer(phase_results))

@@ -34,17 +34,16 @@ contains
     if (first_size >= huge(push)) first_size = scene%settings%step_size
   end function first_size
 
-  !> Size of the step after one of size `dt` that moved a vertex by `travel`, with the forces of contacts and loads.
-  pure real(dp) function following_size(scene, system, law, contacts, dt, travel)
+  !> Size of the step after one of size `dt` that moved a vertex by `travel`, with the forces of its contacts and of loads.
+  pure real(dp) function following_size(scene, system, contacts, dt, travel)
     type(scene_t), intent(in) :: scene
     type(system_t), intent(in) :: system
-    type(contact_law_t), intent(in), allocatable :: law
     type(contacts_t), intent(in) :: contacts
     real(dp), intent(in) :: dt, travel
     real(dp) :: force
 
     force = largest_load(scene)
-    if (allocated(law)) force = max(force, law%normal_stiffness*contacts%overlap)
+    if (allocated(contacts%contact)) force = max(force, maxval(contacts%contact%force(1)))
     following_size = time_to_move(scene%settings%most_travel, merge(travel/dt, 0.0_dp, scene%carried > 0), &
                                   force/block_mass(scene, system), growth*dt)
   end function following_size
