@@ -13,7 +13,7 @@
 module scree_contact_detection
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_contact_geometry, only: gap_of
-  use scree_contacts, only: contact_t, contacts_t, line_t, outlines_t, state_open
+  use scree_contacts, only: contact_t, contacts_t, line_t, outlines_t, state_locked, state_open, state_sliding
   use scree_kinds, only: dp
   use scree_sorting, only: sort_by
   implicit none
@@ -22,6 +22,7 @@ module scree_contact_detection
 
   real(dp), parameter :: pi = acos(-1.0_dp)
   real(dp), parameter :: parallel = 3*pi/180      !! edges that differ by less are parallel (Shi: h1)
+  real(dp), parameter :: nearly = 0.3_dp*parallel !! ... and by less, those at the more upright corner are its lines (Shi: 0.3 h1)
   real(dp), parameter :: most_turning = 30*pi/180 !! of a corner in a step, that is allowed for
   real(dp), parameter :: no_corner = 1e-9_dp      !! an angle below is that of the end of a crack, a whole turn
   real(dp), parameter :: flat = 1e-3_dp           !! a corner that is concave by less is none
@@ -61,6 +62,7 @@ contains
     local = min(size_of_edge, size_of_edge(outlines%previous))
     turning = min(most_turning, 1.2_dp*norm2(velocity(:, outlines%next) - velocity, 1)*dt/size_of_edge)
     turning = max(turning, turning(outlines%previous))
+    if (contacts%by_name) turning = 0.0_dp
     near = reach_of(local)
     call search(outlines, place, near, local, self_contact, contacts)
     do k = 1, size(contacts%candidate, 2) ! a large block takes the measure of a small one beside it
@@ -106,6 +108,7 @@ contains
 
       near = 1.2_dp*norm2(velocity, 1)*dt + min(contacts%margin, contacts%leap*local) + min(2*contacts%overlap, deepest*local) &
              + touch*local
+      if (contacts%outside > 0) near = 0.5_dp*contacts%outside
     end function reach_of
 
     !> Corner at vertex i.
@@ -150,33 +153,48 @@ contains
         if (at < 0 .or. at > size_of_edge(j)) return
         gap = gap_of(x1, x2, x3)
         if (gap > reach) return
-        if (gap < -deepest*min(local(i), size_of_edge(j)) .and. line_before(i, j) == 0) return
+        if (contacts%outside > 0) then
+          if (gap < -contacts%inside) return
+        else if (gap < -deepest*min(local(i), size_of_edge(j)) .and. line_before(i, j) == 0) then
+          return
+        end if
         if (fits(i, j)) call add([i], [j])
       end associate
     end subroutine meet_edge
 
-    !> Contacts of vertex i over the edges at vertex j, of which the corner there says nothing.
+    !> Contacts of vertex i over the edges at vertex j, of which the corner there says nothing; for Shi, there are none.
     subroutine meet_sides(i, j)
       integer, intent(in) :: i, j
 
+      if (contacts%by_name) return
       associate (x1 => place(:, outlines%start(i)), after => outlines%next(j), before => outlines%previous(j))
         if (norm2(x1 - place(:, outlines%start(after))) > near(i) + near(after)) call meet_edge(i, j)
         if (norm2(x1 - place(:, outlines%start(before))) > near(i) + near(before)) call meet_edge(i, before)
       end associate
     end subroutine meet_sides
 
+    !> Contacts of the convex corner at vertex i with either edge of a concave one at vertex j, as far as it fits on them (Shi).
+    subroutine meet_hollow(i, j)
+      integer, intent(in) :: i, j
+
+      if (fits(i, j)) call add([i], [j])
+      if (fits(i, outlines%previous(j))) call add([i], [outlines%previous(j)])
+    end subroutine meet_hollow
+
     !> Contacts of two corners that are near each other.
     subroutine meet_corners(i, j)
       integer, intent(in) :: i, j
-      real(dp) :: a, b, between, width, low_a, low_b, high_a, high_b
-      integer :: before_i, before_j
+      real(dp) :: a, b, between, width, low_a, low_b, high_a, high_b, upright
+      integer :: before_i, before_j, low(2), high(2)
 
       a = corner(i)%angle
       b = corner(j)%angle
       before_i = outlines%previous(i)
       before_j = outlines%previous(j)
       between = turn(corner(i)%from + a/2 + pi - corner(j)%from - b/2)
-      if (a <= pi + flat .and. b <= pi + flat) then
+      if (contacts%by_name .and. max(a, b) > pi + flat) then
+        call meet_hollow(merge(i, j, a <= pi + flat), merge(j, i, a <= pi + flat))
+      else if (a <= pi + flat .and. b <= pi + flat) then
         width = abs(between) + (a + b)/2
         if (width > pi + tilt(i, j)) then ! they cannot meet tip to tip, but beside it
           call meet_sides(i, j)
@@ -187,7 +205,15 @@ contains
         low_b = -b/2
         high_a = between + a/2
         high_b = b/2
-        if (width >= pi - parallel) then
+        if (contacts%by_name .and. width >= pi - parallel) then
+          if ((a + b)/2 - between >= pi - parallel) call add([i, j], [before_j, i])
+          if ((a + b)/2 + between >= pi - parallel) call add([j, i], [before_i, j])
+        else if (contacts%by_name) then
+          upright = abs(sin(corner(j)%from + b/2)) - abs(sin(corner(i)%from + a/2))
+          low = merge([i, j], [j, i], low_a - low_b >= sign(nearly, -upright))
+          high = merge([j, before_i], [i, before_j], high_a - high_b >= sign(nearly, upright))
+          call add(low(:1), low(2:), high(:1), high(2:))
+        else if (width >= pi - parallel) then
           call add(pack([i, j, i, j], [low_b <= low_a + parallel, low_a <= low_b + parallel, &
                                           high_b >= high_a - parallel, high_a >= high_b - parallel]), &
                    pack([j, i, before_j, before_i], [low_b <= low_a + parallel, low_a <= low_b + parallel, &
@@ -224,6 +250,7 @@ contains
         new%n_lines = 2
         new%line(2) = best(other_vertex, other_edge)
         if (new%line(1)%state == state_open .and. new%line(2)%state /= state_open) new%active = 2
+        if (contacts%by_name) new%line%state = min(new%line%state, state_sliding)
       end if
       if (any(new%line(:new%n_lines)%vertex == 0)) return ! within one element, which cannot touch itself
       if (n_found == size(found)) found = [found, found]
@@ -232,6 +259,7 @@ contains
     end subroutine add
 
     !> The pair of a contact before, or else the one whose vertex lies best within its edge, with what the pairs remember.
+    !> For Shi, the first whose vertex lies within its edge; only the same pair, and locked, keeps its anchor (df05, df06).
     pure type(line_t) function best(vertex, edge)
       integer, intent(in) :: vertex(:), edge(:)
       real(dp) :: along, inside, most, slip
@@ -250,13 +278,15 @@ contains
           if (before > 0) then
             known = before
             slip = along - line_of(before)*length
-            if (inside >= -merge(0.0_dp, beyond*length, contacts%by_name)) inside = huge(inside)
+            if (inside >= -beyond*length) inside = huge(inside)
           end if
+          if (contacts%by_name) inside = merge(huge(inside), real(k, dp), k == 1 .and. dot_product(x2 - x1, x3 - x1) <= 0)
           if (inside <= most) cycle
           most = inside
           best%vertex = vertex(k)
           best%edge = edge(k)
           best%anchor = along/length
+          if (contacts%by_name) best%anchor = 1 - (length - along)*length/(length**2 + contacts%guard)
         end associate
       end do
       if (known == 0) return
@@ -267,8 +297,13 @@ contains
         best%length = was%length
         best%bonded = was%bonded
         best%drag = was%drag
-        if (contacts%by_name .and. was%vertex /= best%vertex) return
-        if (was%state /= state_open) best%anchor = best%anchor - slip/size_of_edge(best%edge)
+        if (.not. contacts%by_name) then
+          if (was%state /= state_open) best%anchor = best%anchor - slip/size_of_edge(best%edge)
+        else if (was%state == state_locked .and. was%vertex == best%vertex) then
+          best%anchor = was%anchor
+        else if (was%state /= state_open .and. contacts%contact((known + 1)/2)%n_lines == 2) then
+          best%state = state_locked
+        end if
       end associate
     end function best
 

@@ -51,7 +51,10 @@ module scree_contacts
     real(dp), allocatable :: reach(:)       !! (n) how far the search saw around each vertex, length
     real(dp), allocatable :: near(:)        !! (n) how far a vertex may move in the step, length
     real(dp), allocatable :: local(:)       !! (n) shorter edge at each vertex, length
-    logical :: by_name = .false.            !! where another vertex of two takes a contact over, its anchor is lost (Shi: df06)
+    logical :: by_name = .false.            !! found and handed on as Shi's programs do (df04 to df07)
+    real(dp) :: outside = 0.0_dp            !! gap up to which all are found (Shi: d0); 0: as they move, length
+    real(dp) :: inside = 0.0_dp             !! overlap likewise (Shi: d9), length
+    real(dp) :: guard = 0.0_dp              !! by name: added to the square of an edge on which an anchor is placed, length^2
     real(dp) :: leap = 0.25_dp              !! of the edges about, that a vertex may move beyond what its velocity makes
     real(dp) :: margin = 0.0_dp             !! of that, beyond what its velocity makes, length
     real(dp) :: overlap = 0.0_dp            !! largest at the end of the last step, length

@@ -19,7 +19,7 @@
 !> - With restitution the velocities at the end of a step are found for themselves: no closed contact approaches, and one
 !>   that came with the velocity v leaves with e v (Moreau 1988).
 module scree_open_close
-  use scree_contact_geometry, only: frame_of_edge, geometry_of, line_geometry_t
+  use scree_contact_geometry, only: add_edge, anchored_rows, frame_of_edge, geometry_of, line_geometry_t
   use scree_contacts, only: contact_law_t, contact_t, contacts_t, line_t, outlines_t, state_locked, state_open, state_sliding
   use scree_effects, only: element_share_t
   use scree_element_term, only: add_force, step_rule_t, term_t
@@ -30,8 +30,8 @@ module scree_open_close
   use scree_system, only: element_unknowns, state_t, system_t
   implicit none
   private
-  public :: accept_contacts, add_contacts, begin_contacts, deepest_overlap, hold_contacts, judge_contacts, keep_firm, outran, &
-            place_contacts, rebound_contacts, slides_with_friction, touch_t
+  public :: accept_contacts, add_contacts, begin_again, begin_contacts, farthest_apart, hold_contacts, judge_contacts, keep_firm, &
+            outran, place_contacts, rebound_contacts, slides_with_friction, touch_t
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -47,6 +47,8 @@ module scree_open_close
   real(dp), parameter :: unmet = 1e-6_dp
   !> Edges whose directions differ by less are parallel, rad (Shi: h1).
   real(dp), parameter :: parallel = 3*acos(-1.0_dp)/180
+  !> Friction up to which a slider that turns back does not lock, where it lags (Shi: 0.9 degrees).
+  real(dp), parameter :: smooth = tan(0.9_dp*acos(-1.0_dp)/180)
 
   !> The contacts in the iteration of one step.
   type :: touch_t
@@ -58,6 +60,7 @@ module scree_open_close
     logical, allocatable :: kept(:, :)                   !! (2, n) closed then: the anchor stays
     real(dp) :: dashpot = 0.0_dp                         !! viscosity over the size of the step, force/length
     logical :: bends = .false.                           !! the geometry follows the motion, else it is linear
+    logical :: anchored = .false.                        !! slip is measured from the anchor, linear in displacements (Shi)
     real(dp), allocatable :: reference(:)                !! (n_unknowns) displacement that the geometry is of
     real(dp), allocatable :: firmness(:)                 !! (n_elements) in an impact: against deforming, force/length
     real(dp), allocatable :: moved(:)                    !! (n_unknowns) displacement to the impact; 0 with small strain
@@ -82,6 +85,7 @@ contains
     touch%contact = state%contacts%contact
     touch%link = state%contacts%link
     touch%bends = bends
+    touch%anchored = law%lags .and. .not. bends
     touch%dashpot = law%viscosity/rule%dt
     m = size(touch%contact)
     if (state%step == 0) then
@@ -119,9 +123,22 @@ contains
       k = maxloc(touch%start_gap(:touch%contact(i)%n_lines, i), 1)
       if (touch%start_gap(k, i) > touching) cycle
       touch%contact(i)%active = k
-      touch%contact(i)%line(k)%state = state_locked
+      touch%contact(i)%line(k)%state = merge(state_sliding, state_locked, touch%anchored .and. touch%contact(i)%n_lines == 2)
     end do
   end subroutine close_touching
+
+  !> The contacts of a step that is tried again, as Shi's programs leave them: in the states of the last judgement.
+  pure subroutine begin_again(law, rule, touch)
+    type(contact_law_t), intent(in) :: law
+    type(step_rule_t), intent(in) :: rule
+    type(touch_t), intent(inout) :: touch
+    integer :: k
+
+    touch%dashpot = law%viscosity/rule%dt
+    do k = 1, 2
+      touch%contact%line(k)%drag = 0.0_dp
+    end do
+  end subroutine begin_again
 
   !> Length of the joint that a contact stands for: half of what its edge and each parallel one at the vertex have in common.
   pure real(dp) function length_of_contact(outlines, place, line) result(length)
@@ -158,6 +175,8 @@ contains
         associate (line => touch%contact(i)%line(k))
           touch%geometry(k, i) = geometry_of(system, state, share, system%outlines, touch%link(:, line%link), line, touch%bends, &
                                              weight, d)
+          if (touch%anchored) call add_edge(system, state, share, system%outlines, touch%link(:, line%link), line, &
+                                            touch%geometry(k, i))
         end associate
       end do
     end do
@@ -170,7 +189,7 @@ contains
     type(touch_t), intent(in) :: touch
     integer, intent(in) :: i, k
     real(dp), intent(in) :: d(:)
-    real(dp) :: both(2), change(n)
+    real(dp) :: both(2), change(n), rows(n, 2)
 
     associate (line => touch%contact(i)%line(k), geometry => touch%geometry(k, i))
       associate (link => touch%link(:, line%link))
@@ -179,8 +198,33 @@ contains
       end associate
       both = [geometry%gap + dot_product(geometry%normal_end, change), &
               geometry%along + dot_product(geometry%shear_end, change) - line%anchor*geometry%edge_length]
+      if (.not. touch%anchored) return
+      rows = anchored_rows(geometry, line%anchor)
+      both(2) = geometry%along + dot_product(rows(:, 2), change) - line%anchor*geometry%edge_length
     end associate
   end function gap_and_slip
+
+  !> Place on the edge, as a share of it, where a vertex meets its line in the step, or is at its beginning where it is inside
+  !> then (Shi: df22). No longer linear.
+  pure real(dp) function anchor_where_closed(system, touch, i, k, d) result(anchor)
+    type(system_t), intent(in) :: system
+    type(touch_t), intent(in) :: touch
+    integer, intent(in) :: i, k
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    real(dp) :: moved(n), apart(2), edge(2), rows(n, 2), part
+
+    associate (geometry => touch%geometry(k, i), link => touch%link(:, touch%contact(i)%line(k)%link))
+      moved = [d(system%elements%unknown(:, link(1))), d(system%elements%unknown(:, link(2)))]
+      rows = anchored_rows(geometry, 0.0_dp)
+      edge = matmul(geometry%edge(:2, :), moved)
+      apart = [dot_product(rows(:, 1), moved), dot_product(geometry%normal, moved) &
+                                               + (geometry%along*edge(2) - geometry%gap*edge(1))/geometry%edge_length]
+      part = min(1.0_dp, max(geometry%gap, 0.0_dp)/max(-dot_product(geometry%normal, moved), tiny(part)))
+      apart = [geometry%along, geometry%gap] + part*apart ! along the edge and across, of the vertex from its start
+      edge = [geometry%edge_length, 0.0_dp] + part*edge
+      anchor = dot_product(apart, edge)/dot_product(edge, edge)
+    end associate
+  end function anchor_where_closed
 
   !> Judges every contact at `d`; `touch%changes` counts states that change by more than a faint force.
   !>
@@ -201,6 +245,8 @@ contains
     do i = 1, size(touch%contact)
       associate (contact => touch%contact(i))
         do k = 1, contact%n_lines
+          if (touch%anchored .and. contact%line(k)%state == state_open) &
+            contact%line(k)%anchor = anchor_where_closed(system, touch, i, k, d)
           both(:, k, i) = gap_and_slip(system, touch, i, k, d)
           push(k, i) = push_of(law, touch%dashpot, contact%line(k), touch%start_gap(k, i), both(1, k, i))
         end do
@@ -214,9 +260,12 @@ contains
         new(i) = contact%line(contact%active)%state
         if (first .and. new(i) /= state_open) cycle
         doubt = faint*largest + round_off*touch%geometry(1, i)%edge_length*law%normal_stiffness
+        if (law%lags) doubt = 0.0_dp
         k = 1
         if (contact%n_lines == 2) then
-          if (minval(push(:, i)) < 0) then
+          if (law%lags) then
+            k = maxloc(both(1, :, i), 1)
+          else if (minval(push(:, i)) < 0) then
             if (push(2, i) < push(1, i)) k = 2
           else
             k = crossed_last(merge(0.0_dp, touch%start_gap(:, i), touch%kept(:, i)), both(1, :, i))
@@ -226,8 +275,15 @@ contains
             k = contact%active
         end if
         if (k /= contact%active) then
-          if (contact%line(contact%active)%state /= state_open) touch%changes = touch%changes + 1
-          contact%line(contact%active)%state = state_open
+          associate (left => contact%line(contact%active))
+            if (law%lags) then ! it stays closed, on the other line, unless the one that it leaves is open (Shi)
+              contact%line(k)%state = left%state
+              if (left%state /= state_open) push(k, i) = push(contact%active, i)
+            else if (left%state /= state_open) then
+              touch%changes = touch%changes + 1
+            end if
+            left%state = state_open
+          end associate
           contact%active = k
         end if
         associate (line => contact%line(k))
@@ -272,7 +328,7 @@ contains
       type(line_t), intent(inout) :: line
       integer, intent(out) :: state
       real(dp) :: along, limit, normal(2), shear
-      logical :: closed
+      logical :: closed, turns
 
       if (law%conserving) then
         closed = min(both(1), touch%start_gap(k, i)) < 0
@@ -285,7 +341,7 @@ contains
       if (.not. closed) return
       associate (start_gap => touch%start_gap(k, i), start => touch%start_share(k, i), length => touch%geometry(k, i)%edge_length)
         shear = line%held(2) - law%shear_stiffness*both(2)
-        if (line%state == state_open .and. start_gap > 0 .and. .not. (touch%kept(k, i) .or. line%bonded)) then
+        if (line%state == state_open .and. start_gap > 0 .and. .not. (touch%kept(k, i) .or. line%bonded .or. touch%anchored)) then
           along = both(2) + line%anchor*length
           line%anchor = start + min(1.0_dp, start_gap/max(start_gap - both(1), tiny(start_gap)))*(along/length - start)
           shear = line%held(2) - law%shear_stiffness*(along - line%anchor*length)
@@ -293,7 +349,19 @@ contains
       end associate
       normal = pressure(law, touch%dashpot, line, touch%start_gap(k, i), both(1))
       limit = max(0.0_dp, law%friction(system%outlines%joint(line%edge))*normal(1) + bond(line, law%cohesion))
-      if (line%state == state_sliding .and. limit > 0 .and. line%direction*shear > law%shear_stiffness*law%backlash) then
+      turns = limit > 0
+      if (law%lags) then ! two corners have no friction; what closes compares gap and slip, and is not bonded (Shi: df22)
+        associate (friction => merge(law%friction(system%outlines%joint(line%edge)), 0.0_dp, touch%contact(i)%n_lines == 1))
+          turns = friction > smooth
+          limit = friction*max(0.0_dp, normal(1))
+        end associate
+        if (line%state == state_open) then
+          shear = -law%normal_stiffness*both(2)
+        else if (touch%contact(i)%n_lines == 1) then
+          limit = limit + bond(line, law%cohesion)
+        end if
+      end if
+      if (line%state == state_sliding .and. turns .and. line%direction*shear > law%shear_stiffness*law%backlash) then
         state = state_locked ! it turned back; whether it slides there the next iteration tells
       else if (line%state == state_sliding .and. law%lags) then
         state = state_sliding
@@ -406,7 +474,7 @@ contains
     type(touch_t), intent(in) :: touch
     type(equations_t), intent(inout) :: equations
     real(dp) :: matrix(n, n, size(touch%link, 2)), force(n, size(touch%link, 2)), scale(n, size(touch%link, 2))
-    real(dp) :: of(3, 2), with(n, 2)
+    real(dp) :: of(3, 2), rows(n, 2), shear(n), with(n, 2)
     integer :: i, j
 
     matrix = 0.0_dp
@@ -418,13 +486,19 @@ contains
         associate (geometry => touch%geometry(k, i), link => line%link)
           of = forces(system%outlines, law, touch%dashpot, line, touch%start_gap(k, i), gap_and_slip(system, touch, i, k, d))
           with(:, 1) = merge(geometry%normal, geometry%normal_end, symmetric)
+          shear = geometry%shear
           with(:, 2) = merge(geometry%shear, geometry%shear_end, symmetric)
+          if (touch%anchored) then
+            rows = anchored_rows(geometry, line%anchor)
+            shear = rows(:, merge(2, 1, line%state == state_locked))
+            with(:, 2) = shear
+          end if
           do j = 1, n
             matrix(:, j, link) = matrix(:, j, link) - (of(2, 1)*with(j, 1))*geometry%normal &
-                                 - (of(2, 2)*with(j, 1) + of(3, 2)*with(j, 2))*geometry%shear
+                                 - (of(2, 2)*with(j, 1) + of(3, 2)*with(j, 2))*shear
           end do
-          force(:, link) = force(:, link) + of(1, 1)*geometry%normal + of(1, 2)*geometry%shear
-          scale(:, link) = scale(:, link) + abs(of(1, 1)*geometry%normal) + abs(of(1, 2)*geometry%shear)
+          force(:, link) = force(:, link) + of(1, 1)*geometry%normal + of(1, 2)*shear
+          scale(:, link) = scale(:, link) + abs(of(1, 1)*geometry%normal) + abs(of(1, 2)*shear)
         end associate
       end associate
     end do
@@ -563,23 +637,23 @@ contains
     end associate
   end function outran
 
-  !> Largest overlap of a closed contact at `d`.
-  pure real(dp) function deepest_overlap(system, touch, d) result(deepest)
+  !> Largest gap and overlap of a closed contact at `d`.
+  pure function farthest_apart(system, touch, d) result(farthest)
     type(system_t), intent(in) :: system
     type(touch_t), intent(in) :: touch
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
-    real(dp) :: both(2)
+    real(dp) :: both(2), farthest(2)
     integer :: i
 
-    deepest = 0.0_dp
+    farthest = 0.0_dp
     do i = 1, size(touch%contact)
       associate (contact => touch%contact(i))
         if (contact%line(contact%active)%state == state_open) cycle
         both = gap_and_slip(system, touch, i, contact%active, d)
-        deepest = max(deepest, -both(1))
+        farthest = max(farthest, [both(1), -both(1)])
       end associate
     end do
-  end function deepest_overlap
+  end function farthest_apart
 
   !> What the contacts of an accepted step remember: states, anchors, bonds, overlap, energy, friction.
   pure subroutine accept_contacts(system, law, d, touch, contacts)
@@ -621,6 +695,10 @@ contains
           contacts%friction = contacts%friction + abs(of(1, 2)*(both(2) - slip))
           line%anchor = line%anchor + (both(2) - slip)/touch%geometry(k, i)%edge_length
           ! a joint gives way as a whole, and a bond without shear strength has none to lose
+          if (law%lags .and. line%bonded) then ! whatever else holds (Shi)
+            line%drag = line%drag - law%cohesion(system%outlines%joint(line%edge))*line%length
+            line%bonded = .false.
+          end if
           line%bonded = line%bonded .and. (held_together(line%link) .or. .not. abs(of(1, 2)) > 0)
         end if
         contacts%gap = max(contacts%gap, both(1))

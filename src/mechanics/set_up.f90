@@ -2,6 +2,7 @@
 module scree_set_up
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
   use scree_block_input, only: block_moments, blocks_t
+  use scree_contacts, only: contact_law_t, contacts_t
   use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh
   use scree_effects, only: effects_t
   use scree_errors, only: error_t, fail, status_bad_input
@@ -24,6 +25,9 @@ module scree_set_up
   real(dp), parameter :: allowed_overlap = 2e-4_dp  !! of the extent, where the stiffness of contacts adapts (Shi: g3 w0)
   integer, parameter :: most_solves = 8            !! for the states of contacts that lag, before the step is cut (Shi)
   real(dp), parameter :: shortest_return = 5e-8_dp !! of the extent: slip back at which sliding that lags ends (Shi: 1e-7 w0)
+  !> Where contacts are found as Shi's programs do, of the extent: gap over the displacement ratio, and the least; overlap over
+  !> that gap; and what is added to the square of an edge (Shi: d0 = 2.5 g2 w0, d9 = 0.3 d0, 3 g3 w0, 1e-9 w0).
+  real(dp), parameter :: search_share = 1.25_dp, search_least = 6e-4_dp, search_inside = 0.3_dp, search_guard = 5e-10_dp
   real(dp), parameter :: beside = 1e-4_dp        !! of the extent: a point so far outside still belongs to an element
 
 contains
@@ -50,9 +54,23 @@ contains
     if (.not. allocated(effects%contact)) return
     call make_outlines(system%elements%shape, state%vertex, system%elements%block, system%outlines, error)
     allocate (state%contacts%contact(0), state%contacts%link(2, 0))
-    state%contacts%by_name = scene%settings%shi
+    if (scene%settings%shi) call search_as_shi(scene, effects%contact, state%contacts)
     if (scene%settings%chooses_step) state%contacts%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up
+
+  !> Lets contacts be found and handed on as Shi's programs do; at their distances where the scene has a displacement ratio.
+  pure subroutine search_as_shi(scene, law, contacts)
+    type(scene_t), intent(in) :: scene
+    type(contact_law_t), intent(inout) :: law
+    type(contacts_t), intent(inout) :: contacts
+
+    contacts%by_name = .true.
+    contacts%guard = search_guard*scene%extent
+    if (.not. scene%displacement_ratio > 0) return
+    contacts%outside = max(search_share*scene%displacement_ratio, search_least)*scene%extent
+    contacts%inside = max(search_inside*contacts%outside, search_least*scene%extent)
+    if (law%touching > 0) law%touching = law%touching*2*contacts%outside/scene%extent
+  end subroutine search_as_shi
 
   !> Bodies and their state at rest, in coordinates about the middle of the scene.
   subroutine make_system(scene, blocks, system, state, quality, error)

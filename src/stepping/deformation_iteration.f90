@@ -86,7 +86,7 @@ contains
       if (nested) allocate (linear(size(member)))
       if (in_contact) then
         if (touch%bends) call place_contacts(system, state, share, rule%operator_weight, d, touch)
-        call judge_contacts(system, effects%contact, d, .true., .false., touch)
+        if (.not. effects%contact%lags) call judge_contacts(system, effects%contact, d, .true., .false., touch)
       end if
       fewest = huge(fewest)
       stalled = 0

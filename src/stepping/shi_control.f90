@@ -81,12 +81,12 @@ contains
 
   !> Contact stiffness after a step: such that gaps and overlaps of closed contacts would be those allowed, but no softer
   !> than a third of what it was.
-  pure subroutine adapt_stiffness(contacts, law)
-    type(contacts_t), intent(in) :: contacts
+  pure subroutine adapt_stiffness(apart, law)
+    real(dp), intent(in) :: apart(2)          !! largest gap and overlap of a closed contact, length
     type(contact_law_t), intent(inout) :: law
     real(dp) :: factor
 
-    factor = max(contacts%gap/law%allowed_gap, contacts%overlap/law%allowed_overlap, 1/softening)
+    factor = max(apart(1)/law%allowed_gap, apart(2)/law%allowed_overlap, 1/softening)
     law%normal_stiffness = factor*law%normal_stiffness
     law%shear_stiffness = factor*law%shear_stiffness
   end subroutine adapt_stiffness

@@ -13,7 +13,7 @@ module scree_time_stepper
   use scree_integrator, only: step_rule_for, still_displacement
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
-  use scree_open_close, only: accept_contacts, begin_contacts, deepest_overlap, outran, rebound_contacts, touch_t
+  use scree_open_close, only: accept_contacts, begin_again, begin_contacts, farthest_apart, outran, rebound_contacts, touch_t
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_scene, only: settings_t
   use scree_shi_control, only: adapt_stiffness
@@ -66,23 +66,29 @@ contains
     type(touch_t) :: touch
     real(dp) :: beyond(2), d(system%n_unknowns), d_motion(system%n_unknowns), shorter
     integer :: e, stiffened
+    logical :: again !! with the contacts as the try before left them
 
     report%dt = dt
     allocate (report%judged(4, 0))
     stiffened = 0
     do
       rule = step_rule_for(settings, state%step, state%time, report%dt)
-      if (allocated(effects%contact)) call detect(system, share, report%dt, equations, state)
+      again = .false.
+      if (allocated(effects%contact)) again = effects%contact%lags .and. state%contacts%outside > 0 .and. report%rejected > 0
+      if (allocated(effects%contact) .and. .not. again) call detect(system, share, report%dt, equations, state)
       call constraints_of_step(system, effects, share, state, state%time + report%dt, constraints, error)
       if (allocated(error)) return
       call constrain_equations(equations, constraints)
       d = report%dt*state%velocity
       call complete_unknowns(constraints, d, homogeneous=.false.)
       try = iteration_report_t()
-      if (allocated(effects%contact)) &
+      if (again) then
+        call begin_again(effects%contact, rule, touch)
+      else if (allocated(effects%contact)) then
         call begin_contacts(system, effects%contact, state, share, effects%large_deformation, rule, touch)
+      end if
       call settle_deformation(system, effects, settings, state, share, rule, equations, d, touch, try)
-      if (try%settled .and. allocated(effects%contact)) then
+      if (try%settled .and. allocated(effects%contact) .and. .not. state%contacts%outside > 0) then
         beyond = outran(system, state, share, d)
         if (beyond(2) > state%contacts%leap) then
           try%settled = .false.
@@ -115,7 +121,7 @@ contains
     report%damped = loss_by_damping(system, effects, share, rule, d)
     if (allocated(effects%contact)) then
       call accept_contacts(system, effects%contact, d, touch, state%contacts)
-      if (effects%contact%adapts) call adapt_stiffness(state%contacts, effects%contact)
+      if (effects%contact%adapts) call adapt_stiffness([state%contacts%gap, state%contacts%overlap], effects%contact)
     end if
     call update_state(system, effects, share, rule, d, d_motion, state)
     do e = 1, system%n_elements
@@ -138,8 +144,12 @@ contains
 
     !> Rejects a try with contacts that overlap too much, and makes their springs stiffer, where these adapt.
     subroutine keep_apart()
+      real(dp) :: apart(2)
+
       if (.not. effects%contact%adapts .or. stiffened == most_stiffenings) return
-      if (deepest_overlap(system, touch, d) <= too_deep*effects%contact%allowed_overlap) return
+      apart = farthest_apart(system, touch, d)
+      if (apart(2) <= too_deep*effects%contact%allowed_overlap) return
+      call adapt_stiffness(apart, effects%contact)
       effects%contact%normal_stiffness = stiffening*effects%contact%normal_stiffness
       effects%contact%shear_stiffness = stiffening*effects%contact%shear_stiffness
       stiffened = stiffened + 1
