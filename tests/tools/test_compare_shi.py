@@ -15,6 +15,7 @@ SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 DATA = SOURCE / "tests" / "data" / "classic"
 ROUNDING = "1e-9"  # the references have 15 digits and 200 steps of roundings; measured 2e-13
+CLOSE = "1e-7"     # where bodies touch; measured 3e-9. Vertices off by 1e-12 move the reference itself by 2e-7 (doc/results.md)
 E = "1e6"          # stress scale of what is free of stress: strains agree to ROUNDING
 
 Case = collections.namedtuple("Case", "reference geometry analysis settings compare")
@@ -23,18 +24,13 @@ CASES = [  # a run of the program as it is now with preset='shi': a line more is
     Case("spin_w1", "spin", "spin_w1", [], ["--tolerance", ROUNDING, "--stress-scale", E]),
     Case("spin_w10", "spin", "spin_w10", [], ["--tolerance", ROUNDING, "--stress-scale", E]),
     Case("spin_w10_exact", "spin", "spin_w10", ["method.rotation=exact"], ["--tolerance", ROUNDING, "--stress-scale", E]),
-    *(Case(f"incline30_p{phi}", "incline30", f"incline30_p{phi}", [], ["--tolerance", "1e-6", "--contacts", "0"])
-      for phi in (0, 10, 20)),
-    Case("incline30_p35", "incline30", "incline30_p35", [], ["--tolerance", "1e-5", "--contacts", "0"]),  # moves by 2e-5
-    Case("stack5_sta", "stack5", "stack5_sta", [], ["--tolerance", "1e-4", "--contacts", "0"]),
-    Case("topple_pf1", "topple", "topple", ["contact.stiffness=1e6"], ["--tolerance", "1e-6", "--contacts", "0"]),
-    Case("topple_pf50", "topple", "topple", [], ["--tolerance", "1e-5", "--contacts", "0"]),
-]
-# Where contacts stick and slide by little, runs part (doc/results.md): places may then be off by this share of the travel.
-PARTING = [
-    (Case("stack5_dyn", "stack5", "stack5_dyn", [], []), 0.04),
-    (Case("wall100", "wall100", "wall100", [], []), 0.15),
-    (Case("circleslope", "circleslope", "circleslope", ["step.control=shi", "contact.adapt=shi"], []), 0.03),
+    *(Case(name, name.split("_")[0], name, [], ["--tolerance", CLOSE, "--contacts", "0"])
+      for name in ("incline30_p0", "incline30_p10", "incline30_p20", "incline30_p35", "incline30_c5", "stack5_dyn", "stack5_sta",
+                   "wall100", "corners")),
+    Case("topple_pf1", "topple", "topple", ["contact.stiffness=1e6"], ["--tolerance", CLOSE, "--contacts", "0"]),
+    Case("topple_pf50", "topple", "topple", [], ["--tolerance", CLOSE, "--contacts", "0"]),
+    Case("circleslope", "circleslope", "circleslope", ["step.control=shi", "contact.adapt=shi"],
+         ["--tolerance", "1e-5", "--contacts", "0"]),  # one of its sizes differs by 4e-6 (doc/results.md)
 ]
 
 
@@ -204,19 +200,12 @@ def test_numbers_of_contacts_are_compared_where_both_have_them(fall, tmp_path):
     assert "contacts: the reference has none to compare" in compare(own, fall.with_suffix(".replay")).stdout
 
 
-@pytest.mark.parametrize("case, bound", PARTING, ids=lambda value: getattr(value, "reference", value))
-def test_a_run_that_parts_stays_near(case, bound, tmp_path):
-    out = run(case.geometry, case.analysis, tmp_path / "x.h5", *case.settings)
-    done = compare(out, DATA / "runs" / case.reference, "--tolerance", str(bound), "--stress-scale", E)
-    assert done.returncode == 0, done.stdout + done.stderr
-
-
 def test_a_stack_comes_to_rest_with_the_same_load_in_it(tmp_path):
-    """What sticking left across differs; what carries the weight does not."""
+    """What carries the weight of those above."""
     with h5py.File(run("stack5", "stack5_dyn", tmp_path / "x.h5", "output.every=2000")) as f:
         stress = f["bodies/stress"][-1, :, 1]
     rows = [row for row in csv.DictReader((DATA / "runs" / "stack5_dyn" / "blocks.csv").open()) if row["step"] == "2000"]
-    np.testing.assert_allclose(stress, [float(row["syy"]) for row in rows], atol=5e-4)
+    np.testing.assert_allclose(stress, [float(row["syy"]) for row in rows], atol=1e-5)
     np.testing.assert_allclose(stress[1:], [-117, -91, -65, -39, -13], atol=0.01)
 
 
@@ -233,20 +222,19 @@ def test_a_block_topples_whatever_the_stiffness_but_for_the_tolerances_of_shi(st
 
 
 def test_the_steps_of_circleslope_are_those_of_shis_program(tmp_path):
-    """Chosen sizes, cuts and stiffness: all but the second are the same until, at step 14, a vertex has gone too far."""
+    """Chosen sizes, cuts and solves, to the digits that are told: a step that is cut goes on from the states it was left in."""
     with h5py.File(run("circleslope", "circleslope", tmp_path / "x.h5", "step.control=shi", "contact.adapt=shi")) as f:
-        size = f["history/step_size"][:]
-    rows = list(csv.DictReader((DATA / "runs" / "circleslope" / "steps.csv").open()))
-    reference = np.array([float(row["dt"]) for row in rows[1:]])
-    assert len(size) == 20
-    same = abs(size / reference - 1) < 1e-6
-    assert same[:13].sum() == 12 and not same[1]
-    np.testing.assert_allclose(size[13:], reference[13:], rtol=5e-3)
+        size, solves, rejected = (f[f"history/{name}"][:] for name in ("step_size", "solves", "rejected"))
+    rows = list(csv.DictReader((DATA / "runs" / "circleslope" / "steps.csv").open()))[1:]
+    assert list(solves) == [int(row["oc_iters"]) for row in rows] and list(rejected) == [int(row["cuts"]) for row in rows]
+    reference = np.array([float(row["dt"]) for row in rows])
+    np.testing.assert_allclose(size[:16], reference[:16], rtol=1e-8)
+    np.testing.assert_allclose(size[16:], reference[16:], rtol=1e-5)
 
 
 def test_no_reference_is_left_out():
     folders = {path.name for path in (DATA / "runs").iterdir() if path.is_dir()}
-    assert folders == {case.reference for case in CASES} | {case.reference for case, _ in PARTING}
+    assert folders == {case.reference for case in CASES}
 
 
 def test_what_is_wrong_is_said_in_one_line(stack, fall, tmp_path):
