@@ -210,8 +210,8 @@ contains
           if ((a + b)/2 + between >= pi - parallel) call add([j, i], [before_i, j])
         else if (contacts%by_name) then
           upright = abs(sin(corner(j)%from + b/2)) - abs(sin(corner(i)%from + a/2))
-          low = merge([i, j], [j, i], low_a - low_b >= sign(nearly, -upright))
-          high = merge([j, before_i], [i, before_j], high_a - high_b >= sign(nearly, upright))
+          low = merge([i, j], [j, i], low_a - low_b >= merge(-nearly, nearly, upright >= 0))
+          high = merge([j, before_i], [i, before_j], high_a - high_b >= merge(-nearly, nearly, upright <= 0))
           call add(low(:1), low(2:), high(:1), high(2:))
         else if (width >= pi - parallel) then
           call add(pack([i, j, i, j], [low_b <= low_a + parallel, low_a <= low_b + parallel, &

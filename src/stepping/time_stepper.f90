@@ -48,7 +48,7 @@ contains
 
   !> Takes `state` to the end of one step of size `dt`, or a smaller one where that does not settle.
   !>
-  !> A rejected try has changed nothing but its own unknowns.
+  !> A rejected try has changed nothing but its own unknowns and, as in Shi's programs, the states that the next one begins with.
   !> Errors: the step falls below its least size; fixed points contradict each other.
   subroutine advance(system, effects, settings, dt, equations, share, state, report, error)
     type(system_t), intent(in) :: system
