@@ -219,7 +219,7 @@ contains
       edge = matmul(geometry%edge(:2, :), moved)
       apart = [dot_product(rows(:, 1), moved), dot_product(geometry%normal, moved) &
                                                + (geometry%along*edge(2) - geometry%gap*edge(1))/geometry%edge_length]
-      part = min(1.0_dp, max(geometry%gap, 0.0_dp)/max(-dot_product(geometry%normal, moved), tiny(part)))
+      part = max(geometry%gap, 0.0_dp)/max(geometry%gap, -dot_product(geometry%normal, moved), tiny(part))
       apart = [geometry%along, geometry%gap] + part*apart ! along the edge and across, of the vertex from its start
       edge = [geometry%edge_length, 0.0_dp] + part*edge
       anchor = dot_product(apart, edge)/dot_product(edge, edge)
