@@ -9,6 +9,13 @@
 !>
 !> The normal forces of a contact act on one line, at the vertex and at the foot of it on the edge; the shear forces at the
 !> vertex and at the place of the edge's body that the vertex is at. Both pairs are free of torque.
+!>
+!> Over a step that the integrator balances in its middle the row of the gap is its mean derivative: with e = y3 - y2,
+!> r = y1 - y2 in the middle, L0 and L1 the lengths and c = g L, the gap changes by exactly
+!>
+!>     g1 - g0 = a [(De x e).r + (r x De).e] + b e.De,   a = (1/L0 + 1/L1)/2,   b = -(c0 + c1)/(L0 L1 (L0 + L1))
+!>
+!> however far the edge turns and stretches, and the forces have no torque about the middle.
 module scree_contact_geometry
   use scree_contacts, only: line_t, outlines_t
   use scree_interpolation, only: displacement_matrix
@@ -86,11 +93,11 @@ contains
     u2 = matmul(T2, d(system%elements%unknown(:, edge_body)))
     u3 = matmul(T3, d(system%elements%unknown(:, edge_body)))
     if (large) then
-      call put_rows(1.0_dp, geometry%normal_end, geometry%shear_end)
-      call put_rows(weight, geometry%normal, geometry%shear)
+      call put_rows(1.0_dp, 1.0_dp, geometry%normal_end, geometry%shear_end)
+      call put_rows(2*weight - 1, 1.0_dp, geometry%normal, geometry%shear)
       call measure(x1 + u1, x2 + u2, x3 + u3)
     else
-      call put_rows(0.0_dp, geometry%normal, geometry%shear)
+      call put_rows(0.0_dp, 0.0_dp, geometry%normal, geometry%shear)
       geometry%normal_end = geometry%normal
       geometry%shear_end = geometry%shear
       call measure(x1, x2, x3)
@@ -111,27 +118,41 @@ contains
       geometry%along = dot_product(t, y1 - y2)
     end subroutine measure
 
-    !> Rows of gap and slip in the configuration that a part of `d` makes.
-    pure subroutine put_rows(part, normal_row, shear_row)
-      real(dp), intent(in) :: part
+    !> Rows of the change of the gap between two configurations, each made by a share of `d`, and of slip in their middle.
+    pure subroutine put_rows(from, to, normal_row, shear_row)
+      real(dp), intent(in) :: from, to
       real(dp), intent(out) :: normal_row(2*n), shear_row(2*n)
-      real(dp) :: t(2), normal(2), length, w, apart(2), F(4), T_there(2, n)
+      real(dp) :: part, edge(2), apart(2), on_vertex(2), on_edge(2), t(2), length(2), moment(2), F(4), T_there(2, n)
       integer :: at
 
-      call frame_of_edge(x2 + part*u2, x3 + part*u3, t, normal, length)
-      apart = x1 + part*u1 - x2 - part*u2
-      w = dot_product(t, apart)/length
+      call measure_product(from, length(1), moment(1))
+      call measure_product(to, length(2), moment(2))
+      part = 0.5_dp*(from + to)
+      edge = x3 - x2 + part*(u3 - u2)
+      apart = x1 - x2 + part*(u1 - u2)
+      on_vertex = 0.5_dp*sum(1/length)*[edge(2), -edge(1)]
+      on_edge = 0.5_dp*sum(1/length)*[-apart(2), apart(1)] - sum(moment)/(product(length)*sum(length))*edge
+      t = edge/norm2(edge)
       F = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp] &
           + part*matmul(share(edge_body)%kinematics%gradient, d(system%elements%unknown(:, edge_body)))
       T_there = displacement_matrix(share(edge_body)%kinematics, x2 + [F(4)*apart(1) - F(3)*apart(2), &
                                                                        F(1)*apart(2) - F(2)*apart(1)]/(F(1)*F(4) - F(2)*F(3)))
       at = merge(0, n, body == link(1))
-      normal_row(at + 1:at + n) = matmul(normal, T1)
+      normal_row(at + 1:at + n) = matmul(on_vertex, T1)
       shear_row(at + 1:at + n) = matmul(t, T1)
       at = n - at
-      normal_row(at + 1:at + n) = matmul(normal, -(1 - w)*T2 - w*T3)
+      normal_row(at + 1:at + n) = matmul(on_edge, T3) - matmul(on_vertex + on_edge, T2)
       shear_row(at + 1:at + n) = -matmul(t, T_there)
     end subroutine put_rows
+
+    !> Length of the edge and its product with the gap, in the configuration that a part of `d` makes.
+    pure subroutine measure_product(part, length, moment)
+      real(dp), intent(in) :: part
+      real(dp), intent(out) :: length, moment
+
+      length = norm2(x3 - x2 + part*(u3 - u2))
+      moment = length*gap_of(x1 + part*u1, x2 + part*u2, x3 + part*u3)
+    end subroutine measure_product
 
   end function geometry_of
 

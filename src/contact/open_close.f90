@@ -14,8 +14,9 @@
 !> - The forces h and h' are zero but with multipliers (augmented Lagrangian): they follow N and T until no overlap above a
 !>   bound is left.
 !> - With viscosity c, N = h - p g - c (change of the overlap in the step)/dt.
-!> - A conserving contact presses with what does the work that the energy of its spring changes by in the step,
-!>   N = (W0 - W1)/(g1 - g0) with W = p min(g, 0)^2/2 (doc/theory.md).
+!> - A conserving contact presses with what does the work that the energy of its spring changes by in the step: the mean of
+!>   the spring's force over the way from the gaps at the beginning to those at the end, each line of two for the part of the
+!>   way on which its gap is the larger (doc/theory.md).
 !> - With restitution the velocities at the end of a step are found for themselves: no closed contact approaches, and one
 !>   that came with the velocity v leaves with e v (Moreau 1988).
 module scree_open_close
@@ -183,6 +184,21 @@ contains
     touch%reference = d
   end subroutine place_contacts
 
+  !> Gaps and slips of the lines of a contact at `d`.
+  pure function gaps_and_slips(system, touch, i, d) result(both)
+    type(system_t), intent(in) :: system
+    type(touch_t), intent(in) :: touch
+    integer, intent(in) :: i
+    real(dp), intent(in) :: d(:)
+    real(dp) :: both(2, 2) !! of the lines
+    integer :: k
+
+    both = 0.0_dp
+    do k = 1, touch%contact(i)%n_lines
+      both(:, k) = gap_and_slip(system, touch, i, k, d)
+    end do
+  end function gaps_and_slips
+
   !> Gap of a line and slip from its anchor at `d`, linear about the reference.
   pure function gap_and_slip(system, touch, i, k, d) result(both)
     type(system_t), intent(in) :: system
@@ -237,20 +253,21 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     logical, intent(in) :: first, cautious
     type(touch_t), intent(inout) :: touch
-    real(dp) :: both(2, 2, size(touch%contact)), push(2, size(touch%contact)), doubt, largest
+    real(dp) :: both(2, 2, size(touch%contact)), push(3, 2, size(touch%contact)), pressing, doubt, largest
     integer :: i, k, new(size(touch%contact))
     logical :: forward
 
     largest = 0.0_dp
     do i = 1, size(touch%contact)
       associate (contact => touch%contact(i))
-        do k = 1, contact%n_lines
-          if (touch%anchored .and. contact%line(k)%state == state_open) &
-            contact%line(k)%anchor = anchor_where_closed(system, touch, i, k, d)
-          both(:, k, i) = gap_and_slip(system, touch, i, k, d)
-          push(k, i) = push_of(law, touch%dashpot, contact%line(k), touch%start_gap(k, i), both(1, k, i))
-        end do
-        largest = max(largest, minval(push(:contact%n_lines, i)))
+        if (touch%anchored) then
+          do k = 1, contact%n_lines
+            if (contact%line(k)%state == state_open) contact%line(k)%anchor = anchor_where_closed(system, touch, i, k, d)
+          end do
+        end if
+        both(:, :, i) = gaps_and_slips(system, touch, i, d)
+        push(:, :, i) = pushes(law, touch%dashpot, contact, touch%start_gap(:, i), both(1, :, i))
+        largest = max(largest, minval(push(1, :contact%n_lines, i)), merge(sum(push(1, :, i)), 0.0_dp, law%conserving))
       end associate
     end do
     touch%changes = 0
@@ -263,22 +280,25 @@ contains
         if (law%lags) doubt = 0.0_dp
         k = 1
         if (contact%n_lines == 2) then
-          if (law%lags) then
+          if (law%conserving) then
+            k = maxloc(push(1, :, i), 1)
+          else if (law%lags) then
             k = maxloc(both(1, :, i), 1)
-          else if (minval(push(:, i)) < 0) then
-            if (push(2, i) < push(1, i)) k = 2
+          else if (minval(push(1, :, i)) < 0) then
+            if (push(1, 2, i) < push(1, 1, i)) k = 2
           else
             k = crossed_last(merge(0.0_dp, touch%start_gap(:, i), touch%kept(:, i)), both(1, :, i))
           end if
-          if (contact%active /= k .and. (abs(push(2, i) - push(1, i)) <= doubt .or. (cautious .and. new(i) /= state_open &
-                                                                                   .and. push(contact%active, i) > 0))) &
+          if (contact%active /= k .and. (abs(push(1, 2, i) - push(1, 1, i)) <= doubt &
+                                         .or. (cautious .and. new(i) /= state_open .and. push(1, contact%active, i) > 0))) &
             k = contact%active
         end if
+        pressing = merge(sum(push(1, :, i)), push(1, k, i), law%conserving)
         if (k /= contact%active) then
           associate (left => contact%line(contact%active))
             if (law%lags) then ! it stays closed, on the other line, unless the one that it leaves is open (Shi)
               contact%line(k)%state = left%state
-              if (left%state /= state_open) push(k, i) = push(contact%active, i)
+              if (left%state /= state_open) pressing = push(1, contact%active, i)
             else if (left%state /= state_open) then
               touch%changes = touch%changes + 1
             end if
@@ -287,12 +307,12 @@ contains
           contact%active = k
         end if
         associate (line => contact%line(k))
-          call judge(i, k, both(:, k, i), push(k, i), doubt, line, new(i))
+          call judge(i, k, both(:, k, i), pressing, doubt, line, new(i))
           if (first .and. new(i) /= state_open) new(i) = merge(state_locked, state_sliding, can_lock(line))
           if (new(i) == line%state) cycle
           forward = forward .or. line%state == state_open .or. new(i) == state_sliding
           if (min(new(i), line%state) == state_open) then
-            if (abs(push(k, i)) > doubt) touch%changes = touch%changes + 1
+            if (abs(pressing) > doubt) touch%changes = touch%changes + 1
           else if (.not. law%lags) then
             touch%changes = touch%changes + 1
           end if
@@ -322,20 +342,20 @@ contains
 
     !> New state of a line. One that was open at the beginning of the step gets its anchor where it first closes: an anchor
     !> that moved on with every iteration would hold back what it follows, and the iteration creep.
-    pure subroutine judge(i, k, both, push, doubt, line, state)
+    pure subroutine judge(i, k, both, pressing, doubt, line, state)
       integer, intent(in) :: i, k
-      real(dp), intent(in) :: both(2), push, doubt
+      real(dp), intent(in) :: both(2), pressing, doubt
       type(line_t), intent(inout) :: line
       integer, intent(out) :: state
-      real(dp) :: along, limit, normal(2), shear
+      real(dp) :: along, limit, shear
       logical :: closed, turns
 
       if (law%conserving) then
-        closed = min(both(1), touch%start_gap(k, i)) < 0
+        closed = pressing > 0
       else if (line%state == state_open) then
-        closed = push >= law%normal_stiffness*law%closing
+        closed = pressing >= law%normal_stiffness*law%closing
       else
-        closed = push >= -law%normal_stiffness*law%opening - bond(line, law%strength)
+        closed = pressing >= -law%normal_stiffness*law%opening - bond(line, law%strength)
       end if
       state = state_open
       if (.not. closed) return
@@ -347,13 +367,12 @@ contains
           shear = line%held(2) - law%shear_stiffness*(along - line%anchor*length)
         end if
       end associate
-      normal = pressure(law, touch%dashpot, line, touch%start_gap(k, i), both(1))
-      limit = max(0.0_dp, law%friction(system%outlines%joint(line%edge))*normal(1) + bond(line, law%cohesion))
+      limit = max(0.0_dp, law%friction(system%outlines%joint(line%edge))*pressing + bond(line, law%cohesion))
       turns = limit > 0
       if (law%lags) then ! two corners have no friction; what closes compares gap and slip, and is not bonded (Shi: df22)
         associate (friction => merge(law%friction(system%outlines%joint(line%edge)), 0.0_dp, touch%contact(i)%n_lines == 1))
           turns = friction > smooth
-          limit = friction*max(0.0_dp, normal(1))
+          limit = friction*max(0.0_dp, pressing)
         end associate
         if (line%state == state_open) then
           shear = -law%normal_stiffness*both(2)
@@ -392,36 +411,72 @@ contains
 
   end subroutine judge_contacts
 
-  !> Force across a line by spring, multiplier and dashpot, as if it were closed.
-  pure real(dp) function push_of(law, dashpot, line, start_gap, gap)
+  !> Force across each line of a contact, and its changes with the gaps of both lines: (force, d/dg1, d/dg2).
+  !>
+  !> By spring, multiplier and dashpot, as if the line were closed and the one that acts; or what both share of a contact that
+  !> conserves energy.
+  pure function pushes(law, dashpot, contact, start_gap, gap) result(push)
     type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: dashpot        !! force/length
-    type(line_t), intent(in) :: line
+    real(dp), intent(in) :: dashpot              !! force/length
+    type(contact_t), intent(in) :: contact
+    real(dp), intent(in) :: start_gap(2), gap(2) !! of the lines, length
+    real(dp) :: push(3, 2)
+    integer :: k
+
+    push = 0.0_dp
+    if (law%conserving) then
+      push = law%normal_stiffness*mean_depths(contact%n_lines, start_gap, gap)
+    else
+      do k = 1, contact%n_lines
+        push(1, k) = contact%line(k)%held(1) - law%normal_stiffness*gap(k) - dashpot*(gap(k) - min(start_gap(k), 0.0_dp))
+        push(1 + k, k) = -law%normal_stiffness - dashpot
+      end do
+    end if
+  end function pushes
+
+  !> Mean overlap of each line over a straight way of the gaps, while its gap is the larger, and its changes with the gaps at the
+  !> end: (mean, d/dg1, d/dg2).
+  pure function mean_depths(n_lines, start_gap, gap) result(mean)
+    integer, intent(in) :: n_lines
+    real(dp), intent(in) :: start_gap(2), gap(2) !! length
+    real(dp) :: mean(3, 2)
+    real(dp) :: ahead(2), turn, depth
+    integer :: k
+
+    mean = 0.0_dp
+    turn = 0.0_dp ! share of the way on which the line that is ahead at the end is not
+    k = 1
+    if (n_lines == 2) then
+      if (gap(2) > gap(1)) k = 2
+      ahead = [start_gap(k) - start_gap(3 - k), gap(k) - gap(3 - k)]
+      if (ahead(1) < 0) turn = ahead(1)/(ahead(1) - ahead(2))
+    end if
+    mean([1, 1 + k], k) = mean_depth(start_gap(k), gap(k), turn, 1.0_dp)
+    if (.not. turn > 0) return
+    mean([1, 4 - k], 3 - k) = mean_depth(start_gap(3 - k), gap(3 - k), 0.0_dp, turn)
+    depth = -(start_gap(k) + turn*(gap(k) - start_gap(k)))
+    if (depth <= 0) return
+    depth = -depth*ahead(1)/(ahead(1) - ahead(2))**2 ! times what the turn changes by with the gaps
+    mean(2:, k) = mean(2:, k) + merge(depth, -depth, [1, 2] == k)
+    mean(2:, 3 - k) = mean(2:, 3 - k) - merge(depth, -depth, [1, 2] == k)
+  end function mean_depths
+
+  !> What a line adds to the mean overlap between two shares of a straight way of its gap, and its change with the gap at the end.
+  pure function mean_depth(start_gap, gap, first, last) result(mean)
     real(dp), intent(in) :: start_gap, gap !! length
+    real(dp), intent(in) :: first, last
+    real(dp) :: mean(2)
+    real(dp) :: from, to
 
-    push_of = line%held(1) - law%normal_stiffness*gap - dashpot*(gap - min(start_gap, 0.0_dp))
-  end function push_of
-
-  !> Normal force of a closed contact, and its change with the gap.
-  pure function pressure(law, dashpot, line, start_gap, gap) result(normal)
-    type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: dashpot        !! force/length
-    type(line_t), intent(in) :: line
-    real(dp), intent(in) :: start_gap, gap !! length
-    real(dp) :: normal(2), way
-
-    associate (p => law%normal_stiffness)
-      if (.not. law%conserving) then
-        normal = [push_of(law, dashpot, line, start_gap, gap), -p - dashpot]
-      else if (max(gap, start_gap) <= 0) then
-        normal = [-0.5_dp*p*(gap + start_gap), -0.5_dp*p]
-      else
-        way = gap - start_gap
-        normal(1) = 0.5_dp*p*(min(start_gap, 0.0_dp)**2 - min(gap, 0.0_dp)**2)/way
-        normal(2) = -(p*min(gap, 0.0_dp) + normal(1))/way
-      end if
-    end associate
-  end function pressure
+    mean = 0.0_dp
+    if (min(start_gap, gap) >= 0) return
+    from = first
+    to = last
+    if (start_gap > 0) from = max(from, start_gap/(start_gap - gap))
+    if (gap > 0) to = min(to, start_gap/(start_gap - gap))
+    if (to <= from) return
+    mean = -(to - from)*[start_gap + 0.5_dp*(from + to)*(gap - start_gap), 0.5_dp*(from + to)]
+  end function mean_depth
 
   !> Whether a contact slides with a force that follows the normal one: the equations are then not symmetric.
   pure logical function slides_with_friction(outlines, law, touch)
@@ -440,29 +495,33 @@ contains
     end do
   end function slides_with_friction
 
-  !> Normal and shear force of a closed line, each with its change with gap and slip: (force, d/dg, d/ds).
-  pure function forces(outlines, law, dashpot, line, start_gap, both) result(force)
+  !> Forces of a closed contact: across its first line, across its second, along the one that acts; each with its changes with
+  !> the gaps and the slip of that one: (force, d/dg1, d/dg2, d/ds).
+  pure function forces(outlines, law, dashpot, contact, start_gap, both) result(force)
     type(outlines_t), intent(in) :: outlines
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: dashpot
-    type(line_t), intent(in) :: line
-    real(dp), intent(in) :: start_gap, both(2)
-    real(dp) :: force(3, 2), normal(2)
+    type(contact_t), intent(in) :: contact
+    real(dp), intent(in) :: start_gap(2), both(2, 2) !! of the lines
+    real(dp) :: force(4, 3)
 
-    normal = pressure(law, dashpot, line, start_gap, both(1))
-    force(:, 1) = [normal, 0.0_dp]
-    if (line%state == state_locked) then
-      force(:, 2) = [line%held(2) - law%shear_stiffness*both(2), 0.0_dp, -law%shear_stiffness]
-    else if (law%lags) then
-      force(:, 2) = [-line%direction*line%drag, 0.0_dp, 0.0_dp]
-    else
-      associate (joint => outlines%joint(line%edge))
-        force(:, 2) = law%friction(joint)*[normal, 0.0_dp]
-        if (line%bonded) force(1, 2) = force(1, 2) + law%cohesion(joint)*line%length
-        force(:, 2) = -line%direction*force(:, 2)
-        if (line%bonded .and. line%direction*force(1, 2) > 0) force(:, 2) = 0.0_dp ! a bond that is pulled has no friction
-      end associate
-    end if
+    force = 0.0_dp
+    force(:3, :2) = pushes(law, dashpot, contact, start_gap, both(1, :))
+    if (.not. law%conserving) force(:, 3 - contact%active) = 0.0_dp
+    associate (line => contact%line(contact%active), slip => both(2, contact%active))
+      if (line%state == state_locked) then
+        force(:, 3) = [line%held(2) - law%shear_stiffness*slip, 0.0_dp, 0.0_dp, -law%shear_stiffness]
+      else if (law%lags) then
+        force(1, 3) = -line%direction*line%drag
+      else
+        associate (joint => outlines%joint(line%edge))
+          force(:, 3) = law%friction(joint)*(force(:, 1) + force(:, 2))
+          if (line%bonded) force(1, 3) = force(1, 3) + law%cohesion(joint)*line%length
+          force(:, 3) = -line%direction*force(:, 3)
+          if (line%bonded .and. line%direction*force(1, 3) > 0) force(:, 3) = 0.0_dp ! a bond that is pulled has no friction
+        end associate
+      end if
+    end associate
   end function forces
 
   !> Adds the springs of all closed contacts at `d`.
@@ -474,35 +533,64 @@ contains
     type(touch_t), intent(in) :: touch
     type(equations_t), intent(inout) :: equations
     real(dp) :: matrix(n, n, size(touch%link, 2)), force(n, size(touch%link, 2)), scale(n, size(touch%link, 2))
-    real(dp) :: of(3, 2), rows(n, 2), shear(n), with(n, 2)
-    integer :: i, j
+    real(dp) :: of(4, 3), change(n), shear(n), shear_end(n), rows(n, 2)
+    integer :: i, k, m
 
     matrix = 0.0_dp
     force = 0.0_dp
     scale = 0.0_dp
     do i = 1, size(touch%contact)
-      associate (k => touch%contact(i)%active, line => touch%contact(i)%line(touch%contact(i)%active))
-        if (line%state == state_open) cycle
-        associate (geometry => touch%geometry(k, i), link => line%link)
-          of = forces(system%outlines, law, touch%dashpot, line, touch%start_gap(k, i), gap_and_slip(system, touch, i, k, d))
-          with(:, 1) = merge(geometry%normal, geometry%normal_end, symmetric)
-          shear = geometry%shear
-          with(:, 2) = merge(geometry%shear, geometry%shear_end, symmetric)
-          if (touch%anchored) then
-            rows = anchored_rows(geometry, line%anchor)
-            shear = rows(:, merge(2, 1, line%state == state_locked))
-            with(:, 2) = shear
-          end if
-          do j = 1, n
-            matrix(:, j, link) = matrix(:, j, link) - (of(2, 1)*with(j, 1))*geometry%normal &
-                                 - (of(2, 2)*with(j, 1) + of(3, 2)*with(j, 2))*shear
-          end do
-          force(:, link) = force(:, link) + of(1, 1)*geometry%normal + of(1, 2)*shear
-          scale(:, link) = scale(:, link) + abs(of(1, 1)*geometry%normal) + abs(of(1, 2)*shear)
+      associate (contact => touch%contact(i), geometry => touch%geometry(:, i), active => touch%contact(i)%active)
+        if (contact%line(active)%state == state_open) cycle
+        of = forces(system%outlines, law, touch%dashpot, contact, touch%start_gap(:, i), gaps_and_slips(system, touch, i, d))
+        shear = geometry(active)%shear
+        shear_end = merge(shear, geometry(active)%shear_end, symmetric)
+        if (touch%anchored) then
+          rows = anchored_rows(geometry(active), contact%line(active)%anchor)
+          shear = rows(:, merge(2, 1, contact%line(active)%state == state_locked))
+          shear_end = shear
+        end if
+        do k = 1, contact%n_lines
+          associate (link => contact%line(k)%link)
+            do m = 1, contact%n_lines
+              if (contact%line(m)%link /= link) cycle ! what lines of other elements change by with each other is left out
+              change = merge(geometry(m)%normal, geometry(m)%normal_end, symmetric)
+              if (abs(of(1 + m, k)) > 0) call add_change(link, geometry(k)%normal, of(1 + m, k)*change)
+              if (k == active .and. abs(of(1 + m, 3)) > 0) call add_change(link, shear, of(1 + m, 3)*change)
+            end do
+            call add_force_across(link, of(1, k)*geometry(k)%normal)
+          end associate
+        end do
+        associate (link => contact%line(active)%link)
+          if (abs(of(4, 3)) > 0) call add_change(link, shear, of(4, 3)*shear_end)
+          call add_force_across(link, of(1, 3)*shear)
         end associate
       end associate
     end do
     call add_link_equations(equations, matrix, force, scale)
+
+  contains
+
+    !> Adds a force on the elements of a link.
+    subroutine add_force_across(link, of_link)
+      integer, intent(in) :: link
+      real(dp), intent(in) :: of_link(n)
+
+      force(:, link) = force(:, link) + of_link
+      scale(:, link) = scale(:, link) + abs(of_link)
+    end subroutine add_force_across
+
+    !> Adds what a force along `row` changes by with the unknowns.
+    subroutine add_change(link, row, change)
+      integer, intent(in) :: link
+      real(dp), intent(in) :: row(n), change(n)
+      integer :: j
+
+      do j = 1, n
+        matrix(:, j, link) = matrix(:, j, link) - change(j)*row
+      end do
+    end subroutine add_change
+
   end subroutine add_contacts
 
   !> Lets multipliers take the forces of closed contacts over, where an overlap or a gap above the bound is left.
@@ -512,7 +600,7 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(touch_t), intent(inout) :: touch
     logical, intent(out) :: enough            !! none is left
-    real(dp) :: both(2), of(3, 2)
+    real(dp) :: both(2, 2), of(4, 3), pair(2)
     integer :: i
 
     enough = .true.
@@ -520,11 +608,12 @@ contains
     do i = 1, size(touch%contact)
       associate (k => touch%contact(i)%active, line => touch%contact(i)%line(touch%contact(i)%active))
         if (line%state == state_open) cycle
-        both = gap_and_slip(system, touch, i, k, d)
-        of = forces(system%outlines, law, touch%dashpot, line, touch%start_gap(k, i), both)
-        of(1, 1) = of(1, 1) + touch%dashpot*(both(1) - min(touch%start_gap(k, i), 0.0_dp)) ! it is no part of the overlap's force
-        enough = enough .and. (abs(both(1)) <= law%overlap .or. maxval(abs(of(1, :) - line%held)) <= faint*abs(of(1, 1)))
-        line%held = of(1, :)
+        both = gaps_and_slips(system, touch, i, d)
+        of = forces(system%outlines, law, touch%dashpot, touch%contact(i), touch%start_gap(:, i), both)
+        pair = of(1, [k, 3])
+        pair(1) = pair(1) + touch%dashpot*(both(1, k) - min(touch%start_gap(k, i), 0.0_dp)) ! it is no part of the overlap's force
+        enough = enough .and. (abs(both(1, k)) <= law%overlap .or. maxval(abs(pair - line%held)) <= faint*abs(pair(1)))
+        line%held = pair
       end associate
     end do
   end subroutine hold_contacts
@@ -662,7 +751,7 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
     type(touch_t), intent(in) :: touch
     type(contacts_t), intent(inout) :: contacts
-    real(dp) :: both(2), of(3, 2), slip
+    real(dp) :: both(2, 2), of(4, 3), gap, slip
     logical :: held_together(size(touch%link, 2))
     integer :: i
 
@@ -686,25 +775,27 @@ contains
           line%held = 0.0_dp
           cycle
         end if
-        both = gap_and_slip(system, touch, i, k, d)
-        of = forces(system%outlines, law, touch%dashpot, line, touch%start_gap(k, i), both)
-        contacts%contact(i)%force = of(1, :)
-        slip = both(2)
+        both = gaps_and_slips(system, touch, i, d)
+        of = forces(system%outlines, law, touch%dashpot, touch%contact(i), touch%start_gap(:, i), both)
+        contacts%contact(i)%force = [sum(of(1, :2)), of(1, 3)]
+        slip = both(2, k)
         if (line%state == state_sliding) then
-          slip = merge(0.0_dp, (line%held(2) - of(1, 2))/law%shear_stiffness, law%lags)
-          contacts%friction = contacts%friction + abs(of(1, 2)*(both(2) - slip))
-          line%anchor = line%anchor + (both(2) - slip)/touch%geometry(k, i)%edge_length
+          slip = merge(0.0_dp, (line%held(2) - of(1, 3))/law%shear_stiffness, law%lags)
+          contacts%friction = contacts%friction + abs(of(1, 3)*(both(2, k) - slip))
+          line%anchor = line%anchor + (both(2, k) - slip)/touch%geometry(k, i)%edge_length
           ! a joint gives way as a whole, and a bond without shear strength has none to lose
           if (law%lags .and. line%bonded) then ! whatever else holds (Shi)
             line%drag = line%drag - law%cohesion(system%outlines%joint(line%edge))*line%length
             line%bonded = .false.
           end if
-          line%bonded = line%bonded .and. (held_together(line%link) .or. .not. abs(of(1, 2)) > 0)
+          line%bonded = line%bonded .and. (held_together(line%link) .or. .not. abs(of(1, 3)) > 0)
         end if
-        contacts%gap = max(contacts%gap, both(1))
-        contacts%overlap = max(contacts%overlap, -both(1))
-        if (law%conserving) both(1) = min(both(1), 0.0_dp)
-        contacts%energy = contacts%energy + 0.5_dp*(law%normal_stiffness*both(1)**2 + law%shear_stiffness*slip**2)
+        gap = both(1, k)
+        if (law%conserving) gap = maxval(both(1, :contacts%contact(i)%n_lines))
+        contacts%gap = max(contacts%gap, gap)
+        contacts%overlap = max(contacts%overlap, -gap)
+        if (law%conserving) gap = min(gap, 0.0_dp)
+        contacts%energy = contacts%energy + 0.5_dp*(law%normal_stiffness*gap**2 + law%shear_stiffness*slip**2)
       end associate
     end do
   end subroutine accept_contacts
