@@ -618,9 +618,11 @@ contains
     end do
   end subroutine hold_contacts
 
-  !> The same contacts for the velocities at the end of the step: with what displacement `still` they would be at rest, how
-  !> fast each closed one approached, and how much displacement a unit of velocity is.
+  !> The contacts for the velocities at the end of the step: with what displacement `still` they would be at rest, how
+  !> fast each one approached, and how much displacement a unit of velocity is.
   !>
+  !> An impact counts at the end of the step that is nearer in time: what meets in its second half takes part in the next.
+  !> What touched at the beginning takes part too, whether it opens or not: it bears until the impact that lifts it.
   !> Multipliers are to leave an error of the velocities below the share `unmet` of the fastest approach.
   !> The coefficient of restitution is a notion of rigid bodies: one of a single element takes an impact as such.
   pure subroutine rebound_contacts(system, share, d, weight, still, velocity, way, touch, law, rebound)
@@ -635,7 +637,7 @@ contains
     type(contact_law_t), intent(inout) :: law
     type(touch_t), intent(out) :: rebound
     real(dp) :: approach, fastest, v(n)
-    integer :: i
+    integer :: i, k
 
     rebound%contact = touch%contact
     rebound%link = touch%link
@@ -648,24 +650,24 @@ contains
     rebound%weight = weight
     fastest = 0.0_dp
     do i = 1, size(touch%contact)
-      associate (contact => rebound%contact(i))
-        if (contact%line(contact%active)%state == state_open) then
-          rebound%geometry(:, i)%gap = huge(1.0_dp) ! takes no part
-          cycle
-        end if
-        contact%line(1) = contact%line(contact%active)
+      k = line_in_impact(i)
+      associate (contact => rebound%contact(i), geometry => rebound%geometry(1, i))
+        contact%line(1) = contact%line(max(k, 1))
         contact%n_lines = 1
-        associate (geometry => rebound%geometry(1, i), link => touch%link(:, contact%line(1)%link))
-          geometry = touch%geometry(contact%active, i)
-          v = [velocity(system%elements%unknown(:, link(1))), velocity(system%elements%unknown(:, link(2)))]
-          approach = dot_product(geometry%normal, v)
-          fastest = max(fastest, unmet*sum(abs(geometry%shear*v)), unmet*sum(abs(geometry%normal*v)), -approach)
-          geometry%gap = law%restitution*way*min(approach, 0.0_dp)
-          geometry%along = 0.0_dp
-        end associate
         contact%active = 1
         contact%line(1)%anchor = 0.0_dp
         contact%line(1)%held = 0.0_dp
+        geometry = touch%geometry(max(k, 1), i)
+        geometry%along = 0.0_dp
+        if (k == 0) then
+          contact%line(1)%state = state_open
+          geometry%gap = huge(1.0_dp)
+        else
+          v = rates_at(i, k)
+          approach = dot_product(geometry%normal, v)
+          fastest = max(fastest, unmet*sum(abs(geometry%shear*v)), unmet*sum(abs(geometry%normal*v)), -approach)
+          geometry%gap = law%restitution*way*min(approach, 0.0_dp)
+        end if
       end associate
     end do
     allocate (rebound%firmness(size(share)))
@@ -680,6 +682,33 @@ contains
     law%shear_stiffness = law%normal_stiffness
     law%overlap = unmet*way*fastest
     if (law%overlap <= 0) law%overlap = huge(law%overlap)
+
+  contains
+
+    !> The line of a contact that takes part, 0 where none does.
+    pure integer function line_in_impact(i) result(k)
+      integer, intent(in) :: i
+      real(dp) :: approach
+      logical :: late
+
+      associate (contact => touch%contact(i))
+        k = contact%active
+        approach = dot_product(touch%geometry(k, i)%normal, rates_at(i, k))
+        late = .not. touch%kept(k, i) .and. approach < 0 .and. touch%start_gap(k, i) > -way*approach
+        if (contact%line(k)%state == state_open .or. late) k = findloc(touch%kept(:contact%n_lines, i), .true., 1)
+      end associate
+    end function line_in_impact
+
+    !> Velocities of the elements of a line at the beginning of the step.
+    pure function rates_at(i, k) result(rates)
+      integer, intent(in) :: i, k
+      real(dp) :: rates(n)
+
+      associate (link => touch%link(:, touch%contact(i)%line(k)%link))
+        rates = [velocity(system%elements%unknown(:, link(1))), velocity(system%elements%unknown(:, link(2)))]
+      end associate
+    end function rates_at
+
   end subroutine rebound_contacts
 
   !> Adds what keeps an element from deforming in an impact.
