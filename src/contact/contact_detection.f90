@@ -102,12 +102,15 @@ contains
   contains
 
     !> How far vertices may move in the step, with the length of the edges about them.
+    !>
+    !> Beyond the end of an edge its line is crossed as far as the overlap over the sine of the corner goes; a contact that is
+    !> found or lost there would bring or take the energy of its spring. Corners that turn by less than `parallel` may.
     pure function reach_of(local) result(near)
       real(dp), intent(in) :: local(:)
       real(dp) :: near(size(local))
 
-      near = 1.2_dp*norm2(velocity, 1)*dt + min(contacts%margin, contacts%leap*local) + min(2*contacts%overlap, deepest*local) &
-             + touch*local
+      near = 1.2_dp*norm2(velocity, 1)*dt + min(contacts%margin, contacts%leap*local) + touch*local &
+             + min(contacts%overlap/sin(parallel), deepest*local)
       if (contacts%outside > 0) near = 0.5_dp*contacts%outside
     end function reach_of
 

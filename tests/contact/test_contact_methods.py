@@ -1,4 +1,5 @@
 """Ways to one solution, books of energy, impacts: small scenes of blocks that touch, through the program."""
+import math
 import os
 import pathlib
 import sys
@@ -10,6 +11,7 @@ SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 sys.path.insert(0, str(SOURCE / "tools"))
 
 from validation import arc, touching  # noqa: E402
+from validation.block_files import box, turned  # noqa: E402
 from validation.results import Runner  # noqa: E402
 
 SCENES = touching.scenes()
@@ -59,13 +61,55 @@ def test_the_arc_gives_no_energy(points, opening, run):
     assert slide.step_gain < 1e-8
 
 
-@pytest.mark.parametrize("points,opening", [(10, 80), (20, 80), (40, 90)])
+def tumbling():
+    """Without friction, soft: a square on a corner, on an edge's end, on another in flight, and four upon each other."""
+    square, lying = box(-0.5, 0.5, -0.5, 0.5), touching.lying
+    corner = turned(box(-1, 1, -1, 1), math.radians(45)) - [0, math.sqrt(2)]
+    floor = box(-4, 4, -1, 0)
+    pile = [lying(turned(square, 0.2 * i + 0.05)) + [0.2 * i, 1.3 * i + 0.05] for i in range(4)]
+    return {
+        "corner": touching.Scene([corner, lying(turned(square, math.radians(42))) + [0.003, 0.5]], 1e5, 0, 3000, 0.002, 12.5),
+        "end": touching.Scene([box(-4, 0, -1, 0), lying(turned(square, 0.35)) + [-0.2, 0.5]], 1e5, 0, 1000, 0.002, 12.5),
+        "flight": touching.Scene([box(0, 1, 0, 1), turned(box(1.08, 2.08, 0.4, 1.4), 0.05)], 1e5, 0, 1000, 0.002, 6.6, floor=False,
+                                 weight=False, velocity=(-3, 0.5, 0.3)),
+        "pile": touching.Scene([floor, *pile], 1e5, 0, 1500, 0.002, 100.0),
+    }
+
+
+@pytest.mark.parametrize("name", tumbling())
+def test_conserving_contact_keeps_energy_on_corners(name, run):
+    """Thousands of steps in which contacts change from one entrance line to the other and edges turn: tolerance 1e-10 times steps.
+
+    The first step dissipates what the start excites; seen after it: 1e-10.
+    """
+    scene = tumbling()[name]
+    r = scene.run(run, "r", ["integrator.beta=0.5", "contact.energy=conserving"])
+    assert np.abs(r.dissipated - r.dissipated[0]).max() < 1e-9 * scene.scale
+    assert np.abs(r.rotation).max() > 1
+
+
+@pytest.mark.parametrize("beta", [0.5, 1.0])
+def test_blocks_that_turn_fast_on_each_other_give_no_energy(beta, run):
+    """Edges that turn in a step: gap and work agree whatever the turn. With the row of the middle alone the pile gains 2e-7."""
+    r = tumbling()["pile"].run(run, "r", [f"integrator.beta={beta}"])
+    assert np.diff(r.dissipated, prepend=0).min() > -1e-13 * 100
+
+
+@pytest.mark.parametrize("dt", [2e-5, 1e-5])
+def test_a_contact_is_found_before_it_overlaps(dt, run):
+    """A hollow kink of 9 degrees, soft springs: its lines are crossed beyond their ends. A late find once gave 1.5e-4 m g h."""
+    slide = arc.Slide(run, ARC, "conserving", 10, 80, dt, ["contact.stiffness=1e9", "step.end_time=0.75"])
+    assert slide.energy_error < 1e-9
+
+
+@pytest.mark.parametrize("points", [10, 20, 40, 80])
+@pytest.mark.parametrize("opening", [80, 90])
 @pytest.mark.parametrize("dt", [0.005, 0.001])
 def test_a_plastic_block_on_an_arc_rises_as_a_rigid_one(points, opening, dt, run):
-    """Restitution 0: kinks take what the projection of the velocity takes; 1 % of the height at 5 ms, 0.25 % at 1 ms."""
+    """Restitution 0: kinks take what the projection of the velocity takes; 0.2 % of the height at 5 ms, 0.03 % at 1 ms."""
     exact = arc.reference(points, opening)
     slide = arc.Slide(run, ARC, "plastic", points, opening, dt)
-    allowed = {0.005: 0.01, 0.001: 0.0025}[dt]
+    allowed = {0.005: 0.002, 0.001: 0.0003}[dt]
     assert slide.rise == pytest.approx(exact.rise, abs=allowed)
     assert slide.speed_back == pytest.approx(exact.speed_back, abs=allowed * arc.SPEED)
     assert slide.top_time == pytest.approx(exact.top_time + arc.PUSH_TIME, abs=0.005)
@@ -78,3 +122,11 @@ def test_a_conserving_arc_keeps_energy_and_height(points, opening, run):
     slide = arc.Slide(run, ARC, "conserving", points, opening, 0.005)
     assert slide.energy_error < 1e-9
     assert 0.995 < slide.rise <= 1.0
+
+
+def test_a_rigid_block_that_loses_nothing_turns_at_the_top():
+    """10 points over 90 degrees: kinks of 10 degrees leave 1.1 % of the energy in bounces and rotation, so it rises 0.989 h."""
+    _, rise, rotation, error = arc.elastic(10, 90)
+    assert error < 2e-5
+    assert rise == pytest.approx(0.9890, abs=1e-4)
+    assert rotation == pytest.approx(0.0104, abs=1e-4)

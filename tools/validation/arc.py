@@ -33,6 +33,11 @@ def reference(points, opening):
     return references.ArcSlide(references.track(points, opening, RADIUS), LENGTH, HEIGHT, SPEED, G)
 
 
+def elastic(points, opening):
+    """The rigid block that loses nothing: time of the top from the foot, rise, rotation's energy there over m g h, error."""
+    return references.elastic_slide(references.track(points, opening, RADIUS), LENGTH, HEIGHT, SPEED, 2e9, G, 4e-7)
+
+
 class Slide:
     """One run: time of the top, rise, speed back on the flat (NaN: not back in time), energies over m g h, change of area."""
 

@@ -232,6 +232,42 @@ def track(points, opening, R, run=3.0, beyond=3.0):
     return np.vstack([[-run, 0.0], arc, arc[-1] + beyond * last])
 
 
+def elastic_slide(corners, length, height, speed, stiffness, g=10.0, dt=1e-6, end=0.8):
+    """(time of the top from the foot, rise, rotation's energy there over g, error of energy over g) of a rigid block on a track.
+
+    Nothing is lost: the corners are on springs, a stiffness over mass, and the steps (Verlet) resolve them.
+    """
+    inertia = (length**2 + height**2) / 12  # over mass
+    lines = [(x, y, (u - x) / math.hypot(u - x, v - y), (v - y) / math.hypot(u - x, v - y))
+             for (x, y), (u, v) in zip(corners.tolist(), corners[1:].tolist())]
+    x, y, turn, vx, vy, spin = -length / 2, height / 2 - g / stiffness / 2, 0.0, speed, 0.0, 0.0
+    ax = ay = bend = spring = 0.0
+    low, top, worst, ends = y, (0.0, 0.0, 0.0), 0.0, [0, 0]
+    for step in range(round(end / dt)):
+        vx, vy, spin = vx + ax * dt / 2, vy + ay * dt / 2, spin + bend * dt / 2
+        x, y, turn = x + vx * dt, y + vy * dt, turn + spin * dt
+        c, s = math.cos(turn), math.sin(turn)
+        ax, ay, bend, spring = 0.0, -g, 0.0, 0.0
+        for i, side in enumerate((-length / 2, length / 2)):  # the track is hollow: a place is above it if above all lines
+            rx, ry = c * side + s * height / 2, s * side - c * height / 2
+            while ends[i] + 1 < len(lines) and lines[ends[i] + 1][0] < x + rx:
+                ends[i] += 1
+            while ends[i] > 0 and lines[ends[i]][0] > x + rx:
+                ends[i] -= 1
+            for u, v, tx, ty in lines[max(ends[i] - 1, 0):ends[i] + 2]:
+                gap = (y + ry - v) * tx - (x + rx - u) * ty
+                if gap < 0:
+                    push = -stiffness * gap
+                    ax, ay, bend = ax - push * ty, ay + push * tx, bend + push * (rx * tx + ry * ty) / inertia
+                    spring += stiffness * gap**2 / 2
+        vx, vy, spin = vx + ax * dt / 2, vy + ay * dt / 2, spin + bend * dt / 2
+        if y - low > top[1]:
+            top = (step + 1) * dt, y - low, inertia * spin**2 / 2 / g
+        if step % 100 == 0:
+            worst = max(worst, abs((vx**2 + vy**2 - speed**2 + inertia * spin**2) / 2 + g * (y - low) + spring) / g)
+    return *top, worst
+
+
 class ArcSlide:
     """A rigid block, both lower corners on the track, without friction; plastic at each kink.
 
