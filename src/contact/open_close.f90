@@ -623,7 +623,8 @@ contains
   !>
   !> An impact counts at the end of the step that is nearer in time: what meets in its second half takes part in the next.
   !> What touched at the beginning takes part too, whether it opens or not: it bears until the impact that lifts it.
-  !> Multipliers are to leave an error of the velocities below the share `unmet` of the fastest approach.
+  !> Multipliers are to leave an error of the velocities below the share `unmet` of the fastest approach, of what meets or
+  !> would without the forces of the step: at rest nothing else is a measure.
   !> The coefficient of restitution is a notion of rigid bodies: one of a single element takes an impact as such.
   pure subroutine rebound_contacts(system, share, d, weight, still, velocity, way, touch, law, rebound)
     type(system_t), intent(in) :: system
@@ -636,7 +637,7 @@ contains
     type(touch_t), intent(in) :: touch
     type(contact_law_t), intent(inout) :: law
     type(touch_t), intent(out) :: rebound
-    real(dp) :: approach, fastest, v(n)
+    real(dp) :: approach, fastest, v(n), both(2, 2), push(3, 2)
     integer :: i, k
 
     rebound%contact = touch%contact
@@ -667,6 +668,9 @@ contains
           approach = dot_product(geometry%normal, v)
           fastest = max(fastest, unmet*sum(abs(geometry%shear*v)), unmet*sum(abs(geometry%normal*v)), -approach)
           geometry%gap = law%restitution*way*min(approach, 0.0_dp)
+          both = gaps_and_slips(system, touch, i, d)
+          push = pushes(law, touch%dashpot, touch%contact(i), touch%start_gap(:, i), both(1, :))
+          fastest = max(fastest, way*push(1, k)*sum(1/share(touch%link(:, contact%line(1)%link))%mass))
         end if
       end associate
     end do
