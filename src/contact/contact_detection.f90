@@ -28,6 +28,7 @@ module scree_contact_detection
   real(dp), parameter :: flat = 1e-3_dp           !! a corner that is concave by less is none
   real(dp), parameter :: room = 0.02_dp           !! of the edges about, that a search gives a vertex beyond its reach
   real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, that a vertex may already be inside
+  real(dp), parameter :: still_outside = 1e-9_dp  !! of an edge: overlap that is none
   real(dp), parameter :: touch = 1e-3_dp          !! of the edges about, that is near at rest
   real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
 
@@ -158,12 +159,39 @@ contains
         if (gap > reach) return
         if (contacts%outside > 0) then
           if (gap < -contacts%inside) return
-        else if (gap < -deepest*min(local(i), size_of_edge(j)) .and. line_before(i, j) == 0) then
+        else if (.not. entered(i, j, -gap)) then
           return
         end if
         if (fits(i, j)) call add([i], [j])
       end associate
     end subroutine meet_edge
+
+    !> Whether vertex i, that is behind edge j by so much, entered there. It did where the edge acted before; else of the edges
+    !> of that body about it, it entered by the one that it is least behind, and by none that it is in front of. Its own body
+    !> it is in anyway.
+    pure logical function entered(i, j, depth)
+      integer, intent(in) :: i, j
+      real(dp), intent(in) :: depth
+      real(dp) :: at
+      integer :: before, k
+
+      entered = depth <= still_outside*size_of_edge(j)
+      if (entered) return
+      before = line_before(i, j)
+      if (before > 0) entered = contacts%contact((before + 1)/2)%active == 2 - modulo(before, 2)
+      if (entered .or. depth > deepest*min(local(i), size_of_edge(j)) .or. outlines%block(i) == outlines%block(j)) return
+      entered = .true.
+      do k = 1, size(contacts%candidate, 2)
+        associate (other => contacts%candidate(2, k))
+          if (contacts%candidate(1, k) /= i .or. other == j .or. outlines%block(other) /= outlines%block(j)) cycle
+          associate (x1 => place(:, outlines%start(i)), x2 => place(:, outlines%start(other)), &
+                     x3 => place(:, outlines%finish(other)))
+            at = dot_product(x1 - x2, x3 - x2)/size_of_edge(other)
+            if (at >= 0 .and. at <= size_of_edge(other)) entered = entered .and. gap_of(x1, x2, x3) <= -depth
+          end associate
+        end associate
+      end do
+    end function entered
 
     !> Contacts of vertex i over the edges at vertex j, of which the corner there says nothing; for Shi, there are none.
     subroutine meet_sides(i, j)
@@ -252,14 +280,28 @@ contains
       if (present(other_vertex)) then
         new%n_lines = 2
         new%line(2) = best(other_vertex, other_edge)
-        if (new%line(1)%state == state_open .and. new%line(2)%state /= state_open) new%active = 2
         if (contacts%by_name) new%line%state = min(new%line%state, state_sliding)
       end if
       if (any(new%line(:new%n_lines)%vertex == 0)) return ! within one element, which cannot touch itself
+      if (new%n_lines == 2) then
+        if (new%line(1)%state /= state_open .neqv. new%line(2)%state /= state_open) then
+          new%active = merge(1, 2, new%line(1)%state /= state_open)
+        else
+          new%active = merge(1, 2, gap_at(new%line(1)) >= gap_at(new%line(2)))
+        end if
+      end if
       if (n_found == size(found)) found = [found, found]
       n_found = n_found + 1
       found(n_found) = new
     end subroutine add
+
+    !> Gap of a line.
+    pure real(dp) function gap_at(line)
+      type(line_t), intent(in) :: line
+
+      gap_at = gap_of(place(:, outlines%start(line%vertex)), place(:, outlines%start(line%edge)), &
+                      place(:, outlines%finish(line%edge)))
+    end function gap_at
 
     !> The pair of a contact before, or else the one whose vertex lies best within its edge, with what the pairs remember.
     !> For Shi, the first whose vertex lies within its edge; only the same pair, and locked, keeps its anchor (df05, df06).
