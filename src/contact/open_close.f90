@@ -108,8 +108,13 @@ contains
     touch%start_gap = touch%geometry%gap
     touch%start_share = touch%geometry%along/touch%geometry%edge_length
     if (state%step == 0) call close_touching(law%touching, touch)
-    do k = 1, 2
-      touch%kept(k, :) = touch%contact%line(k)%state /= state_open
+    do i = 1, m
+      associate (contact => touch%contact(i))
+        if (contact%n_lines == 2 .and. .not. law%lags) then
+          if (touch%start_gap(3 - contact%active, i) > 0) contact%line(contact%active)%state = state_open ! it slipped off
+        end if
+        touch%kept(:, i) = contact%line%state /= state_open
+      end associate
     end do
 
   end subroutine begin_contacts
@@ -244,18 +249,15 @@ contains
 
   !> Judges every contact at `d`; `touch%changes` counts states that change by more than a faint force.
   !>
-  !> The first judgement, of a prediction, only closes: what was closed is taken to stay as it was. A cautious one lets
-  !> contacts open or lock again only where none closes or begins to slide, so that no two take turns for ever, and leaves a
-  !> corner on the line that presses, though it slips off the other one.
-  pure subroutine judge_contacts(system, law, d, first, cautious, touch)
+  !> The first judgement, of a prediction, only closes: what was closed is taken to stay as it was.
+  pure subroutine judge_contacts(system, law, d, first, touch)
     type(system_t), intent(in) :: system
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
-    logical, intent(in) :: first, cautious
+    logical, intent(in) :: first
     type(touch_t), intent(inout) :: touch
     real(dp) :: both(2, 2, size(touch%contact)), push(3, 2, size(touch%contact)), pressing, doubt, largest
-    integer :: i, k, new(size(touch%contact))
-    logical :: forward
+    integer :: i, k, new
 
     largest = 0.0_dp
     do i = 1, size(touch%contact)
@@ -271,63 +273,70 @@ contains
       end associate
     end do
     touch%changes = 0
-    forward = .false.
-    do i = 1, size(touch%contact)
-      associate (contact => touch%contact(i))
-        new(i) = contact%line(contact%active)%state
-        if (first .and. new(i) /= state_open) cycle
-        doubt = faint*largest + round_off*touch%geometry(1, i)%edge_length*law%normal_stiffness
-        if (law%lags) doubt = 0.0_dp
-        k = 1
-        if (contact%n_lines == 2) then
-          if (law%conserving) then
-            k = maxloc(push(1, :, i), 1)
-          else if (law%lags) then
-            k = maxloc(both(1, :, i), 1)
-          else if (minval(push(1, :, i)) < 0) then
-            if (push(1, 2, i) < push(1, 1, i)) k = 2
-          else
-            k = crossed_last(merge(0.0_dp, touch%start_gap(:, i), touch%kept(:, i)), both(1, :, i))
-          end if
-          if (contact%active /= k .and. (abs(push(1, 2, i) - push(1, 1, i)) <= doubt &
-                                         .or. (cautious .and. new(i) /= state_open .and. push(1, contact%active, i) > 0))) &
-            k = contact%active
-        end if
-        pressing = merge(sum(push(1, :, i)), push(1, k, i), law%conserving)
-        if (k /= contact%active) then
-          associate (left => contact%line(contact%active))
-            if (law%lags) then ! it stays closed, on the other line, unless the one that it leaves is open (Shi)
-              contact%line(k)%state = left%state
-              if (left%state /= state_open) pressing = push(1, contact%active, i)
-            else if (left%state /= state_open) then
-              touch%changes = touch%changes + 1
-            end if
-            left%state = state_open
-          end associate
-          contact%active = k
-        end if
-        associate (line => contact%line(k))
-          call judge(i, k, both(:, k, i), pressing, doubt, line, new(i))
-          if (first .and. new(i) /= state_open) new(i) = merge(state_locked, state_sliding, can_lock(line))
-          if (new(i) == line%state) cycle
-          forward = forward .or. line%state == state_open .or. new(i) == state_sliding
-          if (min(new(i), line%state) == state_open) then
-            if (abs(pressing) > doubt) touch%changes = touch%changes + 1
-          else if (.not. law%lags) then
-            touch%changes = touch%changes + 1
-          end if
-        end associate
-      end associate
-    end do
     touch%count = 0
     do i = 1, size(touch%contact)
-      associate (line => touch%contact(i)%line(touch%contact(i)%active))
-        if (.not. (cautious .and. forward) .or. line%state == state_open .or. new(i) == state_sliding) line%state = new(i)
-        touch%count(1 + line%state) = touch%count(1 + line%state) + 1
+      associate (contact => touch%contact(i))
+        if (.not. first .or. contact%line(contact%active)%state == state_open) then
+          doubt = faint*largest + round_off*touch%geometry(1, i)%edge_length*law%normal_stiffness
+          if (law%lags) doubt = 0.0_dp
+          k = 1
+          if (contact%n_lines == 2) k = acting_line(i, both(1, :, i), push(1, :, i), doubt)
+          pressing = merge(sum(push(1, :, i)), push(1, k, i), law%conserving)
+          if (k /= contact%active) then
+            associate (left => contact%line(contact%active))
+              if (law%lags) then ! it stays closed, on the other line, unless the one that it leaves is open (Shi)
+                contact%line(k)%state = left%state
+                if (left%state /= state_open) pressing = push(1, contact%active, i)
+              else if (left%state /= state_open) then
+                touch%changes = touch%changes + 1
+              end if
+              left%state = state_open
+            end associate
+            contact%active = k
+          end if
+          associate (line => contact%line(k))
+            call judge(i, k, both(:, k, i), pressing, doubt, line, new)
+            if (first .and. new /= state_open) new = merge(state_locked, state_sliding, can_lock(line))
+            if (min(new, line%state) == state_open) then
+              if (new /= line%state .and. abs(pressing) > doubt) touch%changes = touch%changes + 1
+            else if (new /= line%state .and. .not. law%lags) then
+              touch%changes = touch%changes + 1
+            end if
+            line%state = new
+          end associate
+        end if
+        associate (state => contact%line(contact%active)%state)
+          touch%count(1 + state) = touch%count(1 + state) + 1
+        end associate
       end associate
     end do
 
   contains
+
+    !> Which of the two lines of a corner acts: the one that is crossed least, or was crossed last.
+    !>
+    !> What pressed when the step began presses on, as if its edge did not end: a corner that slips off in the step is held to
+    !> its end. That it were let go where it leaves the other line would make its force jump, and leave some steps no solution.
+    pure integer function acting_line(i, gap, push, doubt) result(k)
+      integer, intent(in) :: i
+      real(dp), intent(in) :: gap(2), push(2), doubt
+
+      associate (active => touch%contact(i)%active)
+        k = 1
+        if (law%conserving) then
+          k = maxloc(push, 1)
+        else if (law%lags) then
+          k = maxloc(gap, 1)
+        else if (touch%kept(active, i) .and. push(active) > 0) then
+          k = active
+        else if (minval(push) < 0) then
+          if (push(2) < push(1)) k = 2
+        else
+          k = crossed_last(merge(0.0_dp, touch%start_gap(:, i), touch%kept(:, i)), gap)
+        end if
+        if (abs(push(2) - push(1)) <= doubt) k = active
+      end associate
+    end function acting_line
 
     !> Which of two lines, both crossed at the end of the step, was crossed last: the vertices entered there.
     pure integer function crossed_last(from, to)

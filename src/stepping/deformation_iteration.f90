@@ -21,8 +21,6 @@ module scree_deformation_iteration
   real(dp), parameter :: near_solution = 0.05_dp
   !> A residual below this share of what cancelled in it is round-off, whatever the tolerance.
   real(dp), parameter :: round_off = 50*epsilon(1.0_dp)
-  !> Iterations that may leave as many contacts changing before they are judged with caution.
-  integer, parameter :: patience = 1
   !> An area that changes by more than this factor in a step is no iterate worth going on with.
   real(dp), parameter :: largest_area_change = 5.0_dp
 
@@ -71,7 +69,7 @@ contains
       real(dp) :: balance(2), change
       type(term_t), allocatable :: linear(:)   ! of the members, at d_linear
       real(dp), allocatable :: d_linear(:)
-      logical :: cautious, in_contact, inner, large, nested, symmetric
+      logical :: in_contact, inner, large, nested, symmetric
       integer :: e, fewest, i, k, stalled
       integer, allocatable :: member(:)
 
@@ -86,7 +84,7 @@ contains
       if (nested) allocate (linear(size(member)))
       if (in_contact) then
         if (touch%bends) call place_contacts(system, state, share, rule%operator_weight, d, touch)
-        if (.not. effects%contact%lags) call judge_contacts(system, effects%contact, d, .true., .false., touch)
+        if (.not. effects%contact%lags) call judge_contacts(system, effects%contact, d, .true., touch)
       end if
       fewest = huge(fewest)
       stalled = 0
@@ -135,12 +133,11 @@ contains
         change = largest_change(member, d_linear)
         report%settled = .not. large .or. (settings%test /= test_residual .and. change < settings%tolerance)
         if (in_contact) then
-          cautious = stalled > patience .and. .not. effects%contact%lags
           if (effects%contact%lags .and. state%step == 0 .and. i == 1) report%settled = .false. ! the first of a run: as Shi's
-          if (nested) call judge_contacts(system, effects%contact, d, .false., cautious, touch)
+          if (nested) call judge_contacts(system, effects%contact, d, .false., touch)
           inner = nested .and. touch%changes > 0
           if (touch%bends .and. .not. inner) call place_contacts(system, state, share, rule%operator_weight, d, touch)
-          if (.not. inner) call judge_contacts(system, effects%contact, d, .false., cautious, touch)
+          if (.not. inner) call judge_contacts(system, effects%contact, d, .false., touch)
           report%judged = reshape([report%judged, touch%count, touch%changes], [4, size(report%judged, 2) + 1])
           if (touch%changes > 0) then
             report%settled = .false.
