@@ -276,7 +276,8 @@ contains
     blocks%material = pack(blocks%material, keep)
   end subroutine remove_blocks
 
-  !> A fixed point at each crossing with the edge of a block, moved inwards; at the first end where there is none.
+  !> A fixed point at each crossing with the edge of a block, moved inwards, in thin blocks by less; at the first end where
+  !> there is none.
   subroutine fix_line(scene, line, depth, finder, blocks, points, error)
     type(scene_t), intent(in) :: scene
     type(line_t), intent(in) :: line
@@ -287,13 +288,18 @@ contains
     type(error_t), allocatable, intent(out) :: error
     real(dp), allocatable :: at(:, :)
     integer, allocatable :: crossed(:)
-    real(dp) :: ends(2, 2)
+    real(dp) :: ends(2, 2), way
     integer :: b, i
 
     ends = line%ends - spread(blocks%origin, 2, 2)
     call find_crossings(finder, blocks%shape, blocks%vertex, ends, at, crossed)
     do i = 1, size(crossed)
-      call add_point(points, fixed_point, at(1:2, i) + depth*at(3:4, i), crossed(i))
+      way = depth
+      do while (block_at(finder, blocks%shape, blocks%vertex, at(1:2, i) + way*at(3:4, i), &
+                         [(b == crossed(i), b=1, size(blocks%material))]) == 0)
+        way = 0.5_dp*way
+      end do
+      call add_point(points, fixed_point, at(1:2, i) + way*at(3:4, i), crossed(i))
     end do
     if (size(crossed) > 0) return
     b = block_at(finder, blocks%shape, blocks%vertex, ends(:, 1))
