@@ -66,3 +66,25 @@ def scenes():
         "rock": Scene([floor, tilted], 1e7, 40, 200, 0.005, 14.0),
         "stand as a stack": Scene([floor, *(box(0.1 * i, 1 + 0.1 * i, i, i + 1) for i in range(4))], 1e6, 30, 200, 0.005, 25.0),
     }
+
+
+# Rock cut at random, 10 by 10, on a fixed line near its foot: slivers, tips beside tips, contacts that bear next to nothing. kg, m, s, N.
+ROCK_SIZE, ROCK_DENSITY, ROCK_E = 10.0, 2500.0, 1e9
+ROCKS = {"dda": (40, ""), "dda, Green strain": (40, "&method strain='green' /"), "nmm": (20, "&method model='nmm' /\n&cover edge=1.5 /")}
+
+
+def jointed_rock(folder, kind, seed, steps, dt=0.005):
+    """Writes the decks of a rock of ROCKS under sudden gravity, and returns the analysis deck."""
+    joints, groups = ROCKS[kind]
+    random, size = np.random.default_rng(seed), ROCK_SIZE
+    lines = [(0, 0, size, 0), (size, 0, size, size), (size, size, 0, size), (0, size, 0, 0)]
+    for _ in range(joints):
+        centre, angle = random.uniform(0, size, 2), random.choice([random.normal(0.3, 0.15), random.normal(1.8, 0.15)])
+        half = np.array([np.cos(angle), np.sin(angle)]) * random.uniform(3, 9) / 2
+        lines.append((*(centre - half), *(centre + half)))
+    rows = "".join(" ".join(repr(float(x)) for x in line) + " 1\n" for line in lines)
+    (folder / "rock.geo").write_text(f"0.002\n{len(lines)} 4\n0 0 1 0 0 0\n{rows}-0.01 0.03 {size + 0.01} 0.03\n")
+    deck = folder / "rock.ana"
+    deck.write_text(f"1 {steps} 1 1 0.05 {dt}\n{ROCK_DENSITY} {ROCK_DENSITY * G} {ROCK_E} 0.25 0 0 0 0 0 0 0 0 0\n30 0 0\n"
+                    f"&deck geometry='rock.geo', dialect='short' /\n{groups}\n")
+    return deck
