@@ -252,7 +252,7 @@ def test_a_closed_joint_carries_as_if_there_was_none(tmp_path):
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_rock_cut_at_random_takes_sudden_gravity_and_gains_no_energy(kind, seed, tmp_path):
     """Slivers, tips beside tips, corners that slip off corners: springs and friction take energy, and nothing is thrown out. No
-    overlap is more than the weight of all puts on one spring of 50 E."""
+    overlap is more than the weight of all, put at once on one spring of 50 E, makes."""
     deck = touching.jointed_rock(tmp_path, kind, seed, steps=6)
     done = subprocess.run([SCREE, "run", deck, "-o", tmp_path / "rock.h5", "--quiet"], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
@@ -261,5 +261,5 @@ def test_rock_cut_at_random_takes_sudden_gravity_and_gains_no_energy(kind, seed,
         weight = touching.ROCK_DENSITY * G * touching.ROCK_SIZE**2
         assert len(f["bodies/area"][0]) > 15
         assert np.diff(lost).min() > -1e-6 * weight * fall
-        assert f["history/overlap"][:].max() < weight / (50 * touching.ROCK_E)
+        assert f["history/overlap"][:].max() < 2 * weight / (50 * touching.ROCK_E)
         assert np.linalg.norm(f["bodies/centroid"][-1] - f["bodies/centroid"][0], axis=1).max() < 2 * fall
