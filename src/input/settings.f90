@@ -485,6 +485,10 @@ contains
         call contradict('contact', 'friction', 'lagging only with method=''penalty''', 'augmented')
         return
       end if
+      if (s%lags .and. .not. s%opening > 0) then ! contacts that bear nothing would open and close by turns
+        call contradict('contact', 'friction', 'lagging only with contact.opening above 0', '0')
+        return
+      end if
       call default('contact', 'adapt', 'none')
       s%adapts_stiffness = word('contact', 'adapt') == 'shi'
       if (s%adapts_stiffness .and. (word('contact', 'method') /= 'penalty' .or. .not. scene%displacement_ratio > 0)) then

@@ -153,6 +153,7 @@ BAD = {
     "gamma of energy-momentum": (groups("&method strain='green' /\n&integrator gamma=0.5 /\n"), "a.ana:14:", "no gamma"),
     "exact rotation in Green strain": (groups("&method strain='green', rotation='exact' /\n"), "a.ana:13:", "another"),
     "lagging friction with multipliers": (groups("&contact method='augmented', friction='lagging' /\n"), "a.ana:13:", "augmented"),
+    "lagging friction without a gap that opens": (groups("&contact friction='lagging' /\n"), "a.ana:13:", "opening"),
     "a step of no travel": (groups("&step travel=0 /\n"), "a.ana:13:", "0"),
     "rates of an NMM": (groups("&method model='nmm' /\n&integrator transport='rates' /\n"), "a.ana:14:", "dda"),
     "every and interval": (groups("&output every=1, interval=0.1 /\n"), "a.ana:13:", "every or interval"),
