@@ -11,11 +11,11 @@
 !>
 !> A contact is the same as one of the step before where vertex and edge are.
 module scree_contact_detection
-  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_contact_geometry, only: gap_of
+  use scree_contact_pairs, only: drop_repeats, list_lines, pair_key, put_links
+  use scree_contact_search, only: search
   use scree_contacts, only: contact_t, contacts_t, line_t, outlines_t, state_locked, state_open, state_sliding
   use scree_kinds, only: dp
-  use scree_sorting, only: sort_by
   implicit none
   private
   public :: find_contacts
@@ -26,7 +26,6 @@ module scree_contact_detection
   real(dp), parameter :: most_turning = 30*pi/180 !! of a corner in a step, that is allowed for
   real(dp), parameter :: no_corner = 1e-9_dp      !! an angle below is that of the end of a crack, a whole turn
   real(dp), parameter :: flat = 1e-3_dp           !! a corner that is concave by less is none
-  real(dp), parameter :: room = 0.02_dp           !! of the edges about, that a search gives a vertex beyond its reach
   real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, that a vertex may already be inside
   real(dp), parameter :: still_outside = 1e-9_dp  !! of an edge: overlap that is none
   real(dp), parameter :: touch = 1e-3_dp          !! of the edges about, that is near at rest
@@ -382,166 +381,6 @@ contains
     end function line_of
 
   end subroutine find_contacts
-
-  !> Lists vertices near edges, where what an earlier search listed may not do.
-  pure subroutine search(outlines, place, near, local, self_contact, contacts)
-    type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)  !! (2, n_vertices), length
-    real(dp), intent(in) :: near(:)      !! (n) how far a contact of each vertex reaches, length
-    real(dp), intent(in) :: local(:)     !! (n) shorter edge at each vertex, length
-    logical, intent(in) :: self_contact
-    type(contacts_t), intent(inout) :: contacts
-    type(cell_grid_t) :: grid
-    real(dp), allocatable :: vertex(:, :)
-    integer, allocatable :: list(:, :)
-    integer :: seen(size(near)), range(2, 2)
-    integer :: c, column, i, j, k, n, row
-    real(dp) :: reach
-
-    vertex = place(:, outlines%start)
-    if (allocated(contacts%found_at)) then
-      if (all(norm2(vertex - contacts%found_at, 1) + near <= contacts%reach)) return
-    end if
-    contacts%found_at = vertex
-    contacts%reach = 1.5_dp*near + room*local
-    call set_up_grid(grid, vertex, size(near))
-    call place_boxes(grid, vertex - spread(contacts%reach, 1, 2), vertex + spread(contacts%reach, 1, 2))
-    allocate (list(2, 4*size(near)))
-    n = 0
-    seen = 0
-    do j = 1, size(near)
-      associate (a => place(:, outlines%start(j)), b => place(:, outlines%finish(j)))
-        reach = max(contacts%reach(j), contacts%reach(outlines%next(j)))
-        range = cells_of_box(grid, min(a, b) - reach, max(a, b) + reach)
-        do row = range(2, 1), range(2, 2)
-          do column = range(1, 1), range(1, 2)
-            c = number_of_cell(grid, column, row)
-            do k = grid%first(c), grid%first(c + 1) - 1
-              i = grid%item(k)
-              if (seen(i) == j) cycle
-              seen(i) = j
-              if (outlines%block(i) == outlines%block(j)) then
-                if (.not. self_contact .or. outlines%element(i) == outlines%element(j) .or. i == outlines%next(j)) cycle
-              end if
-              if (distance(vertex(:, i), a, b) > reach + contacts%reach(i)) cycle
-              if (n == size(list, 2)) list = reshape(list, [2, 2*n], pad=[0])
-              n = n + 1
-              list(:, n) = [i, j]
-            end do
-          end do
-        end do
-      end associate
-    end do
-    contacts%candidate = list(:, :n)
-    contacts%link = reshape([integer ::], [2, 0])
-  end subroutine search
-
-  !> Distance of a place from a segment.
-  pure real(dp) function distance(place, a, b)
-    real(dp), intent(in) :: place(2), a(2), b(2)
-    real(dp) :: share
-
-    share = max(0.0_dp, min(1.0_dp, dot_product(place - a, b - a)/sum((b - a)**2)))
-    distance = norm2(place - a - share*(b - a))
-  end function distance
-
-  !> Lines of contacts by the pairs of vertex and edge, sorted.
-  pure subroutine list_lines(contact, n, number, key)
-    type(contact_t), intent(in) :: contact(:)
-    integer, intent(in) :: n                          !! vertices of the outlines
-    integer, allocatable, intent(out) :: number(:)    !! 2 k - 1 and 2 k are the lines of contact k
-    real(dp), allocatable, intent(out) :: key(:)
-    integer :: i, k, m
-
-    allocate (number(sum(contact%n_lines)), key(sum(contact%n_lines)))
-    m = 0
-    do i = 1, size(contact)
-      do k = 1, contact(i)%n_lines
-        m = m + 1
-        number(m) = 2*i - 2 + k
-        key(m) = pair_key(contact(i)%line(k)%vertex, contact(i)%line(k)%edge, n)
-      end do
-    end do
-    call sort_by(key, number)
-  end subroutine list_lines
-
-  !> Drops contacts of one line that another contact has too, as of an edge so short that both its ends are near.
-  pure subroutine drop_repeats(n, contact, n_contacts)
-    integer, intent(in) :: n                          !! vertices of the outlines
-    type(contact_t), intent(inout) :: contact(:)
-    integer, intent(inout) :: n_contacts
-    integer, allocatable :: number(:)
-    real(dp), allocatable :: key(:)
-    logical :: keep(n_contacts)
-    integer :: k
-
-    call list_lines(contact(:n_contacts), n, number, key)
-    keep = .true.
-    do k = 2, size(key)
-      if (key(k) > key(k - 1) + 0.5_dp) cycle
-      associate (a => (number(k - 1) + 1)/2, b => (number(k) + 1)/2)
-        if (contact(b)%n_lines == 1) then
-          keep(b) = .false.
-        else if (contact(a)%n_lines == 1) then
-          keep(a) = .false.
-        end if
-      end associate
-    end do
-    n_contacts = count(keep)
-    contact(:n_contacts) = pack(contact(:size(keep)), keep)
-  end subroutine drop_repeats
-
-  !> One number for a vertex and an edge, exact up to 9e7 of them.
-  pure real(dp) function pair_key(vertex, edge, n)
-    integer, intent(in) :: vertex, edge, n
-
-    pair_key = real(vertex, dp)*n + edge
-  end function pair_key
-
-  !> Pairs of elements of contacts; those of earlier contacts of the same search stay, so that the equations keep their form.
-  pure subroutine put_links(outlines, found, contacts)
-    type(outlines_t), intent(in) :: outlines
-    type(contact_t), intent(inout) :: found(:)
-    type(contacts_t), intent(inout) :: contacts
-    real(dp) :: key(2*size(found) + size(contacts%link, 2))
-    integer :: pair(2, size(key)), order(size(key)), i, k, n, n_elements
-
-    do i = 1, size(found)
-      if (found(i)%n_lines == 1) found(i)%line(2) = found(i)%line(1)
-      do k = 1, 2
-        pair(:, 2*i - 2 + k) = pair_of(found(i)%line(k))
-      end do
-    end do
-    pair(:, 2*size(found) + 1:) = contacts%link
-    n_elements = maxval(outlines%element)
-    do i = 1, size(key)
-      order(i) = i
-      key(i) = pair_key(pair(1, i), pair(2, i), n_elements)
-    end do
-    call sort_by(key, order)
-    n = 0
-    deallocate (contacts%link)
-    allocate (contacts%link(2, size(key)))
-    do i = 1, size(key)
-      if (n == 0 .or. key(i) > key(max(1, i - 1)) + 0.5_dp) n = n + 1
-      contacts%link(:, n) = pair(:, order(i))
-      if (order(i) <= 2*size(found)) found((order(i) + 1)/2)%line(2 - modulo(order(i), 2))%link = n
-    end do
-    contacts%link = contacts%link(:, :n)
-
-  contains
-
-    !> The elements of a line.
-    pure function pair_of(line) result(pair)
-      type(line_t), intent(in) :: line
-      integer :: pair(2), a, b
-
-      a = outlines%element(line%vertex)
-      b = outlines%element(line%edge)
-      pair = [min(a, b), max(a, b)]
-    end function pair_of
-
-  end subroutine put_links
 
   !> An angle between -pi and pi.
   pure real(dp) function turn(angle)

@@ -24,7 +24,7 @@ module scree_contact_geometry
   use scree_system, only: element_unknowns, state_t, system_t
   implicit none
   private
-  public :: add_edge, anchored_rows, frame_of_edge, gap_of, geometry_of, line_geometry_t
+  public :: frame_of_edge, gap_of, geometry_of, line_geometry_t
 
   integer, parameter :: n = element_unknowns
 
@@ -155,47 +155,5 @@ contains
     end subroutine measure_product
 
   end function geometry_of
-
-  !> Makes the geometry of a line at the beginning of the step Shi's: adds what slip from an anchor needs, and the gap is the
-  !> area between vertex and edge over the length that the edge has then (df18, df22).
-  pure subroutine add_edge(system, state, share, outlines, link, line, geometry)
-    type(system_t), intent(in) :: system
-    type(state_t), intent(in) :: state               !! at the beginning of the step
-    type(element_share_t), intent(in) :: share(:)    !! (n_elements)
-    type(outlines_t), intent(in) :: outlines
-    integer, intent(in) :: link(2)                   !! elements in the order of the unknowns
-    type(line_t), intent(in) :: line
-    type(line_geometry_t), intent(inout) :: geometry
-    real(dp) :: stretch(2, n), t(2), normal(2), length
-    integer :: at
-
-    associate (x1 => state%vertex(:, outlines%start(line%vertex)), x2 => state%vertex(:, outlines%start(line%edge)), &
-               x3 => state%vertex(:, outlines%finish(line%edge)), kinematics => share(outlines%element(line%edge))%kinematics)
-      call frame_of_edge(x2, x3, t, normal, length)
-      stretch = displacement_matrix(kinematics, x3) - displacement_matrix(kinematics, x2)
-      at = merge(0, n, outlines%element(line%edge) == link(1))
-      allocate (geometry%edge(3, 2*n), source=0.0_dp)
-      geometry%edge(1, at + 1:at + n) = matmul(t, stretch)
-      geometry%edge(2, at + 1:at + n) = matmul(normal, stretch)
-      geometry%edge(3, at + 1:at + n) = matmul(t, displacement_matrix(kinematics, x1) &
-                                                  - displacement_matrix(kinematics, x1 - geometry%gap*normal))
-    end associate
-    geometry%normal = geometry%normal + geometry%gap/length*geometry%edge(1, :)
-    geometry%normal_end = geometry%normal
-  end subroutine add_edge
-
-  !> Rows of Shi's friction and slip, from an anchor (df18).
-  !>
-  !> Friction acts at the vertex and at the anchor, which moves with the edge. With x0 the anchor, the slip times the length
-  !> of the edge at the beginning of the step is (x1 - x0).(x3 - x2), linear in displacements.
-  pure function anchored_rows(geometry, anchor) result(rows)
-    type(line_geometry_t), intent(in) :: geometry
-    real(dp), intent(in) :: anchor !! share of the edge
-    real(dp) :: rows(2*n, 2), slip
-
-    slip = geometry%along/geometry%edge_length - anchor
-    rows(:, 1) = geometry%shear + geometry%edge(3, :) + slip*geometry%edge(1, :)
-    rows(:, 2) = rows(:, 1) + slip*geometry%edge(1, :) + geometry%gap/geometry%edge_length*geometry%edge(2, :)
-  end function anchored_rows
 
 end module scree_contact_geometry

@@ -4,15 +4,18 @@
 !> of the paper (K_s d = f) without its round-off floor of eps E dt^2 / (rho l^2). With small strain the first
 !> correction is the solution.
 module scree_deformation_iteration
+  use scree_contact_forces, only: add_contacts, slides_with_friction
   use scree_effects, only: add_element_effects, effects_t, element_share_t, symmetric_equations
   use scree_element_term, only: step_rule_t, term_t
   use scree_equations, only: add_equations, begin_equations, equations_t, members, out_of_balance, solve_equations
   use scree_errors, only: error_t
   use scree_kinds, only: dp
-  use scree_open_close, only: add_contacts, hold_contacts, judge_contacts, keep_firm, place_contacts, slides_with_friction, touch_t
+  use scree_impact, only: keep_firm
+  use scree_open_close, only: hold_contacts, judge_contacts
   use scree_scene, only: iterate_hybrid, iterate_newton, settings_t, test_residual
   use scree_system, only: state_t, system_t
   use scree_text, only: number_text
+  use scree_touch, only: place_contacts, touch_t
   implicit none
   private
   public :: iteration_report_t, settle_deformation

@@ -5,20 +5,23 @@ module scree_time_stepper
   use scree_effects, only: effects_t, element_share_t, share_of
   use scree_element_term, only: step_rule_t
   use scree_contact_detection, only: find_contacts
+  use scree_contact_search, only: outran
   use scree_energy, only: loss_by_damping, work_of_loads, work_of_supports
   use scree_equations, only: constrain_equations, equations_t, link_elements
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_fixed_point, only: constrain_fixed_points
   use scree_green_strain, only: green_strain
+  use scree_impact, only: rebound_contacts
   use scree_integrator, only: step_rule_for, still_displacement
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
-  use scree_open_close, only: accept_contacts, begin_again, begin_contacts, farthest_apart, outran, rebound_contacts, touch_t
+  use scree_open_close, only: accept_contacts, begin_again, begin_contacts
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_scene, only: settings_t
   use scree_shi_control, only: adapt_stiffness
   use scree_stiffness, only: small_strain
   use scree_system, only: state_t, system_t
+  use scree_touch, only: farthest_apart, touch_t
   use scree_update, only: update_state
   implicit none
   private

@@ -1,0 +1,177 @@
+!> Forces of contacts in their states, and what they add to the equations (Shi: df18).
+!>
+!> A closed contact is a spring p across its line and, locked, a spring k along it that holds the vertex at its anchor:
+!>
+!>     N = h - p g                   pressing where positive
+!>     T = h' - k s                  s: slip from the anchor, a share of the edge
+!>     T = -+(N tan phi + c l)       sliding
+!>
+!> - The forces h and h' are zero but with multipliers (augmented Lagrangian).
+!> - With viscosity c, N = h - p g - c (change of the overlap in the step)/dt.
+!> - A conserving contact presses with what does the work that the energy of its spring changes by in the step.
+!> - A contact slides with the normal force of the same solution; where the law lags, with that of the one before.
+module scree_contact_forces
+  use scree_conserving_contact, only: mean_depths
+  use scree_contacts, only: contact_law_t, contact_t, line_t, outlines_t, state_locked, state_open, state_sliding
+  use scree_equations, only: add_link_equations, equations_t
+  use scree_kinds, only: dp
+  use scree_shi_contact, only: anchored_rows
+  use scree_system, only: element_unknowns, system_t
+  use scree_touch, only: gaps_and_slips, touch_t
+  implicit none
+  private
+  public :: add_contacts, bond, forces, pushes, slides_with_friction
+
+  integer, parameter :: n = 2*element_unknowns
+
+contains
+
+  !> Adds the springs of all closed contacts at `d`.
+  subroutine add_contacts(system, law, d, symmetric, touch, equations)
+    type(system_t), intent(in) :: system
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: d(:)          !! (n_unknowns)
+    logical, intent(in) :: symmetric      !! operator of the iteration, where the geometry bends
+    type(touch_t), intent(in) :: touch
+    type(equations_t), intent(inout) :: equations
+    real(dp) :: matrix(n, n, size(touch%link, 2)), force(n, size(touch%link, 2)), scale(n, size(touch%link, 2))
+    real(dp) :: of(4, 3), change(n), shear(n), shear_end(n), rows(n, 2)
+    integer :: i, k, m
+
+    matrix = 0.0_dp
+    force = 0.0_dp
+    scale = 0.0_dp
+    do i = 1, size(touch%contact)
+      associate (contact => touch%contact(i), geometry => touch%geometry(:, i), active => touch%contact(i)%active)
+        if (contact%line(active)%state == state_open) cycle
+        of = forces(system%outlines, law, touch%dashpot, contact, touch%start_gap(:, i), gaps_and_slips(system, touch, i, d))
+        if (touch%anchored) then
+          rows = anchored_rows(geometry(active), contact%line(active)%anchor)
+          shear = rows(:, merge(2, 1, contact%line(active)%state == state_locked))
+          shear_end = shear
+        else
+          shear = geometry(active)%shear
+          shear_end = merge(shear, geometry(active)%shear_end, symmetric)
+        end if
+        do k = 1, contact%n_lines
+          associate (link => contact%line(k)%link)
+            do m = 1, contact%n_lines
+              if (contact%line(m)%link /= link) cycle ! what lines of other elements change by with each other is left out
+              change = merge(geometry(m)%normal, geometry(m)%normal_end, symmetric)
+              if (abs(of(1 + m, k)) > 0) call add_change(link, geometry(k)%normal, of(1 + m, k)*change)
+              if (k == active .and. abs(of(1 + m, 3)) > 0) call add_change(link, shear, of(1 + m, 3)*change)
+            end do
+            call add_force_across(link, of(1, k)*geometry(k)%normal)
+          end associate
+        end do
+        associate (link => contact%line(active)%link)
+          if (abs(of(4, 3)) > 0) call add_change(link, shear, of(4, 3)*shear_end)
+          call add_force_across(link, of(1, 3)*shear)
+        end associate
+      end associate
+    end do
+    call add_link_equations(equations, matrix, force, scale)
+
+  contains
+
+    !> Adds a force on the elements of a link.
+    subroutine add_force_across(link, of_link)
+      integer, intent(in) :: link
+      real(dp), intent(in) :: of_link(n)
+
+      force(:, link) = force(:, link) + of_link
+      scale(:, link) = scale(:, link) + abs(of_link)
+    end subroutine add_force_across
+
+    !> Adds what a force along `row` changes by with the unknowns.
+    subroutine add_change(link, row, change)
+      integer, intent(in) :: link
+      real(dp), intent(in) :: row(n), change(n)
+      integer :: j
+
+      do j = 1, n
+        matrix(:, j, link) = matrix(:, j, link) - change(j)*row
+      end do
+    end subroutine add_change
+
+  end subroutine add_contacts
+
+  !> Forces of a closed contact: across its first line, across its second, along the one that acts; each with its changes with
+  !> the gaps and the slip of that one: (force, d/dg1, d/dg2, d/ds).
+  pure function forces(outlines, law, dashpot, contact, start_gap, both) result(force)
+    type(outlines_t), intent(in) :: outlines
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: dashpot
+    type(contact_t), intent(in) :: contact
+    real(dp), intent(in) :: start_gap(2), both(2, 2) !! of the lines
+    real(dp) :: force(4, 3)
+
+    force = 0.0_dp
+    force(:3, :2) = pushes(law, dashpot, contact, start_gap, both(1, :))
+    if (.not. law%conserving) force(:, 3 - contact%active) = 0.0_dp
+    associate (line => contact%line(contact%active), slip => both(2, contact%active))
+      if (line%state == state_locked) then
+        force(:, 3) = [line%held(2) - law%shear_stiffness*slip, 0.0_dp, 0.0_dp, -law%shear_stiffness]
+      else if (law%lags) then
+        force(1, 3) = -line%direction*line%drag
+      else
+        associate (joint => outlines%joint(line%edge))
+          force(:, 3) = law%friction(joint)*(force(:, 1) + force(:, 2))
+          if (line%bonded) force(1, 3) = force(1, 3) + bond(line, law%cohesion(joint))
+          force(:, 3) = -line%direction*force(:, 3)
+          if (line%bonded .and. line%direction*force(1, 3) > 0) force(:, 3) = 0.0_dp ! a bond that is pulled has no friction
+        end associate
+      end if
+    end associate
+  end function forces
+
+  !> Force across each line of a contact, and its changes with the gaps of both lines: (force, d/dg1, d/dg2).
+  !>
+  !> By spring, multiplier and dashpot, as if the line were closed and the one that acts; or what both share of a contact that
+  !> conserves energy.
+  pure function pushes(law, dashpot, contact, start_gap, gap) result(push)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: dashpot              !! force/length
+    type(contact_t), intent(in) :: contact
+    real(dp), intent(in) :: start_gap(2), gap(2) !! of the lines, length
+    real(dp) :: push(3, 2)
+    integer :: k
+
+    push = 0.0_dp
+    if (law%conserving) then
+      push = law%normal_stiffness*mean_depths(contact%n_lines, start_gap, gap)
+    else
+      do k = 1, contact%n_lines
+        push(1, k) = contact%line(k)%held(1) - law%normal_stiffness*gap(k) - dashpot*(gap(k) - min(start_gap(k), 0.0_dp))
+        push(1 + k, k) = -law%normal_stiffness - dashpot
+      end do
+    end if
+  end function pushes
+
+  !> Force of a bond: a strength of the joint times the length of the contact.
+  pure real(dp) function bond(line, strength)
+    type(line_t), intent(in) :: line
+    real(dp), intent(in) :: strength !! force/length^2
+
+    bond = 0.0_dp
+    if (line%bonded) bond = strength*line%length
+  end function bond
+
+  !> Whether a contact slides with a force that follows the normal one: the equations are then not symmetric.
+  pure logical function slides_with_friction(outlines, law, touch)
+    type(outlines_t), intent(in) :: outlines
+    type(contact_law_t), intent(in) :: law
+    type(touch_t), intent(in) :: touch
+    integer :: i
+
+    slides_with_friction = .false.
+    if (law%lags) return
+    do i = 1, size(touch%contact)
+      associate (line => touch%contact(i)%line(touch%contact(i)%active))
+        slides_with_friction = slides_with_friction .or. &
+          (line%state == state_sliding .and. law%friction(outlines%joint(line%edge)) > 0)
+      end associate
+    end do
+  end function slides_with_friction
+
+end module scree_contact_forces

@@ -1,0 +1,110 @@
+!> Contacts by their pairs of a vertex and an edge, and the pairs of elements that they link.
+module scree_contact_pairs
+  use scree_contacts, only: contact_t, contacts_t, line_t, outlines_t
+  use scree_kinds, only: dp
+  use scree_sorting, only: sort_by
+  implicit none
+  private
+  public :: drop_repeats, list_lines, pair_key, put_links
+
+contains
+
+  !> Lines of contacts by the pairs of vertex and edge, sorted.
+  pure subroutine list_lines(contact, n, number, key)
+    type(contact_t), intent(in) :: contact(:)
+    integer, intent(in) :: n                          !! vertices of the outlines
+    integer, allocatable, intent(out) :: number(:)    !! 2 k - 1 and 2 k are the lines of contact k
+    real(dp), allocatable, intent(out) :: key(:)
+    integer :: i, k, m
+
+    allocate (number(sum(contact%n_lines)), key(sum(contact%n_lines)))
+    m = 0
+    do i = 1, size(contact)
+      do k = 1, contact(i)%n_lines
+        m = m + 1
+        number(m) = 2*i - 2 + k
+        key(m) = pair_key(contact(i)%line(k)%vertex, contact(i)%line(k)%edge, n)
+      end do
+    end do
+    call sort_by(key, number)
+  end subroutine list_lines
+
+  !> Drops contacts of one line that another contact has too, as of an edge so short that both its ends are near.
+  pure subroutine drop_repeats(n, contact, n_contacts)
+    integer, intent(in) :: n                          !! vertices of the outlines
+    type(contact_t), intent(inout) :: contact(:)
+    integer, intent(inout) :: n_contacts
+    integer, allocatable :: number(:)
+    real(dp), allocatable :: key(:)
+    logical :: keep(n_contacts)
+    integer :: k
+
+    call list_lines(contact(:n_contacts), n, number, key)
+    keep = .true.
+    do k = 2, size(key)
+      if (key(k) > key(k - 1) + 0.5_dp) cycle
+      associate (a => (number(k - 1) + 1)/2, b => (number(k) + 1)/2)
+        if (contact(b)%n_lines == 1) then
+          keep(b) = .false.
+        else if (contact(a)%n_lines == 1) then
+          keep(a) = .false.
+        end if
+      end associate
+    end do
+    n_contacts = count(keep)
+    contact(:n_contacts) = pack(contact(:size(keep)), keep)
+  end subroutine drop_repeats
+
+  !> One number for a vertex and an edge, exact up to 9e7 of them.
+  pure real(dp) function pair_key(vertex, edge, n)
+    integer, intent(in) :: vertex, edge, n
+
+    pair_key = real(vertex, dp)*n + edge
+  end function pair_key
+
+  !> Pairs of elements of contacts; those of earlier contacts of the same search stay, so that the equations keep their form.
+  pure subroutine put_links(outlines, found, contacts)
+    type(outlines_t), intent(in) :: outlines
+    type(contact_t), intent(inout) :: found(:)
+    type(contacts_t), intent(inout) :: contacts
+    real(dp) :: key(2*size(found) + size(contacts%link, 2))
+    integer :: pair(2, size(key)), order(size(key)), i, k, n, n_elements
+
+    do i = 1, size(found)
+      if (found(i)%n_lines == 1) found(i)%line(2) = found(i)%line(1)
+      do k = 1, 2
+        pair(:, 2*i - 2 + k) = pair_of(found(i)%line(k))
+      end do
+    end do
+    pair(:, 2*size(found) + 1:) = contacts%link
+    n_elements = maxval(outlines%element)
+    do i = 1, size(key)
+      order(i) = i
+      key(i) = pair_key(pair(1, i), pair(2, i), n_elements)
+    end do
+    call sort_by(key, order)
+    n = 0
+    deallocate (contacts%link)
+    allocate (contacts%link(2, size(key)))
+    do i = 1, size(key)
+      if (n == 0 .or. key(i) > key(max(1, i - 1)) + 0.5_dp) n = n + 1
+      contacts%link(:, n) = pair(:, order(i))
+      if (order(i) <= 2*size(found)) found((order(i) + 1)/2)%line(2 - modulo(order(i), 2))%link = n
+    end do
+    contacts%link = contacts%link(:, :n)
+
+  contains
+
+    !> The elements of a line.
+    pure function pair_of(line) result(pair)
+      type(line_t), intent(in) :: line
+      integer :: pair(2), a, b
+
+      a = outlines%element(line%vertex)
+      b = outlines%element(line%edge)
+      pair = [min(a, b), max(a, b)]
+    end function pair_of
+
+  end subroutine put_links
+
+end module scree_contact_pairs

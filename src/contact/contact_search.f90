@@ -1,0 +1,101 @@
+!> Which vertices are near which edges: a search in a grid, with room to move, and whether a step outran it.
+module scree_contact_search
+  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
+  use scree_contacts, only: contacts_t, outlines_t
+  use scree_effects, only: element_share_t
+  use scree_interpolation, only: displacement_matrix
+  use scree_kinds, only: dp
+  use scree_system, only: state_t, system_t
+  implicit none
+  private
+  public :: outran, search
+
+  real(dp), parameter :: room = 0.02_dp           !! of the edges about, that a search gives a vertex beyond its reach
+
+contains
+
+  !> Lists vertices near edges, where what an earlier search listed may not do.
+  pure subroutine search(outlines, place, near, local, self_contact, contacts)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)  !! (2, n_vertices), length
+    real(dp), intent(in) :: near(:)      !! (n) how far a contact of each vertex reaches, length
+    real(dp), intent(in) :: local(:)     !! (n) shorter edge at each vertex, length
+    logical, intent(in) :: self_contact
+    type(contacts_t), intent(inout) :: contacts
+    type(cell_grid_t) :: grid
+    real(dp), allocatable :: vertex(:, :)
+    integer, allocatable :: list(:, :)
+    integer :: seen(size(near)), range(2, 2)
+    integer :: c, column, i, j, k, n, row
+    real(dp) :: reach
+
+    vertex = place(:, outlines%start)
+    if (allocated(contacts%found_at)) then
+      if (all(norm2(vertex - contacts%found_at, 1) + near <= contacts%reach)) return
+    end if
+    contacts%found_at = vertex
+    contacts%reach = 1.5_dp*near + room*local
+    call set_up_grid(grid, vertex, size(near))
+    call place_boxes(grid, vertex - spread(contacts%reach, 1, 2), vertex + spread(contacts%reach, 1, 2))
+    allocate (list(2, 4*size(near)))
+    n = 0
+    seen = 0
+    do j = 1, size(near)
+      associate (a => place(:, outlines%start(j)), b => place(:, outlines%finish(j)))
+        reach = max(contacts%reach(j), contacts%reach(outlines%next(j)))
+        range = cells_of_box(grid, min(a, b) - reach, max(a, b) + reach)
+        do row = range(2, 1), range(2, 2)
+          do column = range(1, 1), range(1, 2)
+            c = number_of_cell(grid, column, row)
+            do k = grid%first(c), grid%first(c + 1) - 1
+              i = grid%item(k)
+              if (seen(i) == j) cycle
+              seen(i) = j
+              if (outlines%block(i) == outlines%block(j)) then
+                if (.not. self_contact .or. outlines%element(i) == outlines%element(j) .or. i == outlines%next(j)) cycle
+              end if
+              if (distance(vertex(:, i), a, b) > reach + contacts%reach(i)) cycle
+              if (n == size(list, 2)) list = reshape(list, [2, 2*n], pad=[0])
+              n = n + 1
+              list(:, n) = [i, j]
+            end do
+          end do
+        end do
+      end associate
+    end do
+    contacts%candidate = list(:, :n)
+    contacts%link = reshape([integer ::], [2, 0])
+  end subroutine search
+
+  !> Distance of a place from a segment.
+  pure real(dp) function distance(place, a, b)
+    real(dp), intent(in) :: place(2), a(2), b(2)
+    real(dp) :: share
+
+    share = max(0.0_dp, min(1.0_dp, dot_product(place - a, b - a)/sum((b - a)**2)))
+    distance = norm2(place - a - share*(b - a))
+  end function distance
+
+  !> How far a vertex went beyond what the search for contacts looked at, 0 where none did; and beyond what its velocity makes,
+  !> over the shorter edge at it.
+  pure function outran(system, state, share, d) result(farthest)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state               !! at the beginning of the step
+    type(element_share_t), intent(in) :: share(:)    !! (n_elements)
+    real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    real(dp) :: farthest(2), beyond
+    integer :: i
+
+    farthest = 0.0_dp
+    associate (outlines => system%outlines)
+      do i = 1, size(outlines%start)
+        beyond = norm2(matmul(displacement_matrix(share(outlines%element(i))%kinematics, state%vertex(:, outlines%start(i))), &
+                              d(system%elements%unknown(:, outlines%element(i))))) - state%contacts%near(i)
+        farthest(1) = max(farthest(1), beyond)
+        if (beyond > 0) farthest(2) = max(farthest(2), beyond/state%contacts%local(i) &
+                                          + min(state%contacts%margin/state%contacts%local(i), state%contacts%leap))
+      end do
+    end associate
+  end function outran
+
+end module scree_contact_search

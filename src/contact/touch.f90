@@ -1,0 +1,119 @@
+!> The contacts in the iteration of one step: where they are, and their gaps and slips at a displacement.
+module scree_touch
+  use scree_contact_geometry, only: geometry_of, line_geometry_t
+  use scree_contacts, only: contact_t, state_open
+  use scree_effects, only: element_share_t
+  use scree_kinds, only: dp
+  use scree_shi_contact, only: add_edge, anchored_rows
+  use scree_system, only: element_unknowns, state_t, system_t
+  implicit none
+  private
+  public :: farthest_apart, gaps_and_slips, of_elements, place_contacts, touch_t
+
+  integer, parameter :: n = 2*element_unknowns
+
+  type :: touch_t
+    type(contact_t), allocatable :: contact(:)
+    integer, allocatable :: link(:, :)                   !! (2, n_links) pairs of elements
+    type(line_geometry_t), allocatable :: geometry(:, :) !! (2, n)
+    real(dp), allocatable :: start_gap(:, :)             !! (2, n) at the beginning of the step, length
+    real(dp), allocatable :: start_share(:, :)           !! (2, n) along the edge then
+    logical, allocatable :: kept(:, :)                   !! (2, n) closed then: the anchor stays
+    real(dp) :: dashpot = 0.0_dp                         !! viscosity over the size of the step, force/length
+    logical :: bends = .false.                           !! the geometry follows the motion, else it is linear
+    logical :: anchored = .false.                        !! slip is measured from the anchor, linear in displacements (Shi)
+    real(dp), allocatable :: reference(:)                !! (n_unknowns) displacement that the geometry is of
+    real(dp), allocatable :: firmness(:)                 !! (n_elements) in an impact: against deforming, force/length
+    real(dp), allocatable :: moved(:)                    !! (n_unknowns) displacement to the impact; 0 with small strain
+    real(dp) :: weight = 1.0_dp                          !! of it in the configuration where forces act
+    integer :: count(3) = 0                              !! contacts open, sliding, locked
+    integer :: changes = 0                               !! of states, in the last judgement
+  end type touch_t
+
+contains
+
+  !> Geometry of all contacts at a displacement.
+  pure subroutine place_contacts(system, state, share, weight, d, touch)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    real(dp), intent(in) :: weight                !! of `d` in the configuration where the forces act
+    real(dp), intent(in) :: d(:)                  !! (n_unknowns)
+    type(touch_t), intent(inout) :: touch
+    integer :: i, k
+
+    do i = 1, size(touch%contact)
+      do k = 1, touch%contact(i)%n_lines
+        associate (line => touch%contact(i)%line(k))
+          touch%geometry(k, i) = geometry_of(system, state, share, system%outlines, touch%link(:, line%link), line, touch%bends, &
+                                             weight, d)
+          if (touch%anchored) call add_edge(state, share, system%outlines, touch%link(:, line%link), line, touch%geometry(k, i))
+        end associate
+      end do
+    end do
+    touch%reference = d
+  end subroutine place_contacts
+
+  !> Gaps and slips of the lines of a contact at `d`.
+  pure function gaps_and_slips(system, touch, i, d) result(both)
+    type(system_t), intent(in) :: system
+    type(touch_t), intent(in) :: touch
+    integer, intent(in) :: i
+    real(dp), intent(in) :: d(:)
+    real(dp) :: both(2, 2) !! of the lines
+    integer :: k
+
+    both = 0.0_dp
+    do k = 1, touch%contact(i)%n_lines
+      both(:, k) = gap_and_slip(system, touch, i, k, d)
+    end do
+  end function gaps_and_slips
+
+  !> Values of the unknowns of two elements.
+  pure function of_elements(system, link, d)
+    type(system_t), intent(in) :: system
+    integer, intent(in) :: link(2)
+    real(dp), intent(in) :: d(:) !! (n_unknowns)
+    real(dp) :: of_elements(n)
+
+    of_elements(:n/2) = d(system%elements%unknown(:, link(1)))
+    of_elements(n/2 + 1:) = d(system%elements%unknown(:, link(2)))
+  end function of_elements
+
+  !> Gap of a line and slip from its anchor at `d`, linear about the reference.
+  pure function gap_and_slip(system, touch, i, k, d) result(both)
+    type(system_t), intent(in) :: system
+    type(touch_t), intent(in) :: touch
+    integer, intent(in) :: i, k
+    real(dp), intent(in) :: d(:)
+    real(dp) :: both(2), change(n), rows(n, 2)
+
+    associate (line => touch%contact(i)%line(k), geometry => touch%geometry(k, i))
+      change = of_elements(system, touch%link(:, line%link), d) - of_elements(system, touch%link(:, line%link), touch%reference)
+      both = [geometry%gap + dot_product(geometry%normal_end, change), &
+              geometry%along + dot_product(geometry%shear_end, change) - line%anchor*geometry%edge_length]
+      if (.not. touch%anchored) return
+      rows = anchored_rows(geometry, line%anchor)
+      both(2) = geometry%along + dot_product(rows(:, 2), change) - line%anchor*geometry%edge_length
+    end associate
+  end function gap_and_slip
+
+  !> Largest gap and overlap of a closed contact at `d`.
+  pure function farthest_apart(system, touch, d) result(farthest)
+    type(system_t), intent(in) :: system
+    type(touch_t), intent(in) :: touch
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    real(dp) :: both(2), farthest(2)
+    integer :: i
+
+    farthest = 0.0_dp
+    do i = 1, size(touch%contact)
+      associate (contact => touch%contact(i))
+        if (contact%line(contact%active)%state == state_open) cycle
+        both = gap_and_slip(system, touch, i, contact%active, d)
+        farthest = max(farthest, [both(1), -both(1)])
+      end associate
+    end do
+  end function farthest_apart
+
+end module scree_touch
