@@ -12,7 +12,7 @@
 !> A contact is the same as one of the step before where vertex and edge are.
 module scree_contact_detection
   use scree_contact_geometry, only: gap_of
-  use scree_contact_pairs, only: drop_repeats, list_lines, pair_key, put_links
+  use scree_contact_pairs, only: drop_repeats, line_of_pair, list_lines, put_links
   use scree_contact_search, only: search
   use scree_contacts, only: contact_t, contacts_t, line_t, outlines_t, state_locked, state_open, state_sliding
   use scree_kinds, only: dp
@@ -145,24 +145,37 @@ contains
       tilt = parallel + turning(i) + turning(j)
     end function tilt
 
+    !> Place of vertex i along edge j, from its beginning.
+    pure real(dp) function along(i, j)
+      integer, intent(in) :: i, j
+
+      associate (x1 => place(:, outlines%start(i)), x2 => place(:, outlines%start(j)), x3 => place(:, outlines%finish(j)))
+        along = dot_product(x1 - x2, x3 - x2)/size_of_edge(j)
+      end associate
+    end function along
+
+    !> Gap of vertex i at the line of edge j.
+    pure real(dp) function gap_at(i, j)
+      integer, intent(in) :: i, j
+
+      gap_at = gap_of(place(:, outlines%start(i)), place(:, outlines%start(j)), place(:, outlines%finish(j)))
+    end function gap_at
+
     !> Contact of vertex i over edge j.
     subroutine meet_edge(i, j)
       integer, intent(in) :: i, j
-      real(dp) :: at, gap, reach
+      real(dp) :: at, gap
 
-      associate (x1 => place(:, outlines%start(i)), x2 => place(:, outlines%start(j)), x3 => place(:, outlines%finish(j)))
-        reach = near(i) + max(near(j), near(outlines%next(j)))
-        at = dot_product(x1 - x2, x3 - x2)/size_of_edge(j)
-        if (at < 0 .or. at > size_of_edge(j)) return
-        gap = gap_of(x1, x2, x3)
-        if (gap > reach) return
-        if (contacts%outside > 0) then
-          if (gap < -contacts%inside) return
-        else if (.not. entered(i, j, -gap)) then
-          return
-        end if
-        if (fits(i, j)) call add([i], [j])
-      end associate
+      at = along(i, j)
+      if (at < 0 .or. at > size_of_edge(j)) return
+      gap = gap_at(i, j)
+      if (gap > near(i) + max(near(j), near(outlines%next(j)))) return
+      if (contacts%outside > 0) then
+        if (gap < -contacts%inside) return
+      else if (.not. entered(i, j, -gap)) then
+        return
+      end if
+      if (fits(i, j)) call add([i], [j])
     end subroutine meet_edge
 
     !> Whether vertex i, that is behind edge j by so much, entered there. It did where the edge acted before; else of the edges
@@ -183,91 +196,102 @@ contains
       do k = 1, size(contacts%candidate, 2)
         associate (other => contacts%candidate(2, k))
           if (contacts%candidate(1, k) /= i .or. other == j .or. outlines%block(other) /= outlines%block(j)) cycle
-          associate (x1 => place(:, outlines%start(i)), x2 => place(:, outlines%start(other)), &
-                     x3 => place(:, outlines%finish(other)))
-            at = dot_product(x1 - x2, x3 - x2)/size_of_edge(other)
-            if (at >= 0 .and. at <= size_of_edge(other)) entered = entered .and. gap_of(x1, x2, x3) <= -depth
-          end associate
+          at = along(i, other)
+          if (at >= 0 .and. at <= size_of_edge(other)) entered = entered .and. gap_at(i, other) <= -depth
         end associate
       end do
     end function entered
 
-    !> Contacts of vertex i over the edges at vertex j, of which the corner there says nothing; for Shi, there are none.
+    !> Contacts of two corners that are near each other.
+    subroutine meet_corners(i, j)
+      integer, intent(in) :: i, j
+      real(dp) :: between
+
+      between = turn(corner(i)%from + corner(i)%angle/2 + pi - corner(j)%from - corner(j)%angle/2)
+      if (contacts%by_name) then
+        call meet_by_name(i, j, between)
+      else if (max(corner(i)%angle, corner(j)%angle) <= pi + flat) then
+        call meet_convex(i, j, between)
+      else if (corner(j)%angle > pi + flat .and. corner(i)%angle <= pi + parallel) then
+        call meet_hollow(i, j, abs(between), tilt(i, j))
+      else
+        call meet_hollow(j, i, abs(between), tilt(i, j))
+      end if
+    end subroutine meet_corners
+
+    !> Contacts of two convex corners, one turned from the other by the angle between them.
+    subroutine meet_convex(i, j, between)
+      integer, intent(in) :: i, j
+      real(dp), intent(in) :: between !! rad
+      logical :: low(2), high(2)      !! which vertices have the entrance line on either side
+      real(dp) :: width
+
+      associate (a => corner(i)%angle, b => corner(j)%angle, before_i => outlines%previous(i), before_j => outlines%previous(j))
+        width = abs(between) + (a + b)/2
+        low = [-b/2 <= between - a/2 + parallel, between - a/2 <= -b/2 + parallel]
+        high = [b/2 >= between + a/2 - parallel, between + a/2 >= b/2 - parallel]
+        if (width > pi + tilt(i, j)) then ! they cannot meet tip to tip, but beside it
+          call meet_sides(i, j)
+          call meet_sides(j, i)
+        else if (width >= pi - parallel) then
+          call add(pack([i, j, i, j], [low, high]), pack([j, i, before_j, before_i], [low, high]))
+        else
+          call add(pack([i, j], low), pack([j, i], low), pack([i, j], high), pack([before_j, before_i], high))
+        end if
+      end associate
+    end subroutine meet_convex
+
+    !> Contacts of the corner at vertex i with either edge of a concave one at vertex j.
+    subroutine meet_hollow(i, j, between, tilt)
+      integer, intent(in) :: i, j
+      real(dp), intent(in) :: between, tilt !! rad
+
+      if (between + corner(i)%angle/2 > pi - corner(j)%angle/2 + tilt) then
+        call meet_sides(i, j)
+      else
+        call add([i], [j])
+        call add([i], [outlines%previous(j)])
+      end if
+    end subroutine meet_hollow
+
+    !> Contacts of vertex i over the edges at vertex j, of which the corner there says nothing.
     subroutine meet_sides(i, j)
       integer, intent(in) :: i, j
 
-      if (contacts%by_name) return
       associate (x1 => place(:, outlines%start(i)), after => outlines%next(j), before => outlines%previous(j))
         if (norm2(x1 - place(:, outlines%start(after))) > near(i) + near(after)) call meet_edge(i, j)
         if (norm2(x1 - place(:, outlines%start(before))) > near(i) + near(before)) call meet_edge(i, before)
       end associate
     end subroutine meet_sides
 
-    !> Contacts of the convex corner at vertex i with either edge of a concave one at vertex j, as far as it fits on them (Shi).
-    subroutine meet_hollow(i, j)
+    !> Contacts of two corners by Shi's rules (df04, df05): the convex one with either edge of a concave one, as far as it fits
+    !> on them; of parallel edges one or both; else the upright corner chooses between edges that are nearly parallel.
+    subroutine meet_by_name(i, j, between)
       integer, intent(in) :: i, j
+      real(dp), intent(in) :: between !! rad
+      integer :: low(2), high(2), vertex, hollow
+      real(dp) :: upright, width
 
-      if (fits(i, j)) call add([i], [j])
-      if (fits(i, outlines%previous(j))) call add([i], [outlines%previous(j)])
-    end subroutine meet_hollow
-
-    !> Contacts of two corners that are near each other.
-    subroutine meet_corners(i, j)
-      integer, intent(in) :: i, j
-      real(dp) :: a, b, between, width, low_a, low_b, high_a, high_b, upright
-      integer :: before_i, before_j, low(2), high(2)
-
-      a = corner(i)%angle
-      b = corner(j)%angle
-      before_i = outlines%previous(i)
-      before_j = outlines%previous(j)
-      between = turn(corner(i)%from + a/2 + pi - corner(j)%from - b/2)
-      if (contacts%by_name .and. max(a, b) > pi + flat) then
-        call meet_hollow(merge(i, j, a <= pi + flat), merge(j, i, a <= pi + flat))
-      else if (a <= pi + flat .and. b <= pi + flat) then
+      associate (a => corner(i)%angle, b => corner(j)%angle, before_i => outlines%previous(i), before_j => outlines%previous(j))
         width = abs(between) + (a + b)/2
-        if (width > pi + tilt(i, j)) then ! they cannot meet tip to tip, but beside it
-          call meet_sides(i, j)
-          call meet_sides(j, i)
+        if (max(a, b) > pi + flat) then
+          vertex = merge(i, j, a <= pi + flat)
+          hollow = merge(j, i, a <= pi + flat)
+          if (fits(vertex, hollow)) call add([vertex], [hollow])
+          if (fits(vertex, outlines%previous(hollow))) call add([vertex], [outlines%previous(hollow)])
+        else if (width > pi + tilt(i, j)) then
           return
-        end if
-        low_a = between - a/2
-        low_b = -b/2
-        high_a = between + a/2
-        high_b = b/2
-        if (contacts%by_name .and. width >= pi - parallel) then
+        else if (width >= pi - parallel) then
           if ((a + b)/2 - between >= pi - parallel) call add([i, j], [before_j, i])
           if ((a + b)/2 + between >= pi - parallel) call add([j, i], [before_i, j])
-        else if (contacts%by_name) then
+        else
           upright = abs(sin(corner(j)%from + b/2)) - abs(sin(corner(i)%from + a/2))
-          low = merge([i, j], [j, i], low_a - low_b >= merge(-nearly, nearly, upright >= 0))
-          high = merge([j, before_i], [i, before_j], high_a - high_b >= merge(-nearly, nearly, upright <= 0))
+          low = merge([i, j], [j, i], between - a/2 + b/2 >= merge(-nearly, nearly, upright >= 0))
+          high = merge([j, before_i], [i, before_j], between + a/2 - b/2 >= merge(-nearly, nearly, upright <= 0))
           call add(low(:1), low(2:), high(:1), high(2:))
-        else if (width >= pi - parallel) then
-          call add(pack([i, j, i, j], [low_b <= low_a + parallel, low_a <= low_b + parallel, &
-                                          high_b >= high_a - parallel, high_a >= high_b - parallel]), &
-                   pack([j, i, before_j, before_i], [low_b <= low_a + parallel, low_a <= low_b + parallel, &
-                                                     high_b >= high_a - parallel, high_a >= high_b - parallel]))
-        else
-          call add(pack([i, j], [low_b <= low_a + parallel, low_a <= low_b + parallel]), &
-                   pack([j, i], [low_b <= low_a + parallel, low_a <= low_b + parallel]), &
-                   pack([i, j], [high_b >= high_a - parallel, high_a >= high_b - parallel]), &
-                   pack([before_j, before_i], [high_b >= high_a - parallel, high_a >= high_b - parallel]))
         end if
-      else if (b > pi + flat .and. a <= pi + parallel) then
-        if (abs(between) + a/2 > pi - b/2 + tilt(i, j)) then
-          call meet_sides(i, j)
-        else
-          call add([i], [j])
-          call add([i], [before_j])
-        end if
-      else if (abs(between) + b/2 > pi - a/2 + tilt(i, j)) then
-        call meet_sides(j, i)
-      else
-        call add([j], [i])
-        call add([j], [before_i])
-      end if
-    end subroutine meet_corners
+      end associate
+    end subroutine meet_by_name
 
     !> Adds a contact with one line or two, each the best of some pairs of a vertex and an edge on that line.
     subroutine add(vertex, edge, other_vertex, other_edge)
@@ -275,18 +299,21 @@ contains
       integer, intent(in), optional :: other_vertex(:), other_edge(:)
       type(contact_t) :: new
 
-      new%line(1) = best(vertex, edge)
-      if (present(other_vertex)) then
-        new%n_lines = 2
-        new%line(2) = best(other_vertex, other_edge)
-        if (contacts%by_name) new%line%state = min(new%line%state, state_sliding)
+      if (present(other_vertex)) new%n_lines = 2
+      if (contacts%by_name) then
+        new%line(1) = named(vertex, edge)
+        if (new%n_lines == 2) new%line(2) = named(other_vertex, other_edge)
+        if (new%n_lines == 2) new%line%state = min(new%line%state, state_sliding)
+      else
+        new%line(1) = best(vertex, edge)
+        if (new%n_lines == 2) new%line(2) = best(other_vertex, other_edge)
       end if
       if (any(new%line(:new%n_lines)%vertex == 0)) return ! within one element, which cannot touch itself
       if (new%n_lines == 2) then
         if (new%line(1)%state /= state_open .neqv. new%line(2)%state /= state_open) then
           new%active = merge(1, 2, new%line(1)%state /= state_open)
         else
-          new%active = merge(1, 2, gap_at(new%line(1)) >= gap_at(new%line(2)))
+          new%active = merge(1, 2, gap_at(new%line(1)%vertex, new%line(1)%edge) >= gap_at(new%line(2)%vertex, new%line(2)%edge))
         end if
       end if
       if (n_found == size(found)) found = [found, found]
@@ -294,19 +321,10 @@ contains
       found(n_found) = new
     end subroutine add
 
-    !> Gap of a line.
-    pure real(dp) function gap_at(line)
-      type(line_t), intent(in) :: line
-
-      gap_at = gap_of(place(:, outlines%start(line%vertex)), place(:, outlines%start(line%edge)), &
-                      place(:, outlines%finish(line%edge)))
-    end function gap_at
-
     !> The pair of a contact before, or else the one whose vertex lies best within its edge, with what the pairs remember.
-    !> For Shi, the first whose vertex lies within its edge; only the same pair, and locked, keeps its anchor (df05, df06).
     pure type(line_t) function best(vertex, edge)
       integer, intent(in) :: vertex(:), edge(:)
-      real(dp) :: along, inside, most, slip
+      real(dp) :: at, inside, most, slip
       integer :: before, k, known
 
       most = -huge(most)
@@ -314,71 +332,86 @@ contains
       slip = 0.0_dp
       do k = 1, size(vertex)
         if (outlines%element(vertex(k)) == outlines%element(edge(k))) cycle
-        associate (x1 => place(:, outlines%start(vertex(k))), x2 => place(:, outlines%start(edge(k))), &
-                   x3 => place(:, outlines%finish(edge(k))), length => size_of_edge(edge(k)))
-          along = dot_product(x1 - x2, x3 - x2)/length
-          inside = min(along, length - along)
+        associate (length => size_of_edge(edge(k)))
+          at = along(vertex(k), edge(k))
+          inside = min(at, length - at)
           before = line_before(vertex(k), edge(k))
           if (before > 0) then
             known = before
-            slip = along - line_of(before)*length
+            associate (was => contacts%contact((before + 1)/2)%line(2 - modulo(before, 2)))
+              slip = at - was%anchor*length
+            end associate
             if (inside >= -beyond*length) inside = huge(inside)
           end if
-          if (contacts%by_name) inside = merge(huge(inside), real(k, dp), k == 1 .and. dot_product(x2 - x1, x3 - x1) <= 0)
           if (inside <= most) cycle
           most = inside
           best%vertex = vertex(k)
           best%edge = edge(k)
-          best%anchor = along/length
-          if (contacts%by_name) best%anchor = 1 - (length - along)*length/(length**2 + contacts%guard)
+          best%anchor = at/length
         end associate
       end do
       if (known == 0) return
+      call recall(contacts%contact((known + 1)/2)%line(2 - modulo(known, 2)), best)
+      if (best%state /= state_open) best%anchor = best%anchor - slip/size_of_edge(best%edge)
+    end function best
+
+    !> The first pair where its vertex lies within its edge, else the last, with what the pairs remember; only the same pair, and
+    !> locked, keeps its anchor (Shi: df05, df06).
+    pure type(line_t) function named(vertex, edge)
+      integer, intent(in) :: vertex(:), edge(:)
+      real(dp) :: past
+      integer :: before, k, known
+      logical :: within
+
+      known = 0
+      within = .false.
+      do k = 1, size(vertex)
+        if (outlines%element(vertex(k)) == outlines%element(edge(k))) cycle
+        before = line_before(vertex(k), edge(k))
+        if (before > 0) known = before
+        if (within) cycle
+        named%vertex = vertex(k)
+        named%edge = edge(k)
+        associate (x1 => place(:, outlines%start(vertex(k))), x2 => place(:, outlines%start(edge(k))), &
+                   x3 => place(:, outlines%finish(edge(k))))
+          within = k == 1 .and. dot_product(x2 - x1, x3 - x1) <= 0
+        end associate
+      end do
+      if (named%vertex == 0) return
+      associate (length => size_of_edge(named%edge))
+        past = length - along(named%vertex, named%edge)
+        named%anchor = 1 - past*length/(length**2 + contacts%guard)
+      end associate
+      if (known == 0) return
       associate (was => contacts%contact((known + 1)/2)%line(2 - modulo(known, 2)))
-        best%state = was%state
-        best%direction = was%direction
-        best%held = was%held
-        best%length = was%length
-        best%bonded = was%bonded
-        best%drag = was%drag
-        if (.not. contacts%by_name) then
-          if (was%state /= state_open) best%anchor = best%anchor - slip/size_of_edge(best%edge)
-        else if (was%state == state_locked .and. was%vertex == best%vertex) then
-          best%anchor = was%anchor
+        call recall(was, named)
+        if (was%state == state_locked .and. was%vertex == named%vertex) then
+          named%anchor = was%anchor
         else if (was%state /= state_open .and. contacts%contact((known + 1)/2)%n_lines == 2) then
-          best%state = state_locked
+          named%state = state_locked
         end if
       end associate
-    end function best
+    end function named
+
+    !> Hands on what a line remembers but for its anchor.
+    pure subroutine recall(was, line)
+      type(line_t), intent(in) :: was
+      type(line_t), intent(inout) :: line
+
+      line%state = was%state
+      line%direction = was%direction
+      line%held = was%held
+      line%length = was%length
+      line%bonded = was%bonded
+      line%drag = was%drag
+    end subroutine recall
 
     !> Number of the line of a pair in the contacts before, 2 k - 1 and 2 k those of contact k; 0 where there is none.
     pure integer function line_before(vertex, edge)
       integer, intent(in) :: vertex, edge
-      integer :: high, low, middle
-      real(dp) :: wanted
 
-      line_before = 0
-      if (size(old) == 0) return
-      wanted = pair_key(vertex, edge, size(outlines%start))
-      low = 1
-      high = size(old)
-      do while (low < high)
-        middle = (low + high)/2
-        if (key(middle) < wanted) then
-          low = middle + 1
-        else
-          high = middle
-        end if
-      end do
-      if (.not. abs(key(low) - wanted) > 0.5_dp) line_before = old(low)
+      line_before = line_of_pair(old, key, vertex, edge, size(outlines%start))
     end function line_before
-
-    !> Anchor of a line before.
-    pure real(dp) function line_of(number)
-      integer, intent(in) :: number
-
-      line_of = contacts%contact((number + 1)/2)%line(2 - modulo(number, 2))%anchor
-    end function line_of
 
   end subroutine find_contacts
 

@@ -12,7 +12,7 @@
 !> - A contact slides with the normal force of the same solution; where the law lags, with that of the one before.
 module scree_contact_forces
   use scree_conserving_contact, only: mean_depths
-  use scree_contacts, only: contact_law_t, contact_t, line_t, outlines_t, state_locked, state_open, state_sliding
+  use scree_contacts, only: contact_law_t, line_t, outlines_t, state_locked, state_open, state_sliding
   use scree_equations, only: add_link_equations, equations_t
   use scree_kinds, only: dp
   use scree_shi_contact, only: anchored_rows
@@ -44,8 +44,8 @@ contains
     do i = 1, size(touch%contact)
       associate (contact => touch%contact(i), geometry => touch%geometry(:, i), active => touch%contact(i)%active)
         if (contact%line(active)%state == state_open) cycle
-        of = forces(system%outlines, law, touch%dashpot, contact, touch%start_gap(:, i), gaps_and_slips(system, touch, i, d))
-        if (touch%anchored) then
+        of = forces(system%outlines, law, touch, i, gaps_and_slips(system, touch, i, d))
+        if (touch%anchored) then ! friction acts at the anchor (Shi: df18)
           rows = anchored_rows(geometry(active), contact%line(active)%anchor)
           shear = rows(:, merge(2, 1, contact%line(active)%state == state_locked))
           shear_end = shear
@@ -98,18 +98,18 @@ contains
 
   !> Forces of a closed contact: across its first line, across its second, along the one that acts; each with its changes with
   !> the gaps and the slip of that one: (force, d/dg1, d/dg2, d/ds).
-  pure function forces(outlines, law, dashpot, contact, start_gap, both) result(force)
+  pure function forces(outlines, law, touch, i, both) result(force)
     type(outlines_t), intent(in) :: outlines
     type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: dashpot
-    type(contact_t), intent(in) :: contact
-    real(dp), intent(in) :: start_gap(2), both(2, 2) !! of the lines
+    type(touch_t), intent(in) :: touch
+    integer, intent(in) :: i             !! contact
+    real(dp), intent(in) :: both(2, 2)   !! gap and slip of its lines
     real(dp) :: force(4, 3)
 
     force = 0.0_dp
-    force(:3, :2) = pushes(law, dashpot, contact, start_gap, both(1, :))
-    if (.not. law%conserving) force(:, 3 - contact%active) = 0.0_dp
-    associate (line => contact%line(contact%active), slip => both(2, contact%active))
+    force(:3, :2) = pushes(law, touch, i, both(1, :))
+    if (.not. law%conserving) force(:, 3 - touch%contact(i)%active) = 0.0_dp
+    associate (line => touch%contact(i)%line(touch%contact(i)%active), slip => both(2, touch%contact(i)%active))
       if (line%state == state_locked) then
         force(:, 3) = [line%held(2) - law%shear_stiffness*slip, 0.0_dp, 0.0_dp, -law%shear_stiffness]
       else if (law%lags) then
@@ -129,23 +129,25 @@ contains
   !>
   !> By spring, multiplier and dashpot, as if the line were closed and the one that acts; or what both share of a contact that
   !> conserves energy.
-  pure function pushes(law, dashpot, contact, start_gap, gap) result(push)
+  pure function pushes(law, touch, i, gap) result(push)
     type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: dashpot              !! force/length
-    type(contact_t), intent(in) :: contact
-    real(dp), intent(in) :: start_gap(2), gap(2) !! of the lines, length
+    type(touch_t), intent(in) :: touch
+    integer, intent(in) :: i             !! contact
+    real(dp), intent(in) :: gap(2)       !! of its lines, length
     real(dp) :: push(3, 2)
     integer :: k
 
     push = 0.0_dp
-    if (law%conserving) then
-      push = law%normal_stiffness*mean_depths(contact%n_lines, start_gap, gap)
-    else
-      do k = 1, contact%n_lines
-        push(1, k) = contact%line(k)%held(1) - law%normal_stiffness*gap(k) - dashpot*(gap(k) - min(start_gap(k), 0.0_dp))
-        push(1 + k, k) = -law%normal_stiffness - dashpot
-      end do
-    end if
+    associate (contact => touch%contact(i), dashpot => touch%dashpot, start_gap => touch%start_gap(:, i))
+      if (law%conserving) then
+        push = law%normal_stiffness*mean_depths(contact%n_lines, start_gap, gap)
+      else
+        do k = 1, contact%n_lines
+          push(1, k) = contact%line(k)%held(1) - law%normal_stiffness*gap(k) - dashpot*(gap(k) - min(start_gap(k), 0.0_dp))
+          push(1 + k, k) = -law%normal_stiffness - dashpot
+        end do
+      end if
+    end associate
   end function pushes
 
   !> Force of a bond: a strength of the joint times the length of the contact.

@@ -5,7 +5,7 @@ module scree_contact_pairs
   use scree_sorting, only: sort_by
   implicit none
   private
-  public :: drop_repeats, list_lines, pair_key, put_links
+  public :: drop_repeats, line_of_pair, list_lines, put_links
 
 contains
 
@@ -28,6 +28,31 @@ contains
     end do
     call sort_by(key, number)
   end subroutine list_lines
+
+  !> Number of the line of a pair in a list that `list_lines` made; 0 where there is none.
+  pure integer function line_of_pair(number, key, vertex, edge, n)
+    integer, intent(in) :: number(:)
+    real(dp), intent(in) :: key(:)
+    integer, intent(in) :: vertex, edge
+    integer, intent(in) :: n                          !! vertices of the outlines
+    integer :: high, low, middle
+    real(dp) :: wanted
+
+    line_of_pair = 0
+    if (size(number) == 0) return
+    wanted = pair_key(vertex, edge, n)
+    low = 1
+    high = size(number)
+    do while (low < high)
+      middle = (low + high)/2
+      if (key(middle) < wanted) then
+        low = middle + 1
+      else
+        high = middle
+      end if
+    end do
+    if (.not. abs(key(low) - wanted) > 0.5_dp) line_of_pair = number(low)
+  end function line_of_pair
 
   !> Drops contacts of one line that another contact has too, as of an edge so short that both its ends are near.
   pure subroutine drop_repeats(n, contact, n_contacts)

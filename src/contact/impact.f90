@@ -75,7 +75,7 @@ contains
           fastest = max(fastest, unmet*sum(abs(geometry%shear*v)), unmet*sum(abs(geometry%normal*v)), -approach)
           geometry%gap = law%restitution*way*min(approach, 0.0_dp)
           both = gaps_and_slips(system, touch, i, d)
-          push = pushes(law, touch%dashpot, touch%contact(i), touch%start_gap(:, i), both(1, :))
+          push = pushes(law, touch, i, both(1, :))
           fastest = max(fastest, way*push(1, k)*sum(1/share(touch%link(:, contact%line(1)%link))%mass))
         end if
       end associate

@@ -145,11 +145,9 @@ contains
     if (touch%anchored) call put_anchors(system, d, touch)
     largest = 0.0_dp
     do i = 1, size(touch%contact)
-      associate (contact => touch%contact(i))
-        both(:, :, i) = gaps_and_slips(system, touch, i, d)
-        push(:, :, i) = pushes(law, touch%dashpot, contact, touch%start_gap(:, i), both(1, :, i))
-        largest = max(largest, minval(push(1, :contact%n_lines, i)), merge(sum(push(1, :, i)), 0.0_dp, law%conserving))
-      end associate
+      both(:, :, i) = gaps_and_slips(system, touch, i, d)
+      push(:, :, i) = pushes(law, touch, i, both(1, :, i))
+      largest = max(largest, minval(push(1, :touch%contact(i)%n_lines, i)), merge(sum(push(1, :, i)), 0.0_dp, law%conserving))
     end do
     touch%changes = 0
     touch%count = 0
@@ -346,7 +344,7 @@ contains
       associate (k => touch%contact(i)%active, line => touch%contact(i)%line(touch%contact(i)%active))
         if (line%state == state_open) cycle
         both = gaps_and_slips(system, touch, i, d)
-        of = forces(system%outlines, law, touch%dashpot, touch%contact(i), touch%start_gap(:, i), both)
+        of = forces(system%outlines, law, touch, i, both)
         pair = of(1, [k, 3])
         pair(1) = pair(1) + touch%dashpot*(both(1, k) - min(touch%start_gap(k, i), 0.0_dp)) ! it is no part of the overlap's force
         enough = enough .and. (abs(both(1, k)) <= law%overlap .or. maxval(abs(pair - line%held)) <= faint*abs(pair(1)))
@@ -387,7 +385,7 @@ contains
           cycle
         end if
         both = gaps_and_slips(system, touch, i, d)
-        of = forces(system%outlines, law, touch%dashpot, touch%contact(i), touch%start_gap(:, i), both)
+        of = forces(system%outlines, law, touch, i, both)
         contacts%contact(i)%force = [sum(of(1, :2)), of(1, 3)]
         slip = both(2, k)
         if (line%state == state_sliding) call let_slide(of(1, 3), touch%geometry(k, i)%edge_length, line, slip, contacts%friction)
