@@ -98,6 +98,7 @@ contains
           try%why = 'a vertex leapt over what is near it'
         else if (beyond(1) > 0) then
           state%contacts%margin = state%contacts%margin + 2*beyond(1)
+          call count_work()
           cycle
         end if
       end if
@@ -106,9 +107,7 @@ contains
       if (try%settled .and. allocated(effects%contact)) call keep_apart()
       d_motion = d
       if (try%settled .and. allocated(effects%contact)) call rebound()
-      report%solves = report%solves + try%solves
-      if (allocated(try%judged)) report%judged = reshape([report%judged, try%judged], [4, size(report%judged, 2) &
-                                                                                          + size(try%judged, 2)])
+      call count_work()
       if (try%settled) exit
       report%rejected = report%rejected + 1
       report%why = try%why
@@ -132,6 +131,13 @@ contains
     end do
 
   contains
+
+    !> Adds what a try took.
+    subroutine count_work()
+      report%solves = report%solves + try%solves
+      if (allocated(try%judged)) report%judged = reshape([report%judged, try%judged], [4, size(report%judged, 2) &
+                                                                                          + size(try%judged, 2)])
+    end subroutine count_work
 
     !> Rejects a try in which a vertex goes too far.
     subroutine keep_near()
