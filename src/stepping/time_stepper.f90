@@ -6,6 +6,7 @@ module scree_time_stepper
   use scree_element_term, only: step_rule_t
   use scree_contact_detection, only: find_contacts
   use scree_contact_search, only: outran
+  use scree_contacts, only: contact_law_t
   use scree_energy, only: loss_by_damping, work_of_loads, work_of_supports
   use scree_equations, only: constrain_equations, equations_t, link_elements
   use scree_errors, only: error_t, fail, status_run_failed
@@ -169,30 +170,34 @@ contains
 
     !> Finds the displacement whose velocities the contacts give back, where the scene asks for restitution.
     !>
-    !> An element that takes an impact as a rigid body keeps the stress that the step gave it.
+    !> An element that takes an impact as a rigid body keeps the stress that the step gave it. What the step began with is put
+    !> back.
     subroutine rebound()
       type(touch_t) :: impact
-      type(effects_t) :: in_impact
-      type(state_t) :: held
-      type(element_share_t) :: firm(size(share))
-      real(dp) :: theta(4)
+      type(contact_law_t) :: law
+      real(dp) :: stress(3, size(share)), elasticity(3, 3, size(share)), theta(4)
       integer :: e
 
       if (effects%contact%restitution < 0 .or. all(touch%count(2:) == 0)) return
-      in_impact = effects
-      held = state
-      firm = share
+      law = effects%contact
+      stress = state%stress
       do e = 1, system%n_elements
+        elasticity(:, :, e) = share(e)%elasticity
         if (.not. system%elements%alone(e)) cycle
         theta = matmul(share(e)%kinematics%gradient, d(system%elements%unknown(:, e)))
-        held%stress(:, e) = state%stress(:, e) + rule%stress_weight*matmul(share(e)%elasticity, &
+        state%stress(:, e) = stress(:, e) + rule%stress_weight*matmul(elasticity(:, :, e), &
           merge(green_strain(theta), small_strain(theta), effects%large_deformation))
-        firm(e)%elasticity = 0.0_dp
+        share(e)%elasticity = 0.0_dp
       end do
       call rebound_contacts(system, share, d, rule%operator_weight, &
                             still_displacement(rule, state%velocity, state%acceleration), state%velocity, &
-                            rule%displacement_weight*rule%dt/rule%velocity_weight, touch, in_impact%contact, impact)
-      call settle_deformation(system, in_impact, settings, held, firm, rule, equations, d_motion, impact, try)
+                            rule%displacement_weight*rule%dt/rule%velocity_weight, touch, effects%contact, impact)
+      call settle_deformation(system, effects, settings, state, share, rule, equations, d_motion, impact, try)
+      effects%contact = law
+      state%stress = stress
+      do e = 1, system%n_elements
+        share(e)%elasticity = elasticity(:, :, e)
+      end do
     end subroutine rebound
 
   end subroutine advance
