@@ -8,8 +8,8 @@ module scree_joints_deck
                                 wrong_item
   use scree_rock_outline, only: close_slope, crosses_itself, has_rock_at, make_rock, outline_t, reaches_into_window, rock_t, &
                                 slope_outline, tunnel_outline, window_outline
-  use scree_scene, only: line_t, point_t, scene_t
-  use scree_settings, only: check_value, kind_real, kind_reals, kind_whole, known_groups, known_names, setting_t
+  use scree_scene, only: line_t, point_t, scene_t, word_t
+  use scree_settings, only: kind_real, kind_reals, kind_whole, known_groups, place_in, put_word, setting_t
   use scree_text, only: number_text, real_text
   implicit none
   private
@@ -64,12 +64,6 @@ module scree_joints_deck
     type(word_t), allocatable :: word(:) !! in the order of the table
   end type words_t
 
-  !> A value and its line.
-  type :: word_t
-    character(len=:), allocatable :: value
-    integer :: deck_line = 0
-  end type word_t
-
 contains
 
   !> Reads a deck of joint sets: what to draw, and a scene with its e0 and its points, still without lines.
@@ -86,7 +80,7 @@ contains
     type(words_t) :: words
     type(outline_t), allocatable :: outline(:)
     type(outline_t) :: window
-    character(len=:), allocatable :: done
+    character(len=:), allocatable :: done, place
 
     allocate (joints%sets(0), scene%material_lines(0), scene%fixed_lines(0), scene%load_points(0), &
               scene%measured_points(0), scene%hole_points(0), outline(0))
@@ -118,7 +112,8 @@ contains
         words%group = groups%group
         words%deck_line = groups%line
       case (name_has_value)
-        call take_word(deck, groups, words, error)
+        place = place_of_line(deck, groups%line)
+        call put_word(table, place//': ', groups%group, groups%name, groups%value, place, words%word, error)
         if (allocated(error)) return
       case (group_ends)
         call take_group(deck, words, joints, scene, window, outline, error)
@@ -135,28 +130,6 @@ contains
     if (allocated(error)) return
     call check_points(deck, joints%rock, scene, error)
   end subroutine read_joints_deck
-
-  !> Keeps one value. Errors: an unknown name, one twice, a value of the wrong kind or range.
-  subroutine take_word(deck, groups, words, error)
-    type(deck_t), intent(in) :: deck
-    type(groups_t), intent(in) :: groups
-    type(words_t), intent(inout) :: words
-    type(error_t), allocatable, intent(out) :: error
-    integer :: i
-
-    i = place_in_table(groups%group, groups%name)
-    if (i == 0) then
-      call wrong_item(deck, groups, 'one of the names '//known_names(table, groups%group)//' in &'//groups%group, &
-                      in_quotes(groups%name), error)
-    else if (allocated(words%word(i)%value)) then
-      call wrong_item(deck, groups, 'each name once', 'a second '//groups%name//' in &'//groups%group, error)
-    else
-      call check_value(deck%name//':'//number_text(groups%line)//': expected ', groups%group//'.'//groups%name, table(i), &
-                       groups%value, error)
-      words%word(i)%value = groups%value
-      words%word(i)%deck_line = groups%line
-    end if
-  end subroutine take_word
 
   !> Takes a group that is complete. Errors: names that are missing or do not go together.
   subroutine take_group(deck, words, joints, scene, window, outline, error)
@@ -189,7 +162,7 @@ contains
     case ('window')
       window%deck_line = words%deck_line
       window%material = nint(number(words, 'material'))
-      call take_places(deck, words, 2, window%corner, error)
+      call take_places(words, 2, window%corner, error)
       if (allocated(error)) return
       if (size(window%corner, 2) == 2) then
         place = window%corner
@@ -200,18 +173,18 @@ contains
       this%deck_line = words%deck_line
       this%material = nint(number(words, 'material'))
       if (words%group == 'slope') then
-        call take_places(deck, words, 2, this%corner, error)
+        call take_places(words, 2, this%corner, error)
       else if (has(words, 'centre') .or. has(words, 'radius') .or. has(words, 'sides')) then
         call take_circle(deck, words, this%corner, error)
       else if (has(words, 'x') .and. has(words, 'y')) then
-        call take_places(deck, words, 3, this%corner, error)
+        call take_places(words, 3, this%corner, error)
       else
         call wrong(deck, words%deck_line, 'x and y, or centre and radius, in &tunnel', 'neither', error)
       end if
       if (allocated(error)) return
       outline = [outline, this]
     case default
-      call take_places(deck, words, 1, place, error)
+      call take_places(words, 1, place, error)
       if (allocated(error)) return
       do i = 1, size(place, 2)
         select case (words%group)
@@ -229,30 +202,30 @@ contains
   end subroutine take_group
 
   !> Places from x and y. A last one that repeats the first is left out where they are corners.
-  subroutine take_places(deck, words, least, place, error)
-    type(deck_t), intent(in) :: deck
+  subroutine take_places(words, least, place, error)
     type(words_t), intent(in) :: words
     integer, intent(in) :: least !! number
     real(dp), allocatable, intent(out) :: place(:, :) !! (2, n)
     type(error_t), allocatable, intent(out) :: error
     real(dp), allocatable :: x(:), y(:)
-    integer :: n, y_line
+    integer :: n
+    character(len=:), allocatable :: y_place
 
     x = numbers(words, 'x')
     y = numbers(words, 'y')
     n = size(x)
-    y_line = words%word(place_in_table(words%group, 'y'))%deck_line
+    y_place = words%word(place_in(table, words%group, 'y'))%from
     if (size(y) /= n) then
-      call wrong(deck, y_line, 'as many numbers for '//words%group//'.y as for '//words%group//'.x ('//number_text(n)//')', &
-                 number_text(size(y)), error)
+      call wrong_at(y_place, 'as many numbers for '//words%group//'.y as for '//words%group//'.x ('//number_text(n)//')', &
+                    number_text(size(y)), error)
       return
     end if
     if (least > 1 .and. n > 3 .and. words%group /= 'slope') then
       if (.not. (abs(x(n) - x(1)) > 0.0_dp .or. abs(y(n) - y(1)) > 0.0_dp)) n = n - 1
     end if
     if (n < least .or. (least > 1 .and. n > most_corners)) then
-      call wrong(deck, y_line, 'from '//number_text(least)//' to '//number_text(most_corners)//' places in &'//words%group, &
-                 number_text(n), error)
+      call wrong_at(y_place, 'from '//number_text(least)//' to '//number_text(most_corners)//' places in &'//words%group, &
+                    number_text(n), error)
       return
     end if
     allocate (place(2, n))
@@ -277,8 +250,8 @@ contains
       call wrong(deck, words%deck_line, 'centre and radius in &tunnel', 'one without the other', error)
     else
       centre = numbers(words, 'centre')
-      if (size(centre) /= 2) call wrong(deck, words%word(place_in_table('tunnel', 'centre'))%deck_line, &
-                                        'two numbers for tunnel.centre', number_text(size(centre)), error)
+      if (size(centre) /= 2) call wrong_at(words%word(place_in(table, 'tunnel', 'centre'))%from, &
+                                           'two numbers for tunnel.centre', number_text(size(centre)), error)
     end if
     if (allocated(error)) return
     n = nint(number(words, 'sides'))
@@ -398,23 +371,12 @@ contains
 
   end subroutine check_points
 
-  !> Place of a name in the table, 0 where it has none.
-  pure integer function place_in_table(group, name)
-    character(len=*), intent(in) :: group, name
-    integer :: i
-
-    place_in_table = 0
-    do i = 1, size(table)
-      if (table(i)%group == group .and. table(i)%name == name) place_in_table = i
-    end do
-  end function place_in_table
-
   !> Whether a name of a group has a value.
   pure logical function has(words, name)
     type(words_t), intent(in) :: words
     character(len=*), intent(in) :: name
 
-    has = allocated(words%word(place_in_table(words%group, name))%value)
+    has = allocated(words%word(place_in(table, words%group, name))%value)
   end function has
 
   !> Value of a name, else its default.
@@ -425,9 +387,9 @@ contains
     character(len=:), allocatable :: value
 
     if (has(words, name)) then
-      value = words%word(place_in_table(words%group, name))%value
+      value = words%word(place_in(table, words%group, name))%value
     else
-      value = trim(table(place_in_table(words%group, name))%default)
+      value = trim(table(place_in(table, words%group, name))%default)
     end if
     read (value, *) number
   end function number
@@ -440,7 +402,7 @@ contains
     character(len=:), allocatable :: value
     integer :: i, n
 
-    value = words%word(place_in_table(words%group, name))%value
+    value = words%word(place_in(table, words%group, name))%value
     n = 1
     do i = 1, len(value)
       if (value(i:i) == ' ') n = n + 1
@@ -456,7 +418,24 @@ contains
     character(len=*), intent(in) :: expected, found
     type(error_t), allocatable, intent(out) :: error
 
-    call fail(error, status_bad_input, deck%name//':'//number_text(line)//': expected '//expected//', found '//found)
+    call wrong_at(place_of_line(deck, line), expected, found, error)
   end subroutine wrong
+
+  !> Error at a place.
+  subroutine wrong_at(place, expected, found, error)
+    character(len=*), intent(in) :: place, expected, found
+    type(error_t), allocatable, intent(out) :: error
+
+    call fail(error, status_bad_input, place//': expected '//expected//', found '//found)
+  end subroutine wrong_at
+
+  !> A line of a deck in words.
+  pure function place_of_line(deck, line)
+    type(deck_t), intent(in) :: deck
+    integer, intent(in) :: line
+    character(len=:), allocatable :: place_of_line
+
+    place_of_line = deck%name//':'//number_text(line)
+  end function place_of_line
 
 end module scree_joints_deck

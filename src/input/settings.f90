@@ -12,8 +12,8 @@ module scree_settings
   use scree_text, only: number_text, real_text
   implicit none
   private
-  public :: check_value, choices_text, complete_settings, known_groups, known_names, place_of, read_groups, set_word, &
-            setting_t, settings_table
+  public :: choices_text, complete_settings, known_groups, place_in, place_of, put_word, read_groups, set_word, setting_t, &
+            settings_table
 
   integer, parameter, public :: kind_text = 1, kind_choice = 2, kind_real = 3, kind_whole = 4, kind_reals = 5
 
@@ -154,7 +154,7 @@ contains
         done = done//groups%group//' '
       case (name_has_value)
         place = deck%name//':'//number_text(groups%line)
-        call put_word(place//': ', groups%group, groups%name, groups%value, place, words, error)
+        call put_word(settings_table, place//': ', groups%group, groups%name, groups%value, place, words, error)
         if (allocated(error)) return
       end select
     end do
@@ -179,40 +179,49 @@ contains
       if (allocated(words(i)%value)) deallocate (words(i)%value)
     end if
     value = option(equal + 1:)
-    call put_word('--set '//option//': ', option(:dot - 1), option(dot + 1:equal - 1), value, '--set', words, error)
+    call put_word(settings_table, '--set '//option//': ', option(:dot - 1), option(dot + 1:equal - 1), value, '--set', words, &
+                  error)
   end subroutine set_word
 
-  !> Place of a name in the table, 0 where it has none.
+  !> Place of a name in the table of settings, 0 where it has none.
   pure integer function place_of(group, name)
+    character(len=*), intent(in) :: group, name
+
+    place_of = place_in(settings_table, group, name)
+  end function place_of
+
+  !> Place of a name in a table, 0 where it has none.
+  pure integer function place_in(table, group, name)
+    type(setting_t), intent(in) :: table(:)
     character(len=*), intent(in) :: group, name
     integer :: i
 
-    place_of = 0
-    do i = 1, size(settings_table)
-      if (settings_table(i)%group == group .and. settings_table(i)%name == name) place_of = i
+    place_in = 0
+    do i = 1, size(table)
+      if (table(i)%group == group .and. table(i)%name == name) place_in = i
     end do
-  end function place_of
+  end function place_in
 
-  !> Checks one value against the table and keeps it.
-  subroutine put_word(where, group, name, value, from, words, error)
+  !> Checks one value against a table and keeps it. Errors: an unknown name, one twice, a value of the wrong kind or range.
+  subroutine put_word(table, where, group, name, value, from, words, error)
+    type(setting_t), intent(in) :: table(:)
     character(len=*), intent(in) :: where, group, name, value, from
-    type(word_t), intent(inout) :: words(:)
+    type(word_t), intent(inout) :: words(:) !! in the order of the table
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    i = place_of(group, name)
+    i = place_in(table, group, name)
     if (i == 0) then
-      if (any(settings_table%group == group)) then
-        call fail(error, status_bad_input, where//'expected one of the names '//known_names(settings_table, group)// &
+      if (any(table%group == group)) then
+        call fail(error, status_bad_input, where//'expected one of the names '//known_names(table, group)// &
                   ' in &'//group//', found '//in_quotes(name))
       else
-        call fail(error, status_bad_input, where//'expected one of the groups '//known_groups(settings_table)//', found '// &
-                  in_quotes(group))
+        call fail(error, status_bad_input, where//'expected one of the groups '//known_groups(table)//', found '//in_quotes(group))
       end if
     else if (allocated(words(i)%value)) then
       call fail(error, status_bad_input, where//'expected each name once, found a second '//name//' in &'//group)
     else
-      call check_value(where//'expected ', group//'.'//name, settings_table(i), value, error)
+      call check_value(where//'expected ', group//'.'//name, table(i), value, error)
       if (allocated(error)) return
       words(i)%value = value
       words(i)%from = from
