@@ -13,7 +13,7 @@ program scree
   use scree_scene, only: effect_t, scene_t
   use scree_set_up, only: set_up
   use scree_simplex_integration, only: moments_t
-  use scree_simulation, only: simulate, store_model, version
+  use scree_simulation, only: simulate, version
   use scree_system, only: state_t, system_t
   use scree_timers, only: start_phase, stop_phase, timer_t
   implicit none
@@ -80,10 +80,8 @@ contains
   !> Does what the verb asks with the scene.
   subroutine act()
     select case (verb)
-    case ('run')
-      call simulate(scene, blocks, output, with_xdmf, with_classic, quiet, error)
-    case ('cut')
-      call store_model(scene, blocks, output, with_xdmf, quiet, error)
+    case ('run', 'cut')
+      call simulate(scene, blocks, output, verb == 'run', with_xdmf, with_classic, quiet, error)
     case ('check')
       if (.not. quiet) call name_effects()
     case ('explain')

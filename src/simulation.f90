@@ -28,7 +28,7 @@ module scree_simulation
   use scree_text, only: number_text
   implicit none
   private
-  public :: simulate, store_model, version
+  public :: simulate, version
 
   character(len=*), parameter :: version = '0.1.0'
 
@@ -37,14 +37,17 @@ module scree_simulation
 
 contains
 
-  !> Runs a scene to its end and writes the results.
+  !> Runs a scene to its end and writes the results; or its model alone, one frame with the system as set up.
   !>
   !> Errors: bad input that only the set-up can see, and a run that fails; what was written until then stays.
-  subroutine simulate(scene, blocks, results_path, with_xdmf, with_classic, quiet, error)
+  subroutine simulate(scene, blocks, results_path, runs, with_xdmf, with_classic, quiet, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     character(len=*), intent(in) :: results_path
-    logical, intent(in) :: with_xdmf, with_classic, quiet
+    logical, intent(in) :: runs         !! else the model alone
+    logical, intent(in) :: with_xdmf
+    logical, intent(in) :: with_classic !! output of a run in Shi's form
+    logical, intent(in) :: quiet
     type(error_t), allocatable, intent(out) :: error
     type(system_t) :: system
     type(state_t) :: state
@@ -63,72 +66,32 @@ contains
     call start_phase(timer(phase_set_up))
     call prepare(scene, blocks, system, state, effects, list, share, error)
     if (allocated(error)) return
-    call set_up_equations(system%elements, system%n_unknowns, equations)
-    call begin_motion(system, effects, scene%settings, share, equations, state, error)
-    if (allocated(error)) return
+    if (runs) then
+      call set_up_equations(system%elements, system%n_unknowns, equations)
+      call begin_motion(system, effects, scene%settings, share, equations, state, error)
+      if (allocated(error)) return
+    end if
     call stop_phase(timer(phase_set_up))
 
     call tell_effects(progress, list)
     call start_phase(timer(phase_results))
-    layout = layout_of(scene, system, state)
+    layout = layout_of(scene, system, state, runs)
     call begin_results(results_path, with_xdmf, scene, system, state, effects, list, share, layout, results, records, error)
-    if (with_classic .and. .not. allocated(error)) call begin_classic(results, system, layout, error)
+    if (runs .and. with_classic .and. .not. allocated(error)) call begin_classic(results, system, layout, error)
+    if (.not. (runs .or. allocated(error))) call put_frame(results, records, system, share, state, state%vertex, error)
     call stop_phase(timer(phase_results))
-    if (.not. allocated(error)) call run_steps(scene, system, effects, equations, share, state, results, records, progress, &
-                                               timer, error)
+    if (runs .and. .not. allocated(error)) call run_steps(scene, system, effects, equations, share, state, results, records, &
+                                                          progress, timer, error)
 
     call release_equations(equations)
     call end_progress(progress)
     if (allocated(error)) then
       call close_results(results, 'stopped: '//error%message, costs(timer), close_error)
     else
-      call close_results(results, 'complete', costs(timer), error)
+      call close_results(results, trim(merge('complete', 'cut     ', runs)), costs(timer), error)
       if (.not. allocated(error)) call tell(progress, 'results: '//results_path)
     end if
   end subroutine simulate
-
-  !> Writes the model of a scene as a results file with one frame, the system as set up, and runs nothing.
-  !>
-  !> Errors: bad input that only the set-up can see, and a file that cannot be written.
-  subroutine store_model(scene, blocks, results_path, with_xdmf, quiet, error)
-    type(scene_t), intent(in) :: scene
-    type(blocks_t), intent(in) :: blocks
-    character(len=*), intent(in) :: results_path
-    logical, intent(in) :: with_xdmf, quiet
-    type(error_t), allocatable, intent(out) :: error
-    type(system_t) :: system
-    type(state_t) :: state
-    type(effects_t) :: effects
-    type(effect_t), allocatable :: list(:)
-    type(element_share_t), allocatable :: share(:)
-    type(layout_t) :: layout
-    type(results_t) :: results
-    type(records_t) :: records
-    type(progress_t) :: progress
-    type(timer_t) :: timer(3)
-    type(error_t), allocatable :: close_error
-
-    call set_up_progress(quiet, progress)
-    call start_phase(timer(phase_set_up))
-    call prepare(scene, blocks, system, state, effects, list, share, error)
-    if (allocated(error)) return
-    call stop_phase(timer(phase_set_up))
-    call tell_effects(progress, list)
-
-    call start_phase(timer(phase_results))
-    layout = layout_of(scene, system, state)
-    layout%expected_frames = 1
-    layout%expected_steps = 1
-    call begin_results(results_path, with_xdmf, scene, system, state, effects, list, share, layout, results, records, error)
-    if (.not. allocated(error)) call put_frame(results, records, system, share, state, state%vertex, error)
-    call stop_phase(timer(phase_results))
-    if (allocated(error)) then
-      call close_results(results, 'stopped: '//error%message, costs(timer), close_error)
-    else
-      call close_results(results, 'cut', costs(timer), error)
-      if (.not. allocated(error)) call tell(progress, 'results: '//results_path)
-    end if
-  end subroutine store_model
 
   !> Sets the system up, and what each element contributes.
   subroutine prepare(scene, blocks, system, state, effects, list, share, error)
@@ -341,11 +304,12 @@ contains
     call add_classic_frame(results%classic, place, state%point + spread(system%origin, 2, size(state%point, 2)), error)
   end subroutine put_frame
 
-  !> What the frames look like: an element with holes is one polygon with seams.
-  function layout_of(scene, system, state) result(layout)
+  !> What the frames look like: an element with holes is one polygon with seams. The model alone has one.
+  function layout_of(scene, system, state, runs) result(layout)
     type(scene_t), intent(in) :: scene
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
+    logical, intent(in) :: runs
     type(layout_t) :: layout
     real(dp) :: frames, steps
 
@@ -353,6 +317,7 @@ contains
     call polygons_of(system%elements%shape, state%vertex, layout%first, layout%corner)
     layout%block = system%elements%block
     layout%material = system%elements%material
+    if (.not. runs) return
     associate (s => scene%settings)
       steps = min(s%end_time/s%step_size + 1, real(s%most_steps, dp))
       if (s%frame_every > 0) then
