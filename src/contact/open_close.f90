@@ -62,7 +62,6 @@ contains
         touch%kept(:, i) = contact%line%state /= state_open
       end associate
     end do
-
   end subroutine begin_contacts
 
   !> Bonds the contacts of joints with cohesion or strength.

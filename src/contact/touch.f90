@@ -12,6 +12,7 @@ module scree_touch
 
   integer, parameter :: n = 2*element_unknowns
 
+  !> The contacts of a step, and what its iteration makes of them.
   type :: touch_t
     type(contact_t), allocatable :: contact(:)
     integer, allocatable :: link(:, :)                   !! (2, n_links) pairs of elements
