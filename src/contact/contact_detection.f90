@@ -14,16 +14,14 @@ module scree_contact_detection
   use scree_contact_geometry, only: gap_of
   use scree_contact_pairs, only: drop_repeats, line_of_pair, list_lines, put_links
   use scree_contact_search, only: search
-  use scree_contacts, only: contact_t, contacts_t, line_t, outlines_t, state_locked, state_open, state_sliding
+  use scree_contacts, only: contact_t, contacts_t, line_t, outlines_t, parallel, state_locked, state_open, state_sliding
   use scree_kinds, only: dp
   implicit none
   private
   public :: find_contacts
 
   real(dp), parameter :: pi = acos(-1.0_dp)
-  real(dp), parameter :: parallel = 3*pi/180      !! edges that differ by less are parallel (Shi: h1)
-  real(dp), parameter :: nearly = 0.3_dp*parallel !! ... and by less, those at the more upright corner are its lines (Shi: 0.3 h1)
-  real(dp), parameter :: most_turning = 30*pi/180 !! of a corner in a step, that is allowed for
+  real(dp), parameter :: nearly = 0.3_dp*parallel !! edges that differ by less: those at the more upright corner act (Shi: 0.3 h1)
   real(dp), parameter :: no_corner = 1e-9_dp      !! an angle below is that of the end of a crack, a whole turn
   real(dp), parameter :: flat = 1e-3_dp           !! a corner that is concave by less is none
   real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, that a vertex may already be inside
@@ -49,7 +47,7 @@ contains
     type(contacts_t), intent(inout) :: contacts
     type(contact_t), allocatable :: found(:)
     real(dp) :: local(size(outlines%start)), near(size(outlines%start)), size_of_edge(size(outlines%start))
-    real(dp) :: turning(size(outlines%start)) !! of the corners in the step, rad
+    real(dp) :: turning(size(outlines%start)) !! of the edges, then of the corners in the step, rad
     type(corner_t) :: corner(size(outlines%start))
     integer, allocatable :: old(:)
     real(dp), allocatable :: key(:)
@@ -60,9 +58,10 @@ contains
       size_of_edge(i) = norm2(place(:, outlines%finish(i)) - place(:, outlines%start(i)))
     end do
     local = min(size_of_edge, size_of_edge(outlines%previous))
-    turning = min(most_turning, 1.2_dp*norm2(velocity(:, outlines%next) - velocity, 1)*dt/size_of_edge)
+    turning = min(contacts%most_turning, 1.2_dp*norm2(velocity(:, outlines%next) - velocity, 1)*dt/size_of_edge + contacts%swing)
     turning = max(turning, turning(outlines%previous))
     if (contacts%by_name) turning = 0.0_dp
+    contacts%turning = turning
     near = reach_of(local)
     call search(outlines, place, near, local, self_contact, contacts)
     do k = 1, size(contacts%candidate, 2) ! a large block takes the measure of a small one beside it
@@ -170,37 +169,9 @@ contains
       if (at < 0 .or. at > size_of_edge(j)) return
       gap = gap_at(i, j)
       if (gap > near(i) + max(near(j), near(outlines%next(j)))) return
-      if (contacts%outside > 0) then
-        if (gap < -contacts%inside) return
-      else if (.not. entered(i, j, -gap)) then
-        return
-      end if
+      if (contacts%outside > 0 .and. gap < -contacts%inside) return
       if (fits(i, j)) call add([i], [j])
     end subroutine meet_edge
-
-    !> Whether vertex i, that is behind edge j by so much, entered there. It did where the edge acted before; else of the edges
-    !> of that body about it, it entered by the one that it is least behind, and by none that it is in front of. Its own body
-    !> it is in anyway.
-    pure logical function entered(i, j, depth)
-      integer, intent(in) :: i, j
-      real(dp), intent(in) :: depth
-      real(dp) :: at
-      integer :: before, k
-
-      entered = depth <= still_outside*size_of_edge(j)
-      if (entered) return
-      before = line_before(i, j)
-      if (before > 0) entered = contacts%contact((before + 1)/2)%active == 2 - modulo(before, 2)
-      if (entered .or. depth > deepest*min(local(i), size_of_edge(j)) .or. outlines%block(i) == outlines%block(j)) return
-      entered = .true.
-      do k = 1, size(contacts%candidate, 2)
-        associate (other => contacts%candidate(2, k))
-          if (contacts%candidate(1, k) /= i .or. other == j .or. outlines%block(other) /= outlines%block(j)) cycle
-          at = along(i, other)
-          if (at >= 0 .and. at <= size_of_edge(other)) entered = entered .and. gap_at(i, other) <= -depth
-        end associate
-      end do
-    end function entered
 
     !> Contacts of two corners that are near each other.
     subroutine meet_corners(i, j)
@@ -316,12 +287,42 @@ contains
           new%active = merge(1, 2, gap_at(new%line(1)%vertex, new%line(1)%edge) >= gap_at(new%line(2)%vertex, new%line(2)%edge))
         end if
       end if
+      if (.not. (contacts%by_name .or. entered(new%line(new%active)))) return
       if (n_found == size(found)) found = [found, found]
       n_found = n_found + 1
       found(n_found) = new
     end subroutine add
 
-    !> The pair of a contact before, or else the one whose vertex lies best within its edge, with what the pairs remember.
+    !> Whether the vertex of a line entered there, where it is behind it. It did where the line acted before; else of the edges
+    !> of that body about it, it entered by the one that it is least behind, and by none that it is in front of, but at a hollow
+    !> corner. Its own body it is in anyway.
+    pure logical function entered(line)
+      type(line_t), intent(in) :: line
+      real(dp) :: at, depth
+      integer :: before, k
+
+      associate (i => line%vertex, j => line%edge)
+        depth = -gap_at(i, j)
+        entered = depth <= still_outside*size_of_edge(j)
+        if (entered) return
+        before = line_before(i, j)
+        if (before > 0) entered = contacts%contact((before + 1)/2)%active == 2 - modulo(before, 2)
+        if (entered .or. depth > deepest*min(local(i), size_of_edge(j)) .or. outlines%block(i) == outlines%block(j)) return
+        entered = .true.
+        do k = 1, size(contacts%candidate, 2)
+          associate (other => contacts%candidate(2, k))
+            if (contacts%candidate(1, k) /= i .or. other == j .or. outlines%block(other) /= outlines%block(j)) cycle
+            if (other == outlines%next(j) .and. corner(other)%angle > pi) cycle
+            if (other == outlines%previous(j) .and. corner(j)%angle > pi) cycle
+            at = along(i, other)
+            if (at >= 0 .and. at <= size_of_edge(other)) entered = entered .and. gap_at(i, other) <= -depth
+          end associate
+        end do
+      end associate
+    end function entered
+
+    !> The pair of a contact before, best one that was closed, or else the one whose vertex lies best within its edge, with what
+    !> the pairs remember.
     pure type(line_t) function best(vertex, edge)
       integer, intent(in) :: vertex(:), edge(:)
       real(dp) :: at, inside, most, slip
@@ -337,11 +338,13 @@ contains
           inside = min(at, length - at)
           before = line_before(vertex(k), edge(k))
           if (before > 0) then
-            known = before
             associate (was => contacts%contact((before + 1)/2)%line(2 - modulo(before, 2)))
-              slip = at - was%anchor*length
+              if (known == 0 .or. was%state /= state_open) then
+                known = before
+                slip = at - was%anchor*length
+              end if
+              if (inside >= -beyond*length) inside = merge(huge(inside), 0.5_dp*huge(inside), was%state /= state_open)
             end associate
-            if (inside >= -beyond*length) inside = huge(inside)
           end if
           if (inside <= most) cycle
           most = inside

@@ -1,7 +1,7 @@
 !> Which vertices are near which edges: a search in a grid, with room to move, and whether a step outran it.
 module scree_contact_search
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
-  use scree_contacts, only: contacts_t, outlines_t
+  use scree_contacts, only: contacts_t, outlines_t, parallel
   use scree_effects, only: element_share_t
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
@@ -76,24 +76,39 @@ contains
     distance = norm2(place - a - share*(b - a))
   end function distance
 
-  !> How far a vertex went beyond what the search for contacts looked at, 0 where none did; and beyond what its velocity makes,
-  !> over the shorter edge at it.
+  !> How far a vertex went beyond what the search for contacts looked at, 0 where none did; how far an edge that may touch turned
+  !> beyond that, rad; and the largest of either, that of the way without what velocity makes, over the most that is looked at.
   pure function outran(system, state, share, d) result(farthest)
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state               !! at the beginning of the step
     type(element_share_t), intent(in) :: share(:)    !! (n_elements)
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
-    real(dp) :: farthest(2), beyond
+    real(dp) :: farthest(3), beyond, turned, u(2, size(system%outlines%start))
+    logical :: may_touch(size(system%outlines%start)) !! the corner at a vertex
     integer :: i
 
     farthest = 0.0_dp
-    associate (outlines => system%outlines)
+    associate (outlines => system%outlines, contacts => state%contacts)
+      may_touch = .false.
+      may_touch(contacts%candidate(1, :)) = .true.
+      may_touch(contacts%candidate(2, :)) = .true.
+      may_touch(outlines%next(contacts%candidate(2, :))) = .true.
       do i = 1, size(outlines%start)
-        beyond = norm2(matmul(displacement_matrix(share(outlines%element(i))%kinematics, state%vertex(:, outlines%start(i))), &
-                              d(system%elements%unknown(:, outlines%element(i))))) - state%contacts%near(i)
+        u(:, i) = matmul(displacement_matrix(share(outlines%element(i))%kinematics, state%vertex(:, outlines%start(i))), &
+                         d(system%elements%unknown(:, outlines%element(i))))
+        beyond = norm2(u(:, i)) - contacts%near(i)
         farthest(1) = max(farthest(1), beyond)
-        if (beyond > 0) farthest(2) = max(farthest(2), beyond/state%contacts%local(i) &
-                                          + min(state%contacts%margin/state%contacts%local(i), state%contacts%leap))
+        if (beyond > 0) farthest(3) = max(farthest(3), (beyond/contacts%local(i) &
+                                                        + min(contacts%margin/contacts%local(i), contacts%leap))/contacts%leap)
+      end do
+      if (contacts%by_name) return
+      do i = 1, size(outlines%start)
+        associate (next => outlines%next(i))
+          if (.not. (may_touch(i) .or. may_touch(next))) cycle
+          turned = norm2(u(:, next) - u(:, i))/norm2(state%vertex(:, outlines%start(next)) - state%vertex(:, outlines%start(i)))
+          farthest(2) = max(farthest(2), turned - min(contacts%turning(i), contacts%turning(next)) - 0.5_dp*parallel)
+          farthest(3) = max(farthest(3), turned/contacts%most_turning)
+        end associate
       end do
     end associate
   end function outran

@@ -5,6 +5,9 @@ module scree_contacts
   private
   public :: contact_law_t, contact_t, contacts_t, line_t, outlines_t
 
+  !> Edges whose directions differ by less are parallel, rad (Shi: h1).
+  real(dp), parameter, public :: parallel = 3*acos(-1.0_dp)/180
+
   !> State of a contact (Shi: m0).
   integer, parameter, public :: state_open = 0, state_sliding = 1, state_locked = 2
 
@@ -57,6 +60,9 @@ module scree_contacts
     real(dp) :: guard = 0.0_dp              !! by name: added to the square of an edge on which an anchor is placed, length^2
     real(dp) :: leap = 0.25_dp              !! of the edges about, that a vertex may move beyond what its velocity makes
     real(dp) :: margin = 0.0_dp             !! of that, beyond what its velocity makes, length
+    real(dp), allocatable :: turning(:)     !! (n) how far the corner at each vertex may turn in the step, rad
+    real(dp) :: most_turning = acos(-1.0_dp)/6 !! of that, rad
+    real(dp) :: swing = 0.0_dp              !! of that, beyond what its velocity makes, rad
     real(dp) :: overlap = 0.0_dp            !! largest at the end of the last step, length
     real(dp) :: gap = 0.0_dp                !! largest of a closed contact then, length
     real(dp) :: energy = 0.0_dp             !! of the springs then, force length per unit thickness

@@ -68,7 +68,7 @@ contains
     type(constraints_t) :: constraints
     type(step_rule_t) :: rule
     type(touch_t) :: touch
-    real(dp) :: beyond(2), d(system%n_unknowns), d_motion(system%n_unknowns), shorter
+    real(dp) :: beyond(3), d(system%n_unknowns), d_motion(system%n_unknowns), shorter
     integer :: e, stiffened
     logical :: again !! with the contacts as the try before left them
 
@@ -94,11 +94,12 @@ contains
       call settle_deformation(system, effects, settings, state, share, rule, equations, d, touch, try)
       if (try%settled .and. allocated(effects%contact) .and. .not. state%contacts%outside > 0) then
         beyond = outran(system, state, share, d)
-        if (beyond(2) > state%contacts%leap) then
+        if (beyond(3) > 1) then
           try%settled = .false.
-          try%why = 'a vertex leapt over what is near it'
-        else if (beyond(1) > 0) then
+          try%why = 'a vertex leapt over what is near it, or turned too far'
+        else if (maxval(beyond(:2)) > 0) then
           state%contacts%margin = state%contacts%margin + 2*beyond(1)
+          state%contacts%swing = state%contacts%swing + 2*beyond(2)
           call count_work()
           cycle
         end if

@@ -263,3 +263,48 @@ def test_rock_cut_at_random_takes_sudden_gravity_and_gains_no_energy(kind, seed,
         assert np.diff(lost).min() > -1e-6 * weight * fall
         assert f["history/overlap"][:].max() < 2 * weight / (50 * touching.ROCK_E)
         assert np.linalg.norm(f["bodies/centroid"][-1] - f["bodies/centroid"][0], axis=1).max() < 2 * fall
+
+
+@pytest.mark.parametrize("test", ["theta", "residual"])
+def test_multipliers_act_whatever_tells_that_a_step_settled(test, tmp_path):
+    blocks = [box(-2, -1, 5, 1), box(0, 0, 1, 1)]
+    groups = f"{MODES['green']}\n&iteration test='{test}' /\n&contact method='augmented', stiffness=1e7, overlap=1e-8 /"
+    with run(tmp_path, blocks, groups, steps=60, dt=0.01, fixed=[(*x, 1) for x in blocks[0]]) as f:
+        assert f["history/contacts"][-1, 1:].sum() == 2
+        assert f["history/overlap"][:].max() < 1e-8
+
+
+def no_step_gains(f, scale):
+    return np.diff(f["history/energy/dissipated"][:], prepend=0.0).min() > -1e-9 * scale
+
+
+@pytest.mark.parametrize("tilt", [4.0, 5.4, 8.0])
+def test_a_corner_that_an_impact_turns_to_the_floor_is_seen(tilt, tmp_path):
+    """A bar falls tilted, without spin: the corner that meets the floor turns it, and the other comes down in the same step."""
+    bar = box(0, 0, 0.5, 0.1) @ turn(tilt).T + [0, 0.003]
+    blocks = [box(-2, -1, 4, 1), bar]
+    with run(tmp_path, blocks, MODES["green"], steps=20, dt=0.01, rock=(2500, 25000, 1e9, 0.25), material=[1, 2],
+             velocity=[(0, 0, 0), (0, -5, 0)], fixed=[(*x, 1) for x in blocks[0]]) as f:
+        assert no_step_gains(f, f["history/energy/kinetic"][0] + 1)
+        lowest = f["VTKHDF/Points"][:, 1].reshape(-1, 8)[:, 4:].min()
+        assert lowest > -1e-4
+
+
+@pytest.mark.parametrize("phi", [0.0, 60.0])
+@pytest.mark.parametrize("seed", [0, 1, 3, 5, 6, 7, 9, 10])
+def test_slivers_dropped_in_a_box_gain_no_energy(seed, phi, tmp_path):
+    """Edges shorter than the way of a step and blocks thinner: a line is not crossed by what is behind it from elsewhere."""
+    random = np.random.default_rng(seed)
+    blocks, top = [box(-3, -1, 6, 1), box(-4, -1, 1, 5), box(3, -1, 1, 5)], 0.0
+    for _ in range(8):
+        angles = np.sort(random.uniform(0, 2 * np.pi, random.integers(5, 10)))
+        size = random.uniform(0.2, 0.8) * np.array([1, random.choice([1, 0.3, 0.05])])
+        corners = np.column_stack([np.cos(angles), np.sin(angles)]) * size @ turn(random.uniform(0, 360)).T
+        x = random.uniform(-3 - corners[:, 0].min(), 3 - corners[:, 0].max())
+        blocks.append(corners + [x, top - corners[:, 1].min() + random.choice([0.001, 0.05])])
+        top = blocks[-1][:, 1].max()
+    fixed = [(*x, i + 1) for i in range(3) for x in blocks[i]]
+    velocity = [(0, 0, 0), *((*random.normal(size=2), random.normal() * 5) for _ in blocks[3:])]
+    with run(tmp_path, blocks, MODES["green"], steps=300, dt=0.01, phi=phi, rock=(2500, 25000, 1e9, 0.25), velocity=velocity,
+             material=[1, 1, 1, *range(2, len(velocity) + 1)], fixed=fixed) as f:
+        assert no_step_gains(f, np.ptp(f["history/energy/gravity"][:]))
