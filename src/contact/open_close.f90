@@ -10,7 +10,7 @@
 module scree_open_close
   use scree_contact_forces, only: bond, forces, pushes
   use scree_contact_geometry, only: frame_of_edge
-  use scree_contacts, only: contact_law_t, contacts_t, line_t, outlines_t, state_locked, state_open, state_sliding
+  use scree_contacts, only: contact_law_t, contacts_t, line_t, outlines_t, parallel, state_locked, state_open, state_sliding
   use scree_effects, only: element_share_t
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
@@ -19,14 +19,12 @@ module scree_open_close
   use scree_touch, only: gaps_and_slips, of_elements, place_contacts, touch_t
   implicit none
   private
-  public :: accept_contacts, begin_again, begin_contacts, hold_contacts, judge_contacts
+  public :: accept_contacts, begin_again, begin_contacts, hold_contacts, judge_contacts, return_anchors
 
   !> A force below this share of the largest contact force changes no state.
   real(dp), parameter :: faint = 1e-8_dp
   !> A gap below this share of the edge is round-off.
   real(dp), parameter :: round_off = 2e-15_dp
-  !> Edges whose directions differ by less are parallel, rad (Shi: h1).
-  real(dp), parameter :: parallel = 3*acos(-1.0_dp)/180
 
 contains
 
@@ -352,6 +350,33 @@ contains
     end do
   end subroutine hold_contacts
 
+  !> Moves anchors back to where their vertices were when the step began, where these closed in the step and do not get to them:
+  !> shear would pull them on along their way and do work.
+  pure subroutine return_anchors(system, law, d, touch, enough)
+    type(system_t), intent(in) :: system
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    type(touch_t), intent(inout) :: touch
+    logical, intent(out) :: enough            !! none had to move
+    real(dp) :: both(2, 2), of(4, 3), way
+    integer :: i
+
+    enough = .true.
+    if (law%lags) return
+    do i = 1, size(touch%contact)
+      associate (k => touch%contact(i)%active, line => touch%contact(i)%line(touch%contact(i)%active))
+        if (line%state == state_open .or. line%bonded .or. touch%kept(k, i) .or. .not. touch%start_gap(k, i) > 0) cycle
+        both = gaps_and_slips(system, touch, i, d)
+        of = forces(system%outlines, law, touch, i, both)
+        way = both(2, k) + (line%anchor - touch%start_share(k, i))*touch%geometry(k, i)%edge_length
+        if (.not. of(1, 3)*way > 0 .or. .not. abs(line%anchor - touch%start_share(k, i)) > 0) cycle
+        line%anchor = touch%start_share(k, i)
+        line%held(2) = 0.0_dp
+        enough = .false.
+      end associate
+    end do
+  end subroutine return_anchors
+
   !> What the contacts of an accepted step remember: states, anchors, bonds, overlap, energy, friction.
   pure subroutine accept_contacts(system, law, d, touch, contacts)
     type(system_t), intent(in) :: system
@@ -366,6 +391,7 @@ contains
     contacts%contact = touch%contact
     contacts%count = touch%count
     contacts%margin = 0.5_dp*contacts%margin
+    contacts%swing = 0.5_dp*contacts%swing
     contacts%gap = 0.0_dp
     contacts%overlap = 0.0_dp
     contacts%energy = 0.0_dp

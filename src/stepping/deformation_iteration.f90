@@ -11,7 +11,7 @@ module scree_deformation_iteration
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_impact, only: keep_firm
-  use scree_open_close, only: hold_contacts, judge_contacts
+  use scree_open_close, only: hold_contacts, judge_contacts, return_anchors
   use scree_scene, only: iterate_hybrid, iterate_newton, settings_t, test_residual
   use scree_system, only: state_t, system_t
   use scree_text, only: number_text
@@ -119,6 +119,11 @@ contains
           balance = out_of_balance(equations, group)
           report%settled = (balance(1) <= settings%tolerance .or. balance(2) <= round_off) &
                            .and. .not. (in_contact .and. touch%changes > 0 .and. i > 1)
+          if (report%settled .and. in_contact) then
+            call hold()
+            stalled = 0
+            if (.not. report%settled) cycle
+          end if
           if (report%settled) exit
         end if
 
@@ -156,7 +161,7 @@ contains
           end if
         end if
         if (report%settled .and. in_contact) then
-          call hold_contacts(system, effects%contact, d, touch, report%settled)
+          call hold()
           stalled = 0
         end if
         if (report%settled) exit
@@ -164,6 +169,12 @@ contains
       end do
       if (.not. report%settled) report%why = 'the deformation did not settle'
     end subroutine settle_group
+
+    !> Lets contacts hold what has settled, by multipliers and where they closed; it has not where they change by that.
+    subroutine hold()
+      call hold_contacts(system, effects%contact, d, touch, report%settled)
+      if (report%settled) call return_anchors(system, effects%contact, d, touch, report%settled)
+    end subroutine hold
 
     !> Largest change of a component of theta since the last linearisation; where bodies touch, of the place over the size too.
     real(dp) function largest_change(member, before)

