@@ -289,16 +289,19 @@ contains
     real(dp), allocatable :: at(:, :)
     integer, allocatable :: crossed(:)
     real(dp) :: ends(2, 2), way
+    logical :: allowed(size(blocks%material)) !! the block that is crossed
     integer :: b, i
 
     ends = line%ends - spread(blocks%origin, 2, 2)
     call find_crossings(finder, blocks%shape, blocks%vertex, ends, at, crossed)
+    allowed = .false.
     do i = 1, size(crossed)
+      allowed(crossed(i)) = .true.
       way = depth
-      do while (block_at(finder, blocks%shape, blocks%vertex, at(1:2, i) + way*at(3:4, i), &
-                         [(b == crossed(i), b=1, size(blocks%material))]) == 0)
+      do while (block_at(finder, blocks%shape, blocks%vertex, at(1:2, i) + way*at(3:4, i), allowed) == 0)
         way = 0.5_dp*way
       end do
+      allowed(crossed(i)) = .false.
       call add_point(points, fixed_point, at(1:2, i) + way*at(3:4, i), crossed(i))
     end do
     if (size(crossed) > 0) return
