@@ -8,7 +8,7 @@ module scree_contact_search
   use scree_system, only: state_t, system_t
   implicit none
   private
-  public :: outran, search
+  public :: at_outlines, outran, search
 
   real(dp), parameter :: room = 0.02_dp           !! of the edges about, that a search gives a vertex beyond its reach
 
@@ -76,6 +76,23 @@ contains
     distance = norm2(place - a - share*(b - a))
   end function distance
 
+  !> What the vertices of the outlines have of a field that is `value` at the unknowns: displacement or velocity.
+  pure function at_outlines(system, state, share, value) result(there)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state               !! at the beginning of the step
+    type(element_share_t), intent(in) :: share(:)    !! (n_elements)
+    real(dp), intent(in) :: value(:)                 !! (n_unknowns)
+    real(dp) :: there(2, size(system%outlines%start))
+    integer :: i
+
+    do i = 1, size(there, 2)
+      associate (e => system%outlines%element(i))
+        there(:, i) = matmul(displacement_matrix(share(e)%kinematics, state%vertex(:, system%outlines%start(i))), &
+                             value(system%elements%unknown(:, e)))
+      end associate
+    end do
+  end function at_outlines
+
   !> How far a vertex went beyond what the search for contacts looked at, 0 where none did; how far an edge that may touch turned
   !> beyond that, rad; and the largest of either, that of the way without what velocity makes, over the most that is looked at.
   pure function outran(system, state, share, d) result(farthest)
@@ -93,9 +110,8 @@ contains
       may_touch(contacts%candidate(1, :)) = .true.
       may_touch(contacts%candidate(2, :)) = .true.
       may_touch(outlines%next(contacts%candidate(2, :))) = .true.
+      u = at_outlines(system, state, share, d)
       do i = 1, size(outlines%start)
-        u(:, i) = matmul(displacement_matrix(share(outlines%element(i))%kinematics, state%vertex(:, outlines%start(i))), &
-                         d(system%elements%unknown(:, outlines%element(i))))
         beyond = norm2(u(:, i)) - contacts%near(i)
         farthest(1) = max(farthest(1), beyond)
         if (beyond > 0) farthest(3) = max(farthest(3), (beyond/contacts%local(i) &

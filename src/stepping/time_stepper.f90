@@ -5,7 +5,7 @@ module scree_time_stepper
   use scree_effects, only: effects_t, element_share_t, share_of
   use scree_element_term, only: step_rule_t
   use scree_contact_detection, only: find_contacts
-  use scree_contact_search, only: outran
+  use scree_contact_search, only: at_outlines, outran
   use scree_contacts, only: contact_law_t
   use scree_energy, only: loss_by_damping, work_of_loads, work_of_supports
   use scree_equations, only: constrain_equations, equations_t, link_elements
@@ -227,16 +227,9 @@ contains
     real(dp), intent(in) :: dt
     type(equations_t), intent(inout) :: equations
     type(state_t), intent(inout) :: state
-    real(dp) :: velocity(2, size(system%outlines%start))
-    integer :: i
 
-    do i = 1, size(velocity, 2)
-      associate (e => system%outlines%element(i))
-        velocity(:, i) = matmul(displacement_matrix(share(e)%kinematics, state%vertex(:, system%outlines%start(i))), &
-                                state%velocity(system%elements%unknown(:, e)))
-      end associate
-    end do
-    call find_contacts(system%outlines, state%vertex, velocity, dt, system%n_elements > system%n_blocks, state%contacts)
+    call find_contacts(system%outlines, state%vertex, at_outlines(system, state, share, state%velocity), dt, &
+                       system%n_elements > system%n_blocks, state%contacts)
     call link_elements(system%elements, state%contacts%link, equations)
   end subroutine detect
 
