@@ -287,7 +287,7 @@ contains
           new%active = merge(1, 2, gap_at(new%line(1)%vertex, new%line(1)%edge) >= gap_at(new%line(2)%vertex, new%line(2)%edge))
         end if
       end if
-      if (.not. (contacts%by_name .or. entered(new%line(new%active)))) return
+      if (.not. (contacts%outside > 0 .or. entered(new%line(new%active)))) return
       if (n_found == size(found)) found = [found, found]
       n_found = n_found + 1
       found(n_found) = new

@@ -117,7 +117,7 @@ contains
       else
         associate (joint => outlines%joint(line%edge))
           force(:, 3) = law%friction(joint)*(force(:, 1) + force(:, 2))
-          if (line%bonded) force(1, 3) = force(1, 3) + bond(line, law%cohesion(joint))
+          force(1, 3) = force(1, 3) + bond(line, law%cohesion(joint))
           force(:, 3) = -line%direction*force(:, 3)
           if (line%bonded .and. line%direction*force(1, 3) > 0) force(:, 3) = 0.0_dp ! a bond that is pulled has no friction
         end associate
