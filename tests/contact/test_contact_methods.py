@@ -30,7 +30,7 @@ def test_merged_and_nested_iterations_have_one_solution(name, run):
     assert merged.time == pytest.approx(nested.time)
     assert (merged.contacts == nested.contacts).all()
     np.testing.assert_allclose(merged.moved, nested.moved, atol=1e-8 * np.abs(merged.moved).max())
-    assert (np.abs(merged.rotation).max() > 0.3) == (name in ("slide over an edge", "fall and bounce", "meet in flight"))
+    assert (np.abs(merged.turn).max() > 0.3) == (name in ("slide over an edge", "fall and bounce", "meet in flight"))
 
 
 @pytest.mark.parametrize("name", ["slide on a slope", "meet in flight"])
@@ -85,7 +85,7 @@ def test_conserving_contact_keeps_energy_on_corners(name, run):
     scene = tumbling()[name]
     r = scene.run(run, "r", ["integrator.beta=0.5", "contact.energy=conserving"])
     assert np.abs(r.dissipated - r.dissipated[0]).max() < 1e-9 * scene.scale
-    assert np.abs(r.rotation).max() > 1
+    assert np.abs(r.turn).max() > 1
 
 
 @pytest.mark.parametrize("beta", [0.5, 1.0])

@@ -6,6 +6,7 @@ import numpy as np
 
 from . import block_files
 from .block_files import box, turned
+from .results import Results
 
 G = 10.0
 
@@ -37,18 +38,15 @@ class Scene:
         return Touching(run.folder / f"{name}.h5")
 
 
-class Touching:
-    """What a run of a scene took, and where its blocks went."""
+class Touching(Results):
+    """The results of a scene, and what its contact took."""
 
     def __init__(self, path):
+        super().__init__(path)
         with h5py.File(path) as f:
-            self.time = f["history/time"][:]
-            self.moved = f["measured_points/displacement"][:]
-            self.rotation = f["history/rotation"][:]
             self.overlap = f["history/overlap"][:]
             self.contacts = f["history/contacts"][:]
             self.solves = f["history/solves"][:].sum() / len(self.time)
-            self.dissipated = f["history/energy/dissipated"][:]
             self.friction = f["history/energy/friction"][:]
 
 
