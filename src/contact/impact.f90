@@ -68,7 +68,7 @@ contains
         geometry%along = 0.0_dp
         if (k == 0) then
           contact%line(1)%state = state_open
-          geometry%gap = huge(1.0_dp)
+          geometry%gap = sqrt(huge(1.0_dp)) ! its force is a number still
         else
           v = of_elements(system, touch%link(:, touch%contact(i)%line(k)%link), velocity)
           approach = dot_product(geometry%normal, v)
