@@ -2,6 +2,7 @@
 module scree_explain
   use scree_kinds, only: dp
   use scree_scene, only: line_t, point_t, scene_t, time_table_t
+  use scree_setting_rules, only: condition_text, setting_rules, subject_text
   use scree_settings, only: choices_text, kind_choice, setting_t, settings_table
   use scree_text, only: number_text, real_text
   implicit none
@@ -139,7 +140,7 @@ contains
 
   end subroutine explain_scene
 
-  !> Prints the table of all settings, as Markdown.
+  !> Prints the table of all settings and that of which go together, as Markdown.
   subroutine explain_settings(unit)
     integer, intent(in) :: unit
     integer :: i
@@ -150,6 +151,11 @@ contains
         write (unit, '(a)') '| `'//full_name(s)//'` | '//values(s)//' | '//trim(s%dimension)//' | '//trim(s%default)//' | '// &
           trim(s%meaning)//' |'
       end associate
+    end do
+    write (unit, '(a)') '', '| setting | only | because |', '|---|---|---|'
+    do i = 1, size(setting_rules)
+      write (unit, '(a)') '| `'//subject_text(setting_rules(i))//'` | '//condition_text(setting_rules(i))//' | '// &
+        trim(setting_rules(i)%why)//' |'
     end do
   end subroutine explain_settings
 

@@ -10,6 +10,7 @@ module scree_read_scene
   use scree_gmsh_file, only: read_gmsh_file
   use scree_kinds, only: dp
   use scree_scene, only: scene_t, word_t
+  use scree_setting_rules, only: check_rules, drop_overridden
   use scree_settings, only: complete_settings, place_of, read_groups, set_word
   use scree_system, only: fixed_point, load_point
   use scree_text, only: number_text
@@ -48,6 +49,7 @@ contains
       call set_word(options(i)%text, scene%words, error)
       if (allocated(error)) return
     end do
+    call drop_overridden(scene%words)
 
     call name_geometry(geometry, scene, error)
     if (allocated(error)) return
@@ -63,6 +65,8 @@ contains
     call check_materials(scene, blocks, error)
     if (allocated(error)) return
     call complete_settings(scene, error)
+    if (allocated(error)) return
+    call check_rules(scene, error)
     if (allocated(error)) return
     call take_forces(scene, error)
     if (allocated(error)) return

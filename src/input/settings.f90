@@ -342,7 +342,8 @@ contains
 
   !> Gives every name that has no value its default, and makes the settings of the scene.
   !>
-  !> The numbers of the classic deck must have been read. Errors: names that contradict each other.
+  !> The numbers of the classic deck must have been read. Errors: numbers that contradict each other; `setting_rules` has the
+  !> choices that do.
   subroutine complete_settings(scene, error)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
@@ -360,10 +361,6 @@ contains
       s%strain = merge(strain_small, strain_green, word('method', 'strain') == 'small')
       call default('method', 'rotation', 'linear')
       s%turns_exactly = word('method', 'rotation') == 'exact'
-      if (s%turns_exactly .and. (s%model == model_nmm .or. s%strain == strain_green)) then
-        call contradict('method', 'rotation', 'exact only with model=''dda'' and strain=''small''', 'another')
-        return
-      end if
       call default('method', 'plane', 'stress')
       s%plane = merge(plane_stress, plane_strain, word('method', 'plane') == 'stress')
       call default('method', 'mass', either('follows_area', 'constant', s%shi))
@@ -371,15 +368,6 @@ contains
 
       call default('integrator', 'scheme', either('energy_momentum', 'newmark', s%strain == strain_green))
       s%scheme = merge(scheme_newmark, scheme_energy_momentum, word('integrator', 'scheme') == 'newmark')
-      if (s%scheme == scheme_energy_momentum .and. s%strain == strain_small) then
-        call contradict('integrator', 'scheme', 'strain=''green'' in &method for the energy-momentum form', &
-                        'small strain')
-        return
-      end if
-      if (s%scheme == scheme_energy_momentum .and. has('integrator', 'gamma')) then
-        call contradict('integrator', 'gamma', 'no gamma with scheme=''energy_momentum''', 'gamma')
-        return
-      end if
       beta = 1.0_dp
       if (has('integrator', 'beta')) beta = number('integrator', 'beta')
       if (s%scheme == scheme_newmark) &
@@ -398,12 +386,6 @@ contains
       case default
         s%start = start_consistent
       end select
-      if (s%model == model_nmm .and. has('integrator', 'transport')) then
-        if (word('integrator', 'transport') == 'rates') then
-          call contradict('integrator', 'transport', 'transport=''rates'' only with model=''dda''', 'model=''nmm''')
-          return
-        end if
-      end if
       call default('integrator', 'transport', &
                    either('field', 'rates', s%strain == strain_green .or. s%model == model_nmm))
       s%transport = merge(transport_field, transport_rates, word('integrator', 'transport') == 'field')
@@ -422,10 +404,6 @@ contains
       if (has('step', 'end_time')) end_time = number('step', 'end_time')
       if (has('step', 'count')) s%most_steps = nint(number('step', 'count'))
       if (has('step', 'travel')) s%most_travel = 0.5_dp*scene%extent*number('step', 'travel')
-      if (.not. s%most_travel > 0) then
-        call contradict('step', 'control', 'g2 above 0 for control=''shi''', '0')
-        return
-      end if
       call default('step', 'least', real_text(1e-6_dp*size_))
       s%step_size = size_
       s%end_time = end_time
@@ -471,64 +449,27 @@ contains
       if (word('contact', 'method') == 'augmented') then
         call default('contact', 'overlap', real_text(1e-9_dp*scene%extent))
         s%overlap = number('contact', 'overlap')
-      else if (has('contact', 'overlap')) then
-        call contradict('contact', 'overlap', 'overlap only with method=''augmented''', word('contact', 'method'))
-        return
       end if
       if (has('contact', 'restitution')) s%restitution = number('contact', 'restitution')
       if (has('contact', 'viscosity')) s%viscosity = number('contact', 'viscosity')
       call default('contact', 'energy', 'dissipating')
       s%conserving = word('contact', 'energy') == 'conserving'
-      if (s%conserving .and. (s%scheme /= scheme_energy_momentum .or. s%overlap < huge(s%overlap) .or. s%viscosity > 0)) then
-        call contradict('contact', 'energy', 'conserving only with scheme=''energy_momentum'', method=''penalty'', no viscosity', &
-                        'others')
-        return
-      end if
       call default('contact', 'closing', either(real_text(1e-4_dp*scene%extent), '0', s%shi))
       s%closing = number('contact', 'closing')
       call default('contact', 'opening', either(real_text(1e-7_dp*scene%extent), '0', s%shi))
       s%opening = number('contact', 'opening')
       call default('contact', 'friction', either('lagging', 'current', s%shi .and. word('contact', 'method') == 'penalty'))
       s%lags = word('contact', 'friction') == 'lagging'
-      if (s%lags .and. word('contact', 'method') == 'augmented') then
-        call contradict('contact', 'friction', 'lagging only with method=''penalty''', 'augmented')
-        return
-      end if
-      if (s%lags .and. .not. s%opening > 0) then ! contacts that bear nothing would open and close by turns
-        call contradict('contact', 'friction', 'lagging only with contact.opening above 0', '0')
-        return
-      end if
       call default('contact', 'adapt', 'none')
       s%adapts_stiffness = word('contact', 'adapt') == 'shi'
-      if (s%adapts_stiffness .and. (word('contact', 'method') /= 'penalty' .or. .not. scene%displacement_ratio > 0)) then
-        call contradict('contact', 'adapt', 'shi only with method=''penalty'' and g2 above 0', 'another')
-        return
-      end if
       call default('contact', 'coupling', 'merged')
       s%nested = word('contact', 'coupling') == 'nested'
       call default('fixed_points', 'stiffness', real_text(100*s%contact_stiffness))
       s%fixed_stiffness = number('fixed_points', 'stiffness')
 
-      if (has('acceleration', 'table') .and. has('acceleration', 'file')) then
-        call contradict('acceleration', 'file', 'table or file in &acceleration', 'both')
-        return
-      else if (has('acceleration', 'table') .or. has('acceleration', 'file')) then
-        call default('acceleration', 'scale', '1')
-      else if (has('acceleration', 'scale')) then
-        call contradict('acceleration', 'scale', 'table or file in &acceleration', 'neither')
-        return
-      end if
-
+      if (has('acceleration', 'table') .or. has('acceleration', 'file')) call default('acceleration', 'scale', '1')
       if (has('damping', 'mass')) s%mass_damping = number('damping', 'mass')
 
-      if (has('output', 'every') .and. has('output', 'interval')) then ! the command line wins over the deck
-        if (from('output', 'every') /= '--set' .and. from('output', 'interval') == '--set') call forget('output', 'every')
-        if (from('output', 'every') == '--set' .and. from('output', 'interval') /= '--set') call forget('output', 'interval')
-      end if
-      if (has('output', 'every') .and. has('output', 'interval')) then
-        call contradict('output', 'interval', 'every or interval in &output', 'both')
-        return
-      end if
       s%frame_every = 0
       if (has('output', 'interval')) then
         s%frame_interval = number('output', 'interval')
@@ -543,24 +484,10 @@ contains
 
     !> The mathematical mesh.
     subroutine complete_cover()
-      character(len=6), parameter :: name(5) = [character(len=6) :: 'edge', 'mesh', 'origin', 'angle', 'least']
       character(len=:), allocatable :: value
       integer :: i
 
-      do i = 1, size(name)
-        if (.not. has('cover', trim(name(i)))) cycle
-        if (scene%settings%model == model_dda) then
-          call contradict('cover', trim(name(i)), '&cover only with model=''nmm''', 'model=''dda''')
-          return
-        else if (.not. (has('cover', 'edge') .or. has('cover', 'mesh'))) then
-          call contradict('cover', trim(name(i)), 'edge or mesh in &cover', 'neither')
-          return
-        end if
-      end do
-      if (has('cover', 'edge') .and. has('cover', 'mesh')) then
-        call contradict('cover', 'mesh', 'edge or mesh in &cover', 'both')
-        return
-      else if (has('cover', 'edge')) then
+      if (has('cover', 'edge')) then
         scene%settings%cover_edge = number('cover', 'edge')
         call default('cover', 'origin', '0 0')
         call default('cover', 'angle', '0')
@@ -571,9 +498,6 @@ contains
         end if
         read (value, *) scene%settings%cover_origin
         scene%settings%cover_angle = number('cover', 'angle')
-      else if (has('cover', 'mesh') .and. (has('cover', 'origin') .or. has('cover', 'angle'))) then
-        call contradict('cover', merge('origin', 'angle ', has('cover', 'origin')), 'origin and angle with edge alone', 'a mesh')
-        return
       else if (.not. has('cover', 'mesh')) then
         return
       end if
@@ -595,22 +519,6 @@ contains
 
       word = scene%words(place_of(group, name))%value
     end function word
-
-    !> Where it comes from, '' where it has no value.
-    function from(group, name)
-      character(len=*), intent(in) :: group, name
-      character(len=:), allocatable :: from
-
-      from = ''
-      if (has(group, name)) from = scene%words(place_of(group, name))%from
-    end function from
-
-    !> Takes its value away.
-    subroutine forget(group, name)
-      character(len=*), intent(in) :: group, name
-
-      deallocate (scene%words(place_of(group, name))%value)
-    end subroutine forget
 
     !> Its value as a number.
     real(dp) function number(group, name)
@@ -647,7 +555,7 @@ contains
       character(len=*), intent(in) :: group, name, expected, found
       character(len=:), allocatable :: place
 
-      place = from(group, name)
+      place = scene%words(place_of(group, name))%from
       if (place == '--set') place = '--set '//group//'.'//name
       call fail(error, status_bad_input, place//': expected '//expected//', found '//found)
     end subroutine contradict

@@ -1,0 +1,300 @@
+!> Which settings go together. One table says it; the refusal of a deck, `explain --settings` and the manual follow it.
+!>
+!> Without such a rule two settings would contradict each other, as contact that conserves energy and springs whose stiffness
+!> changes, or one would have no effect that its writer may believe in.
+module scree_setting_rules
+  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_kinds, only: dp
+  use scree_scene, only: scene_t, word_t
+  use scree_settings, only: place_of
+  use scree_text, only: real_text
+  implicit none
+  private
+  public :: check_rules, drop_overridden, condition_text, setting_rules, subject_text
+
+  !> What may be asked of the other setting but one of some choices: that it has a value in the deck, that it has none, that it
+  !> is a number above 0.
+  character(len=*), parameter :: is_given = 'given', is_not_given = 'not given', is_positive = 'above 0'
+
+  !> Some settings, or a choice of one, go only with another setting.
+  type :: setting_rule_t
+    character(len=160) :: names  !! group.name; several between ', '
+    character(len=15) :: value   !! the choice that the rule is about; '': whatever the deck gives
+    character(len=40) :: other   !! group.name, several between ' or '; or g2 or k01 of the numbers of the deck
+    character(len=19) :: allowed !! choices between bars, or one of the conditions above
+    logical :: idle              !! the rule broken, the settings do nothing; else they do harm
+    character(len=102) :: why
+  end type setting_rule_t
+
+  type(setting_rule_t), parameter :: setting_rules(*) = [ &
+    setting_rule_t('method.rotation', 'exact', 'method.strain', '|small|', .true., 'Green strain moves by the whole field'), &
+    setting_rule_t('method.rotation', 'exact', 'method.model', '|dda|', .true., 'covers have no rotation of their own'), &
+    setting_rule_t('cover.edge, cover.mesh, cover.origin, cover.angle, cover.least', '', 'method.model', '|nmm|', .true., &
+                   'a DDA block has its own field, and no mesh'), &
+    setting_rule_t('cover.mesh', '', 'cover.edge', is_not_given, .true., 'there is one mesh'), &
+    setting_rule_t('cover.origin, cover.angle', '', 'cover.edge', is_given, .true., 'they lay the regular mesh'), &
+    setting_rule_t('cover.least', '', 'cover.edge or cover.mesh', is_given, .true., 'it is a share of the triangles of a mesh'), &
+    setting_rule_t('integrator.scheme', 'energy_momentum', 'method.strain', '|green|', .false., &
+                   'the energy that it keeps is that of Green strain'), &
+    setting_rule_t('integrator.gamma', '', 'integrator.scheme', '|newmark|', .true., 'the other form has none'), &
+    setting_rule_t('integrator.start', 'acceleration', 'integrator.scheme', '|newmark|', .true., &
+                   'the other form has no acceleration from step to step'), &
+    setting_rule_t('integrator.transport', 'rates', 'method.model', '|dda|', .false., 'covers carry a velocity field'), &
+    setting_rule_t('step.control', 'shi', 'step.travel', is_positive, .false., 'it keeps that displacement'), &
+    setting_rule_t('iteration.method, iteration.test, iteration.tolerance', '', 'method.strain', '|green|', .true., &
+                   'small strain is linear, and its first solution exact'), &
+    setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.energy, '// &
+                   'contact.closing, contact.opening, contact.friction, contact.adapt, contact.coupling', '', 'contact.method', &
+                   '|penalty|augmented|', .true., 'nothing touches'), &
+    setting_rule_t('contact.overlap', '', 'contact.method', '|augmented|', .true., 'springs alone have no such bound'), &
+    setting_rule_t('contact.restitution', '', 'k01', is_positive, .true., 'a static step hands no velocity on'), &
+    setting_rule_t('contact.restitution', '', 'step.control', '|fixed|', .false., &
+                   'steps as long as the displacement lets them miss when an impact is, and make energy in it'), &
+    setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|', .true., &
+                   'small strain needs no iteration to nest in'), &
+    setting_rule_t('contact.energy', 'conserving', 'method.preset', '|none|', .false., 'Shi''s contact dissipates'), &
+    setting_rule_t('contact.energy', 'conserving', 'integrator.scheme', '|energy_momentum|', .false., &
+                   'no other form keeps what contact gives back'), &
+    setting_rule_t('contact.energy', 'conserving', 'contact.method', '|penalty|', .false., 'multipliers store no energy'), &
+    setting_rule_t('contact.energy', 'conserving', 'contact.restitution', is_not_given, .false., &
+                   'springs give the energy of an impact back, and restitution once more'), &
+    setting_rule_t('contact.energy', 'conserving', 'contact.viscosity', is_not_given, .false., &
+                   'a dashpot takes what it should keep'), &
+    setting_rule_t('contact.energy', 'conserving', 'contact.friction', '|current|', .false., &
+                   'friction that lags works against the force of another state'), &
+    setting_rule_t('contact.energy', 'conserving', 'contact.adapt', '|none|', .false., &
+                   'a loaded spring whose stiffness changes makes or takes energy'), &
+    setting_rule_t('contact.energy', 'conserving', 'method.mass', '|constant|', .false., 'a mass that changes keeps no energy'), &
+    setting_rule_t('contact.energy', 'conserving', 'integrator.transport', '|field|', .false., &
+                   'rates of a block hand another energy on than that of its field'), &
+    setting_rule_t('contact.closing, contact.opening', '', 'method.preset', '|shi|', .false., &
+                   'a spring that acts at once over such a tolerance brings energy: it is for comparison with his programs'), &
+    setting_rule_t('contact.friction', 'lagging', 'method.preset', '|shi|', .false., &
+                   'on stiff springs it makes energy without bound: it is for comparison with his programs'), &
+    setting_rule_t('contact.friction', 'lagging', 'contact.method', '|penalty|', .false., &
+                   'multipliers need the force of the same solution'), &
+    setting_rule_t('contact.friction', 'lagging', 'contact.opening', is_positive, .false., &
+                   'contacts that bear nothing would open and close by turns'), &
+    setting_rule_t('contact.friction', 'lagging', 'contact.coupling', '|merged|', .false., &
+                   'contacts that wait for the next iteration do not settle within one'), &
+    setting_rule_t('contact.friction', 'lagging', 'contact.restitution', is_not_given, .false., &
+                   'an impact has no iteration before it to take its friction from'), &
+    setting_rule_t('contact.adapt', 'shi', 'contact.method', '|penalty|', .false., 'multipliers leave no overlap to follow'), &
+    setting_rule_t('contact.adapt', 'shi', 'g2', is_positive, .false., 'it allows gaps in proportion to g2'), &
+    setting_rule_t('contact.adapt', 'shi', 'method.preset', '|shi|', .false., &
+                   'a loaded spring whose stiffness changes makes energy: it is for comparison with his programs'), &
+    setting_rule_t('contact.adapt', 'shi', 'integrator.scheme', '|newmark|', .false., 'the other form would keep that energy'), &
+    setting_rule_t('fixed_points.stiffness', '', 'fixed_points.method', '|penalty|', .true., &
+                   'exact fixed points have no springs'), &
+    setting_rule_t('acceleration.file', '', 'acceleration.table', is_not_given, .true., 'there is one ground'), &
+    setting_rule_t('acceleration.scale', '', 'acceleration.table or acceleration.file', is_given, .true., &
+                   'there is nothing to scale'), &
+    setting_rule_t('output.interval', '', 'output.every', is_not_given, .true., 'frames come by time or by steps')]
+
+contains
+
+  !> Takes away what the deck gives and the command line makes idle: the command line wins over the deck.
+  pure subroutine drop_overridden(words)
+    type(word_t), intent(inout) :: words(:) !! as given, in the order of the table of settings
+    type(setting_rule_t) :: rule
+    character(len=:), allocatable :: name
+    integer :: a, at, b, i
+
+    do i = 1, size(setting_rules)
+      rule = setting_rules(i)
+      b = place_of_name(trim(rule%other))
+      if (.not. rule%idle .or. b == 0 .or. rule%allowed == is_given .or. rule%allowed == is_positive) cycle
+      at = 1
+      do while (at <= len_trim(rule%names))
+        call next_name(rule%names, ', ', at, name)
+        a = place_of_name(name)
+        if (.not. (is_given_by(words(a)) .and. is_given_by(words(b)))) cycle
+        if (.not. concerns(rule, words(a)) .or. index(rule%allowed, '|'//words(b)%value//'|') > 0) cycle
+        if (words(a)%from /= '--set' .and. words(b)%from == '--set') then
+          deallocate (words(a)%value)
+        else if (rule%allowed == is_not_given .and. words(a)%from == '--set' .and. words(b)%from /= '--set') then
+          deallocate (words(b)%value)
+        end if
+      end do
+    end do
+  end subroutine drop_overridden
+
+  !> Error where the settings of a scene, complete, break a rule; at the place of the one that the deck gives.
+  subroutine check_rules(scene, error)
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    type(setting_rule_t) :: rule
+    character(len=:), allocatable :: found, name
+    integer :: at, i
+
+    do i = 1, size(setting_rules)
+      rule = setting_rules(i)
+      at = 1
+      do while (at <= len_trim(rule%names))
+        call next_name(rule%names, ', ', at, name)
+        if (.not. concerns(rule, scene%words(place_of_name(name)))) cycle
+        found = against(rule, scene)
+        if (len(found) == 0) cycle
+        call fail(error, status_bad_input, where_given(scene, name, trim(rule%other))//': expected '// &
+                  with_value(name, rule%value)//' only '//condition_text(rule)//' ('//trim(rule%why)//'), found '//found)
+        return
+      end do
+    end do
+  end subroutine check_rules
+
+  !> The settings that a rule is about, in words.
+  pure function subject_text(rule) result(text)
+    type(setting_rule_t), intent(in) :: rule
+    character(len=:), allocatable :: text
+
+    text = with_value(trim(rule%names), rule%value)
+  end function subject_text
+
+  !> What a rule asks of the other setting, in words: with ..., without ...
+  pure function condition_text(rule) result(text)
+    type(setting_rule_t), intent(in) :: rule
+    character(len=:), allocatable :: text
+    integer :: i
+
+    select case (rule%allowed)
+    case (is_given)
+      text = 'with '//trim(rule%other)
+    case (is_not_given)
+      text = 'without '//trim(rule%other)
+    case (is_positive)
+      text = 'with '//trim(rule%other)//' above 0'
+    case default
+      text = 'with '//trim(rule%other)//'='''
+      do i = 2, len_trim(rule%allowed) - 1
+        if (rule%allowed(i:i) == '|') then
+          text = text//''' or '''
+        else
+          text = text//rule%allowed(i:i)
+        end if
+      end do
+      text = text//''''
+    end select
+  end function condition_text
+
+  !> What is found against a rule in the other setting, '' where the rule is kept.
+  function against(rule, scene) result(found)
+    type(setting_rule_t), intent(in) :: rule
+    type(scene_t), intent(in) :: scene
+    character(len=:), allocatable :: found, name
+    integer :: at
+
+    found = ''
+    select case (rule%allowed)
+    case (is_given)
+      at = 1
+      do while (at <= len_trim(rule%other))
+        call next_name(rule%other, ' or ', at, name)
+        if (is_given_by(scene%words(place_of_name(name)))) return
+      end do
+      found = 'none'
+    case (is_not_given)
+      associate (word => scene%words(place_of_name(trim(rule%other))))
+        if (is_given_by(word)) found = trim(rule%other)//'='//word%value
+      end associate
+    case (is_positive)
+      if (.not. number_of(scene, trim(rule%other)) > 0) found = trim(rule%other)//'='//real_text(number_of(scene, trim(rule%other)))
+    case default
+      associate (word => scene%words(place_of_name(trim(rule%other))))
+        if (index(rule%allowed, '|'//word%value//'|') == 0) found = with_value(trim(rule%other), word%value)
+      end associate
+    end select
+  end function against
+
+  !> Whether a rule is about a setting as it is.
+  pure logical function concerns(rule, word)
+    type(setting_rule_t), intent(in) :: rule
+    type(word_t), intent(in) :: word
+
+    concerns = is_given_by(word)
+    if (len_trim(rule%value) == 0 .or. .not. allocated(word%value)) return
+    concerns = word%value == rule%value
+  end function concerns
+
+  !> Whether the deck or the command line gives a setting.
+  pure logical function is_given_by(word)
+    type(word_t), intent(in) :: word
+
+    is_given_by = .false.
+    if (allocated(word%value)) is_given_by = word%from /= 'default'
+  end function is_given_by
+
+  !> A number of the deck or of a setting.
+  real(dp) function number_of(scene, name)
+    type(scene_t), intent(in) :: scene
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: value
+
+    select case (name)
+    case ('g2')
+      number_of = scene%displacement_ratio
+    case ('k01')
+      number_of = scene%carried
+    case default
+      value = scene%words(place_of_name(name))%value
+      read (value, *) number_of
+    end select
+  end function number_of
+
+  !> File and line, or the command line, that the first of two settings comes from, or else the second, or the deck.
+  pure function where_given(scene, name, other) result(place)
+    type(scene_t), intent(in) :: scene
+    character(len=*), intent(in) :: name, other
+    character(len=:), allocatable :: place
+
+    place = given_at(scene, name)
+    if (len(place) == 0) place = given_at(scene, other)
+    if (len(place) == 0) place = scene%analysis_name
+  end function where_given
+
+  !> Where a setting is given, '' where it is not.
+  pure function given_at(scene, name) result(place)
+    type(scene_t), intent(in) :: scene
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: place
+    integer :: i
+
+    place = ''
+    i = place_of_name(name)
+    if (i == 0) return
+    if (.not. is_given_by(scene%words(i))) return
+    place = scene%words(i)%from
+    if (place == '--set') place = '--set '//name
+  end function given_at
+
+  !> A setting with a choice in quotes, or alone.
+  pure function with_value(name, value) result(text)
+    character(len=*), intent(in) :: name, value
+    character(len=:), allocatable :: text
+
+    text = name
+    if (len_trim(value) > 0) text = name//'='''//trim(value)//''''
+  end function with_value
+
+  !> Place of group.name in the table of settings, 0 where it has none.
+  pure integer function place_of_name(name)
+    character(len=*), intent(in) :: name
+    integer :: dot
+
+    dot = index(name, '.')
+    place_of_name = place_of(name(:dot - 1), name(dot + 1:))
+  end function place_of_name
+
+  !> The name that begins at a place of a list; the place moves on to the next one.
+  pure subroutine next_name(list, separator, at, name)
+    character(len=*), intent(in) :: list, separator
+    integer, intent(inout) :: at
+    character(len=:), allocatable, intent(out) :: name
+    integer :: length
+
+    length = index(list(at:), separator) - 1
+    if (length < 0) length = len_trim(list(at:))
+    name = list(at:at + length - 1)
+    at = at + length + len(separator)
+  end subroutine next_name
+
+end module scree_setting_rules

@@ -1,0 +1,139 @@
+"""Settings that contradict each other, or would do nothing, are refused; the printed table of rules is the truth for the tests."""
+import os
+import re
+import subprocess
+
+import pytest
+
+SCREE = os.environ["SCREE"]
+
+GEOMETRY = "0.001\n4 4\n0\n0\n1\n0\n1\n0\n0 0 1 0 1\n1 0 1 1 1\n1 1 0 1 1\n0 1 0 0 1\n0 0 0 0\n0.5 0.5\n"
+NUMBERS = {"k01": "1", "g2": "0.05"}
+# What a rule needs beside itself so that it is the only one broken.
+COMPANY = {
+    "contact.energy='conserving'": ["method.strain=green"],
+    "contact.friction='lagging'": ["method.preset=shi", "method.strain=green"],
+    "contact.adapt='shi'": ["method.preset=shi", "method.strain=green", "integrator.scheme=newmark"],
+    "cover.": ["method.model=nmm"],
+    "integrator.gamma": ["method.strain=green"],
+    "integrator.start='acceleration'": ["method.strain=green"],
+}
+SAMPLES = {"contact.energy": "dissipating", "cover.mesh": "mesh.msh", "cover.origin": "0 0", "acceleration.table": "0 0 0 1 0 0",
+           "acceleration.file": "quake.txt"}
+
+
+def tables():
+    """Lines of the table of settings by name, and of the rules."""
+    text = subprocess.run([SCREE, "explain", "--settings"], capture_output=True, text=True, check=True).stdout
+    settings, rules = text.split("\n\n")
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in settings.splitlines()[2:]]
+    return {row[0].strip("`"): row for row in cells}, [[c.strip() for c in r.strip("|").split("|")] for r in rules.splitlines()[2:]]
+
+
+SETTINGS, RULES = tables()
+
+
+def sample(name):
+    """A value that the setting may have."""
+    if name in SAMPLES:
+        return SAMPLES[name]
+    values = SETTINGS[name][1]
+    return values.split(", ")[-1] if "," in values else "1"
+
+
+def breach(subject, condition):
+    """Every way to break a rule: the number of the deck that it needs, and settings."""
+    match = re.fullmatch(r"(.*)='(.*)'", subject)
+    wanted = [f"{match[1]}={match[2]}"] if match else None
+    for name in [match[1]] if match else subject.split(", "):
+        given = wanted or [f"{name}={sample(name)}"]
+        if condition.startswith("without "):
+            yield {}, [*given, f"{condition[8:]}={sample(condition[8:])}"]
+        elif condition.endswith(" above 0"):
+            other = condition[5:-8]
+            if other in NUMBERS:
+                yield {other: "0"}, given
+            elif other == "step.travel":
+                yield {"g2": "0"}, given
+            else:
+                yield {}, [*given, f"{other}=0"]
+        elif "=" in condition:
+            other, allowed = condition[5:].split("=")
+            for value in SETTINGS[other][1].split(", "):
+                own_line = f"{other}={value}" == "contact.method=none" and "augmented" not in allowed
+                if value not in re.findall(r"'(.*?)'", allowed) and not own_line:
+                    yield {}, [*given, f"{other}={value}"]
+        else:
+            yield {}, given
+
+
+CASES = [(subject, condition, numbers, [*company, *(g for g in given if g not in company)])
+         for subject, condition, _ in ([c.strip("`") for c in rule] for rule in RULES)
+         for numbers, given in breach(subject, condition)
+         for company in [[c for c in next((v for k, v in COMPANY.items() if subject.startswith(k)), [])
+                          if c.split("=")[0] not in [g.split("=")[0] for g in given]]]]
+
+
+def deck(folder, settings, **numbers):
+    """An analysis deck of a square with settings as groups, one a line from line 4 on."""
+    numbers = {**NUMBERS, **numbers}
+    groups = {}
+    for setting in settings:
+        (group, name), value = setting.split("=")[0].split("."), setting.split("=", 1)[1]
+        quoted = value if re.fullmatch(r"[-0-9. e]+", value) else f"'{value}'"
+        groups.setdefault(group, []).append(f"{name}={quoted}")
+    lines = "".join(f"&{group} {', '.join(names)} /\n" for group, names in groups.items())
+    (folder / "g.geo").write_text(GEOMETRY)
+    (folder / "a.ana").write_text(f"{numbers['k01']} 10 1 1 {numbers['g2']} 0.01\n2500 25000 1e10 0.3 0 0 0 0 0 0 0 0 0 30 0 0\n"
+                                  f"&deck geometry='g.geo' /\n{lines}")
+
+
+def check(folder, *options):
+    return subprocess.run([SCREE, "check", "a.ana", *options], cwd=folder, capture_output=True, text=True)
+
+
+@pytest.mark.parametrize("subject, condition, numbers, settings", CASES, ids=[f"{c[0]} {c[1]} {c[3]}"[-60:] for c in CASES])
+def test_every_line_of_the_table_refuses_what_breaks_it(subject, condition, numbers, settings, tmp_path):
+    deck(tmp_path, settings, **numbers)
+    done = check(tmp_path)
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1, done.stdout + done.stderr
+    assert re.match(r"scree: a\.ana:\d+: expected .* only with(out)? .*, found ", done.stderr), done.stderr
+    assert f"only {condition} (" in done.stderr, done.stderr
+
+
+def test_conserving_contact_is_refused_with_an_adapting_stiffness(tmp_path):
+    """It gained 20 % of the energy in a step, and 32 m g h in a bounce."""
+    deck(tmp_path, ["method.strain=green", "contact.energy=conserving", "contact.adapt=shi"])
+    done = check(tmp_path)
+    assert done.returncode == 2
+    assert "a.ana:5: expected contact.energy='conserving' only with contact.adapt='none'" in done.stderr
+    assert "found contact.adapt='shi'" in done.stderr
+
+
+@pytest.mark.parametrize("given, option, gone", [
+    (["output.every=5"], "output.interval=0.05", "output.every"),
+    (["output.interval=0.05"], "output.every=5", "output.interval"),
+    (["method.strain=green", "iteration.method=newton"], "method.strain=small", None),
+    (["contact.restitution=0.5"], "contact.method=none", "contact.restitution"),
+    (["method.model=nmm", "cover.edge=0.5"], "method.model=dda", "cover.edge")])
+def test_the_command_line_wins_over_what_it_makes_idle(given, option, gone, tmp_path):
+    deck(tmp_path, given)
+    done = subprocess.run([SCREE, "explain", "a.ana", "--set", option], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert option.replace("=", " = ") in done.stdout
+    assert gone is None or gone not in done.stdout
+
+
+def test_the_command_line_does_not_win_over_a_contradiction(tmp_path):
+    deck(tmp_path, ["method.strain=green", "contact.energy=conserving"])
+    done = check(tmp_path, "--set", "contact.restitution=1")
+    assert done.returncode == 2 and "without contact.restitution" in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("settings", [["method.preset=shi"], ["method.preset=shi", "method.strain=green"],
+                                      ["method.preset=shi", "contact.method=augmented"], ["method.preset=shi", "contact.method=none"],
+                                      ["method.preset=shi", "step.control=shi", "contact.adapt=shi"], ["method.strain=green"],
+                                      ["method.model=nmm", "cover.edge=0.5"], ["integrator.beta=0.5"]])
+def test_defaults_break_no_rule(settings, tmp_path):
+    deck(tmp_path, settings)
+    assert check(tmp_path).returncode == 0, check(tmp_path).stderr
