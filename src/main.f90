@@ -3,18 +3,16 @@ program scree
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use scree_block_file, only: write_block_file
   use scree_block_input, only: block_moments, blocks_t, make_blocks
-  use scree_effects, only: effects_t
+  use scree_check_scene, only: check_scene
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_explain, only: explain_scene, explain_settings
   use scree_joints, only: make_joints
   use scree_kinds, only: dp
   use scree_read_scene, only: option_t, read_geometry, read_scene
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
-  use scree_scene, only: effect_t, scene_t
-  use scree_set_up, only: set_up
+  use scree_scene, only: scene_t
   use scree_simplex_integration, only: moments_t
   use scree_simulation, only: simulate, version
-  use scree_system, only: state_t, system_t
   use scree_timers, only: start_phase, stop_phase, timer_t
   implicit none
 
@@ -23,7 +21,7 @@ program scree
     '       Manifold Method, with large deformation', &
     '', &
     'scree run     [GEOMETRY] ANALYSIS | STEM   reads the decks, simulates, writes results', &
-    'scree check   [GEOMETRY] ANALYSIS | STEM   reads and checks, names the effects, runs nothing', &
+    'scree check   [GEOMETRY] ANALYSIS | STEM   reads and checks, says what is in it, warns, runs nothing', &
     'scree explain [GEOMETRY] ANALYSIS | STEM   prints the decks back, each number with its meaning', &
     'scree explain --settings                   prints the table of all settings', &
     'scree cut     GEOMETRY                     writes the blocks as a block file and prints their areas', &
@@ -37,13 +35,14 @@ program scree
     '  --set GROUP.NAME=VALUE    over what the deck says; may be repeated', &
     '  --xdmf                    writes an XDMF side-car too', &
     '  --classic-output          run: writes the frames as Shi''s programs keep them too, .replay', &
+    '  --strict                  run, check: warnings are errors', &
     '  --quiet                   prints errors and warnings alone', &
     '', &
     'Exit status: 0 done, 1 the run failed, 2 bad input.']
 
   character(len=:), allocatable :: verb, analysis, geometry, output
   type(option_t), allocatable :: options(:)
-  logical :: quiet, with_xdmf, with_classic, settings_only, cuts_analysis
+  logical :: quiet, strict, with_xdmf, with_classic, settings_only, cuts_analysis
   integer :: i
   type(error_t), allocatable :: error
   type(scene_t) :: scene
@@ -81,9 +80,9 @@ contains
   subroutine act()
     select case (verb)
     case ('run', 'cut')
-      call simulate(scene, blocks, output, verb == 'run', with_xdmf, with_classic, quiet, error)
+      call simulate(scene, blocks, output, verb == 'run', with_xdmf, with_classic, quiet, strict, error)
     case ('check')
-      if (.not. quiet) call name_effects()
+      call check_scene(scene, blocks, quiet, strict, output_unit, error)
     case ('explain')
       call explain_scene(scene, output_unit)
     end select
@@ -128,23 +127,6 @@ contains
     end do
   end subroutine list_blocks
 
-  !> Prints what the scene has and calls for.
-  subroutine name_effects()
-    type(system_t) :: system
-    type(state_t) :: state
-    type(effects_t) :: effects
-    type(effect_t), allocatable :: list(:)
-    integer :: i
-
-    call set_up(scene, blocks, system, state, effects, list, error)
-    if (allocated(error)) return
-    write (output_unit, '(3(i0,a))') system%n_blocks, ' blocks, ', system%n_elements, ' elements, ', system%n_unknowns, &
-      ' unknowns'
-    do i = 1, size(list)
-      write (output_unit, '(a)') 'effect: '//list(i)%name//' - '//list(i)%because
-    end do
-  end subroutine name_effects
-
   !> Takes the command line apart.
   subroutine read_command_line(error)
     type(error_t), allocatable, intent(out) :: error
@@ -153,6 +135,7 @@ contains
 
     allocate (options(0))
     quiet = .false.
+    strict = .false.
     with_xdmf = .false.
     with_classic = .false.
     settings_only = .false.
@@ -182,6 +165,12 @@ contains
         with_classic = verb == 'run'
         if (.not. with_classic) then
           call fail(error, status_bad_input, 'expected --classic-output with run, found it with '//verb)
+          return
+        end if
+      case ('--strict')
+        strict = verb == 'run' .or. verb == 'check'
+        if (.not. strict) then
+          call fail(error, status_bad_input, 'expected --strict with run or check, found it with '//verb)
           return
         end if
       case ('--settings')

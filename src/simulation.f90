@@ -2,6 +2,7 @@
 module scree_simulation
   use, intrinsic :: iso_fortran_env, only: compiler_version
   use scree_block_input, only: blocks_t
+  use scree_check_scene, only: warn_of_model
   use scree_classic_output, only: add_classic_frame, begin_classic_output
   use scree_effects, only: effects_t, element_share_t, share_of
   use scree_energy, only: books_t, close_books
@@ -40,7 +41,7 @@ contains
   !> Runs a scene to its end and writes the results; or its model alone, one frame with the system as set up.
   !>
   !> Errors: bad input that only the set-up can see, and a run that fails; what was written until then stays.
-  subroutine simulate(scene, blocks, results_path, runs, with_xdmf, with_classic, quiet, error)
+  subroutine simulate(scene, blocks, results_path, runs, with_xdmf, with_classic, quiet, strict, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     character(len=*), intent(in) :: results_path
@@ -48,6 +49,7 @@ contains
     logical, intent(in) :: with_xdmf
     logical, intent(in) :: with_classic !! output of a run in Shi's form
     logical, intent(in) :: quiet
+    logical, intent(in) :: strict       !! a model that calls for warnings does not run
     type(error_t), allocatable, intent(out) :: error
     type(system_t) :: system
     type(state_t) :: state
@@ -67,6 +69,8 @@ contains
     call prepare(scene, blocks, system, state, effects, list, share, error)
     if (allocated(error)) return
     if (runs) then
+      call warn_of_model(scene, blocks, system, state, effects, strict, progress, error)
+      if (allocated(error)) return
       call set_up_equations(system%elements, system%n_unknowns, equations)
       call begin_motion(system, effects, scene%settings, share, equations, state, error)
       if (allocated(error)) return

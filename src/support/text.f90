@@ -3,7 +3,12 @@ module scree_text
   use scree_kinds, only: dp
   implicit none
   private
-  public :: number_text, real_text, with_ending
+  public :: number_text, real_text, short_text, text_t, with_ending
+
+  !> One of several texts.
+  type :: text_t
+    character(len=:), allocatable :: text
+  end type text_t
 
 contains
 
@@ -50,6 +55,18 @@ contains
       real_text = sign//without_zeros(digit(:exponent + 1)//'.'//digit(exponent + 2:))
     end if
   end function real_text
+
+  !> A real to four digits.
+  pure function short_text(x)
+    real(dp), intent(in) :: x
+    character(len=:), allocatable :: short_text
+    character(len=12) :: buffer
+    real(dp) :: rounded
+
+    write (buffer, '(es12.3e3)') x
+    read (buffer, *) rounded
+    short_text = real_text(rounded)
+  end function short_text
 
   !> A decimal without trailing zeros.
   pure function without_zeros(text)

@@ -29,7 +29,7 @@ def test_wrong_words_are_one_line_and_status_2():
 def test_check_names_only_the_effects_of_the_scene():
     done = scree("check", T4)
     assert done.returncode == 0
-    effects = [line.split(" - ")[0].removeprefix("effect: ") for line in done.stdout.splitlines()[1:]]
+    effects = [line.split(" - ")[0].removeprefix("effect: ") for line in done.stdout.splitlines() if line.startswith("effect: ")]
     assert effects == ["inertia", "large deformation", "manifold elements", "initial velocity", "fixed points", "measured points"]
 
 

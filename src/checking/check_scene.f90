@@ -1,0 +1,148 @@
+!> `scree check`: what a scene calls for, its facts in words of an engineer, and warnings.
+module scree_check_scene
+  use scree_block_input, only: blocks_t
+  use scree_effects, only: effects_t
+  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_kinds, only: dp
+  use scree_model_facts, only: block_fact_t, facts_of, facts_t, list_text, n_sides, side_name
+  use scree_model_warnings, only: warnings_of
+  use scree_progress, only: progress_t, warn
+  use scree_scene, only: effect_t, scene_t
+  use scree_set_up, only: set_up
+  use scree_system, only: state_t, system_t
+  use scree_text, only: number_text, short_text, text_t
+  implicit none
+  private
+  public :: check_scene, warn_of_model
+
+  integer, parameter :: label_width = 30
+
+contains
+
+  !> Prints effects and facts, unless quiet, and warnings. Errors: what set-up refuses; warnings where they are to be errors.
+  subroutine check_scene(scene, blocks, quiet, strict, unit, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    logical, intent(in) :: quiet
+    logical, intent(in) :: strict       !! warnings are errors
+    integer, intent(in) :: unit
+    type(error_t), allocatable, intent(out) :: error
+    type(system_t) :: system
+    type(state_t) :: state
+    type(effects_t) :: effects
+    type(effect_t), allocatable :: list(:)
+    type(facts_t) :: facts
+    type(text_t), allocatable :: line(:)
+    integer :: i
+
+    call set_up(scene, blocks, system, state, effects, list, error)
+    if (allocated(error)) return
+    call facts_of(scene, blocks, system, state, effects, facts)
+    if (.not. quiet) then
+      write (unit, '(3(i0,a))') facts%n_blocks, ' blocks, ', facts%n_elements, ' elements, ', facts%n_unknowns, ' unknowns'
+      do i = 1, size(list)
+        write (unit, '(a)') 'effect: '//list(i)%name//' - '//list(i)%because
+      end do
+      line = lines_of(scene, facts)
+      do i = 1, size(line)
+        write (unit, '(a)') line(i)%text
+      end do
+    end if
+    line = warnings_of(scene, facts)
+    do i = 1, size(line)
+      write (unit, '(a)') 'warning: '//line(i)%text
+    end do
+    if (strict) call refuse(size(line), error)
+  end subroutine check_scene
+
+  !> Warns of a model that is about to run. Errors: warnings where they are to be errors.
+  subroutine warn_of_model(scene, blocks, system, state, effects, strict, progress, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    type(effects_t), intent(in) :: effects
+    logical, intent(in) :: strict       !! warnings are errors
+    type(progress_t), intent(inout) :: progress
+    type(error_t), allocatable, intent(out) :: error
+    type(facts_t) :: facts
+    type(text_t), allocatable :: line(:)
+    integer :: i
+
+    call facts_of(scene, blocks, system, state, effects, facts)
+    line = warnings_of(scene, facts)
+    do i = 1, size(line)
+      call warn(progress, line(i)%text)
+    end do
+    if (strict) call refuse(size(line), error)
+  end subroutine warn_of_model
+
+  !> Makes warnings an error.
+  subroutine refuse(n_warnings, error)
+    integer, intent(in) :: n_warnings
+    type(error_t), allocatable, intent(out) :: error
+
+    if (n_warnings > 0) &
+      call fail(error, status_bad_input, '--strict: expected no warnings, found '//number_text(n_warnings))
+  end subroutine refuse
+
+  !> The facts, one a line.
+  function lines_of(scene, facts) result(line)
+    type(scene_t), intent(in) :: scene
+    type(facts_t), intent(in) :: facts
+    type(text_t), allocatable :: line(:)
+    character(len=:), allocatable :: numbers
+    integer :: i
+
+    allocate (line(0))
+    do i = 1, size(facts%block_material)
+      numbers = ' of material '//number_text(facts%block_material(i))
+      associate (rock => scene%block_material(facts%block_material(i)))
+        if (.not. rock%density > 0) cycle
+        call add('gravity'//numbers, short_text(rock%unit_weight/rock%density)//' length/time^2 (unit weight over density)')
+        call add('wave speed'//numbers, short_text(sqrt(rock%young/rock%density))//' length/time')
+      end associate
+    end do
+    call add('largest block', block_text(facts%largest))
+    call add('smallest block', block_text(facts%smallest))
+    call add('shortest edge', short_text(facts%shortest_edge)//' length')
+    call add('slivers', list_text(facts%sliver))
+    call add('fixed points', number_text(sum(facts%fixed_points))//' in '// &
+             list_text(pack([(i, i=1, facts%n_blocks)], facts%fixed_points > 0)))
+    call add('touch nothing that is held', list_text(facts%unheld))
+    if (facts%column%strain > 0) then
+      call add('strain under own weight', short_text(facts%column%strain)//' in block '//number_text(facts%column%block)// &
+               ' under '//short_text(facts%column%height)//' length, '//short_text(facts%column%stress)//' force/length^2')
+      if (facts%penetration > 0) &
+        call add('overlap of contacts there', short_text(facts%penetration)//' length')
+    end if
+    if (facts%fall > 0) &
+      call add('fall in a step', short_text(facts%fall)//' length, '//short_text(facts%fall/facts%shortest_edge)// &
+               ' of the shortest edge')
+    do i = 1, n_sides
+      if (facts%side(i)%force > 0) &
+        call add('initial stress, '//trim(side_name(i)), short_text(facts%side(i)%force)// &
+                 ' force without support, most of block '//number_text(facts%side(i)%block))
+    end do
+
+  contains
+
+    !> Adds a line, aligned.
+    subroutine add(label, fact)
+      character(len=*), intent(in) :: label, fact
+
+      line = [line, text_t(label//repeat(' ', max(1, label_width - len(label)))//fact)]
+    end subroutine add
+
+  end function lines_of
+
+  !> A block in words.
+  pure function block_text(block)
+    type(block_fact_t), intent(in) :: block
+    character(len=:), allocatable :: block_text
+
+    block_text = number_text(block%number)//', '//short_text(block%area)//' length^2, about '//short_text(block%place(1))//' '// &
+                 short_text(block%place(2))
+  end function block_text
+
+end module scree_check_scene

@@ -1,0 +1,132 @@
+!> Which blocks touch when a run begins, and which sides of blocks nothing holds up.
+module scree_initial_contacts
+  use scree_contact_detection, only: find_contacts
+  use scree_contact_geometry, only: frame_of_edge
+  use scree_contacts, only: contacts_t, parallel
+  use scree_kinds, only: dp
+  use scree_sorting, only: sort_by
+  use scree_system, only: state_t, system_t
+  implicit none
+  private
+  public :: free_lengths, initial_contacts, reached_from
+
+  real(dp), parameter :: flush = 1e-2_dp !! of an edge: a gap or an overlap of faces that lie on each other
+
+contains
+
+  !> The contacts that a run would find at its beginning, were all at rest. None where nothing may touch.
+  subroutine initial_contacts(system, state, contacts)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    type(contacts_t), intent(out) :: contacts
+    real(dp), allocatable :: at_rest(:, :)
+
+    if (.not. allocated(state%contacts%contact)) then
+      allocate (contacts%contact(0), contacts%link(2, 0), contacts%candidate(2, 0))
+      return
+    end if
+    contacts = state%contacts
+    allocate (at_rest(2, size(system%outlines%start)), source=0.0_dp)
+    call find_contacts(system%outlines, state%vertex, at_rest, 0.0_dp, system%n_elements > system%n_blocks, contacts)
+  end subroutine initial_contacts
+
+  !> Blocks that contacts lead to from some blocks, these included.
+  pure function reached_from(system, contacts, begin) result(reached)
+    type(system_t), intent(in) :: system
+    type(contacts_t), intent(in) :: contacts
+    logical, intent(in) :: begin(:)     !! (n_blocks)
+    logical :: reached(size(begin))
+    integer :: pair(2), root(size(begin)), i, k
+
+    root = [(i, i=1, size(begin))]
+    do i = 1, size(contacts%contact)
+      do k = 1, contacts%contact(i)%n_lines
+        associate (line => contacts%contact(i)%line(k), block => system%outlines%block)
+          pair = [root_of(block(line%vertex)), root_of(block(line%edge))]
+          root(maxval(pair)) = minval(pair)
+        end associate
+      end do
+    end do
+    reached = .false.
+    do i = 1, size(begin)
+      root(i) = root_of(i)
+      if (begin(i)) reached(root(i)) = .true.
+    end do
+    reached = reached(root)
+
+  contains
+
+    !> The first block of those that a block is joined to.
+    pure integer function root_of(b)
+      integer, intent(in) :: b
+
+      root_of = b
+      do while (root(root_of) /= root_of)
+        root_of = root(root_of)
+      end do
+    end function root_of
+
+  end function reached_from
+
+  !> Length of each edge of the elements that no other body lies on; 0 of lines of the mesh.
+  pure function free_lengths(system, state, contacts) result(free)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    type(contacts_t), intent(in) :: contacts
+    real(dp) :: free(size(state%vertex, 2))   !! (n_vertices) of the edge that begins at each vertex, length
+    real(dp), allocatable :: key(:)
+    integer, allocatable :: a(:), b(:), order(:)
+    real(dp) :: common
+    integer :: i, k, next, n
+
+    free = 0.0_dp
+    associate (shape => system%elements%shape, x => state%vertex)
+      do i = 1, size(shape%first_vertex) - 1
+        do k = shape%first_vertex(i), shape%first_vertex(i + 1) - 1
+          next = merge(shape%first_vertex(i), k + 1, k + 1 == shape%first_vertex(i + 1))
+          if (shape%joint(k) > 0) free(k) = norm2(x(:, next) - x(:, k))
+        end do
+      end do
+    end associate
+    if (size(contacts%candidate, 2) == 0) return
+    associate (outlines => system%outlines, corner => contacts%candidate(1, :), edge => contacts%candidate(2, :))
+      ! of two faces that lie on each other one has a corner at the other: its edge before or after that corner
+      a = [corner, outlines%previous(corner)]
+      b = [edge, edge]
+      n = size(outlines%start)
+      key = real(min(a, b), dp)*n + max(a, b)
+      order = [(i, i=1, size(key))]
+      call sort_by(key, order)
+      do i = 1, size(key)
+        if (i > 1) then
+          if (.not. key(i) - key(i - 1) > 0.5_dp) cycle
+        end if
+        common = flush_length(a(order(i)), b(order(i)))
+        associate (at => outlines%start([a(order(i)), b(order(i))]))
+          free(at) = max(0.0_dp, free(at) - common)
+        end associate
+      end do
+    end associate
+
+  contains
+
+    !> Length that two edges of the outlines have in common where they lie on each other, 0 where they do not.
+    pure real(dp) function flush_length(a, b)
+      integer, intent(in) :: a, b
+      real(dp) :: t(2), normal(2), length, other(2, 2), along(2)
+
+      associate (x => state%vertex, outlines => system%outlines)
+        call frame_of_edge(x(:, outlines%start(a)), x(:, outlines%finish(a)), t, normal, length)
+        other(:, 1) = x(:, outlines%finish(b)) - x(:, outlines%start(a))
+        other(:, 2) = x(:, outlines%start(b)) - x(:, outlines%start(a))
+      end associate
+      along = matmul(t, other)
+      flush_length = 0.0_dp
+      if (along(2) - along(1) < cos(parallel)*norm2(other(:, 2) - other(:, 1))) return ! not against each other
+      if (minval(abs(matmul(normal, other))) > flush*min(length, along(2) - along(1))) return
+      flush_length = max(0.0_dp, min(length, along(2)) - max(0.0_dp, along(1)))
+    end function flush_length
+
+  end function free_lengths
+
+end module scree_initial_contacts

@@ -1,0 +1,223 @@
+!> What an engineer would ask of a model before it runs: weights, stiffness, sizes, what holds it and what does not.
+!>
+!> Facts are data: `model_warnings` judges them, `check_scene` prints them. A further one is a component of `facts_t`, a line there
+!> and, where it may be a mistake, a warning.
+module scree_model_facts
+  use scree_block_input, only: block_moments, blocks_t
+  use scree_contact_geometry, only: frame_of_edge
+  use scree_contacts, only: contacts_t, parallel
+  use scree_effects, only: effects_t
+  use scree_initial_contacts, only: free_lengths, initial_contacts, reached_from
+  use scree_kinds, only: dp
+  use scree_own_weight, only: column_t, worst_column
+  use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
+  use scree_scene, only: model_dda, scene_t
+  use scree_simplex_integration, only: moments_t
+  use scree_system, only: fixed_point, state_t, system_t
+  use scree_text, only: number_text
+  implicit none
+  private
+  public :: block_fact_t, facts_of, facts_t, list_text, side_t
+
+  !> The sides of a model, by the direction that a free edge faces most.
+  integer, parameter, public :: n_sides = 4
+  character(len=*), parameter, public :: side_name(n_sides) = [character(len=6) :: 'left', 'right', 'bottom', 'top']
+
+  real(dp), parameter :: thin = 1e-2_dp        !! four times the area over the square of the outline: width over length of a strip
+  real(dp), parameter :: noticeable = 1e-2_dp  !! of the largest stress: a traction that pushes a free edge
+  integer, parameter :: holds_whole = 3        !! fixed points that leave a DDA block no strain
+
+  !> A block: its number, area and place.
+  type :: block_fact_t
+    integer :: number = 0
+    real(dp) :: area = 0.0_dp     !! length^2
+    real(dp) :: place(2) = 0.0_dp !! of the centroid, length
+  end type block_fact_t
+
+  !> Free edges that face a side of the model, and what the initial stress pushes them with.
+  type :: side_t
+    real(dp) :: force = 0.0_dp    !! without a counterpart, over all of them; per unit thickness
+    integer :: block = 0          !! with the largest part of it
+    real(dp) :: most = 0.0_dp     !! that part
+  end type side_t
+
+  !> All facts.
+  type :: facts_t
+    integer :: n_blocks = 0, n_elements = 0, n_unknowns = 0
+    integer, allocatable :: block_material(:)   !! that blocks are made of
+    integer, allocatable :: joint_material(:)   !! of edges that may touch
+    logical :: has_weight = .false.
+    type(block_fact_t) :: smallest, largest
+    real(dp) :: shortest_edge = huge(1.0_dp)    !! length
+    integer, allocatable :: sliver(:)           !! numbers of blocks that are thin, or sharper than contacts tell from a line
+    integer, allocatable :: fixed_points(:)     !! (n_blocks) in each
+    integer, allocatable :: unheld(:)           !! numbers of blocks that touch nothing that leads to a fixed point
+    type(column_t) :: column                    !! compressed most by own weight
+    real(dp) :: penetration = 0.0_dp            !! that two contacts take to bear that column, length
+    type(side_t) :: side(n_sides)               !! in the order of their names
+    real(dp) :: fall = 0.0_dp                   !! in a step, from rest, length
+  end type facts_t
+
+contains
+
+  !> The facts of a model as it is set up.
+  subroutine facts_of(scene, blocks, system, state, effects, facts)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    type(effects_t), intent(in) :: effects
+    type(facts_t), intent(out) :: facts
+    type(contacts_t) :: contacts
+    integer :: b, i
+
+    facts%n_blocks = system%n_blocks
+    facts%n_elements = system%n_elements
+    facts%n_unknowns = system%n_unknowns
+    facts%block_material = pack([(i, i=1, size(scene%block_material))], &
+                                [(any(blocks%material == i), i=1, size(scene%block_material))])
+    facts%joint_material = pack([(i, i=1, size(scene%joint_material))], &
+                                [(any(system%elements%shape%joint == i), i=1, size(scene%joint_material))])
+    allocate (facts%fixed_points(system%n_blocks), source=0)
+    do i = 1, size(blocks%point_kind)
+      if (blocks%point_kind(i) /= fixed_point) cycle
+      facts%fixed_points(blocks%point_block(i)) = facts%fixed_points(blocks%point_block(i)) + 1
+    end do
+    call measure_blocks(blocks, facts)
+    call initial_contacts(system, state, contacts)
+    facts%unheld = pack([(b, b=1, system%n_blocks)], .not. reached_from(system, contacts, facts%fixed_points > 0))
+    associate (rock => scene%block_material(facts%block_material))
+      facts%has_weight = any(abs(rock%unit_weight) > 0)
+      if (all(rock%density > 0)) facts%fall = 0.5_dp*scene%settings%step_size**2*maxval(abs(rock%unit_weight)/rock%density)
+    end associate
+    facts%column = worst_column(blocks, scene%block_material, &
+                                system%model == model_dda .and. facts%fixed_points >= holds_whole)
+    if (allocated(effects%contact)) &
+      facts%penetration = facts%column%stress*facts%column%width/(2*effects%contact%normal_stiffness)
+    call push_free_sides(scene, system, state, free_lengths(system, state, contacts), facts%side)
+  end subroutine facts_of
+
+  !> Smallest and largest block, shortest edge, slivers.
+  pure subroutine measure_blocks(blocks, facts)
+    type(blocks_t), intent(in) :: blocks
+    type(facts_t), intent(inout) :: facts
+    type(moments_t) :: moments
+    logical :: is_sliver(region_count(blocks%shape))
+    integer, allocatable :: loop(:)
+    integer :: b, before, first, k, l, next
+    real(dp) :: outline, own, sharpest
+
+    do b = 1, size(is_sliver)
+      moments = block_moments(blocks, b)
+      if (b == 1 .or. moments%area < facts%smallest%area) &
+        facts%smallest = block_fact_t(b, moments%area, moments%centroid + blocks%origin)
+      if (b == 1 .or. moments%area > facts%largest%area) &
+        facts%largest = block_fact_t(b, moments%area, moments%centroid + blocks%origin)
+      loop = loops_of(blocks%shape, b)
+      first = first_vertex_of(blocks%shape, b) - 1
+      outline = 0.0_dp
+      sharpest = huge(sharpest)
+      do l = 1, size(loop) - 1
+        do k = loop(l), loop(l + 1) - 1
+          next = merge(loop(l), k + 1, k + 1 == loop(l + 1))
+          before = merge(loop(l + 1) - 1, k - 1, k == loop(l))
+          associate (x => blocks%vertex(:, first + k), x_next => blocks%vertex(:, first + next), &
+                     x_before => blocks%vertex(:, first + before))
+            own = norm2(x_next - x)
+            facts%shortest_edge = min(facts%shortest_edge, own)
+            outline = outline + own
+            sharpest = min(sharpest, angle_between(x_next - x, x_before - x))
+          end associate
+        end do
+      end do
+      is_sliver(b) = 4*moments%area < thin*outline**2 .or. sharpest < parallel
+    end do
+    facts%sliver = pack([(b, b=1, size(is_sliver))], is_sliver .and. facts%fixed_points < holds_whole)
+  end subroutine measure_blocks
+
+  !> Angle from one vector counter-clockwise to another, of a convex corner seen from inside; rad up to a whole turn.
+  pure real(dp) function angle_between(a, b) result(angle)
+    real(dp), intent(in) :: a(2), b(2)
+
+    angle = modulo(atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b)), 2*acos(-1.0_dp))
+  end function angle_between
+
+  !> What the initial stress pushes free edges with. An element that a fixed point holds bears its own.
+  pure subroutine push_free_sides(scene, system, state, free, side)
+    type(scene_t), intent(in) :: scene
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: free(:)               !! (n_vertices) of the edge that begins at each vertex, length
+    type(side_t), intent(out) :: side(n_sides)
+    real(dp) :: along(2), force(2), largest, length, middle(2), normal(2), of_block(n_sides, system%n_blocks), stress(3)
+    logical :: held(system%n_unknowns)
+    integer :: e, faces, k, l, next
+
+    largest = largest_stress(scene, system, state)
+    if (.not. largest > 0) return
+    held = .false.
+    do k = 1, size(system%points%kind)
+      if (system%points%kind(k) == fixed_point) held(system%elements%unknown(:, system%points%element(k))) = .true.
+    end do
+    of_block = 0.0_dp
+    do e = 1, system%n_elements
+      if (any(held(system%elements%unknown(:, e)))) cycle
+      associate (shape => system%elements%shape, rock => scene%block_material(system%elements%material(e)))
+        do l = shape%first_loop(e), shape%first_loop(e + 1) - 1
+          do k = shape%first_vertex(l), shape%first_vertex(l + 1) - 1
+            if (.not. free(k) > 0) cycle
+            next = merge(shape%first_vertex(l), k + 1, k + 1 == shape%first_vertex(l + 1))
+            call frame_of_edge(state%vertex(:, k), state%vertex(:, next), along, normal, length)
+            middle = 0.5_dp*(state%vertex(:, k) + state%vertex(:, next)) + system%origin
+            stress = rock%stress + middle(2)*rock%stress_gradient
+            force = [stress(1)*normal(1) + stress(3)*normal(2), stress(3)*normal(1) + stress(2)*normal(2)]
+            if (norm2(force) <= noticeable*largest) cycle
+            faces = merge(merge(2, 1, normal(1) > 0), merge(4, 3, normal(2) > 0), abs(normal(1)) > abs(normal(2)))
+            of_block(faces, system%elements%block(e)) = of_block(faces, system%elements%block(e)) + norm2(force)*free(k)
+          end do
+        end do
+      end associate
+    end do
+    do faces = 1, n_sides
+      side(faces)%force = sum(of_block(faces, :))
+      side(faces)%block = maxloc(of_block(faces, :), 1)
+      side(faces)%most = maxval(of_block(faces, :))
+    end do
+  end subroutine push_free_sides
+
+  !> Largest component of the initial stress at a vertex, force/length^2.
+  pure real(dp) function largest_stress(scene, system, state) result(largest)
+    type(scene_t), intent(in) :: scene
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    integer :: e, k
+
+    largest = 0.0_dp
+    do e = 1, system%n_elements
+      associate (rock => scene%block_material(system%elements%material(e)))
+        do k = first_vertex_of(system%elements%shape, e), last_vertex_of(system%elements%shape, e)
+          largest = max(largest, maxval(abs(rock%stress + (state%vertex(2, k) + system%origin(2))*rock%stress_gradient)))
+        end do
+      end associate
+    end do
+  end function largest_stress
+
+  !> Blocks by number, the first of many; 'none'.
+  pure function list_text(block)
+    integer, intent(in) :: block(:)
+    character(len=:), allocatable :: list_text
+    integer, parameter :: most = 10
+    integer :: i
+
+    if (size(block) == 0) then
+      list_text = 'none'
+      return
+    end if
+    list_text = trim(merge('block ', 'blocks', size(block) == 1))
+    do i = 1, min(size(block), most)
+      list_text = list_text//' '//number_text(block(i))
+    end do
+    if (size(block) > most) list_text = number_text(size(block))//' '//list_text//' ...'
+  end function list_text
+
+end module scree_model_facts

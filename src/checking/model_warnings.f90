@@ -1,0 +1,92 @@
+!> What of the facts of a model is likely a mistake: units, signs, what nothing holds.
+module scree_model_warnings
+  use scree_kinds, only: dp
+  use scree_likely_units, only: doubt_of_stiffness, doubt_of_weight
+  use scree_model_facts, only: facts_t, list_text, n_sides, side_name
+  use scree_scene, only: scene_t, strain_small
+  use scree_text, only: number_text, short_text, text_t
+  implicit none
+  private
+  public :: warnings_of
+
+  real(dp), parameter :: most_strain = 0.01_dp       !! under own weight: rock bears a hundredth of that
+  real(dp), parameter :: most_penetration = 0.01_dp  !! under own weight, of the width of the block
+  real(dp), parameter :: least_angle = 1.0_dp        !! degrees; a friction angle below is one in radians, up to 57 degrees of them
+
+contains
+
+  !> One line a mistake.
+  pure function warnings_of(scene, facts) result(warning)
+    type(scene_t), intent(in) :: scene
+    type(facts_t), intent(in) :: facts
+    type(text_t), allocatable :: warning(:)
+    character(len=:), allocatable :: where
+    integer :: i
+
+    allocate (warning(0))
+    do i = 1, size(facts%block_material)
+      associate (rock => scene%block_material(facts%block_material(i)))
+        where = 'block material '//number_text(facts%block_material(i))//': '
+        call add_doubt(where, doubt_of_stiffness(rock))
+        call add_doubt(where, doubt_of_weight(rock))
+      end associate
+    end do
+    do i = 1, size(facts%joint_material)
+      associate (phi => scene%joint_material(facts%joint_material(i))%friction_angle)
+        if (phi > 0 .and. phi < least_angle) &
+          call add('joint material '//number_text(facts%joint_material(i))//': expected a friction angle of 0 or from '// &
+                   short_text(least_angle)//' degree, found '//short_text(phi)//': radians?')
+      end associate
+    end do
+    if (facts%column%strain > most_strain) &
+      call add('expected own weight to compress by at most '//short_text(100*most_strain)//' %, found '// &
+               short_text(100*facts%column%strain)//' % in block '//number_text(facts%column%block)//' under '// &
+               short_text(facts%column%height)//' of rock: units of E or of the unit weight?')
+    if (facts%penetration > most_penetration*facts%column%width) &
+      call add('expected contacts to bear own weight with an overlap of at most '//short_text(100*most_penetration)// &
+               ' % of the block, found '//short_text(100*facts%penetration/facts%column%width)//' % of block '// &
+               number_text(facts%column%block)//': contact.stiffness too small?')
+    if (facts%has_weight .and. all(facts%fixed_points == 0)) &
+      call add('expected a fixed point, found none: all '//number_text(facts%n_blocks)//' blocks fall')
+    if (size(facts%sliver) > 0) &
+      call add('expected no block thinner than 1/100 of its length or sharper than 3 degrees, found '//list_text(facts%sliver))
+    if (scene%settings%lags .and. scene%settings%strain == strain_small .and. scene%carried > 0) &
+      call add('expected contact.friction=''current'' in a dynamic run of small strain, found ''lagging'': '// &
+               'Shi''s contact can make energy without bound there, the more the stiffer its springs')
+    if (any(facts%side%force > 0)) &
+      call add('expected support where the initial stress pushes, found free edges '//side_text(facts))
+
+  contains
+
+    !> Adds a line.
+    pure subroutine add(line)
+      character(len=*), intent(in) :: line
+
+      warning = [warning, text_t(line)]
+    end subroutine add
+
+    !> Adds a doubt where there is one.
+    pure subroutine add_doubt(where, doubt)
+      character(len=*), intent(in) :: where, doubt
+
+      if (len(doubt) > 0) call add(where//doubt)
+    end subroutine add_doubt
+
+  end function warnings_of
+
+  !> Sides that the initial stress pushes without support: the force, and the block that has most of it.
+  pure function side_text(facts) result(text)
+    type(facts_t), intent(in) :: facts
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, n_sides
+      if (facts%side(i)%force > 0) &
+        text = text//', facing '//trim(side_name(i))//' with '//short_text(facts%side(i)%force)//' force, most of block '// &
+               number_text(facts%side(i)%block)
+    end do
+    text = text(3:)
+  end function side_text
+
+end module scree_model_warnings
