@@ -14,18 +14,15 @@ module scree_initial_contacts
 
 contains
 
-  !> The contacts that a run would find at its beginning, were all at rest. None where nothing may touch.
+  !> What touches, were all at rest, by scree's rules also where the run has Shi's. Nothing where no contact is asked for.
   subroutine initial_contacts(system, state, contacts)
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
     type(contacts_t), intent(out) :: contacts
     real(dp), allocatable :: at_rest(:, :)
 
-    if (.not. allocated(state%contacts%contact)) then
-      allocate (contacts%contact(0), contacts%link(2, 0), contacts%candidate(2, 0))
-      return
-    end if
-    contacts = state%contacts
+    allocate (contacts%contact(0), contacts%link(2, 0), contacts%candidate(2, 0))
+    if (.not. allocated(state%contacts%contact)) return
     allocate (at_rest(2, size(system%outlines%start)), source=0.0_dp)
     call find_contacts(system%outlines, state%vertex, at_rest, 0.0_dp, system%n_elements > system%n_blocks, contacts)
   end subroutine initial_contacts

@@ -1,4 +1,5 @@
 """Ways to one solution, books of energy, impacts: small scenes of blocks that touch, through the program."""
+import itertools
 import math
 import os
 import pathlib
@@ -146,3 +147,18 @@ def test_a_rigid_block_that_loses_nothing_turns_at_the_top():
     assert error < 2e-5
     assert rise == pytest.approx(0.9890, abs=1e-4)
     assert rotation == pytest.approx(0.0104, abs=1e-4)
+
+
+WAYS = {"multipliers": "contact.method=augmented", "viscosity": "contact.viscosity=1e3", "conserving": "contact.energy=conserving",
+        "nested": "contact.coupling=nested", "tangent": "iteration.method=newton", "residual": "iteration.test=residual",
+        "springs of fixed points": "fixed_points.method=penalty"}
+
+
+@pytest.mark.parametrize("pair", [pair for pair in itertools.combinations(WAYS, 2)
+                                  if "conserving" not in pair or not {"multipliers", "viscosity"} & {*pair}])
+def test_no_pair_of_settings_that_go_together_gains_energy(pair, run):
+    """In the energy-momentum form with chi 1/2. The tolerances of multipliers and of the residual leave 1e-8 in a step."""
+    for name in ("fall and bounce", "meet in flight"):
+        scene = SCENES[name]
+        r = scene.run(run, "r", [WAYS[way] for way in pair])
+        assert np.diff(r.dissipated, prepend=0).min() > -1e-7 * scene.scale, name

@@ -246,3 +246,24 @@ def test_no_deck_that_is_shipped_calls_for_a_warning():
     for path in decks:
         done = subprocess.run([SCREE, "check", path, "--strict", "--quiet"], capture_output=True, text=True)
         assert done.returncode == 0 and done.stdout == "", (path, done.stdout)
+
+
+@pytest.mark.parametrize("preset", ["none", "shi"])
+def test_what_touches_does_not_depend_on_whose_rules_the_run_has(preset, tmp_path):
+    """Shi's rules look for contacts up to 6 % of the model away, which is not touching."""
+    deck(tmp_path, blocks=[FLOOR, box(0, 0, 1, 1), box(0, 1.1, 1, 1)], groups=f"&method preset='{preset}', strain='green' /")
+    assert check(tmp_path)[0]["touch nothing that is held"] == "block 3"
+
+
+@pytest.mark.parametrize("away", [0.0, 1e6])
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_facts_follow_the_model_wherever_and_however_large_it_is(size, away, tmp_path):
+    """A column of three on a floor, edges of a millimetre to a kilometre: areas with the square, strain with the size."""
+    where = np.array([away, -away]) * size
+    blocks = [size * block + where for block in COLUMN]
+    fixed = [(float(size * x + where[0]), float(size * y + where[1]), b) for x, y, b in CORNERS]
+    deck(tmp_path, blocks, fixed, rock=(2500.0, 24525.0, 1e10 * max(size, 1.0)))
+    facts, warnings = check(tmp_path)
+    assert warnings == [] and facts["touch nothing that is held"] == "none" and facts["slivers"] == "none"
+    assert first_number(facts["smallest block"].split(", ")[1]) == pytest.approx(size**2, rel=1e-3)
+    assert first_number(facts["strain under own weight"]) == pytest.approx(3 * size * 24525 / (1e10 * max(size, 1.0)), rel=1e-3)
