@@ -347,7 +347,7 @@ contains
   subroutine complete_settings(scene, error)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: beta, size_, end_time
+    real(dp) :: beta, size_, end_time, most_steps
 
     associate (words => scene%words, s => scene%settings)
       call default('deck', 'dialect', 'auto')
@@ -474,8 +474,9 @@ contains
       if (has('output', 'interval')) then
         s%frame_interval = number('output', 'interval')
       else
-        call default('output', 'every', &
-                     number_text(max(1, ceiling(min(1e9_dp, real(s%most_steps, dp), end_time/size_*(1 - 1e-9_dp))/100))))
+        most_steps = min(1e9_dp, real(s%most_steps, dp))
+        if (end_time < most_steps*size_) most_steps = end_time/size_*(1 - 1e-9_dp)
+        call default('output', 'every', number_text(max(1, ceiling(most_steps/100))))
         s%frame_every = nint(number('output', 'every'))
       end if
     end associate
