@@ -100,7 +100,7 @@ contains
       associate (rock => scene%block_material(facts%block_material(i)))
         if (.not. rock%density > 0) cycle
         call add('gravity'//numbers, short_text(rock%unit_weight/rock%density)//' length/time^2 (unit weight over density)')
-        call add('wave speed'//numbers, short_text(sqrt(rock%young/rock%density))//' length/time')
+        call add('wave speed'//numbers, short_text(sqrt(rock%young)/sqrt(rock%density))//' length/time')
       end associate
     end do
     call add('largest block', block_text(facts%largest))

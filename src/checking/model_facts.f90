@@ -25,6 +25,7 @@ module scree_model_facts
 
   real(dp), parameter :: thin = 1e-2_dp        !! four times the area over the square of the outline: width over length of a strip
   real(dp), parameter :: noticeable = 1e-2_dp  !! of the largest stress: a traction that pushes a free edge
+  real(dp), parameter :: beside = 0.01_dp      !! of the model: a fixed point that lies on a side
   integer, parameter :: holds_whole = 3        !! fixed points that leave a DDA block no strain
 
   !> A block: its number, area and place.
@@ -142,7 +143,10 @@ contains
     angle = modulo(atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b)), 2*acos(-1.0_dp))
   end function angle_between
 
-  !> What the initial stress pushes free edges with. An element that a fixed point holds bears its own.
+  !> What the initial stress pushes free edges with.
+  !>
+  !> An element that a fixed point holds, or that shares unknowns with one, bears its own; and so does the straight side of a
+  !> block that two fixed points lie on, of whichever elements it is made.
   pure subroutine push_free_sides(scene, system, state, free, side)
     type(scene_t), intent(in) :: scene
     type(system_t), intent(in) :: system
@@ -171,7 +175,7 @@ contains
             middle = 0.5_dp*(state%vertex(:, k) + state%vertex(:, next)) + system%origin
             stress = rock%stress + middle(2)*rock%stress_gradient
             force = [stress(1)*normal(1) + stress(3)*normal(2), stress(3)*normal(1) + stress(2)*normal(2)]
-            if (norm2(force) <= noticeable*largest) cycle
+            if (norm2(force) <= noticeable*largest .or. holds_side(e, state%vertex(:, k), normal)) cycle
             faces = merge(merge(2, 1, normal(1) > 0), merge(4, 3, normal(2) > 0), abs(normal(1)) > abs(normal(2)))
             of_block(faces, system%elements%block(e)) = of_block(faces, system%elements%block(e)) + norm2(force)*free(k)
           end do
@@ -183,6 +187,24 @@ contains
       side(faces)%block = maxloc(of_block(faces, :), 1)
       side(faces)%most = maxval(of_block(faces, :))
     end do
+
+  contains
+
+    !> Whether two fixed points of the block of element e lie on the line of an edge.
+    pure logical function holds_side(e, place, normal)
+      integer, intent(in) :: e
+      real(dp), intent(in) :: place(2), normal(2)  !! length, 1
+      integer :: found, i
+
+      found = 0
+      do i = 1, size(system%points%kind)
+        if (system%points%kind(i) /= fixed_point) cycle
+        if (system%elements%block(system%points%element(i)) /= system%elements%block(e)) cycle
+        if (abs(dot_product(normal, state%point(:, i) - place)) <= beside*scene%extent) found = found + 1
+      end do
+      holds_side = found > 1
+    end function holds_side
+
   end subroutine push_free_sides
 
   !> Largest component of the initial stress at a vertex, force/length^2.

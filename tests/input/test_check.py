@@ -267,3 +267,18 @@ def test_facts_follow_the_model_wherever_and_however_large_it_is(size, away, tmp
     assert warnings == [] and facts["touch nothing that is held"] == "none" and facts["slivers"] == "none"
     assert first_number(facts["smallest block"].split(", ")[1]) == pytest.approx(size**2, rel=1e-3)
     assert first_number(facts["strain under own weight"]) == pytest.approx(3 * size * 24525 / (1e10 * max(size, 1.0)), rel=1e-3)
+
+
+@pytest.mark.parametrize("sides", [0, 1, 2])
+def test_a_side_under_a_mesh_is_borne_by_two_fixed_points_on_it(sides, tmp_path):
+    """One block of 8 x 3 with the stress of its weight, on a line of fixed points; those of its sides stand in the corners or higher.
+
+    K0 w h^2/2 a side, less what elements near the corners bear, 0.5 of 3 at most; the bottom and the top call for nothing."""
+    fixed = [(x, 0.0, 1) for x in (0.0, 2.0, 4.0, 6.0, 8.0)] + [(0.0, 3.0, 1)] * (sides > 0) + [(8.0, 3.0, 1)] * (sides > 1)
+    deck(tmp_path, [box(0, 0, 8, 3)], fixed, stress=K0, groups="&method model='nmm' /\n&cover edge=0.25 /")
+    facts, warnings = check(tmp_path)
+    free = ["left", "right"][sides:]
+    assert [label for label in facts if label.startswith("initial stress")] == [f"initial stress, {side}" for side in free]
+    assert len(warnings) == (sides < 2)
+    for side in free:
+        assert (1 - 2 * 0.5 / 3) * 24525 * 9 / 4 < first_number(facts[f"initial stress, {side}"]) <= 24525 * 9 / 4
