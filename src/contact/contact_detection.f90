@@ -11,6 +11,7 @@
 !>
 !> A contact is the same as one of the step before where vertex and edge are.
 module scree_contact_detection
+  use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
   use scree_contact_geometry, only: gap_of
   use scree_contact_pairs, only: drop_repeats, line_of_pair, list_lines, put_links
   use scree_contact_search, only: search
@@ -24,8 +25,7 @@ module scree_contact_detection
   real(dp), parameter :: nearly = 0.3_dp*parallel !! edges that differ by less: those at the more upright corner act (Shi: 0.3 h1)
   real(dp), parameter :: no_corner = 1e-9_dp      !! an angle below is that of the end of a crack, a whole turn
   real(dp), parameter :: flat = 1e-3_dp           !! a corner that is concave by less is none
-  real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, that a vertex may already be inside
-  real(dp), parameter :: still_outside = 1e-9_dp  !! of an edge: overlap that is none
+  real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, beyond whose ends their line is looked at for overlaps
   real(dp), parameter :: touch = 1e-3_dp          !! of the edges about, that is near at rest
   real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
 
@@ -48,6 +48,7 @@ contains
     type(contact_t), allocatable :: found(:)
     real(dp) :: local(size(outlines%start)), near(size(outlines%start)), size_of_edge(size(outlines%start))
     real(dp) :: turning(size(outlines%start)) !! of the edges, then of the corners in the step, rad
+    real(dp) :: pressed(size(outlines%first) - 1) !! largest overlap of the springs of each block after the last step, length
     type(corner_t) :: corner(size(outlines%start))
     integer, allocatable :: old(:)
     real(dp), allocatable :: key(:)
@@ -74,6 +75,13 @@ contains
     contacts%near = near
     contacts%local = local
     call list_lines(contacts%contact, size(outlines%start), old, key)
+    pressed = 0.0_dp
+    do k = 1, size(contacts%contact)
+      associate (contact => contacts%contact(k), line => contacts%contact(k)%line(contacts%contact(k)%active))
+        pressed(outlines%block(line%vertex)) = max(pressed(outlines%block(line%vertex)), contact%pressed)
+        pressed(outlines%block(line%edge)) = max(pressed(outlines%block(line%edge)), contact%pressed)
+      end associate
+    end do
     do i = 1, size(outlines%start)
       corner(i) = corner_of(i)
     end do
@@ -97,6 +105,7 @@ contains
     call drop_repeats(size(outlines%start), found, n_found)
     call put_links(outlines, found(:n_found), contacts)
     contacts%contact = found(:n_found)
+    contacts%inside = pairs_inside(found(:n_found))
 
   contains
 
@@ -109,7 +118,7 @@ contains
       real(dp) :: near(size(local))
 
       near = 1.2_dp*norm2(velocity, 1)*dt + min(contacts%margin, contacts%leap*local) + touch*local &
-             + min(contacts%overlap/sin(parallel), deepest*local)
+             + min(contacts%pressed/sin(parallel), deepest*local)
       if (contacts%outside > 0) near = 0.5_dp*contacts%outside
     end function reach_of
 
@@ -169,7 +178,7 @@ contains
       if (at < 0 .or. at > size_of_edge(j)) return
       gap = gap_at(i, j)
       if (gap > near(i) + max(near(j), near(outlines%next(j)))) return
-      if (contacts%outside > 0 .and. gap < -contacts%inside) return
+      if (contacts%outside > 0 .and. gap < -contacts%deepest) return
       if (fits(i, j)) call add([i], [j])
     end subroutine meet_edge
 
@@ -288,44 +297,55 @@ contains
         end if
       end if
       if (.not. (contacts%outside > 0 .or. entered(new%line(new%active)))) return
+      if (.not. contacts%by_name) call rest_inside(new)
       if (n_found == size(found)) found = [found, found]
       n_found = n_found + 1
       found(n_found) = new
     end subroutine add
 
-    !> Whether the vertex of a line entered there, where it is behind it. It did where the line acted before; else of the edges
-    !> of that body about it, it entered by the one that it is least behind, and by none that it is in front of, but at a hollow
-    !> corner. Its own body it is in anyway.
+    !> Whether the vertex of a line entered there, where it is behind it. It did where the line acted before; else the bodies
+    !> tell. Its own body a vertex is in anyway.
     pure logical function entered(line)
       type(line_t), intent(in) :: line
-      real(dp) :: at, depth
-      integer :: before, k
+      type(body_overlap_t) :: overlap
+      integer :: before
 
       associate (i => line%vertex, j => line%edge)
-        depth = -gap_at(i, j)
-        entered = depth <= still_outside*size_of_edge(j)
+        entered = gap_at(i, j) >= -still_outside*min(local(i), size_of_edge(j))
         if (entered) return
         before = line_before(i, j)
         if (before > 0) entered = contacts%contact((before + 1)/2)%active == 2 - modulo(before, 2)
-        if (entered .or. depth > deepest*min(local(i), size_of_edge(j)) .or. outlines%block(i) == outlines%block(j)) return
-        entered = .true.
-        do k = 1, size(contacts%candidate, 2)
-          associate (other => contacts%candidate(2, k))
-            if (contacts%candidate(1, k) /= i .or. other == j .or. outlines%block(other) /= outlines%block(j)) cycle
-            if (other == outlines%next(j) .and. corner(other)%angle > pi) cycle
-            if (other == outlines%previous(j) .and. corner(j)%angle > pi) cycle
-            at = along(i, other)
-            if (at >= 0 .and. at <= size_of_edge(other)) entered = entered .and. gap_at(i, other) <= -depth
-          end associate
-        end do
+        if (entered .or. outlines%block(i) == outlines%block(j)) return
+        call overlap_of_bodies(outlines, place, outlines%block(i), outlines%block(j), overlap)
+        entered = entered_by(outlines, place, overlap, i, j)
       end associate
     end function entered
+
+    !> Lets the springs of a contact that is found inside rest there, so that they bring no energy: where they press less than
+    !> others of its blocks, they begin with that.
+    pure subroutine rest_inside(new)
+      type(contact_t), intent(inout) :: new
+      real(dp) :: gap(2), known
+      integer :: k
+
+      do k = 1, new%n_lines
+        gap(k) = gap_at(new%line(k)%vertex, new%line(k)%edge)
+      end do
+      if (maxval(gap(:new%n_lines)) >= 0) return
+      do k = 1, new%n_lines
+        associate (line => new%line(k))
+          if (line_before(line%vertex, line%edge) > 0 .or. line%state /= state_open) cycle
+          known = max(pressed(outlines%block(line%vertex)), pressed(outlines%block(line%edge)))
+          line%rest = min(0.0_dp, gap(k) + known)
+        end associate
+      end do
+    end subroutine rest_inside
 
     !> The pair of a contact before, best one that was closed, or else the one whose vertex lies best within its edge, with what
     !> the pairs remember.
     pure type(line_t) function best(vertex, edge)
       integer, intent(in) :: vertex(:), edge(:)
-      real(dp) :: at, inside, most, slip
+      real(dp) :: at, gap, inside, most, slip
       integer :: before, k, known
 
       most = -huge(most)
@@ -354,8 +374,16 @@ contains
         end associate
       end do
       if (known == 0) return
-      call recall(contacts%contact((known + 1)/2)%line(2 - modulo(known, 2)), best)
-      if (best%state /= state_open) best%anchor = best%anchor - slip/size_of_edge(best%edge)
+      associate (was => contacts%contact((known + 1)/2)%line(2 - modulo(known, 2)))
+        call recall(was, best)
+        gap = gap_at(best%vertex, best%edge)
+        if (best%state /= state_open) then
+          best%anchor = best%anchor - slip/size_of_edge(best%edge)
+          if (best%vertex /= was%vertex .or. best%edge /= was%edge) & ! the spring is pressed by as much as it was
+            best%rest = gap - min(0.0_dp, gap_at(was%vertex, was%edge) - was%rest)
+        end if
+        best%rest = min(0.0_dp, max(best%rest, gap)) ! what has come out stays out
+      end associate
     end function best
 
     !> The first pair where its vertex lies within its edge, else the last, with what the pairs remember; only the same pair, and
@@ -402,6 +430,7 @@ contains
       type(line_t), intent(inout) :: line
 
       line%state = was%state
+      line%rest = was%rest
       line%direction = was%direction
       line%held = was%held
       line%length = was%length
@@ -417,6 +446,27 @@ contains
     end function line_before
 
   end subroutine find_contacts
+
+  !> Pairs of a vertex and the edge that it is inside of and rests there.
+  pure function pairs_inside(contact) result(pair)
+    type(contact_t), intent(in) :: contact(:)
+    integer, allocatable :: pair(:, :)
+    integer :: i, k, m, n
+
+    n = 0
+    do i = 1, size(contact)
+      n = n + count(contact(i)%line(:contact(i)%n_lines)%rest < 0)
+    end do
+    allocate (pair(2, n))
+    m = 0
+    do i = 1, size(contact)
+      do k = 1, contact(i)%n_lines
+        if (.not. contact(i)%line(k)%rest < 0) cycle
+        m = m + 1
+        pair(:, m) = [contact(i)%line(k)%vertex, contact(i)%line(k)%edge]
+      end do
+    end do
+  end function pairs_inside
 
   !> An angle between -pi and pi.
   pure real(dp) function turn(angle)

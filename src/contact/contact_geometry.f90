@@ -28,13 +28,14 @@ module scree_contact_geometry
 
   integer, parameter :: n = element_unknowns
 
-  !> One line of a contact about a reference displacement: g(d) = gap + normal.(d - reference), and so along.
+  !> One line of a contact about a reference displacement: g(d) = gap + normal.(d - reference), and so slid.
   type :: line_geometry_t
     real(dp) :: gap = 0.0_dp            !! length
-    real(dp) :: along = 0.0_dp          !! from the start of the edge to the foot of the vertex, length
+    real(dp) :: along = 0.0_dp          !! from the start of the edge to the foot of the vertex when the step began, length
+    real(dp) :: slid = 0.0_dp           !! of that foot along the edge since then, from the share of the edge where it was, length
     real(dp) :: edge_length = 1.0_dp    !! length
     real(dp) :: normal(2*n) = 0.0_dp    !! change of the gap with the unknowns of both elements
-    real(dp) :: shear(2*n) = 0.0_dp     !! change of along
+    real(dp) :: shear(2*n) = 0.0_dp     !! change of slid
     real(dp) :: normal_end(2*n) = 0.0_dp !! of the gap itself, where the forces act in another configuration
     real(dp) :: shear_end(2*n) = 0.0_dp
     !> (3, 2 n) where slip is measured from the anchor (Shi): the end of the edge from its start, along and across; and the
@@ -77,7 +78,7 @@ contains
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
     type(line_geometry_t) :: geometry
     real(dp), dimension(2, n) :: T1, T2, T3
-    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3
+    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal
     real(dp) :: of_link(2*n)
     integer :: body, edge_body
 
@@ -92,31 +93,43 @@ contains
     u1 = matmul(T1, d(system%elements%unknown(:, body)))
     u2 = matmul(T2, d(system%elements%unknown(:, edge_body)))
     u3 = matmul(T3, d(system%elements%unknown(:, edge_body)))
+    call frame_of_edge(x2, x3, t, normal, geometry%edge_length)
+    geometry%gap = gap_of(x1, x2, x3)
+    geometry%along = dot_product(t, x1 - x2)
     if (large) then
       call put_rows(1.0_dp, 1.0_dp, geometry%normal_end, geometry%shear_end)
       call put_rows(2*weight - 1, 1.0_dp, geometry%normal, geometry%shear)
-      call measure(x1 + u1, x2 + u2, x3 + u3)
+      call move(t, geometry)
     else
       call put_rows(0.0_dp, 0.0_dp, geometry%normal, geometry%shear)
       geometry%normal_end = geometry%normal
       geometry%shear_end = geometry%shear
-      call measure(x1, x2, x3)
       of_link = [d(system%elements%unknown(:, link(1))), d(system%elements%unknown(:, link(2)))]
       geometry%gap = geometry%gap + dot_product(geometry%normal, of_link)
-      geometry%along = geometry%along + dot_product(geometry%shear, of_link)
+      geometry%slid = dot_product(geometry%shear, of_link)
     end if
 
   contains
 
-    !> Gap, along and length in a configuration.
-    pure subroutine measure(y1, y2, y3)
-      real(dp), intent(in), dimension(2) :: y1, y2, y3
-      real(dp) :: t(2), normal(2)
+    !> Adds to gap, slip and length what they change by on the way to `d`.
+    !>
+    !> Written with the turn of the edge, which is exactly zero for one at rest: the difference of two gaps or two places along
+    !> a long edge would be rounded to the length of the edge, and the spring of a pebble on it to more than its weight.
+    pure subroutine move(t, geometry)
+      real(dp), intent(inout) :: t(2)                  !! direction of the edge
+      type(line_geometry_t), intent(inout) :: geometry !! at the beginning of the step
+      real(dp) :: turned(2), stretched, length
 
-      call frame_of_edge(y2, y3, t, normal, geometry%edge_length)
-      geometry%gap = dot_product(normal, y1 - y2)
-      geometry%along = dot_product(t, y1 - y2)
-    end subroutine measure
+      associate (edge => x3 - x2, bent => u3 - u2, r => x1 - x2, moved => u1 - u2)
+        length = norm2(edge + bent)
+        stretched = dot_product(bent, 2*edge + bent)/(length + geometry%edge_length)
+        turned = bent/length - stretched/(length*geometry%edge_length)*edge ! change of the direction
+        t = t + turned
+        geometry%gap = geometry%gap + (turned(2)*r(1) - turned(1)*r(2)) + (t(2)*moved(1) - t(1)*moved(2))
+        geometry%slid = dot_product(turned, r) + dot_product(t, moved) - geometry%along/geometry%edge_length*stretched
+        geometry%edge_length = length
+      end associate
+    end subroutine move
 
     !> Rows of the change of the gap between two configurations, each made by a share of `d`, and of slip in their middle.
     pure subroutine put_rows(from, to, normal_row, shear_row)

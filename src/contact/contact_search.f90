@@ -63,7 +63,7 @@ contains
         end do
       end associate
     end do
-    contacts%candidate = list(:, :n)
+    contacts%candidate = reshape([list(:, :n), contacts%inside], [2, n + size(contacts%inside, 2)])
     contacts%link = reshape([integer ::], [2, 0])
   end subroutine search
 

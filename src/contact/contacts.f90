@@ -3,7 +3,7 @@ module scree_contacts
   use scree_kinds, only: dp
   implicit none
   private
-  public :: contact_law_t, contact_t, contacts_t, line_t, outlines_t
+  public :: contact_law_t, contact_t, contacts_t, line_t, outlines_t, overlap_t
 
   !> Edges whose directions differ by less are parallel, rad (Shi: h1).
   real(dp), parameter, public :: parallel = 3*acos(-1.0_dp)/180
@@ -20,6 +20,8 @@ module scree_contacts
     integer, allocatable :: next(:)     !! (n) edge that begins where edge i ends
     integer, allocatable :: previous(:) !! (n)
     integer, allocatable :: joint(:)    !! (n) joint material of the edge
+    integer, allocatable :: first(:)    !! (n_blocks+1) block b has the edges of_block(first(b):first(b+1)-1)
+    integer, allocatable :: of_block(:) !! (n)
   end type outlines_t
 
   !> A vertex of one body and the line of an edge of another, and what the contact remembers.
@@ -30,6 +32,7 @@ module scree_contacts
     integer :: state = state_open
     real(dp) :: direction = 1.0_dp      !! of sliding: 1 along the edge, -1 back
     real(dp) :: anchor = 0.0_dp         !! share of the edge at which the shear spring holds the vertex
+    real(dp) :: rest = 0.0_dp           !! gap at which the spring across has no force: below 0 where it was found inside, length
     real(dp) :: held(2) = 0.0_dp        !! forces across and along that the springs need not make up (multipliers)
     real(dp) :: length = 0.0_dp         !! of the joint that the contact stands for, where cohesion or strength need it
     logical :: bonded = .false.         !! cohesion and tensile strength are not lost
@@ -42,6 +45,7 @@ module scree_contacts
     integer :: n_lines = 1
     integer :: active = 1               !! line that acts
     real(dp) :: force(2) = 0.0_dp       !! at the end of the last step, pressing and along the edge, per unit thickness
+    real(dp) :: pressed = 0.0_dp        !! overlap of its spring then, length
     type(line_t) :: line(2)
   end type contact_t
 
@@ -50,13 +54,14 @@ module scree_contacts
     type(contact_t), allocatable :: contact(:)
     integer, allocatable :: link(:, :)      !! (2, n_links) pairs of elements, the smaller number first
     integer, allocatable :: candidate(:, :) !! (2, n) vertices and edges that the search found near each other
+    integer, allocatable :: inside(:, :)    !! (2, n) vertices and the edges that they are inside of when the run begins
     real(dp), allocatable :: found_at(:, :) !! (2, n) places of the vertices then, length
     real(dp), allocatable :: reach(:)       !! (n) how far the search saw around each vertex, length
     real(dp), allocatable :: near(:)        !! (n) how far a vertex may move in the step, length
     real(dp), allocatable :: local(:)       !! (n) shorter edge at each vertex, length
     logical :: by_name = .false.            !! found and handed on as Shi's programs do (df04 to df07)
     real(dp) :: outside = 0.0_dp            !! gap up to which all are found (Shi: d0); 0: as they move, length
-    real(dp) :: inside = 0.0_dp             !! overlap likewise (Shi: d9), length
+    real(dp) :: deepest = 0.0_dp            !! overlap likewise (Shi: d9), length
     real(dp) :: guard = 0.0_dp              !! by name: added to the square of an edge on which an anchor is placed, length^2
     real(dp) :: leap = 0.25_dp              !! of the edges about, that a vertex may move beyond what its velocity makes
     real(dp) :: margin = 0.0_dp             !! of that, beyond what its velocity makes, length
@@ -64,11 +69,20 @@ module scree_contacts
     real(dp) :: most_turning = acos(-1.0_dp)/6 !! of that, rad
     real(dp) :: swing = 0.0_dp              !! of that, beyond what its velocity makes, rad
     real(dp) :: overlap = 0.0_dp            !! largest at the end of the last step, length
+    real(dp) :: pressed = 0.0_dp            !! largest of a spring then, length
     real(dp) :: gap = 0.0_dp                !! largest of a closed contact then, length
     real(dp) :: energy = 0.0_dp             !! of the springs then, force length per unit thickness
     real(dp) :: friction = 0.0_dp           !! work lost in sliding since the start, force length per unit thickness
     integer :: count(3) = 0                 !! contacts open, sliding, locked then
   end type contacts_t
+
+  !> One piece of the common area of two bodies, for a person.
+  type :: overlap_t
+    integer :: body(2) = 0        !! blocks
+    real(dp) :: depth = 0.0_dp    !! across the edge by which the bodies entered, length
+    real(dp) :: place(2) = 0.0_dp !! its middle, length
+    logical :: crossing = .false. !! no vertex of either is inside the other: they cross like swords
+  end type overlap_t
 
   !> What holds of all contacts.
   type :: contact_law_t

@@ -49,7 +49,7 @@ contains
     rebound%contact = touch%contact
     rebound%link = touch%link
     rebound%geometry = touch%geometry
-    rebound%start_share = touch%start_share
+    rebound%start_share = 0*touch%start_share
     rebound%start_gap = 0*touch%start_gap
     allocate (rebound%kept(2, size(touch%contact)), source=.true.)
     rebound%reference = still
@@ -66,6 +66,7 @@ contains
         contact%line(1)%held = 0.0_dp
         geometry = touch%geometry(max(k, 1), i)
         geometry%along = 0.0_dp
+        geometry%slid = 0.0_dp
         if (k == 0) then
           contact%line(1)%state = state_open
           geometry%gap = sqrt(huge(1.0_dp)) ! its force is a number still

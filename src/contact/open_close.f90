@@ -10,7 +10,8 @@
 module scree_open_close
   use scree_contact_forces, only: bond, forces, pushes
   use scree_contact_geometry, only: frame_of_edge
-  use scree_contacts, only: contact_law_t, contacts_t, line_t, outlines_t, parallel, state_locked, state_open, state_sliding
+  use scree_contacts, only: contact_law_t, contact_t, contacts_t, line_t, outlines_t, parallel, state_locked, state_open, &
+                            state_sliding
   use scree_effects, only: element_share_t
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
@@ -21,10 +22,10 @@ module scree_open_close
   private
   public :: accept_contacts, begin_again, begin_contacts, hold_contacts, judge_contacts, return_anchors
 
-  !> A force below this share of the largest contact force changes no state.
+  !> A force below this share of the largest contact force on the body that has the smaller changes no state.
   real(dp), parameter :: faint = 1e-8_dp
-  !> A gap below this share of the edge is round-off.
-  real(dp), parameter :: round_off = 2e-15_dp
+  !> A change of a gap below this share of what cancels in it is round-off.
+  real(dp), parameter :: round_off = 8*epsilon(1.0_dp)
 
 contains
 
@@ -136,7 +137,8 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     logical, intent(in) :: first
     type(touch_t), intent(inout) :: touch
-    real(dp) :: both(2, 2, size(touch%contact)), push(3, 2, size(touch%contact)), largest
+    real(dp) :: both(2, 2, size(touch%contact)), push(3, 2, size(touch%contact)), pressing
+    real(dp) :: largest(size(system%outlines%first) - 1) !! force across a contact of each block
     integer :: i, state
 
     if (touch%anchored) call put_anchors(system, d, touch)
@@ -144,7 +146,10 @@ contains
     do i = 1, size(touch%contact)
       both(:, :, i) = gaps_and_slips(system, touch, i, d)
       push(:, :, i) = pushes(law, touch, i, both(1, :, i))
-      largest = max(largest, minval(push(1, :touch%contact(i)%n_lines, i)), merge(sum(push(1, :, i)), 0.0_dp, law%conserving))
+      pressing = max(minval(push(1, :touch%contact(i)%n_lines, i)), merge(sum(push(1, :, i)), 0.0_dp, law%conserving))
+      associate (body => bodies_of(touch%contact(i)))
+        largest(body) = max(largest(body), pressing)
+      end associate
     end do
     touch%changes = 0
     touch%count = 0
@@ -165,8 +170,8 @@ contains
       real(dp) :: doubt, pressing
       integer :: k, new
 
-      doubt = faint*largest + round_off*touch%geometry(1, i)%edge_length*law%normal_stiffness
-      if (law%lags) doubt = 0.0_dp
+      doubt = 0.0_dp
+      if (.not. law%lags) doubt = faint*minval(largest(bodies_of(touch%contact(i)))) + law%normal_stiffness*rounding_of(i)
       associate (contact => touch%contact(i))
         k = 1
         if (contact%n_lines == 2) k = acting_line(i, both(1, :), push, doubt)
@@ -197,6 +202,23 @@ contains
         end associate
       end associate
     end subroutine judge_contact
+
+    !> What rounding leaves of the change of a gap in the step, length.
+    pure real(dp) function rounding_of(i)
+      integer, intent(in) :: i
+
+      associate (line => touch%contact(i)%line(1))
+        rounding_of = round_off*sum(abs(touch%geometry(1, i)%normal*of_elements(system, touch%link(:, line%link), d)))
+      end associate
+    end function rounding_of
+
+    !> Blocks of a contact.
+    pure function bodies_of(contact) result(body)
+      type(contact_t), intent(in) :: contact
+      integer :: body(2)
+
+      body = system%outlines%block([contact%line(1)%vertex, contact%line(1)%edge])
+    end function bodies_of
 
     !> Which of the two lines of a corner acts: the one that is crossed least, or was crossed last.
     !>
@@ -394,6 +416,8 @@ contains
     contacts%swing = 0.5_dp*contacts%swing
     contacts%gap = 0.0_dp
     contacts%overlap = 0.0_dp
+    contacts%pressed = 0.0_dp
+    contacts%contact%pressed = 0.0_dp
     contacts%energy = 0.0_dp
     held_together = .false.
     do i = 1, size(contacts%contact)
@@ -404,12 +428,13 @@ contains
     do i = 1, size(contacts%contact)
       associate (k => contacts%contact(i)%active, line => contacts%contact(i)%line(contacts%contact(i)%active))
         contacts%contact(i)%force = 0.0_dp
+        both = gaps_and_slips(system, touch, i, d)
         if (line%state == state_open) then
           line%bonded = .false.
           line%held = 0.0_dp
+          if (line%rest < 0) contacts%overlap = max(contacts%overlap, -(line%rest + both(1, k)))
           cycle
         end if
-        both = gaps_and_slips(system, touch, i, d)
         of = forces(system%outlines, law, touch, i, both)
         contacts%contact(i)%force = [sum(of(1, :2)), of(1, 3)]
         slip = both(2, k)
@@ -417,7 +442,9 @@ contains
         gap = both(1, k)
         if (law%conserving) gap = maxval(both(1, :contacts%contact(i)%n_lines))
         contacts%gap = max(contacts%gap, gap)
-        contacts%overlap = max(contacts%overlap, -gap)
+        contacts%overlap = max(contacts%overlap, -(line%rest + gap))
+        contacts%contact(i)%pressed = max(0.0_dp, -gap)
+        contacts%pressed = max(contacts%pressed, -gap)
         if (law%conserving) gap = min(gap, 0.0_dp)
         contacts%energy = contacts%energy + 0.5_dp*(law%normal_stiffness*gap**2 + law%shear_stiffness*slip**2)
       end associate

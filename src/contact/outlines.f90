@@ -48,6 +48,7 @@ contains
     outlines%block = block(outlines%element)
     outlines%finish = after(outlines%start)
     outlines%joint = shape%joint(outlines%start)
+    call group_by_block(outlines)
 
     order = [(i, i=1, n)]
     x = vertex(1, outlines%start)
@@ -113,5 +114,26 @@ contains
     end function direction
 
   end subroutine make_outlines
+
+  !> Lists the edges by blocks.
+  pure subroutine group_by_block(outlines)
+    type(outlines_t), intent(inout) :: outlines
+    integer :: b, i
+
+    allocate (outlines%first(maxval(outlines%block) + 1), source=0)
+    allocate (outlines%of_block(size(outlines%block)))
+    do i = 1, size(outlines%block)
+      outlines%first(outlines%block(i)) = outlines%first(outlines%block(i)) + 1
+    end do
+    outlines%first(1) = outlines%first(1) + 1
+    do b = 2, size(outlines%first)
+      outlines%first(b) = outlines%first(b) + outlines%first(b - 1)
+    end do
+    do i = size(outlines%block), 1, -1
+      b = outlines%block(i)
+      outlines%first(b) = outlines%first(b) - 1
+      outlines%of_block(outlines%first(b)) = i
+    end do
+  end subroutine group_by_block
 
 end module scree_outlines

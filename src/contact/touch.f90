@@ -16,7 +16,7 @@ module scree_touch
   type :: touch_t
     type(contact_t), allocatable :: contact(:)
     integer, allocatable :: link(:, :)                   !! (2, n_links) pairs of elements
-    type(line_geometry_t), allocatable :: geometry(:, :) !! (2, n)
+    type(line_geometry_t), allocatable :: geometry(:, :) !! (2, n), gaps from where the springs rest
     real(dp), allocatable :: start_gap(:, :)             !! (2, n) at the beginning of the step, length
     real(dp), allocatable :: start_share(:, :)           !! (2, n) along the edge then
     logical, allocatable :: kept(:, :)                   !! (2, n) closed then: the anchor stays
@@ -48,6 +48,7 @@ contains
         associate (line => touch%contact(i)%line(k))
           touch%geometry(k, i) = geometry_of(system, state, share, system%outlines, touch%link(:, line%link), line, touch%bends, &
                                              weight, d)
+          touch%geometry(k, i)%gap = touch%geometry(k, i)%gap - line%rest
           if (touch%anchored) call add_edge(state, share, system%outlines, touch%link(:, line%link), line, touch%geometry(k, i))
         end associate
       end do
@@ -91,8 +92,8 @@ contains
 
     associate (line => touch%contact(i)%line(k), geometry => touch%geometry(k, i))
       change = of_elements(system, touch%link(:, line%link), d) - of_elements(system, touch%link(:, line%link), touch%reference)
-      both = [geometry%gap + dot_product(geometry%normal_end, change), &
-              geometry%along + dot_product(geometry%shear_end, change) - line%anchor*geometry%edge_length]
+      both = [geometry%gap + dot_product(geometry%normal_end, change), geometry%slid + dot_product(geometry%shear_end, change) &
+              + (touch%start_share(k, i) - line%anchor)*geometry%edge_length]
       if (.not. touch%anchored) return
       rows = anchored_rows(geometry, line%anchor)
       both(2) = geometry%along + dot_product(rows(:, 2), change) - line%anchor*geometry%edge_length

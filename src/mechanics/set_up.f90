@@ -1,5 +1,6 @@
 !> From a scene and its blocks to the system, the state at time 0 and the effects that the scene calls for.
 module scree_set_up
+  use scree_body_overlap, only: find_overlaps
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
   use scree_block_input, only: block_moments, blocks_t
   use scree_contacts, only: contact_law_t, contacts_t
@@ -53,7 +54,9 @@ contains
     call make_effects(scene, system, state, quality, cracked, effects, list)
     if (.not. allocated(effects%contact)) return
     call make_outlines(system%elements%shape, state%vertex, system%elements%block, system%outlines, error)
+    if (allocated(error)) return
     allocate (state%contacts%contact(0), state%contacts%link(2, 0))
+    call find_overlaps(system%outlines, state%vertex, system%overlaps, state%contacts%inside)
     if (scene%settings%shi) call search_as_shi(scene, effects%contact, state%contacts)
     if (scene%settings%chooses_step) state%contacts%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up
@@ -68,7 +71,7 @@ contains
     contacts%guard = search_guard*scene%extent
     if (.not. scene%displacement_ratio > 0) return
     contacts%outside = max(search_share*scene%displacement_ratio, search_least)*scene%extent
-    contacts%inside = max(search_inside*contacts%outside, search_least*scene%extent)
+    contacts%deepest = max(search_inside*contacts%outside, search_least*scene%extent)
     if (law%touching > 0) law%touching = law%touching*2*contacts%outside/scene%extent
   end subroutine search_as_shi
 

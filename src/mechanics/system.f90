@@ -1,6 +1,6 @@
 !> What the geometry made: blocks, elements, covers and points, constant during the run, and what a step changes.
 module scree_system
-  use scree_contacts, only: contacts_t, outlines_t
+  use scree_contacts, only: contacts_t, outlines_t, overlap_t
   use scree_kinds, only: dp
   use scree_regions, only: regions_t
   implicit none
@@ -47,6 +47,7 @@ module scree_system
     type(points_t) :: points
     type(extension_t), allocatable :: extension !! of covers too small to stand on their own
     type(outlines_t) :: outlines          !! of the bodies, where they may touch
+    type(overlap_t), allocatable :: overlaps(:) !! of bodies at the start, where they may touch
   end type system_t
 
   !> Place, motion and stress at one time: what a step changes.

@@ -1,0 +1,449 @@
+!> Where bodies overlap in area, and by which of their edges they got there.
+!>
+!> The places where an outline enters or leaves another, and the vertices that lie inside, are the corners of the common area.
+!> They are put together to pieces along the edges between them. The depth of a piece across an edge is how far it reaches
+!> behind its line; the bodies entered each other by the edge across which it is least deep, as the least way that parts two
+!> convex bodies is across an edge of one of them. One vertex alone does not tell: where bodies lie flush, it is on the line of
+!> an edge that its whole body is behind.
+module scree_body_overlap
+  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
+  use scree_contact_geometry, only: frame_of_edge, gap_of
+  use scree_contacts, only: outlines_t, overlap_t, parallel
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: body_overlap_t, entered_by, find_overlaps, overlap_of_bodies
+
+  real(dp), parameter, public :: still_outside = 1e-9_dp !! of a body or an edge: overlap that is none
+  real(dp), parameter :: as_deep = 1e-3_dp               !! of a depth: one that exceeds it by less is the same
+
+  !> A corner of the common area of two bodies.
+  type :: corner_t
+    real(dp) :: place(2) = 0.0_dp !! length
+    integer :: vertex = 0         !! of the outlines; 0 where two edges cross
+    integer :: edge(2) = 0        !! of the first and the second body, where these cross
+    integer :: piece = 0          !! of the common area
+  end type corner_t
+
+  !> The common area of two bodies; empty where `corner` is.
+  type :: body_overlap_t
+    integer :: body(2) = 0                    !! blocks
+    type(corner_t), allocatable :: corner(:)
+    real(dp) :: rounding = 0.0_dp             !! a distance below is none, length
+  end type body_overlap_t
+
+contains
+
+  !> Common area of two bodies.
+  pure subroutine overlap_of_bodies(outlines, place, a, b, overlap)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)  !! (2, n_vertices) of the elements, length
+    integer, intent(in) :: a, b          !! blocks
+    type(body_overlap_t), intent(out) :: overlap
+    real(dp) :: low(2), high(2), low_b(2), high_b(2)
+
+    overlap%body = [a, b]
+    allocate (overlap%corner(0))
+    call box_of(outlines, place, a, low, high)
+    call box_of(outlines, place, b, low_b, high_b)
+    overlap%rounding = still_outside*min(maxval(high - low), maxval(high_b - low_b))
+    low = max(low, low_b) - overlap%rounding
+    high = min(high, high_b) + overlap%rounding
+    if (any(low > high)) return
+    associate (edges_a => outlines%of_block(outlines%first(a):outlines%first(a + 1) - 1), &
+               edges_b => outlines%of_block(outlines%first(b):outlines%first(b + 1) - 1))
+      if (parted(outlines, place, edges_a, edges_b) .or. parted(outlines, place, edges_b, edges_a)) return
+      call list_corners(outlines, place, near(edges_a), edges_a, near(edges_b), edges_b, overlap)
+      call join_corners(outlines, place, near(edges_a), edges_b, 1, overlap)
+      call join_corners(outlines, place, near(edges_b), edges_a, 2, overlap)
+    end associate
+
+  contains
+
+    !> The edges that reach into the common box of the bodies.
+    pure function near(edge)
+      integer, intent(in) :: edge(:)
+      integer, allocatable :: near(:)
+      logical :: is_near(size(edge))
+      integer :: k
+
+      do k = 1, size(edge)
+        associate (x => place(:, outlines%start(edge(k))), y => place(:, outlines%finish(edge(k))))
+          is_near(k) = all(max(x, y) >= low .and. min(x, y) <= high)
+        end associate
+      end do
+      near = pack(edge, is_near)
+    end function near
+
+  end subroutine overlap_of_bodies
+
+  !> Whether a line of an edge parts two bodies: the one lies behind it, the other in front.
+  pure logical function parted(outlines, place, edge, other)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)
+    integer, intent(in) :: edge(:), other(:) !! of the body whose edges are tried, and of the other
+    integer :: j, k
+
+    parted = .false.
+    do j = 1, size(edge)
+      associate (from => place(:, outlines%start(edge(j))), to => place(:, outlines%finish(edge(j))))
+        do k = 1, size(other)
+          if (gap_of(place(:, outlines%start(other(k))), from, to) < 0) exit
+        end do
+        if (k <= size(other)) cycle
+        do k = 1, size(edge)
+          if (gap_of(place(:, outlines%start(edge(k))), from, to) > still_outside*norm2(to - from)) exit
+        end do
+        parted = k > size(edge)
+        if (parted) return
+      end associate
+    end do
+  end function parted
+
+  !> Finds the corners of the common area: vertices of either body in the other, and crossings of their edges.
+  pure subroutine list_corners(outlines, place, near_a, edges_a, near_b, edges_b, overlap)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)
+    integer, intent(in) :: near_a(:), edges_a(:), near_b(:), edges_b(:)
+    type(body_overlap_t), intent(inout) :: overlap
+    real(dp) :: gap(4)
+    integer :: i, j
+
+    overlap%corner = [vertices_in(near_a, edges_b), vertices_in(near_b, edges_a)]
+    do i = 1, size(near_a)
+      associate (a1 => place(:, outlines%start(near_a(i))), a2 => place(:, outlines%finish(near_a(i))))
+        do j = 1, size(near_b)
+          associate (b1 => place(:, outlines%start(near_b(j))), b2 => place(:, outlines%finish(near_b(j))))
+            gap = [gap_of(a1, b1, b2), gap_of(a2, b1, b2), gap_of(b1, a1, a2), gap_of(b2, a1, a2)]
+            if (max(min(gap(1), gap(2)), min(gap(3), gap(4))) < 0 .and. min(max(gap(1), gap(2)), max(gap(3), gap(4))) > 0) &
+              overlap%corner = [overlap%corner, corner_t(a1 + gap(1)/(gap(1) - gap(2))*(a2 - a1), 0, [near_a(i), near_b(j)], 0)]
+          end associate
+        end do
+      end associate
+    end do
+    overlap%corner%piece = [(i, i=1, size(overlap%corner))]
+
+  contains
+
+    !> The vertices that begin some edges and are inside a body or on its outline.
+    pure function vertices_in(near, body) result(corner)
+      integer, intent(in) :: near(:), body(:) !! edges
+      type(corner_t), allocatable :: corner(:)
+      logical :: inside(size(near))
+      integer :: k
+
+      do k = 1, size(near)
+        inside(k) = is_in(outlines, place, body, place(:, outlines%start(near(k))), overlap%rounding)
+      end do
+      corner = [(corner_t(place(:, outlines%start(near(k))), near(k), 0, 0), k=1, size(near))]
+      corner = pack(corner, inside)
+    end function vertices_in
+
+  end subroutine list_corners
+
+  !> Puts corners into one piece where a stretch of an edge between them is in the other body.
+  pure subroutine join_corners(outlines, place, near, other, which, overlap)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)
+    integer, intent(in) :: near(:)           !! edges of one body
+    integer, intent(in) :: other(:)          !! edges of the other
+    integer, intent(in) :: which             !! of the two bodies of the overlap has the edges `near`
+    type(body_overlap_t), intent(inout) :: overlap
+    real(dp) :: t(2), normal(2), length, along(size(overlap%corner)), middle(2)
+    integer :: k, m, n, on(size(overlap%corner)), next
+
+    do k = 1, size(near)
+      associate (from => place(:, outlines%start(near(k))), to => place(:, outlines%finish(near(k))))
+        call frame_of_edge(from, to, t, normal, length)
+        n = 0
+        do m = 1, size(overlap%corner)
+          associate (corner => overlap%corner(m))
+            if (.not. (corner%edge(which) == near(k) .or. corner%vertex == near(k) .or. corner%vertex == outlines%next(near(k)) &
+                       .or. is_beside(corner%place, from, to, overlap%rounding))) cycle
+            n = n + 1
+            on(n) = m
+            along(n) = dot_product(t, corner%place - from)
+          end associate
+        end do
+        do while (n > 1) ! from the last along the edge back to the first
+          m = maxloc(along(:n), 1)
+          next = on(m)
+          on(m) = on(n)
+          along(m) = along(n)
+          n = n - 1
+          m = on(maxloc(along(:n), 1))
+          if (overlap%corner(m)%piece == overlap%corner(next)%piece) cycle
+          middle = 0.5_dp*(overlap%corner(m)%place + overlap%corner(next)%place)
+          if (.not. is_in(outlines, place, other, middle, overlap%rounding)) cycle
+          where (overlap%corner%piece == overlap%corner(m)%piece) overlap%corner%piece = overlap%corner(next)%piece
+        end do
+      end associate
+    end do
+  end subroutine join_corners
+
+  !> Whether a vertex of one body of an overlap entered the other by an edge, as a part of its body.
+  !>
+  !> It did where no other edge that bounds their common piece leads out of it by less, but for such as lead the same way, and
+  !> a neighbour at a hollow corner, which is entered with the edge.
+  pure logical function entered_by(outlines, place, overlap, vertex, edge) result(entered)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)      !! (2, n_vertices), length
+    type(body_overlap_t), intent(in) :: overlap
+    integer, intent(in) :: vertex, edge      !! of the outlines
+    real(dp) :: depth
+    integer, allocatable :: out(:)
+    integer :: at, k
+
+    entered = .false.
+    at = findloc(overlap%corner%vertex, vertex, 1)
+    if (at == 0) return
+    associate (piece => overlap%corner(at)%piece)
+      out = ways_out(outlines, place, overlap, piece)
+      depth = depth_across(outlines, place, overlap, piece, edge)
+      do k = 1, size(out)
+        if (out(k) == edge .or. leads_alike(outlines, place, out(k), edge) .or. meet_hollow(outlines, place, out(k), edge)) cycle
+        if (depth > (1 + as_deep)*depth_across(outlines, place, overlap, piece, out(k)) + overlap%rounding) return
+      end do
+    end associate
+    entered = .true.
+  end function entered_by
+
+  !> Edges that bound a piece and are of the one body where a vertex of the other is in it; all of that body where none bounds it,
+  !> as where one body lies in the other.
+  pure function ways_out(outlines, place, overlap, piece) result(out)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)
+    type(body_overlap_t), intent(in) :: overlap
+    integer, intent(in) :: piece
+    integer, allocatable :: out(:)
+    logical :: of_it(size(overlap%corner))
+    integer :: m, which
+
+    allocate (out(0))
+    of_it = overlap%corner%piece == piece
+    do which = 1, 2
+      if (.not. has_vertex_of(overlap%body(3 - which))) cycle
+      associate (edges => outlines%of_block(outlines%first(overlap%body(which)):outlines%first(overlap%body(which) + 1) - 1))
+        associate (bounding => [(bounds(edges(m), which), m=1, size(edges))])
+          out = [out, pack(edges, bounding .or. .not. any(bounding))]
+        end associate
+      end associate
+    end do
+
+  contains
+
+    !> Whether a vertex of a body is in the piece.
+    pure logical function has_vertex_of(body)
+      integer, intent(in) :: body
+      integer :: k
+
+      has_vertex_of = .false.
+      do k = 1, size(of_it)
+        if (of_it(k) .and. overlap%corner(k)%vertex > 0) &
+          has_vertex_of = has_vertex_of .or. outlines%block(overlap%corner(k)%vertex) == body
+      end do
+    end function has_vertex_of
+
+    !> Whether an edge of a body has a corner of the piece.
+    pure logical function bounds(edge, which)
+      integer, intent(in) :: edge, which
+      integer :: k
+
+      bounds = .true.
+      do k = 1, size(of_it)
+        if (.not. of_it(k)) cycle
+        associate (corner => overlap%corner(k))
+          if (corner%edge(which) == edge .or. corner%vertex == edge .or. corner%vertex == outlines%next(edge)) return
+          if (is_beside(corner%place, place(:, outlines%start(edge)), place(:, outlines%finish(edge)), overlap%rounding)) return
+        end associate
+      end do
+      bounds = .false.
+    end function bounds
+
+  end function ways_out
+
+  !> How far a piece reaches behind the line of an edge.
+  pure real(dp) function depth_across(outlines, place, overlap, piece, edge) result(depth)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)
+    type(body_overlap_t), intent(in) :: overlap
+    integer, intent(in) :: piece, edge
+    integer :: k
+
+    depth = 0.0_dp
+    do k = 1, size(overlap%corner)
+      if (overlap%corner(k)%piece == piece) &
+        depth = max(depth, -gap_of(overlap%corner(k)%place, place(:, outlines%start(edge)), place(:, outlines%finish(edge))))
+    end do
+  end function depth_across
+
+  !> Whether two edges lead out of a piece in the same direction: parallel ones of one body, or facing ones of two.
+  pure logical function leads_alike(outlines, place, i, j)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)
+    integer, intent(in) :: i, j
+    real(dp) :: a(2), b(2)
+
+    a = place(:, outlines%finish(i)) - place(:, outlines%start(i))
+    b = place(:, outlines%finish(j)) - place(:, outlines%start(j))
+    leads_alike = merge(1, -1, outlines%block(i) == outlines%block(j))*dot_product(a, b) > cos(parallel)*norm2(a)*norm2(b)
+  end function leads_alike
+
+  !> Whether two edges meet at a corner of more than half a turn.
+  pure logical function meet_hollow(outlines, place, i, j)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)
+    integer, intent(in) :: i, j
+    integer :: first, second
+
+    meet_hollow = .false.
+    if (outlines%next(i) /= j .and. outlines%next(j) /= i) return
+    first = merge(i, j, outlines%next(i) == j)
+    second = merge(j, i, outlines%next(i) == j)
+    meet_hollow = gap_of(place(:, outlines%finish(second)), place(:, outlines%start(first)), place(:, outlines%finish(first))) > 0
+  end function meet_hollow
+
+  !> Whether a place is in a body or on its outline.
+  pure logical function is_in(outlines, place, edge, x, rounding)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)
+    integer, intent(in) :: edge(:)     !! of the body
+    real(dp), intent(in) :: x(2)       !! length
+    real(dp), intent(in) :: rounding   !! length
+    integer :: k
+
+    is_in = .false.
+    do k = 1, size(edge)
+      associate (a => place(:, outlines%start(edge(k))), b => place(:, outlines%finish(edge(k))))
+        if (is_beside(x, a, b, rounding)) then
+          is_in = .true.
+          return
+        end if
+        if (a(2) > x(2) .neqv. b(2) > x(2)) then ! the outline crosses the ray from the place to the right
+          if (gap_of(x, a, b) < 0 .eqv. b(2) > a(2)) is_in = .not. is_in
+        end if
+      end associate
+    end do
+  end function is_in
+
+  !> Whether a place is nearer to a segment than `rounding`.
+  pure logical function is_beside(x, a, b, rounding)
+    real(dp), intent(in) :: x(2), a(2), b(2), rounding !! length
+    real(dp) :: share
+
+    is_beside = .false.
+    if (any(x < min(a, b) - rounding .or. x > max(a, b) + rounding)) return
+    share = max(0.0_dp, min(1.0_dp, dot_product(x - a, b - a)/sum((b - a)**2)))
+    is_beside = norm2(x - a - share*(b - a)) <= rounding
+  end function is_beside
+
+  !> Corners of the box around a body.
+  pure subroutine box_of(outlines, place, body, low, high)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)
+    integer, intent(in) :: body
+    real(dp), intent(out) :: low(2), high(2) !! length
+    integer :: k
+
+    low = huge(low)
+    high = -huge(high)
+    do k = outlines%first(body), outlines%first(body + 1) - 1
+      low = min(low, place(:, outlines%start(outlines%of_block(k))))
+      high = max(high, place(:, outlines%start(outlines%of_block(k))))
+    end do
+  end subroutine box_of
+
+  !> All overlaps of bodies in area, and the pairs of a vertex and an edge by which they entered each other.
+  subroutine find_overlaps(outlines, place, found, inside)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)                     !! (2, n_vertices) of the elements, length
+    type(overlap_t), allocatable, intent(out) :: found(:)
+    integer, allocatable, intent(out) :: inside(:, :)       !! (2, n) vertices and edges of the outlines
+    type(cell_grid_t) :: grid
+    type(body_overlap_t) :: overlap
+    real(dp) :: low(2, size(outlines%first) - 1), high(2, size(outlines%first) - 1)
+    integer :: a, b, c, column, k, range(2, 2), row, seen(size(outlines%first) - 1)
+
+    allocate (found(0), inside(2, 0))
+    if (size(seen) < 2) return
+    do b = 1, size(seen)
+      call box_of(outlines, place, b, low(:, b), high(:, b))
+    end do
+    call set_up_grid(grid, 0.5_dp*(low + high), size(seen))
+    call place_boxes(grid, low, high)
+    seen = 0
+    do a = 1, size(seen)
+      range = cells_of_box(grid, low(:, a), high(:, a))
+      do row = range(2, 1), range(2, 2)
+        do column = range(1, 1), range(1, 2)
+          c = number_of_cell(grid, column, row)
+          do k = grid%first(c), grid%first(c + 1) - 1
+            b = grid%item(k)
+            if (b <= a .or. seen(b) == a) cycle
+            seen(b) = a
+            if (any(low(:, a) >= high(:, b) .or. low(:, b) >= high(:, a))) cycle
+            call overlap_of_bodies(outlines, place, a, b, overlap)
+            if (size(overlap%corner) > 0) call add_pieces()
+          end do
+        end do
+      end do
+    end do
+
+  contains
+
+    !> Adds the pieces of an overlap that are deeper than rounding.
+    subroutine add_pieces()
+      integer :: m, piece
+      type(overlap_t) :: new
+
+      do piece = 1, size(overlap%corner)
+        if (all(overlap%corner%piece /= piece)) cycle
+        new = describe(piece)
+        if (new%depth <= overlap%rounding) cycle
+        found = [found, new]
+        do m = 1, size(overlap%corner)
+          if (overlap%corner(m)%piece == piece .and. overlap%corner(m)%vertex > 0) call add_entered(overlap%corner(m)%vertex, piece)
+        end do
+      end do
+    end subroutine add_pieces
+
+    !> Depth and place of a piece.
+    type(overlap_t) function describe(piece) result(it)
+      integer, intent(in) :: piece
+      integer, allocatable :: out(:)
+      integer :: m
+
+      out = ways_out(outlines, place, overlap, piece)
+      it%body = overlap%body
+      it%crossing = size(out) == 0
+      if (it%crossing) then
+        do m = 1, 2
+          out = [out, pack(overlap%corner%edge(m), overlap%corner%piece == piece)]
+        end do
+      end if
+      it%depth = huge(it%depth)
+      do m = 1, size(out)
+        it%depth = min(it%depth, depth_across(outlines, place, overlap, piece, out(m)))
+      end do
+      do m = 1, 2
+        it%place(m) = sum(overlap%corner%place(m), overlap%corner%piece == piece)/count(overlap%corner%piece == piece)
+      end do
+    end function describe
+
+    !> Adds the edges by which a vertex entered.
+    subroutine add_entered(vertex, piece)
+      integer, intent(in) :: vertex, piece
+      integer, allocatable :: out(:)
+      integer :: m
+
+      out = ways_out(outlines, place, overlap, piece)
+      do m = 1, size(out)
+        if (outlines%block(out(m)) == outlines%block(vertex)) cycle
+        if (entered_by(outlines, place, overlap, vertex, out(m))) &
+          inside = reshape([inside, vertex, out(m)], [2, size(inside, 2) + 1])
+      end do
+    end subroutine add_entered
+
+  end subroutine find_overlaps
+
+end module scree_body_overlap
