@@ -9,6 +9,7 @@ module scree_simulation
   use scree_equations, only: equations_t, release_equations, set_up_equations
   use scree_errors, only: error_t
   use scree_green_strain, only: least_stable_stretch, least_stretch
+  use scree_initial_overlaps, only: refuse_overlaps
   use scree_interpolation, only: displacement_matrix
   use scree_keyholes, only: polygons_of
   use scree_kinds, only: dp
@@ -68,6 +69,8 @@ contains
     call start_phase(timer(phase_set_up))
     call prepare(scene, blocks, system, state, effects, list, share, error)
     if (allocated(error)) return
+    call refuse_overlaps(scene, system, error)
+    if (allocated(error)) return
     if (runs) then
       call warn_of_model(scene, blocks, system, state, effects, strict, progress, error)
       if (allocated(error)) return
@@ -95,6 +98,7 @@ contains
       call close_results(results, trim(merge('complete', 'cut     ', runs)), costs(timer), error)
       if (.not. allocated(error)) call tell(progress, 'results: '//results_path)
     end if
+
   end subroutine simulate
 
   !> Sets the system up, and what each element contributes.

@@ -3,6 +3,7 @@ module scree_check_scene
   use scree_block_input, only: blocks_t
   use scree_effects, only: effects_t
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_initial_overlaps, only: overlap_texts, overlap_warning, refuse_overlaps
   use scree_kinds, only: dp
   use scree_model_facts, only: block_fact_t, facts_of, facts_t, list_text, n_sides, side_name
   use scree_model_warnings, only: warnings_of
@@ -47,8 +48,14 @@ contains
       do i = 1, size(line)
         write (unit, '(a)') line(i)%text
       end do
+      line = overlap_texts(system)
+      do i = 1, size(line)
+        write (unit, '(a)') 'overlap: '//line(i)%text
+      end do
     end if
-    line = warnings_of(scene, facts)
+    call refuse_overlaps(scene, system, error)
+    if (allocated(error)) return
+    line = [warnings_of(scene, facts), overlap_warning(system)]
     do i = 1, size(line)
       write (unit, '(a)') 'warning: '//line(i)%text
     end do
@@ -70,7 +77,7 @@ contains
     integer :: i
 
     call facts_of(scene, blocks, system, state, effects, facts)
-    line = warnings_of(scene, facts)
+    line = [warnings_of(scene, facts), overlap_warning(system)]
     do i = 1, size(line)
       call warn(progress, line(i)%text)
     end do

@@ -353,6 +353,24 @@ contains
     end do
   end subroutine box_of
 
+  !> Area of a body, without that of its holes.
+  pure real(dp) function area_of(outlines, place, body) result(area)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: place(:, :)
+    integer, intent(in) :: body
+    integer :: k
+
+    area = 0.0_dp
+    associate (origin => place(:, outlines%start(outlines%of_block(outlines%first(body)))))
+      do k = outlines%first(body), outlines%first(body + 1) - 1
+        associate (a => place(:, outlines%start(outlines%of_block(k))) - origin, &
+                   b => place(:, outlines%finish(outlines%of_block(k))) - origin)
+          area = area + 0.5_dp*(a(1)*b(2) - a(2)*b(1))
+        end associate
+      end do
+    end associate
+  end function area_of
+
   !> All overlaps of bodies in area, and the pairs of a vertex and an edge by which they entered each other.
   subroutine find_overlaps(outlines, place, found, inside)
     type(outlines_t), intent(in) :: outlines
@@ -361,13 +379,15 @@ contains
     integer, allocatable, intent(out) :: inside(:, :)       !! (2, n) vertices and edges of the outlines
     type(cell_grid_t) :: grid
     type(body_overlap_t) :: overlap
-    real(dp) :: low(2, size(outlines%first) - 1), high(2, size(outlines%first) - 1)
+    real(dp), dimension(2, size(outlines%first) - 1) :: low, high
+    real(dp) :: area(size(outlines%first) - 1)
     integer :: a, b, c, column, k, range(2, 2), row, seen(size(outlines%first) - 1)
 
     allocate (found(0), inside(2, 0))
     if (size(seen) < 2) return
     do b = 1, size(seen)
       call box_of(outlines, place, b, low(:, b), high(:, b))
+      area(b) = area_of(outlines, place, b)
     end do
     call set_up_grid(grid, 0.5_dp*(low + high), size(seen))
     call place_boxes(grid, low, high)
@@ -399,6 +419,7 @@ contains
       do piece = 1, size(overlap%corner)
         if (all(overlap%corner%piece /= piece)) cycle
         new = describe(piece)
+        new%share = min(1.0_dp, new%depth/sqrt(min(area(a), area(b))))
         if (new%depth <= overlap%rounding) cycle
         found = [found, new]
         do m = 1, size(overlap%corner)

@@ -80,6 +80,7 @@ module scree_contacts
   type :: overlap_t
     integer :: body(2) = 0        !! blocks
     real(dp) :: depth = 0.0_dp    !! across the edge by which the bodies entered, length
+    real(dp) :: share = 0.0_dp    !! of the depth in the smaller body, by the root of its area
     real(dp) :: place(2) = 0.0_dp !! its middle, length
     logical :: crossing = .false. !! no vertex of either is inside the other: they cross like swords
   end type overlap_t

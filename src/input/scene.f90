@@ -107,6 +107,7 @@ module scree_scene
     logical :: contact = .true.             !! bodies may touch
     real(dp) :: contact_stiffness = 0.0_dp  !! across a contact, force/length per unit thickness
     real(dp) :: overlap = huge(1.0_dp)      !! that multipliers leave; huge: springs alone, length
+    real(dp) :: initial_overlap = 0.02_dp   !! of blocks when the run begins, over the size of the smaller, at most
     real(dp) :: restitution = -1.0_dp       !! of impacts; below 0: as the springs have it
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
     logical :: conserving = .false.         !! contact forces that conserve energy

@@ -18,7 +18,7 @@ module scree_setting_rules
 
   !> Some settings, or a choice of one, go only with another setting.
   type :: setting_rule_t
-    character(len=160) :: names  !! group.name; several between ', '
+    character(len=180) :: names  !! group.name; several between ', '
     character(len=15) :: value   !! the choice that the rule is about; '': whatever the deck gives
     character(len=40) :: other   !! group.name, several between ' or '; or g2 or k01 of the numbers of the deck
     character(len=19) :: allowed !! choices between bars, or one of the conditions above
@@ -44,7 +44,7 @@ module scree_setting_rules
     setting_rule_t('iteration.method, iteration.test, iteration.tolerance', '', 'method.strain', '|green|', .true., &
                    'small strain is linear, and its first solution exact'), &
     setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.energy, '// &
-                   'contact.closing, contact.opening, contact.friction, contact.adapt, contact.coupling', '', 'contact.method', &
+                   'contact.initial, contact.closing, contact.opening, contact.friction, contact.adapt, contact.coupling', '', 'contact.method', &
                    '|penalty|augmented|', .true., 'nothing touches'), &
     setting_rule_t('contact.overlap', '', 'contact.method', '|augmented|', .true., 'springs alone have no such bound'), &
     setting_rule_t('contact.restitution', '', 'k01', is_positive, .true., 'a static step hands no velocity on'), &

@@ -93,6 +93,8 @@ module scree_settings
               open=.true.), &
     setting_t('contact', 'overlap', kind_real, '1e-9 of the size of the model', 'largest that method augmented leaves', '', &
               'length', 0.0_dp, open=.true.), &
+    setting_t('contact', 'initial', kind_real, '0.02', &
+              'depth to which blocks may overlap at the start, over the size of the smaller', '', '1', 0.0_dp, 1.0_dp), &
     setting_t('contact', 'restitution', kind_real, 'none: what the springs give back', &
               'velocity after an impact over that before', '', '1', 0.0_dp, 1.0_dp), &
     setting_t('contact', 'viscosity', kind_real, 'none', 'of a dashpot across a closed contact, per unit thickness', '', &
@@ -450,6 +452,8 @@ contains
         call default('contact', 'overlap', real_text(1e-9_dp*scene%extent))
         s%overlap = number('contact', 'overlap')
       end if
+      call default('contact', 'initial', '0.02')
+      s%initial_overlap = number('contact', 'initial')
       if (has('contact', 'restitution')) s%restitution = number('contact', 'restitution')
       if (has('contact', 'viscosity')) s%viscosity = number('contact', 'viscosity')
       call default('contact', 'energy', 'dissipating')

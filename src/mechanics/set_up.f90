@@ -3,7 +3,7 @@ module scree_set_up
   use scree_body_overlap, only: find_overlaps
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
   use scree_block_input, only: block_moments, blocks_t
-  use scree_contacts, only: contact_law_t, contacts_t
+  use scree_contacts, only: contact_law_t, contacts_t, outlines_t, overlap_t
   use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh
   use scree_effects, only: effects_t
   use scree_errors, only: error_t, fail, status_bad_input
@@ -56,10 +56,31 @@ contains
     call make_outlines(system%elements%shape, state%vertex, system%elements%block, system%outlines, error)
     if (allocated(error)) return
     allocate (state%contacts%contact(0), state%contacts%link(2, 0))
-    call find_overlaps(system%outlines, state%vertex, system%overlaps, state%contacts%inside)
+    if (system%n_elements == system%n_blocks) then
+      call find_overlaps(system%outlines, state%vertex, system%overlaps, state%contacts%inside)
+    else
+      call find_overlaps_under_mesh(blocks, system%overlaps, error)
+      if (allocated(error)) return
+      allocate (state%contacts%inside(2, 0))
+    end if
     if (scene%settings%shi) call search_as_shi(scene, effects%contact, state%contacts)
     if (scene%settings%chooses_step) state%contacts%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up
+
+  !> Overlaps of blocks that a mathematical mesh has cut: its elements lie in one block each.
+  subroutine find_overlaps_under_mesh(blocks, overlaps, error)
+    type(blocks_t), intent(in) :: blocks
+    type(overlap_t), allocatable, intent(out) :: overlaps(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(outlines_t) :: outlines
+    real(dp) :: vertex(2, size(blocks%vertex, 2))
+    integer, allocatable :: inside(:, :)
+    integer :: b
+
+    vertex = blocks%vertex - spread(0.5_dp*(minval(blocks%vertex, 2) + maxval(blocks%vertex, 2)), 2, size(vertex, 2))
+    call make_outlines(blocks%shape, vertex, [(b, b=1, size(blocks%material))], outlines, error)
+    if (.not. allocated(error)) call find_overlaps(outlines, vertex, overlaps, inside)
+  end subroutine find_overlaps_under_mesh
 
   !> Lets contacts be found and handed on as Shi's programs do; at their distances where the scene has a displacement ratio.
   pure subroutine search_as_shi(scene, law, contacts)

@@ -76,7 +76,7 @@ contains
       call a_series('/open_close/step', [integer ::], '1', 'step of each judgement, from 1', records%judged_step, .true.)
       call a_series('/open_close/contacts', [4], '1', 'contacts open, sliding, locked, and of these changing, at each '// &
                     'judgement', records%judged, .true.)
-      call a_step('overlap', [integer ::], 'length', 'deepest of a closed contact', records%overlap)
+      call a_step('overlap', [integer ::], 'length', 'deepest of a contact', records%overlap)
       call a_step('energy/contact', [integer ::], energy_unit, 'energy of the springs of contacts', records%spring)
       call a_step('energy/friction', [integer ::], energy_unit, 'work lost in sliding since the start', records%friction)
     end if

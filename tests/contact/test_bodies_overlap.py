@@ -1,0 +1,160 @@
+"""Blocks that overlap when a run begins: seen, said, held without energy, or refused."""
+import os
+import subprocess
+
+import numpy as np
+import pytest
+from test_blocks_touch import G, MODES, box, run, turn
+
+E = 1e7
+ROCK = (2.5, 2.5 * G, E, 0.25)
+
+
+def stack(depth, shift=0.0, tilt=0.0):
+    """Two unit boxes on a fixed floor, the upper one sunk into the lower by a depth."""
+    upper = box(-0.5, 0, 1, 1) @ turn(tilt).T
+    return [box(-20, -2, 40, 2), box(-0.5, 0, 1, 1), upper + [shift, 1 - depth - upper[:, 1].min()]]
+
+
+def tip(depth):
+    """A triangle that stands on its tip in the lower box, held upright by a groove: two fixed blocks beside it."""
+    return [box(-20, -2, 40, 2), box(-0.5, 0, 1, 1), np.array([[0.1, 1 - depth], [0.4, 2 - depth], [-0.2, 2 - depth]]),
+            box(-3.2, 1.5 - depth, 3.0, 1), box(0.4, 1.5 - depth, 3, 1)]
+
+
+def corner(depth):
+    """A box that hangs over the lower one's corner, both corners inside each other, beside a fixed wall that it leans on."""
+    return [box(-20, -2, 40, 2), box(-0.5, 0, 1, 1), box(0.5 - depth, 1 - depth, 1, 1), box(1.5 - depth, 0, 1, 3)]
+
+
+def notch(depth):
+    """A box sunk in the hollow corner of an L that is fixed: into its floor and into its side."""
+    return [np.array([[-2.0, -1], [1.5, -1], [1.5, 2], [1, 2], [1, 0], [-2, 0]]), box(depth, -depth, 1, 1)]
+
+
+def settle(folder, blocks, n_fixed, size, mode, steps=400, phi=30.0, more="", **options):
+    """Runs blocks of a size, times by its root and E by the size: the same run in other units."""
+    blocks = [corners * size for corners in blocks]
+    fixed = [(*(x + 0.01 * (corners.mean(0) - x)), i + 1) for i, corners in enumerate(blocks) if i in n_fixed for x in corners]
+    return run(folder, blocks, MODES[mode] + more, steps=steps, dt=0.005 * size**0.5, phi=phi, fixed=fixed,
+               rock=(2.5, 2.5 * G, E * size, 0.25), **options)
+
+
+def weight_by_height(size):
+    return 2.5 * G * size**3
+
+
+def gained(f, size):
+    """Largest kinetic energy above the work of gravity since the start, over m g h of a block."""
+    fallen = f["bodies/centroid"][0, :, 1] - f["bodies/centroid"][1:, :, 1]
+    work = 2.5 * G * fallen @ f["bodies/area"][0]
+    return (f["history/energy/kinetic"][:] - work).max() / weight_by_height(size)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("shift", [0.0, 0.25])
+@pytest.mark.parametrize("depth", [1e-12, 1e-9, 1e-6, 1e-3, 1e-2])
+def test_blocks_that_overlap_rest_where_they_are_without_energy(depth, shift, size, tmp_path):
+    with settle(tmp_path, stack(depth, shift), {0}, size, "dda") as f:
+        assert f["history/time"][-1] == pytest.approx(2 * size**0.5)
+        assert gained(f, size) < 1e-6
+        moved = (f["bodies/centroid"][-1] - f["bodies/centroid"][0]) / size
+        assert np.abs(moved).max() < 1e-5  # what the springs give is 4e-8, the columns 6e-6
+        assert f["history/energy/kinetic"][-1] < 1e-9 * weight_by_height(size)
+        assert f["history/overlap"][-1] / size == pytest.approx(depth, abs=1e-7)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("scene,held", [(stack(1e-2, 0.1, 0.3), {0}), (stack(3e-4, 0.0, -0.1), {0}), (tip(1e-2), {0, 3, 4}),
+                                        (corner(1e-2), {0, 3}), (notch(1e-2), {0})],
+                         ids=["tilted", "nearly flush", "tip", "corner", "notch"])
+def test_however_they_overlap_nothing_is_thrown(scene, held, mode, tmp_path):
+    with settle(tmp_path, scene, held, 1.0, mode) as f:
+        assert gained(f, 1.0) < 1e-6
+        assert f["history/overlap"][0] > 2e-4
+        assert f["history/overlap"][:].max() < 1.02e-2
+
+
+@pytest.mark.parametrize("way", ["\n&contact energy='conserving' /\n&integrator beta=0.5 /",
+                                  "\n&contact restitution=0 /", "\n&contact method='augmented', overlap=1e-6 /"])
+def test_an_overlap_brings_no_energy_to_other_ways_of_contact(way, tmp_path):
+    with settle(tmp_path, stack(1e-2, 0.25), {0}, 1.0, "nmm green", steps=100, more=way) as f:
+        assert gained(f, 1.0) < 1e-6
+        assert np.abs(f["bodies/centroid"][-1] - f["bodies/centroid"][0]).max() < 3e-5
+
+
+def test_ten_blocks_stand_in_each_other(tmp_path):
+    """A tenth of each in the next, as the deck says that it wants them."""
+    blocks = [box(-20, -2, 40, 2)] + [box(-0.5, 0.9 * i, 1, 1) for i in range(10)]
+    with settle(tmp_path, blocks, {0}, 1.0, "dda", steps=200, more="\n&contact initial=0.2 /") as f:
+        assert gained(f, 1.0) < 1e-6
+        assert np.abs(f["bodies/centroid"][-1] - f["bodies/centroid"][0]).max() < 1e-3
+        assert f["history/overlap"][-1] == pytest.approx(0.1, rel=1e-3)
+
+
+def test_what_has_come_out_stays_out(tmp_path):
+    """A load of a little more than its weight draws the upper block out of the lower one, which is fixed."""
+    blocks = stack(1e-2, 0.25)
+    fixed = [(*x, i + 1) for i in range(2) for x in blocks[i]]
+    with run(tmp_path, blocks, "&loads force=0 25.2 /", steps=100, dt=0.001, rock=ROCK, phi=30.0, fixed=fixed,
+             loads=[(*blocks[2].mean(0), 3)]) as f:
+        up = f["bodies/centroid"][:, 2, 1] - f["bodies/centroid"][0, 2, 1]
+        t = f["history/time"][-1]
+        assert up[-1] == pytest.approx(0.08 * t**2 / 2, rel=1e-3)  # 0.2 kN over 2.5 t, and no push of the spring
+        assert f["history/overlap"][-1] == pytest.approx(1e-2 - up[-1], rel=1e-3)
+
+
+def check(folder, blocks, *options):
+    """Writes the deck and checks it."""
+    run_it = []
+    try:
+        run(folder, blocks, steps=1, fixed=[(*x, 1) for x in blocks[0]], rock=ROCK)
+    except AssertionError as error:
+        run_it.append(str(error))
+    done = subprocess.run([os.environ["SCREE"], "check", folder / "scene.ana", *options], capture_output=True, text=True)
+    return done, run_it
+
+
+def test_check_lists_overlaps_with_depth_and_place(tmp_path):
+    done, failed = check(tmp_path, stack(1e-3, 0.25))
+    assert done.returncode == 0 and not failed
+    lines = [line for line in done.stdout.splitlines() if line.startswith("overlap: ")]
+    assert lines == ["overlap: blocks 2 and 3 by 0.001, 0.001 of the smaller, at (0.125, 0.9995)"]
+
+
+@pytest.mark.parametrize("blocks,words", [
+    (stack(0.1, 0.25), "blocks 2 and 3 by 0.1, 0.1 of the smaller, at (0.125, 0.95)"),
+    ([*stack(0.0), box(-0.5, 1, 1, 1)], "blocks 3 and 4 by 1, 1 of the smaller"),
+    ([*stack(0.0), box(-0.2, 1.3, 0.4, 0.3)], "blocks 3 and 4 by"),
+    ([box(-20, -2, 40, 2), box(-0.5, 0, 1, 1), box(-3, 0.5, 6, 0.01)], "blocks 2 and 3 that cross"),
+], ids=["by a tenth", "twins", "nested", "crossing"])
+def test_blocks_that_overlap_by_more_are_refused_by_number_and_place(blocks, words, tmp_path):
+    done, failed = check(tmp_path, blocks)
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
+    assert words in done.stderr and "scene.blk: expected blocks that overlap by at most 0.02" in done.stderr
+    assert failed and words in failed[0]
+    assert not (tmp_path / "scene.h5").exists()
+    crossing = "cross" in words
+    again = subprocess.run([os.environ["SCREE"], "check", tmp_path / "scene.ana", "--set", "contact.initial=1"],
+                           capture_output=True, text=True)
+    assert again.returncode == (2 if crossing else 0)
+
+
+def test_blocks_that_overlap_are_refused_under_a_mesh(tmp_path):
+    """Which would cut each of them by the outlines of both, and leave the common area to one."""
+    check(tmp_path, stack(1e-3))
+    done = subprocess.run([os.environ["SCREE"], "check", tmp_path / "scene.ana", "--set", "cover.edge=0.4", "--set",
+                           "method.model=nmm"], capture_output=True,
+                          text=True)
+    assert done.returncode == 2
+    assert "expected blocks that do not overlap under a mathematical mesh, found blocks 2 and 3 by 0.001" in done.stderr
+
+
+def test_neighbours_that_share_edges_and_corners_do_not_overlap(tmp_path):
+    """A fan of wedges about a point, flush boxes of other sizes, a block in a hole of another's outline."""
+    angles = np.linspace(0, 2 * np.pi, 8)[:-1]
+    rim = np.column_stack([np.cos(angles), np.sin(angles)]) @ turn(11).T + [0, 3]
+    fan = [np.array([[0, 3], rim[i], rim[(i + 1) % 7]]) for i in range(7)]
+    boxes = [box(-20, -2, 40, 2), box(5, 0, 1, 1), box(6, 0, 0.3, 0.7), box(5.2, 1, 1.1, 0.3)]
+    done, failed = check(tmp_path, boxes + fan)
+    assert done.returncode == 0 and not failed and "overlap:" not in done.stdout
