@@ -216,10 +216,56 @@ contains
         else if (width >= pi - parallel) then
           call add(pack([i, j, i, j], [low, high]), pack([j, i, before_j, before_i], [low, high]))
         else
-          call add(pack([i, j], low), pack([j, i], low), pack([i, j], high), pack([before_j, before_i], high))
+          call add_corners(pack([i, j], low), pack([j, i], low), pack([i, j], high), pack([before_j, before_i], high))
         end if
       end associate
     end subroutine meet_convex
+
+    !> Contact of two corners with the pairs of either entrance line; two, where edges on the line that is crossed least are
+    !> parallel and have a stretch between the corners in common: either end of it may be the one that presses.
+    subroutine add_corners(vertex, edge, other_vertex, other_edge)
+      integer, intent(in) :: vertex(:), edge(:), other_vertex(:), other_edge(:)
+      real(dp) :: gap(size(vertex)), other_gap(size(other_vertex))
+      integer :: k
+
+      gap = gaps_of(vertex, edge)
+      other_gap = gaps_of(other_vertex, other_edge)
+      if (have_common(vertex, edge) .and. minval(gap) > maxval(other_gap)) then
+        do k = 1, 2
+          call add(vertex(k:k), edge(k:k), other_vertex, other_edge)
+        end do
+      else if (have_common(other_vertex, other_edge) .and. minval(other_gap) > maxval(gap)) then
+        do k = 1, 2
+          call add(vertex, edge, other_vertex(k:k), other_edge(k:k))
+        end do
+      else
+        call add(vertex, edge, other_vertex, other_edge)
+      end if
+    end subroutine add_corners
+
+    !> Whether two pairs are of parallel edges of which each has the vertex of the other well within.
+    pure logical function have_common(vertex, edge)
+      integer, intent(in) :: vertex(:), edge(:)
+      real(dp) :: at
+      integer :: k
+
+      have_common = size(vertex) == 2
+      do k = 1, size(vertex)
+        at = along(vertex(k), edge(k))
+        have_common = have_common .and. min(at, size_of_edge(edge(k)) - at) > beyond*size_of_edge(edge(k))
+      end do
+    end function have_common
+
+    !> Gaps of some pairs.
+    pure function gaps_of(vertex, edge) result(gap)
+      integer, intent(in) :: vertex(:), edge(:)
+      real(dp) :: gap(size(vertex))
+      integer :: k
+
+      do k = 1, size(vertex)
+        gap(k) = gap_at(vertex(k), edge(k))
+      end do
+    end function gaps_of
 
     !> Contacts of the corner at vertex i with either edge of a concave one at vertex j.
     subroutine meet_hollow(i, j, between, tilt)
@@ -297,7 +343,7 @@ contains
         end if
       end if
       if (.not. (contacts%outside > 0 .or. entered(new%line(new%active)))) return
-      if (.not. contacts%by_name) call rest_inside(new)
+      if (.not. contacts%by_name) call rest_inside(new%line(new%active))
       if (n_found == size(found)) found = [found, found]
       n_found = n_found + 1
       found(n_found) = new
@@ -321,24 +367,14 @@ contains
       end associate
     end function entered
 
-    !> Lets the springs of a contact that is found inside rest there, so that they bring no energy: where they press less than
-    !> others of its blocks, they begin with that.
-    pure subroutine rest_inside(new)
-      type(contact_t), intent(inout) :: new
-      real(dp) :: gap(2), known
-      integer :: k
+    !> Lets the spring of a line that is found inside rest there, so that it brings no energy; but as others of its blocks are
+    !> pressed, it is from the beginning.
+    pure subroutine rest_inside(line)
+      type(line_t), intent(inout) :: line
 
-      do k = 1, new%n_lines
-        gap(k) = gap_at(new%line(k)%vertex, new%line(k)%edge)
-      end do
-      if (maxval(gap(:new%n_lines)) >= 0) return
-      do k = 1, new%n_lines
-        associate (line => new%line(k))
-          if (line_before(line%vertex, line%edge) > 0 .or. line%state /= state_open) cycle
-          known = max(pressed(outlines%block(line%vertex)), pressed(outlines%block(line%edge)))
-          line%rest = min(0.0_dp, gap(k) + known)
-        end associate
-      end do
+      if (line%state /= state_open .or. line_before(line%vertex, line%edge) > 0) return
+      line%rest = min(0.0_dp, gap_at(line%vertex, line%edge) &
+                              + max(pressed(outlines%block(line%vertex)), pressed(outlines%block(line%edge))))
     end subroutine rest_inside
 
     !> The pair of a contact before, best one that was closed, or else the one whose vertex lies best within its edge, with what
