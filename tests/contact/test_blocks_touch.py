@@ -291,9 +291,10 @@ def test_a_corner_that_an_impact_turns_to_the_floor_is_seen(tilt, tmp_path):
 
 
 @pytest.mark.parametrize("phi", [0.0, 60.0])
-@pytest.mark.parametrize("seed", [0, 1, 3, 5, 6, 7, 9, 10])
+@pytest.mark.parametrize("seed", [0, 1, 3, 5, 6, 7, 9, 10, 13, 29, 34])
 def test_slivers_dropped_in_a_box_gain_no_energy(seed, phi, tmp_path):
-    """Edges shorter than the way of a step and blocks thinner: a line is not crossed by what is behind it from elsewhere."""
+    """Edges shorter than the way of a step and blocks thinner: a line is not crossed by what is behind it from elsewhere, and a
+    vertex that is found late, as beside edges that are nearly parallel, brings nothing (13, 29, 34)."""
     random = np.random.default_rng(seed)
     blocks, top = [box(-3, -1, 6, 1), box(-4, -1, 1, 5), box(3, -1, 1, 5)], 0.0
     for _ in range(8):
