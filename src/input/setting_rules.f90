@@ -44,8 +44,8 @@ module scree_setting_rules
     setting_rule_t('iteration.method, iteration.test, iteration.tolerance', '', 'method.strain', '|green|', .true., &
                    'small strain is linear, and its first solution exact'), &
     setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.energy, '// &
-                   'contact.initial, contact.closing, contact.opening, contact.friction, contact.adapt, contact.coupling', '', 'contact.method', &
-                   '|penalty|augmented|', .true., 'nothing touches'), &
+                   'contact.initial, contact.closing, contact.opening, contact.friction, contact.adapt, contact.coupling', '', &
+                   'contact.method', '|penalty|augmented|', .true., 'nothing touches'), &
     setting_rule_t('contact.overlap', '', 'contact.method', '|augmented|', .true., 'springs alone have no such bound'), &
     setting_rule_t('contact.restitution', '', 'k01', is_positive, .true., 'a static step hands no velocity on'), &
     setting_rule_t('contact.restitution', '', 'step.control', '|fixed|', .false., &

@@ -45,12 +45,13 @@ contains
   pure function overlap_texts(system) result(text)
     type(system_t), intent(in) :: system
     type(text_t), allocatable :: text(:)
-    integer :: i
+    integer :: i, n
 
-    allocate (text(0))
-    if (.not. allocated(system%overlaps)) return
-    do i = 1, size(system%overlaps)
-      text = [text, text_t(overlap_text(system, system%overlaps(i)))]
+    n = 0
+    if (allocated(system%overlaps)) n = size(system%overlaps)
+    allocate (text(n))
+    do i = 1, n
+      text(i)%text = overlap_text(system, system%overlaps(i))
     end do
   end function overlap_texts
 
@@ -58,12 +59,14 @@ contains
   pure function overlap_warning(system) result(warning)
     type(system_t), intent(in) :: system
     type(text_t), allocatable :: warning(:)
+    integer :: n
 
-    allocate (warning(0))
-    if (.not. allocated(system%overlaps)) return
-    if (size(system%overlaps) == 0) return
-    warning = [text_t('blocks overlap at the start, without force until they part, in '//number_text(size(system%overlaps))// &
-                      ' places; the deepest: '//overlap_text(system, system%overlaps(maxloc(system%overlaps%depth, 1))))]
+    n = 0
+    if (allocated(system%overlaps)) n = size(system%overlaps)
+    allocate (warning(min(n, 1)))
+    if (n == 0) return
+    warning(1)%text = 'blocks overlap at the start, without force until they part, in '//number_text(n)// &
+                      ' places; the deepest: '//overlap_text(system, system%overlaps(maxloc(system%overlaps%depth, 1)))
   end function overlap_warning
 
   !> An overlap in words.
