@@ -216,56 +216,10 @@ contains
         else if (width >= pi - parallel) then
           call add(pack([i, j, i, j], [low, high]), pack([j, i, before_j, before_i], [low, high]))
         else
-          call add_corners(pack([i, j], low), pack([j, i], low), pack([i, j], high), pack([before_j, before_i], high))
+          call add(pack([i, j], low), pack([j, i], low), pack([i, j], high), pack([before_j, before_i], high))
         end if
       end associate
     end subroutine meet_convex
-
-    !> Contact of two corners with the pairs of either entrance line; two, where edges on the line that is crossed least are
-    !> parallel and have a stretch between the corners in common: either end of it may be the one that presses.
-    subroutine add_corners(vertex, edge, other_vertex, other_edge)
-      integer, intent(in) :: vertex(:), edge(:), other_vertex(:), other_edge(:)
-      real(dp) :: gap(size(vertex)), other_gap(size(other_vertex))
-      integer :: k
-
-      gap = gaps_of(vertex, edge)
-      other_gap = gaps_of(other_vertex, other_edge)
-      if (have_common(vertex, edge) .and. minval(gap) > maxval(other_gap)) then
-        do k = 1, 2
-          call add(vertex(k:k), edge(k:k), other_vertex, other_edge)
-        end do
-      else if (have_common(other_vertex, other_edge) .and. minval(other_gap) > maxval(gap)) then
-        do k = 1, 2
-          call add(vertex, edge, other_vertex(k:k), other_edge(k:k))
-        end do
-      else
-        call add(vertex, edge, other_vertex, other_edge)
-      end if
-    end subroutine add_corners
-
-    !> Whether two pairs are of parallel edges of which each has the vertex of the other well within.
-    pure logical function have_common(vertex, edge)
-      integer, intent(in) :: vertex(:), edge(:)
-      real(dp) :: at
-      integer :: k
-
-      have_common = size(vertex) == 2
-      do k = 1, size(vertex)
-        at = along(vertex(k), edge(k))
-        have_common = have_common .and. min(at, size_of_edge(edge(k)) - at) > beyond*size_of_edge(edge(k))
-      end do
-    end function have_common
-
-    !> Gaps of some pairs.
-    pure function gaps_of(vertex, edge) result(gap)
-      integer, intent(in) :: vertex(:), edge(:)
-      real(dp) :: gap(size(vertex))
-      integer :: k
-
-      do k = 1, size(vertex)
-        gap(k) = gap_at(vertex(k), edge(k))
-      end do
-    end function gaps_of
 
     !> Contacts of the corner at vertex i with either edge of a concave one at vertex j.
     subroutine meet_hollow(i, j, between, tilt)
@@ -343,7 +297,11 @@ contains
         end if
       end if
       if (.not. (contacts%outside > 0 .or. entered(new%line(new%active)))) return
-      if (.not. contacts%by_name) call rest_inside(new%line(new%active))
+      if (.not. contacts%by_name) then
+        call rest_inside(new%line(new%active))
+        new%inherits = overlap_inherited(new, vertex, edge)
+        if (present(other_vertex)) new%inherits = max(new%inherits, overlap_inherited(new, other_vertex, other_edge))
+      end if
       if (n_found == size(found)) found = [found, found]
       n_found = n_found + 1
       found(n_found) = new
@@ -376,6 +334,29 @@ contains
       line%rest = min(0.0_dp, gap_at(line%vertex, line%edge) &
                               + max(pressed(outlines%block(line%vertex)), pressed(outlines%block(line%edge))))
     end subroutine rest_inside
+
+    !> Overlap of the spring of a contact before that had one of some pairs closed and was not made of the same pairs; below 0
+    !> where there is none, 0 where the contact is found inside.
+    pure real(dp) function overlap_inherited(new, vertex, edge) result(overlap)
+      type(contact_t), intent(in) :: new
+      integer, intent(in) :: vertex(:), edge(:)
+      integer :: before, k
+
+      overlap = merge(0.0_dp, -1.0_dp, new%line(new%active)%state == state_open &
+                      .and. gap_at(new%line(new%active)%vertex, new%line(new%active)%edge) < 0)
+      do k = 1, size(vertex)
+        before = line_before(vertex(k), edge(k))
+        if (before == 0) cycle
+        associate (was => contacts%contact((before + 1)/2))
+          if (was%n_lines == new%n_lines .and. all(was%line(:was%n_lines)%vertex == new%line(:was%n_lines)%vertex &
+                                                   .and. was%line(:was%n_lines)%edge == new%line(:was%n_lines)%edge)) then
+            overlap = -1.0_dp
+          else if (was%line(2 - modulo(before, 2))%state /= state_open) then
+            overlap = max(overlap, was%pressed)
+          end if
+        end associate
+      end do
+    end function overlap_inherited
 
     !> The pair of a contact before, best one that was closed, or else the one whose vertex lies best within its edge, with what
     !> the pairs remember.
@@ -416,9 +397,9 @@ contains
         if (best%state /= state_open) then
           best%anchor = best%anchor - slip/size_of_edge(best%edge)
           if (best%vertex /= was%vertex .or. best%edge /= was%edge) & ! the spring is pressed by as much as it was
-            best%rest = gap - min(0.0_dp, gap_at(was%vertex, was%edge) - was%rest)
+            best%rest = min(0.0_dp, gap - min(0.0_dp, gap_at(was%vertex, was%edge) - was%rest))
         end if
-        best%rest = min(0.0_dp, max(best%rest, gap)) ! what has come out stays out
+        if (gap >= best%rest) best%rest = min(0.0_dp, gap) ! what has come out stays out
       end associate
     end function best
 

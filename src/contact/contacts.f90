@@ -46,6 +46,7 @@ module scree_contacts
     integer :: active = 1               !! line that acts
     real(dp) :: force(2) = 0.0_dp       !! at the end of the last step, pressing and along the edge, per unit thickness
     real(dp) :: pressed = 0.0_dp        !! overlap of its spring then, length
+    real(dp) :: inherits = -1.0_dp      !! overlap that its spring takes over from one of other pairs; below 0: none, length
     type(line_t) :: line(2)
   end type contact_t
 

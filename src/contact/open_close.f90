@@ -50,6 +50,7 @@ contains
     allocate (touch%geometry(2, m), touch%kept(2, m))
     allocate (touch%reference(system%n_unknowns), source=0.0_dp)
     call place_contacts(system, state, share, rule%operator_weight, touch%reference, touch)
+    if (law%conserving) call take_over(touch)
     touch%start_gap = touch%geometry%gap
     touch%start_share = touch%geometry%along/touch%geometry%edge_length
     if (state%step == 0) call close_touching(law%touching, touch)
@@ -62,6 +63,30 @@ contains
       end associate
     end do
   end subroutine begin_contacts
+
+  !> Lets contacts that conserve energy begin with that of the contact whose place they take: the springs of their lines rest so
+  !> that the larger of the overlaps' gaps is the same.
+  pure subroutine take_over(touch)
+    type(touch_t), intent(inout) :: touch
+    real(dp) :: gap, shift
+    integer :: i, k, largest
+
+    do i = 1, size(touch%contact)
+      associate (contact => touch%contact(i))
+        if (contact%inherits < 0) cycle
+        gap = min(-contact%inherits, 0.0_dp)
+        largest = maxloc(touch%geometry(:contact%n_lines, i)%gap, 1)
+        if (touch%geometry(largest, i)%gap >= 0 .and. gap >= 0) cycle
+        do k = 1, contact%n_lines
+          shift = touch%geometry(k, i)%gap - gap
+          if (k /= largest) shift = max(shift, 0.0_dp)
+          contact%line(k)%rest = contact%line(k)%rest + shift
+          touch%geometry(k, i)%gap = touch%geometry(k, i)%gap - shift
+        end do
+        contact%inherits = -1.0_dp
+      end associate
+    end do
+  end subroutine take_over
 
   !> Bonds the contacts of joints with cohesion or strength.
   pure subroutine bond_contacts(outlines, law, place, touch)
