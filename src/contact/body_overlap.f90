@@ -208,8 +208,8 @@ contains
     entered = .true.
   end function entered_by
 
-  !> Edges that bound a piece and are of the one body where a vertex of the other is in it; all of that body where none bounds it,
-  !> as where one body lies in the other.
+  !> Edges that bound a piece and are of the one body where a vertex of the other is in it; where none bounds it, as where one body
+  !> lies in the other, those that it is behind.
   pure function ways_out(outlines, place, overlap, piece) result(out)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: place(:, :)
@@ -225,7 +225,7 @@ contains
       if (.not. has_vertex_of(overlap%body(3 - which))) cycle
       associate (edges => outlines%of_block(outlines%first(overlap%body(which)):outlines%first(overlap%body(which) + 1) - 1))
         associate (bounding => [(bounds(edges(m), which), m=1, size(edges))])
-          out = [out, pack(edges, bounding .or. .not. any(bounding))]
+          out = [out, pack(edges, bounding .or. .not. any(bounding) .and. [(is_behind(edges(m)), m=1, size(edges))])]
         end associate
       end associate
     end do
@@ -243,6 +243,18 @@ contains
           has_vertex_of = has_vertex_of .or. outlines%block(overlap%corner(k)%vertex) == body
       end do
     end function has_vertex_of
+
+    !> Whether the whole piece is behind the line of an edge.
+    pure logical function is_behind(edge)
+      integer, intent(in) :: edge
+      integer :: k
+
+      is_behind = .true.
+      do k = 1, size(of_it)
+        if (of_it(k)) is_behind = is_behind .and. gap_of(overlap%corner(k)%place, place(:, outlines%start(edge)), &
+                                                         place(:, outlines%finish(edge))) < overlap%rounding
+      end do
+    end function is_behind
 
     !> Whether an edge of a body has a corner of the piece.
     pure logical function bounds(edge, which)

@@ -102,6 +102,9 @@ contains
       end associate
       call meet_edge(i, j)
     end do
+    do k = 1, size(contacts%inside, 2)
+      if (is_inside(contacts%inside(1, k), contacts%inside(2, k))) call add(contacts%inside(1:1, k), contacts%inside(2:2, k))
+    end do
     call drop_repeats(size(outlines%start), found, n_found)
     call put_links(outlines, found(:n_found), contacts)
     contacts%contact = found(:n_found)
@@ -306,6 +309,17 @@ contains
       n_found = n_found + 1
       found(n_found) = new
     end subroutine add
+
+    !> Whether a vertex that rests behind an edge is still in its body, wherever along the edge.
+    pure logical function is_inside(i, j)
+      integer, intent(in) :: i, j
+      type(body_overlap_t) :: overlap
+
+      is_inside = gap_at(i, j) < -still_outside*min(local(i), size_of_edge(j))
+      if (.not. is_inside) return
+      call overlap_of_bodies(outlines, place, outlines%block(i), outlines%block(j), overlap)
+      is_inside = any(overlap%corner%vertex == i)
+    end function is_inside
 
     !> Whether the vertex of a line entered there, where it is behind it. It did where the line acted before; else the bodies
     !> tell. Its own body a vertex is in anyway.

@@ -4,6 +4,7 @@ import subprocess
 
 import numpy as np
 import pytest
+import shapely.geometry
 from test_blocks_touch import G, MODES, box, run, turn
 
 E = 1e7
@@ -81,6 +82,33 @@ def test_an_overlap_brings_no_energy_to_other_ways_of_contact(way, tmp_path):
     with settle(tmp_path, stack(1e-2, 0.25), {0}, 1.0, "nmm green", steps=100, more=way) as f:
         assert gained(f, 1.0) < 1e-6
         assert np.abs(f["bodies/centroid"][-1] - f["bodies/centroid"][0]).max() < 3e-5
+
+
+def random_polygon(random):
+    """Convex or a star, about the origin, or nothing where it does not go round."""
+    angles = np.sort(random.uniform(0, 2 * np.pi, random.integers(3, 8)))
+    if np.diff(angles, append=angles[0] + 2 * np.pi).max() > 3:
+        return None
+    radius = 1 if random.random() < 0.5 else random.uniform(0.4, 1, len(angles))[:, None]
+    return np.column_stack([np.cos(angles), np.sin(angles)]) * radius
+
+
+def test_any_pair_that_overlaps_in_area_has_a_contact_and_stays(tmp_path):
+    """Polygons of all sizes thrown on each other, without weight: what GEOS says that they have in common they hold, at rest."""
+    random, overlapping = np.random.default_rng(1), 0
+    while overlapping < 80:
+        a, b = random_polygon(random), random_polygon(random)
+        if a is None or b is None:
+            continue
+        b = b * random.choice([1, 0.3, 0.05]) + random.normal(size=2) * 0.5
+        common = shapely.geometry.Polygon(a).intersection(shapely.geometry.Polygon(b)).area
+        try:
+            with run(tmp_path, [a, b], "&contact initial=1 /", steps=5, rock=(2.5, 0, E, 0.25), phi=20.0) as f:
+                assert f["history/energy/kinetic"][:].max() < 1e-20
+                assert (f["history/contacts"][0].sum() > 0 and f["history/overlap"][0] > 0) or common < 1e-6
+        except AssertionError as error:
+            assert "that cross" in str(error), error
+        overlapping += common > 1e-6
 
 
 def test_ten_blocks_stand_in_each_other(tmp_path):
