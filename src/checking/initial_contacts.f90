@@ -23,6 +23,7 @@ contains
 
     allocate (contacts%contact(0), contacts%link(2, 0), contacts%candidate(2, 0))
     if (.not. allocated(state%contacts%contact)) return
+    contacts%inside = state%contacts%inside
     allocate (at_rest(2, size(system%outlines%start)), source=0.0_dp)
     call find_contacts(system%outlines, state%vertex, at_rest, 0.0_dp, system%n_elements > system%n_blocks, contacts)
   end subroutine initial_contacts
