@@ -327,11 +327,12 @@ contains
     layout%material = system%elements%material
     if (.not. runs) return
     associate (s => scene%settings)
-      steps = min(s%end_time/s%step_size + 1, real(s%most_steps, dp))
+      steps = s%most_steps
+      if (s%end_time < steps*s%step_size) steps = s%end_time/s%step_size + 1
       if (s%frame_every > 0) then
         frames = steps/s%frame_every + 2
       else
-        frames = min(s%end_time, s%most_steps*s%step_size)/s%frame_interval + 2
+        frames = min(s%end_time, s%most_steps*s%step_size)/max(s%frame_interval, s%frame_spacing) + 2
       end if
     end associate
     layout%expected_steps = int(min(steps, 1e9_dp))

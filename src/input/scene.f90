@@ -119,8 +119,9 @@ module scree_scene
     integer :: fixed = fixed_exact
     real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness
     real(dp) :: mass_damping = 0.0_dp       !! force over mass and velocity, 1/time
-    integer :: frame_every = 1              !! steps from frame to frame; 0 where frame_interval counts
-    real(dp) :: frame_interval = 0.0_dp     !! time from frame to frame; 0 where frame_every counts
+    integer :: frame_every = 0              !! steps from frame to frame; 0 where time counts
+    real(dp) :: frame_interval = 0.0_dp     !! time from frame to frame, met by steps; 0 where another counts
+    real(dp) :: frame_spacing = 0.0_dp      !! time from frame to frame, that of the step that passes it; 0 where another counts
   end type settings_t
 
   !> One name of the named groups with its value, after defaults.

@@ -18,6 +18,7 @@ module scree_settings
   integer, parameter, public :: kind_text = 1, kind_choice = 2, kind_real = 3, kind_whole = 4, kind_reals = 5
 
   real(dp), parameter :: boundless = huge(1.0_dp)
+  integer, parameter :: default_frames = 100
 
   !> What is known of one name.
   type :: setting_t
@@ -121,7 +122,8 @@ module scree_settings
     setting_t('acceleration', 'file', kind_text, 'none', 'file with lines t ax ay, from the folder of the analysis deck'), &
     setting_t('acceleration', 'scale', kind_real, '1', 'factor of ax and ay, in units of the deck', '', '1'), &
     setting_t('damping', 'mass', kind_real, '0', 'alpha of the force -alpha M v against the velocity', '', '1/time', 0.0_dp), &
-    setting_t('output', 'every', kind_whole, 'about 100 frames', 'steps from frame to frame', '', '1', 1.0_dp, 1e9_dp), &
+    setting_t('output', 'every', kind_whole, 'about 100 frames, even in time; by count with step.control shi', &
+              'steps from frame to frame', '', '1', 1.0_dp, 1e9_dp), &
     setting_t('output', 'interval', kind_real, 'none', 'time from frame to frame, met exactly; instead of every', '', 'time', &
               0.0_dp, open=.true.)]
 
@@ -349,7 +351,7 @@ contains
   subroutine complete_settings(scene, error)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: beta, size_, end_time, most_steps
+    real(dp) :: beta, size_, end_time
 
     associate (words => scene%words, s => scene%settings)
       call default('deck', 'dialect', 'auto')
@@ -474,14 +476,20 @@ contains
       if (has('acceleration', 'table') .or. has('acceleration', 'file')) call default('acceleration', 'scale', '1')
       if (has('damping', 'mass')) s%mass_damping = number('damping', 'mass')
 
-      s%frame_every = 0
       if (has('output', 'interval')) then
         s%frame_interval = number('output', 'interval')
-      else
-        most_steps = min(1e9_dp, real(s%most_steps, dp))
-        if (end_time < most_steps*size_) most_steps = end_time/size_*(1 - 1e-9_dp)
-        call default('output', 'every', number_text(max(1, ceiling(most_steps/100))))
+        if (s%frame_interval < s%least_step) then ! steps end at frames
+          call contradict('output', 'interval', 'output.interval at least step.least, '//word('step', 'least'), &
+                          word('output', 'interval'))
+          return
+        end if
+      else if (s%chooses_step) then
+        call default('output', 'every', number_text(max(1, (s%most_steps + default_frames - 1)/default_frames)))
+      end if
+      if (has('output', 'every')) then
         s%frame_every = nint(number('output', 'every'))
+      else if (.not. has('output', 'interval')) then
+        s%frame_spacing = min(end_time, s%most_steps*size_)/default_frames
       end if
     end associate
 

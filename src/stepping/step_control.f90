@@ -1,4 +1,4 @@
-!> Size of the next step: at most that of the deck, smaller after a cut, and such that frames and the end are met.
+!> Size of the next step: at most that of the deck, smaller after a cut, and such that the end and frames at set times are met.
 module scree_step_control
   use scree_kinds, only: dp
   use scree_scene, only: settings_t
@@ -18,8 +18,9 @@ module scree_step_control
     real(dp) :: end_time = 0.0_dp
     integer :: steps_left = huge(1)
     integer :: frame_every = 0          !! steps; 0: by time
-    real(dp) :: frame_interval = 0.0_dp !! time; 0: by steps
-    integer :: n_frames = 0             !! after the first
+    real(dp) :: frame_interval = 0.0_dp !! time that steps end at; 0: they need not
+    real(dp) :: frame_spacing = 0.0_dp  !! time, where neither counts
+    integer :: n_frames = 0             !! after the first; with a spacing, the last multiple of it that was passed
     integer :: easy = 0                 !! steps since the last cut
   end type step_control_t
 
@@ -36,6 +37,7 @@ contains
     control%steps_left = settings%most_steps
     control%frame_every = settings%frame_every
     control%frame_interval = settings%frame_interval
+    control%frame_spacing = settings%frame_spacing
   end function begin_control
 
   !> Next time that a step must end at.
@@ -87,9 +89,14 @@ contains
     type(step_control_t), intent(inout) :: control
     integer, intent(in) :: step
     real(dp), intent(in) :: time
+    integer :: passed
 
     if (control%frame_every > 0) then
       frame_due = modulo(step, control%frame_every) == 0
+    else if (control%frame_spacing > 0) then
+      passed = int(time/control%frame_spacing + met)
+      frame_due = passed > control%n_frames
+      control%n_frames = passed
     else
       frame_due = time >= target_time(control)
       if (frame_due) control%n_frames = control%n_frames + 1
