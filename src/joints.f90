@@ -3,6 +3,7 @@ module scree_joints
   use scree_block_input, only: scale_of_lines
   use scree_deck_text, only: read_text
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_files, only: holds_something, refuse_to_replace, same_file
   use scree_geometry_deck, only: write_geometry_deck
   use scree_joint_sets, only: draw_joints
   use scree_joints_deck, only: joints_t, read_joints_deck
@@ -14,6 +15,8 @@ module scree_joints
   implicit none
   private
   public :: make_joints
+
+  character(len=*), parameter :: remark = 'scree joints ' !! that the geometry ends with, and the deck
 
 contains
 
@@ -32,13 +35,17 @@ contains
     character(len=:), allocatable :: counts
     logical :: there
 
-    if (same_text(geometry_path, deck_path)) then
+    if (same_file(geometry_path, deck_path)) then
       call fail(error, status_bad_input, geometry_path//': expected another file for the geometry, found the deck of joint sets')
       return
     end if
     inquire (file=geometry_path//'/.', exist=there)
     if (there) then
       call fail(error, status_bad_input, geometry_path//': expected a file for the geometry, found a directory')
+      return
+    end if
+    if (.not. may_replace(geometry_path)) then
+      call refuse_to_replace(geometry_path, 'a geometry of scree joints', error)
       return
     end if
     call read_joints_deck(deck_path, joints, scene, error)
@@ -61,24 +68,23 @@ contains
 
     counts = number_text(size(boundary))//' boundary lines, '//number_text(size(traces))//' joints of '// &
              number_text(size(joints%sets))//' sets, seed '//number_text(joints%seed)
-    call write_geometry_deck(geometry_path, scene, 'scree joints '//deck_path//': '//counts, error)
+    call write_geometry_deck(geometry_path, scene, remark//deck_path//': '//counts, error)
     if (allocated(error)) return
     call set_up_progress(quiet, progress)
     call tell(progress, geometry_path//': '//counts)
   end subroutine make_joints
 
-  !> Whether two files hold the same text, as one file by two names does.
-  logical function same_text(a, b)
-    character(len=*), intent(in) :: a, b
-    character(len=:), allocatable :: text_a, text_b
+  !> Whether a geometry may take the place of a file: it holds nothing, or a geometry that was drawn here, which its remark says.
+  logical function may_replace(path)
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: text
     type(error_t), allocatable :: error
 
-    same_text = .false.
-    call read_text(a, text_a, error)
-    if (allocated(error)) return
-    call read_text(b, text_b, error)
-    if (.not. allocated(error)) same_text = text_a == text_b
-  end function same_text
+    may_replace = .not. holds_something(path)
+    if (may_replace) return
+    call read_text(path, text, error)
+    if (.not. allocated(error)) may_replace = index(text, '! '//remark) > 0
+  end function may_replace
 
   !> Error where an outline has a side that the cutter would take for a point.
   subroutine check_sides(deck_path, rock, shortest, error)

@@ -1,11 +1,12 @@
 !> The program: words of the command line, exit status, nothing else.
 program scree
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use scree_block_file, only: write_block_file
+  use scree_block_file, only: may_replace_blocks, write_block_file
   use scree_block_input, only: block_moments, blocks_t, make_blocks
   use scree_check_scene, only: check_scene
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_explain, only: explain_scene, explain_settings
+  use scree_files, only: refuse_to_replace, same_file
   use scree_joints, only: make_joints
   use scree_kinds, only: dp
   use scree_read_scene, only: option_t, read_geometry, read_scene
@@ -93,6 +94,12 @@ contains
     type(timer_t) :: timer(3) ! read, cut, write
 
     scene%geometry_name = analysis
+    if (same_file(output, analysis)) then
+      call fail(error, status_bad_input, output//': expected another file for what is cut, found the geometry')
+    else if (.not. may_replace_blocks(output)) then
+      call refuse_to_replace(output, 'a block file', error)
+    end if
+    if (allocated(error)) return
     call start_phase(timer(1))
     call read_geometry(scene, error)
     if (allocated(error)) return
@@ -220,8 +227,6 @@ contains
     else if (cuts_analysis .and. len(output) == 0) then
       call fail(error, status_bad_input, 'expected -o and a file for the model, as '//stem_of(analysis)// &
                 '.h5 would be that of a run, found none')
-    else if (verb == 'cut' .and. (output == analysis .or. output == geometry) .and. len(output) > 0) then
-      call fail(error, status_bad_input, output//': expected another file for what is cut, found a deck')
     end if
     if (len(output) > 0 .or. allocated(error)) return
     select case (verb)

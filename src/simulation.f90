@@ -15,8 +15,8 @@ module scree_simulation
   use scree_kinds, only: dp
   use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, tell, warn
   use scree_regions, only: first_vertex_of, joint_between, last_vertex_of
-  use scree_results_file, only: add_frame, close_results, cost_row_t, layout_t, open_results, results_t, store_rows, &
-                                store_text, store_words
+  use scree_results_file, only: add_frame, check_targets, close_results, cost_row_t, layout_t, open_results, results_t, &
+                                store_rows, store_text, store_words
   use scree_run_records, only: declare_records, put_frame_records, put_step_records, records_t
   use scree_scene, only: effect_t, model_nmm, scene_t
   use scree_set_up, only: set_up
@@ -65,6 +65,8 @@ contains
     type(timer_t) :: timer(3)
     type(error_t), allocatable :: close_error
 
+    call check_targets(results_path, with_xdmf, with_classic, error)
+    if (allocated(error)) return
     call set_up_progress(quiet, progress)
     call start_phase(timer(phase_set_up))
     call prepare(scene, blocks, system, state, effects, list, share, error)

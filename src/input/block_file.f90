@@ -5,8 +5,10 @@
 !> (the first edge's stands at the second vertex). A block with holes is one polygon with seams (scree_keyholes).
 module scree_block_file
   use scree_block_input, only: block_moments, blocks_t
-  use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals, numbers_left
+  use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals, numbers_left, &
+                             read_deck
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_files, only: holds_something
   use scree_keyholes, only: join_loops
   use scree_kinds, only: dp
   use scree_scene, only: point_t, polygons_t, scene_t
@@ -16,7 +18,7 @@ module scree_block_file
   use scree_text, only: number_text
   implicit none
   private
-  public :: read_block_file, write_block_file
+  public :: may_replace_blocks, read_block_file, write_block_file
 
 contains
 
@@ -81,6 +83,25 @@ contains
     if (allocated(error)) return
     call expect_end(deck, error)
   end subroutine read_block_file
+
+  !> Whether a block file may take the place of a file: it holds nothing, or is one by its counts.
+  logical function may_replace_blocks(path)
+    character(len=*), intent(in) :: path
+    type(error_t), allocatable :: error
+    type(deck_t) :: deck
+    integer :: i, n(6) ! blocks, bolts, vertex rows; fixed, load, measured points
+
+    may_replace_blocks = .not. holds_something(path)
+    if (may_replace_blocks) return
+    call read_deck(path, deck, error)
+    do i = 1, size(n)
+      if (.not. allocated(error)) call next_index(deck, 'a count', n(i), error)
+    end do
+    if (allocated(error)) return
+    associate (numbers => real(numbers_left(deck), dp) - 3*(real(n(1), dp) + n(3)), points => sum(real(n(4:), dp)))
+      may_replace_blocks = n(1) > 0 .and. (nint(numbers - 3*points) == 0 .or. nint(numbers - 4*points) == 0)
+    end associate
+  end function may_replace_blocks
 
   !> Vertices without the spare rows between the blocks.
   pure subroutine take_polygons(first, last, line, material, row, polygons)

@@ -5,13 +5,14 @@
 module scree_classic_output
   use, intrinsic :: iso_fortran_env, only: int64
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
+  use scree_files, only: beginning_of, check_size, holds_something
   use scree_kinds, only: dp
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_system, only: fixed_point, load_point, measured_point
   use scree_text, only: number_text, with_ending
   implicit none
   private
-  public :: add_classic_frame, begin_classic_output, classic_output_t
+  public :: add_classic_frame, begin_classic_output, classic_output_t, classic_path, may_replace_classic
 
   character(len=1), parameter :: lf = achar(10)
   integer, parameter :: scratch_rows = 4    !! after the vertices of each polygon
@@ -31,6 +32,35 @@ module scree_classic_output
 
 contains
 
+  !> Name of the file beside a results file.
+  pure function classic_path(results_path)
+    character(len=*), intent(in) :: results_path
+    character(len=:), allocatable :: classic_path
+
+    classic_path = with_ending(results_path, '.replay')
+  end function classic_path
+
+  !> Whether classic output may take the place of a file: it holds nothing, or begins with the number of frames in its fixed width,
+  !> and the counts.
+  logical function may_replace_classic(path)
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: head
+    integer :: count_(4), end_, n_points(3), status
+
+    may_replace_classic = .not. holds_something(path)
+    if (may_replace_classic) return
+    head = beginning_of(path, 200)
+    end_ = index(head, lf)
+    if (end_ < 12) return
+    read (head(:end_ - 1), *, iostat=status) count_
+    if (status /= 0) return
+    if (count_text(count_(1)) /= head(:10) .or. count_(3) /= 0) return
+    head = head(end_ + 1:)
+    end_ = index(head, lf)
+    read (head(:max(0, end_ - 1)), *, iostat=status) n_points
+    may_replace_classic = status == 0 .and. index(head, lf//'0 0 0'//lf) == end_
+  end function may_replace_classic
+
   !> Starts the file beside a results file, with no frame. Errors: it cannot be written.
   subroutine begin_classic_output(output, results_path, material, first, corner, joint, point_kind, point_polygon, error)
     type(classic_output_t), intent(out) :: output
@@ -41,17 +71,12 @@ contains
     character(len=200) :: reason
     integer :: i, row, status, unit
 
-    output%path = with_ending(results_path, '.replay')
+    output%path = classic_path(results_path)
     output%first = first
     output%corner = corner
     output%joint = joint
     output%point_kind = point_kind
     output%point_polygon = point_polygon
-    if (output%path == results_path) then
-      call fail(error, status_bad_input, results_path//': expected another name for the results, as '// &
-                'the classic output has this one')
-      return
-    end if
     open (newunit=unit, file=output%path, access='stream', form='unformatted', action='readwrite', status='replace', &
           iostat=status, iomsg=reason)
     if (status == 0) then
@@ -147,20 +172,6 @@ contains
     end function corner_row
 
   end subroutine add_classic_frame
-
-  !> Whether the system has taken every byte: the compiler's library does not say where a close could not write.
-  subroutine check_size(path, expected, status, reason)
-    character(len=*), intent(in) :: path
-    integer(int64), intent(in) :: expected   !! bytes
-    integer, intent(out) :: status           !! 0: it has
-    character(len=*), intent(inout) :: reason
-    integer(int64) :: found
-
-    inquire (file=path, size=found)
-    status = merge(0, 1, found >= expected)
-    if (status /= 0) write (reason, '(2(a,i0),a)') 'the system has taken ', max(found, 0_int64), ' of ', expected, &
-      ' bytes: the disk may be full'
-  end subroutine check_size
 
   !> A row of a whole number and two, with digits that read back as the same numbers.
   function row_text(whole, number)

@@ -8,12 +8,13 @@ module scree_results_file
   use hdf5
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_intptr_t, c_null_char
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use scree_classic_output, only: classic_output_t
+  use scree_classic_output, only: classic_output_t, classic_path, may_replace_classic
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
+  use scree_files, only: holds_something, refuse_to_replace
   use scree_hdf5_writing, only: append_rows, check_status, create_rows, fixed_rows, hold_space, rows_t, write_text, &
                                 write_whole, write_words
   use scree_kinds, only: dp
-  use scree_xdmf, only: add_xdmf_frame, begin_xdmf, xdmf_t
+  use scree_xdmf, only: add_xdmf_frame, begin_xdmf, may_replace_xdmf, xdmf_path, xdmf_t
   implicit none
   private
 
@@ -36,7 +37,7 @@ module scree_results_file
     end function c_truncate
   end interface
 
-  public :: add_frame, close_results, cost_row_t, declare_series, layout_t, open_results, put_series, results_t, &
+  public :: add_frame, check_targets, close_results, cost_row_t, declare_series, layout_t, open_results, put_series, results_t, &
             store_rows, store_text, store_words
 
   integer, parameter :: vtk_polygon = 7
@@ -95,6 +96,55 @@ module scree_results_file
 
 contains
 
+  !> Error where a file that would be written over is none that a run or a model was written to, or the names are one.
+  subroutine check_targets(path, with_xdmf, with_classic, error)
+    character(len=*), intent(in) :: path
+    logical, intent(in) :: with_xdmf, with_classic
+    type(error_t), allocatable, intent(out) :: error
+    logical :: there
+
+    inquire (file=path//'/.', exist=there)
+    if (there) then
+      call fail(error, status_bad_input, path//': expected a file for the results, found a directory')
+      return
+    end if
+    if ((with_xdmf .and. xdmf_path(path) == path) .or. (with_classic .and. classic_path(path) == path)) then
+      call fail(error, status_bad_input, path//': expected another name for the results, found that of a file beside them')
+      return
+    end if
+    if (.not. may_replace(path)) call refuse_to_replace(path, 'a results file of scree', error)
+    if (with_xdmf .and. .not. allocated(error)) then
+      if (.not. may_replace_xdmf(xdmf_path(path))) call refuse_to_replace(xdmf_path(path), 'an XDMF side-car of scree', error)
+    end if
+    if (with_classic .and. .not. allocated(error)) then
+      if (.not. may_replace_classic(classic_path(path))) call refuse_to_replace(classic_path(path), 'a replay of scree', error)
+    end if
+  end subroutine check_targets
+
+  !> Whether results may take the place of a file: it holds nothing, or a status of scree's in HDF5.
+  logical function may_replace(path)
+    character(len=*), intent(in) :: path
+    integer(hid_t) :: file
+    integer :: status
+
+    may_replace = .not. holds_something(path)
+    if (may_replace) return
+    call begin_hdf5()
+    call h5fopen_f(path, H5F_ACC_RDONLY_F, file, status)
+    if (status < 0) return
+    call h5aexists_by_name_f(file, '/scene', 'status', may_replace, status)
+    call h5fclose_f(file, status)
+  end function may_replace
+
+  !> Makes the library ready, with errors as statuses alone.
+  subroutine begin_hdf5()
+    integer :: status
+
+    call h5dont_atexit_f(status) ! first: after a failed write the library's own handler would try again, and crash
+    call h5open_f(status)
+    call h5eset_auto_f(0, status)
+  end subroutine begin_hdf5
+
   !> Makes the file and what never changes in it.
   !>
   !> Errors: `status_bad_input` where the path cannot be a file; `status_run_failed` where writing fails.
@@ -107,13 +157,7 @@ contains
     integer(hid_t) :: access, group
     integer :: status
     integer(c_intptr_t) :: old_handler
-    logical :: there
 
-    inquire (file=path//'/.', exist=there)
-    if (there) then
-      call fail(error, status_bad_input, path//': expected a file for the results, found a directory')
-      return
-    end if
     results%path = path
     results%n_vertices = layout%n_vertices
     results%n_elements = size(layout%block)
@@ -122,9 +166,7 @@ contains
     allocate (results%series(8))
 
     old_handler = c_signal(file_too_large, 1_c_intptr_t) ! so that it is an error with words, not the end
-    call h5dont_atexit_f(status) ! first: after a failed write the library's own handler would try again, and crash
-    call h5open_f(status)
-    call h5eset_auto_f(0, status)
+    call begin_hdf5()
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
     call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
     call h5fcreate_f(path, H5F_ACC_TRUNC_F, results%file, status, access_prp=access)

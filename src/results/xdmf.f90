@@ -2,14 +2,18 @@
 !>
 !> Closed after every frame, so that it is always well-formed.
 module scree_xdmf
+  use, intrinsic :: iso_fortran_env, only: int64
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
+  use scree_files, only: beginning_of, check_size, holds_something
   use scree_kinds, only: dp
   use scree_text, only: number_text, with_ending
   implicit none
   private
-  public :: add_xdmf_frame, begin_xdmf, xdmf_t
+  public :: add_xdmf_frame, begin_xdmf, may_replace_xdmf, xdmf_path, xdmf_t
 
   character(len=1), parameter :: lf = achar(10)
+  character(len=*), parameter :: head = '<?xml version="1.0"?>'//lf//'<Xdmf Version="3.0"><Domain><Grid GridType="Collection" '// &
+                                 'CollectionType="Temporal">'//lf
   character(len=*), parameter :: tail = '</Grid></Domain></Xdmf>'//lf
 
   !> The open side-car.
@@ -23,6 +27,22 @@ module scree_xdmf
 
 contains
 
+  !> Name of the side-car of a results file.
+  pure function xdmf_path(results_path)
+    character(len=*), intent(in) :: results_path
+    character(len=:), allocatable :: xdmf_path
+
+    xdmf_path = with_ending(results_path, '.xdmf')
+  end function xdmf_path
+
+  !> Whether a side-car may take the place of a file: it holds nothing, or begins as one.
+  logical function may_replace_xdmf(path)
+    character(len=*), intent(in) :: path
+
+    may_replace_xdmf = .not. holds_something(path)
+    if (.not. may_replace_xdmf) may_replace_xdmf = beginning_of(path, len(head)) == head
+  end function may_replace_xdmf
+
   !> Starts the side-car of a results file. Errors: it cannot be written.
   subroutine begin_xdmf(xdmf, results_path, n_vertices, first, corner, error)
     type(xdmf_t), intent(out) :: xdmf
@@ -31,17 +51,14 @@ contains
     integer, intent(in) :: first(:)           !! (n_elements+1) element e has the vertices corner(first(e):first(e+1)-1)
     integer, intent(in) :: corner(:)
     type(error_t), allocatable, intent(out) :: error
-    character(len=:), allocatable :: head
 
-    xdmf%path = with_ending(results_path, '.xdmf')
+    xdmf%path = xdmf_path(results_path)
     xdmf%hdf5_name = results_path(index(results_path, '/', back=.true.) + 1:)
     xdmf%n_elements = size(first) - 1
     xdmf%n_vertices = n_vertices
     xdmf%topology = '<Topology TopologyType="Mixed" NumberOfElements="'//number_text(xdmf%n_elements)//'">'// &
                     '<DataItem Dimensions="'//number_text(size(corner) + 2*xdmf%n_elements)// &
                     '" NumberType="Int" Format="XML">'//lf//polygon_rows(first, corner)//'</DataItem></Topology>'//lf
-    head = '<?xml version="1.0"?>'//lf//'<Xdmf Version="3.0"><Domain><Grid GridType="Collection" '// &
-           'CollectionType="Temporal">'//lf
     call put(xdmf, head, .true., error)
     if (allocated(error)) error%status = status_bad_input
   end subroutine begin_xdmf
@@ -145,6 +162,7 @@ contains
     if (status == 0) then
       write (unit, pos=xdmf%tail_at, iostat=status, iomsg=reason) new//tail
       close (unit)
+      if (status == 0) call check_size(xdmf%path, int(xdmf%tail_at, int64) + len(new) + len(tail) - 1, status, reason)
     end if
     if (status /= 0) then
       call fail(error, status_run_failed, xdmf%path//': expected a file that can be written, found: '//trim(reason))

@@ -125,7 +125,7 @@ def test_errors_are_one_line(tmp_path):
     decks = [DATA / "stack5.geo", DATA / "stack5_dyn.ana", "--quiet", "--classic-output"]
     fails(2, "expected --classic-output with run, found it with cut", "cut", *decks)
     fails(2, "expected another name for the results", "run", *decks, "-o", "x.replay")
-    (tmp_path / "x.replay").unlink()
+    assert not (tmp_path / "x.replay").exists()
     (tmp_path / "x.replay").mkdir()
     fails(2, "x.replay: expected a file that can be written", "run", *decks, "-o", "x.h5")
 

@@ -1,0 +1,79 @@
+!> Files that are there already: whether two names are of one file, how a file begins, whether the system has taken all of it.
+module scree_files
+  use, intrinsic :: iso_fortran_env, only: int64
+  use scree_errors, only: error_t, fail, status_bad_input
+  implicit none
+  private
+  public :: beginning_of, check_size, holds_something, refuse_to_replace, same_file
+
+contains
+
+  !> Whether a name is of a file with something in it, that writing would lose. A device, a pipe and a directory are none.
+  logical function holds_something(path)
+    character(len=*), intent(in) :: path
+    integer(int64) :: size_
+    logical :: directory, there
+
+    inquire (file=path, exist=there, size=size_)
+    inquire (file=path//'/.', exist=directory)
+    holds_something = there .and. size_ > 0 .and. .not. directory
+  end function holds_something
+
+  !> Whether two names, by whatever way or link, are of one file that holds something.
+  logical function same_file(a, b)
+    character(len=*), intent(in) :: a, b
+    integer :: number, status, unit
+
+    same_file = holds_something(a)
+    if (same_file) same_file = holds_something(b)
+    if (.not. same_file) return
+    same_file = .false.
+    open (newunit=unit, file=a, access='stream', form='unformatted', action='read', status='old', iostat=status)
+    if (status /= 0) return
+    inquire (file=b, number=number) ! the compiler's library knows an open file by device and number, not by its name
+    same_file = number == unit
+    close (unit)
+  end function same_file
+
+  !> The first `n` bytes of a file, or as many as it has; '' where it cannot be read.
+  function beginning_of(path, n) result(text)
+    character(len=*), intent(in) :: path
+    integer, intent(in) :: n
+    character(len=:), allocatable :: text
+    integer(int64) :: size_
+    integer :: status, unit
+
+    text = ''
+    open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', iostat=status)
+    if (status /= 0) return
+    inquire (unit, size=size_)
+    text = repeat(' ', int(min(int(n, int64), max(0_int64, size_))))
+    read (unit, iostat=status) text
+    close (unit)
+    if (status /= 0) text = ''
+  end function beginning_of
+
+  !> Error that a file is not written over.
+  subroutine refuse_to_replace(path, kind, error)
+    character(len=*), intent(in) :: path
+    character(len=*), intent(in) :: kind !! that would be written, with an article
+    type(error_t), allocatable, intent(out) :: error
+
+    call fail(error, status_bad_input, path//': expected a new file or '//kind//' to write over, found another file')
+  end subroutine refuse_to_replace
+
+  !> Whether the system has taken every byte: the compiler's library does not say where a close could not write.
+  subroutine check_size(path, expected, status, reason)
+    character(len=*), intent(in) :: path
+    integer(int64), intent(in) :: expected   !! bytes
+    integer, intent(out) :: status           !! 0: it has
+    character(len=*), intent(inout) :: reason
+    integer(int64) :: found
+
+    inquire (file=path, size=found)
+    status = merge(0, 1, found >= expected)
+    if (status /= 0) write (reason, '(2(a,i0),a)') 'the system has taken ', max(found, 0_int64), ' of ', expected, &
+      ' bytes: the disk may be full'
+  end subroutine check_size
+
+end module scree_files
