@@ -7,14 +7,19 @@ module scree_hdf5_writing
   use scree_kinds, only: dp
   implicit none
   private
-  public :: append_rows, check_status, create_rows, fixed_rows, hold_space, rows_t, write_text, write_whole, write_words
+  public :: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, hold_space, reserve_disk, rows_t, write_text, &
+            write_whole, write_words
+
+  integer(hsize_t), parameter :: index_bytes = 8192 !! of a dataset: more than two nodes of its tree
+  !> What posix_fallocate returns where it is interrupted, and where a disk, a limit of file size or a quota has no room (Linux).
+  integer(c_int), parameter :: interrupted = 4, no_room(3) = [28, 27, 122]
 
   !> A dataset of rows that grows.
   type :: rows_t
     integer(hid_t) :: id = -1
     integer, allocatable :: shape(:)          !! of a row, as Fortran counts: first index runs fastest
     integer(hsize_t) :: n_rows = 0
-    integer(hsize_t) :: chunk_bytes = 0       !! of a chunk
+    integer(hsize_t) :: chunk_rows = 1, chunk_bytes = 0 !! of a chunk
     logical :: whole = .false.                !! whole numbers
     integer(hid_t) :: file_type = -1          !! in the file; numbers are handed over as doubles or default integers
   end type rows_t
@@ -40,6 +45,26 @@ module scree_hdf5_writing
       type(c_funptr), value :: callback
       type(c_ptr), value :: data
     end function h5ewalk2
+
+    !> HDF5: a pointer to the descriptor of an open file.
+    integer(c_int) function h5fget_vfd_handle(file, access, handle) bind(c, name='H5Fget_vfd_handle')
+      import :: c_int, c_int64_t, c_ptr
+      integer(c_int64_t), value :: file, access
+      type(c_ptr), intent(out) :: handle
+    end function h5fget_vfd_handle
+
+    !> POSIX: takes blocks of the disk for a part of a file.
+    integer(c_int) function posix_fallocate(descriptor, offset, length) bind(c)
+      import :: c_int, c_int64_t
+      integer(c_int), value :: descriptor
+      integer(c_int64_t), value :: offset, length
+    end function posix_fallocate
+
+    !> C: the system's words for an error.
+    type(c_ptr) function strerror(number) bind(c)
+      import :: c_int, c_ptr
+      integer(c_int), value :: number
+    end function strerror
   end interface
 
 contains
@@ -74,20 +99,28 @@ contains
     type(c_ptr), value :: entry, data
     type(stack_entry_t), pointer :: known
     type(reason_t), pointer :: reason
-    character(kind=c_char), pointer :: letter(:)
-    integer :: i
 
     call c_f_pointer(data, reason)
     keep_reason = 0
     if (n > 0) return
     call c_f_pointer(entry, known)
-    if (.not. c_associated(known%description)) return
-    call c_f_pointer(known%description, letter, [len(reason%text)])
-    do i = 1, len(reason%text)
-      if (letter(i) == c_null_char) exit
-      reason%text(i:i) = letter(i)
-    end do
+    if (c_associated(known%description)) call copy_text(known%description, reason%text)
   end function keep_reason
+
+  !> Copies a text of C.
+  subroutine copy_text(from, text)
+    type(c_ptr), intent(in) :: from
+    character(len=*), intent(inout) :: text
+    character(kind=c_char), pointer :: letter(:)
+    integer :: i
+
+    text = ''
+    call c_f_pointer(from, letter, [len(text)])
+    do i = 1, len(text)
+      if (letter(i) == c_null_char) exit
+      text(i:i) = letter(i)
+    end do
+  end subroutine copy_text
 
   !> Makes a dataset of rows that grows.
   subroutine create_rows(file, path, shape, whole, units, description, chunk_rows, rows, error, byte)
@@ -120,6 +153,7 @@ contains
     call h5pset_chunk_f(properties, n, chunk, status)
     call h5pset_alloc_time_f(properties, H5D_ALLOC_TIME_EARLY_F, status) ! as rows are appended, not at the flush
     call h5pset_fill_time_f(properties, H5D_FILL_TIME_NEVER_F, status)
+    rows%chunk_rows = chunk(n)
     rows%chunk_bytes = 8*product(chunk)
     call h5pcreate_f(H5P_LINK_CREATE_F, links, status)
     call h5pset_create_inter_group_f(links, 1, status)
@@ -194,6 +228,54 @@ contains
     call h5pclose_f(properties, status)
     call h5sclose_f(space, status)
   end subroutine hold_space
+
+  !> Takes blocks of the disk for all of a file, so that what is written to space that it holds cannot find the disk full.
+  !>
+  !> Where the file system cannot, nothing is taken. Errors: no room.
+  subroutine reserve_disk(file, reserved, error)
+    integer(hid_t), intent(in) :: file
+    integer(hsize_t), intent(inout) :: reserved !! bytes of the file that have blocks
+    type(error_t), allocatable, intent(out) :: error
+    type(c_ptr) :: handle
+    integer(c_int), pointer :: descriptor
+    integer(c_int) :: code
+    integer(hsize_t) :: length
+    character(len=200) :: reason
+    integer :: status
+
+    call h5fget_filesize_f(file, length, status)
+    if (length <= reserved) return
+    if (h5fget_vfd_handle(int(file, c_int64_t), int(H5P_DEFAULT_F, c_int64_t), handle) < 0) return
+    call c_f_pointer(handle, descriptor)
+    do
+      code = posix_fallocate(descriptor, int(reserved, c_int64_t), int(length - reserved, c_int64_t))
+      if (code /= interrupted) exit
+    end do
+    if (any(code == no_room)) then
+      call copy_text(strerror(code), reason)
+      call fail(error, status_run_failed, 'cannot write: '//trim(reason))
+    else
+      reserved = length
+    end if
+  end subroutine reserve_disk
+
+  !> Space that more rows of a dataset may take at the end of the file: chunks and what indexes them.
+  elemental integer(hsize_t) function bytes_to_append(rows, n) result(bytes)
+    type(rows_t), intent(in) :: rows
+    integer(hsize_t), intent(in) :: n !! rows more
+
+    bytes = index_bytes + (chunks(rows%n_rows + n) - chunks(rows%n_rows))*rows%chunk_bytes
+
+  contains
+
+    !> Chunks that a number of rows takes.
+    pure integer(hsize_t) function chunks(n)
+      integer(hsize_t), intent(in) :: n
+
+      chunks = (n + rows%chunk_rows - 1)/rows%chunk_rows
+    end function chunks
+
+  end function bytes_to_append
 
   !> Makes a dataset of rows, fills and closes it.
   subroutine fixed_rows(file, path, shape, whole, units, description, values, error, byte)

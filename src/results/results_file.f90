@@ -6,29 +6,20 @@
 !> of a dataset hardly ever changes.
 module scree_results_file
   use hdf5
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_intptr_t, c_null_char
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use scree_classic_output, only: classic_output_t, classic_path, may_replace_classic
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_files, only: holds_something, refuse_to_replace
-  use scree_hdf5_writing, only: append_rows, check_status, create_rows, fixed_rows, hold_space, rows_t, write_text, &
-                                write_whole, write_words
+  use scree_hdf5_writing, only: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, hold_space, &
+                                reserve_disk, rows_t, write_text, write_whole, write_words
+  use scree_interruption, only: ignore_size_limit
   use scree_kinds, only: dp
   use scree_xdmf, only: add_xdmf_frame, begin_xdmf, may_replace_xdmf, xdmf_path, xdmf_t
   implicit none
   private
 
-  integer(c_int), parameter :: file_too_large = 25 !! SIGXFSZ of Linux
-
   interface
-    !> C: what a signal does; handler 1 is SIG_IGN.
-    function c_signal(number, handler) bind(c, name='signal')
-      import :: c_int, c_intptr_t
-      integer(c_int), value :: number
-      integer(c_intptr_t), value :: handler
-      integer(c_intptr_t) :: c_signal
-    end function c_signal
-
     !> C: sets the length of a file.
     integer(c_int) function c_truncate(path, length) bind(c, name='truncate')
       import :: c_char, c_int, c_int64_t
@@ -42,6 +33,8 @@ module scree_results_file
 
   integer, parameter :: vtk_polygon = 7
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
+  integer(hsize_t), parameter :: closing_bytes = 65536 !! of the table of costs, with its indices
+  integer(hsize_t), parameter :: head_bytes = 8192     !! of a dataset that holds space
   character(len=*), parameter :: point_fields(2) = [character(len=12) :: 'displacement', 'velocity']
   character(len=*), parameter :: cell_fields(3) = [character(len=12) :: 'stress_xx', 'stress_yy', 'stress_xy']
 
@@ -80,6 +73,7 @@ module scree_results_file
     integer(hid_t) :: steps = -1            !! group /VTKHDF/Steps
     integer(hid_t) :: held = -1             !! dataset that holds space
     integer(hsize_t) :: held_bytes = 0
+    integer(hsize_t) :: reserved = 0        !! bytes of the file that have blocks of the disk
     integer :: n_frames = 0
     integer :: n_vertices = 0
     integer :: n_elements = 0
@@ -156,7 +150,6 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer(hid_t) :: access, group
     integer :: status
-    integer(c_intptr_t) :: old_handler
 
     results%path = path
     results%n_vertices = layout%n_vertices
@@ -165,7 +158,7 @@ contains
     results%expected_steps = max(1, layout%expected_steps)
     allocate (results%series(8))
 
-    old_handler = c_signal(file_too_large, 1_c_intptr_t) ! so that it is an error with words, not the end
+    call ignore_size_limit()
     call begin_hdf5()
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
     call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
@@ -381,7 +374,7 @@ contains
       call fail(error, status_run_failed, 'a number of the frame is not finite')
       return
     end if
-    call release_space(results, error)
+    call release_space(results, bytes_of_frame(results) + bytes_of_waiting(results) + closing_bytes, error)
     if (allocated(error)) return
     n = real(results%n_frames, dp)
     call append(results%points, in_space(place))
@@ -403,7 +396,7 @@ contains
     call append(results%offset(4), [0.0_dp])
     call append(results%offset(5), [0.0_dp])
     if (.not. allocated(error)) call append_waiting(results, error)
-    if (.not. allocated(error)) call hold_space_again(results, error)
+    if (.not. allocated(error)) call hold(results, results%held_bytes, 0_hsize_t, error)
     if (.not. allocated(error)) call flush_file(results, error)
     if (allocated(error)) return
     results%n_frames = results%n_frames + 1
@@ -426,26 +419,18 @@ contains
 
   end subroutine add_frame
 
-  !> Gives the held space back for the rows that wait and a frame; holds more before where it would not do.
-  subroutine release_space(results, error)
+  !> Gives the held space back for what is written next; takes more before where it would not do.
+  !>
+  !> Errors: the disk has not so much room. Nothing is written then.
+  subroutine release_space(results, bytes, error)
     type(results_t), intent(inout) :: results
+    integer(hsize_t), intent(in) :: bytes !! that are written next
     type(error_t), allocatable, intent(out) :: error
-    integer(hsize_t), parameter :: index_bytes = 8192 !! of a dataset: more than two nodes of its tree
-    integer(hsize_t) :: bytes
-    integer :: i, status
+    integer :: status
 
-    ! for each dataset its rows, up to a chunk more, and its index
-    bytes = int(results%n_vertices, hsize_t)*72 + int(results%n_elements, hsize_t)*24 + results%points%chunk_bytes &
-            + results%time%chunk_bytes + 2*index_bytes + sum(results%offset%chunk_bytes + index_bytes) &
-            + sum(results%point_field%chunk_bytes + results%point_offset%chunk_bytes + 2*index_bytes) &
-            + sum(results%cell_field%chunk_bytes + index_bytes) + sum(results%cell_offset%chunk_bytes + index_bytes)
-    do i = 1, results%n_series
-      bytes = bytes + 8*results%series(i)%n + results%series(i)%rows%chunk_bytes + index_bytes
-    end do
     if (bytes > results%held_bytes) then
       if (results%held >= 0) call h5dclose_f(results%held, status)
-      results%held_bytes = 2*bytes
-      call hold_space_again(results, error)
+      call hold(results, 2*bytes, bytes, error)
       if (.not. allocated(error)) call flush_file(results, error)
       if (allocated(error)) return
     end if
@@ -453,14 +438,74 @@ contains
     results%held = -1
   end subroutine release_space
 
-  !> Holds as much space as before.
-  subroutine hold_space_again(results, error)
+  !> Holds space at the end of the file that has blocks of the disk: as much as is wanted, else as is needed, else what has been
+  !> taken before. Errors: that is less than is needed.
+  subroutine hold(results, wanted, needed, error)
     type(results_t), intent(inout) :: results
+    integer(hsize_t), intent(in) :: wanted, needed !! bytes
     type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable :: full
+    integer(hsize_t) :: beyond, left
 
-    call hold_space(results%file, results%held_bytes, results%held, error)
-    if (allocated(error)) error%message = results%path//': '//error%message
-  end subroutine hold_space_again
+    call take(wanted)
+    if (allocated(error) .or. .not. allocated(full)) return
+    left = wanted - beyond - head_bytes
+    if (left < needed) then
+      call take(needed)
+      if (allocated(error) .or. .not. allocated(full)) return
+      full%message = results%path//': '//full%message
+      call move_alloc(full, error)
+    end if
+    results%held_bytes = max(0_hsize_t, left)
+    if (left > 0) call hold_space(results%file, left, results%held, full)
+
+  contains
+
+    !> Tries to hold space; `full` where the disk has no room for it.
+    subroutine take(bytes)
+      integer(hsize_t), intent(in) :: bytes
+      integer(hsize_t) :: length
+      integer :: status
+
+      results%held_bytes = bytes
+      call hold_space(results%file, bytes, results%held, error)
+      if (allocated(error)) error%message = results%path//': '//error%message
+      if (allocated(error)) return
+      call reserve_disk(results%file, results%reserved, full)
+      if (.not. allocated(full)) return
+      call h5fget_filesize_f(results%file, length, status)
+      beyond = length - results%reserved
+      call h5dclose_f(results%held, status)
+      results%held = -1
+    end subroutine take
+
+  end subroutine hold
+
+  !> Space that a frame may take.
+  pure integer(hsize_t) function bytes_of_frame(results) result(bytes)
+    type(results_t), intent(in) :: results
+    integer(hsize_t) :: elements, vertices
+
+    vertices = results%n_vertices
+    elements = results%n_elements
+    bytes = bytes_to_append(results%points, vertices) + sum(bytes_to_append(results%point_field, vertices)) &
+            + sum(bytes_to_append(results%cell_field, elements)) + bytes_to_append(results%time, 1_hsize_t) &
+            + sum(bytes_to_append(results%offset, 1_hsize_t)) + sum(bytes_to_append(results%point_offset, 1_hsize_t)) &
+            + sum(bytes_to_append(results%cell_offset, 1_hsize_t))
+  end function bytes_of_frame
+
+  !> Space that the rows that wait may take.
+  pure integer(hsize_t) function bytes_of_waiting(results) result(bytes)
+    type(results_t), intent(in) :: results
+    integer :: i
+
+    bytes = 0
+    do i = 1, results%n_series
+      associate (series => results%series(i))
+        bytes = bytes + bytes_to_append(series%rows, int(series%n/max(1, series%width), hsize_t))
+      end associate
+    end do
+  end function bytes_of_waiting
 
   !> Places or vectors of the plane with a third coordinate 0.
   pure function in_space(plane) result(space)
@@ -541,18 +586,22 @@ contains
   end subroutine store_rows
 
   !> Writes what waits, the costs and the status, and closes. Always closes; the first failure is the error.
+  !>
+  !> The status has its room in the file, so a full disk cannot keep it out: it says of a run that was complete that it stopped
+  !> there. A file that never came to the disk is taken away.
   subroutine close_results(results, status_text, costs, error)
     type(results_t), intent(inout) :: results
-    character(len=*), intent(in) :: status_text  !! complete, cut, or stopped: reason
+    character(len=*), intent(in) :: status_text  !! complete, cut, interrupted, or stopped: reason
     type(cost_row_t), intent(in) :: costs(:)
     type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable :: status_error
     integer(hsize_t) :: length
-    integer(c_int) :: lengthened
-    integer :: status
+    integer(c_int) :: code
+    integer :: status, unit
 
     if (results%file < 0) return
-    if (results%held >= 0) call h5dclose_f(results%held, status)
-    call append_waiting(results, error)
+    call release_space(results, bytes_of_waiting(results) + closing_bytes, error)
+    if (.not. allocated(error)) call append_waiting(results, error)
     if (.not. allocated(error)) call write_words(results%file, '/cost/phase', costs%phase, error)
     if (.not. allocated(error)) &
       call fixed_rows(results%file, '/cost/calls', [integer ::], .true., '1', 'calls', real(costs%calls, dp), error)
@@ -560,15 +609,27 @@ contains
       call fixed_rows(results%file, '/cost/wall_seconds', [integer ::], .false., 's', 'wall-clock time', costs%wall, error)
     if (.not. allocated(error)) call fixed_rows(results%file, '/cost/processor_seconds', [integer ::], .false., 's', &
                                                 'processor time', costs%processor, error)
-    if (.not. allocated(error)) call store_text(results, 'status', status_text, error)
-    if (.not. allocated(error)) call flush_file(results, error)
+    if (allocated(error) .and. any(status_text == [character(len=8) :: 'complete', 'cut'])) then
+      call store_text(results, 'status', 'stopped: '//error%message, status_error)
+    else
+      call store_text(results, 'status', status_text, status_error)
+    end if
+    if (.not. allocated(status_error)) call flush_file(results, status_error)
+    if (.not. allocated(error)) call move_alloc(status_error, error)
     call h5fget_filesize_f(results%file, length, status)
+    if (results%held >= 0) call h5dclose_f(results%held, code)
     call h5fclose_f(results%file, status)
     if (.not. allocated(error)) call check_status(status, results%path//': cannot close', error)
-    ! a failure may have cut the file shorter than its head says, and it would not open; a hole takes no space
-    if (allocated(error)) lengthened = c_truncate(results%path//c_null_char, int(length + results%held_bytes, c_int64_t))
     results%file = -1
-    if (.not. allocated(error)) call h5close_f(status) ! after a failure it would try to write again
+    if (.not. allocated(error)) then
+      call h5close_f(status) ! after a failure it would try to write again
+    else if (results%reserved == 0 .and. status < 0) then
+      open (newunit=unit, file=results%path, iostat=status)
+      if (status == 0) close (unit, status='delete')
+    else if (status < 0) then
+      ! the failure may have cut the file shorter than its head says, and it would not open; a hole takes no space
+      code = c_truncate(results%path//c_null_char, int(length + results%held_bytes, c_int64_t))
+    end if
   end subroutine close_results
 
 end module scree_results_file

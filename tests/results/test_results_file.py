@@ -226,6 +226,13 @@ def test_a_killed_run_leaves_its_frames(tmp_path):
     assert max(counted) > 10
 
 
+def check_status_and_rows(path):
+    """The file says that it stopped for want of room, and no frame is ahead of the rows of the steps."""
+    assert read_frames(path) >= 1
+    with h5py.File(path) as f:
+        assert b"cannot write: " in f["scene"].attrs["status"] and f["scene"].attrs["status"].startswith(b"stopped: ")
+
+
 def limit_file_size():
     """Writes beyond 3 MB fail."""
     resource.setrlimit(resource.RLIMIT_FSIZE, (3_000_000, 3_000_000))
@@ -237,9 +244,17 @@ def test_a_limit_of_file_size_is_said(tmp_path):
                           capture_output=True, text=True, preexec_fn=limit_file_size)
     assert done.returncode == 1
     assert done.stderr == f"scree: {path}: cannot write: File too large\n"
+    check_status_and_rows(path)
 
 
-@pytest.mark.parametrize("size", ["4m", "6m", "8m"])
+def test_a_disk_without_room_for_the_first_frame_keeps_no_file(tmp_path):
+    path = tmp_path / "none.h5"
+    done = subprocess.run([SCREE, "run", DECKS / "chi0.ana", "-o", path, "--quiet"], capture_output=True, text=True,
+                          preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000)))
+    assert done.returncode == 1 and done.stderr == f"scree: {path}: cannot write: File too large\n" and not path.exists()
+
+
+@pytest.mark.parametrize("size", ["4m", "4700k", "6m", "7300k", "8m"])
 def test_a_full_disk_is_said_and_leaves_the_frames(size, tmp_path):
     """On a small file system of its own, which needs root or the right to make a user namespace."""
     disk = tmp_path / "disk"
@@ -252,7 +267,7 @@ def test_a_full_disk_is_said_and_leaves_the_frames(size, tmp_path):
     done = subprocess.run([*unshare, "sh", "-c", inside], capture_output=True, text=True)
     assert done.returncode == 1
     assert done.stderr == f"scree: {disk}/full.h5: cannot write: No space left on device\n"
-    assert read_frames(tmp_path / "full.h5") >= 1
+    check_status_and_rows(tmp_path / "full.h5")
 
 
 def test_a_place_that_cannot_be_written_is_said_before_the_run(tmp_path):

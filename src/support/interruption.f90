@@ -1,0 +1,71 @@
+!> Signals: those that ask a run to stop, and the one that a limit of file size sends.
+!>
+!> SIGINT (Ctrl-C) and SIGTERM (kill, the end of a batch job) leave word, and the run stops between two tries of a step, where no
+!> file is being written. The handler gives the signal its default back, so a second one ends the program at once. To block the
+!> signals and poll them would need no word, but the threads of the linear algebra take a signal that only this one blocks.
+module scree_interruption
+  use, intrinsic :: iso_c_binding, only: c_funloc, c_int, c_intptr_t
+  implicit none
+  private
+  public :: heed_signals, ignore_size_limit, signal_name, stop_signal
+
+  integer(c_int), parameter :: interrupt = 2, terminate = 15, file_too_large = 25 !! SIGINT, SIGTERM, SIGXFSZ of Linux
+  integer(c_intptr_t), parameter :: default_action = 0, ignored = 1 !! SIG_DFL, SIG_IGN
+
+  !> The signal that came, 0: none. A handler takes no arguments of ours and can leave word nowhere else.
+  integer(c_int), volatile, save :: received = 0
+
+  interface
+    !> C: sets what a signal does, and gives what it did.
+    function c_signal(number, handler) bind(c, name='signal')
+      import :: c_int, c_intptr_t
+      integer(c_int), value :: number
+      integer(c_intptr_t), value :: handler
+      integer(c_intptr_t) :: c_signal
+    end function c_signal
+  end interface
+
+contains
+
+  !> Lets SIGINT and SIGTERM leave word from now on, unless they are ignored, as in a background job.
+  subroutine heed_signals()
+    integer(c_int), parameter :: number(2) = [interrupt, terminate]
+    integer(c_intptr_t) :: before
+    integer :: i
+
+    do i = 1, size(number)
+      before = c_signal(number(i), transfer(c_funloc(leave_word), 0_c_intptr_t))
+      if (before == ignored) before = c_signal(number(i), ignored)
+    end do
+  end subroutine heed_signals
+
+  !> The handler.
+  subroutine leave_word(number) bind(c)
+    integer(c_int), value :: number
+    integer(c_intptr_t) :: before
+
+    received = number
+    before = c_signal(number, default_action)
+  end subroutine leave_word
+
+  !> The signal that asks to stop, 0: none has.
+  integer function stop_signal()
+    stop_signal = received
+  end function stop_signal
+
+  !> Name of a signal that asks to stop.
+  pure function signal_name(number) result(name)
+    integer, intent(in) :: number
+    character(len=:), allocatable :: name
+
+    name = trim(merge('SIGINT ', 'SIGTERM', number == interrupt))
+  end function signal_name
+
+  !> Makes a write beyond a limit of file size an error with words, not the end.
+  subroutine ignore_size_limit()
+    integer(c_intptr_t) :: before
+
+    before = c_signal(file_too_large, ignored)
+  end subroutine ignore_size_limit
+
+end module scree_interruption
