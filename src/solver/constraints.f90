@@ -105,7 +105,7 @@ contains
     end do
     if (pivot == 0) then
       if (abs(new%given) > redundant*maxval(abs(coefficient))*maxval(span)) &
-        call fail(error, status_run_failed, 'fixed points of one block prescribe displacements that contradict each other')
+        call fail(error, status_run_failed, 'its fixed points prescribe displacements that contradict each other')
       return
     end if
     new%slave = all_unknown(pivot)

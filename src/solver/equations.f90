@@ -3,6 +3,7 @@
 !> An element that shares no unknown and touches no other is a group of its own and is solved densely. All others are one
 !> group with one sparse matrix, which only they make, with what links pairs of them.
 module scree_equations
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_c_binding, only: c_int
   use scree_cholmod, only: cholmod_t, release_cholmod, solve_cholmod
   use scree_constraints, only: constraints_t, reduce_element, reduction_t
@@ -10,13 +11,13 @@ module scree_equations
   use scree_element_term, only: term_t
   use scree_errors, only: error_t
   use scree_kinds, only: dp
-  use scree_sparse_matrix, only: add_element, build_pattern, clear_matrix, sparse_matrix_t
+  use scree_sparse_matrix, only: add_element, build_pattern, clear_matrix, diagonal, sparse_matrix_t
   use scree_system, only: element_unknowns, elements_t
   use scree_umfpack, only: release_umfpack, solve_umfpack, umfpack_t
   implicit none
   private
   public :: add_equations, add_link_equations, begin_equations, constrain_equations, equations_t, members, out_of_balance, &
-            link_elements, release_equations, set_up_equations, solve_equations
+            link_elements, release_equations, set_up_equations, solve_equations, weakest_element
 
   integer, parameter :: n = element_unknowns
 
@@ -383,6 +384,34 @@ contains
     end do
     where (moved) d = d + equations%correction
   end subroutine solve_shared
+
+  !> The element of a group with the least stiffness on the diagonal, or one that is no number: where a matrix that cannot be solved
+  !> is looked at first. 0 where the group has no free unknown.
+  pure integer function weakest_element(equations, group) result(element)
+    type(equations_t), intent(in) :: equations
+    integer, intent(in) :: group
+    integer, allocatable :: member(:)
+    real(dp) :: least, stiffness(size(equations%force))
+    integer :: k
+
+    member = members(equations, group)
+    element = member(1)
+    if (.not. is_shared(equations, group)) return
+    stiffness = huge(least)
+    associate (unknown => equations%shared%unknown)
+      stiffness(unknown) = diagonal(equations%shared%matrix)/equations%span(unknown)**2
+    end associate
+    element = 0
+    least = huge(least)
+    do k = 1, size(member)
+      associate (own => stiffness(equations%unknown(:, member(k))))
+        if (all(own >= least)) cycle
+        element = member(k)
+        least = minval(own)
+        if (any(ieee_is_nan(own))) return
+      end associate
+    end do
+  end function weakest_element
 
   !> Gives back the memory of the sparse solvers.
   subroutine release_equations(equations)

@@ -6,7 +6,7 @@ module scree_sparse_matrix
   use scree_kinds, only: dp
   implicit none
   private
-  public :: add_element, build_pattern, clear_matrix, sparse_matrix_t, times
+  public :: add_element, build_pattern, clear_matrix, diagonal, sparse_matrix_t, times
 
   !> The matrix, and where each entry of each element goes. Columns and rows count from 0, as the C libraries want.
   type :: sparse_matrix_t
@@ -150,6 +150,17 @@ contains
       end do
     end do
   end subroutine add_element
+
+  !> The diagonal.
+  pure function diagonal(matrix)
+    type(sparse_matrix_t), intent(in) :: matrix
+    real(dp) :: diagonal(matrix%n)
+    integer :: j
+
+    do j = 1, matrix%n
+      diagonal(j) = matrix%value(entry_at(matrix, j, j))
+    end do
+  end function diagonal
 
   !> A x.
   pure function times(matrix, x) result(y)

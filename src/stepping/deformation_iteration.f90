@@ -7,7 +7,8 @@ module scree_deformation_iteration
   use scree_contact_forces, only: add_contacts, slides_with_friction
   use scree_effects, only: add_element_effects, effects_t, element_share_t, symmetric_equations
   use scree_element_term, only: step_rule_t, term_t
-  use scree_equations, only: add_equations, begin_equations, equations_t, members, out_of_balance, solve_equations
+  use scree_equations, only: add_equations, begin_equations, equations_t, members, out_of_balance, solve_equations, &
+                             weakest_element
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_impact, only: keep_firm
@@ -15,7 +16,8 @@ module scree_deformation_iteration
   use scree_scene, only: iterate_hybrid, iterate_newton, settings_t, test_residual
   use scree_system, only: state_t, system_t
   use scree_text, only: number_text
-  use scree_touch, only: place_contacts, touch_t
+  use scree_touch, only: gaps_and_slips, place_contacts, touch_t
+  use scree_trouble, only: new_trouble, trouble_t
   implicit none
   private
   public :: iteration_report_t, settle_deformation
@@ -33,7 +35,7 @@ module scree_deformation_iteration
     integer :: iterations = 0              !! of the slowest group
     integer :: solves = 0                  !! of all groups
     integer, allocatable :: judged(:, :)   !! (4, n) contacts open, sliding, locked, and changing, at each judgement
-    character(len=:), allocatable :: why   !! it did not settle
+    type(trouble_t) :: trouble             !! why it did not settle
   end type iteration_report_t
 
 contains
@@ -73,8 +75,8 @@ contains
       type(term_t), allocatable :: linear(:)   ! of the members, at d_linear
       real(dp), allocatable :: d_linear(:)
       logical :: in_contact, inner, large, nested, symmetric
-      integer :: e, fewest, i, k, stalled
-      integer, allocatable :: member(:)
+      integer :: e, fewest, i, k, stalled, worst
+      integer, allocatable :: before(:, :), member(:) ! states of the lines of the contacts before a judgement
 
       rule = step_rule
       rule%tangent = settings%iterate == iterate_newton
@@ -131,17 +133,21 @@ contains
         report%solves = report%solves + 1
         report%iterations = max(report%iterations, i)
         if (allocated(error)) then
-          report%why = error%message
+          call blame(weakest_element(equations, group), error%message, &
+                     'a smaller step.size, and check density, E and fixed points there')
           return
         end if
-        if (.not. possible(member)) then
-          report%why = 'the iteration ran away (an area changed by more than a factor of 5)'
+        e = impossible(member)
+        if (e > 0) then
+          call blame(e, 'the iteration ran away (its area changed by more than a factor of 5)', &
+                     'a smaller step.size, and check density, E and loads there')
           return
         end if
-        change = largest_change(member, d_linear)
+        call find_change(member, change, worst, d_linear)
         report%settled = .not. large .or. (settings%test /= test_residual .and. change < settings%tolerance)
         if (in_contact) then
           if (effects%contact%lags .and. state%step == 0 .and. i == 1) report%settled = .false. ! the first of a run: as Shi's
+          if (stalled == effects%contact%most_stalled) before = states_of(touch)
           if (nested) call judge_contacts(system, effects%contact, d, .false., touch)
           inner = nested .and. touch%changes > 0
           if (touch%bends .and. .not. inner) call place_contacts(system, state, share, rule%operator_weight, d, touch)
@@ -155,7 +161,7 @@ contains
               stalled = stalled + 1
             end if
             if (stalled > effects%contact%most_stalled) then
-              report%why = 'contacts did not settle in '//number_text(i)//' open-close iterations'
+              call blame_contact(before, i)
               return
             end if
           end if
@@ -167,8 +173,48 @@ contains
         if (report%settled) exit
         if (settings%iterate == iterate_hybrid) rule%tangent = change < near_solution
       end do
-      if (.not. report%settled) report%why = 'the deformation did not settle'
+      if (report%settled) return
+      call blame(worst, 'the deformation did not settle in '//number_text(report%iterations)//' iterations', &
+                 'iteration.method=newton or a larger iteration.most, and check E, density and loads there')
     end subroutine settle_group
+
+    !> Says that an element kept the iteration from settling.
+    subroutine blame(e, what, advice)
+      integer, intent(in) :: e
+      character(len=*), intent(in) :: what, advice
+
+      report%trouble = new_trouble(what, element=e, advice=advice)
+      if (e > 0) report%trouble%place = share(e)%kinematics%centroid
+    end subroutine blame
+
+    !> Says which contact kept it from settling: of those that the last judgement changed the one that presses most.
+    subroutine blame_contact(before, iterations)
+      integer, intent(in) :: before(:, :) !! (2, n_contacts) states of its lines before the last judgement
+      integer, intent(in) :: iterations
+      integer :: now(2, size(before, 2)), i, worst
+      real(dp) :: both(2, 2), deepest, gap
+
+      now = states_of(touch)
+      deepest = -huge(deepest)
+      worst = 0
+      do i = 1, size(now, 2)
+        if (all(now(:, i) == before(:, i))) cycle
+        both = gaps_and_slips(system, touch, i, d)
+        gap = maxval(both(1, :touch%contact(i)%n_lines))
+        if (-gap <= deepest) cycle
+        deepest = -gap
+        worst = i
+      end do
+      report%trouble = new_trouble('contacts did not settle in '//number_text(iterations)//' open-close iterations, '// &
+                                 number_text(touch%changes)//' still change', &
+                                 advice='another contact.stiffness, contact.viscosity, or a smaller step.least')
+      if (worst == 0) return
+      associate (line => touch%contact(worst)%line(touch%contact(worst)%active))
+        report%trouble%element = system%outlines%element(line%vertex)
+        report%trouble%against = system%outlines%element(line%edge)
+        report%trouble%place = state%vertex(:, system%outlines%start(line%vertex))
+      end associate
+    end subroutine blame_contact
 
     !> Lets contacts hold what has settled, by multipliers and where they closed; it has not where they change by that.
     subroutine hold()
@@ -176,40 +222,56 @@ contains
       if (report%settled) call return_anchors(system, effects%contact, d, touch, report%settled)
     end subroutine hold
 
-    !> Largest change of a component of theta since the last linearisation; where bodies touch, of the place over the size too.
-    real(dp) function largest_change(member, before)
+    !> Largest change of a component of theta since the last linearisation, and its element; where bodies touch, of the place over
+    !> the size too.
+    subroutine find_change(member, change, element, before)
       integer, intent(in) :: member(:)
+      real(dp), intent(out) :: change
+      integer, intent(out) :: element
       real(dp), intent(in), optional :: before(:) !! displacement at the last linearisation, where bodies touch
-      real(dp) :: moved(size(system%elements%unknown, 1))
+      real(dp) :: moved(size(system%elements%unknown, 1)), own
       integer :: k
 
-      largest_change = 0.0_dp
+      change = 0.0_dp
+      element = member(1)
       do k = 1, size(member)
         associate (ids => system%elements%unknown(:, member(k)))
           moved = equations%correction(ids)
           if (present(before)) moved = d(ids) - before(ids)
-          largest_change = max(largest_change, maxval(abs(matmul(share(member(k))%kinematics%gradient, moved))))
-          if (present(before)) &
-            largest_change = max(largest_change, maxval(abs(matmul(share(member(k))%kinematics%at_centroid, moved))) &
-                                                 /sqrt(share(member(k))%kinematics%area))
+          own = maxval(abs(matmul(share(member(k))%kinematics%gradient, moved)))
+          if (present(before)) own = max(own, maxval(abs(matmul(share(member(k))%kinematics%at_centroid, moved))) &
+                                              /sqrt(share(member(k))%kinematics%area))
+          if (own <= change) cycle
+          change = own
+          element = member(k)
         end associate
       end do
-    end function largest_change
+    end subroutine find_change
 
-    !> Whether every element of the group has kept a finite area.
-    logical function possible(member)
+    !> An element of the group that has not kept a finite area, 0: none.
+    integer function impossible(member)
       integer, intent(in) :: member(:)
       real(dp) :: theta(4), ratio
       integer :: k
 
-      possible = .true.
       do k = 1, size(member)
+        impossible = member(k)
         theta = matmul(share(member(k))%kinematics%gradient, d(system%elements%unknown(:, member(k))))
         ratio = (1 + theta(1))*(1 + theta(4)) - theta(2)*theta(3)
-        possible = possible .and. ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp ! false for NaN
+        if (.not. (ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp)) return ! NaN too
       end do
-    end function possible
+      impossible = 0
+    end function impossible
 
   end subroutine settle_deformation
+
+  !> States of the lines of all contacts.
+  pure function states_of(touch) result(states)
+    type(touch_t), intent(in) :: touch
+    integer :: states(2, size(touch%contact))
+
+    states(1, :) = touch%contact%line(1)%state
+    states(2, :) = touch%contact%line(2)%state
+  end function states_of
 
 end module scree_deformation_iteration

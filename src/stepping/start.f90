@@ -11,13 +11,15 @@ module scree_start
   use scree_constraints, only: constraints_t
   use scree_effects, only: add_element_effects, effects_t, element_share_t
   use scree_element_term, only: add_force, step_rule_t, term_t
-  use scree_equations, only: add_equations, begin_equations, constrain_equations, equations_t, members, solve_equations
+  use scree_equations, only: add_equations, begin_equations, constrain_equations, equations_t, members, solve_equations, &
+                             weakest_element
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_scene, only: settings_t, start_acceleration, start_consistent
   use scree_stiffness, only: small_strain_operator
   use scree_system, only: state_t, system_t
   use scree_time_stepper, only: constraints_of_step
+  use scree_trouble, only: new_trouble, words_of
   implicit none
   private
   public :: begin_motion
@@ -55,7 +57,7 @@ contains
         terms(e)%matrix = share(e)%mass_matrix
         call add_force(terms(e), matmul(terms(e)%matrix, state%velocity(system%elements%unknown(:, e))))
       end do
-      call solve_for(equations, share, terms, state%velocity, error)
+      call solve_for(system, equations, share, terms, state%velocity, error)
       if (allocated(error)) return
     end if
     if (any(settings%start == [start_acceleration, start_consistent])) &
@@ -108,7 +110,7 @@ contains
           call add_force(terms(e), -element%area*matmul(stress(:, e) + matmul(D, turning(system, state, share, e)), B))
         end associate
       end do
-      call solve_for(equations, share, terms, state%acceleration, error)
+      call solve_for(system, equations, share, terms, state%acceleration, error)
       if (allocated(error)) return
       do e = 1, system%n_elements
         associate (acceleration => state%acceleration(system%elements%unknown(:, e)))
@@ -135,14 +137,15 @@ contains
   end function turning
 
   !> Solves the equations of all groups for x.
-  subroutine solve_for(equations, share, terms, x, error)
+  subroutine solve_for(system, equations, share, terms, x, error)
+    type(system_t), intent(in) :: system
     type(equations_t), intent(inout) :: equations
     type(element_share_t), intent(in) :: share(:) !! (n_elements)
     type(term_t), intent(in) :: terms(:)          !! (n_elements)
     real(dp), intent(out) :: x(:)                 !! (n_unknowns)
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: list(:)
-    integer :: group, k
+    integer :: e, group, k
 
     x = 0.0_dp
     do group = 1, equations%n_groups
@@ -152,7 +155,11 @@ contains
         call add_equations(equations, group, k, share(list(k))%kinematics%span, terms(list(k)))
       end do
       call solve_equations(equations, group, .true., x, error)
-      if (allocated(error)) return
+      if (.not. allocated(error)) cycle
+      e = weakest_element(equations, group)
+      error%message = 'the start: '//words_of(new_trouble(error%message, 'another integrator.start, and check density and '// &
+        'fixed points there', e, share(max(1, e))%kinematics%centroid), system)
+      return
     end do
   end subroutine solve_for
 

@@ -22,7 +22,9 @@ module scree_time_stepper
   use scree_shi_control, only: adapt_stiffness
   use scree_stiffness, only: small_strain
   use scree_system, only: state_t, system_t
+  use scree_text, only: rounded_text
   use scree_touch, only: farthest_apart, touch_t
+  use scree_trouble, only: new_trouble, words_of
   use scree_update, only: update_state
   implicit none
   private
@@ -45,7 +47,6 @@ module scree_time_stepper
     real(dp) :: travel = 0.0_dp       !! largest of a vertex, where a step may go only so far, length
     real(dp) :: work = 0.0_dp         !! of loads, ground and supports, force length per unit thickness
     real(dp) :: damped = 0.0_dp       !! energy that mass damping took, likewise
-    character(len=:), allocatable :: why !! the last try was rejected
   end type step_report_t
 
 contains
@@ -96,7 +97,7 @@ contains
         beyond = outran(system, state, share, d)
         if (beyond(3) > 1) then
           try%settled = .false.
-          try%why = 'a vertex leapt over what is near it, or turned too far'
+          call blame_fastest('a vertex leapt over what is near it, or turned too far', 'a smaller step.least')
         else if (maxval(beyond(:2)) > 0) then
           state%contacts%margin = state%contacts%margin + 2*beyond(1)
           state%contacts%swing = state%contacts%swing + 2*beyond(2)
@@ -112,10 +113,10 @@ contains
       call count_work()
       if (try%settled) exit
       report%rejected = report%rejected + 1
-      report%why = try%why
       report%dt = shorter*report%dt
       if (report%dt < settings%least_step) then
-        call fail(error, status_run_failed, try%why//', and the step size fell below its least value')
+        call fail(error, status_run_failed, words_of(try%trouble, system, 'the step size fell below step.least, '// &
+                                                     rounded_text(settings%least_step)))
         return
       end if
     end do
@@ -144,14 +145,24 @@ contains
     !> Rejects a try in which a vertex goes too far.
     subroutine keep_near()
       real(dp) :: ratio
+      integer :: e
 
-      report%travel = farthest(system, share, state, d)
+      report%travel = farthest(system, share, state, d, e)
       ratio = report%travel/settings%most_travel
       if (ratio <= merge(leeway, 1.0_dp, settings%chooses_step)) return
       try%settled = .false.
-      try%why = 'a vertex went farther than step.travel lets it'
+      call blame_fastest('a vertex went farther than step.travel lets it', 'a larger step.travel or a smaller step.least')
       if (settings%chooses_step) shorter = 1/sqrt(ratio)
     end subroutine keep_near
+
+    !> Says that the element with the vertex that goes farthest has outrun what a step may do.
+    subroutine blame_fastest(what, advice)
+      character(len=*), intent(in) :: what, advice
+
+      try%trouble = new_trouble(what, advice=advice)
+      report%travel = farthest(system, share, state, d, try%trouble%element)
+      try%trouble%place = share(try%trouble%element)%kinematics%centroid
+    end subroutine blame_fastest
 
     !> Rejects a try with contacts that overlap too much, and makes their springs stiffer, where these adapt.
     subroutine keep_apart()
@@ -166,7 +177,7 @@ contains
       stiffened = stiffened + 1
       shorter = 1.0_dp
       try%settled = .false.
-      try%why = 'contacts overlapped too much'
+      try%trouble = new_trouble('contacts overlapped too much', advice='a larger contact.stiffness')
     end subroutine keep_apart
 
     !> Finds the displacement whose velocities the contacts give back, where the scene asks for restitution.
@@ -203,19 +214,24 @@ contains
 
   end subroutine advance
 
-  !> Farthest that a vertex goes.
-  pure real(dp) function farthest(system, share, state, d)
+  !> Farthest that a vertex goes, and its element.
+  real(dp) function farthest(system, share, state, d, element)
     type(system_t), intent(in) :: system
     type(element_share_t), intent(in) :: share(:)    !! (n_elements)
     type(state_t), intent(in) :: state               !! at the beginning of the step
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    integer, intent(out) :: element
+    real(dp) :: way
     integer :: e, i
 
     farthest = 0.0_dp
+    element = 1
     do e = 1, system%n_elements
       do i = first_vertex_of(system%elements%shape, e), last_vertex_of(system%elements%shape, e)
-        farthest = max(farthest, norm2(matmul(displacement_matrix(share(e)%kinematics, state%vertex(:, i)), &
-                                              d(system%elements%unknown(:, e)))))
+        way = norm2(matmul(displacement_matrix(share(e)%kinematics, state%vertex(:, i)), d(system%elements%unknown(:, e))))
+        if (way <= farthest) cycle
+        farthest = way
+        element = e
       end do
     end do
   end function farthest
@@ -256,7 +272,10 @@ contains
     do e = 1, system%n_elements
       call constrain_fixed_points(effects%fixed_point, e, state%point, time, share(e)%kinematics, &
                                   system%elements%unknown(:, e), constraints, error)
-      if (allocated(error)) return
+      if (.not. allocated(error)) cycle
+      error%message = words_of(new_trouble(error%message, element=e, place=share(e)%kinematics%centroid, &
+                                         advice='one table of displacement for fixed points of one block'), system)
+      return
     end do
   end subroutine constraints_of_step
 

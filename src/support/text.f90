@@ -3,7 +3,7 @@ module scree_text
   use scree_kinds, only: dp
   implicit none
   private
-  public :: number_text, real_text, short_text, text_t, with_ending
+  public :: number_text, real_text, rounded_text, short_text, text_t, with_ending
 
   !> One of several texts.
   type :: text_t
@@ -56,17 +56,29 @@ contains
     end if
   end function real_text
 
-  !> A real to four digits.
-  pure function short_text(x)
+  !> A real to four digits, or as many as `digits`, up to nine.
+  pure function short_text(x, digits)
     real(dp), intent(in) :: x
+    integer, intent(in), optional :: digits
     character(len=:), allocatable :: short_text
-    character(len=12) :: buffer
+    character(len=17) :: buffer
+    character(len=10) :: form
     real(dp) :: rounded
 
-    write (buffer, '(es12.3e3)') x
+    form = '(es17.3e3)'
+    if (present(digits)) write (form(7:7), '(i1)') digits - 1
+    write (buffer, form) x
     read (buffer, *) rounded
     short_text = real_text(rounded)
   end function short_text
+
+  !> A place, time or ratio for people: to six digits.
+  pure function rounded_text(x)
+    real(dp), intent(in) :: x
+    character(len=:), allocatable :: rounded_text
+
+    rounded_text = short_text(x, 6)
+  end function rounded_text
 
   !> A decimal without trailing zeros.
   pure function without_zeros(text)
