@@ -39,7 +39,8 @@ program scree
     '  --strict                  run, check: warnings are errors', &
     '  --quiet                   prints errors and warnings alone', &
     '', &
-    'Exit status: 0 done, 1 the run failed, 2 bad input.']
+    'Exit status: 0 done, 1 the run failed, 2 bad input, 130 or 143 stopped by SIGINT (Ctrl-C) or SIGTERM;', &
+    'what a run that stops has done is in its results file.']
 
   character(len=:), allocatable :: verb, analysis, geometry, output
   type(option_t), allocatable :: options(:)
@@ -93,13 +94,13 @@ contains
   subroutine cut_geometry()
     type(timer_t) :: timer(3) ! read, cut, write
 
-    scene%geometry_name = analysis
     if (same_file(output, analysis)) then
       call fail(error, status_bad_input, output//': expected another file for what is cut, found the geometry')
     else if (.not. may_replace_blocks(output)) then
       call refuse_to_replace(output, 'a block file', error)
     end if
     if (allocated(error)) return
+    scene%geometry_name = analysis
     call start_phase(timer(1))
     call read_geometry(scene, error)
     if (allocated(error)) return

@@ -7,10 +7,11 @@ module scree_simulation
   use scree_effects, only: effects_t, element_share_t, share_of
   use scree_energy, only: books_t, close_books
   use scree_equations, only: equations_t, release_equations, set_up_equations
-  use scree_errors, only: error_t
+  use scree_errors, only: error_t, fail, status_signal
   use scree_green_strain, only: least_stable_stretch, least_stretch
   use scree_initial_overlaps, only: refuse_overlaps
   use scree_interpolation, only: displacement_matrix
+  use scree_interruption, only: heed_signals, signal_name, stop_signal
   use scree_keyholes, only: polygons_of
   use scree_kinds, only: dp
   use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, tell, warn
@@ -27,7 +28,7 @@ module scree_simulation
   use scree_system, only: state_t, system_t
   use scree_time_stepper, only: advance, step_report_t
   use scree_timers, only: start_phase, stop_phase, timer_t
-  use scree_text, only: number_text
+  use scree_text, only: number_text, rounded_text
   implicit none
   private
   public :: simulate, version
@@ -41,7 +42,7 @@ contains
 
   !> Runs a scene to its end and writes the results; or its model alone, one frame with the system as set up.
   !>
-  !> Errors: bad input that only the set-up can see, and a run that fails; what was written until then stays.
+  !> Errors: bad input that only the set-up can see, and a run that fails or that a signal stops; what was written until then stays.
   subroutine simulate(scene, blocks, results_path, runs, with_xdmf, with_classic, quiet, strict, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
@@ -64,6 +65,7 @@ contains
     type(progress_t) :: progress
     type(timer_t) :: timer(3)
     type(error_t), allocatable :: close_error
+    character(len=:), allocatable :: status
 
     call check_targets(results_path, with_xdmf, with_classic, error)
     if (allocated(error)) return
@@ -83,6 +85,7 @@ contains
     call stop_phase(timer(phase_set_up))
 
     call tell_effects(progress, list)
+    call heed_signals()
     call start_phase(timer(phase_results))
     layout = layout_of(scene, system, state, runs)
     call begin_results(results_path, with_xdmf, scene, system, state, effects, list, share, layout, results, records, error)
@@ -95,7 +98,9 @@ contains
     call release_equations(equations)
     call end_progress(progress)
     if (allocated(error)) then
-      call close_results(results, 'stopped: '//error%message, costs(timer), close_error)
+      status = 'stopped: '//error%message
+      if (error%status > status_signal) status = 'interrupted'
+      call close_results(results, status, costs(timer), close_error)
     else
       call close_results(results, trim(merge('complete', 'cut     ', runs)), costs(timer), error)
       if (.not. allocated(error)) call tell(progress, 'results: '//results_path)
@@ -235,8 +240,10 @@ contains
     type(step_control_t) :: control
     type(step_report_t) :: report
     type(books_t) :: books
+    type(error_t), allocatable :: frame_error
     real(dp) :: at_start(2, size(state%vertex, 2))
     logical :: warned(system%n_elements)
+    integer :: before, framed !! step before this one, and that of the last frame
 
     at_start = state%vertex
     warned = .false.
@@ -244,31 +251,41 @@ contains
     if (scene%settings%chooses_step) control%size = first_size(scene, system, state)
     call put_frame(results, records, system, share, state, at_start, error)
     if (allocated(error)) return
-    do while (.not. at_end(control, state%time))
+    framed = state%step
+    do while (.not. at_end(control, state%time) .and. stop_signal() == 0)
+      before = state%step
       call start_phase(timer(phase_steps))
       call advance(system, effects, scene%settings, next_size(control, state%time), equations, share, state, report, error)
       call stop_phase(timer(phase_steps))
       if (allocated(error)) then
-        error%message = 'step '//number_text(state%step + 1)//' from time '//time_text(state%time)//': '//error%message
-        return
+        error%message = 'step '//number_text(state%step + 1)//' from time '//rounded_text(state%time)//': '//error%message
+        exit
       end if
+      if (state%step == before) exit ! a signal came
       call after_step(control, report%dt, report%rejected, state%time)
       if (scene%settings%chooses_step) &
         control%size = following_size(scene, system, state%contacts, report%dt, report%travel)
-      if (effects%large_deformation) call watch_compression()
 
-      call start_phase(timer(phase_results))
+      if (effects%large_deformation) call watch_compression()
       books = close_books(system, effects, share, state)
+      call start_phase(timer(phase_results))
       call put_step_records(results, records, system, share, state, report, books, error)
       if (allocated(error)) return
-      if (frame_due(control, state%step, state%time)) call put_frame(results, records, system, share, state, at_start, &
-                                                                     error)
+      if (frame_due(control, state%step, state%time)) then
+        call put_frame(results, records, system, share, state, at_start, error)
+        framed = state%step
+      end if
       call stop_phase(timer(phase_results))
       if (allocated(error)) return
       call show_step(progress, state%step, state%time, &
                      min(scene%settings%end_time, state%time*(scene%settings%most_steps/real(state%step, dp))), report%dt, &
                      report%iterations)
     end do
+    if (.not. (allocated(error) .or. at_end(control, state%time))) &
+      call fail(error, status_signal + stop_signal(), 'interrupted by '//signal_name(stop_signal())//' after step '// &
+                number_text(state%step)//', at time '//rounded_text(state%time)//'; what was done is in '//results%path)
+    if (allocated(error) .and. framed < state%step) &
+      call put_frame(results, records, system, share, state, at_start, frame_error)
 
   contains
 
@@ -281,7 +298,7 @@ contains
         if (least_stretch(state%deformation(:, e)) > least_stable_stretch) cycle
         warned(e) = .true.
         call warn(progress, 'element '//number_text(e)//' of block '//number_text(system%elements%block(e))// &
-                  ' is compressed to a stretch below 0.577 at time '//time_text(state%time)// &
+                  ' is compressed to a stretch below 0.577 at time '//rounded_text(state%time)// &
                   ': Green strain has lost its stiffness there')
       end do
     end subroutine watch_compression
@@ -390,15 +407,5 @@ contains
     rows = [(cost_row_t(phase_name(i), timer(i)%calls, timer(i)%wall, timer(i)%processor), i=1, size(timer))]
     rows = pack(rows, timer%calls > 0)
   end function costs
-
-  !> A time as text.
-  function time_text(t)
-    real(dp), intent(in) :: t
-    character(len=:), allocatable :: time_text
-    character(len=16) :: buffer
-
-    write (buffer, '(es12.5)') t
-    time_text = trim(adjustl(buffer))
-  end function time_text
 
 end module scree_simulation

@@ -15,6 +15,7 @@ module scree_time_stepper
   use scree_impact, only: rebound_contacts
   use scree_integrator, only: step_rule_for, still_displacement
   use scree_interpolation, only: displacement_matrix
+  use scree_interruption, only: stop_signal
   use scree_kinds, only: dp
   use scree_open_close, only: accept_contacts, begin_again, begin_contacts
   use scree_regions, only: first_vertex_of, last_vertex_of
@@ -54,7 +55,8 @@ contains
   !> Takes `state` to the end of one step of size `dt`, or a smaller one where that does not settle.
   !>
   !> A rejected try has changed nothing but its own unknowns and, as in Shi's programs, the states that the next one begins with.
-  !> Errors: the step falls below its least size; fixed points contradict each other.
+  !> Where a signal asks to stop after a rejected try, the state stays as it was. Errors: the step falls below its least size;
+  !> fixed points contradict each other.
   subroutine advance(system, effects, settings, dt, equations, share, state, report, error)
     type(system_t), intent(in) :: system
     type(effects_t), intent(inout) :: effects        !! the stiffness of contacts may adapt
@@ -119,6 +121,7 @@ contains
                                                      rounded_text(settings%least_step)))
         return
       end if
+      if (stop_signal() > 0) return
     end do
     report%iterations = try%iterations
     report%work = work_of_loads(system, effects, share, state, rule, d) &

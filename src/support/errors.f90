@@ -6,6 +6,7 @@ module scree_errors
 
   integer, parameter, public :: status_run_failed = 1 !! exit status of a run that failed
   integer, parameter, public :: status_bad_input = 2  !! exit status of input that cannot be run
+  integer, parameter, public :: status_signal = 128   !! and the number of a signal: exit status of a run that it stopped
 
   !> What failed, said once, for a person.
   type :: error_t

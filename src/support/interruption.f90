@@ -1,10 +1,11 @@
 !> Signals: those that ask a run to stop, and the one that a limit of file size sends.
 !>
 !> SIGINT (Ctrl-C) and SIGTERM (kill, the end of a batch job) leave word, and the run stops between two tries of a step, where no
-!> file is being written. The handler gives the signal its default back, so a second one ends the program at once. To block the
-!> signals and poll them would need no word, but the threads of the linear algebra take a signal that only this one blocks.
+!> file is being written. One more, a second or two later, ends the program at once; those that come with the first are the same
+!> request, as `timeout` and batch systems send one to a process and one to its group. To block the signals and poll them would need
+!> no word, but the threads of the linear algebra take a signal that only this one blocks.
 module scree_interruption
-  use, intrinsic :: iso_c_binding, only: c_funloc, c_int, c_intptr_t
+  use, intrinsic :: iso_c_binding, only: c_funloc, c_int, c_intptr_t, c_long, c_null_ptr, c_ptr
   implicit none
   private
   public :: heed_signals, ignore_size_limit, signal_name, stop_signal
@@ -12,8 +13,9 @@ module scree_interruption
   integer(c_int), parameter :: interrupt = 2, terminate = 15, file_too_large = 25 !! SIGINT, SIGTERM, SIGXFSZ of Linux
   integer(c_intptr_t), parameter :: default_action = 0, ignored = 1 !! SIG_DFL, SIG_IGN
 
-  !> The signal that came, 0: none. A handler takes no arguments of ours and can leave word nowhere else.
+  !> The signal that came first, 0: none, and when. A handler takes no arguments of ours and can leave word nowhere else.
   integer(c_int), volatile, save :: received = 0
+  integer(c_long), volatile, save :: came_at = 0 !! s
 
   interface
     !> C: sets what a signal does, and gives what it did.
@@ -23,6 +25,18 @@ module scree_interruption
       integer(c_intptr_t), value :: handler
       integer(c_intptr_t) :: c_signal
     end function c_signal
+
+    !> C: sends the program a signal.
+    integer(c_int) function c_raise(number) bind(c, name='raise')
+      import :: c_int
+      integer(c_int), value :: number
+    end function c_raise
+
+    !> C: the time in seconds.
+    integer(c_long) function c_time(there) bind(c, name='time')
+      import :: c_long, c_ptr
+      type(c_ptr), value :: there
+    end function c_time
   end interface
 
 contains
@@ -43,9 +57,15 @@ contains
   subroutine leave_word(number) bind(c)
     integer(c_int), value :: number
     integer(c_intptr_t) :: before
+    integer(c_int) :: sent
 
-    received = number
-    before = c_signal(number, default_action)
+    if (received == 0) then
+      came_at = c_time(c_null_ptr)
+      received = number
+    else if (c_time(c_null_ptr) - came_at > 1) then
+      before = c_signal(number, default_action)
+      sent = c_raise(number)
+    end if
   end subroutine leave_word
 
   !> The signal that asks to stop, 0: none has.
