@@ -8,13 +8,12 @@ module scree_simulation
   use scree_energy, only: books_t, close_books
   use scree_equations, only: equations_t, release_equations, set_up_equations
   use scree_errors, only: error_t, fail, status_signal
-  use scree_green_strain, only: least_stable_stretch, least_stretch
   use scree_initial_overlaps, only: refuse_overlaps
   use scree_interpolation, only: displacement_matrix
   use scree_interruption, only: heed_signals, signal_name, stop_signal
   use scree_keyholes, only: polygons_of
   use scree_kinds, only: dp
-  use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, tell, warn
+  use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, tell
   use scree_regions, only: first_vertex_of, joint_between, last_vertex_of
   use scree_results_file, only: add_frame, check_targets, close_results, cost_row_t, layout_t, open_results, results_t, &
                                 store_rows, store_text, store_words
@@ -29,6 +28,7 @@ module scree_simulation
   use scree_time_stepper, only: advance, step_report_t
   use scree_timers, only: start_phase, stop_phase, timer_t
   use scree_text, only: number_text, rounded_text
+  use scree_watch, only: begin_watch, check_numbers, watch_step, watch_t
   implicit none
   private
   public :: simulate, version
@@ -240,15 +240,15 @@ contains
     type(step_control_t) :: control
     type(step_report_t) :: report
     type(books_t) :: books
+    type(watch_t) :: watch
     type(error_t), allocatable :: frame_error
     real(dp) :: at_start(2, size(state%vertex, 2))
-    logical :: warned(system%n_elements)
     integer :: before, framed !! step before this one, and that of the last frame
 
     at_start = state%vertex
-    warned = .false.
     control = begin_control(scene%settings)
     if (scene%settings%chooses_step) control%size = first_size(scene, system, state)
+    call begin_watch(system, effects, share, state, close_books(system, effects, share, state), watch)
     call put_frame(results, records, system, share, state, at_start, error)
     if (allocated(error)) return
     framed = state%step
@@ -266,8 +266,12 @@ contains
       if (scene%settings%chooses_step) &
         control%size = following_size(scene, system, state%contacts, report%dt, report%travel)
 
-      if (effects%large_deformation) call watch_compression()
       books = close_books(system, effects, share, state)
+      call check_numbers(system, share, state, books, error)
+      if (allocated(error)) then
+        error%message = 'step '//number_text(state%step)//' to time '//rounded_text(state%time)//': '//error%message
+        return
+      end if
       call start_phase(timer(phase_results))
       call put_step_records(results, records, system, share, state, report, books, error)
       if (allocated(error)) return
@@ -277,6 +281,11 @@ contains
       end if
       call stop_phase(timer(phase_results))
       if (allocated(error)) return
+      call watch_step(watch, system, effects, share, state, books, report%work, progress, error)
+      if (allocated(error)) then
+        error%message = 'step '//number_text(state%step)//' to time '//rounded_text(state%time)//': '//error%message
+        exit
+      end if
       call show_step(progress, state%step, state%time, &
                      min(scene%settings%end_time, state%time*(scene%settings%most_steps/real(state%step, dp))), report%dt, &
                      report%iterations)
@@ -286,23 +295,6 @@ contains
                 number_text(state%step)//', at time '//rounded_text(state%time)//'; what was done is in '//results%path)
     if (allocated(error) .and. framed < state%step) &
       call put_frame(results, records, system, share, state, at_start, frame_error)
-
-  contains
-
-    !> Warns, once for each element, where the linear law in Green strain has lost its stiffness.
-    subroutine watch_compression()
-      integer :: e
-
-      do e = 1, system%n_elements
-        if (warned(e)) cycle
-        if (least_stretch(state%deformation(:, e)) > least_stable_stretch) cycle
-        warned(e) = .true.
-        call warn(progress, 'element '//number_text(e)//' of block '//number_text(system%elements%block(e))// &
-                  ' is compressed to a stretch below 0.577 at time '//rounded_text(state%time)// &
-                  ': Green strain has lost its stiffness there')
-      end do
-    end subroutine watch_compression
-
   end subroutine run_steps
 
   !> A frame of the present state.

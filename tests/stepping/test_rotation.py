@@ -207,10 +207,10 @@ def test_moving_supports_and_loads_are_booked(tmp_path):
 
 
 def test_strong_compression_is_named(tmp_path):
-    """Squeezed to a stretch of 0.5 in y by its fixed points, below 0.577: one warning that names the element."""
+    """Squeezed to a stretch of 0.5 in y by its fixed points, below 0.577: one warning that names the block and its place."""
     deck = square(tmp_path, "0 20 1 0 0.1 0.05 0  0 0 2 2  0 0 0 1 0 -0.5  0 0 0 1 0 -0.5  1 0 1e3 0  0 0 0  0 0 0  0 0 0\n"
                   "&deck geometry='s.geo' /\n&method strain='green' /\n", "4 0 0 0\n" + EDGES
                   + "0 0 0 0\n1 0 1 0\n0 1 0 1\n1 1 1 1")
     done = subprocess.run([SCREE, "run", deck, "-o", tmp_path / "r.h5", "--quiet"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert done.stderr.count("element 1 of block 1") == 1 and "0.577" in done.stderr
+    assert done.stderr.count("block 1, (0.5, 0.2") == 1 and "0.577" in done.stderr
