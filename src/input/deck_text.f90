@@ -2,15 +2,24 @@
 !>
 !> Numbers are separated by blanks, commas and line ends; line ends mean nothing more, as in Shi's programs. Text from
 !> `!` or `#` to the end of a line is a comment. The groups begin at the first word that begins with `&`.
+!>
+!> Numbers have a range, so that nothing that is made of them overflows: squares of forces and fourth powers of lengths are
+!> the largest.
 module scree_deck_text
-  use, intrinsic :: iso_fortran_env, only: iostat_end
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_file_bytes, only: read_bytes
   use scree_kinds, only: dp, i8
-  use scree_text, only: number_text, real_text
+  use scree_text, only: number_text, real_of, real_text
   implicit none
   private
-  public :: count_numbers, deck_t, expect, expect_end, in_quotes, next_count, next_index, next_real, next_reals, next_word, &
-            numbers_left, read_deck, read_text, word_is_real, word_is_whole
+  public :: beyond_arithmetic, count_numbers, deck_t, expect, expect_end, in_quotes, next_count, next_index, next_real, &
+            next_reals, next_word, numbers_left, read_deck, read_text, word_is_real, word_is_whole
+
+  real(dp), parameter, public :: largest_number = 1e20_dp   !! magnitude, of every real number
+  real(dp), parameter, public :: smallest_number = 1e-20_dp !! of one that may not be negative, unless it is 0
+
+  !> What a deck with decimal commas is told beside its error: they made two numbers of one.
+  character(len=*), parameter, public :: comma_remark = ' (a comma parts two numbers; the decimal sign is a point)'
 
   !> Words that are numbers, in their order, and where the groups begin.
   type :: deck_t
@@ -24,10 +33,13 @@ module scree_deck_text
     integer :: groups_from = 0             !! position of the first `&`, past the end where there is none
     integer :: groups_line = 0             !! and its line
     integer :: n_lines = 0                 !! of the file
+    integer :: first_comma = 0             !! position of the first comma between two digits, before the groups; 0: none
   end type deck_t
 
   character(len=1), parameter :: lf = achar(10), cr = achar(13), tab = achar(9)
   character(len=*), parameter :: digits = '0123456789'
+  character(len=*), parameter :: utf8_mark = char(239)//char(187)//char(191) !! byte order marks
+  character(len=*), parameter :: utf16_marks(2) = [char(255)//char(254), char(254)//char(255)]
   integer, parameter :: longest_file = 1000000000 !! bytes
 
 contains
@@ -42,6 +54,10 @@ contains
     call read_text(name, deck%text, error)
     if (allocated(error)) return
     call find_words(deck)
+    if (deck%n_words == 0) return
+    if (deck%text(deck%first(1):deck%first(1)) == '<') &
+      call fail(error, status_bad_input, name//':'//number_text(deck%line(1))//': expected plain text, found XML or HTML: '// &
+                in_quotes(deck%text(deck%first(1):deck%last(1))))
   end subroutine read_deck
 
   !> The whole of a text file, with line ends as LF. Errors: it cannot be read, or holds bytes that are no text.
@@ -50,9 +66,7 @@ contains
     character(len=:), allocatable, intent(out) :: text
     type(error_t), allocatable, intent(out) :: error
     character(len=:), allocatable :: raw
-    character(len=200) :: reason
-    integer(i8) :: length
-    integer :: i, line, n, status, unit
+    integer :: begin, i, line, n
     logical :: there
 
     inquire (file=name//'/.', exist=there)
@@ -65,30 +79,25 @@ contains
       call fail(error, status_bad_input, name//': expected a deck, found no such file')
       return
     end if
-    open (newunit=unit, file=name, access='stream', form='unformatted', action='read', status='old', &
-          iostat=status, iomsg=reason)
-    if (status /= 0) then
-      call fail(error, status_bad_input, name//': expected a deck that can be read, found: '//trim(reason))
+    call read_bytes(name, longest_file, raw, there)
+    if (.not. there) then
+      call fail(error, status_bad_input, name//': expected a deck that can be read, found one that the system does not give')
+      return
+    else if (len(raw) > longest_file) then
+      call fail(error, status_bad_input, name//': expected a deck of at most 1e9 bytes, found more')
       return
     end if
-    inquire (unit=unit, size=length)
-    if (length < 0 .or. length > longest_file) then
-      call fail(error, status_bad_input, name//': expected a deck of at most 1e9 bytes, found something else')
-      close (unit)
-      return
-    end if
-    allocate (character(len=int(length)) :: raw)
-    read (unit, iostat=status, iomsg=reason) raw
-    close (unit)
-    if (status /= 0 .and. .not. (status == iostat_end .and. length == 0)) then
-      call fail(error, status_bad_input, name//': expected a deck that can be read, found: '//trim(reason))
+    begin = 1
+    if (index(raw, utf8_mark) == 1) begin = 1 + len(utf8_mark)
+    if (any(index(raw(:min(2, len(raw))), utf16_marks) == 1)) then
+      call fail(error, status_bad_input, name//':1: expected text in UTF-8 or ASCII, found UTF-16')
       return
     end if
 
     allocate (character(len=len(raw)) :: text)
     n = 0
     line = 1
-    do i = 1, len(raw)
+    do i = begin, len(raw)
       if (raw(i:i) == cr) then
         if (i < len(raw)) then
           if (raw(i + 1:i + 1) == lf) cycle
@@ -134,6 +143,9 @@ contains
           in_comment = .true.
           in_word = .false.
         else if (is_gap(c)) then
+          if (in_word .and. c == ',' .and. deck%first_comma == 0 .and. i < len(deck%text)) then
+            if (verify(deck%text(i - 1:i - 1)//deck%text(i + 1:i + 1), digits) == 0) deck%first_comma = i
+          end if
           in_word = .false.
         else if (.not. in_word) then
           if (c == '&') then
@@ -193,7 +205,8 @@ contains
 
   !> Next number as a real.
   !>
-  !> Errors: the numbers have ended, this is none, it is not finite, or it is outside [least, most] or not above.
+  !> Errors: the numbers have ended, this is none, it is outside [least, most], or not above or below, or beyond the
+  !> arithmetic.
   subroutine next_real(deck, what, value, error, least, above, most, below)
     type(deck_t), intent(inout) :: deck
     character(len=*), intent(in) :: what   !! it is, for the error
@@ -201,6 +214,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: least, above, most, below
     character(len=:), allocatable :: range
+    real(dp) :: lower
 
     value = 0.0_dp
     call need_word(deck, what, error)
@@ -211,23 +225,38 @@ contains
         call expect(deck, 'a number for '//what, in_quotes(word), error)
         return
       end if
-      read (word, *) value
-      range = ''
+      value = real_of(word)
+      lower = -largest_number
+      if (present(least)) lower = least
+      if (present(above)) lower = above
+      range = beyond_arithmetic(value, lower)
       if (present(least)) then
         if (value < least) range = 'at least '//real_text(least)
       end if
       if (present(above)) then
         if (value <= above) range = 'above '//real_text(above)
       end if
-      if (present(most)) then
+      if (len(range) == 0 .and. present(most)) then
         if (value > most) range = 'at most '//real_text(most)
       end if
-      if (present(below)) then
+      if (len(range) == 0 .and. present(below)) then
         if (value >= below) range = 'below '//real_text(below)
       end if
       if (len(range) > 0) call expect(deck, what//' '//range, in_quotes(word), error)
     end associate
   end subroutine next_real
+
+  !> What a number has to be where the arithmetic cannot work with it, in words; '' where it can.
+  pure function beyond_arithmetic(value, lower) result(range)
+    real(dp), intent(in) :: value
+    real(dp), intent(in) :: lower !! bound of it; from 0 up, a number that is not 0 may be divided by
+    character(len=:), allocatable :: range
+
+    range = ''
+    if (lower >= 0 .and. value > 0 .and. value < smallest_number) &
+      range = 'at least '//real_text(smallest_number)//' where it is not 0'
+    if (abs(value) > largest_number) range = 'of magnitude up to '//real_text(largest_number)
+  end function beyond_arithmetic
 
   !> Next numbers as reals.
   subroutine next_reals(deck, what, value, error)
@@ -299,7 +328,7 @@ contains
     if (deck%at < deck%n_words) return
     call fail(error, status_bad_input, deck%name//':'// &
               number_text(merge(deck%groups_line, deck%n_lines, deck%groups_line > 0))//': expected '//what// &
-              ', found the end of the numbers')
+              ', found the end of the numbers'//remark_on_commas(deck, len(deck%text)))
   end subroutine need_word
 
   !> Error at the word read last: file, line, expected, found.
@@ -308,9 +337,20 @@ contains
     character(len=*), intent(in) :: expected, found
     type(error_t), allocatable, intent(out) :: error
 
-    call fail(error, status_bad_input, deck%name//':'// &
-              number_text(deck%line(max(deck%at, 1)))//': expected '//expected//', found '//found)
+    call fail(error, status_bad_input, deck%name//':'//number_text(deck%line(max(deck%at, 1)))//': expected '//expected// &
+              ', found '//found//remark_on_commas(deck, deck%last(max(deck%at, 1))))
   end subroutine expect
+
+  !> The remark on decimal commas where there may have been one before a position.
+  pure function remark_on_commas(deck, position) result(remark)
+    type(deck_t), intent(in) :: deck
+    integer, intent(in) :: position
+    character(len=:), allocatable :: remark
+
+    remark = ''
+    if (deck%first_comma > 0 .and. deck%first_comma <= position + 1) &
+      remark = comma_remark
+  end function remark_on_commas
 
   !> Error where numbers are left over.
   pure subroutine expect_end(deck, error)
@@ -322,30 +362,25 @@ contains
     call expect(deck, 'the end of the numbers', in_quotes(deck%text(deck%first(deck%at):deck%last(deck%at))), error)
   end subroutine expect_end
 
-  !> Whether a word is a number that a real can hold: digits, point, exponent with e or d.
+  !> Whether a word is a number, however large: digits, point, exponent with e or d.
   pure logical function word_is_real(word)
     character(len=*), intent(in) :: word
-    integer :: exponent, i, mantissa_end, n_digits, point
+    integer :: i, mantissa_end, point
 
     word_is_real = .false.
     if (len(word) == 0) return
     i = 1
     if (scan(word(1:1), '+-') > 0) i = 2
     mantissa_end = scan(word, 'eEdD') - 1
-    exponent = 0
     if (mantissa_end < 0) then
       mantissa_end = len(word)
     else
       if (.not. word_is_whole(word(mantissa_end + 2:))) return
-      read (word(mantissa_end + 2:), *) exponent
     end if
     if (verify(word(i:mantissa_end), digits//'.') > 0) return
     point = index(word(i:mantissa_end), '.')
     if (point /= index(word(i:mantissa_end), '.', back=.true.)) return
-    n_digits = mantissa_end - i + 1 - merge(1, 0, point > 0)
-    if (n_digits == 0) return
-    if (point > 0) n_digits = point - 1 ! before the point
-    word_is_real = exponent + n_digits <= 300 .and. exponent >= -300
+    word_is_real = mantissa_end - i + 1 > merge(1, 0, point > 0)
   end function word_is_real
 
   !> Whether a word is a whole number of at most nine digits.

@@ -1,6 +1,6 @@
 !> The named groups. One table says all that is known of a name; reader, errors, `explain` and the manual follow it.
 module scree_settings
-  use scree_deck_text, only: deck_t, in_quotes, word_is_real, word_is_whole
+  use scree_deck_text, only: beyond_arithmetic, comma_remark, deck_t, in_quotes, word_is_real, word_is_whole
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
   use scree_named_groups, only: group_begins, groups_end, groups_t, name_has_value, next_item, start_groups, wrong_item
@@ -9,7 +9,7 @@ module scree_settings
     model_dda, model_nmm, plane_strain, plane_stress, scene_t, scheme_energy_momentum, scheme_newmark, &
     start_acceleration, start_consistent, start_dissipative, start_zero, strain_green, strain_small, test_residual, test_theta, &
     transport_field, transport_rates, word_t
-  use scree_text, only: number_text, real_text
+  use scree_text, only: number_text, real_of, real_text
   implicit none
   private
   public :: choices_text, complete_settings, known_groups, place_in, place_of, put_word, read_groups, set_word, setting_t, &
@@ -260,31 +260,37 @@ contains
         to = index(value(from:), ' ') + from - 2
         if (to < from) to = len(value)
         if (.not. word_is_real(value(from:to))) then
-          call wrong('a number for '//full_name)
+          call wrong('a number for '//full_name, comma_remark(:merge(len(comma_remark), 0, index(value, ',') > 0)))
           return
         end if
-        read (value(from:to), *) x
+        if (setting%kind == kind_real .and. to < len(value)) then
+          call wrong('one number for '//full_name, comma_remark)
+          return
+        end if
+        x = real_of(value(from:to))
         call check_range()
         if (allocated(error) .or. to == len(value)) return
         from = to + 2
-        if (setting%kind == kind_real) then
-          call wrong('one number for '//full_name)
-          return
-        end if
       end do
     end select
 
   contains
 
-    subroutine wrong(what)
+    subroutine wrong(what, remark)
       character(len=*), intent(in) :: what
+      character(len=*), intent(in), optional :: remark
 
       call fail(error, status_bad_input, expected//what//', found '//in_quotes(value))
+      if (present(remark)) error%message = error%message//remark
     end subroutine wrong
 
     subroutine check_range()
-      if (x < setting%least .or. (setting%open .and. x <= setting%least) .or. x > setting%most) &
-        call wrong(full_name//' '//range_text(setting))
+      character(len=:), allocatable :: range
+
+      range = beyond_arithmetic(x, setting%least)
+      if (len(range) == 0 .and. (x < setting%least .or. (setting%open .and. x <= setting%least) .or. x > setting%most)) &
+        range = range_text(setting)
+      if (len(range) > 0) call wrong(full_name//' '//range)
     end subroutine check_range
 
   end subroutine check_value

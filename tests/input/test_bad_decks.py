@@ -103,7 +103,11 @@ BAD = {
     "joint material that is not there": (geometry(10, "1 0 1 1 2"), "g.geo:10:", "joint material up to 1"),
     "NaN in a line": (geometry(9, "nan 0 1 0 1"), "g.geo:9:", "number"),
     "infinity in a line": (geometry(9, "0 inf 1 0 1"), "g.geo:9:", "number"),
-    "1e999 in a line": (geometry(9, "0 1e999 1 0 1"), "g.geo:9:", "number"),
+    "1e999 in a line": (geometry(9, "0 1e999 1 0 1"), "g.geo:9:", "magnitude up to 1e20"),
+    "1e21 in a line": (geometry(9, "0 1e21 1 0 1"), "g.geo:9:", "magnitude up to 1e20"),
+    "a decimal comma in a geometry": (geometry(1, "0,001"), "g.geo:2:", "the decimal sign is a point"),
+    "a geometry of XML": ({"g.geo": '<?xml version="1.0"?>\n<a>1</a>\n'}, "g.geo:1:", "plain text, found XML"),
+    "a geometry in UTF-16": ({"g.geo": GEOMETRY.encode("utf-16")}, "g.geo:1:", "UTF-8 or ASCII, found UTF-16"),
     "lines that enclose nothing": (geometry(9, "0 0 0.5 0 1"), "g.geo:9:", "enclose"),
     "lines without length": ({"g.geo": "1e-3 2 0 0 0 0 0 0 0\n1 1 1 1 1\n1 1 1 1 1\n"}, "g.geo:2:", "without length"),
     "a material line outside": ({"g.geo": GEOMETRY.replace("4 0\n0", "4 0\n1").replace("0 0 0 0\n", "5 5 6 6 1\n0 0 0 0\n")},
@@ -133,6 +137,13 @@ BAD = {
     "nu -1": (analysis(7, "2500 0 1e10 -1"), "a.ana:7:", "above -1"),
     "density negative": (analysis(7, "-1 0 1e10 0.3"), "a.ana:7:", "at least 0"),
     "NaN density": (analysis(7, "NaN 0 1e10 0.3"), "a.ana:7:", "number"),
+    "E 1e308": (analysis(7, "2500 0 1e308 0.3"), "a.ana:7:", "magnitude up to 1e20"),
+    "E 1e-300": (analysis(7, "2500 0 1e-300 0.3"), "a.ana:7:", "at least 1e-20"),
+    "density 1e-30": (analysis(7, "1e-30 0 1e10 0.3"), "a.ana:7:", "at least 1e-20 where it is not 0"),
+    "stress 1e150": (analysis(8, "1e150 0 0"), "a.ana:8:", "magnitude up to 1e20"),
+    "step size 1e-300": (analysis(6, "1e-300"), "a.ana:6:", "at least 1e-20"),
+    "a decimal comma in an analysis": (analysis(5, "0,05"), "a.ana:", "the decimal sign is a point"),
+    "an analysis of XML": ({"a.ana": "\n<html>\n"}, "a.ana:2:", "plain text, found XML or HTML: '<html>'"),
     "a friction of 90 degrees": (analysis(11, "90 0 0"), "a.ana:11:", "below 90"),
     "a number too many": (analysis(11, "30 0 0 5"), "a.ana:", "expected"),
     "a number too few": (analysis(11, "30 0"), "a.ana:", "22 numbers"),
@@ -142,6 +153,10 @@ BAD = {
     "unknown choice": (groups("&method model='fem' /\n"), "a.ana:13:", "dda, nmm"),
     "a word for a number": (groups("&step size=small /\n"), "a.ana:13:", "number"),
     "two numbers for one": (groups("&step size=1 2 /\n"), "a.ana:13:", "one number"),
+    "a decimal comma in a group": (groups("&step size=0,01 /\n"), "a.ana:13:", "the decimal sign is a point"),
+    "a step size of 1e308": (groups("&step size=1e308 /\n"), "a.ana:13:", "magnitude up to 1e20"),
+    "frames at every 1e-300": (groups("&output interval=1e-300 /\n"), "a.ana:13:", "at least 1e-20"),
+    "frames closer than the least step": (groups("&output interval=1e-9 /\n"), "a.ana:13:", "at least step.least, 1e-8"),
     "beta of 2": (groups("&integrator beta=2 /\n"), "a.ana:13:", "at most 1"),
     "a group twice": (groups("&method model='dda' /\n&method strain='small' /\n"), "a.ana:14:", "second &method"),
     "a name twice": (groups("&method model='dda', model='nmm' /\n"), "a.ana:13:", "second model"),
@@ -164,6 +179,7 @@ BAD = {
     "a record with four columns": (record("! t ax ay az\n0 0 0 0\n0.1 1 0 0\n"), "q.txt:2:", "three numbers"),
     "a record with a word": (record("0 0 0\n0.1 x 0\n"), "q.txt:2:", "number"),
     "a record with a head": (record("t ax ay\n0 0 0\n1 0 0\n"), "q.txt:1:", "number"),
+    "a record with decimal commas": (record("0,0 1,5 0\n1,0 0 0\n"), "q.txt:1:", "the decimal sign is a point"),
     "a record that goes back": (record("0 0 0\n# noise\n0.1 1 0\n0.1 0 0\n"), "q.txt:4:", "time above 0.1"),
     "a record of one line": (record("0 0 0"), "q.txt:1:", "two lines"),
     "an empty record": (record(""), "q.txt:1:", "two lines"),
@@ -217,11 +233,20 @@ def test_bad_option_is_refused(option, expected, tmp_path):
 
 @pytest.mark.parametrize("change", [
     lambda t: t, lambda t: t.replace("\n", "\r\n"), lambda t: t.rstrip("\n"), lambda t: t.replace(" ", "\t"),
-    lambda t: t.replace("0 0 1 0 1", "0, 0, 1, 0, 1 ! a comment"), lambda t: "# a comment\n\n" + t])
+    lambda t: t.replace("0 0 1 0 1", "0, 0, 1, 0, 1 ! a comment"), lambda t: "# a comment\n\n" + t, lambda t: "\ufeff" + t,
+    lambda t: t.replace("0 0 1 0 1", "0,0,1,0,1"), lambda t: t.replace("0 0 1 0 1", "0 -1e-400 1.0d0 1e-300 1")])
 def test_good_decks_are_taken_in_any_dress(change, tmp_path):
     (tmp_path / "g.geo").write_bytes(change(GEOMETRY).encode())
-    (tmp_path / "a.ana").write_bytes(ANALYSIS.replace("\n", "\r\n").encode())
+    (tmp_path / "a.ana").write_bytes(("\ufeff" + ANALYSIS).replace("\n", "\r\n").encode())
     done = subprocess.run([SCREE, "check", "a.ana"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0 and "1 blocks" in done.stdout, done.stderr
+
+
+def test_decks_may_come_through_pipes(tmp_path):
+    (tmp_path / "g.geo").write_text(GEOMETRY + "! a long remark\n" * 10000)  # more than a pipe holds at once
+    (tmp_path / "a.ana").write_text(ANALYSIS)
+    done = subprocess.run(["bash", "-c", f"'{SCREE}' check <(cat g.geo) <(cat a.ana)"], cwd=tmp_path, capture_output=True, text=True,
+                          timeout=20)
     assert done.returncode == 0 and "1 blocks" in done.stdout, done.stderr
 
 
