@@ -49,6 +49,7 @@ program scree
   type(error_t), allocatable :: error
   type(scene_t) :: scene
   type(blocks_t) :: blocks
+  type(timer_t) :: reading
 
   call read_command_line(error)
   if (.not. allocated(error)) then
@@ -65,7 +66,9 @@ program scree
       else if (verb == 'joints') then
         call make_joints(analysis, output, quiet, error)
       else
+        call start_phase(reading)
         call read_scene(geometry, analysis, options, scene, blocks, error)
+        call stop_phase(reading)
         if (.not. allocated(error)) call act()
       end if
     end select
@@ -82,7 +85,7 @@ contains
   subroutine act()
     select case (verb)
     case ('run', 'cut')
-      call simulate(scene, blocks, output, verb == 'run', with_xdmf, with_classic, quiet, strict, error)
+      call simulate(scene, blocks, reading, output, verb == 'run', with_xdmf, with_classic, quiet, strict, error)
     case ('check')
       call check_scene(scene, blocks, quiet, strict, output_unit, error)
     case ('explain')

@@ -35,17 +35,18 @@ module scree_simulation
 
   character(len=*), parameter :: version = '0.1.0'
 
-  integer, parameter :: phase_set_up = 1, phase_steps = 2, phase_results = 3
-  character(len=*), parameter :: phase_name(3) = [character(len=12) :: 'set-up', 'steps', 'results']
+  integer, parameter :: phase_read = 1, phase_set_up = 2, phase_steps = 3, phase_results = 4
+  character(len=*), parameter :: phase_name(4) = [character(len=12) :: 'read', 'set-up', 'steps', 'results']
 
 contains
 
   !> Runs a scene to its end and writes the results; or its model alone, one frame with the system as set up.
   !>
   !> Errors: bad input that only the set-up can see, and a run that fails or that a signal stops; what was written until then stays.
-  subroutine simulate(scene, blocks, results_path, runs, with_xdmf, with_classic, quiet, strict, error)
+  subroutine simulate(scene, blocks, reading, results_path, runs, with_xdmf, with_classic, quiet, strict, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
+    type(timer_t), intent(in) :: reading !! what reading the decks and making the blocks took
     character(len=*), intent(in) :: results_path
     logical, intent(in) :: runs         !! else the model alone
     logical, intent(in) :: with_xdmf
@@ -63,12 +64,13 @@ contains
     type(results_t) :: results
     type(records_t) :: records
     type(progress_t) :: progress
-    type(timer_t) :: timer(3)
+    type(timer_t) :: timer(size(phase_name))
     type(error_t), allocatable :: close_error
     character(len=:), allocatable :: status
 
     call check_targets(results_path, with_xdmf, with_classic, error)
     if (allocated(error)) return
+    timer(phase_read) = reading
     call set_up_progress(quiet, progress)
     call start_phase(timer(phase_set_up))
     call prepare(scene, blocks, system, state, effects, list, share, error)
