@@ -16,7 +16,8 @@ contains
   !>
   !> Where an edge ends, the outline goes on in the same element or, where a line of the mesh follows, in another: of the
   !> edges that follow a line of the mesh and begin at the same place, to the last bit, with the one that is met first when
-  !> turning clockwise from the way back; in between lies the body. Errors: an edge after which the outline does not go on.
+  !> turning clockwise from the way back; in between lies the body. Errors: an edge after which the outline
+  !> does not go on, the first one without `next`.
   pure subroutine make_outlines(shape, vertex, block, outlines, error)
     type(regions_t), intent(in) :: shape    !! of the elements
     real(dp), intent(in) :: vertex(:, :)    !! (2, n_vertices) at the start, length
@@ -53,8 +54,7 @@ contains
     order = [(i, i=1, n)]
     x = vertex(1, outlines%start)
     call sort_by(x, order)
-    allocate (outlines%next(n))
-    allocate (outlines%previous(n), source=0)
+    allocate (outlines%next(n), outlines%previous(n), source=0)
     do i = 1, n
       outlines%next(i) = number(outlines%finish(i))
       if (outlines%next(i) == 0) outlines%next(i) = edge_after(i)

@@ -2,11 +2,12 @@
 module scree_block_finder
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_kinds, only: dp
-  use scree_polygon, only: holds
+  use scree_polygon, only: distance_to_segment, holds
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count, regions_t
+  use scree_sorting, only: sort_by
   implicit none
   private
-  public :: block_at, block_finder_t, find_crossings, set_up_finder
+  public :: block_at, block_finder_t, distance_outside, find_crossings, set_up_finder
 
   !> Blocks by cell of a grid.
   type :: block_finder_t
@@ -35,11 +36,12 @@ contains
   end subroutine set_up_finder
 
   !> First block that holds a place, its edge included, else the nearest within reach; 0 where none is.
-  pure integer function block_at(finder, shape, vertex, place, allowed)
+  pure integer function block_at(finder, shape, vertex, place, group, wanted)
     type(block_finder_t), intent(in) :: finder
     type(regions_t), intent(in) :: shape
     real(dp), intent(in) :: vertex(:, :), place(2)
-    logical, intent(in), optional :: allowed(:) !! (n_blocks) all where absent
+    integer, intent(in), optional :: group(:) !! (n_blocks) blocks count whose group is ...
+    integer, intent(in), optional :: wanted   !! ... this one; all where absent
     real(dp) :: distance, nearest
     integer :: b, cell, i, range(2, 2)
 
@@ -48,8 +50,8 @@ contains
     cell = number_of_cell(finder%grid, range(1, 1), range(2, 1))
     do i = finder%grid%first(cell), finder%grid%first(cell + 1) - 1
       b = finder%grid%item(i)
-      if (present(allowed)) then
-        if (.not. allowed(b)) cycle
+      if (present(group)) then
+        if (group(b) /= wanted) cycle
       end if
       if (holds(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), place, loops_of(shape, b))) then
         block_at = b
@@ -58,15 +60,27 @@ contains
     end do
     nearest = finder%beside
     do i = finder%grid%first(cell), finder%grid%first(cell + 1) - 1
-      if (present(allowed)) then
-        if (.not. allowed(finder%grid%item(i))) cycle
+      b = finder%grid%item(i)
+      if (present(group)) then
+        if (group(b) /= wanted) cycle
       end if
-      distance = distance_to(shape, vertex, finder%grid%item(i), place)
+      distance = distance_to(shape, vertex, b, place)
       if (distance > nearest .or. (block_at > 0 .and. .not. distance < nearest)) cycle
       nearest = distance
-      block_at = finder%grid%item(i)
+      block_at = b
     end do
   end function block_at
+
+  !> Distance of a place from a block; 0 inside and on its edge.
+  pure real(dp) function distance_outside(shape, vertex, b, place) result(distance)
+    type(regions_t), intent(in) :: shape
+    real(dp), intent(in) :: vertex(:, :), place(2) !! length
+    integer, intent(in) :: b
+
+    distance = 0.0_dp
+    if (.not. holds(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), place, loops_of(shape, b))) &
+      distance = distance_to(shape, vertex, b, place)
+  end function distance_outside
 
   !> Vertex after `k` in its loop; `loop` is the loop's number and moves on with `k`.
   pure subroutine step_round(shape, k, loop, next)
@@ -85,16 +99,13 @@ contains
     type(regions_t), intent(in) :: shape
     real(dp), intent(in) :: vertex(:, :), place(2)
     integer, intent(in) :: b
-    real(dp) :: edge(2), share
     integer :: k, loop, next
 
     distance = huge(distance)
     loop = shape%first_loop(b)
     do k = first_vertex_of(shape, b), last_vertex_of(shape, b)
       call step_round(shape, k, loop, next)
-      edge = vertex(:, next) - vertex(:, k)
-      share = max(0.0_dp, min(1.0_dp, dot_product(place - vertex(:, k), edge)/dot_product(edge, edge)))
-      distance = min(distance, norm2(vertex(:, k) + share*edge - place))
+      distance = min(distance, distance_to_segment(place, vertex(:, k), vertex(:, next)))
     end do
   end function distance_to
 
@@ -106,22 +117,17 @@ contains
     real(dp), intent(in) :: ends(2, 2)                    !! (xy, end) of the line, length
     real(dp), allocatable, intent(out) :: at(:, :)        !! (4, n) x, y, normal
     integer, allocatable, intent(out) :: block(:)         !! (n)
-    logical :: near(region_count(shape))
+    integer, allocatable :: near(:)
     real(dp) :: p(2), edge(2), way(2), det, s, t
-    integer :: b, column, cell, k, loop, next, range(2, 2), row
+    integer :: b, i, k, loop, n, next
 
-    near = .false.
-    range = cells_of_box(finder%grid, minval(ends, 2), maxval(ends, 2))
-    do row = range(2, 1), range(2, 2)
-      do column = range(1, 1), range(1, 2)
-        cell = number_of_cell(finder%grid, column, row)
-        near(finder%grid%item(finder%grid%first(cell):finder%grid%first(cell + 1) - 1)) = .true.
-      end do
-    end do
-    allocate (at(4, 0), block(0))
+    near = blocks_near(finder, minval(ends, 2), maxval(ends, 2))
+    n = sum([(last_vertex_of(shape, near(i)) - first_vertex_of(shape, near(i)) + 1, i=1, size(near))])
+    allocate (at(4, n), block(n))
+    n = 0
     way = ends(:, 2) - ends(:, 1)
-    do b = 1, size(near)
-      if (.not. near(b)) cycle
+    do i = 1, size(near)
+      b = near(i)
       loop = shape%first_loop(b)
       do k = first_vertex_of(shape, b), last_vertex_of(shape, b)
         call step_round(shape, k, loop, next)
@@ -132,10 +138,40 @@ contains
         t = (p(1)*edge(2) - p(2)*edge(1))/det
         s = (p(1)*way(2) - p(2)*way(1))/det
         if (t < 0 .or. t > 1 .or. s < 0 .or. s >= 1) cycle
-        at = reshape([at, ends(:, 1) + t*way, [-edge(2), edge(1)]/norm2(edge)], [4, size(at, 2) + 1])
-        block = [block, b]
+        n = n + 1
+        at(:, n) = [ends(:, 1) + t*way, [-edge(2), edge(1)]/norm2(edge)]
+        block(n) = b
       end do
     end do
+    at = at(:, :n)
+    block = block(:n)
   end subroutine find_crossings
+
+  !> Blocks in the cells that a box touches, each once, ascending.
+  pure function blocks_near(finder, low, high) result(near)
+    type(block_finder_t), intent(in) :: finder
+    real(dp), intent(in) :: low(2), high(2)  !! length
+    integer, allocatable :: near(:)
+    real(dp), allocatable :: key(:)
+    integer :: cell, column, k, n, pass, range(2, 2), row
+
+    range = cells_of_box(finder%grid, low, high)
+    do pass = 1, 2 ! count, then list
+      n = 0
+      do row = range(2, 1), range(2, 2)
+        do column = range(1, 1), range(1, 2)
+          cell = number_of_cell(finder%grid, column, row)
+          associate (item => finder%grid%item(finder%grid%first(cell):finder%grid%first(cell + 1) - 1))
+            if (pass == 2) near(n + 1:n + size(item)) = item
+            n = n + size(item)
+          end associate
+        end do
+      end do
+      if (pass == 1) allocate (near(n))
+    end do
+    key = near
+    call sort_by(key, near)
+    near = pack(near, [(k == 1 .or. near(max(k - 1, 1)) < near(k), k=1, n)])
+  end function blocks_near
 
 end module scree_block_finder

@@ -2,24 +2,26 @@
 !>
 !> The rules are those of Shi's dc as the derivative ntdda has them (doc/decks.md).
 module scree_block_input
-  use scree_block_finder, only: block_at, block_finder_t, find_crossings, set_up_finder
+  use scree_block_finder, only: block_at, block_finder_t, distance_outside, find_crossings, set_up_finder
   use scree_errors, only: error_t, fail, status_bad_input
-  use scree_keyholes, only: part_loops
+  use scree_given_blocks, only: take_polygons
   use scree_kinds, only: dp
   use scree_line_cutting, only: cut_lines, graph_t
   use scree_loop_tracing, only: trace_regions
+  use scree_polygon, only: twice_area
   use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
   use scree_scene, only: line_t, point_t, scene_t
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_system, only: fixed_point, load_point, measured_point
-  use scree_text, only: number_text
+  use scree_text, only: number_text, real_text
   implicit none
   private
-  public :: block_moments, blocks_t, make_blocks, scale_of_lines
+  public :: block_area, block_moments, block_size, block_source, blocks_t, make_blocks, scale_of_lines
 
   !> A fixed point lies this share of the scale inside the edge that its line crosses.
   real(dp), parameter :: inwards = 0.005_dp
-  !> Points this share of the scale outside all blocks belong to the nearest (Shi: of a vertex).
+  !> Points this share of the scale outside all blocks belong to the nearest (Shi: of a vertex); points whose block is given,
+  !> this share of its size outside, to that.
   real(dp), parameter :: beside = 1e-5_dp
   !> The origin of blocks is not 0 where they are this many times their extent away from it.
   real(dp), parameter :: far_away = 4.0_dp
@@ -33,6 +35,7 @@ module scree_block_input
     real(dp) :: origin(2) = 0.0_dp             !! length
     real(dp), allocatable :: vertex(:, :)      !! (2, n_vertices), length
     integer, allocatable :: material(:)        !! (n_blocks)
+    integer, allocatable :: line(:)            !! (n_blocks) of the block file, where the outline begins; 0: cut from lines
     integer, allocatable :: point_kind(:)      !! (n_points) fixed, load, measured: in this order
     real(dp), allocatable :: point(:, :)       !! (2, n_points), length
     integer, allocatable :: point_block(:)     !! (n_points) block that carries it
@@ -63,7 +66,7 @@ contains
 
     allocate (points%kind(64), points%block(64), points%place(2, 64))
     if (allocated(scene%blocks)) then
-      call take_polygons(scene, blocks, error)
+      call enter_polygons(scene, blocks, error)
       if (allocated(error)) return
       scale = deck_scale(minval(blocks%vertex, 2), maxval(blocks%vertex, 2))
       call set_up_finder(finder, blocks%shape, blocks%vertex, beside*scale)
@@ -102,6 +105,32 @@ contains
     moments = polygon_moments(blocks%vertex(:, first_vertex_of(blocks%shape, b):last_vertex_of(blocks%shape, b)), &
                               loops_of(blocks%shape, b))
   end function block_moments
+
+  !> Area of a block whose vertices are at other places, length^2.
+  pure real(dp) function block_area(blocks, vertex, b)
+    type(blocks_t), intent(in) :: blocks
+    real(dp), intent(in) :: vertex(:, :) !! (2, n_vertices), length
+    integer, intent(in) :: b
+    integer :: loop
+
+    block_area = 0.0_dp
+    associate (shape => blocks%shape)
+      do loop = shape%first_loop(b), shape%first_loop(b + 1) - 1
+        block_area = block_area + 0.5_dp*twice_area(vertex(:, shape%first_vertex(loop):shape%first_vertex(loop + 1) - 1))
+      end do
+    end associate
+  end function block_area
+
+  !> Where a block comes from, for an error: the geometry, with the line of a block file.
+  pure function block_source(scene, blocks, b) result(source)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    integer, intent(in) :: b
+    character(len=:), allocatable :: source
+
+    source = scene%geometry_name
+    if (blocks%line(b) > 0) source = source//':'//number_text(blocks%line(b))
+  end function block_source
 
   !> Scale of lines for the distances of the cutter; length.
   pure real(dp) function scale_of_lines(lines)
@@ -174,43 +203,23 @@ contains
     blocks%crack_joint = scene%lines(graph%line(crack))%material
   end subroutine enclose_blocks
 
-  !> Polygons of a block file as blocks. Errors: one that is not counter-clockwise or has no area.
-  subroutine take_polygons(scene, blocks, error)
+  !> Polygons of a block file as blocks. Errors: those that bound no block.
+  subroutine enter_polygons(scene, blocks, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(inout) :: blocks
     type(error_t), allocatable, intent(out) :: error
-    type(moments_t) :: moments
-    integer, allocatable :: first(:), first_loop(:), first_vertex(:), loop_first(:), loop_order(:), order(:)
-    integer :: i
+    integer, allocatable :: corner(:)
 
     associate (given => scene%blocks)
-      first = given%first_vertex
+      call take_polygons(scene%geometry_name, given, blocks%shape, corner, error)
+      if (allocated(error)) return
       blocks%material = given%material
+      blocks%line = given%vertex_line(given%first_vertex(:size(given%material)))
       blocks%origin = origin_for(minval(given%vertex, 2), maxval(given%vertex, 2))
-      allocate (order(0), first_vertex(0), first_loop(size(given%material) + 1))
-      do i = 1, size(given%material)
-        call part_loops(given%vertex(:, first(i):first(i + 1) - 1), loop_order, loop_first)
-        first_loop(i) = size(first_vertex) + 1
-        first_vertex = [first_vertex, loop_first(:size(loop_first) - 1) + size(order)]
-        order = [order, loop_order + first(i) - 1]
-      end do
-      first_loop(size(first_loop)) = size(first_vertex) + 1
-      blocks%shape%first_loop = first_loop
-      blocks%shape%first_vertex = [first_vertex, size(order) + 1]
-      blocks%shape%joint = given%joint(order)
-      blocks%vertex = given%vertex(:, order) - spread(blocks%origin, 2, size(order))
-      allocate (blocks%crack(2, 2, 0), blocks%crack_joint(0))
-      do i = 1, size(given%material)
-        moments = block_moments(blocks, i)
-        associate (polygon => given%vertex(:, first(i):first(i + 1) - 1))
-          if (moments%area > 1e-12_dp*maxval(maxval(polygon, 2) - minval(polygon, 2))**2) cycle
-        end associate
-        call wrong(scene, given%deck_line(i), 'vertices counter-clockwise around an area', 'block '//number_text(i)// &
-                   ' without or the other way round', error)
-        return
-      end do
+      blocks%vertex = given%vertex(:, corner) - spread(blocks%origin, 2, size(corner))
     end associate
-  end subroutine take_polygons
+    allocate (blocks%crack(2, 2, 0), blocks%crack_joint(0))
+  end subroutine enter_polygons
 
   !> Gives each block the material of the last line that crosses it, or whose first end lies in it; else 1.
   subroutine name_materials(scene, finder, blocks, error)
@@ -224,6 +233,7 @@ contains
     integer :: b, i
 
     allocate (blocks%material(region_count(blocks%shape)), source=1)
+    allocate (blocks%line(region_count(blocks%shape)), source=0)
     do i = 1, size(scene%material_lines)
       associate (line => scene%material_lines(i))
         ends = line%ends - spread(blocks%origin, 2, 2)
@@ -274,6 +284,7 @@ contains
     call keep_regions(blocks%shape, keep, vertex)
     blocks%vertex = blocks%vertex(:, vertex)
     blocks%material = pack(blocks%material, keep)
+    blocks%line = pack(blocks%line, keep)
   end subroutine remove_blocks
 
   !> A fixed point at each crossing with the edge of a block, moved inwards, in thin blocks by less; at the first end where
@@ -289,19 +300,15 @@ contains
     real(dp), allocatable :: at(:, :)
     integer, allocatable :: crossed(:)
     real(dp) :: ends(2, 2), way
-    logical :: allowed(size(blocks%material)) !! the block that is crossed
     integer :: b, i
 
     ends = line%ends - spread(blocks%origin, 2, 2)
     call find_crossings(finder, blocks%shape, blocks%vertex, ends, at, crossed)
-    allowed = .false.
     do i = 1, size(crossed)
-      allowed(crossed(i)) = .true.
       way = depth
-      do while (block_at(finder, blocks%shape, blocks%vertex, at(1:2, i) + way*at(3:4, i), allowed) == 0)
+      do while (distance_outside(blocks%shape, blocks%vertex, crossed(i), at(1:2, i) + way*at(3:4, i)) > finder%beside)
         way = 0.5_dp*way
       end do
-      allowed(crossed(i)) = .false.
       call add_point(points, fixed_point, at(1:2, i) + way*at(3:4, i), crossed(i))
     end do
     if (size(crossed) > 0) return
@@ -323,18 +330,39 @@ contains
     type(blocks_t), intent(in) :: blocks
     type(found_points_t), intent(inout) :: points
     type(error_t), allocatable, intent(out) :: error
+    real(dp) :: distance, place(2)
     integer :: b, i
 
     do i = 1, size(given)
+      place = given(i)%place - blocks%origin
       b = given(i)%block
-      if (b == 0) b = block_at(finder, blocks%shape, blocks%vertex, given(i)%place - blocks%origin)
       if (b == 0) then
-        call wrong(scene, given(i)%deck_line, 'a '//what//' point inside a block', 'one outside', error)
-        return
+        b = block_at(finder, blocks%shape, blocks%vertex, place)
+        if (b == 0) then
+          call wrong(scene, given(i)%deck_line, 'a '//what//' point inside a block', 'one outside', error)
+          return
+        end if
+      else
+        distance = distance_outside(blocks%shape, blocks%vertex, b, place)
+        if (distance > beside*block_size(blocks, b)) then
+          call wrong(scene, given(i)%deck_line, 'a '//what//' point in its block '//number_text(b)//' or within '// &
+                     real_text(beside)//' of its size', 'one '//real_text(distance)//' outside', error)
+          return
+        end if
       end if
-      call add_point(points, kind, given(i)%place - blocks%origin, b)
+      call add_point(points, kind, place, b)
     end do
   end subroutine add_points
+
+  !> Larger side of the box around a block, length.
+  pure real(dp) function block_size(blocks, b)
+    type(blocks_t), intent(in) :: blocks
+    integer, intent(in) :: b
+
+    associate (vertex => blocks%vertex(:, first_vertex_of(blocks%shape, b):last_vertex_of(blocks%shape, b)))
+      block_size = maxval(maxval(vertex, 2) - minval(vertex, 2))
+    end associate
+  end function block_size
 
   !> Adds one point.
   pure subroutine add_point(points, kind, place, block)

@@ -7,6 +7,7 @@ module scree_keyholes
   use scree_polygon, only: twice_area
   use scree_predicates, only: orientation
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count, regions_t
+  use scree_sorting, only: sort_by
   implicit none
   private
   public :: join_loops, part_loops, polygons_of
@@ -103,10 +104,13 @@ contains
     integer, allocatable, intent(out) :: order(:)     !! vertices by loop
     integer, allocatable, intent(out) :: first(:)     !! (n_loops+1)
     integer, allocatable :: inner(:), inner_first(:), outer(:), outer_first(:), inside(:), outside(:)
+    logical :: is_repeated(size(vertex, 2))
     integer :: i, j, k, n
 
     n = size(vertex, 2)
+    if (n > 4) is_repeated = repeated_places(vertex)
     do i = 1, n - 4
+      if (.not. is_repeated(i + 1)) cycle
       do j = i + 4, n
         if (.not. (same(i, modulo(j, n) + 1) .and. same(i + 1, j))) cycle
         inside = [(k, k=i + 1, j - 1)] ! each vertex that is there twice stays where it is not the start of the seam
@@ -136,5 +140,32 @@ contains
     end function same
 
   end subroutine part_loops
+
+  !> Whether each vertex has another one at its place.
+  pure function repeated_places(vertex) result(is_repeated)
+    real(dp), intent(in) :: vertex(:, :)  !! (2, n)
+    logical :: is_repeated(size(vertex, 2))
+    real(dp) :: x(size(vertex, 2)), y(size(vertex, 2))
+    integer :: from, k, order(size(vertex, 2)), to
+
+    order = [(k, k=1, size(order))]
+    x = vertex(1, :)
+    call sort_by(x, order)
+    y = vertex(2, order)
+    is_repeated = .false.
+    from = 1
+    do while (from <= size(order)) ! the vertices with one x are from:to
+      to = from
+      do while (to < size(order))
+        if (x(to + 1) > x(from)) exit
+        to = to + 1
+      end do
+      call sort_by(y(from:to), order(from:to))
+      do k = from + 1, to
+        if (.not. y(k) > y(k - 1)) is_repeated(order(k - 1:k)) = .true.
+      end do
+      from = to + 1
+    end do
+  end function repeated_places
 
 end module scree_keyholes

@@ -6,7 +6,7 @@ module scree_polygon
   use scree_sorting, only: sort_by
   implicit none
   private
-  public :: holds, inner_place, twice_area
+  public :: distance_to_segment, holds, inner_place, twice_area, winding_number
 
 contains
 
@@ -23,6 +23,39 @@ contains
       twice_area = twice_area + a(1)*b(2) - a(2)*b(1)
     end do
   end function twice_area
+
+  !> Distance of a place from the straight between two others.
+  pure real(dp) function distance_to_segment(place, a, b)
+    real(dp), intent(in) :: place(2), a(2), b(2) !! length
+    real(dp) :: side(2)
+
+    side = b - a
+    distance_to_segment = norm2(a + max(0.0_dp, min(1.0_dp, dot_product(place - a, side) &
+                                                    /max(dot_product(side, side), tiny(1.0_dp))))*side - place)
+  end function distance_to_segment
+
+  !> How often loops run around a place that is on none of their edges, counter-clockwise.
+  pure integer function winding_number(vertex, place, first)
+    real(dp), intent(in) :: vertex(:, :)       !! (2, n), length
+    real(dp), intent(in) :: place(2)           !! length
+    integer, intent(in) :: first(:)            !! (n_loops+1) loop k owns vertices first(k):first(k+1)-1
+    integer :: k, loop, next
+
+    winding_number = 0
+    do loop = 1, size(first) - 1
+      do k = first(loop), first(loop + 1) - 1
+        next = merge(first(loop), k + 1, k + 1 == first(loop + 1))
+        associate (p => vertex(:, k), q => vertex(:, next))
+          if ((p(2) > place(2)) .eqv. (q(2) > place(2))) cycle ! does not cross the horizontal through the place
+          if (q(2) > p(2)) then
+            if (orientation(p, q, place) > 0) winding_number = winding_number + 1
+          else
+            if (orientation(p, q, place) < 0) winding_number = winding_number - 1
+          end if
+        end associate
+      end do
+    end do
+  end function winding_number
 
   !> Whether loops hold a place, their edges included: a ray to the right crosses them an odd number of times.
   pure logical function holds(vertex, place, first)
@@ -65,7 +98,7 @@ contains
     integer, intent(in), optional :: first(:)  !! (n_loops+1), as in `holds`
     real(dp) :: place(2)
     real(dp), parameter :: close = 0.05_dp ! of the size of the polygon
-    real(dp) :: above, best, crossing(size(vertex, 2)), room, share, side(2), y
+    real(dp) :: above, best, crossing(size(vertex, 2)), room, y
     type(moments_t) :: moments
     integer :: i, k, n, next(size(vertex, 2)), none(size(vertex, 2))
     integer, allocatable :: start(:)
@@ -79,9 +112,7 @@ contains
     place = moments%centroid
     room = huge(room)
     do k = 1, size(vertex, 2)
-      side = vertex(:, next(k)) - vertex(:, k)
-      share = max(0.0_dp, min(1.0_dp, dot_product(place - vertex(:, k), side)/max(dot_product(side, side), tiny(1.0_dp))))
-      room = min(room, norm2(vertex(:, k) + share*side - place))
+      room = min(room, distance_to_segment(place, vertex(:, k), vertex(:, next(k))))
     end do
     if (room > close*maxval(maxval(vertex, 2) - minval(vertex, 2))) then
       if (holds(vertex, place, start)) return

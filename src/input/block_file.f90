@@ -15,10 +15,12 @@ module scree_block_file
   use scree_system, only: fixed_point, load_point, measured_point
   use scree_regions, only: first_vertex_of, joint_between, last_vertex_of, loops_of, region_count
   use scree_simplex_integration, only: moments_t
-  use scree_text, only: number_text
+  use scree_text, only: number_text, real_text
   implicit none
   private
   public :: may_replace_blocks, read_block_file, write_block_file
+
+  real(dp), parameter :: most_joints = 999999999.0_dp !! highest number of a joint material, nine digits as of all numbers of things
 
 contains
 
@@ -28,8 +30,9 @@ contains
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
     integer :: i, n_blocks, n_bolts, n_fixed, n_loads, n_measured, n_points, n_rows
-    integer, allocatable :: first(:), last(:), line(:), material(:)
+    integer, allocatable :: first(:), last(:), line(:), material(:), row_line(:)
     real(dp), allocatable :: row(:, :)
+    logical, allocatable :: spare(:)
     logical :: typed
 
     call next_count(deck, 'blocks', 3, n_blocks, error, least=1)
@@ -69,12 +72,22 @@ contains
     end do
     n_points = n_fixed + n_loads + n_measured
     typed = numbers_left(deck) == 3*n_rows + 4*n_points .and. n_points > 0
-    allocate (row(3, n_rows))
-    do i = 1, n_rows
-      call next_reals(deck, 'jm x y of vertex row '//number_text(i), row(:, i), error)
-      if (allocated(error)) return
+    allocate (row(3, n_rows), row_line(n_rows))
+    allocate (spare(n_rows), source=.true.)
+    do i = 1, n_blocks
+      spare(first(i):last(i)) = .false.
     end do
-    call take_polygons(first, last, line, material, row, scene%blocks)
+    do i = 1, n_rows
+      call next_reals(deck, 'jm x y of a vertex row', row(:, i), error)
+      if (allocated(error)) return
+      row_line(i) = deck%line(deck%at)
+      if (spare(i)) cycle
+      if (abs(row(1, i)) > most_joints .or. abs(row(1, i) - anint(row(1, i))) > 0) then
+        call expect(deck, 'a whole number for the joint material jm of a vertex row', real_text(row(1, i)), error)
+        return
+      end if
+    end do
+    call take_polygons(first, last, line, material, row, row_line, scene%blocks)
     call read_points(deck, typed, 'fixed', n_fixed, n_blocks, scene%fixed_points, error)
     if (allocated(error)) return
     call read_points(deck, typed, 'load', n_loads, n_blocks, scene%load_points, error)
@@ -104,11 +117,12 @@ contains
   end function may_replace_blocks
 
   !> Vertices without the spare rows between the blocks.
-  pure subroutine take_polygons(first, last, line, material, row, polygons)
+  pure subroutine take_polygons(first, last, line, material, row, row_line, polygons)
     integer, intent(in) :: first(:), last(:), line(:), material(:) !! (n_blocks)
     real(dp), intent(in) :: row(:, :)                             !! (3, n_rows) jm x y
+    integer, intent(in) :: row_line(:)                            !! (n_rows)
     type(polygons_t), allocatable, intent(out) :: polygons
-    integer :: i, k, n
+    integer :: ends, i, k, n
 
     n = size(first)
     allocate (polygons)
@@ -119,12 +133,18 @@ contains
     do i = 1, n
       polygons%first_vertex(i + 1) = polygons%first_vertex(i) + last(i) - first(i) + 1
     end do
-    allocate (polygons%vertex(2, polygons%first_vertex(n + 1) - 1), polygons%joint(polygons%first_vertex(n + 1) - 1))
+    associate (n_vertices => polygons%first_vertex(n + 1) - 1)
+      allocate (polygons%vertex(2, n_vertices), polygons%joint(n_vertices))
+      allocate (polygons%vertex_line(n_vertices), polygons%joint_line(n_vertices))
+    end associate
     do i = 1, n
       associate (from => polygons%first_vertex(i))
         do k = 0, last(i) - first(i)
           polygons%vertex(:, from + k) = row(2:3, first(i) + k)
-          polygons%joint(from + k) = nint(row(1, first(i) + modulo(k + 1, last(i) - first(i) + 1)))
+          polygons%vertex_line(from + k) = row_line(first(i) + k)
+          ends = first(i) + modulo(k + 1, last(i) - first(i) + 1) ! the row of the vertex at which the edge ends
+          polygons%joint(from + k) = nint(row(1, ends))
+          polygons%joint_line(from + k) = row_line(ends)
         end do
       end associate
     end do

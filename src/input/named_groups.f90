@@ -164,8 +164,8 @@ contains
     integer, intent(inout) :: at, line
     character(len=:), allocatable, intent(out) :: value
     type(error_t), allocatable, intent(out) :: error
-    integer :: close, before, before_line
-    character(len=:), allocatable :: word
+    integer :: close, before, before_line, n
+    character(len=:), allocatable :: buffer, word
 
     value = ''
     call skip_gaps(text, at, line)
@@ -184,25 +184,29 @@ contains
       at = at + close + 1
       return
     end if
+    allocate (character(len=len(text) - at + 1) :: buffer) ! holds all words with a blank between them
+    n = 0
     do ! one word, and as many numbers more as follow
       before = at
       before_line = line
       call skip_gaps(text, at, line)
       word = rest_of_word(text, at)
       if (len(word) == 0) exit
-      if (len(value) > 0 .and. .not. word_is_real(word)) then
+      if (n > 0 .and. .not. word_is_real(word)) then
         at = before
         line = before_line
         exit
       end if
       at = at + len(word)
-      if (len(value) == 0) then
-        value = word
-        if (.not. word_is_real(word)) exit
-      else
-        value = value//' '//word
+      if (n > 0) then
+        n = n + 1
+        buffer(n:n) = ' '
       end if
+      buffer(n + 1:n + len(word)) = word
+      n = n + len(word)
+      if (.not. word_is_real(word)) exit
     end do
+    value = buffer(:n)
   end subroutine next_value
 
   !> Text up to the next gap, comment, '=' or '/'.

@@ -62,11 +62,11 @@ contains
     call read_analysis_deck(deck, dialect(scene%words), count(blocks%point_kind == fixed_point), &
                             count(blocks%point_kind == load_point), scene, error)
     if (allocated(error)) return
-    call check_materials(scene, blocks, error)
-    if (allocated(error)) return
     call complete_settings(scene, error)
     if (allocated(error)) return
     call check_rules(scene, error)
+    if (allocated(error)) return
+    call check_materials(scene, blocks, error)
     if (allocated(error)) return
     call take_forces(scene, error)
     if (allocated(error)) return
@@ -193,14 +193,30 @@ contains
                 number_text(size(scene%block_material))//', found '//number_text(maxval(blocks%material)))
       return
     end if
-    if (.not. allocated(scene%lines) .or. size(scene%joint_material) == 0) return
-    do i = 1, size(scene%lines)
-      if (scene%lines(i)%material <= size(scene%joint_material)) cycle
-      call fail(error, status_bad_input, scene%geometry_name//':'//number_text(scene%lines(i)%deck_line)// &
-                ': expected a joint material up to '//number_text(size(scene%joint_material))//', found '// &
-                number_text(scene%lines(i)%material))
-      return
-    end do
+    if (size(scene%joint_material) == 0 .and. .not. may_touch()) return
+    if (allocated(scene%blocks)) then
+      i = findloc(scene%blocks%joint > size(scene%joint_material), .true., 1)
+      if (i > 0) call wrong(scene%blocks%joint_line(i), scene%blocks%joint(i))
+    else
+      i = findloc(scene%lines%material > size(scene%joint_material), .true., 1)
+      if (i > 0) call wrong(scene%lines(i)%deck_line, scene%lines(i)%material)
+    end if
+
+  contains
+
+    !> Whether anything in the scene may touch: blocks each other, or a block itself at a joint that ends in it.
+    logical function may_touch()
+      may_touch = scene%settings%contact .and. (size(blocks%material) > 1 .or. size(blocks%crack_joint) > 0)
+    end function may_touch
+
+    !> Error at a line of the geometry.
+    subroutine wrong(line, joint)
+      integer, intent(in) :: line, joint
+
+      call fail(error, status_bad_input, scene%geometry_name//':'//number_text(line)//': expected a joint material up to '// &
+                number_text(size(scene%joint_material))//', the number that the analysis deck has, found '//number_text(joint))
+    end subroutine wrong
+
   end subroutine check_materials
 
   !> Constant forces of the load points from &loads.

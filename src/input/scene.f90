@@ -49,7 +49,9 @@ module scree_scene
     real(dp), allocatable :: vertex(:, :)   !! (2, n_vertices), length
     integer, allocatable :: joint(:)        !! (n_vertices) joint material of the edge to the next vertex
     integer, allocatable :: material(:)     !! (n) block material
-    integer, allocatable :: deck_line(:)    !! (n) line of the deck that it begins with
+    integer, allocatable :: deck_line(:)    !! (n) line of the deck with its material
+    integer, allocatable :: vertex_line(:)  !! (n_vertices) line of the deck with its place
+    integer, allocatable :: joint_line(:)   !! (n_vertices) and with the joint material of the edge to the next vertex
   end type polygons_t
 
   !> Thirteen numbers of a block material (Shi: a0).

@@ -2,7 +2,7 @@
 module scree_set_up
   use scree_body_overlap, only: find_overlaps
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
-  use scree_block_input, only: block_moments, blocks_t
+  use scree_block_input, only: block_area, block_moments, block_size, block_source, blocks_t
   use scree_contacts, only: contact_law_t, contacts_t, outlines_t, overlap_t
   use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh
   use scree_effects, only: effects_t
@@ -29,13 +29,16 @@ module scree_set_up
   !> Where contacts are found as Shi's programs do, of the extent: gap over the displacement ratio, and the least; overlap over
   !> that gap; and what is added to the square of an edge (Shi: d0 = 2.5 g2 w0, d9 = 0.3 d0, 3 g3 w0, 1e-9 w0).
   real(dp), parameter :: search_share = 1.25_dp, search_least = 6e-4_dp, search_inside = 0.3_dp, search_guard = 5e-10_dp
+  real(dp), parameter :: least_block = 1e-9_dp   !! of the extent: size of a block that still has seven digits
+  real(dp), parameter :: lost_area = 1e-3_dp     !! of a block, by the rounding of coordinates about the middle of the model
   real(dp), parameter :: beside = 1e-4_dp        !! of the extent: a point so far outside still belongs to an element
 
 contains
 
   !> Makes system, state and effects, and the list of effects with the reason for each.
   !>
-  !> Errors: a mathematical mesh that does not hold the blocks.
+  !> Errors: a mathematical mesh that does not hold the blocks, a block that is lost in the size of the model, an outline that
+  !> does not close.
   subroutine set_up(scene, blocks, system, state, effects, list, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
@@ -54,7 +57,15 @@ contains
     call make_effects(scene, system, state, quality, cracked, effects, list)
     if (.not. allocated(effects%contact)) return
     call make_outlines(system%elements%shape, state%vertex, system%elements%block, system%outlines, error)
-    if (allocated(error)) return
+    if (allocated(error)) then
+      associate (o => system%outlines, i => findloc(system%outlines%next, 0, 1))
+        call fail(error, status_bad_input, block_source(scene, blocks, o%block(i))//': expected an outline of block '// &
+                  number_text(o%block(i))//' that closes, found it open at '// &
+                  real_text(state%vertex(1, o%finish(i)) + system%origin(1))//' '// &
+                  real_text(state%vertex(2, o%finish(i)) + system%origin(2)))
+      end associate
+      return
+    end if
     allocate (state%contacts%contact(0), state%contacts%link(2, 0))
     if (system%n_elements == system%n_blocks) then
       call find_overlaps(system%outlines, state%vertex, system%overlaps, state%contacts%inside)
@@ -115,6 +126,13 @@ contains
     state%vertex = blocks%vertex - spread(middle, 2, size(blocks%vertex, 2))
     state%point = blocks%point - spread(middle, 2, size(blocks%point, 2))
     do b = 1, size(blocks%material)
+      if (block_size(blocks, b) < least_block*scene%extent .or. abs(block_area(blocks, state%vertex, b) &
+          - block_area(blocks, blocks%vertex, b)) > lost_area*block_area(blocks, blocks%vertex, b)) then
+        call fail(error, status_bad_input, block_source(scene, blocks, b)//': expected blocks larger than '// &
+                  real_text(least_block)//' of the model of '//real_text(scene%extent)//' and no thinner than its rounding, '// &
+                  'found block '//number_text(b)//' of size '//real_text(block_size(blocks, b)))
+        return
+      end if
       moments = block_moments(blocks, b)
       centroid(:, b) = moments%centroid - middle
     end do
@@ -222,7 +240,7 @@ contains
     call set_up_finder(finder, system%elements%shape, state%vertex, &
                        beside*maxval(maxval(state%vertex, 2) - minval(state%vertex, 2)))
     do i = 1, size(block)
-      element(i) = block_at(finder, system%elements%shape, state%vertex, state%point(:, i), system%elements%block == block(i))
+      element(i) = block_at(finder, system%elements%shape, state%vertex, state%point(:, i), system%elements%block, block(i))
     end do
   end function elements_of_points
 
@@ -393,28 +411,26 @@ contains
 
     !> Load points that have a force at some time.
     subroutine load_points()
-      integer, allocatable :: of_kind(:)
-      type(time_table_t), allocatable :: table(:)
+      integer, allocatable :: acting(:), of_kind(:)
       integer :: i
 
-      of_kind = pack([(i, i=1, size(system%points%kind))], system%points%kind == load_point)
-      allocate (table(0))
       if (.not. allocated(scene%load_table)) return
-      do i = 1, size(of_kind)
-        if (allocated(scene%load_table(i)%time)) then
-          if (any(abs(scene%load_table(i)%value) > 0)) then
-            table = [table, scene%load_table(i)]
-            cycle
-          end if
-        end if
-        of_kind(i) = 0
-      end do
-      of_kind = pack(of_kind, of_kind > 0)
-      if (size(of_kind) == 0) return
-      call name('point loads', number_text(size(of_kind))//' load points with a force')
+      acting = pack([(i, i=1, size(scene%load_table))], [(has_force(scene%load_table(i)), i=1, size(scene%load_table))])
+      if (size(acting) == 0) return
+      of_kind = pack([(i, i=1, size(system%points%kind))], system%points%kind == load_point)
+      call name('point loads', number_text(size(acting))//' load points with a force')
       allocate (effects%point_load)
-      call by_element(system, of_kind, table, effects%point_load%first, effects%point_load%point, effects%point_load%table)
+      call by_element(system, of_kind(acting), scene%load_table(acting), effects%point_load%first, effects%point_load%point, &
+                      effects%point_load%table)
     end subroutine load_points
+
+    !> Whether a table has a force at some time.
+    pure logical function has_force(table)
+      type(time_table_t), intent(in) :: table
+
+      has_force = allocated(table%time)
+      if (has_force) has_force = any(abs(table%value) > 0)
+    end function has_force
 
   end subroutine make_effects
 
