@@ -79,7 +79,9 @@ contains
     type(axis_t), intent(in) :: axis
     real(dp), intent(in) :: x
 
-    bucket_of = 1 + int(max(0.0_dp, min((x - axis%low)/axis%width, real(size(axis%below) - 2, dp))))
+    bucket_of = size(axis%below) - 1
+    if (x - axis%low < (bucket_of - 1)*axis%width) & ! the width may be tiny
+      bucket_of = 1 + int(max(0.0_dp, x - axis%low)/axis%width)
   end function bucket_of
 
   !> Columns and rows of the cells that a box touches: first and last column, first and last row, from 0.

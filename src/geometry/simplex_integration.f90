@@ -92,7 +92,8 @@ contains
     local = vertex - spread(vertex(:, 1), 2, size(vertex, 2))
     linear = simplex_integrals(local, first, 1)
     moments%area = linear(0, 0)
-    shift = [linear(1, 0), linear(0, 1)]/linear(0, 0)
+    shift = 0.0_dp
+    if (abs(moments%area) > 0) shift = [linear(1, 0), linear(0, 1)]/moments%area ! else its first vertex stands for the centroid
     moments%centroid = vertex(:, 1) + shift
     local = local - spread(shift, 2, size(vertex, 2))
     quadratic = simplex_integrals(local, first, 2)

@@ -17,6 +17,7 @@ module scree_time_stepper
   use scree_interpolation, only: displacement_matrix
   use scree_interruption, only: stop_signal
   use scree_kinds, only: dp
+  use scree_polygon, only: twice_area
   use scree_open_close, only: accept_contacts, begin_again, begin_contacts
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_scene, only: settings_t
@@ -37,6 +38,7 @@ module scree_time_stepper
   !> Where the stiffness of contacts adapts: overlap over that allowed for which it grows, by how much, and how often in a step.
   real(dp), parameter :: too_deep = 2.5_dp, stiffening = 10.0_dp
   integer, parameter :: most_stiffenings = 5
+  real(dp), parameter :: least_size = 1e-12_dp !! of a block over its distance from the middle: four digits are left for its shape
 
   !> What a step took.
   type :: step_report_t
@@ -72,7 +74,7 @@ contains
     type(step_rule_t) :: rule
     type(touch_t) :: touch
     real(dp) :: beyond(3), d(system%n_unknowns), d_motion(system%n_unknowns), shorter
-    integer :: e, stiffened
+    integer :: b, e, stiffened
     logical :: again !! with the contacts as the try before left them
 
     report%dt = dt
@@ -132,6 +134,13 @@ contains
       if (effects%contact%adapts) call adapt_stiffness([state%contacts%gap, state%contacts%overlap], effects%contact)
     end if
     call update_state(system, effects, share, rule, d, d_motion, state)
+    b = lost_block(system, state)
+    if (b > 0) then
+      call fail(error, status_run_failed, words_of(new_trouble( &
+        'it is lost: crushed to nothing, or so far away that 16 digits do not tell its shape', &
+        element=findloc(system%elements%block, b, 1), advice='a smaller step.size, and check density, E and loads'), system))
+      return
+    end if
     do e = 1, system%n_elements
       share(e) = share_of(effects, system, state, e)
     end do
@@ -216,6 +225,30 @@ contains
     end subroutine rebound
 
   end subroutine advance
+
+  !> First block that is lost: without area, its elements taken together, or farther away than its digits reach; 0: none.
+  pure integer function lost_block(system, state) result(b)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    real(dp) :: area(system%n_blocks), high(2, system%n_blocks), low(2, system%n_blocks)
+    integer :: e, loop
+
+    area = 0.0_dp
+    low = huge(low)
+    high = -huge(high)
+    associate (shape => system%elements%shape, block => system%elements%block)
+      do e = 1, system%n_elements
+        do loop = shape%first_loop(e), shape%first_loop(e + 1) - 1
+          associate (vertex => state%vertex(:, shape%first_vertex(loop):shape%first_vertex(loop + 1) - 1))
+            area(block(e)) = area(block(e)) + twice_area(vertex)
+            low(:, block(e)) = min(low(:, block(e)), minval(vertex, 2))
+            high(:, block(e)) = max(high(:, block(e)), maxval(vertex, 2))
+          end associate
+        end do
+      end do
+    end associate
+    b = findloc(area > 0 .and. maxval(high - low, 1) > least_size*maxval(max(abs(low), abs(high)), 1), .false., 1)
+  end function lost_block
 
   !> Farthest that a vertex goes, and its element.
   real(dp) function farthest(system, share, state, d, element)

@@ -31,18 +31,43 @@ contains
     number_text = trim(buffer)
   end function number_text
 
-  !> The real next to a decimal with an exponent after e or d, or none; infinite where it is beyond all. A Fortran `read` of
+  !> The real next to a decimal with an exponent after e or d, or none; huge where it is beyond 1e300. A Fortran `read` of
   !> it gives the same, ten times as slowly, and fails where it is infinite.
   pure real(dp) function real_of(word)
     character(len=*), intent(in) :: word
     character(len=len(word) + 1, kind=c_char) :: text
-    integer :: letter
+    integer :: exponent, first, letter, mantissa, point
 
     text = word//c_null_char
-    letter = scan(word, 'dD')
-    if (letter > 0) text(letter:letter) = 'e'
-    real_of = strtod(text, c_null_ptr)
+    letter = scan(word, 'eEdD')
+    mantissa = len(word)
+    exponent = 0
+    if (letter > 0) then
+      text(letter:letter) = 'e'
+      mantissa = letter - 1
+      exponent = whole_of(word(letter + 1:))
+    end if
+    point = index(word(:mantissa), '.')
+    if (point == 0) point = mantissa + 1
+    first = scan(word(:mantissa), '123456789')
+    if (first > 0 .and. exponent + point - first + merge(0, 1, first < point) > 300) then
+      real_of = merge(-huge(1.0_dp), huge(1.0_dp), word(1:1) == '-')
+    else
+      real_of = strtod(text, c_null_ptr)
+    end if
   end function real_of
+
+  !> A whole number of a sign or none and at most nine digits.
+  pure integer function whole_of(word)
+    character(len=*), intent(in) :: word
+    integer :: i
+
+    whole_of = 0
+    do i = 1, len(word)
+      if (scan(word(i:i), '+-') == 0) whole_of = 10*whole_of + iachar(word(i:i)) - iachar('0')
+    end do
+    if (word(1:1) == '-') whole_of = -whole_of
+  end function whole_of
 
   !> The shortest decimal that reads back as the same real; with an exponent where it is very large or small.
   pure function real_text(x)

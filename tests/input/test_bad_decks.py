@@ -249,8 +249,8 @@ def test_good_decks_are_taken_in_any_dress(change, tmp_path):
 def test_decks_may_come_through_pipes(tmp_path):
     (tmp_path / "g.geo").write_text(GEOMETRY + "! a long remark\n" * 10000)  # more than a pipe holds at once
     (tmp_path / "a.ana").write_text(ANALYSIS)
-    done = subprocess.run(["bash", "-c", f"'{SCREE}' check <(cat g.geo) <(cat a.ana)"], cwd=tmp_path, capture_output=True, text=True,
-                          timeout=20)
+    words = ["bash", "-c", f"'{SCREE}' check <(cat g.geo) <(cat a.ana)"]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=20)
     assert done.returncode == 0 and "1 blocks" in done.stdout, done.stderr
 
 

@@ -158,6 +158,16 @@ def test_a_block_far_smaller_than_the_model_is_refused(tmp_path):
     refused(check(tmp_path, text), 6, "larger than 1e-9 of the model", "block 1")
 
 
+@pytest.mark.parametrize("groups", ["&method strain='small' /", "&method strain='green' /", "&method model='nmm', strain='green' /",
+                                    "&method preset='shi' /"])
+def test_a_block_that_flies_beyond_its_digits_ends_the_run_by_name(groups, tmp_path):
+    """At 1e19 m its corners would be one place."""
+    ana = analysis(1, groups + "\n&contact method='none' /\n&step size=0.1, count=3 /\n").replace("0 0 0\n30", "0 1e20 0\n30")
+    done = check(tmp_path, block_file("two squares", [(1, SQUARE), (1, BESIDE)]), ana, "run", "-o", "r.h5", "--quiet")
+    errors = [line for line in done.stderr.splitlines() if "warning" not in line]
+    assert done.returncode == 1 and len(errors) == 1 and "step 2 " in errors[0] and "block 1 is lost" in errors[0], done.stderr
+
+
 def test_what_the_cutter_writes_is_read_again(tmp_path):
     """Blocks of lines at random, with holes and short edges, come back as they were."""
     random = np.random.default_rng(5)
