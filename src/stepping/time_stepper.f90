@@ -138,7 +138,8 @@ contains
     if (b > 0) then
       call fail(error, status_run_failed, words_of(new_trouble( &
         'it is lost: crushed to nothing, or so far away that 16 digits do not tell its shape', &
-        element=findloc(system%elements%block, b, 1), advice='a smaller step.size, and check density, E and loads'), system))
+        element=findloc(system%elements%block, b, 1), advice='a smaller step.size, and check density, E and loads', &
+        place=state%vertex(:, first_vertex_of(system%elements%shape, findloc(system%elements%block, b, 1)))), system))
       return
     end if
     do e = 1, system%n_elements
