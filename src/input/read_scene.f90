@@ -266,6 +266,7 @@ contains
     value = scene%words(place_of('acceleration', 'scale'))%value
     read (value, *) scale
     scene%ground%value = scale*scene%ground%value
+    scene%ground%kept = .false.
   end subroutine take_acceleration
 
   !> Words between single blanks.

@@ -72,10 +72,12 @@ module scree_scene
     real(dp) :: tensile_strength = 0.0_dp   !! force/length^2
   end type joint_material_t
 
-  !> Values given at times, linear between them (Shi: k5, u0): displacement of a fixed point, force of a load point.
+  !> Values given at times, linear between them (Shi: k5, u0): displacement of a fixed point, force of a load point,
+  !> acceleration of the ground.
   type :: time_table_t
     real(dp), allocatable :: time(:)        !! (n) ascending, time
     real(dp), allocatable :: value(:, :)    !! (2, n)
+    logical :: kept = .true.                !! the first value before its time, the last after; else zero
   end type time_table_t
 
   !> Every choice and number of the named groups, after defaults.
@@ -94,6 +96,7 @@ module scree_scene
     real(dp) :: beta = 1.0_dp               !! weight of the new acceleration in the velocity
     real(dp) :: gamma = 0.5_dp              !! weight of the new acceleration in the displacement
     integer :: start = start_zero
+    logical :: loads_at_end = .false.       !! steps feel the loads of their end, not their mean
     integer :: transport = transport_rates
     real(dp) :: step_size = 0.0_dp          !! largest step, time
     real(dp) :: least_step = 0.0_dp         !! a step that must be smaller ends the run, time

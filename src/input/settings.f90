@@ -400,6 +400,8 @@ contains
                    either('field', 'rates', s%strain == strain_green .or. s%model == model_nmm))
       s%transport = merge(transport_field, transport_rates, word('integrator', 'transport') == 'field')
 
+      s%loads_at_end = s%shi .or. .not. scene%carried > 0
+
       call default('step', 'size', real_text(scene%step_size))
       size_ = number('step', 'size')
       call default('step', 'control', 'fixed')

@@ -94,7 +94,7 @@ contains
         call add_mass_damping(effects%mass_damping, share%mass_matrix, state%velocity(ids), state%acceleration(ids), unknown, &
                               rule, term)
       if (allocated(effects%point_load)) &
-        call add_point_loads(effects%point_load, e, state%point, rule%load_time, element, term)
+        call add_point_loads(effects%point_load, e, state%point, rule, element, term)
       if (allocated(effects%fixed_point)) then
         if (effects%fixed_point%by_springs) &
           call add_fixed_springs(effects%fixed_point, e, state%point, rule%end_time, element, unknown, term)

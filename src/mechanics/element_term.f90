@@ -23,9 +23,8 @@ module scree_element_term
     real(dp) :: displacement_weight = 0.5_dp !! gamma of Zhang et al. 2019
     real(dp) :: stress_weight = 1.0_dp    !! share of the step's stress increment in the balance
     real(dp) :: operator_weight = 1.0_dp  !! omega in B0 + omega A(theta): 1 end of step, 1/2 energy-momentum
-    real(dp) :: load_time = 0.0_dp        !! at which the balance takes the loads
-    real(dp) :: record_from = 0.0_dp      !! the balance takes a record at its mean from here
-    real(dp) :: record_to = 0.0_dp        !! to here
+    real(dp) :: load_from = 0.0_dp        !! the balance takes loads and the ground with their means from here
+    real(dp) :: load_to = 0.0_dp          !! to here
     real(dp) :: end_time = 0.0_dp         !! of the step
     logical :: tangent = .false.          !! operator of the iteration: tangent, else secant
   end type step_rule_t

@@ -5,10 +5,9 @@ module scree_energy
   use scree_fixed_point, only: moved_supports, spring_energy, work_of_springs
   use scree_gravity, only: gravity_energy
   use scree_inertia, only: kinetic_energy, momentum
-  use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
   use scree_mass_damping, only: damped_energy
-  use scree_point_load, only: value_at
+  use scree_point_load, only: work_of_point_loads
   use scree_element_term, only: step_rule_t, term_t
   use scree_system, only: state_t, system_t
   implicit none
@@ -84,25 +83,17 @@ contains
     type(state_t), intent(in) :: state            !! at the beginning of the step
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
-    integer :: e, i
+    integer :: e
 
     work_of_loads = 0.0_dp
-    if (allocated(effects%base_acceleration)) then
-      do e = 1, system%n_elements
-        work_of_loads = work_of_loads + work_of_base(effects%base_acceleration, share(e)%mass, rule, share(e)%kinematics, &
-                                                     d(system%elements%unknown(:, e)))
-      end do
-    end if
-    if (.not. allocated(effects%point_load)) return
-    associate (loads => effects%point_load)
-      do e = 1, system%n_elements
-        do i = loads%first(e), loads%first(e + 1) - 1
-          work_of_loads = work_of_loads + dot_product(value_at(loads%table(i), rule%load_time), &
-            matmul(displacement_matrix(share(e)%kinematics, state%point(:, loads%point(i))), &
-                   d(system%elements%unknown(:, e))))
-        end do
-      end do
-    end associate
+    do e = 1, system%n_elements
+      associate (unknown => d(system%elements%unknown(:, e)), element => share(e)%kinematics)
+        if (allocated(effects%base_acceleration)) &
+          work_of_loads = work_of_loads + work_of_base(effects%base_acceleration, share(e)%mass, rule, element, unknown)
+        if (allocated(effects%point_load)) &
+          work_of_loads = work_of_loads + work_of_point_loads(effects%point_load, e, state%point, rule, element, unknown)
+      end associate
+    end do
   end function work_of_loads
 
   !> Energy that mass damping takes in a step.

@@ -5,9 +5,9 @@ module scree_fixed_point
   use scree_errors, only: error_t
   use scree_interpolation, only: displacement_matrix, kinematics_t
   use scree_kinds, only: dp
-  use scree_point_load, only: value_at
   use scree_scene, only: time_table_t
   use scree_system, only: element_unknowns
+  use scree_time_table, only: value_at
   implicit none
   private
   public :: add_fixed_springs, constrain_fixed_points, fixed_point_t, moved_supports, spring_energy, work_of_springs

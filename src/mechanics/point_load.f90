@@ -1,12 +1,14 @@
 !> Forces on load points that move with their element (Shi's df15).
 module scree_point_load
-  use scree_element_term, only: add_force, term_t
+  use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_interpolation, only: displacement_matrix, kinematics_t
   use scree_kinds, only: dp
   use scree_scene, only: time_table_t
+  use scree_system, only: element_unknowns
+  use scree_time_table, only: mean_over
   implicit none
   private
-  public :: add_point_loads, point_load_t, value_at
+  public :: add_point_loads, point_load_t, work_of_point_loads
 
   !> Called for when a load point has a force.
   type :: point_load_t
@@ -17,38 +19,37 @@ module scree_point_load
 
 contains
 
-  !> Adds T(x)^T f(t) of every load on element `e`.
-  pure subroutine add_point_loads(self, e, place, time, element, term)
+  !> Adds T(x)^T f of every load on element `e`, f the mean of its table.
+  pure subroutine add_point_loads(self, e, place, rule, element, term)
     type(point_load_t), intent(in) :: self
     integer, intent(in) :: e
     real(dp), intent(in) :: place(:, :) !! (2, n_points) of the system, length
-    real(dp), intent(in) :: time        !! at which the balance takes the loads
+    type(step_rule_t), intent(in) :: rule
     type(kinematics_t), intent(in) :: element
     type(term_t), intent(inout) :: term
     integer :: i
 
     do i = self%first(e), self%first(e + 1) - 1
-      call add_force(term, matmul(value_at(self%table(i), time), displacement_matrix(element, place(:, self%point(i)))))
+      call add_force(term, matmul(mean_over(self%table(i), rule%load_from, rule%load_to), &
+                                  displacement_matrix(element, place(:, self%point(i)))))
     end do
   end subroutine add_point_loads
 
-  !> Value of a table: linear between its times, constant before the first and after the last (Shi's df09).
-  pure function value_at(table, time) result(value)
-    type(time_table_t), intent(in) :: table
-    real(dp), intent(in) :: time
-    real(dp) :: value(2)
-    integer :: i, n
+  !> Work of the loads on element `e` in a step, force per unit thickness times length.
+  pure real(dp) function work_of_point_loads(self, e, place, rule, element, unknown) result(work)
+    type(point_load_t), intent(in) :: self
+    integer, intent(in) :: e
+    real(dp), intent(in) :: place(:, :) !! (2, n_points) at the beginning of the step, length
+    type(step_rule_t), intent(in) :: rule
+    type(kinematics_t), intent(in) :: element
+    real(dp), intent(in) :: unknown(element_unknowns) !! of the step
+    integer :: i
 
-    n = size(table%time)
-    if (time <= table%time(1)) then
-      value = table%value(:, 1)
-    else if (time >= table%time(n)) then
-      value = table%value(:, n)
-    else
-      i = count(table%time <= time)
-      value = table%value(:, i) + (time - table%time(i))/(table%time(i + 1) - table%time(i)) &
-              *(table%value(:, i + 1) - table%value(:, i))
-    end if
-  end function value_at
+    work = 0.0_dp
+    do i = self%first(e), self%first(e + 1) - 1
+      work = work + dot_product(mean_over(self%table(i), rule%end_time - rule%dt, rule%end_time), &
+                                matmul(displacement_matrix(element, place(:, self%point(i))), unknown))
+    end do
+  end function work_of_point_loads
 
 end module scree_point_load

@@ -9,7 +9,8 @@
 !> M a1 is M (v1 - v0)/dt, but balances it with the mid-step operator B0 + A/2 and the stress sigma0 + (1/2 + chi) D E:
 !> the torque about the mid-step configuration vanishes, and energy changes by -chi E.D.E (doc/theory.md).
 !>
-!> The velocity feels the loads of a step about its end less (beta - 1/2) dt: a record acts with its mean over dt there.
+!> The velocity feels the loads of a step about its end less (beta - 1/2) dt: they act with their mean over dt there. A static
+!> step begins at rest whatever was before, and Shi's takes no mean: they feel the loads of their end.
 module scree_integrator
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
@@ -34,16 +35,19 @@ contains
     if (settings%scheme == scheme_energy_momentum) then
       rule%operator_weight = 0.5_dp
       rule%stress_weight = merge(1.0_dp, settings%beta, dissipative) ! 1/2 + chi
-      rule%load_time = time + 0.5_dp*dt
     else
       if (.not. dissipative) then
         rule%velocity_weight = settings%beta
         rule%displacement_weight = settings%gamma
       end if
-      rule%load_time = time + dt
     end if
-    rule%record_from = time + (1 - rule%velocity_weight)*dt
-    rule%record_to = rule%record_from + dt
+    if (settings%loads_at_end) then
+      rule%load_from = rule%end_time
+      rule%load_to = rule%end_time
+    else
+      rule%load_from = time + (1 - rule%velocity_weight)*dt
+      rule%load_to = rule%load_from + dt
+    end if
   end function step_rule_for
 
   !> Rates at the end of a step from its displacement.

@@ -84,9 +84,8 @@ contains
     at_rest%velocity = 0.0_dp
     at_rest%acceleration = 0.0_dp
     rule%dt = 1.0_dp ! of no consequence: nothing moves
-    rule%load_time = state%time
-    rule%record_from = state%time
-    rule%record_to = state%time
+    rule%load_from = state%time
+    rule%load_to = state%time
     rule%end_time = state%time
     penalty = 0.0_dp
     do e = 1, system%n_elements

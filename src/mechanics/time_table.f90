@@ -1,0 +1,71 @@
+!> Values of a table at a time, and their mean over a step (Shi's df09).
+module scree_time_table
+  use scree_kinds, only: dp
+  use scree_scene, only: time_table_t
+  implicit none
+  private
+  public :: mean_over, value_at
+
+contains
+
+  !> Value of a table: linear between its times; outside its first and last value, or zero where it does not keep them.
+  pure function value_at(table, time) result(value)
+    type(time_table_t), intent(in) :: table
+    real(dp), intent(in) :: time
+    real(dp) :: value(2)
+    integer :: i
+
+    associate (t => table%time, v => table%value)
+      i = times_until(t, time)
+      if (i > 0 .and. i < size(t)) then
+        value = v(:, i) + (time - t(i))/(t(i + 1) - t(i))*(v(:, i + 1) - v(:, i))
+      else if (table%kept .or. .not. (time < t(1) .or. time > t(size(t)))) then
+        value = v(:, max(i, 1))
+      else
+        value = 0.0_dp
+      end if
+    end associate
+  end function value_at
+
+  !> Mean of a table from one time to another, exact; at one time its value.
+  pure function mean_over(table, from, to) result(mean)
+    type(time_table_t), intent(in) :: table
+    real(dp), intent(in) :: from, to !! time, `from` not after `to`
+    real(dp) :: mean(2), left, right
+    integer :: i
+
+    if (.not. to > from) then
+      mean = value_at(table, to)
+      return
+    end if
+    mean = 0.0_dp
+    left = from
+    i = times_until(table%time, from)
+    do while (left < to)
+      i = i + 1
+      right = to
+      if (i <= size(table%time)) right = min(to, table%time(i))
+      mean = mean + (right - left)/(to - from)*value_at(table, 0.5_dp*(left + right))
+      left = right
+    end do
+  end function mean_over
+
+  !> How many of the times are not after one.
+  pure integer function times_until(times, time)
+    real(dp), intent(in) :: times(:) !! ascending
+    real(dp), intent(in) :: time
+    integer :: above, middle
+
+    times_until = 0
+    above = size(times) + 1
+    do while (above - times_until > 1)
+      middle = (times_until + above)/2
+      if (times(middle) <= time) then
+        times_until = middle
+      else
+        above = middle
+      end if
+    end do
+  end function times_until
+
+end module scree_time_table
