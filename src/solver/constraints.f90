@@ -6,6 +6,7 @@
 module scree_constraints
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp
+  use scree_system, only: element_unknowns
   implicit none
   private
   public :: add_constraint, add_followers, clear_constraints, complete_unknowns, constraints_t, reduce_element, reduction_t
@@ -13,18 +14,21 @@ module scree_constraints
   !> A row whose largest entry is below this share of a displacement says nothing new.
   real(dp), parameter :: redundant = 1e-8_dp
 
-  !> One slave: d(slave) = sum coefficient d(master) + given.
-  type :: row_t
-    integer :: slave = 0
-    integer, allocatable :: master(:)
-    real(dp), allocatable :: coefficient(:)
-    real(dp) :: given = 0.0_dp
-  end type row_t
-
-  !> All slaves. No slave is a master.
+  !> Rows d(slave) = sum coefficient d(master) + given. No slave is a master.
+  !>
+  !> A new row concerns the rows that have its slave as a master; `use` chains those of each unknown, so that what one element asks
+  !> costs nothing to the others.
   type :: constraints_t
-    type(row_t), allocatable :: row(:)
-    integer, allocatable :: row_of(:)    !! (n_unknowns) row that determines the unknown, 0: none
+    integer :: n_rows = 0
+    integer, allocatable :: slave(:)           !! (n_rows, then room)
+    real(dp), allocatable :: given(:)          !! (n_rows, then room) displacement over what a unit of the slave makes
+    integer, allocatable :: n(:)               !! (n_rows, then room) masters
+    integer, allocatable :: master(:, :)       !! (most, n_rows, then room)
+    real(dp), allocatable :: coefficient(:, :) !! (most, n_rows, then room)
+    integer, allocatable :: row_of(:)          !! (n_unknowns) row that determines the unknown, 0: none
+    integer :: n_uses = 0
+    integer, allocatable :: use(:, :)          !! (2, n_uses, then room) row that took an unknown as a master, the use before of it
+    integer, allocatable :: last_use(:)        !! (n_unknowns) 0: none
   end type constraints_t
 
   !> Z of one element: its unknowns in terms of free ones.
@@ -40,9 +44,34 @@ contains
     type(constraints_t), intent(out) :: constraints
     integer, intent(in) :: n_unknowns
 
-    allocate (constraints%row(0), constraints%row_of(n_unknowns))
-    constraints%row_of = 0
+    allocate (constraints%row_of(n_unknowns), constraints%last_use(n_unknowns), source=0)
+    allocate (constraints%use(2, 0))
+    call make_room(constraints, element_unknowns, 1)
   end subroutine clear_constraints
+
+  !> Makes room for masters of a row, and for rows.
+  pure subroutine make_room(constraints, masters, rows)
+    type(constraints_t), intent(inout) :: constraints
+    integer, intent(in) :: masters, rows
+    type(constraints_t) :: old
+    integer :: m, n
+
+    call move_alloc(constraints%slave, old%slave)
+    call move_alloc(constraints%given, old%given)
+    call move_alloc(constraints%n, old%n)
+    call move_alloc(constraints%master, old%master)
+    call move_alloc(constraints%coefficient, old%coefficient)
+    allocate (constraints%slave(rows), constraints%n(rows), constraints%master(masters, rows), source=0)
+    allocate (constraints%given(rows), constraints%coefficient(masters, rows), source=0.0_dp)
+    if (.not. allocated(old%slave)) return
+    m = size(old%master, 1)
+    n = size(old%slave)
+    constraints%slave(:n) = old%slave
+    constraints%given(:n) = old%given
+    constraints%n(:n) = old%n
+    constraints%master(:m, :n) = old%master
+    constraints%coefficient(:m, :n) = old%coefficient
+  end subroutine make_room
 
   !> Adds, to an empty set, unknowns that are sums of others which are no such sums.
   pure subroutine add_followers(constraints, follower, master, coefficient)
@@ -50,15 +79,15 @@ contains
     integer, intent(in) :: follower(:)            !! (n)
     integer, intent(in) :: master(:, :)           !! (m, n)
     real(dp), intent(in) :: coefficient(:, :)     !! (m, n)
-    integer :: i
+    integer :: i, k, row
 
-    deallocate (constraints%row)
-    allocate (constraints%row(size(follower)))
     do i = 1, size(follower)
-      constraints%row(i)%slave = follower(i)
-      constraints%row(i)%master = master(:, i)
-      constraints%row(i)%coefficient = coefficient(:, i)
-      constraints%row_of(follower(i)) = i
+      call begin_row(constraints, row)
+      constraints%slave(row) = follower(i)
+      do k = 1, size(master, 1)
+        call add_term(constraints, row, master(k, i), coefficient(k, i))
+      end do
+      call keep_row(constraints)
     end do
   end subroutine add_followers
 
@@ -72,53 +101,49 @@ contains
     real(dp), intent(in) :: span(:)        !! displacement that a unit of each unknown makes
     real(dp), intent(in) :: given          !! displacement
     type(error_t), allocatable, intent(out) :: error
-    type(row_t) :: new
-    integer, allocatable :: all_unknown(:)
-    real(dp), allocatable :: all_coefficient(:)
     real(dp) :: share, largest
-    integer :: i, k, row, pivot
+    integer :: i, k, known, new, pivot
 
-    allocate (all_unknown(0), all_coefficient(0))
-    new%given = given
+    call begin_row(constraints, new)
+    constraints%given(new) = given
     do i = 1, size(unknown)
-      row = constraints%row_of(unknown(i))
-      if (row == 0) then
-        call accumulate(all_unknown, all_coefficient, unknown(i), coefficient(i))
+      known = constraints%row_of(unknown(i))
+      if (known == 0) then
+        call add_term(constraints, new, unknown(i), coefficient(i))
       else
-        associate (known => constraints%row(row))
-          new%given = new%given - coefficient(i)*known%given
-          do k = 1, size(known%master)
-            call accumulate(all_unknown, all_coefficient, known%master(k), coefficient(i)*known%coefficient(k))
-          end do
-        end associate
+        constraints%given(new) = constraints%given(new) - coefficient(i)*constraints%given(known)
+        do k = 1, constraints%n(known)
+          call add_term(constraints, new, constraints%master(k, known), coefficient(i)*constraints%coefficient(k, known))
+        end do
       end if
     end do
 
     pivot = 0
     largest = redundant
-    do i = 1, size(all_unknown)
-      share = abs(all_coefficient(i))/span_of(all_unknown(i))
+    do i = 1, constraints%n(new)
+      share = abs(constraints%coefficient(i, new))/span_of(constraints%master(i, new))
       if (share > largest) then
         pivot = i
         largest = share
       end if
     end do
     if (pivot == 0) then
-      if (abs(new%given) > redundant*maxval(abs(coefficient))*maxval(span)) &
+      if (abs(constraints%given(new)) > redundant*maxval(abs(coefficient))*maxval(span)) &
         call fail(error, status_run_failed, 'its fixed points prescribe displacements that contradict each other')
       return
     end if
-    new%slave = all_unknown(pivot)
-    new%given = new%given/all_coefficient(pivot)
-    all_coefficient = -all_coefficient/all_coefficient(pivot)
-    new%master = pack(all_unknown, all_unknown /= new%slave)
-    new%coefficient = pack(all_coefficient, all_unknown /= new%slave)
-
-    do k = 1, size(constraints%row)
-      call substitute(constraints%row(k), new)
+    associate (slave => constraints%slave(new), of => constraints%coefficient(:constraints%n(new), new))
+      slave = constraints%master(pivot, new)
+      constraints%given(new) = constraints%given(new)/of(pivot)
+      of = -of/of(pivot)
+    end associate
+    call drop_term(constraints, new, pivot)
+    k = constraints%last_use(constraints%slave(new))
+    do while (k > 0)
+      call substitute(constraints, constraints%use(1, k), new)
+      k = constraints%use(2, k)
     end do
-    constraints%row = [constraints%row, new]
-    constraints%row_of(new%slave) = size(constraints%row)
+    call keep_row(constraints)
 
   contains
 
@@ -134,38 +159,102 @@ contains
 
   end subroutine add_constraint
 
-  !> Adds a coefficient to a list of unknowns.
-  pure subroutine accumulate(unknown, coefficient, new_unknown, new_coefficient)
-    integer, allocatable, intent(inout) :: unknown(:)
-    real(dp), allocatable, intent(inout) :: coefficient(:)
-    integer, intent(in) :: new_unknown
-    real(dp), intent(in) :: new_coefficient
-    integer :: at
+  !> Begins a row without masters behind the others; it does not count before `keep_row`.
+  pure subroutine begin_row(constraints, row)
+    type(constraints_t), intent(inout) :: constraints
+    integer, intent(out) :: row
 
-    at = findloc(unknown, new_unknown, 1)
-    if (at > 0) then
-      coefficient(at) = coefficient(at) + new_coefficient
-    else
-      unknown = [unknown, new_unknown]
-      coefficient = [coefficient, new_coefficient]
-    end if
-  end subroutine accumulate
+    row = constraints%n_rows + 1
+    if (row > size(constraints%slave)) call make_room(constraints, size(constraints%master, 1), 2*row)
+    constraints%n(row) = 0
+    constraints%given(row) = 0.0_dp
+  end subroutine begin_row
 
-  !> Replaces the slave of `new` among the masters of `row`.
-  pure subroutine substitute(row, new)
-    type(row_t), intent(inout) :: row
-    type(row_t), intent(in) :: new
+  !> Counts the row that was begun.
+  pure subroutine keep_row(constraints)
+    type(constraints_t), intent(inout) :: constraints
+    integer :: k
+
+    constraints%n_rows = constraints%n_rows + 1
+    associate (row => constraints%n_rows)
+      constraints%row_of(constraints%slave(row)) = row
+      do k = 1, constraints%n(row)
+        call add_use(constraints, constraints%master(k, row), row)
+      end do
+    end associate
+  end subroutine keep_row
+
+  !> Adds a multiple of an unknown to a row.
+  pure subroutine add_term(constraints, row, unknown, coefficient)
+    type(constraints_t), intent(inout) :: constraints
+    integer, intent(in) :: row
+    integer, value :: unknown      ! values: what they come from may be another row, and move
+    real(dp), value :: coefficient
+    integer :: k
+
+    if (.not. abs(coefficient) > 0.0_dp) return
+    do k = 1, constraints%n(row)
+      if (constraints%master(k, row) /= unknown) cycle
+      constraints%coefficient(k, row) = constraints%coefficient(k, row) + coefficient
+      return
+    end do
+    if (k > size(constraints%master, 1)) call make_room(constraints, 2*k, size(constraints%slave))
+    constraints%n(row) = k
+    constraints%master(k, row) = unknown
+    constraints%coefficient(k, row) = coefficient
+  end subroutine add_term
+
+  !> Takes the `k`-th master out of a row.
+  pure subroutine drop_term(constraints, row, k)
+    type(constraints_t), intent(inout) :: constraints
+    integer, intent(in) :: row, k
+    integer :: i
+
+    do i = k + 1, constraints%n(row)
+      constraints%master(i - 1, row) = constraints%master(i, row)
+      constraints%coefficient(i - 1, row) = constraints%coefficient(i, row)
+    end do
+    constraints%n(row) = constraints%n(row) - 1
+  end subroutine drop_term
+
+  !> Notes that a row has an unknown among its masters.
+  pure subroutine add_use(constraints, unknown, row)
+    type(constraints_t), intent(inout) :: constraints
+    integer, value :: unknown, row ! values: a master of a row, the number of rows
+    integer, allocatable :: use(:, :)
+
+    associate (n => constraints%n_uses)
+      if (n == size(constraints%use, 2)) then
+        allocate (use(2, 2*n + 32))
+        use(:, :n) = constraints%use
+        call move_alloc(use, constraints%use)
+      end if
+      n = n + 1
+      constraints%use(:, n) = [row, constraints%last_use(unknown)]
+      constraints%last_use(unknown) = n
+    end associate
+  end subroutine add_use
+
+  !> Replaces the slave of row `new` where it is among the masters of `row`.
+  pure subroutine substitute(constraints, row, new)
+    type(constraints_t), intent(inout) :: constraints
+    integer, intent(in) :: row, new
     real(dp) :: share
-    integer :: at, k
+    integer :: before, k
 
-    at = findloc(row%master, new%slave, 1)
-    if (at == 0) return
-    share = row%coefficient(at)
-    row%master = [row%master(:at - 1), row%master(at + 1:)]
-    row%coefficient = [row%coefficient(:at - 1), row%coefficient(at + 1:)]
-    row%given = row%given + share*new%given
-    do k = 1, size(new%master)
-      call accumulate(row%master, row%coefficient, new%master(k), share*new%coefficient(k))
+    do k = 1, constraints%n(row)
+      if (constraints%master(k, row) == constraints%slave(new)) exit
+    end do
+    if (k > constraints%n(row)) return
+    share = constraints%coefficient(k, row)
+    call drop_term(constraints, row, k)
+    constraints%given(row) = constraints%given(row) + share*constraints%given(new)
+    before = constraints%n(row)
+    do k = 1, constraints%n(new)
+      call add_term(constraints, row, constraints%master(k, new), share*constraints%coefficient(k, new))
+    end do
+    do k = before + 1, constraints%n(row)
+      call add_use(constraints, constraints%master(k, row), row)
     end do
   end subroutine substitute
 
@@ -176,10 +265,10 @@ contains
     logical, intent(in) :: homogeneous
     integer :: k
 
-    do k = 1, size(constraints%row)
-      associate (row => constraints%row(k))
-        d(row%slave) = dot_product(row%coefficient, d(row%master))
-        if (.not. homogeneous) d(row%slave) = d(row%slave) + row%given
+    do k = 1, constraints%n_rows
+      associate (n => constraints%n(k), slave => constraints%slave(k))
+        d(slave) = dot_product(constraints%coefficient(:n, k), d(constraints%master(:n, k)))
+        if (.not. homogeneous) d(slave) = d(slave) + constraints%given(k)
       end associate
     end do
   end subroutine complete_unknowns
@@ -189,28 +278,27 @@ contains
     type(constraints_t), intent(in) :: constraints
     integer, intent(in) :: unknown(:)     !! (n) of the element
     type(reduction_t), intent(out) :: reduction
-    integer :: i, k
+    integer :: i, k, row(size(unknown))
 
-    if (all(constraints%row_of(unknown) == 0)) return
-    reduction%free = pack(unknown, constraints%row_of(unknown) == 0)
+    row = constraints%row_of(unknown)
+    if (all(row == 0)) return
+    reduction%free = pack(unknown, row == 0)
     do i = 1, size(unknown)
-      if (constraints%row_of(unknown(i)) == 0) cycle
-      associate (master => constraints%row(constraints%row_of(unknown(i)))%master)
-        do k = 1, size(master)
-          if (all(reduction%free /= master(k))) reduction%free = [reduction%free, master(k)]
-        end do
-      end associate
+      if (row(i) == 0) cycle
+      do k = 1, constraints%n(row(i))
+        associate (master => constraints%master(k, row(i)))
+          if (all(reduction%free /= master)) reduction%free = [reduction%free, master]
+        end associate
+      end do
     end do
     allocate (reduction%Z(size(unknown), size(reduction%free)), source=0.0_dp)
     do i = 1, size(unknown)
-      if (constraints%row_of(unknown(i)) == 0) then
+      if (row(i) == 0) then
         reduction%Z(i, findloc(reduction%free, unknown(i), 1)) = 1.0_dp
       else
-        associate (row => constraints%row(constraints%row_of(unknown(i))))
-          do k = 1, size(row%master)
-            reduction%Z(i, findloc(reduction%free, row%master(k), 1)) = row%coefficient(k)
-          end do
-        end associate
+        do k = 1, constraints%n(row(i))
+          reduction%Z(i, findloc(reduction%free, constraints%master(k, row(i)), 1)) = constraints%coefficient(k, row(i))
+        end do
       end if
     end do
   end subroutine reduce_element

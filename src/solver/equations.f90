@@ -37,7 +37,6 @@ module scree_equations
     integer, allocatable :: member(:)        !! (n_elements) elements by group
     integer, allocatable :: unknown(:, :)    !! (n, n_elements) unknowns of the elements
     integer, allocatable :: link(:, :)       !! (2 n, n_links) unknowns of pairs of elements
-    type(constraints_t) :: constraints
     type(reduction_t), allocatable :: reduction(:) !! (n_elements)
     type(reduction_t), allocatable :: link_reduction(:) !! (n_links)
     real(dp), allocatable :: force(:)        !! (n_unknowns) out of balance, zero at slaves
@@ -125,8 +124,7 @@ contains
     type(constraints_t), intent(in) :: constraints
     integer :: e, i
 
-    equations%constraints = constraints
-    if (size(constraints%row) > 0) then
+    if (constraints%n_rows > 0) then
       do e = 1, size(equations%reduction)
         call reduce_element(constraints, equations%unknown(:, e), equations%reduction(e))
       end do

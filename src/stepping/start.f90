@@ -52,7 +52,7 @@ contains
     call constraints_of_step(system, effects, share, state, state%time, constraints, error)
     if (allocated(error)) return
     call constrain_equations(equations, constraints)
-    if (size(constraints%row) > 0 .and. any(abs(state%velocity) > 0.0_dp)) then
+    if (constraints%n_rows > 0 .and. any(abs(state%velocity) > 0.0_dp)) then
       do e = 1, system%n_elements
         terms(e)%matrix = share(e)%mass_matrix
         call add_force(terms(e), matmul(terms(e)%matrix, state%velocity(system%elements%unknown(:, e))))
