@@ -17,7 +17,7 @@ module scree_equations
   implicit none
   private
   public :: add_equations, add_link_equations, begin_equations, constrain_equations, equations_t, members, out_of_balance, &
-            link_elements, release_equations, set_up_equations, solve_equations, weakest_element
+            link_elements, release_equations, set_up_equations, solve_equations, weakest_element, wholly_held
 
   integer, parameter :: n = element_unknowns
 
@@ -117,6 +117,21 @@ contains
 
     members = equations%member(equations%first(group):equations%first(group + 1) - 1)
   end function members
+
+  !> Whether constraints leave no unknown of a group free. It has no equations then.
+  pure logical function wholly_held(equations, group)
+    type(equations_t), intent(in) :: equations
+    integer, intent(in) :: group
+
+    wholly_held = .false.
+    if (is_shared(equations, group)) then
+      wholly_held = size(equations%shared%unknown) == 0
+    else
+      associate (reduction => equations%reduction(equations%member(equations%first(group))))
+        if (allocated(reduction%free)) wholly_held = size(reduction%free) == 0
+      end associate
+    end if
+  end function wholly_held
 
   !> Takes the constraints of a step.
   subroutine constrain_equations(equations, constraints)
@@ -330,6 +345,12 @@ contains
     real(dp) :: q(n)
     integer :: e, m
 
+    if (wholly_held(equations, group)) then
+      do m = equations%first(group), equations%first(group + 1) - 1
+        equations%correction(equations%unknown(:, equations%member(m))) = 0.0_dp
+      end do
+      return
+    end if
     if (is_shared(equations, group)) then
       call solve_shared(equations, symmetric, d, error)
       return
@@ -342,7 +363,7 @@ contains
         equations%correction(ids) = q
       else
         m = size(reduction%free)
-        if (m > 0) call solve_dense(equations%dense(:m, :m), equations%force(reduction%free), symmetric, q(:m), error)
+        call solve_dense(equations%dense(:m, :m), equations%force(reduction%free), symmetric, q(:m), error)
         if (allocated(error)) return
         equations%correction(ids) = matmul(reduction%Z, q(:m))
       end if

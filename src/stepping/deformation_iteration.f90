@@ -8,7 +8,7 @@ module scree_deformation_iteration
   use scree_effects, only: add_element_effects, effects_t, element_share_t, symmetric_equations
   use scree_element_term, only: step_rule_t, term_t
   use scree_equations, only: add_equations, begin_equations, equations_t, members, out_of_balance, solve_equations, &
-                             weakest_element
+                             weakest_element, wholly_held
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_impact, only: keep_firm
@@ -74,7 +74,7 @@ contains
       real(dp) :: balance(2), change
       type(term_t), allocatable :: linear(:)   ! of the members, at d_linear
       real(dp), allocatable :: d_linear(:)
-      logical :: in_contact, inner, large, nested, symmetric
+      logical :: in_contact, inner, large, nested, possible, symmetric
       integer :: e, fewest, i, k, stalled, worst
       integer, allocatable :: before(:, :), member(:) ! states of the lines of the contacts before a judgement
 
@@ -83,6 +83,10 @@ contains
       large = effects%large_deformation
       member = members(equations, group)
       in_contact = group == touching
+      if (.not. in_contact .and. wholly_held(equations, group)) then
+        call check_areas(member, report%settled)
+        return
+      end if
       if (in_contact .and. .not. allocated(report%judged)) allocate (report%judged(4, 0))
       nested = in_contact .and. settings%nested .and. large
       inner = .false.
@@ -137,12 +141,8 @@ contains
                      'a smaller step.size, and check density, E and fixed points there')
           return
         end if
-        e = impossible(member)
-        if (e > 0) then
-          call blame(e, 'the iteration ran away (its area changed by more than a factor of 5)', &
-                     'a smaller step.size, and check density, E and loads there')
-          return
-        end if
+        call check_areas(member, possible)
+        if (.not. possible) return
         call find_change(member, change, worst, d_linear)
         report%settled = .not. large .or. (settings%test /= test_residual .and. change < settings%tolerance)
         if (in_contact) then
@@ -248,20 +248,23 @@ contains
       end do
     end subroutine find_change
 
-    !> An element of the group that has not kept a finite area, 0: none.
-    integer function impossible(member)
+    !> Whether every element of the group has kept a finite area; blames one that has not.
+    subroutine check_areas(member, possible)
       integer, intent(in) :: member(:)
+      logical, intent(out) :: possible
       real(dp) :: theta(4), ratio
       integer :: k
 
       do k = 1, size(member)
-        impossible = member(k)
         theta = matmul(share(member(k))%kinematics%gradient, d(system%elements%unknown(:, member(k))))
         ratio = (1 + theta(1))*(1 + theta(4)) - theta(2)*theta(3)
-        if (.not. (ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp)) return ! NaN too
+        possible = ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp ! false for NaN
+        if (possible) cycle
+        call blame(member(k), 'the iteration ran away (its area changed by more than a factor of 5)', &
+                   'a smaller step.size, and check density, E and loads there')
+        return
       end do
-      impossible = 0
-    end function impossible
+    end subroutine check_areas
 
   end subroutine settle_deformation
 
