@@ -1,6 +1,7 @@
 !> A run: from a scene and its blocks to a results file, step by step, or to its model alone.
 module scree_simulation
   use, intrinsic :: iso_fortran_env, only: compiler_version
+  use scree_blas, only: blas_kernel
   use scree_block_input, only: blocks_t
   use scree_check_scene, only: warn_of_model
   use scree_classic_output, only: add_classic_frame, begin_classic_output
@@ -367,6 +368,8 @@ contains
     call store_text(results, 'version', 'scree '//version, error)
     if (allocated(error)) return
     call store_text(results, 'compiler', compiler_version(), error)
+    if (allocated(error)) return
+    call store_text(results, 'blas', blas_kernel(), error)
     if (allocated(error)) return
     call store_text(results, 'date', date, error)
     if (allocated(error)) return

@@ -4,7 +4,7 @@
 !> group with one sparse matrix, which only they make, with what links pairs of them.
 module scree_equations
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-  use, intrinsic :: iso_c_binding, only: c_int
+  use scree_blas, only: keep_blas_to_one_thread
   use scree_cholmod, only: cholmod_t, release_cholmod, solve_cholmod
   use scree_constraints, only: constraints_t, reduce_element, reduction_t
   use scree_dense_solver, only: solve_dense
@@ -48,24 +48,15 @@ module scree_equations
     type(shared_t), allocatable :: shared    !! of the group of many, the last
   end type equations_t
 
-  interface
-    !> OpenBLAS: threads that it may use.
-    subroutine openblas_set_num_threads(n) bind(c)
-      import :: c_int
-      integer(c_int), value :: n
-    end subroutine openblas_set_num_threads
-  end interface
-
 contains
 
-  !> Groups the elements, and keeps OpenBLAS to one thread: the blocks of these matrices are too small for two to gain by, and
-  !> sums then have the same order, and results the same bits, on every machine.
+  !> Groups the elements, and keeps the BLAS to one thread.
   subroutine set_up_equations(elements, n_unknowns, equations)
     type(elements_t), intent(in) :: elements
     integer, intent(in) :: n_unknowns
     type(equations_t), intent(out) :: equations
 
-    call openblas_set_num_threads(1_c_int)
+    call keep_blas_to_one_thread()
     equations%unknown = elements%unknown
     allocate (equations%reduction(size(elements%alone)))
     call link_elements(elements, reshape([integer ::], [2, 0]), equations)

@@ -2,6 +2,7 @@
 import os
 import pathlib
 import random
+import re
 import resource
 import signal
 import subprocess
@@ -161,6 +162,7 @@ def test_the_scene_is_kept(t4):
         assert f["scene/analysis_deck"][0].decode().rstrip() == (DECKS / "t4.ana").read_text().rstrip()
         assert any(word.startswith(b"integrator.beta = 0.5  (") for word in f["scene/settings"])
         assert f["scene/effects"][1].decode().strip() == "large deformation"
+        assert re.fullmatch(rb"OpenBLAS \w+|not OpenBLAS", f["scene"].attrs["blas"])
 
 
 def test_the_side_car_points_at_every_frame(t4):
