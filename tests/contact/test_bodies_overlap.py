@@ -33,10 +33,10 @@ def notch(depth):
     return [np.array([[-2.0, -1], [1.5, -1], [1.5, 2], [1, 2], [1, 0], [-2, 0]]), box(depth, -depth, 1, 1)]
 
 
-def settle(folder, blocks, n_fixed, size, mode, steps=400, phi=30.0, more="", **options):
+def settle(folder, blocks, held, size, mode, steps=400, phi=30.0, more="", **options):
     """Runs blocks of a size, times by its root and E by the size: the same run in other units."""
     blocks = [corners * size for corners in blocks]
-    fixed = [(*(x + 0.01 * (corners.mean(0) - x)), i + 1) for i, corners in enumerate(blocks) if i in n_fixed for x in corners]
+    fixed = [(*x, i + 1) for i, corners in enumerate(blocks) if i in held for x in corners]
     return run(folder, blocks, MODES[mode] + more, steps=steps, dt=0.005 * size**0.5, phi=phi, fixed=fixed,
                rock=(2.5, 2.5 * G, E * size, 0.25), **options)
 

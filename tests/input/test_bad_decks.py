@@ -177,7 +177,7 @@ BAD = {
     "a step of no travel": (groups("&step travel=0 /\n"), "a.ana:13:", "0"),
     "rates of an NMM": (groups("&method model='nmm' /\n&integrator transport='rates' /\n"), "a.ana:14:", "dda"),
     "every and interval": (groups("&output every=1, interval=0.1 /\n"), "a.ana:13:", "without output.every"),
-    "frames closer than the least step": (groups("&output interval=1e-300 /\n"), "a.ana:13:", "at least step.least"),
+    "frames closer than the least step": (groups("&output interval=1e-12 /\n"), "a.ana:13:", "at least step.least"),
     "a force without a load point": (groups("&loads force=1, 2 /\n"), "a.ana:13:", "0 numbers"),
     "a record with a missing value": (record("0 0 0\n0.1 1\n0.2 0 0\n"), "q.txt:2:", "three numbers"),
     "a record with four columns": (record("! t ax ay az\n0 0 0 0\n0.1 1 0 0\n"), "q.txt:2:", "three numbers"),

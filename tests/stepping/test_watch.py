@@ -109,7 +109,7 @@ def test_frames_are_about_a_hundred_whatever_is_cut_and_bend_no_step(tmp_path):
 
 
 @pytest.mark.parametrize("groups, words", [
-    ("&iteration most=1, tolerance=1e-300 /\n", ("did not settle", "step.least", "iteration.method=newton")),
+    ("&iteration most=1, tolerance=1e-20 /\n&step least=0.01 /\n", ("did not settle", "step.least", "iteration.method=newton")),
     ("&step travel=1e-9, least=0.01 /\n", ("step.travel", "fell below step.least, 0.01"))])
 def test_a_step_that_fails_says_which_block_where_when_and_what_to_try(groups, words, tmp_path):
     said, f = run(tmp_path, [(5.0, 0.0, 1.0, 1.0, 1), (10.0, 0.0, 1.0, 1.0, 2)],
