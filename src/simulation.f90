@@ -76,7 +76,7 @@ contains
     call start_phase(timer(phase_set_up))
     call prepare(scene, blocks, system, state, effects, list, share, error)
     if (allocated(error)) return
-    call refuse_overlaps(scene, system, error)
+    call refuse_overlaps(scene, blocks, system, error)
     if (allocated(error)) return
     if (runs) then
       call warn_of_model(scene, blocks, system, state, effects, strict, progress, error)

@@ -53,7 +53,7 @@ contains
         write (unit, '(a)') 'overlap: '//line(i)%text
       end do
     end if
-    call refuse_overlaps(scene, system, error)
+    call refuse_overlaps(scene, blocks, system, error)
     if (allocated(error)) return
     line = [warnings_of(scene, facts), overlap_warning(system)]
     do i = 1, size(line)

@@ -3,6 +3,7 @@
 !> Contacts that are found inside rest there (`contact_detection`): an overlap that is allowed stays without force until the
 !> blocks part, and no block gains energy from it.
 module scree_initial_overlaps
+  use scree_block_input, only: block_source, blocks_t
   use scree_contacts, only: overlap_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
@@ -17,8 +18,9 @@ contains
 
   !> Error where blocks overlap deeper than `contact.initial`, or cross so that no vertex of either is in the other; or at all
   !> under a mathematical mesh, which cuts every block by the outlines of all.
-  subroutine refuse_overlaps(scene, system, error)
+  subroutine refuse_overlaps(scene, blocks, system, error)
     type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
     type(system_t), intent(in) :: system
     type(error_t), allocatable, intent(out) :: error
     character(len=:), allocatable :: expected
@@ -37,8 +39,10 @@ contains
       if (n == 0) return
       deepest = maxloc(merge(1.0_dp, system%overlaps%share, system%overlaps%crossing), 1, too_deep)
     end associate
-    call fail(error, status_bad_input, scene%geometry_name//': expected '//expected//', found '// &
-              overlap_text(system, system%overlaps(deepest))//others(n - 1))
+    associate (overlap => system%overlaps(deepest))
+      call fail(error, status_bad_input, block_source(scene, blocks, overlap%body(2))//': expected '//expected//', found '// &
+                overlap_text(system, overlap)//others(n - 1))
+    end associate
   end subroutine refuse_overlaps
 
   !> All overlaps in words.
