@@ -10,6 +10,7 @@ module scree_body_overlap
   use scree_contact_geometry, only: frame_of_edge, gap_of
   use scree_contacts, only: outlines_t, overlap_t, parallel
   use scree_kinds, only: dp
+  use scree_polygon, only: distance_to_segment
   implicit none
   private
   public :: body_overlap_t, entered_by, find_overlaps, overlap_of_bodies
@@ -341,12 +342,9 @@ contains
   !> Whether a place is nearer to a segment than `rounding`.
   pure logical function is_beside(x, a, b, rounding)
     real(dp), intent(in) :: x(2), a(2), b(2), rounding !! length
-    real(dp) :: share
 
-    is_beside = .false.
-    if (any(x < min(a, b) - rounding .or. x > max(a, b) + rounding)) return
-    share = max(0.0_dp, min(1.0_dp, dot_product(x - a, b - a)/sum((b - a)**2)))
-    is_beside = norm2(x - a - share*(b - a)) <= rounding
+    is_beside = all(x >= min(a, b) - rounding .and. x <= max(a, b) + rounding)
+    if (is_beside) is_beside = distance_to_segment(x, a, b) <= rounding
   end function is_beside
 
   !> Corners of the box around a body.

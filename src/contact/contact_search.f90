@@ -5,6 +5,7 @@ module scree_contact_search
   use scree_effects, only: element_share_t
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
+  use scree_polygon, only: distance_to_segment
   use scree_system, only: state_t, system_t
   implicit none
   private
@@ -54,7 +55,7 @@ contains
               if (outlines%block(i) == outlines%block(j)) then
                 if (.not. self_contact .or. outlines%element(i) == outlines%element(j) .or. i == outlines%next(j)) cycle
               end if
-              if (distance(vertex(:, i), a, b) > reach + contacts%reach(i)) cycle
+              if (distance_to_segment(vertex(:, i), a, b) > reach + contacts%reach(i)) cycle
               if (n == size(list, 2)) list = reshape(list, [2, 2*n], pad=[0])
               n = n + 1
               list(:, n) = [i, j]
@@ -66,15 +67,6 @@ contains
     contacts%candidate = reshape([list(:, :n), contacts%inside], [2, n + size(contacts%inside, 2)])
     contacts%link = reshape([integer ::], [2, 0])
   end subroutine search
-
-  !> Distance of a place from a segment.
-  pure real(dp) function distance(place, a, b)
-    real(dp), intent(in) :: place(2), a(2), b(2)
-    real(dp) :: share
-
-    share = max(0.0_dp, min(1.0_dp, dot_product(place - a, b - a)/sum((b - a)**2)))
-    distance = norm2(place - a - share*(b - a))
-  end function distance
 
   !> What the vertices of the outlines have of a field that is `value` at the unknowns: displacement or velocity.
   pure function at_outlines(system, state, share, value) result(there)

@@ -100,6 +100,7 @@ contains
     type(contacts_t), intent(inout) :: contacts
 
     contacts%by_name = .true.
+    contacts%inside = reshape([integer ::], [2, 0]) ! his springs press where they overlap
     contacts%guard = search_guard*scene%extent
     if (.not. scene%displacement_ratio > 0) return
     contacts%outside = max(search_share*scene%displacement_ratio, search_least)*scene%extent
