@@ -249,7 +249,7 @@ def m7(run):
 @case
 def m8(run):
     """The arc slide and the rock fall of Zhang, Li, Jiang, Lin 2019."""
-    r = run(PAPER / "arc" / "arc.ana")
+    r = run(PAPER / "arc" / "arc.ana", settings=["contact.restitution=0"])  # the kinks of the answer are plastic
     push = math.sqrt(20)
     exact = references.ArcSlide(references.track(20, 80, 1.5), 0.2, 0.1, push)
     top = np.argmax(r.place[:, 0, 1])
