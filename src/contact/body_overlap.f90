@@ -24,6 +24,7 @@ module scree_body_overlap
     integer :: vertex = 0         !! of the outlines; 0 where two edges cross
     integer :: edge(2) = 0        !! of the first and the second body, where these cross
     integer :: piece = 0          !! of the common area
+    real(dp) :: swept = 0.0_dp    !! twice the area between the stretches of outline that end there and a fixed place, length^2
   end type corner_t
 
   !> The common area of two bodies; empty where `corner` is.
@@ -55,8 +56,8 @@ contains
                edges_b => outlines%of_block(outlines%first(b):outlines%first(b + 1) - 1))
       if (parted(outlines, place, edges_a, edges_b) .or. parted(outlines, place, edges_b, edges_a)) return
       call list_corners(outlines, place, near(edges_a), edges_a, near(edges_b), edges_b, overlap)
-      call join_corners(outlines, place, near(edges_a), edges_b, 1, overlap)
-      call join_corners(outlines, place, near(edges_b), edges_a, 2, overlap)
+      call join_corners(outlines, place, low, near(edges_a), edges_b, 1, overlap)
+      call join_corners(outlines, place, low, near(edges_b), edges_a, 2, overlap)
     end associate
 
   contains
@@ -117,7 +118,7 @@ contains
           associate (b1 => place(:, outlines%start(near_b(j))), b2 => place(:, outlines%finish(near_b(j))))
             gap = [gap_of(a1, b1, b2), gap_of(a2, b1, b2), gap_of(b1, a1, a2), gap_of(b2, a1, a2)]
             if (max(min(gap(1), gap(2)), min(gap(3), gap(4))) < 0 .and. min(max(gap(1), gap(2)), max(gap(3), gap(4))) > 0) &
-              overlap%corner = [overlap%corner, corner_t(a1 + gap(1)/(gap(1) - gap(2))*(a2 - a1), 0, [near_a(i), near_b(j)], 0)]
+              overlap%corner = [overlap%corner, corner_t(a1 + gap(1)/(gap(1) - gap(2))*(a2 - a1), edge=[near_a(i), near_b(j)])]
           end associate
         end do
       end associate
@@ -136,21 +137,23 @@ contains
       do k = 1, size(near)
         inside(k) = is_in(outlines, place, body, place(:, outlines%start(near(k))), overlap%rounding)
       end do
-      corner = [(corner_t(place(:, outlines%start(near(k))), near(k), 0, 0), k=1, size(near))]
+      corner = [(corner_t(place(:, outlines%start(near(k))), near(k)), k=1, size(near))]
       corner = pack(corner, inside)
     end function vertices_in
 
   end subroutine list_corners
 
-  !> Puts corners into one piece where a stretch of an edge between them is in the other body.
-  pure subroutine join_corners(outlines, place, near, other, which, overlap)
+  !> Puts corners into one piece where a stretch of an edge between them is in the other body, and sums the area that these
+  !> stretches go round. Where edges of both run the same way one of them counts; where they face each other both do, and cancel.
+  pure subroutine join_corners(outlines, place, origin, near, other, which, overlap)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: place(:, :)
+    real(dp), intent(in) :: origin(2)        !! place about which areas are swept, length
     integer, intent(in) :: near(:)           !! edges of one body
     integer, intent(in) :: other(:)          !! edges of the other
     integer, intent(in) :: which             !! of the two bodies of the overlap has the edges `near`
     type(body_overlap_t), intent(inout) :: overlap
-    real(dp) :: t(2), normal(2), length, along(size(overlap%corner)), middle(2)
+    real(dp) :: t(2), normal(2), length, along(size(overlap%corner)), middle(2), x(2), y(2)
     integer :: k, m, n, on(size(overlap%corner)), next
 
     do k = 1, size(near)
@@ -173,14 +176,50 @@ contains
           along(m) = along(n)
           n = n - 1
           m = on(maxloc(along(:n), 1))
-          if (overlap%corner(m)%piece == overlap%corner(next)%piece) cycle
-          middle = 0.5_dp*(overlap%corner(m)%place + overlap%corner(next)%place)
+          x = overlap%corner(m)%place - origin
+          y = overlap%corner(next)%place - origin
+          middle = origin + 0.5_dp*(x + y)
           if (.not. is_in(outlines, place, other, middle, overlap%rounding)) cycle
+          if (which == 1 .or. .not. runs_along(middle, t)) &
+            overlap%corner(next)%swept = overlap%corner(next)%swept + x(1)*y(2) - x(2)*y(1)
+          if (overlap%corner(m)%piece == overlap%corner(next)%piece) cycle
           where (overlap%corner%piece == overlap%corner(m)%piece) overlap%corner%piece = overlap%corner(next)%piece
         end do
       end associate
     end do
+
+  contains
+
+    !> Whether an edge of the other body runs through a place in a direction.
+    pure logical function runs_along(x, t)
+      real(dp), intent(in) :: x(2), t(2)
+      integer :: j
+
+      runs_along = .true.
+      do j = 1, size(other)
+        associate (from => place(:, outlines%start(other(j))), to => place(:, outlines%finish(other(j))))
+          if (is_beside(x, from, to, overlap%rounding) .and. dot_product(t, to - from) > 0.5_dp*norm2(to - from)) return
+        end associate
+      end do
+      runs_along = .false.
+    end function runs_along
+
   end subroutine join_corners
+
+  !> Whether a piece has any area: more than rounding all along it.
+  pure logical function has_area(overlap, piece)
+    type(body_overlap_t), intent(in) :: overlap
+    integer, intent(in) :: piece
+    type(corner_t), allocatable :: corner(:)
+    real(dp) :: extent(2)
+    integer :: k
+
+    corner = pack(overlap%corner, overlap%corner%piece == piece)
+    do k = 1, 2
+      extent(k) = maxval(corner%place(k)) - minval(corner%place(k))
+    end do
+    has_area = 0.5_dp*sum(corner%swept) > overlap%rounding*norm2(extent)
+  end function has_area
 
   !> Whether a vertex of one body of an overlap entered the other by an edge, as a part of its body.
   !>
@@ -199,6 +238,7 @@ contains
     at = findloc(overlap%corner%vertex, vertex, 1)
     if (at == 0) return
     associate (piece => overlap%corner(at)%piece)
+      if (.not. has_area(overlap, piece)) return
       out = ways_out(outlines, place, overlap, piece)
       depth = depth_across(outlines, place, overlap, piece, edge)
       do k = 1, size(out)
@@ -209,41 +249,42 @@ contains
     entered = .true.
   end function entered_by
 
-  !> Edges that bound a piece and are of the one body where a vertex of the other is in it; where none bounds it, as where one body
-  !> lies in the other, those that it is behind.
+  !> Edges by which a piece may be left: those that bound it and that a vertex of the other body in it is behind; where none
+  !> bounds it, as where one body lies in the other, those that it is wholly behind.
   pure function ways_out(outlines, place, overlap, piece) result(out)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: place(:, :)
     type(body_overlap_t), intent(in) :: overlap
     integer, intent(in) :: piece
     integer, allocatable :: out(:)
-    logical :: of_it(size(overlap%corner))
+    type(corner_t), allocatable :: corner(:)
     integer :: m, which
 
     allocate (out(0))
-    of_it = overlap%corner%piece == piece
+    corner = pack(overlap%corner, overlap%corner%piece == piece)
     do which = 1, 2
-      if (.not. has_vertex_of(overlap%body(3 - which))) cycle
       associate (edges => outlines%of_block(outlines%first(overlap%body(which)):outlines%first(overlap%body(which) + 1) - 1))
         associate (bounding => [(bounds(edges(m), which), m=1, size(edges))])
-          out = [out, pack(edges, bounding .or. .not. any(bounding) .and. [(is_behind(edges(m)), m=1, size(edges))])]
+          out = [out, pack(edges, [(has_vertex_behind(edges(m)), m=1, size(edges))] &
+                           .and. (bounding .or. .not. any(bounding) .and. [(is_behind(edges(m)), m=1, size(edges))]))]
         end associate
       end associate
     end do
 
   contains
 
-    !> Whether a vertex of a body is in the piece.
-    pure logical function has_vertex_of(body)
-      integer, intent(in) :: body
+    !> Whether a vertex of the other body in the piece is behind the line of an edge.
+    pure logical function has_vertex_behind(edge)
+      integer, intent(in) :: edge
       integer :: k
 
-      has_vertex_of = .false.
-      do k = 1, size(of_it)
-        if (of_it(k) .and. overlap%corner(k)%vertex > 0) &
-          has_vertex_of = has_vertex_of .or. outlines%block(overlap%corner(k)%vertex) == body
+      has_vertex_behind = .false.
+      do k = 1, size(corner)
+        if (corner(k)%vertex == 0) cycle
+        if (outlines%block(corner(k)%vertex) /= outlines%block(edge)) &
+          has_vertex_behind = has_vertex_behind .or. gap_at(corner(k), edge) < -overlap%rounding
       end do
-    end function has_vertex_of
+    end function has_vertex_behind
 
     !> Whether the whole piece is behind the line of an edge.
     pure logical function is_behind(edge)
@@ -251,9 +292,8 @@ contains
       integer :: k
 
       is_behind = .true.
-      do k = 1, size(of_it)
-        if (of_it(k)) is_behind = is_behind .and. gap_of(overlap%corner(k)%place, place(:, outlines%start(edge)), &
-                                                         place(:, outlines%finish(edge))) < overlap%rounding
+      do k = 1, size(corner)
+        is_behind = is_behind .and. gap_at(corner(k), edge) < overlap%rounding
       end do
     end function is_behind
 
@@ -263,15 +303,20 @@ contains
       integer :: k
 
       bounds = .true.
-      do k = 1, size(of_it)
-        if (.not. of_it(k)) cycle
-        associate (corner => overlap%corner(k))
-          if (corner%edge(which) == edge .or. corner%vertex == edge .or. corner%vertex == outlines%next(edge)) return
-          if (is_beside(corner%place, place(:, outlines%start(edge)), place(:, outlines%finish(edge)), overlap%rounding)) return
-        end associate
+      do k = 1, size(corner)
+        if (corner(k)%edge(which) == edge .or. corner(k)%vertex == edge .or. corner(k)%vertex == outlines%next(edge)) return
+        if (is_beside(corner(k)%place, place(:, outlines%start(edge)), place(:, outlines%finish(edge)), overlap%rounding)) return
       end do
       bounds = .false.
     end function bounds
+
+    !> Gap of a corner at the line of an edge.
+    pure real(dp) function gap_at(corner, edge)
+      type(corner_t), intent(in) :: corner
+      integer, intent(in) :: edge
+
+      gap_at = gap_of(corner%place, place(:, outlines%start(edge)), place(:, outlines%finish(edge)))
+    end function gap_at
 
   end function ways_out
 
@@ -399,7 +444,7 @@ contains
       call box_of(outlines, place, b, low(:, b), high(:, b))
       area(b) = area_of(outlines, place, b)
     end do
-    call set_up_grid(grid, 0.5_dp*(low + high), size(seen))
+    call set_up_grid(grid, reshape([low, high], [2, 2*size(seen)]), size(seen))
     call place_boxes(grid, low, high)
     seen = 0
     do a = 1, size(seen)
@@ -428,9 +473,9 @@ contains
 
       do piece = 1, size(overlap%corner)
         if (all(overlap%corner%piece /= piece)) cycle
+        if (.not. has_area(overlap, piece)) cycle
         new = describe(piece)
         new%share = min(1.0_dp, new%depth/sqrt(min(area(a), area(b))))
-        if (new%depth <= overlap%rounding) cycle
         found = [found, new]
         do m = 1, size(overlap%corner)
           if (overlap%corner(m)%piece == piece .and. overlap%corner(m)%vertex > 0) call add_entered(overlap%corner(m)%vertex, piece)
@@ -470,6 +515,8 @@ contains
       out = ways_out(outlines, place, overlap, piece)
       do m = 1, size(out)
         if (outlines%block(out(m)) == outlines%block(vertex)) cycle
+        if (gap_of(place(:, outlines%start(vertex)), place(:, outlines%start(out(m))), place(:, outlines%finish(out(m)))) &
+            >= -overlap%rounding) cycle
         if (entered_by(outlines, place, overlap, vertex, out(m))) &
           inside = reshape([inside, vertex, out(m)], [2, size(inside, 2) + 1])
       end do
