@@ -16,6 +16,7 @@ module scree_body_overlap
   public :: body_overlap_t, entered_by, find_overlaps, overlap_of_bodies
 
   real(dp), parameter, public :: still_outside = 1e-9_dp !! of a body or an edge: overlap that is none
+  real(dp), parameter :: no_depth = 0.1_dp               !! of rounding: a vertex of a piece of some area is behind an edge by more
   real(dp), parameter :: as_deep = 1e-3_dp               !! of a depth: one that exceeds it by less is the same
 
   !> A corner of the common area of two bodies.
@@ -117,7 +118,8 @@ contains
         do j = 1, size(near_b)
           associate (b1 => place(:, outlines%start(near_b(j))), b2 => place(:, outlines%finish(near_b(j))))
             gap = [gap_of(a1, b1, b2), gap_of(a2, b1, b2), gap_of(b1, a1, a2), gap_of(b2, a1, a2)]
-            if (max(min(gap(1), gap(2)), min(gap(3), gap(4))) < 0 .and. min(max(gap(1), gap(2)), max(gap(3), gap(4))) > 0) &
+            if (max(min(gap(1), gap(2)), min(gap(3), gap(4))) < -overlap%rounding .and. &
+                min(max(gap(1), gap(2)), max(gap(3), gap(4))) > overlap%rounding) & ! else an end is on the other edge
               overlap%corner = [overlap%corner, corner_t(a1 + gap(1)/(gap(1) - gap(2))*(a2 - a1), edge=[near_a(i), near_b(j)])]
           end associate
         end do
@@ -282,7 +284,7 @@ contains
       do k = 1, size(corner)
         if (corner(k)%vertex == 0) cycle
         if (outlines%block(corner(k)%vertex) /= outlines%block(edge)) &
-          has_vertex_behind = has_vertex_behind .or. gap_at(corner(k), edge) < -overlap%rounding
+          has_vertex_behind = has_vertex_behind .or. gap_at(corner(k), edge) < -no_depth*overlap%rounding
       end do
     end function has_vertex_behind
 
@@ -516,7 +518,7 @@ contains
       do m = 1, size(out)
         if (outlines%block(out(m)) == outlines%block(vertex)) cycle
         if (gap_of(place(:, outlines%start(vertex)), place(:, outlines%start(out(m))), place(:, outlines%finish(out(m)))) &
-            >= -overlap%rounding) cycle
+            >= -no_depth*overlap%rounding) cycle
         if (entered_by(outlines, place, overlap, vertex, out(m))) &
           inside = reshape([inside, vertex, out(m)], [2, size(inside, 2) + 1])
       end do
