@@ -25,7 +25,8 @@ module scree_body_overlap
     integer :: vertex = 0         !! of the outlines; 0 where two edges cross
     integer :: edge(2) = 0        !! of the first and the second body, where these cross
     integer :: piece = 0          !! of the common area
-    real(dp) :: swept = 0.0_dp    !! twice the area between the stretches of outline that end there and a fixed place, length^2
+    real(dp) :: swept = 0.0_dp    !! twice the area between the first corner and the stretches of outline that end there, length^2
+    real(dp) :: way(2) = 0.0_dp   !! from the beginning of these stretches to their end, length
   end type corner_t
 
   !> The common area of two bodies; empty where `corner` is.
@@ -57,8 +58,8 @@ contains
                edges_b => outlines%of_block(outlines%first(b):outlines%first(b + 1) - 1))
       if (parted(outlines, place, edges_a, edges_b) .or. parted(outlines, place, edges_b, edges_a)) return
       call list_corners(outlines, place, near(edges_a), edges_a, near(edges_b), edges_b, overlap)
-      call join_corners(outlines, place, low, near(edges_a), edges_b, 1, overlap)
-      call join_corners(outlines, place, low, near(edges_b), edges_a, 2, overlap)
+      call join_corners(outlines, place, near(edges_a), edges_b, 1, overlap)
+      call join_corners(outlines, place, near(edges_b), edges_a, 2, overlap)
     end associate
 
   contains
@@ -146,11 +147,10 @@ contains
   end subroutine list_corners
 
   !> Puts corners into one piece where a stretch of an edge between them is in the other body, and sums the area that these
-  !> stretches go round. Where edges of both run the same way one of them counts; where they face each other both do, and cancel.
-  pure subroutine join_corners(outlines, place, origin, near, other, which, overlap)
+  !> stretches go round. Where edges of both run the same way one of them counts; where they face each other the bodies only touch.
+  pure subroutine join_corners(outlines, place, near, other, which, overlap)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: place(:, :)
-    real(dp), intent(in) :: origin(2)        !! place about which areas are swept, length
     integer, intent(in) :: near(:)           !! edges of one body
     integer, intent(in) :: other(:)          !! edges of the other
     integer, intent(in) :: which             !! of the two bodies of the overlap has the edges `near`
@@ -178,12 +178,14 @@ contains
           along(m) = along(n)
           n = n - 1
           m = on(maxloc(along(:n), 1))
-          x = overlap%corner(m)%place - origin
-          y = overlap%corner(next)%place - origin
-          middle = origin + 0.5_dp*(x + y)
-          if (.not. is_in(outlines, place, other, middle, overlap%rounding)) cycle
-          if (which == 1 .or. .not. runs_along(middle, t)) &
+          x = overlap%corner(m)%place - overlap%corner(1)%place
+          y = overlap%corner(next)%place - overlap%corner(1)%place
+          middle = 0.5_dp*(overlap%corner(m)%place + overlap%corner(next)%place)
+          if (.not. is_in(outlines, place, other, middle, overlap%rounding) .or. runs_along(middle, -t)) cycle
+          if (which == 1 .or. .not. runs_along(middle, t)) then
             overlap%corner(next)%swept = overlap%corner(next)%swept + x(1)*y(2) - x(2)*y(1)
+            overlap%corner(next)%way = overlap%corner(next)%way + y - x
+          end if
           if (overlap%corner(m)%piece == overlap%corner(next)%piece) cycle
           where (overlap%corner%piece == overlap%corner(m)%piece) overlap%corner%piece = overlap%corner(next)%piece
         end do
@@ -208,19 +210,22 @@ contains
 
   end subroutine join_corners
 
-  !> Whether a piece has any area: more than rounding all along it.
+  !> Whether a piece has any area: more than rounding all along it. Areas are those about its own middle, as the outline of a piece
+  !> that is made by rounding is not closed.
   pure logical function has_area(overlap, piece)
     type(body_overlap_t), intent(in) :: overlap
     integer, intent(in) :: piece
     type(corner_t), allocatable :: corner(:)
-    real(dp) :: extent(2)
+    real(dp) :: extent(2), middle(2), way(2)
     integer :: k
 
     corner = pack(overlap%corner, overlap%corner%piece == piece)
     do k = 1, 2
       extent(k) = maxval(corner%place(k)) - minval(corner%place(k))
+      middle(k) = sum(corner%place(k) - overlap%corner(1)%place(k))/size(corner)
+      way(k) = sum(corner%way(k))
     end do
-    has_area = 0.5_dp*sum(corner%swept) > overlap%rounding*norm2(extent)
+    has_area = 0.5_dp*(sum(corner%swept) - (middle(1)*way(2) - middle(2)*way(1))) > overlap%rounding*norm2(extent)
   end function has_area
 
   !> Whether a vertex of one body of an overlap entered the other by an edge, as a part of its body.

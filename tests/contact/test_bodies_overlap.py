@@ -3,10 +3,11 @@ import os
 import re
 import subprocess
 
+import h5py
 import numpy as np
 import pytest
 import shapely.geometry
-from test_blocks_touch import G, MODES, box, run, turn
+from test_blocks_touch import G, MODES, box, run, touching, turn
 
 E = 1e7
 ROCK = (2.5, 2.5 * G, E, 0.25)
@@ -110,6 +111,32 @@ def test_any_pair_that_overlaps_in_area_has_a_contact_and_stays(tmp_path):
         except AssertionError as error:
             assert "that cross" in str(error), error
         overlapping += common > 1e-6
+
+
+@pytest.mark.parametrize("seed", [0, 1, 5])
+def test_rock_with_rounded_corners_overlaps_by_their_rounding_and_gains_no_energy(seed, tmp_path):
+    """Blocks of random joints, turned, written with six decimals: the common area of two may be thin and long, and end in a face on
+    which they only touch."""
+    deck = touching.jointed_rock(tmp_path, "dda", seed, steps=2)
+    subprocess.run([os.environ["SCREE"], "cut", next(tmp_path.glob("*.geo")), "-o", tmp_path / "cut.blk", "--quiet"], check=True)
+    lines = (tmp_path / "cut.blk").read_text().splitlines()
+    blocks, rows = int(lines[0].split()[0]), int(lines[0].split()[2])
+    points = range(2 + blocks + rows, len(lines))
+    for i in range(2 + blocks, len(lines)):
+        words = lines[i].split()
+        x = slice(0, 2) if i in points else slice(1, 3)
+        if any(float(word) for word in words):
+            words[x] = [f"{u:.6f}" for u in turn(23 * seed) @ np.array(words[x], float)]
+        lines[i] = " ".join(words)
+    (tmp_path / "rounded.blk").write_text("\n".join(lines) + "\n")
+    (tmp_path / "rounded.ana").write_text(re.sub(r"&deck[^/]*/", "&deck dialect='short' /", deck.read_text()))
+    files = [tmp_path / "rounded.blk", tmp_path / "rounded.ana"]
+    told = subprocess.run([os.environ["SCREE"], "check", *files], capture_output=True, text=True, check=True).stdout
+    depths = [float(depth) for depth in re.findall(r"^overlap: blocks \d+ and \d+ by (\S+),", told, re.M)]
+    assert len(depths) > 20 and max(depths) < 2e-6
+    subprocess.run([os.environ["SCREE"], "run", *files, "-o", tmp_path / "r.h5", "--quiet"], check=True, capture_output=True)
+    with h5py.File(tmp_path / "r.h5") as f:
+        assert np.diff(f["history/energy/dissipated"][:], prepend=0.0).min() > -1e-9 * np.ptp(f["history/energy/gravity"][:])
 
 
 def test_ten_blocks_stand_in_each_other(tmp_path):
