@@ -473,40 +473,42 @@ contains
 
   contains
 
-    !> Adds the pieces of an overlap that are deeper than rounding.
+    !> Adds the pieces of an overlap that have an area.
     subroutine add_pieces()
+      integer, allocatable :: out(:)
       integer :: m, piece
       type(overlap_t) :: new
 
       do piece = 1, size(overlap%corner)
         if (all(overlap%corner%piece /= piece)) cycle
         if (.not. has_area(overlap, piece)) cycle
-        new = describe(piece)
+        out = ways_out(outlines, place, overlap, piece)
+        new = describe(piece, out)
         new%share = min(1.0_dp, new%depth/sqrt(min(area(a), area(b))))
         found = [found, new]
         do m = 1, size(overlap%corner)
-          if (overlap%corner(m)%piece == piece .and. overlap%corner(m)%vertex > 0) call add_entered(overlap%corner(m)%vertex, piece)
+          if (overlap%corner(m)%piece == piece .and. overlap%corner(m)%vertex > 0) call add_entered(overlap%corner(m)%vertex, out)
         end do
       end do
     end subroutine add_pieces
 
-    !> Depth and place of a piece.
-    type(overlap_t) function describe(piece) result(it)
-      integer, intent(in) :: piece
-      integer, allocatable :: out(:)
+    !> Depth and place of a piece; where no edge leads out of it, across those that cross.
+    type(overlap_t) function describe(piece, out) result(it)
+      integer, intent(in) :: piece, out(:)
+      integer, allocatable :: edge(:)
       integer :: m
 
-      out = ways_out(outlines, place, overlap, piece)
       it%body = overlap%body
       it%crossing = size(out) == 0
+      edge = out
       if (it%crossing) then
         do m = 1, 2
-          out = [out, pack(overlap%corner%edge(m), overlap%corner%piece == piece)]
+          edge = [edge, pack(overlap%corner%edge(m), overlap%corner%piece == piece .and. overlap%corner%edge(m) > 0)]
         end do
       end if
       it%depth = huge(it%depth)
-      do m = 1, size(out)
-        it%depth = min(it%depth, depth_across(outlines, place, overlap, piece, out(m)))
+      do m = 1, size(edge)
+        it%depth = min(it%depth, depth_across(outlines, place, overlap, piece, edge(m)))
       end do
       do m = 1, 2
         it%place(m) = sum(overlap%corner%place(m), overlap%corner%piece == piece)/count(overlap%corner%piece == piece)
@@ -514,12 +516,10 @@ contains
     end function describe
 
     !> Adds the edges by which a vertex entered.
-    subroutine add_entered(vertex, piece)
-      integer, intent(in) :: vertex, piece
-      integer, allocatable :: out(:)
+    subroutine add_entered(vertex, out)
+      integer, intent(in) :: vertex, out(:)
       integer :: m
 
-      out = ways_out(outlines, place, overlap, piece)
       do m = 1, size(out)
         if (outlines%block(out(m)) == outlines%block(vertex)) cycle
         if (gap_of(place(:, outlines%start(vertex)), place(:, outlines%start(out(m))), place(:, outlines%finish(out(m)))) &
