@@ -12,7 +12,8 @@ module scree_cover_input
   use scree_line_cutting, only: cut_lines, graph_t
   use scree_loop_tracing, only: trace_regions
   use scree_errors, only: error_t
-  use scree_mathematical_mesh, only: mesh_edges, mesh_regions, mesh_t
+  use scree_mathematical_mesh, only: mesh_edges, mesh_regions
+  use scree_mesh, only: mesh_t
   use scree_polygon, only: inner_place, twice_area
   use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
   use scree_simplex_integration, only: moments_t, polygon_moments

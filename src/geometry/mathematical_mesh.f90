@@ -1,16 +1,11 @@
 !> The mathematical mesh: triangles that hold the model and know nothing of its joints (Shi 1991).
 module scree_mathematical_mesh
   use scree_kinds, only: dp
+  use scree_mesh, only: mesh_t
   use scree_regions, only: regions_t
   implicit none
   private
-  public :: mesh_edges, mesh_regions, mesh_t, regular_mesh, shortest_edge
-
-  !> Triangles between nodes.
-  type :: mesh_t
-    real(dp), allocatable :: node(:, :)      !! (2, n_nodes), length
-    integer, allocatable :: triangle(:, :)   !! (3, n_triangles) nodes, counter-clockwise
-  end type mesh_t
+  public :: mesh_edges, mesh_regions, regular_mesh, shortest_edge
 
 contains
 

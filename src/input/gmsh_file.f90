@@ -6,7 +6,7 @@ module scree_gmsh_file
   use scree_deck_text, only: deck_t, expect, next_count, next_index, next_real, next_reals, next_word, numbers_left, read_deck
   use scree_errors, only: error_t
   use scree_kinds, only: dp
-  use scree_mathematical_mesh, only: mesh_t
+  use scree_mesh, only: mesh_t
   use scree_text, only: number_text, real_text
   implicit none
   private

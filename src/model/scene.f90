@@ -4,7 +4,7 @@
 !> named constants here; `settings.f90` gives each its words in the deck, default, unit and range.
 module scree_scene
   use scree_kinds, only: dp
-  use scree_mathematical_mesh, only: mesh_t
+  use scree_mesh, only: mesh_t
   implicit none
   private
   public :: block_material_t, effect_t, joint_material_t, line_t, point_t, polygons_t, scene_t, settings_t, &

@@ -11,7 +11,8 @@ module scree_set_up
   use scree_kinds, only: dp
   use scree_outlines, only: make_outlines
   use scree_material, only: elasticity
-  use scree_mathematical_mesh, only: mesh_t, regular_mesh, shortest_edge
+  use scree_mathematical_mesh, only: regular_mesh, shortest_edge
+  use scree_mesh, only: mesh_t
   use scree_scene, only: effect_t, fixed_exact, mass_follows_area, model_dda, model_nmm, scene_t, scheme_energy_momentum, &
                          strain_green, time_table_t, transport_rates
   use scree_settings, only: place_of
