@@ -309,21 +309,21 @@ contains
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: at_start(:, :)  !! (2, n_vertices) places at the start, length
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: place(2, size(state%vertex, 2)), velocity(2, size(state%vertex, 2))
+    real(dp) :: position(2, size(state%vertex, 2)), velocity(2, size(state%vertex, 2))
     integer :: e, k
 
     do e = 1, system%n_elements
       do k = first_vertex_of(system%elements%shape, e), last_vertex_of(system%elements%shape, e)
-        place(:, k) = state%vertex(:, k) + system%origin
+        position(:, k) = state%vertex(:, k) + system%origin
         velocity(:, k) = matmul(displacement_matrix(share(e)%kinematics, state%vertex(:, k)), &
                                 state%velocity(system%elements%unknown(:, e)))
       end do
     end do
     call put_frame_records(results, records, system, share, state, error)
     if (allocated(error)) return
-    call add_frame(results, state%time, place, state%vertex - at_start, velocity, state%stress, error)
+    call add_frame(results, state%time, position, state%vertex - at_start, velocity, state%stress, error)
     if (allocated(error) .or. .not. allocated(results%classic)) return
-    call add_classic_frame(results%classic, place, state%point + spread(system%origin, 2, size(state%point, 2)), error)
+    call add_classic_frame(results%classic, position, state%point + spread(system%origin, 2, size(state%point, 2)), error)
   end subroutine put_frame
 
   !> What the frames look like: an element with holes is one polygon with seams. The model alone has one.

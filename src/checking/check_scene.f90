@@ -148,8 +148,9 @@ contains
     type(block_fact_t), intent(in) :: block
     character(len=:), allocatable :: block_text
 
-    block_text = number_text(block%number)//', '//short_text(block%area)//' length^2, about '//short_text(block%place(1))//' '// &
-                 short_text(block%place(2))
+    block_text = number_text(block%number)//', '//short_text(block%area)//' length^2, about '// &
+                 short_text(block%position(1))//' '// &
+                 short_text(block%position(2))
   end function block_text
 
 end module scree_check_scene

@@ -28,11 +28,11 @@ module scree_model_facts
   real(dp), parameter :: beside = 0.01_dp      !! of the model: a fixed point that lies on a side
   integer, parameter :: holds_whole = 3        !! fixed points that leave a DDA block no strain
 
-  !> A block: its number, area and place.
+  !> A block: its number, area and position.
   type :: block_fact_t
     integer :: number = 0
     real(dp) :: area = 0.0_dp     !! length^2
-    real(dp) :: place(2) = 0.0_dp !! of the centroid, length
+    real(dp) :: position(2) = 0.0_dp !! of the centroid, length
   end type block_fact_t
 
   !> Free edges that face a side of the model, and what the initial stress pushes them with.
@@ -191,16 +191,16 @@ contains
   contains
 
     !> Whether two fixed points of the block of element e lie on the line of an edge.
-    pure logical function holds_side(e, place, normal)
+    pure logical function holds_side(e, position, normal)
       integer, intent(in) :: e
-      real(dp), intent(in) :: place(2), normal(2)  !! length, 1
+      real(dp), intent(in) :: position(2), normal(2)  !! length, 1
       integer :: found, i
 
       found = 0
       do i = 1, size(system%points%kind)
         if (system%points%kind(i) /= fixed_point) cycle
         if (system%elements%block(system%points%element(i)) /= system%elements%block(e)) cycle
-        if (abs(dot_product(normal, state%point(:, i) - place)) <= beside*scene%extent) found = found + 1
+        if (abs(dot_product(normal, state%point(:, i) - position)) <= beside*scene%extent) found = found + 1
       end do
       holds_side = found > 1
     end function holds_side

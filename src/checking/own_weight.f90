@@ -92,7 +92,7 @@ contains
     end do
   end function worst_on_line
 
-  !> Where a vertical line cuts a block: lowest and highest place, and the length within it.
+  !> Where a vertical line cuts a block: lowest and highest position, and the length within it.
   pure subroutine cut_block(blocks, b, x, low, top, chord)
     type(blocks_t), intent(in) :: blocks
     integer, intent(in) :: b

@@ -21,7 +21,7 @@ module scree_body_overlap
 
   !> A corner of the common area of two bodies.
   type :: corner_t
-    real(dp) :: place(2) = 0.0_dp !! length
+    real(dp) :: position(2) = 0.0_dp !! length
     integer :: vertex = 0         !! of the outlines; 0 where two edges cross
     integer :: edge(2) = 0        !! of the first and the second body, where these cross
     integer :: piece = 0          !! of the common area
@@ -39,27 +39,27 @@ module scree_body_overlap
 contains
 
   !> Common area of two bodies.
-  pure subroutine overlap_of_bodies(outlines, place, a, b, overlap)
+  pure subroutine overlap_of_bodies(outlines, position, a, b, overlap)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)  !! (2, n_vertices) of the elements, length
+    real(dp), intent(in) :: position(:, :)  !! (2, n_vertices) of the elements, length
     integer, intent(in) :: a, b          !! blocks
     type(body_overlap_t), intent(out) :: overlap
     real(dp) :: low(2), high(2), low_b(2), high_b(2)
 
     overlap%body = [a, b]
     allocate (overlap%corner(0))
-    call box_of(outlines, place, a, low, high)
-    call box_of(outlines, place, b, low_b, high_b)
+    call box_of(outlines, position, a, low, high)
+    call box_of(outlines, position, b, low_b, high_b)
     overlap%rounding = still_outside*min(maxval(high - low), maxval(high_b - low_b))
     low = max(low, low_b) - overlap%rounding
     high = min(high, high_b) + overlap%rounding
     if (any(low > high)) return
     associate (edges_a => outlines%of_block(outlines%first(a):outlines%first(a + 1) - 1), &
                edges_b => outlines%of_block(outlines%first(b):outlines%first(b + 1) - 1))
-      if (parted(outlines, place, edges_a, edges_b) .or. parted(outlines, place, edges_b, edges_a)) return
-      call list_corners(outlines, place, near(edges_a), edges_a, near(edges_b), edges_b, overlap)
-      call join_corners(outlines, place, near(edges_a), edges_b, 1, overlap)
-      call join_corners(outlines, place, near(edges_b), edges_a, 2, overlap)
+      if (parted(outlines, position, edges_a, edges_b) .or. parted(outlines, position, edges_b, edges_a)) return
+      call list_corners(outlines, position, near(edges_a), edges_a, near(edges_b), edges_b, overlap)
+      call join_corners(outlines, position, near(edges_a), edges_b, 1, overlap)
+      call join_corners(outlines, position, near(edges_b), edges_a, 2, overlap)
     end associate
 
   contains
@@ -72,7 +72,7 @@ contains
       integer :: k
 
       do k = 1, size(edge)
-        associate (x => place(:, outlines%start(edge(k))), y => place(:, outlines%finish(edge(k))))
+        associate (x => position(:, outlines%start(edge(k))), y => position(:, outlines%finish(edge(k))))
           is_near(k) = all(max(x, y) >= low .and. min(x, y) <= high)
         end associate
       end do
@@ -82,21 +82,21 @@ contains
   end subroutine overlap_of_bodies
 
   !> Whether a line of an edge parts two bodies: the one lies behind it, the other in front.
-  pure logical function parted(outlines, place, edge, other)
+  pure logical function parted(outlines, position, edge, other)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)
+    real(dp), intent(in) :: position(:, :)
     integer, intent(in) :: edge(:), other(:) !! of the body whose edges are tried, and of the other
     integer :: j, k
 
     parted = .false.
     do j = 1, size(edge)
-      associate (from => place(:, outlines%start(edge(j))), to => place(:, outlines%finish(edge(j))))
+      associate (from => position(:, outlines%start(edge(j))), to => position(:, outlines%finish(edge(j))))
         do k = 1, size(other)
-          if (gap_of(place(:, outlines%start(other(k))), from, to) < 0) exit
+          if (gap_of(position(:, outlines%start(other(k))), from, to) < 0) exit
         end do
         if (k <= size(other)) cycle
         do k = 1, size(edge)
-          if (gap_of(place(:, outlines%start(edge(k))), from, to) > still_outside*norm2(to - from)) exit
+          if (gap_of(position(:, outlines%start(edge(k))), from, to) > still_outside*norm2(to - from)) exit
         end do
         parted = k > size(edge)
         if (parted) return
@@ -105,9 +105,9 @@ contains
   end function parted
 
   !> Finds the corners of the common area: vertices of either body in the other, and crossings of their edges.
-  pure subroutine list_corners(outlines, place, near_a, edges_a, near_b, edges_b, overlap)
+  pure subroutine list_corners(outlines, position, near_a, edges_a, near_b, edges_b, overlap)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)
+    real(dp), intent(in) :: position(:, :)
     integer, intent(in) :: near_a(:), edges_a(:), near_b(:), edges_b(:)
     type(body_overlap_t), intent(inout) :: overlap
     real(dp) :: gap(4)
@@ -115,9 +115,9 @@ contains
 
     overlap%corner = [vertices_in(near_a, edges_b), vertices_in(near_b, edges_a)]
     do i = 1, size(near_a)
-      associate (a1 => place(:, outlines%start(near_a(i))), a2 => place(:, outlines%finish(near_a(i))))
+      associate (a1 => position(:, outlines%start(near_a(i))), a2 => position(:, outlines%finish(near_a(i))))
         do j = 1, size(near_b)
-          associate (b1 => place(:, outlines%start(near_b(j))), b2 => place(:, outlines%finish(near_b(j))))
+          associate (b1 => position(:, outlines%start(near_b(j))), b2 => position(:, outlines%finish(near_b(j))))
             gap = [gap_of(a1, b1, b2), gap_of(a2, b1, b2), gap_of(b1, a1, a2), gap_of(b2, a1, a2)]
             if (max(min(gap(1), gap(2)), min(gap(3), gap(4))) < -overlap%rounding .and. &
                 min(max(gap(1), gap(2)), max(gap(3), gap(4))) > overlap%rounding) & ! else an end is on the other edge
@@ -138,9 +138,9 @@ contains
       integer :: k
 
       do k = 1, size(near)
-        inside(k) = is_in(outlines, place, body, place(:, outlines%start(near(k))), overlap%rounding)
+        inside(k) = is_in(outlines, position, body, position(:, outlines%start(near(k))), overlap%rounding)
       end do
-      corner = [(corner_t(place(:, outlines%start(near(k))), near(k)), k=1, size(near))]
+      corner = [(corner_t(position(:, outlines%start(near(k))), near(k)), k=1, size(near))]
       corner = pack(corner, inside)
     end function vertices_in
 
@@ -148,9 +148,9 @@ contains
 
   !> Puts corners into one piece where a stretch of an edge between them is in the other body, and sums the area that these
   !> stretches go round. Where edges of both run the same way one of them counts; where they face each other the bodies only touch.
-  pure subroutine join_corners(outlines, place, near, other, which, overlap)
+  pure subroutine join_corners(outlines, position, near, other, which, overlap)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)
+    real(dp), intent(in) :: position(:, :)
     integer, intent(in) :: near(:)           !! edges of one body
     integer, intent(in) :: other(:)          !! edges of the other
     integer, intent(in) :: which             !! of the two bodies of the overlap has the edges `near`
@@ -159,16 +159,16 @@ contains
     integer :: k, m, n, on(size(overlap%corner)), next
 
     do k = 1, size(near)
-      associate (from => place(:, outlines%start(near(k))), to => place(:, outlines%finish(near(k))))
+      associate (from => position(:, outlines%start(near(k))), to => position(:, outlines%finish(near(k))))
         call frame_of_edge(from, to, t, normal, length)
         n = 0
         do m = 1, size(overlap%corner)
           associate (corner => overlap%corner(m))
             if (.not. (corner%edge(which) == near(k) .or. corner%vertex == near(k) .or. corner%vertex == outlines%next(near(k)) &
-                       .or. is_beside(corner%place, from, to, overlap%rounding))) cycle
+                       .or. is_beside(corner%position, from, to, overlap%rounding))) cycle
             n = n + 1
             on(n) = m
-            along(n) = dot_product(t, corner%place - from)
+            along(n) = dot_product(t, corner%position - from)
           end associate
         end do
         do while (n > 1) ! from the last along the edge back to the first
@@ -178,10 +178,10 @@ contains
           along(m) = along(n)
           n = n - 1
           m = on(maxloc(along(:n), 1))
-          x = overlap%corner(m)%place - overlap%corner(1)%place
-          y = overlap%corner(next)%place - overlap%corner(1)%place
-          middle = 0.5_dp*(overlap%corner(m)%place + overlap%corner(next)%place)
-          if (.not. is_in(outlines, place, other, middle, overlap%rounding) .or. runs_along(middle, -t)) cycle
+          x = overlap%corner(m)%position - overlap%corner(1)%position
+          y = overlap%corner(next)%position - overlap%corner(1)%position
+          middle = 0.5_dp*(overlap%corner(m)%position + overlap%corner(next)%position)
+          if (.not. is_in(outlines, position, other, middle, overlap%rounding) .or. runs_along(middle, -t)) cycle
           if (which == 1 .or. .not. runs_along(middle, t)) then
             overlap%corner(next)%swept = overlap%corner(next)%swept + x(1)*y(2) - x(2)*y(1)
             overlap%corner(next)%way = overlap%corner(next)%way + y - x
@@ -201,7 +201,7 @@ contains
 
       runs_along = .true.
       do j = 1, size(other)
-        associate (from => place(:, outlines%start(other(j))), to => place(:, outlines%finish(other(j))))
+        associate (from => position(:, outlines%start(other(j))), to => position(:, outlines%finish(other(j))))
           if (is_beside(x, from, to, overlap%rounding) .and. dot_product(t, to - from) > 0.5_dp*norm2(to - from)) return
         end associate
       end do
@@ -221,8 +221,8 @@ contains
 
     corner = pack(overlap%corner, overlap%corner%piece == piece)
     do k = 1, 2
-      extent(k) = maxval(corner%place(k)) - minval(corner%place(k))
-      middle(k) = sum(corner%place(k) - overlap%corner(1)%place(k))/size(corner)
+      extent(k) = maxval(corner%position(k)) - minval(corner%position(k))
+      middle(k) = sum(corner%position(k) - overlap%corner(1)%position(k))/size(corner)
       way(k) = sum(corner%way(k))
     end do
     has_area = 0.5_dp*(sum(corner%swept) - (middle(1)*way(2) - middle(2)*way(1))) > overlap%rounding*norm2(extent)
@@ -232,9 +232,9 @@ contains
   !>
   !> It did where no other edge that bounds their common piece leads out of it by less, but for such as lead the same way, and
   !> a neighbour at a hollow corner, which is entered with the edge.
-  pure logical function entered_by(outlines, place, overlap, vertex, edge) result(entered)
+  pure logical function entered_by(outlines, position, overlap, vertex, edge) result(entered)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)      !! (2, n_vertices), length
+    real(dp), intent(in) :: position(:, :)      !! (2, n_vertices), length
     type(body_overlap_t), intent(in) :: overlap
     integer, intent(in) :: vertex, edge      !! of the outlines
     real(dp) :: depth
@@ -246,11 +246,12 @@ contains
     if (at == 0) return
     associate (piece => overlap%corner(at)%piece)
       if (.not. has_area(overlap, piece)) return
-      out = ways_out(outlines, place, overlap, piece)
-      depth = depth_across(outlines, place, overlap, piece, edge)
+      out = ways_out(outlines, position, overlap, piece)
+      depth = depth_across(outlines, position, overlap, piece, edge)
       do k = 1, size(out)
-        if (out(k) == edge .or. leads_alike(outlines, place, out(k), edge) .or. meet_hollow(outlines, place, out(k), edge)) cycle
-        if (depth > (1 + as_deep)*depth_across(outlines, place, overlap, piece, out(k)) + overlap%rounding) return
+        if (out(k) == edge) cycle
+        if (leads_alike(outlines, position, out(k), edge) .or. meet_hollow(outlines, position, out(k), edge)) cycle
+        if (depth > (1 + as_deep)*depth_across(outlines, position, overlap, piece, out(k)) + overlap%rounding) return
       end do
     end associate
     entered = .true.
@@ -258,9 +259,9 @@ contains
 
   !> Edges by which a piece may be left: those that bound it and that a vertex of the other body in it is behind; where none
   !> bounds it, as where one body lies in the other, those that it is wholly behind.
-  pure function ways_out(outlines, place, overlap, piece) result(out)
+  pure function ways_out(outlines, position, overlap, piece) result(out)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)
+    real(dp), intent(in) :: position(:, :)
     type(body_overlap_t), intent(in) :: overlap
     integer, intent(in) :: piece
     integer, allocatable :: out(:)
@@ -312,7 +313,8 @@ contains
       bounds = .true.
       do k = 1, size(corner)
         if (corner(k)%edge(which) == edge .or. corner(k)%vertex == edge .or. corner(k)%vertex == outlines%next(edge)) return
-        if (is_beside(corner(k)%place, place(:, outlines%start(edge)), place(:, outlines%finish(edge)), overlap%rounding)) return
+        if (is_beside(corner(k)%position, position(:, outlines%start(edge)), position(:, outlines%finish(edge)), &
+                      overlap%rounding)) return
       end do
       bounds = .false.
     end function bounds
@@ -322,15 +324,15 @@ contains
       type(corner_t), intent(in) :: corner
       integer, intent(in) :: edge
 
-      gap_at = gap_of(corner%place, place(:, outlines%start(edge)), place(:, outlines%finish(edge)))
+      gap_at = gap_of(corner%position, position(:, outlines%start(edge)), position(:, outlines%finish(edge)))
     end function gap_at
 
   end function ways_out
 
   !> How far a piece reaches behind the line of an edge.
-  pure real(dp) function depth_across(outlines, place, overlap, piece, edge) result(depth)
+  pure real(dp) function depth_across(outlines, position, overlap, piece, edge) result(depth)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)
+    real(dp), intent(in) :: position(:, :)
     type(body_overlap_t), intent(in) :: overlap
     integer, intent(in) :: piece, edge
     integer :: k
@@ -338,26 +340,27 @@ contains
     depth = 0.0_dp
     do k = 1, size(overlap%corner)
       if (overlap%corner(k)%piece == piece) &
-        depth = max(depth, -gap_of(overlap%corner(k)%place, place(:, outlines%start(edge)), place(:, outlines%finish(edge))))
+        depth = max(depth, -gap_of(overlap%corner(k)%position, position(:, outlines%start(edge)), &
+                                   position(:, outlines%finish(edge))))
     end do
   end function depth_across
 
   !> Whether two edges lead out of a piece in the same direction: parallel ones of one body, or facing ones of two.
-  pure logical function leads_alike(outlines, place, i, j)
+  pure logical function leads_alike(outlines, position, i, j)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)
+    real(dp), intent(in) :: position(:, :)
     integer, intent(in) :: i, j
     real(dp) :: a(2), b(2)
 
-    a = place(:, outlines%finish(i)) - place(:, outlines%start(i))
-    b = place(:, outlines%finish(j)) - place(:, outlines%start(j))
+    a = position(:, outlines%finish(i)) - position(:, outlines%start(i))
+    b = position(:, outlines%finish(j)) - position(:, outlines%start(j))
     leads_alike = merge(1, -1, outlines%block(i) == outlines%block(j))*dot_product(a, b) > cos(parallel)*norm2(a)*norm2(b)
   end function leads_alike
 
   !> Whether two edges meet at a corner of more than half a turn.
-  pure logical function meet_hollow(outlines, place, i, j)
+  pure logical function meet_hollow(outlines, position, i, j)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)
+    real(dp), intent(in) :: position(:, :)
     integer, intent(in) :: i, j
     integer :: first, second
 
@@ -365,13 +368,14 @@ contains
     if (outlines%next(i) /= j .and. outlines%next(j) /= i) return
     first = merge(i, j, outlines%next(i) == j)
     second = merge(j, i, outlines%next(i) == j)
-    meet_hollow = gap_of(place(:, outlines%finish(second)), place(:, outlines%start(first)), place(:, outlines%finish(first))) > 0
+    meet_hollow = gap_of(position(:, outlines%finish(second)), position(:, outlines%start(first)), &
+                         position(:, outlines%finish(first))) > 0
   end function meet_hollow
 
-  !> Whether a place is in a body or on its outline.
-  pure logical function is_in(outlines, place, edge, x, rounding)
+  !> Whether a position is in a body or on its outline.
+  pure logical function is_in(outlines, position, edge, x, rounding)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)
+    real(dp), intent(in) :: position(:, :)
     integer, intent(in) :: edge(:)     !! of the body
     real(dp), intent(in) :: x(2)       !! length
     real(dp), intent(in) :: rounding   !! length
@@ -379,7 +383,7 @@ contains
 
     is_in = .false.
     do k = 1, size(edge)
-      associate (a => place(:, outlines%start(edge(k))), b => place(:, outlines%finish(edge(k))))
+      associate (a => position(:, outlines%start(edge(k))), b => position(:, outlines%finish(edge(k))))
         if (is_beside(x, a, b, rounding)) then
           is_in = .true.
           return
@@ -391,7 +395,7 @@ contains
     end do
   end function is_in
 
-  !> Whether a place is nearer to a segment than `rounding`.
+  !> Whether a position is nearer to a segment than `rounding`.
   pure logical function is_beside(x, a, b, rounding)
     real(dp), intent(in) :: x(2), a(2), b(2), rounding !! length
 
@@ -400,9 +404,9 @@ contains
   end function is_beside
 
   !> Corners of the box around a body.
-  pure subroutine box_of(outlines, place, body, low, high)
+  pure subroutine box_of(outlines, position, body, low, high)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)
+    real(dp), intent(in) :: position(:, :)
     integer, intent(in) :: body
     real(dp), intent(out) :: low(2), high(2) !! length
     integer :: k
@@ -410,23 +414,23 @@ contains
     low = huge(low)
     high = -huge(high)
     do k = outlines%first(body), outlines%first(body + 1) - 1
-      low = min(low, place(:, outlines%start(outlines%of_block(k))))
-      high = max(high, place(:, outlines%start(outlines%of_block(k))))
+      low = min(low, position(:, outlines%start(outlines%of_block(k))))
+      high = max(high, position(:, outlines%start(outlines%of_block(k))))
     end do
   end subroutine box_of
 
   !> Area of a body, without that of its holes.
-  pure real(dp) function area_of(outlines, place, body) result(area)
+  pure real(dp) function area_of(outlines, position, body) result(area)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)
+    real(dp), intent(in) :: position(:, :)
     integer, intent(in) :: body
     integer :: k
 
     area = 0.0_dp
-    associate (origin => place(:, outlines%start(outlines%of_block(outlines%first(body)))))
+    associate (origin => position(:, outlines%start(outlines%of_block(outlines%first(body)))))
       do k = outlines%first(body), outlines%first(body + 1) - 1
-        associate (a => place(:, outlines%start(outlines%of_block(k))) - origin, &
-                   b => place(:, outlines%finish(outlines%of_block(k))) - origin)
+        associate (a => position(:, outlines%start(outlines%of_block(k))) - origin, &
+                   b => position(:, outlines%finish(outlines%of_block(k))) - origin)
           area = area + 0.5_dp*(a(1)*b(2) - a(2)*b(1))
         end associate
       end do
@@ -434,9 +438,9 @@ contains
   end function area_of
 
   !> All overlaps of bodies in area, and the pairs of a vertex and an edge by which they entered each other.
-  subroutine find_overlaps(outlines, place, found, inside)
+  subroutine find_overlaps(outlines, position, found, inside)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)                     !! (2, n_vertices) of the elements, length
+    real(dp), intent(in) :: position(:, :)                     !! (2, n_vertices) of the elements, length
     type(overlap_t), allocatable, intent(out) :: found(:)
     integer, allocatable, intent(out) :: inside(:, :)       !! (2, n) vertices and edges of the outlines
     type(cell_grid_t) :: grid
@@ -448,8 +452,8 @@ contains
     allocate (found(0), inside(2, 0))
     if (size(seen) < 2) return
     do b = 1, size(seen)
-      call box_of(outlines, place, b, low(:, b), high(:, b))
-      area(b) = area_of(outlines, place, b)
+      call box_of(outlines, position, b, low(:, b), high(:, b))
+      area(b) = area_of(outlines, position, b)
     end do
     call set_up_grid(grid, reshape([low, high], [2, 2*size(seen)]), size(seen))
     call place_boxes(grid, low, high)
@@ -464,7 +468,7 @@ contains
             if (b <= a .or. seen(b) == a) cycle
             seen(b) = a
             if (any(low(:, a) >= high(:, b) .or. low(:, b) >= high(:, a))) cycle
-            call overlap_of_bodies(outlines, place, a, b, overlap)
+            call overlap_of_bodies(outlines, position, a, b, overlap)
             if (size(overlap%corner) > 0) call add_pieces()
           end do
         end do
@@ -482,7 +486,7 @@ contains
       do piece = 1, size(overlap%corner)
         if (all(overlap%corner%piece /= piece)) cycle
         if (.not. has_area(overlap, piece)) cycle
-        out = ways_out(outlines, place, overlap, piece)
+        out = ways_out(outlines, position, overlap, piece)
         new = describe(piece, out)
         new%share = min(1.0_dp, new%depth/sqrt(min(area(a), area(b))))
         found = [found, new]
@@ -492,7 +496,7 @@ contains
       end do
     end subroutine add_pieces
 
-    !> Depth and place of a piece; where no edge leads out of it, across those that cross.
+    !> Depth and position of a piece; where no edge leads out of it, across those that cross.
     type(overlap_t) function describe(piece, out) result(it)
       integer, intent(in) :: piece, out(:)
       integer, allocatable :: edge(:)
@@ -508,10 +512,10 @@ contains
       end if
       it%depth = huge(it%depth)
       do m = 1, size(edge)
-        it%depth = min(it%depth, depth_across(outlines, place, overlap, piece, edge(m)))
+        it%depth = min(it%depth, depth_across(outlines, position, overlap, piece, edge(m)))
       end do
       do m = 1, 2
-        it%place(m) = sum(overlap%corner%place(m), overlap%corner%piece == piece)/count(overlap%corner%piece == piece)
+        it%position(m) = sum(overlap%corner%position(m), overlap%corner%piece == piece)/count(overlap%corner%piece == piece)
       end do
     end function describe
 
@@ -522,9 +526,9 @@ contains
 
       do m = 1, size(out)
         if (outlines%block(out(m)) == outlines%block(vertex)) cycle
-        if (gap_of(place(:, outlines%start(vertex)), place(:, outlines%start(out(m))), place(:, outlines%finish(out(m)))) &
+        if (gap_of(position(:, outlines%start(vertex)), position(:, outlines%start(out(m))), position(:, outlines%finish(out(m)))) &
             >= -no_depth*overlap%rounding) cycle
-        if (entered_by(outlines, place, overlap, vertex, out(m))) &
+        if (entered_by(outlines, position, overlap, vertex, out(m))) &
           inside = reshape([inside, vertex, out(m)], [2, size(inside, 2) + 1])
       end do
     end subroutine add_entered

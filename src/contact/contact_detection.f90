@@ -5,7 +5,7 @@
 !>
 !> - a vertex over an edge that its corner fits on,
 !> - two vertices of convex corners: the one cannot enter the other but across both of two entrance lines. The region that
-!>   is closed to the relative place of the vertices is the sum of the one corner and the other one turned round; the
+!>   is closed to the relative position of the vertices is the sum of the one corner and the other one turned round; the
 !>   entrance lines are its sides. Where that is a half plane, edges are parallel and one line is enough.
 !> - a convex corner in a concave one: a contact with either edge.
 !>
@@ -37,10 +37,10 @@ module scree_contact_detection
 
 contains
 
-  !> Contacts of the step that begins with the vertices at `place`, with what those before remember.
-  subroutine find_contacts(outlines, place, velocity, dt, self_contact, contacts)
+  !> Contacts of the step that begins with the vertices at `position`, with what those before remember.
+  subroutine find_contacts(outlines, position, velocity, dt, self_contact, contacts)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)     !! (2, n_vertices) of the elements, length
+    real(dp), intent(in) :: position(:, :)     !! (2, n_vertices) of the elements, length
     real(dp), intent(in) :: velocity(:, :)  !! (2, n) of the vertices of the outlines, length/time
     real(dp), intent(in) :: dt              !! time
     logical, intent(in) :: self_contact     !! a body may touch itself
@@ -56,7 +56,7 @@ contains
     real(dp) :: distance_start, distance_finish
 
     do i = 1, size(outlines%start)
-      size_of_edge(i) = norm2(place(:, outlines%finish(i)) - place(:, outlines%start(i)))
+      size_of_edge(i) = norm2(position(:, outlines%finish(i)) - position(:, outlines%start(i)))
     end do
     local = min(size_of_edge, size_of_edge(outlines%previous))
     turning = min(contacts%most_turning, 1.2_dp*norm2(velocity(:, outlines%next) - velocity, 1)*dt/size_of_edge + contacts%swing)
@@ -64,7 +64,7 @@ contains
     if (contacts%by_name) turning = 0.0_dp
     contacts%turning = turning
     near = reach_of(local)
-    call search(outlines, place, near, local, self_contact, contacts)
+    call search(outlines, position, near, local, self_contact, contacts)
     do k = 1, size(contacts%candidate, 2) ! a large block takes the measure of a small one beside it
       i = contacts%candidate(1, k)
       j = contacts%candidate(2, k)
@@ -91,7 +91,7 @@ contains
     do k = 1, size(contacts%candidate, 2)
       i = contacts%candidate(1, k)
       j = contacts%candidate(2, k)
-      associate (x1 => place(:, outlines%start(i)), x2 => place(:, outlines%start(j)), x3 => place(:, outlines%finish(j)))
+      associate (x1 => position(:, outlines%start(i)), x2 => position(:, outlines%start(j)), x3 => position(:, outlines%finish(j)))
         distance_start = norm2(x1 - x2)
         distance_finish = norm2(x1 - x3)
         if (distance_start <= near(i) + near(j)) then
@@ -131,8 +131,8 @@ contains
       integer :: before
 
       before = outlines%previous(i)
-      associate (own => place(:, outlines%finish(i)) - place(:, outlines%start(i)), &
-                 back => place(:, outlines%start(before)) - place(:, outlines%finish(before)))
+      associate (own => position(:, outlines%finish(i)) - position(:, outlines%start(i)), &
+                 back => position(:, outlines%start(before)) - position(:, outlines%finish(before)))
         corner_of%from = atan2(own(2), own(1))
         corner_of%angle = modulo(atan2(back(2), back(1)) - corner_of%from, 2*pi)
       end associate
@@ -160,7 +160,7 @@ contains
     pure real(dp) function along(i, j)
       integer, intent(in) :: i, j
 
-      associate (x1 => place(:, outlines%start(i)), x2 => place(:, outlines%start(j)), x3 => place(:, outlines%finish(j)))
+      associate (x1 => position(:, outlines%start(i)), x2 => position(:, outlines%start(j)), x3 => position(:, outlines%finish(j)))
         along = dot_product(x1 - x2, x3 - x2)/size_of_edge(j)
       end associate
     end function along
@@ -169,7 +169,7 @@ contains
     pure real(dp) function gap_at(i, j)
       integer, intent(in) :: i, j
 
-      gap_at = gap_of(place(:, outlines%start(i)), place(:, outlines%start(j)), place(:, outlines%finish(j)))
+      gap_at = gap_of(position(:, outlines%start(i)), position(:, outlines%start(j)), position(:, outlines%finish(j)))
     end function gap_at
 
     !> Contact of vertex i over edge j.
@@ -241,9 +241,9 @@ contains
     subroutine meet_sides(i, j)
       integer, intent(in) :: i, j
 
-      associate (x1 => place(:, outlines%start(i)), after => outlines%next(j), before => outlines%previous(j))
-        if (norm2(x1 - place(:, outlines%start(after))) > near(i) + near(after)) call meet_edge(i, j)
-        if (norm2(x1 - place(:, outlines%start(before))) > near(i) + near(before)) call meet_edge(i, before)
+      associate (x1 => position(:, outlines%start(i)), after => outlines%next(j), before => outlines%previous(j))
+        if (norm2(x1 - position(:, outlines%start(after))) > near(i) + near(after)) call meet_edge(i, j)
+        if (norm2(x1 - position(:, outlines%start(before))) > near(i) + near(before)) call meet_edge(i, before)
       end associate
     end subroutine meet_sides
 
@@ -317,7 +317,7 @@ contains
 
       is_inside = gap_at(i, j) < -still_outside*min(local(i), size_of_edge(j))
       if (.not. is_inside) return
-      call overlap_of_bodies(outlines, place, outlines%block(i), outlines%block(j), overlap)
+      call overlap_of_bodies(outlines, position, outlines%block(i), outlines%block(j), overlap)
       is_inside = any(overlap%corner%vertex == i)
     end function is_inside
 
@@ -334,8 +334,8 @@ contains
         before = line_before(i, j)
         if (before > 0) entered = contacts%contact((before + 1)/2)%active == 2 - modulo(before, 2)
         if (entered .or. outlines%block(i) == outlines%block(j)) return
-        call overlap_of_bodies(outlines, place, outlines%block(i), outlines%block(j), overlap)
-        entered = entered_by(outlines, place, overlap, i, j)
+        call overlap_of_bodies(outlines, position, outlines%block(i), outlines%block(j), overlap)
+        entered = entered_by(outlines, position, overlap, i, j)
       end associate
     end function entered
 
@@ -434,8 +434,8 @@ contains
         if (within) cycle
         named%vertex = vertex(k)
         named%edge = edge(k)
-        associate (x1 => place(:, outlines%start(vertex(k))), x2 => place(:, outlines%start(edge(k))), &
-                   x3 => place(:, outlines%finish(edge(k))))
+        associate (x1 => position(:, outlines%start(vertex(k))), x2 => position(:, outlines%start(edge(k))), &
+                   x3 => position(:, outlines%finish(edge(k))))
           within = k == 1 .and. dot_product(x2 - x1, x3 - x1) <= 0
         end associate
       end do

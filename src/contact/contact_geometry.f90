@@ -39,7 +39,7 @@ module scree_contact_geometry
     real(dp) :: normal_end(2*n) = 0.0_dp !! of the gap itself, where the forces act in another configuration
     real(dp) :: shear_end(2*n) = 0.0_dp
     !> (3, 2 n) where slip is measured from the anchor (Shi): the end of the edge from its start, along and across; and the
-    !> place of the edge's body that the vertex is at from the foot, along.
+    !> position of the edge's body that the vertex is at from the foot, along.
     real(dp), allocatable :: edge(:, :)
   end type line_geometry_t
 
@@ -55,11 +55,11 @@ contains
     normal = [t(2), -t(1)]
   end subroutine frame_of_edge
 
-  !> Gap of a place at the line from a to b.
-  pure real(dp) function gap_of(place, a, b)
-    real(dp), intent(in) :: place(2), a(2), b(2) !! length
+  !> Gap of a position at the line from a to b.
+  pure real(dp) function gap_of(position, a, b)
+    real(dp), intent(in) :: position(2), a(2), b(2) !! length
 
-    gap_of = ((b(2) - a(2))*(place(1) - a(1)) - (b(1) - a(1))*(place(2) - a(2)))/norm2(b - a)
+    gap_of = ((b(2) - a(2))*(position(1) - a(1)) - (b(1) - a(1))*(position(2) - a(2)))/norm2(b - a)
   end function gap_of
 
   !> Geometry of a line at displacement `d` of the elements.

@@ -16,9 +16,9 @@ module scree_contact_search
 contains
 
   !> Lists vertices near edges, where what an earlier search listed may not do.
-  pure subroutine search(outlines, place, near, local, self_contact, contacts)
+  pure subroutine search(outlines, position, near, local, self_contact, contacts)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)  !! (2, n_vertices), length
+    real(dp), intent(in) :: position(:, :)  !! (2, n_vertices), length
     real(dp), intent(in) :: near(:)      !! (n) how far a contact of each vertex reaches, length
     real(dp), intent(in) :: local(:)     !! (n) shorter edge at each vertex, length
     logical, intent(in) :: self_contact
@@ -30,7 +30,7 @@ contains
     integer :: c, column, i, j, k, n, row
     real(dp) :: reach
 
-    vertex = place(:, outlines%start)
+    vertex = position(:, outlines%start)
     if (allocated(contacts%found_at)) then
       if (all(norm2(vertex - contacts%found_at, 1) + near <= contacts%reach)) return
     end if
@@ -42,7 +42,7 @@ contains
     n = 0
     seen = 0
     do j = 1, size(near)
-      associate (a => place(:, outlines%start(j)), b => place(:, outlines%finish(j)))
+      associate (a => position(:, outlines%start(j)), b => position(:, outlines%finish(j)))
         reach = max(contacts%reach(j), contacts%reach(outlines%next(j)))
         range = cells_of_box(grid, min(a, b) - reach, max(a, b) + reach)
         do row = range(2, 1), range(2, 2)

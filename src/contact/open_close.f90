@@ -89,17 +89,17 @@ contains
   end subroutine take_over
 
   !> Bonds the contacts of joints with cohesion or strength.
-  pure subroutine bond_contacts(outlines, law, place, touch)
+  pure subroutine bond_contacts(outlines, law, position, touch)
     type(outlines_t), intent(in) :: outlines
     type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: place(:, :) !! (2, n_vertices), length
+    real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
     type(touch_t), intent(inout) :: touch
     integer :: i, k
 
     do i = 1, size(touch%contact)
       do k = 1, touch%contact(i)%n_lines
         associate (line => touch%contact(i)%line(k), joint => outlines%joint(touch%contact(i)%line(k)%edge))
-          if (law%cohesion(joint) > 0 .or. law%strength(joint) > 0) line%length = length_of_contact(outlines, place, line)
+          if (law%cohesion(joint) > 0 .or. law%strength(joint) > 0) line%length = length_of_contact(outlines, position, line)
           line%bonded = line%length > 0
         end associate
       end do
@@ -134,20 +134,20 @@ contains
   end subroutine begin_again
 
   !> Length of the joint that a contact stands for: half of what its edge and each parallel one at the vertex have in common.
-  pure real(dp) function length_of_contact(outlines, place, line) result(length)
+  pure real(dp) function length_of_contact(outlines, position, line) result(length)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: place(:, :)     !! (2, n_vertices), length
+    real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
     type(line_t), intent(in) :: line
     real(dp) :: t(2), normal(2), own(2), other, at, ends(2)
     integer :: edge, i
 
-    call frame_of_edge(place(:, outlines%start(line%edge)), place(:, outlines%finish(line%edge)), t, normal, other)
+    call frame_of_edge(position(:, outlines%start(line%edge)), position(:, outlines%finish(line%edge)), t, normal, other)
     length = 0.0_dp
     do i = 1, 2
       edge = merge(line%vertex, outlines%previous(line%vertex), i == 1)
-      own = place(:, outlines%finish(edge)) - place(:, outlines%start(edge))
+      own = position(:, outlines%finish(edge)) - position(:, outlines%start(edge))
       if (dot_product(own, t) > -cos(parallel)*norm2(own)) cycle
-      at = dot_product(t, place(:, outlines%start(edge)) - place(:, outlines%start(line%edge)))
+      at = dot_product(t, position(:, outlines%start(edge)) - position(:, outlines%start(line%edge)))
       ends = [at + dot_product(t, own), at]
       length = length + 0.5_dp*max(0.0_dp, min(other, ends(2)) - max(0.0_dp, ends(1)))
     end do

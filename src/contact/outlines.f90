@@ -15,7 +15,7 @@ contains
   !> Edges that are no line of the mesh, and which follows which around the body.
   !>
   !> Where an edge ends, the outline goes on in the same element or, where a line of the mesh follows, in another: of the
-  !> edges that follow a line of the mesh and begin at the same place, to the last bit, with the one that is met first when
+  !> edges that follow a line of the mesh and begin at the same position, to the last bit, with the one that is met first when
   !> turning clockwise from the way back; in between lies the body. Errors: an edge after which the outline
   !> does not go on, the first one without `next`.
   pure subroutine make_outlines(shape, vertex, block, outlines, error)
@@ -80,24 +80,24 @@ contains
 
       edge_after = 0
       least = huge(least)
-      associate (place => vertex(:, outlines%finish(i)))
+      associate (position => vertex(:, outlines%finish(i)))
         low = 1
         high = n
         do while (low < high)
           middle = (low + high)/2
-          if (x(middle) < place(1)) then
+          if (x(middle) < position(1)) then
             low = middle + 1
           else
             high = middle
           end if
         end do
-        back = direction(vertex(:, outlines%start(i)) - place)
+        back = direction(vertex(:, outlines%start(i)) - position)
         do middle = low, n
-          if (x(middle) > place(1)) exit
+          if (x(middle) > position(1)) exit
           j = order(middle)
           if (outlines%block(j) /= outlines%block(i) .or. number(before(outlines%start(j))) > 0) cycle
-          if (abs(vertex(2, outlines%start(j)) - place(2)) > 0) cycle
-          turn = modulo(back - direction(vertex(:, outlines%finish(j)) - place), whole_turn)
+          if (abs(vertex(2, outlines%start(j)) - position(2)) > 0) cycle
+          turn = modulo(back - direction(vertex(:, outlines%finish(j)) - position), whole_turn)
           if (turn < other_side) turn = whole_turn ! no corner is as sharp
           if (turn > least) cycle
           least = turn

@@ -1,4 +1,4 @@
-!> Finds the block that holds a place, and the edges that a line crosses.
+!> Finds the block that holds a position, and the edges that a line crosses.
 module scree_block_finder
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_kinds, only: dp
@@ -12,7 +12,7 @@ module scree_block_finder
   !> Blocks by cell of a grid.
   type :: block_finder_t
     type(cell_grid_t) :: grid
-    real(dp) :: beside = 0.0_dp !! a place this far outside still belongs to a block, length
+    real(dp) :: beside = 0.0_dp !! a position this far outside still belongs to a block, length
   end type block_finder_t
 
 contains
@@ -35,25 +35,25 @@ contains
     call place_boxes(finder%grid, low - beside, high + beside)
   end subroutine set_up_finder
 
-  !> First block that holds a place, its edge included, else the nearest within reach; 0 where none is.
-  pure integer function block_at(finder, shape, vertex, place, group, wanted)
+  !> First block that holds a position, its edge included, else the nearest within reach; 0 where none is.
+  pure integer function block_at(finder, shape, vertex, position, group, wanted)
     type(block_finder_t), intent(in) :: finder
     type(regions_t), intent(in) :: shape
-    real(dp), intent(in) :: vertex(:, :), place(2)
+    real(dp), intent(in) :: vertex(:, :), position(2)
     integer, intent(in), optional :: group(:) !! (n_blocks) blocks count whose group is ...
     integer, intent(in), optional :: wanted   !! ... this one; all where absent
     real(dp) :: distance, nearest
     integer :: b, cell, i, range(2, 2)
 
     block_at = 0
-    range = cells_of_box(finder%grid, place, place)
+    range = cells_of_box(finder%grid, position, position)
     cell = number_of_cell(finder%grid, range(1, 1), range(2, 1))
     do i = finder%grid%first(cell), finder%grid%first(cell + 1) - 1
       b = finder%grid%item(i)
       if (present(group)) then
         if (group(b) /= wanted) cycle
       end if
-      if (holds(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), place, loops_of(shape, b))) then
+      if (holds(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), position, loops_of(shape, b))) then
         block_at = b
         return
       end if
@@ -64,22 +64,22 @@ contains
       if (present(group)) then
         if (group(b) /= wanted) cycle
       end if
-      distance = distance_to(shape, vertex, b, place)
+      distance = distance_to(shape, vertex, b, position)
       if (distance > nearest .or. (block_at > 0 .and. .not. distance < nearest)) cycle
       nearest = distance
       block_at = b
     end do
   end function block_at
 
-  !> Distance of a place from a block; 0 inside and on its edge.
-  pure real(dp) function distance_outside(shape, vertex, b, place) result(distance)
+  !> Distance of a position from a block; 0 inside and on its edge.
+  pure real(dp) function distance_outside(shape, vertex, b, position) result(distance)
     type(regions_t), intent(in) :: shape
-    real(dp), intent(in) :: vertex(:, :), place(2) !! length
+    real(dp), intent(in) :: vertex(:, :), position(2) !! length
     integer, intent(in) :: b
 
     distance = 0.0_dp
-    if (.not. holds(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), place, loops_of(shape, b))) &
-      distance = distance_to(shape, vertex, b, place)
+    if (.not. holds(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), position, loops_of(shape, b))) &
+      distance = distance_to(shape, vertex, b, position)
   end function distance_outside
 
   !> Vertex after `k` in its loop; `loop` is the loop's number and moves on with `k`.
@@ -94,10 +94,10 @@ contains
     if (next == shape%first_vertex(loop + 1)) next = shape%first_vertex(loop)
   end subroutine step_round
 
-  !> Distance of a place from the edges of a block.
-  pure real(dp) function distance_to(shape, vertex, b, place) result(distance)
+  !> Distance of a position from the edges of a block.
+  pure real(dp) function distance_to(shape, vertex, b, position) result(distance)
     type(regions_t), intent(in) :: shape
-    real(dp), intent(in) :: vertex(:, :), place(2)
+    real(dp), intent(in) :: vertex(:, :), position(2)
     integer, intent(in) :: b
     integer :: k, loop, next
 
@@ -105,7 +105,7 @@ contains
     loop = shape%first_loop(b)
     do k = first_vertex_of(shape, b), last_vertex_of(shape, b)
       call step_round(shape, k, loop, next)
-      distance = min(distance, distance_to_segment(place, vertex(:, k), vertex(:, next)))
+      distance = min(distance, distance_to_segment(position, vertex(:, k), vertex(:, next)))
     end do
   end function distance_to
 

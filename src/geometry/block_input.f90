@@ -47,7 +47,7 @@ module scree_block_input
   type :: found_points_t
     integer :: n = 0
     integer, allocatable :: kind(:), block(:)
-    real(dp), allocatable :: place(:, :)
+    real(dp), allocatable :: position(:, :)
   end type found_points_t
 
 contains
@@ -64,7 +64,7 @@ contains
     real(dp) :: scale
     integer :: i
 
-    allocate (points%kind(64), points%block(64), points%place(2, 64))
+    allocate (points%kind(64), points%block(64), points%position(2, 64))
     if (allocated(scene%blocks)) then
       call enter_polygons(scene, blocks, error)
       if (allocated(error)) return
@@ -93,7 +93,7 @@ contains
     call add_points(scene, measured_point, 'measured', scene%measured_points, finder, blocks, points, error)
     blocks%point_kind = points%kind(:points%n)
     blocks%point_block = points%block(:points%n)
-    blocks%point = points%place(:, :points%n)
+    blocks%point = points%position(:, :points%n)
   end subroutine make_blocks
 
   !> Area, centroid and second moments of a block; the centroid from the origin of the blocks.
@@ -106,7 +106,7 @@ contains
                               loops_of(blocks%shape, b))
   end function block_moments
 
-  !> Area of a block whose vertices are at other places, length^2.
+  !> Area of a block whose vertices are at other positions, length^2.
   pure real(dp) function block_area(blocks, vertex, b)
     type(blocks_t), intent(in) :: blocks
     real(dp), intent(in) :: vertex(:, :) !! (2, n_vertices), length
@@ -198,7 +198,7 @@ contains
     crack = pack([(i, i=1, size(graph%line))], beside(1, :) == beside(2, :) .and. beside(1, :) > 0)
     allocate (blocks%crack(2, 2, size(crack)))
     do i = 1, size(crack)
-      blocks%crack(:, :, i) = graph%place(:, graph%ends(:, crack(i)))
+      blocks%crack(:, :, i) = graph%position(:, graph%ends(:, crack(i)))
     end do
     blocks%crack_joint = scene%lines(graph%line(crack))%material
   end subroutine enclose_blocks
@@ -263,7 +263,7 @@ contains
 
     keep = .true.
     do i = 1, size(scene%hole_points)
-      b = block_at(finder, blocks%shape, blocks%vertex, scene%hole_points(i)%place - blocks%origin)
+      b = block_at(finder, blocks%shape, blocks%vertex, scene%hole_points(i)%position - blocks%origin)
       if (b == 0) then
         call wrong(scene, scene%hole_points(i)%deck_line, 'a hole point inside a block', 'one outside', error)
         return
@@ -330,27 +330,27 @@ contains
     type(blocks_t), intent(in) :: blocks
     type(found_points_t), intent(inout) :: points
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: distance, place(2)
+    real(dp) :: distance, position(2)
     integer :: b, i
 
     do i = 1, size(given)
-      place = given(i)%place - blocks%origin
+      position = given(i)%position - blocks%origin
       b = given(i)%block
       if (b == 0) then
-        b = block_at(finder, blocks%shape, blocks%vertex, place)
+        b = block_at(finder, blocks%shape, blocks%vertex, position)
         if (b == 0) then
           call wrong(scene, given(i)%deck_line, 'a '//what//' point inside a block', 'one outside', error)
           return
         end if
       else
-        distance = distance_outside(blocks%shape, blocks%vertex, b, place)
+        distance = distance_outside(blocks%shape, blocks%vertex, b, position)
         if (distance > beside*block_size(blocks, b)) then
           call wrong(scene, given(i)%deck_line, 'a '//what//' point in its block '//number_text(b)//' or within '// &
                      real_text(beside)//' of its size', 'one '//real_text(distance)//' outside', error)
           return
         end if
       end if
-      call add_point(points, kind, place, b)
+      call add_point(points, kind, position, b)
     end do
   end subroutine add_points
 
@@ -365,20 +365,20 @@ contains
   end function block_size
 
   !> Adds one point.
-  pure subroutine add_point(points, kind, place, block)
+  pure subroutine add_point(points, kind, position, block)
     type(found_points_t), intent(inout) :: points
     integer, intent(in) :: kind, block
-    real(dp), intent(in) :: place(2)
+    real(dp), intent(in) :: position(2)
 
     if (points%n == size(points%kind)) then
       points%kind = [points%kind, points%kind]
       points%block = [points%block, points%block]
-      points%place = reshape([points%place, points%place], [2, 2*points%n])
+      points%position = reshape([points%position, points%position], [2, 2*points%n])
     end if
     points%n = points%n + 1
     points%kind(points%n) = kind
     points%block(points%n) = block
-    points%place(:, points%n) = place
+    points%position(:, points%n) = position
   end subroutine add_point
 
   !> Error at a line of the geometry.

@@ -29,17 +29,17 @@ module scree_cell_grid
 contains
 
   !> About as many cells as asked for, over places that are not all one.
-  pure subroutine set_up_grid(grid, place, n_cells)
+  pure subroutine set_up_grid(grid, position, n_cells)
     type(cell_grid_t), intent(out) :: grid
-    real(dp), intent(in) :: place(:, :)      !! (2, n), length
+    real(dp), intent(in) :: position(:, :)      !! (2, n), length
     integer, intent(in) :: n_cells
     real(dp) :: edge, extent(2)
 
-    extent = maxval(place, 2) - minval(place, 2)
+    extent = maxval(position, 2) - minval(position, 2)
     extent = max(extent, 1e-3_dp*maxval(extent), tiny(1.0_dp))
     edge = sqrt(extent(1)*(extent(2)/max(1, n_cells)))
-    grid%x = axis_of(place(1, :), int(extent(1)/edge) + 1)
-    grid%y = axis_of(place(2, :), int(extent(2)/edge) + 1)
+    grid%x = axis_of(position(1, :), int(extent(1)/edge) + 1)
+    grid%y = axis_of(position(2, :), int(extent(2)/edge) + 1)
     grid%n = [size(grid%x%start), size(grid%y%start)] + 1
   end subroutine set_up_grid
 
@@ -74,7 +74,7 @@ contains
     axis%below(n + 1) = size(axis%start)
   end function axis_of
 
-  !> Number of the equal part of an axis that a place lies in.
+  !> Number of the equal part of an axis that a position lies in.
   pure integer function bucket_of(axis, x)
     type(axis_t), intent(in) :: axis
     real(dp), intent(in) :: x
@@ -94,7 +94,7 @@ contains
     range(2, :) = [interval_of(grid%y, low(2)), interval_of(grid%y, high(2))]
   end function cells_of_box
 
-  !> Number of the interval of a place, from 0: how many begin at it or before.
+  !> Number of the interval of a position, from 0: how many begin at it or before.
   pure integer function interval_of(axis, x)
     type(axis_t), intent(in) :: axis
     real(dp), intent(in) :: x
@@ -132,9 +132,9 @@ contains
   end function number_of_cell
 
   !> Lists every segment in all cells that it comes within `margin` of.
-  pure subroutine place_segments(grid, place, ends, margin)
+  pure subroutine place_segments(grid, position, ends, margin)
     type(cell_grid_t), intent(inout) :: grid
-    real(dp), intent(in) :: place(:, :)   !! (2, n_nodes), length
+    real(dp), intent(in) :: position(:, :)   !! (2, n_nodes), length
     integer, intent(in) :: ends(:, :)     !! (2, n) nodes of the segments
     real(dp), intent(in) :: margin        !! length
     integer :: c, column, i, pass, range(2, 2), row, rows(2)
@@ -142,7 +142,7 @@ contains
     allocate (grid%first(grid%n(1)*grid%n(2) + 1), source=0)
     do pass = 1, 2 ! count, then list
       do i = 1, size(ends, 2)
-        associate (a => place(:, ends(1, i)), b => place(:, ends(2, i)))
+        associate (a => position(:, ends(1, i)), b => position(:, ends(2, i)))
           range = cells_of_box(grid, min(a, b) - margin, max(a, b) + margin)
           do column = range(1, 1), range(1, 2)
             rows = range(2, :)

@@ -249,12 +249,12 @@ contains
                                 loops_of(faces%shape, f))
     end function moments_of
 
-    !> A place inside a face.
-    pure function inner_place_of(f) result(place)
+    !> A position inside a face.
+    pure function inner_place_of(f) result(position)
       integer, intent(in) :: f
-      real(dp) :: place(2)
+      real(dp) :: position(2)
 
-      place = inner_place(faces%vertex(:, first_vertex_of(faces%shape, f):last_vertex_of(faces%shape, f)), &
+      position = inner_place(faces%vertex(:, first_vertex_of(faces%shape, f):last_vertex_of(faces%shape, f)), &
                           loops_of(faces%shape, f))
     end function inner_place_of
 
@@ -265,15 +265,15 @@ contains
     integer, intent(in) :: order(:)
     type(faces_t), intent(inout) :: faces
     type(faces_t) :: sorted
-    integer :: f, i, n_loops, n_vertices, place(size(order)), vertex(size(faces%vertex, 2))
+    integer :: f, i, n_loops, n_vertices, position(size(order)), vertex(size(faces%vertex, 2))
 
     sorted%block = faces%block(order)
     sorted%triangle = faces%triangle(order)
     sorted%share = faces%share(order)
-    place(order) = [(f, f=1, size(order))]
+    position(order) = [(f, f=1, size(order))]
     allocate (sorted%neighbours(2, size(faces%neighbours, 2)))
     do i = 1, size(faces%neighbours, 2)
-      sorted%neighbours(:, i) = place(faces%neighbours(:, i))
+      sorted%neighbours(:, i) = position(faces%neighbours(:, i))
     end do
     allocate (sorted%shape%first_loop(size(order) + 1), sorted%shape%first_vertex(size(faces%shape%first_vertex)))
     n_loops = 0
@@ -459,14 +459,14 @@ contains
 
   end subroutine extend_covers
 
-  !> Linear weights of a triangle at a place, which may lie outside.
-  pure function weights(node, place)
-    real(dp), intent(in) :: node(2, 3), place(2)
+  !> Linear weights of a triangle at a position, which may lie outside.
+  pure function weights(node, position)
+    real(dp), intent(in) :: node(2, 3), position(2)
     real(dp) :: weights(3), a(2), b(2), x(2), det
 
     a = node(:, 2) - node(:, 1)
     b = node(:, 3) - node(:, 1)
-    x = place - node(:, 1)
+    x = position - node(:, 1)
     det = a(1)*b(2) - a(2)*b(1)
     weights(2) = (x(1)*b(2) - x(2)*b(1))/det
     weights(3) = (a(1)*x(2) - a(2)*x(1))/det

@@ -15,7 +15,7 @@ module scree_given_blocks
   !> Of the size of a block: corners that are so near are one, by rounding; a run would cut its steps to pass from one to the
   !> other.
   real(dp), parameter :: faint = 1e-8_dp
-  !> Of the size of a block: so wide may be what a self-crossing encloses, as the places of a file may have six digits.
+  !> Of the size of a block: so wide may be what a self-crossing encloses, as the positions of a file may have six digits.
   real(dp), parameter :: coarse = 1e-6_dp
   real(dp), parameter :: least_area = 1e-12_dp !! of the square of its size
 
@@ -65,7 +65,7 @@ contains
     integer, intent(in) :: i                    !! number of the polygon
     integer, intent(in) :: corner(:), first(:)  !! vertices loop by loop, and where each loop begins among them
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: place(2), size_, vertex(2, size(corner))
+    real(dp) :: position(2), size_, vertex(2, size(corner))
     integer :: after, before, k, loop
     logical :: is_wrong
 
@@ -111,9 +111,9 @@ contains
     is_wrong = size(first) > 2
     if (.not. is_wrong) is_wrong = touches_itself(vertex, first, faint*size_)
     if (.not. is_wrong) return
-    call find_wrong_area(vertex, first, faint*size_, coarse*size_, place, is_wrong)
+    call find_wrong_area(vertex, first, faint*size_, coarse*size_, position, is_wrong)
     if (is_wrong) call wrong(outline_line(), 'an outline of block '//number_text(i)//' that runs once around one area', &
-                             'one that crosses itself or falls apart, near '//real_text(place(1))//' '//real_text(place(2)))
+                             'one that crosses itself or falls apart, near '//real_text(position(1))//' '//real_text(position(2)))
 
   contains
 

@@ -141,7 +141,7 @@ contains
 
   end subroutine part_loops
 
-  !> Whether each vertex has another one at its place.
+  !> Whether each vertex has another one at its position.
   pure function repeated_places(vertex) result(is_repeated)
     real(dp), intent(in) :: vertex(:, :)  !! (2, n)
     logical :: is_repeated(size(vertex, 2))

@@ -22,19 +22,19 @@ module scree_line_cutting
 
   !> Nodes and the pieces between them.
   type :: graph_t
-    real(dp), allocatable :: place(:, :)   !! (2, n_nodes), length
+    real(dp), allocatable :: position(:, :)   !! (2, n_nodes), length
     integer, allocatable :: ends(:, :)     !! (2, n_pieces) nodes
     integer, allocatable :: line(:)        !! (n_pieces) line that a piece is of; the first of those that coincide
     real(dp) :: nearest = 0.0_dp           !! e as used, length
     real(dp) :: rounding = 0.0_dp          !! the least e: what lies nearer to a line is on it, length
   end type graph_t
 
-  !> Nodes by cell, so that the one next to a place is found at once.
+  !> Nodes by cell, so that the one next to a position is found at once.
   type :: nodes_t
     type(cell_grid_t) :: grid
     integer, allocatable :: head(:)        !! (n_cells) last node of a cell
     integer, allocatable :: before(:)      !! (n) node before it in its cell
-    real(dp), allocatable :: place(:, :)   !! (2, n)
+    real(dp), allocatable :: position(:, :)   !! (2, n)
     logical, allocatable :: boundary(:)    !! (n) made by boundary lines alone
     logical, allocatable :: free(:)        !! (n) end of one line that touches nothing
     integer :: n = 0
@@ -72,8 +72,8 @@ contains
     call set_up_grid(nodes%grid, reshape(ends, [2, 2*size(ends, 3)]), 2*size(ends, 3))
     call take_ends(ends, n_boundary, nodes, graph)
     do pass = 1, most_passes
-      call set_up_grid(grid, nodes%place(:, :nodes%n), size(graph%line))
-      call place_segments(grid, nodes%place(:, :nodes%n), graph%ends, 2*graph%nearest)
+      call set_up_grid(grid, nodes%position(:, :nodes%n), size(graph%line))
+      call place_segments(grid, nodes%position(:, :nodes%n), graph%ends, 2*graph%nearest)
       splits%n = 0
       call cross_pieces(grid, n_boundary, pass == 1, graph, nodes, splits)
       if (pass == 1) call settle_free_ends(grid, graph, nodes, splits)
@@ -82,7 +82,7 @@ contains
       if (splits%n == 0 .and. pass > 1) exit
       call split_pieces(nodes, splits, graph)
     end do
-    graph%place = nodes%place(:, :nodes%n)
+    graph%position = nodes%position(:, :nodes%n)
     if (pass > most_passes) call fail(error, status_run_failed, 'cutting the lines does not come to an end')
   end subroutine cut_lines
 
@@ -117,7 +117,7 @@ contains
     do i = 1, size(graph%line)
       do k = 1, 2
         associate (n => graph%ends(k, i))
-          if (number(n) == 0) call add_node(nodes, met%place(:, n), met%boundary(n), met%free(n), number(n))
+          if (number(n) == 0) call add_node(nodes, met%position(:, n), met%boundary(n), met%free(n), number(n))
           n = number(n)
         end associate
       end do
@@ -125,7 +125,7 @@ contains
   end subroutine take_ends
 
   !> The node that each node becomes: a shared end joins the nearest of those before it that stay, within 1.25 e, all
-  !> others stay. The order is of places, so that neither the numbers of the lines nor the lengths of chains of near
+  !> others stay. The order is of positions, so that neither the numbers of the lines nor the lengths of chains of near
   !> nodes matter: what stays is apart, and nothing moves farther than 1.25 e.
   subroutine merge_shared_ends(nodes, graph, into)
     type(nodes_t), intent(in) :: nodes
@@ -140,17 +140,17 @@ contains
     call make_room(staying, size(shared))
     do i = 1, size(shared)
       k = shared(i)
-      near = node_at(staying, nodes%place(:, k), graph%nearest, graph%rounding, nodes%boundary(k), .true.)
+      near = node_at(staying, nodes%position(:, k), graph%nearest, graph%rounding, nodes%boundary(k), .true.)
       if (near > 0) then
         into(k) = node_of(near)
       else
-        call add_node(staying, nodes%place(:, k), nodes%boundary(k), .false., near)
+        call add_node(staying, nodes%position(:, k), nodes%boundary(k), .false., near)
         node_of(near) = k
       end if
     end do
   end subroutine merge_shared_ends
 
-  !> Nodes by place: those of the boundary first, then from left to right, then upwards.
+  !> Nodes by position: those of the boundary first, then from left to right, then upwards.
   pure function in_order(nodes, list) result(sorted)
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: list(:)
@@ -158,9 +158,9 @@ contains
     real(dp) :: key(size(list))
 
     sorted = list
-    key = nodes%place(2, sorted)
+    key = nodes%position(2, sorted)
     call sort_by(key, sorted)
-    key = nodes%place(1, sorted)
+    key = nodes%position(1, sorted)
     call sort_by(key, sorted)
     key = merge(0.0_dp, 1.0_dp, nodes%boundary(sorted))
     call sort_by(key, sorted)
@@ -172,13 +172,13 @@ contains
     integer, intent(in) :: n
 
     allocate (nodes%head(nodes%grid%n(1)*nodes%grid%n(2)), source=0)
-    allocate (nodes%place(2, n), nodes%before(n), nodes%boundary(n), nodes%free(n))
+    allocate (nodes%position(2, n), nodes%before(n), nodes%boundary(n), nodes%free(n))
   end subroutine make_room
 
   !> Adds a node.
-  pure subroutine add_node(nodes, place, boundary, free, node)
+  pure subroutine add_node(nodes, position, boundary, free, node)
     type(nodes_t), intent(inout) :: nodes
-    real(dp), intent(in) :: place(2)
+    real(dp), intent(in) :: position(2)
     logical, intent(in) :: boundary, free
     integer, intent(out) :: node
     integer, allocatable :: before(:)
@@ -192,8 +192,8 @@ contains
       allocate (flag(2*n), source=.false.)
       before(:n) = nodes%before
       call move_alloc(before, nodes%before)
-      places(:, :n) = nodes%place
-      call move_alloc(places, nodes%place)
+      places(:, :n) = nodes%position
+      call move_alloc(places, nodes%position)
       flag(:n) = nodes%boundary
       nodes%boundary = flag
       flag(:n) = nodes%free
@@ -201,7 +201,7 @@ contains
     end if
     node = n + 1
     nodes%n = node
-    nodes%place(:, node) = place
+    nodes%position(:, node) = position
     nodes%boundary(node) = boundary
     nodes%free(node) = free
     call list_node(nodes, node)
@@ -213,7 +213,7 @@ contains
     integer, intent(in) :: node
     integer :: cell, range(2, 2)
 
-    range = cells_of_box(nodes%grid, nodes%place(:, node), nodes%place(:, node))
+    range = cells_of_box(nodes%grid, nodes%position(:, node), nodes%position(:, node))
     cell = number_of_cell(nodes%grid, range(1, 1), range(2, 1))
     nodes%before(node) = nodes%head(cell)
     nodes%head(cell) = node
@@ -225,7 +225,7 @@ contains
     integer, intent(in) :: node
     integer :: cell, k, range(2, 2)
 
-    range = cells_of_box(nodes%grid, nodes%place(:, node), nodes%place(:, node))
+    range = cells_of_box(nodes%grid, nodes%position(:, node), nodes%position(:, node))
     cell = number_of_cell(nodes%grid, range(1, 1), range(2, 1))
     k = nodes%head(cell)
     if (k == node) then
@@ -238,10 +238,10 @@ contains
     nodes%before(k) = nodes%before(node)
   end subroutine unlist_node
 
-  !> The node that a place is one with, 0 where there is none.
-  pure integer function node_at(nodes, place, nearest, least, boundary, with_free, but)
+  !> The node that a position is one with, 0 where there is none.
+  pure integer function node_at(nodes, position, nearest, least, boundary, with_free, but)
     type(nodes_t), intent(in) :: nodes
-    real(dp), intent(in) :: place(2)
+    real(dp), intent(in) :: position(2)
     real(dp), intent(in) :: nearest, least   !! e, and its least
     logical, intent(in) :: boundary          !! the place is of boundary lines alone
     logical, intent(in) :: with_free         !! free ends count
@@ -253,12 +253,12 @@ contains
     if (present(but)) left_out = but
     node_at = 0
     nearest_yet = node_share*nearest
-    range = cells_of_box(nodes%grid, place - nearest_yet, place + nearest_yet)
+    range = cells_of_box(nodes%grid, position - nearest_yet, position + nearest_yet)
     do row = range(2, 1), range(2, 2)
       do column = range(1, 1), range(1, 2)
         k = nodes%head(number_of_cell(nodes%grid, column, row))
         do while (k > 0)
-          distance = norm2(nodes%place(:, k) - place)
+          distance = norm2(nodes%position(:, k) - position)
           if (distance <= nearest_yet .and. (with_free .or. .not. nodes%free(k)) .and. k /= left_out) then
             if (.not. (boundary .and. nodes%boundary(k)) .or. distance <= node_share*least) then
               node_at = k
@@ -283,8 +283,8 @@ contains
     integer :: cell, i, k, p, q
 
     do i = 1, size(graph%line)
-      low(:, i) = min(nodes%place(:, graph%ends(1, i)), nodes%place(:, graph%ends(2, i)))
-      high(:, i) = max(nodes%place(:, graph%ends(1, i)), nodes%place(:, graph%ends(2, i)))
+      low(:, i) = min(nodes%position(:, graph%ends(1, i)), nodes%position(:, graph%ends(2, i)))
+      high(:, i) = max(nodes%position(:, graph%ends(1, i)), nodes%position(:, graph%ends(2, i)))
     end do
     do cell = 1, size(grid%first) - 1
       do i = grid%first(cell), grid%first(cell + 1) - 1
@@ -303,31 +303,31 @@ contains
     !> One pair: where each has the ends of the other on different sides.
     subroutine cross(p, q)
       integer, intent(in) :: p, q
-      real(dp) :: along, off(2), place(2), v(2)
+      real(dp) :: along, off(2), position(2), v(2)
       integer :: node
       logical :: boundary
 
       associate (a => graph%ends(1, p), b => graph%ends(2, p), c => graph%ends(1, q), d => graph%ends(2, q))
         if (a == c .or. a == d .or. b == c .or. b == d) return
-        associate (pa => nodes%place(:, a), pb => nodes%place(:, b), pc => nodes%place(:, c), pd => nodes%place(:, d))
+        associate (pa => nodes%position(:, a), pb => nodes%position(:, b), pc => nodes%position(:, c), pd => nodes%position(:, d))
           if (orientation(pa, pb, pc)*orientation(pa, pb, pd) >= 0) return
           if (orientation(pc, pd, pa)*orientation(pc, pd, pb) >= 0) return
           v = pd - pc
           off = [v(1)*(pa(2) - pc(2)) - v(2)*(pa(1) - pc(1)), v(1)*(pb(2) - pc(2)) - v(2)*(pb(1) - pc(1))]
-          place = pa + (pb - pa)*(abs(off(1))/max(abs(off(1)) + abs(off(2)), tiny(1.0_dp)))
-          along = dot_product(place - pc, v)
-          if (along < 0) place = pc ! where the two are parallel to rounding, any place that both pass will do
-          if (along > dot_product(v, v)) place = pd
-          where (.not. abs(v) > 0) place = pc ! on a line along an axis without rounding
+          position = pa + (pb - pa)*(abs(off(1))/max(abs(off(1)) + abs(off(2)), tiny(1.0_dp)))
+          along = dot_product(position - pc, v)
+          if (along < 0) position = pc ! where the two are parallel to rounding, any position that both pass will do
+          if (along > dot_product(v, v)) position = pd
+          where (.not. abs(v) > 0) position = pc ! on a line along an axis without rounding
         end associate
       end associate
       boundary = graph%line(p) <= n_boundary .and. graph%line(q) <= n_boundary
-      node = node_at(nodes, place, graph%nearest, graph%rounding, boundary, .false.)
+      node = node_at(nodes, position, graph%nearest, graph%rounding, boundary, .false.)
       if (node > 0) then
         if (.not. (may_meet(p, node) .and. may_meet(q, node))) node = 0
       end if
-      if (node == 0) node = node_at(nodes, place, 0.0_dp, graph%rounding, .false., .false.)
-      if (node == 0) call add_node(nodes, place, boundary, .false., node)
+      if (node == 0) node = node_at(nodes, position, 0.0_dp, graph%rounding, .false., .false.)
+      if (node == 0) call add_node(nodes, position, boundary, .false., node)
       if (may_split(graph, nodes, p, node)) call add_split(splits, p, node)
       if (may_split(graph, nodes, q, node)) call add_split(splits, q, node)
     end subroutine cross
@@ -341,7 +341,7 @@ contains
       do k = 1, 2
         associate (at => graph%ends(k, piece))
           may_meet = may_meet .or. (settling .and. nodes%free(at) .and. &
-                                    norm2(nodes%place(:, at) - nodes%place(:, node)) <= node_share*graph%nearest)
+                                    norm2(nodes%position(:, at) - nodes%position(:, node)) <= node_share*graph%nearest)
         end associate
       end do
     end function may_meet
@@ -357,8 +357,8 @@ contains
 
     may_split = .false.
     if (any(graph%ends(:, piece) == node)) return
-    associate (a => nodes%place(:, graph%ends(1, piece)), b => nodes%place(:, graph%ends(2, piece)), &
-               c => nodes%place(:, node))
+    associate (a => nodes%position(:, graph%ends(1, piece)), b => nodes%position(:, graph%ends(2, piece)), &
+               c => nodes%position(:, node))
       length = sum((b - a)**2)
       may_split = sum((c - a)**2) < length .and. sum((c - b)**2) < length
     end associate
@@ -405,12 +405,12 @@ contains
       node = ends(l)
       if (.not. nodes%free(node) .or. at_end(1, node) == 0) cycle ! it has met one before it
       i = at_end(2, node)
-      other = node_at(nodes, nodes%place(:, node), graph%nearest, graph%rounding, .false., .false.)
+      other = node_at(nodes, nodes%position(:, node), graph%nearest, graph%rounding, .false., .false.)
       if (other > 0) then
         call move_end(node, other)
         cycle
       end if
-      other = node_at(nodes, nodes%place(:, node), graph%nearest, graph%rounding, nodes%boundary(node), .true., node)
+      other = node_at(nodes, nodes%position(:, node), graph%nearest, graph%rounding, nodes%boundary(node), .true., node)
       if (other > 0) then ! two free ends meet
         nodes%free(node) = .false.
         call move_end(other, node)
@@ -420,7 +420,7 @@ contains
       nearest_yet = graph%nearest
       call look_around()
       if (piece == 0) cycle
-      if (nearest_yet <= graph%rounding) foot_yet = nodes%place(:, node) ! on the line as it is
+      if (nearest_yet <= graph%rounding) foot_yet = nodes%position(:, node) ! on the line as it is
       call add_node(nodes, foot_yet, .false., .false., other)
       call move_end(node, other)
       if (may_split(graph, nodes, piece, other)) call add_split(splits, piece, other)
@@ -441,14 +441,14 @@ contains
     subroutine look_around()
       integer :: at, column, q, range(2, 2), row
 
-      range = cells_of_box(grid, nodes%place(:, node), nodes%place(:, node))
+      range = cells_of_box(grid, nodes%position(:, node), nodes%position(:, node))
       do row = range(2, 1), range(2, 2)
         do column = range(1, 1), range(1, 2)
           do at = grid%first(number_of_cell(grid, column, row)), grid%first(number_of_cell(grid, column, row) + 1) - 1
             q = grid%item(at)
             if (q == i) cycle
-            call drop_perpendicular(nodes%place(:, graph%ends(1, q)), nodes%place(:, graph%ends(2, q)), &
-                                    nodes%place(:, node), foot, distance)
+            call drop_perpendicular(nodes%position(:, graph%ends(1, q)), nodes%position(:, graph%ends(2, q)), &
+                                    nodes%position(:, node), foot, distance)
             if (distance > nearest_yet) cycle
             nearest_yet = distance
             foot_yet = foot
@@ -460,18 +460,18 @@ contains
 
   end subroutine settle_free_ends
 
-  !> Foot of the perpendicular from a place to a segment, and its length; huge where the foot is not between the ends.
-  pure subroutine drop_perpendicular(a, b, place, foot, distance)
-    real(dp), intent(in) :: a(2), b(2), place(2)
+  !> Foot of the perpendicular from a position to a segment, and its length; huge where the foot is not between the ends.
+  pure subroutine drop_perpendicular(a, b, position, foot, distance)
+    real(dp), intent(in) :: a(2), b(2), position(2)
     real(dp), intent(out) :: foot(2), distance
     real(dp) :: share
 
     foot = a
     distance = huge(distance)
     if (.not. sum((b - a)**2) > 0) return ! both ends of a short line have become one
-    share = dot_product(place - a, b - a)/dot_product(b - a, b - a)
+    share = dot_product(position - a, b - a)/dot_product(b - a, b - a)
     foot = a + share*(b - a)
-    if (share > 0 .and. share < 1) distance = norm2(place - foot)
+    if (share > 0 .and. share < 1) distance = norm2(position - foot)
   end subroutine drop_perpendicular
 
   !> Finds nodes that lie too near to a piece.
@@ -486,14 +486,14 @@ contains
 
     do node = 1, nodes%n
       if (nodes%free(node)) cycle
-      range = cells_of_box(grid, nodes%place(:, node), nodes%place(:, node)) ! the lists of the grid have the margin
+      range = cells_of_box(grid, nodes%position(:, node), nodes%position(:, node)) ! the lists of the grid have the margin
       cell = number_of_cell(grid, range(1, 1), range(2, 1))
       do at = grid%first(cell), grid%first(cell + 1) - 1
         p = grid%item(at)
         if (.not. may_split(graph, nodes, p, node)) cycle
         reach = graph%nearest
         if (nodes%boundary(node) .and. graph%line(p) <= n_boundary) reach = graph%rounding
-        call drop_perpendicular(nodes%place(:, graph%ends(1, p)), nodes%place(:, graph%ends(2, p)), nodes%place(:, node), &
+        call drop_perpendicular(nodes%position(:, graph%ends(1, p)), nodes%position(:, graph%ends(2, p)), nodes%position(:, node), &
                                 foot, distance)
         if (distance <= reach) call add_split(splits, p, node)
       end do
@@ -534,7 +534,7 @@ contains
         chain = order(first(i):first(i + 1) - 1)
         along = real(chain, dp)
         call sort_by(along, chain) ! so that one found twice stands side by side
-        along = [(dot_product(nodes%place(:, chain(k)) - nodes%place(:, a), nodes%place(:, b) - nodes%place(:, a)), &
+        along = [(dot_product(nodes%position(:, chain(k)) - nodes%position(:, a), nodes%position(:, b) - nodes%position(:, a)), &
                   k=1, size(chain))]
         call sort_by(along, chain)
         chain = [a, chain, b]
@@ -558,10 +558,10 @@ contains
 
     grows = .false.
     if (size(chain) < 4) return ! one node: may_split has seen to it
-    associate (place => nodes%place(:, chain))
+    associate (position => nodes%position(:, chain))
       do k = 2, size(chain)
         if (chain(k) == chain(k - 1)) cycle
-        grows = grows .or. sum((place(:, k) - place(:, k - 1))**2) >= sum((place(:, size(chain)) - place(:, 1))**2)
+        grows = grows .or. sum((position(:, k) - position(:, k - 1))**2) >= sum((position(:, size(chain)) - position(:, 1))**2)
       end do
     end associate
   end function grows

@@ -97,7 +97,7 @@ contains
 
     n_half = 2*size(graph%line)
     call sort_half_edges(graph, first, half)
-    allocate (next(n_half), cycle_of(n_half), stack(n_half), place_of(size(graph%place, 2)))
+    allocate (next(n_half), cycle_of(n_half), stack(n_half), place_of(size(graph%position, 2)))
     cycle_of = 0
     do i = 1, size(first) - 1
       do k = first(i), first(i + 1) - 1
@@ -148,7 +148,7 @@ contains
       loops%first(loops%n + 1) = n_out + 1
       loops%cycle(loops%n) = n_cycles
       associate (loop => loops%half(loops%first(loops%n):n_out))
-        loops%around(loops%n) = twice_area(graph%place(:, [(origin_of(graph, loop(j)), j=1, size(loop))])) > 0
+        loops%around(loops%n) = twice_area(graph%position(:, [(origin_of(graph, loop(j)), j=1, size(loop))])) > 0
       end associate
       depth = from - 1
     end subroutine close_loop
@@ -160,9 +160,9 @@ contains
     type(graph_t), intent(in) :: graph
     integer, allocatable, intent(out) :: first(:)     !! (n_nodes+1)
     integer, allocatable, intent(out) :: half(:)      !! (2 n_pieces)
-    integer :: filled(size(graph%place, 2)), h, i
+    integer :: filled(size(graph%position, 2)), h, i
 
-    allocate (first(size(graph%place, 2) + 1), half(2*size(graph%line)))
+    allocate (first(size(graph%position, 2) + 1), half(2*size(graph%line)))
     first = 0
     do h = 1, size(half)
       i = origin_of(graph, h)
@@ -218,8 +218,8 @@ contains
       integer, intent(in) :: p, q
       logical :: upper(2)
 
-      associate (o => graph%place(:, origin_of(graph, p)), a => graph%place(:, origin_of(graph, way_back(p))), &
-                 b => graph%place(:, origin_of(graph, way_back(q))))
+      associate (o => graph%position(:, origin_of(graph, p)), a => graph%position(:, origin_of(graph, way_back(p))), &
+                 b => graph%position(:, origin_of(graph, way_back(q))))
         upper = [a(2) > o(2) .or. (.not. a(2) < o(2) .and. a(1) > o(1)), &
                  b(2) > o(2) .or. (.not. b(2) < o(2) .and. b(1) > o(1))]
         if (upper(1) .neqv. upper(2)) then
@@ -256,10 +256,10 @@ contains
   end function order_of_nodes
 
   !> Places of keys in ascending order, equal ones as they come, by counting; a key that is huge comes last.
-  function stable_order(key, alike) result(place)
+  function stable_order(key, alike) result(position)
     integer, intent(in) :: key(:)
     integer, intent(in) :: alike(:) !! of the same size
-    integer :: place(size(alike))
+    integer :: position(size(alike))
     integer, allocatable :: start(:)
     integer :: bucket, i, next, count, most
 
@@ -278,7 +278,7 @@ contains
     end do
     do i = 1, size(key)
       bucket = min(key(i), most)
-      place(start(bucket)) = i
+      position(start(bucket)) = i
       start(bucket) = start(bucket) + 1
     end do
   end function stable_order
@@ -311,17 +311,17 @@ contains
       do k = loops%first(i), loops%first(i + 1) - 1
         associate (node => origin_of(graph, loops%half(k)))
           if (first_node(c) == 0) first_node(c) = node
-          if (graph%place(1, node) < graph%place(1, first_node(c))) first_node(c) = node
+          if (graph%position(1, node) < graph%position(1, first_node(c))) first_node(c) = node
         end associate
       end do
     end do
     open = pack([(c, c=1, size(of_cycle))], first_node > 0)
     n_open = size(open)
-    x = graph%place(1, first_node(open))
+    x = graph%position(1, first_node(open))
     call sort_by(x, open)
     if (n_open > 1 .or. n_regions > 1) then
-      call set_up_grid(grid, graph%place, size(graph%line))
-      call place_segments(grid, graph%place, graph%ends, graph%rounding)
+      call set_up_grid(grid, graph%position, size(graph%line))
+      call place_segments(grid, graph%position, graph%ends, graph%rounding)
     end if
     do i = 1, n_open
       k = 0
@@ -335,7 +335,7 @@ contains
   !> Half-edge of the first piece to the left of a node that has the node's side on its left; 0 where there is none.
   !>
   !> A piece counts from its lower end up to below its upper one. Errors of rounding cannot mislead: the pieces that
-  !> share a place there are compared by the exact test.
+  !> share a position there are compared by the exact test.
   integer function piece_at_left(graph, grid, node)
     type(graph_t), intent(in) :: graph
     type(cell_grid_t), intent(in) :: grid
@@ -347,27 +347,27 @@ contains
     low_yet = 0
     up_yet = 0
     x_yet = -huge(x_yet)
-    associate (place => graph%place(:, node))
-      range = cells_of_box(grid, place, place)
+    associate (position => graph%position(:, node))
+      range = cells_of_box(grid, position, position)
       row = range(2, 1)
       do column = range(1, 1), 0, -1
         do i = grid%first(number_of_cell(grid, column, row)), grid%first(number_of_cell(grid, column, row) + 1) - 1
           p = grid%item(i)
           low = graph%ends(1, p)
           up = graph%ends(2, p)
-          if (graph%place(2, low) > graph%place(2, up)) then
+          if (graph%position(2, low) > graph%position(2, up)) then
             low = up
             up = graph%ends(1, p)
           end if
-          if (graph%place(2, low) > place(2) .or. .not. graph%place(2, up) > place(2)) cycle
-          if (orientation(graph%place(:, low), graph%place(:, up), place) >= 0) cycle ! the node is not on its right
-          x = graph%place(1, low) + (graph%place(1, up) - graph%place(1, low))* &
-              ((place(2) - graph%place(2, low))/(graph%place(2, up) - graph%place(2, low)))
+          if (graph%position(2, low) > position(2) .or. .not. graph%position(2, up) > position(2)) cycle
+          if (orientation(graph%position(:, low), graph%position(:, up), position) >= 0) cycle ! the node is not on its right
+          x = graph%position(1, low) + (graph%position(1, up) - graph%position(1, low))* &
+              ((position(2) - graph%position(2, low))/(graph%position(2, up) - graph%position(2, low)))
           if (p_yet > 0 .and. p /= p_yet) then
             if (low == low_yet) then
-              if (orientation(graph%place(:, low), graph%place(:, up_yet), graph%place(:, up)) >= 0) cycle
+              if (orientation(graph%position(:, low), graph%position(:, up_yet), graph%position(:, up)) >= 0) cycle
             else if (up == up_yet) then
-              if (orientation(graph%place(:, up), graph%place(:, low), graph%place(:, low_yet)) >= 0) cycle
+              if (orientation(graph%position(:, up), graph%position(:, low), graph%position(:, low_yet)) >= 0) cycle
             else if (x <= x_yet) then
               cycle
             end if
@@ -392,8 +392,8 @@ contains
     type(regions_t), intent(out) :: shape
     real(dp), allocatable, intent(out) :: vertex(:, :)
     integer, allocatable, intent(out) :: line(:)
-    integer :: first(0:maxval([0, region]) + 1), list(loops%n), at_node(size(graph%place, 2)), i, k, n_regions, n_vertices
-    logical :: twice(size(graph%place, 2))
+    integer :: first(0:maxval([0, region]) + 1), list(loops%n), at_node(size(graph%position, 2)), i, k, n_regions, n_vertices
+    logical :: twice(size(graph%position, 2))
 
     n_regions = maxval([0, region])
     first = 0
@@ -468,14 +468,14 @@ contains
         end do
         if (twice(origin_of(graph, half(j)))) cycle
         if (material(graph%line((half(before) + 1)/2)) /= material(graph%line((half(j) + 1)/2))) cycle
-        dropped(j) = is_straight(graph%place(:, origin_of(graph, half(before))), graph%place(:, origin_of(graph, half(j))), &
-                                 graph%place(:, origin_of(graph, half(after))))
+        dropped(j) = is_straight(graph%position(:, origin_of(graph, half(before))), graph%position(:, origin_of(graph, half(j))), &
+                                 graph%position(:, origin_of(graph, half(after))))
         if (dropped(j)) left = left - 1
       end do
       do j = 1, size(half)
         if (dropped(j)) cycle
         n_vertices = n_vertices + 1
-        vertex(:, n_vertices) = graph%place(:, origin_of(graph, half(j)))
+        vertex(:, n_vertices) = graph%position(:, origin_of(graph, half(j)))
         line(n_vertices) = graph%line((half(j) + 1)/2)
       end do
     end subroutine take_loop

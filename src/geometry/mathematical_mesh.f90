@@ -58,7 +58,7 @@ contains
           if (number(i, j) == 0) cycle
           n_nodes = n_nodes + 1
           number(i, j) = n_nodes
-          mesh%node(:, n_nodes) = place(i, j)
+          mesh%node(:, n_nodes) = position(i, j)
         end do
       end do
     end do
@@ -66,12 +66,12 @@ contains
   contains
 
     !> A node of the lattice.
-    pure function place(i, j)
+    pure function position(i, j)
       integer, intent(in) :: i, j
-      real(dp) :: place(2)
+      real(dp) :: position(2)
 
-      place = origin + i*along + j*across
-    end function place
+      position = origin + i*along + j*across
+    end function position
 
     !> Whether the box around three nodes touches the box.
     pure logical function touches(three)
@@ -80,7 +80,7 @@ contains
       integer :: k
 
       do k = 1, 3
-        x(:, k) = place(three(1, k), three(2, k))
+        x(:, k) = position(three(1, k), three(2, k))
       end do
       touches = all(minval(x, 2) <= high) .and. all(maxval(x, 2) >= low)
     end function touches

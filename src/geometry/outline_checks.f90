@@ -69,13 +69,13 @@ contains
 
   !> Finds a place in an area that loops wind around other than they should: once around one area, nowhere else.
   !>
-  !> Areas that are thinner than `coarse` do not count, as the places of a file are rounded.
-  subroutine find_wrong_area(vertex, first, near, coarse, place, is_wrong)
+  !> Areas that are thinner than `coarse` do not count, as the positions of a file are rounded.
+  subroutine find_wrong_area(vertex, first, near, coarse, position, is_wrong)
     real(dp), intent(in) :: vertex(:, :)   !! (2, n), length
     integer, intent(in) :: first(:)        !! (n_loops+1), as above
     real(dp), intent(in) :: near           !! nodes and edges that are so near are one, length
     real(dp), intent(in) :: coarse         !! length
-    real(dp), intent(out) :: place(2)      !! length
+    real(dp), intent(out) :: position(2)      !! length
     logical, intent(out) :: is_wrong
     type(graph_t) :: graph
     type(regions_t) :: shape
@@ -87,7 +87,7 @@ contains
     integer :: areas, k, r, winding
 
     local = vertex - spread(vertex(:, 1), 2, size(vertex, 2))
-    place = vertex(:, 1)
+    position = vertex(:, 1)
     ends(:, 1, :) = local
     ends(:, 2, :) = local(:, vertices_after(first))
     call cut_lines(ends, 0, near, graph, error)
@@ -101,9 +101,9 @@ contains
         moments = polygon_moments(polygon, loops)
         sides = sum(norm2(polygon(:, vertices_after(loops)) - polygon, 1))
         if (2*moments%area < coarse*sides) cycle
-        place = inner_place(polygon, loops)
-        winding = winding_number(local, place, first)
-        place = place + vertex(:, 1)
+        position = inner_place(polygon, loops)
+        winding = winding_number(local, position, first)
+        position = position + vertex(:, 1)
       end associate
       if (winding == 1) areas = areas + 1
       is_wrong = winding < 0 .or. winding > 1 .or. areas > 1

@@ -24,20 +24,20 @@ contains
     end do
   end function twice_area
 
-  !> Distance of a place from the straight between two others.
-  pure real(dp) function distance_to_segment(place, a, b)
-    real(dp), intent(in) :: place(2), a(2), b(2) !! length
+  !> Distance of a position from the straight between two others.
+  pure real(dp) function distance_to_segment(position, a, b)
+    real(dp), intent(in) :: position(2), a(2), b(2) !! length
     real(dp) :: side(2)
 
     side = b - a
-    distance_to_segment = norm2(a + max(0.0_dp, min(1.0_dp, dot_product(place - a, side) &
-                                                    /max(dot_product(side, side), tiny(1.0_dp))))*side - place)
+    distance_to_segment = norm2(a + max(0.0_dp, min(1.0_dp, dot_product(position - a, side) &
+                                                    /max(dot_product(side, side), tiny(1.0_dp))))*side - position)
   end function distance_to_segment
 
-  !> How often loops run around a place that is on none of their edges, counter-clockwise.
-  pure integer function winding_number(vertex, place, first)
+  !> How often loops run around a position that is on none of their edges, counter-clockwise.
+  pure integer function winding_number(vertex, position, first)
     real(dp), intent(in) :: vertex(:, :)       !! (2, n), length
-    real(dp), intent(in) :: place(2)           !! length
+    real(dp), intent(in) :: position(2)           !! length
     integer, intent(in) :: first(:)            !! (n_loops+1) loop k owns vertices first(k):first(k+1)-1
     integer :: k, loop, next
 
@@ -46,21 +46,21 @@ contains
       do k = first(loop), first(loop + 1) - 1
         next = merge(first(loop), k + 1, k + 1 == first(loop + 1))
         associate (p => vertex(:, k), q => vertex(:, next))
-          if ((p(2) > place(2)) .eqv. (q(2) > place(2))) cycle ! does not cross the horizontal through the place
+          if ((p(2) > position(2)) .eqv. (q(2) > position(2))) cycle ! does not cross the horizontal through the place
           if (q(2) > p(2)) then
-            if (orientation(p, q, place) > 0) winding_number = winding_number + 1
+            if (orientation(p, q, position) > 0) winding_number = winding_number + 1
           else
-            if (orientation(p, q, place) < 0) winding_number = winding_number - 1
+            if (orientation(p, q, position) < 0) winding_number = winding_number - 1
           end if
         end associate
       end do
     end do
   end function winding_number
 
-  !> Whether loops hold a place, their edges included: a ray to the right crosses them an odd number of times.
-  pure logical function holds(vertex, place, first)
+  !> Whether loops hold a position, their edges included: a ray to the right crosses them an odd number of times.
+  pure logical function holds(vertex, position, first)
     real(dp), intent(in) :: vertex(:, :)       !! (2, n), length
-    real(dp), intent(in) :: place(2)           !! length
+    real(dp), intent(in) :: position(2)           !! length
     integer, intent(in), optional :: first(:)  !! (n_loops+1) loop k owns vertices first(k):first(k+1)-1; one loop where absent
     integer :: k, loop, n_loops, next, from, to, turn
 
@@ -78,25 +78,25 @@ contains
         next = k + 1
         if (k == to) next = from
         associate (p => vertex(:, k), q => vertex(:, next))
-          if ((p(1) < place(1) .and. q(1) < place(1)) .or. (p(2) < place(2) .and. q(2) < place(2)) .or. &
-              (p(2) > place(2) .and. q(2) > place(2))) cycle
-          turn = orientation(p, q, place)
-          if (turn == 0 .and. dot_product(p - place, q - place) <= 0) then
+          if ((p(1) < position(1) .and. q(1) < position(1)) .or. (p(2) < position(2) .and. q(2) < position(2)) .or. &
+              (p(2) > position(2) .and. q(2) > position(2))) cycle
+          turn = orientation(p, q, position)
+          if (turn == 0 .and. dot_product(p - position, q - position) <= 0) then
             holds = .true. ! on the edge
             return
           end if
-          if ((p(2) > place(2)) .eqv. (q(2) > place(2))) cycle
+          if ((p(2) > position(2)) .eqv. (q(2) > position(2))) cycle
           if ((turn > 0) .eqv. (q(2) > p(2))) holds = .not. holds
         end associate
       end do
     end do
   end function holds
 
-  !> A place well inside: the centroid, or else the middle of the widest run of a horizontal between two corners.
-  pure function inner_place(vertex, first) result(place)
+  !> A position well inside: the centroid, or else the middle of the widest run of a horizontal between two corners.
+  pure function inner_place(vertex, first) result(position)
     real(dp), intent(in) :: vertex(:, :)       !! (2, n), length
     integer, intent(in), optional :: first(:)  !! (n_loops+1), as in `holds`
-    real(dp) :: place(2)
+    real(dp) :: position(2)
     real(dp), parameter :: close = 0.05_dp ! of the size of the polygon
     real(dp) :: above, best, crossing(size(vertex, 2)), room, y
     type(moments_t) :: moments
@@ -109,13 +109,13 @@ contains
       next(start(i):start(i + 1) - 1) = [(k, k=start(i) + 1, start(i + 1) - 1), start(i)]
     end do
     moments = polygon_moments(vertex, start)
-    place = moments%centroid
+    position = moments%centroid
     room = huge(room)
     do k = 1, size(vertex, 2)
-      room = min(room, distance_to_segment(place, vertex(:, k), vertex(:, next(k))))
+      room = min(room, distance_to_segment(position, vertex(:, k), vertex(:, next(k))))
     end do
     if (room > close*maxval(maxval(vertex, 2) - minval(vertex, 2))) then
-      if (holds(vertex, place, start)) return
+      if (holds(vertex, position, start)) return
     end if
 
     best = -1.0_dp
@@ -136,7 +136,7 @@ contains
         room = min(crossing(k + 1) - crossing(k), above - vertex(2, i))
         if (room <= best) cycle
         best = room
-        place = [(crossing(k) + crossing(k + 1))/2, y]
+        position = [(crossing(k) + crossing(k + 1))/2, y]
       end do
     end do
   end function inner_place

@@ -52,7 +52,7 @@ contains
     end do
   end function exact_orientation
 
-  !> Adds a number to an expansion, whose last place is free.
+  !> Adds a number to an expansion, whose last position is free.
   pure subroutine grow(expansion, number)
     real(dp), intent(inout) :: expansion(:)
     real(dp), intent(in) :: number

@@ -78,7 +78,7 @@ contains
     type(rock_t), intent(in) :: rock
     real(dp), intent(in) :: shortest
     type(line_t), allocatable, intent(out) :: lines(:)
-    real(dp), allocatable :: place(:, :)
+    real(dp), allocatable :: position(:, :)
     integer :: i, k, m, n
     logical :: beside(2)
 
@@ -86,12 +86,12 @@ contains
     n = 0
     do i = 1, size(rock%outline)
       do k = 1, size(rock%outline(i)%corner, 2)
-        call split_line(rock, side_of(rock%outline(i), k), place)
-        do m = 1, size(place, 2) - 1
-          beside = rock_beside(rock, place(:, m:m + 1))
+        call split_line(rock, side_of(rock%outline(i), k), position)
+        do m = 1, size(position, 2) - 1
+          beside = rock_beside(rock, position(:, m:m + 1))
           if (beside(1) .eqv. beside(2)) cycle
-          if (any_near(rock, i - 1, middle_of(place(:, m:m + 1)))) cycle ! an earlier outline has this piece
-          call add_line(rock, place(:, m:m + 1), shortest, rock%outline(i)%material, rock%outline(i)%deck_line, lines, n)
+          if (any_near(rock, i - 1, middle_of(position(:, m:m + 1)))) cycle ! an earlier outline has this piece
+          call add_line(rock, position(:, m:m + 1), shortest, rock%outline(i)%material, rock%outline(i)%deck_line, lines, n)
         end do
       end do
     end do
@@ -105,17 +105,17 @@ contains
     integer, intent(in) :: material, deck_line
     type(line_t), allocatable, intent(inout) :: lines(:)
     integer, intent(inout) :: n !! lines in use
-    real(dp), allocatable :: place(:, :)
+    real(dp), allocatable :: position(:, :)
     real(dp) :: part(2, 2)
     integer :: m
     logical :: open
 
-    call split_line(rock, ends, place)
+    call split_line(rock, ends, position)
     open = .false.
-    do m = 1, size(place, 2) - 1
-      if (all(rock_beside(rock, place(:, m:m + 1)))) then
-        if (.not. open) part(:, 1) = place(:, m)
-        part(:, 2) = place(:, m + 1)
+    do m = 1, size(position, 2) - 1
+      if (all(rock_beside(rock, position(:, m:m + 1)))) then
+        if (.not. open) part(:, 1) = position(:, m)
+        part(:, 2) = position(:, m + 1)
         open = .true.
       else
         if (open) call add_line(rock, part, shortest, material, deck_line, lines, n)
@@ -157,7 +157,7 @@ contains
     type(rock_t), intent(in) :: rock
     type(point_t), allocatable, intent(out) :: points(:)
     integer :: hole(size(rock%outline)) ! the first outline of the hole; 1, the window, is the outside
-    real(dp), allocatable :: place(:, :)
+    real(dp), allocatable :: position(:, :)
     real(dp) :: at(2)
     integer :: from, to, i, j, k, m
 
@@ -167,9 +167,9 @@ contains
     end do
     do i = 2, size(hole)
       do k = 1, size(rock%outline(i)%corner, 2)
-        call split_line(rock, side_of(rock%outline(i), k), place)
-        do m = 1, size(place, 2) - 1
-          at = middle_of(place(:, m:m + 1))
+        call split_line(rock, side_of(rock%outline(i), k), position)
+        do m = 1, size(position, 2) - 1
+          at = middle_of(position(:, m:m + 1))
           do j = 1, size(hole)
             if (j == i) cycle
             if ((holds(rock%outline(j)%corner, at) .eqv. j == 1) .and. .not. is_near(rock, j, at)) cycle
@@ -188,15 +188,15 @@ contains
     end do
   end subroutine hole_points
 
-  !> Whether a place, in the coordinates of the deck, is in the rock or on its boundary.
-  pure logical function has_rock_at(rock, place)
+  !> Whether a position, in the coordinates of the deck, is in the rock or on its boundary.
+  pure logical function has_rock_at(rock, position)
     type(rock_t), intent(in) :: rock
-    real(dp), intent(in) :: place(2)
+    real(dp), intent(in) :: position(2)
     integer :: i
 
-    has_rock_at = holds(rock%outline(1)%corner, place - rock%middle) .or. is_near(rock, 1, place - rock%middle)
+    has_rock_at = holds(rock%outline(1)%corner, position - rock%middle) .or. is_near(rock, 1, position - rock%middle)
     do i = 2, size(rock%outline)
-      if (holds(rock%outline(i)%corner, place - rock%middle) .and. .not. is_near(rock, i, place - rock%middle)) &
+      if (holds(rock%outline(i)%corner, position - rock%middle) .and. .not. is_near(rock, i, position - rock%middle)) &
         has_rock_at = .false.
     end do
   end function has_rock_at
@@ -205,15 +205,15 @@ contains
   pure logical function reaches_into_window(rock, i)
     type(rock_t), intent(in) :: rock
     integer, intent(in) :: i
-    real(dp), allocatable :: place(:, :)
+    real(dp), allocatable :: position(:, :)
     real(dp) :: at(2)
     integer :: k, m
 
     reaches_into_window = .true.
     do k = 1, size(rock%outline(i)%corner, 2)
-      call split_line(rock, side_of(rock%outline(i), k), place)
-      do m = 1, size(place, 2) - 1
-        at = middle_of(place(:, m:m + 1))
+      call split_line(rock, side_of(rock%outline(i), k), position)
+      do m = 1, size(position, 2) - 1
+        at = middle_of(position(:, m:m + 1))
         if (holds(rock%outline(1)%corner, at) .and. .not. is_near(rock, 1, at)) return
       end do
     end do
@@ -324,17 +324,17 @@ contains
   end function middle_of
 
   !> Places that split a line where outlines meet it, with its ends, in order.
-  pure subroutine split_line(rock, ends, place)
+  pure subroutine split_line(rock, ends, position)
     type(rock_t), intent(in) :: rock
     real(dp), intent(in) :: ends(2, 2)
-    real(dp), allocatable, intent(out) :: place(:, :) !! (2, n)
+    real(dp), allocatable, intent(out) :: position(:, :) !! (2, n)
     real(dp), allocatable :: along(:)
     real(dp) :: way(2), length, touching, side(2, 2), off(2), on(2), at
     integer :: i, k
 
     length = norm2(ends(:, 2) - ends(:, 1))
     touching = near*rock%extent
-    place = ends
+    position = ends
     along = [0.0_dp, length]
     if (length <= touching) return
     way = (ends(:, 2) - ends(:, 1))/length
@@ -343,29 +343,29 @@ contains
         side = side_of(rock%outline(i), k)
         off = way(1)*(side(2, :) - ends(2, 1)) - way(2)*(side(1, :) - ends(1, 1))
         on = way(1)*(side(1, :) - ends(1, 1)) + way(2)*(side(2, :) - ends(2, 1))
-        if (abs(off(1)) <= touching) call keep(on(1), side(:, 1), touching, along, place)
+        if (abs(off(1)) <= touching) call keep(on(1), side(:, 1), touching, along, position)
         if (any(abs(off) <= touching) .or. (off(1) > 0.0_dp .eqv. off(2) > 0.0_dp)) cycle
         at = on(1) + (on(2) - on(1))*off(1)/(off(1) - off(2))
-        call keep(at, crossing_of(ends, side), touching, along, place)
+        call keep(at, crossing_of(ends, side), touching, along, position)
       end do
     end do
   end subroutine split_line
 
-  !> Keeps a place on a line, in order; not where one is already there.
-  pure subroutine keep(at, here, touching, along, place)
+  !> Keeps a position on a line, in order; not where one is already there.
+  pure subroutine keep(at, here, touching, along, position)
     real(dp), intent(in) :: at      !! from the first end, length
     real(dp), intent(in) :: here(2)
     real(dp), intent(in) :: touching
-    real(dp), allocatable, intent(inout) :: along(:), place(:, :)
+    real(dp), allocatable, intent(inout) :: along(:), position(:, :)
     integer :: before
 
     if (any(abs(along - at) <= touching) .or. at < 0.0_dp .or. at > along(size(along))) return
     before = count(along < at)
     along = [along(:before), at, along(before + 1:)]
-    place = reshape([place(:, :before), here, place(:, before + 1:)], [2, size(along)])
+    position = reshape([position(:, :before), here, position(:, before + 1:)], [2, size(along)])
   end subroutine keep
 
-  !> Where two lines that are not parallel cross; the same place to the last bit for either order of the two.
+  !> Where two lines that are not parallel cross; the same position to the last bit for either order of the two.
   pure function crossing_of(a, b) result(at)
     real(dp), intent(in) :: a(2, 2), b(2, 2)
     real(dp) :: at(2), off(2), way(2)
@@ -394,54 +394,54 @@ contains
 
   contains
 
-    !> Whether a place is in the window and in nothing cut out.
-    pure logical function is_rock(place)
-      real(dp), intent(in) :: place(2)
+    !> Whether a position is in the window and in nothing cut out.
+    pure logical function is_rock(position)
+      real(dp), intent(in) :: position(2)
       integer :: i
 
-      is_rock = holds(rock%outline(1)%corner, place)
+      is_rock = holds(rock%outline(1)%corner, position)
       do i = 2, size(rock%outline)
         if (.not. is_rock) return
-        is_rock = .not. holds(rock%outline(i)%corner, place)
+        is_rock = .not. holds(rock%outline(i)%corner, position)
       end do
     end function is_rock
 
   end function rock_beside
 
-  !> Whether one of the first `n` outlines passes through a place.
-  pure logical function any_near(rock, n, place)
+  !> Whether one of the first `n` outlines passes through a position.
+  pure logical function any_near(rock, n, position)
     type(rock_t), intent(in) :: rock
     integer, intent(in) :: n
-    real(dp), intent(in) :: place(2)
+    real(dp), intent(in) :: position(2)
     integer :: i
 
     any_near = .false.
     do i = 1, n
-      any_near = any_near .or. is_near(rock, i, place)
+      any_near = any_near .or. is_near(rock, i, position)
     end do
   end function any_near
 
-  !> Whether an outline passes through a place.
-  pure logical function is_near(rock, i, place)
+  !> Whether an outline passes through a position.
+  pure logical function is_near(rock, i, position)
     type(rock_t), intent(in) :: rock
     integer, intent(in) :: i
-    real(dp), intent(in) :: place(2)
+    real(dp), intent(in) :: position(2)
     integer :: k
 
     is_near = .false.
     do k = 1, size(rock%outline(i)%corner, 2)
-      is_near = is_near .or. distance(side_of(rock%outline(i), k), place) <= near*rock%extent
+      is_near = is_near .or. distance(side_of(rock%outline(i), k), position) <= near*rock%extent
     end do
   end function is_near
 
-  !> Distance of a place from a line.
-  pure real(dp) function distance(ends, place)
-    real(dp), intent(in) :: ends(2, 2), place(2)
+  !> Distance of a position from a line.
+  pure real(dp) function distance(ends, position)
+    real(dp), intent(in) :: ends(2, 2), position(2)
     real(dp) :: way(2), share
 
     way = ends(:, 2) - ends(:, 1)
-    share = dot_product(place - ends(:, 1), way)/max(dot_product(way, way), tiny(share))
-    distance = norm2(ends(:, 1) + min(max(share, 0.0_dp), 1.0_dp)*way - place)
+    share = dot_product(position - ends(:, 1), way)/max(dot_product(way, way), tiny(share))
+    distance = norm2(ends(:, 1) + min(max(share, 0.0_dp), 1.0_dp)*way - position)
   end function distance
 
 end module scree_rock_outline

@@ -167,7 +167,7 @@ contains
         call next_real(deck, 'the type of '//what//' point '//number_text(i), code, error)
         if (allocated(error)) return
       end if
-      call next_reals(deck, 'x y of '//what//' point '//number_text(i), points(i)%place, error)
+      call next_reals(deck, 'x y of '//what//' point '//number_text(i), points(i)%position, error)
       if (allocated(error)) return
       call next_real(deck, 'the block of '//what//' point '//number_text(i), code, error, least=0.0_dp, &
                      most=real(n_blocks, dp))

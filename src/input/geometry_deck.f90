@@ -95,7 +95,7 @@ contains
 
     allocate (points(n))
     do i = 1, n
-      call next_reals(deck, 'x y of '//what//' '//number_text(i), points(i)%place, error)
+      call next_reals(deck, 'x y of '//what//' '//number_text(i), points(i)%position, error)
       if (allocated(error)) return
       points(i)%deck_line = deck%line(deck%at)
     end do
@@ -168,18 +168,18 @@ contains
       integer :: i
 
       do i = 1, size(points)
-        call put(place_text(points(i)%place))
+        call put(place_text(points(i)%position))
       end do
     end subroutine put_points
 
   end subroutine write_geometry_deck
 
   !> Two coordinates.
-  pure function place_text(place)
-    real(dp), intent(in) :: place(2)
+  pure function place_text(position)
+    real(dp), intent(in) :: position(2)
     character(len=:), allocatable :: place_text
 
-    place_text = real_text(place(1))//' '//real_text(place(2))
+    place_text = real_text(position(1))//' '//real_text(position(2))
   end function place_text
 
 end module scree_geometry_deck

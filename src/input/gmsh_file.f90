@@ -17,7 +17,7 @@ module scree_gmsh_file
 
   !> Nodes as they are found.
   type :: nodes_t
-    real(dp), allocatable :: place(:, :)   !! (2, n)
+    real(dp), allocatable :: position(:, :)   !! (2, n)
     integer, allocatable :: number(:)      !! (tags) node of each tag, 0: none
   end type nodes_t
 
@@ -97,7 +97,7 @@ contains
     type(deck_t), intent(inout) :: deck
     type(nodes_t), intent(inout) :: nodes
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: place(3)
+    real(dp) :: position(3)
     integer :: block, dimension, i, highest, lowest, n, n_blocks, n_here, parametric
     integer, allocatable :: tag(:)
 
@@ -109,7 +109,7 @@ contains
     if (allocated(error)) return
     call next_index(deck, 'the highest tag of a node', highest, error, least=lowest, most=most_tags)
     if (allocated(error)) return
-    allocate (nodes%place(2, n), nodes%number(highest))
+    allocate (nodes%position(2, n), nodes%number(highest))
     nodes%number = 0
     n = 0
     do block = 1, n_blocks
@@ -121,8 +121,8 @@ contains
       if (allocated(error)) return
       call next_count(deck, 'nodes of an entity', 4, n_here, error)
       if (allocated(error)) return
-      if (n + n_here > size(nodes%place, 2)) then
-        call expect(deck, 'no more nodes than the '//number_text(size(nodes%place, 2))//' announced', number_text(n + n_here), &
+      if (n + n_here > size(nodes%position, 2)) then
+        call expect(deck, 'no more nodes than the '//number_text(size(nodes%position, 2))//' announced', number_text(n + n_here), &
                     error)
         return
       end if
@@ -132,9 +132,9 @@ contains
         if (allocated(error)) return
       end do
       do i = 1, n_here
-        call next_reals(deck, 'x y z of a node', place, error)
+        call next_reals(deck, 'x y z of a node', position, error)
         if (allocated(error)) return
-        if (abs(place(3)) > 0) then
+        if (abs(position(3)) > 0) then
           call expect(deck, 'nodes in the plane z = 0', 'one off it', error)
           return
         end if
@@ -142,9 +142,9 @@ contains
           call expect(deck, 'each tag of a node once', number_text(tag(i))//' again', error)
           return
         end if
-        nodes%place(:, n + i) = place(1:2)
+        nodes%position(:, n + i) = position(1:2)
         nodes%number(tag(i)) = n + i
-        if (parametric == 1) call next_reals(deck, 'parametric coordinates', place(:dimension), error)
+        if (parametric == 1) call next_reals(deck, 'parametric coordinates', position(:dimension), error)
         if (allocated(error)) return
       end do
       n = n + n_here
@@ -196,8 +196,8 @@ contains
               return
             end if
           end do
-          a = nodes%place(:, found(2, n)) - nodes%place(:, found(1, n))
-          b = nodes%place(:, found(3, n)) - nodes%place(:, found(1, n))
+          a = nodes%position(:, found(2, n)) - nodes%position(:, found(1, n))
+          b = nodes%position(:, found(3, n)) - nodes%position(:, found(1, n))
           twice_area = a(1)*b(2) - a(2)*b(1)
           if (.not. abs(twice_area) > 1e-12_dp*max(sum(a**2), sum(b**2))) then
             call expect(deck, 'a triangle with an area', 'one without', error)
@@ -219,13 +219,13 @@ contains
   pure subroutine drop_unused(nodes, mesh)
     type(nodes_t), intent(in) :: nodes
     type(mesh_t), intent(inout) :: mesh
-    integer :: i, n, number(size(nodes%place, 2)), t
+    integer :: i, n, number(size(nodes%position, 2)), t
 
     number = 0
     do t = 1, size(mesh%triangle, 2)
       number(mesh%triangle(:, t)) = 1
     end do
-    mesh%node = nodes%place(:, pack([(i, i=1, size(number))], number > 0))
+    mesh%node = nodes%position(:, pack([(i, i=1, size(number))], number > 0))
     n = 0
     do i = 1, size(number)
       if (number(i) == 0) cycle

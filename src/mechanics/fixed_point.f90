@@ -25,10 +25,10 @@ module scree_fixed_point
 contains
 
   !> Adds p T^T T and the forces p T^T (home - x - T d) of every spring on element `e`.
-  pure subroutine add_fixed_springs(self, e, place, time, element, unknown, term)
+  pure subroutine add_fixed_springs(self, e, position, time, element, unknown, term)
     type(fixed_point_t), intent(in) :: self
     integer, intent(in) :: e
-    real(dp), intent(in) :: place(:, :) !! (2, n_points) at the beginning of the step, length
+    real(dp), intent(in) :: position(:, :) !! (2, n_points) at the beginning of the step, length
     real(dp), intent(in) :: time        !! at the end of the step
     type(kinematics_t), intent(in) :: element
     real(dp), intent(in) :: unknown(element_unknowns) !! of the step so far
@@ -37,8 +37,8 @@ contains
     integer :: i
 
     do i = self%first(e), self%first(e + 1) - 1
-      T = displacement_matrix(element, place(:, self%point(i)))
-      pull = way_home(self, i, place, time) - matmul(T, unknown)
+      T = displacement_matrix(element, position(:, self%point(i)))
+      pull = way_home(self, i, position, time) - matmul(T, unknown)
       term%matrix = term%matrix + self%stiffness*matmul(transpose(T), T)
       call add_force(term, self%stiffness*matmul(pull, T), self%stiffness*matmul(matmul(abs(T), abs(unknown)), abs(T)))
     end do
@@ -47,10 +47,10 @@ contains
   !> Adds T(x) d = home - x of every fixed point on element `e`, so that it never drifts.
   !>
   !> Errors: points that prescribe what the block cannot do.
-  pure subroutine constrain_fixed_points(self, e, place, time, element, unknown_number, constraints, error)
+  pure subroutine constrain_fixed_points(self, e, position, time, element, unknown_number, constraints, error)
     type(fixed_point_t), intent(in) :: self
     integer, intent(in) :: e
-    real(dp), intent(in) :: place(:, :) !! (2, n_points) at the beginning of the step, length
+    real(dp), intent(in) :: position(:, :) !! (2, n_points) at the beginning of the step, length
     real(dp), intent(in) :: time        !! at the end of the step
     type(kinematics_t), intent(in) :: element
     integer, intent(in) :: unknown_number(element_unknowns)
@@ -60,8 +60,8 @@ contains
     integer :: axis, i
 
     do i = self%first(e), self%first(e + 1) - 1
-      T = displacement_matrix(element, place(:, self%point(i)))
-      way = way_home(self, i, place, time)
+      T = displacement_matrix(element, position(:, self%point(i)))
+      way = way_home(self, i, position, time)
       do axis = 1, 2
         call add_constraint(constraints, unknown_number, T(axis, :), element%span, way(axis), error)
         if (allocated(error)) return
@@ -70,26 +70,26 @@ contains
   end subroutine constrain_fixed_points
 
   !> Energy of all springs, force per unit thickness times length.
-  pure real(dp) function spring_energy(self, place, time)
+  pure real(dp) function spring_energy(self, position, time)
     type(fixed_point_t), intent(in) :: self
-    real(dp), intent(in) :: place(:, :) !! (2, n_points), length
+    real(dp), intent(in) :: position(:, :) !! (2, n_points), length
     real(dp), intent(in) :: time
     integer :: i
 
     spring_energy = 0.0_dp
     do i = 1, size(self%point)
-      spring_energy = spring_energy + 0.5_dp*self%stiffness*sum(way_home(self, i, place, time)**2)
+      spring_energy = spring_energy + 0.5_dp*self%stiffness*sum(way_home(self, i, position, time)**2)
     end do
   end function spring_energy
 
   !> From where fixed point `i` is to where it should be.
-  pure function way_home(self, i, place, time) result(way)
+  pure function way_home(self, i, position, time) result(way)
     type(fixed_point_t), intent(in) :: self
     integer, intent(in) :: i
-    real(dp), intent(in) :: place(:, :), time
+    real(dp), intent(in) :: position(:, :), time
     real(dp) :: way(2)
 
-    way = self%home(:, i) - place(:, self%point(i))
+    way = self%home(:, i) - position(:, self%point(i))
     if (allocated(self%table(i)%time)) way = way + value_at(self%table(i), time) - value_at(self%table(i), 0.0_dp)
   end function way_home
 
@@ -105,10 +105,10 @@ contains
   end function moved_supports
 
   !> Work in a step of the moving homes of the springs on element `e`, with the forces at its end.
-  pure real(dp) function work_of_springs(self, e, place, time, dt, element, unknown) result(work)
+  pure real(dp) function work_of_springs(self, e, position, time, dt, element, unknown) result(work)
     type(fixed_point_t), intent(in) :: self
     integer, intent(in) :: e
-    real(dp), intent(in) :: place(:, :) !! (2, n_points) at the beginning of the step, length
+    real(dp), intent(in) :: position(:, :) !! (2, n_points) at the beginning of the step, length
     real(dp), intent(in) :: time, dt    !! beginning and size of the step
     type(kinematics_t), intent(in) :: element
     real(dp), intent(in) :: unknown(element_unknowns) !! of the step
@@ -117,10 +117,10 @@ contains
 
     work = 0.0_dp
     do i = self%first(e), self%first(e + 1) - 1
-      before = way_home(self, i, place, time)
-      after = way_home(self, i, place, time + dt)
+      before = way_home(self, i, position, time)
+      after = way_home(self, i, position, time + dt)
       work = work + self%stiffness*dot_product(after - before, &
-        after - matmul(displacement_matrix(element, place(:, self%point(i))), unknown))
+        after - matmul(displacement_matrix(element, position(:, self%point(i))), unknown))
     end do
   end function work_of_springs
 

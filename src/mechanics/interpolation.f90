@@ -94,14 +94,14 @@ contains
     end do
   end subroutine interpolate_covers
 
-  !> T at a place: the displacement there per unknown, 2 x n.
-  pure function displacement_matrix(element, place) result(T)
+  !> T at a position: the displacement there per unknown, 2 x n.
+  pure function displacement_matrix(element, position) result(T)
     type(kinematics_t), intent(in) :: element
-    real(dp), intent(in) :: place(2) !! length
+    real(dp), intent(in) :: position(2) !! length
     real(dp) :: T(2, n)
 
-    T = element%at_centroid + (place(1) - element%centroid(1))*element%gradient(1:2, :) &
-        + (place(2) - element%centroid(2))*element%gradient(3:4, :)
+    T = element%at_centroid + (position(1) - element%centroid(1))*element%gradient(1:2, :) &
+        + (position(2) - element%centroid(2))*element%gradient(3:4, :)
   end function displacement_matrix
 
   !> Rates of the unknowns of element `e` in a rigid motion.

@@ -20,10 +20,10 @@ module scree_point_load
 contains
 
   !> Adds T(x)^T f of every load on element `e`, f the mean of its table.
-  pure subroutine add_point_loads(self, e, place, rule, element, term)
+  pure subroutine add_point_loads(self, e, position, rule, element, term)
     type(point_load_t), intent(in) :: self
     integer, intent(in) :: e
-    real(dp), intent(in) :: place(:, :) !! (2, n_points) of the system, length
+    real(dp), intent(in) :: position(:, :) !! (2, n_points) of the system, length
     type(step_rule_t), intent(in) :: rule
     type(kinematics_t), intent(in) :: element
     type(term_t), intent(inout) :: term
@@ -31,15 +31,15 @@ contains
 
     do i = self%first(e), self%first(e + 1) - 1
       call add_force(term, matmul(mean_over(self%table(i), rule%load_from, rule%load_to), &
-                                  displacement_matrix(element, place(:, self%point(i)))))
+                                  displacement_matrix(element, position(:, self%point(i)))))
     end do
   end subroutine add_point_loads
 
   !> Work of the loads on element `e` in a step, force per unit thickness times length.
-  pure real(dp) function work_of_point_loads(self, e, place, rule, element, unknown) result(work)
+  pure real(dp) function work_of_point_loads(self, e, position, rule, element, unknown) result(work)
     type(point_load_t), intent(in) :: self
     integer, intent(in) :: e
-    real(dp), intent(in) :: place(:, :) !! (2, n_points) at the beginning of the step, length
+    real(dp), intent(in) :: position(:, :) !! (2, n_points) at the beginning of the step, length
     type(step_rule_t), intent(in) :: rule
     type(kinematics_t), intent(in) :: element
     real(dp), intent(in) :: unknown(element_unknowns) !! of the step
@@ -48,7 +48,7 @@ contains
     work = 0.0_dp
     do i = self%first(e), self%first(e + 1) - 1
       work = work + dot_product(mean_over(self%table(i), rule%end_time - rule%dt, rule%end_time), &
-                                matmul(displacement_matrix(element, place(:, self%point(i))), unknown))
+                                matmul(displacement_matrix(element, position(:, self%point(i))), unknown))
     end do
   end function work_of_point_loads
 

@@ -13,24 +13,24 @@ module scree_trouble
     character(len=:), allocatable :: what   !! goes wrong
     integer :: element = 0                  !! where; 0: in no one element
     integer :: against = 0                  !! the element that it touches there, 0: none
-    real(dp) :: place(2) = 0.0_dp           !! about the middle of the scene, of which `system%origin` is the place, length
+    real(dp) :: position(2) = 0.0_dp           !! about the middle of the scene, of which `system%origin` is the place, length
     character(len=:), allocatable :: advice !! what to try
   end type trouble_t
 
 contains
 
   !> A trouble in an element, or in no one element. (The compiler's own constructor loses the lengths of texts.)
-  pure function new_trouble(what, advice, element, place) result(trouble)
+  pure function new_trouble(what, advice, element, position) result(trouble)
     character(len=*), intent(in) :: what
     character(len=*), intent(in), optional :: advice
     integer, intent(in), optional :: element
-    real(dp), intent(in), optional :: place(2)
+    real(dp), intent(in), optional :: position(2)
     type(trouble_t) :: trouble
 
     trouble%what = what
     if (present(advice)) trouble%advice = advice
     if (present(element)) trouble%element = element
-    if (present(place)) trouble%place = place
+    if (present(position)) trouble%position = position
   end function new_trouble
 
   !> A trouble in one line: what, where, and what to try; `consequence` comes before that.
@@ -44,8 +44,8 @@ contains
     if (trouble%element > 0) then
       line = name_of(system, trouble%element)
       if (trouble%against > 0) line = line//' at '//name_of(system, trouble%against)
-      line = line//', ('//rounded_text(trouble%place(1) + system%origin(1))//', '// &
-             rounded_text(trouble%place(2) + system%origin(2))//'): '//trouble%what
+      line = line//', ('//rounded_text(trouble%position(1) + system%origin(1))//', '// &
+             rounded_text(trouble%position(2) + system%origin(2))//'): '//trouble%what
     end if
     if (present(consequence)) line = line//'; '//consequence
     if (allocated(trouble%advice)) line = line//'; try '//trouble%advice

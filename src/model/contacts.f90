@@ -56,7 +56,7 @@ module scree_contacts
     integer, allocatable :: link(:, :)      !! (2, n_links) pairs of elements, the smaller number first
     integer, allocatable :: candidate(:, :) !! (2, n) vertices and edges that the search found near each other
     integer, allocatable :: inside(:, :)    !! (2, n) vertices and the edges that they are inside of when the run begins
-    real(dp), allocatable :: found_at(:, :) !! (2, n) places of the vertices then, length
+    real(dp), allocatable :: found_at(:, :) !! (2, n) positions of the vertices then, length
     real(dp), allocatable :: reach(:)       !! (n) how far the search saw around each vertex, length
     real(dp), allocatable :: near(:)        !! (n) how far a vertex may move in the step, length
     real(dp), allocatable :: local(:)       !! (n) shorter edge at each vertex, length
@@ -82,7 +82,7 @@ module scree_contacts
     integer :: body(2) = 0        !! blocks
     real(dp) :: depth = 0.0_dp    !! across the edge by which the bodies entered, length
     real(dp) :: share = 0.0_dp    !! of the depth in the smaller body, by the root of its area
-    real(dp) :: place(2) = 0.0_dp !! its middle, length
+    real(dp) :: position(2) = 0.0_dp !! its middle, length
     logical :: crossing = .false. !! no vertex of either is inside the other: they cross like swords
   end type overlap_t
 

@@ -38,7 +38,7 @@ module scree_scene
 
   !> A point of a geometry deck.
   type :: point_t
-    real(dp) :: place(2) = 0.0_dp   !! length
+    real(dp) :: position(2) = 0.0_dp   !! length
     integer :: deck_line = 0        !! where it stands in its deck
     integer :: block = 0            !! block that carries it, 0 where the deck does not say
   end type point_t
@@ -50,7 +50,7 @@ module scree_scene
     integer, allocatable :: joint(:)        !! (n_vertices) joint material of the edge to the next vertex
     integer, allocatable :: material(:)     !! (n) block material
     integer, allocatable :: deck_line(:)    !! (n) line of the deck with its material
-    integer, allocatable :: vertex_line(:)  !! (n_vertices) line of the deck with its place
+    integer, allocatable :: vertex_line(:)  !! (n_vertices) line of the deck with its position
     integer, allocatable :: joint_line(:)   !! (n_vertices) and with the joint material of the edge to the next vertex
   end type polygons_t
 

@@ -42,7 +42,7 @@ module scree_system
     integer :: n_covers = 0
     integer :: n_unknowns = 0
     integer :: model = 0                  !! `model_dda` or `model_nmm` of the scene
-    real(dp) :: origin(2) = 0.0_dp        !! added to every place for the results, length
+    real(dp) :: origin(2) = 0.0_dp        !! added to every position for the results, length
     type(elements_t) :: elements
     type(points_t) :: points
     type(extension_t), allocatable :: extension !! of covers too small to stand on their own

@@ -101,9 +101,9 @@ contains
   end subroutine begin_classic_output
 
   !> Adds a frame, then counts it. Errors: a failed write.
-  subroutine add_classic_frame(output, place, point, error)
+  subroutine add_classic_frame(output, position, point, error)
     type(classic_output_t), intent(inout) :: output
-    real(dp), intent(in) :: place(:, :) !! (2, n_vertices), length
+    real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
     real(dp), intent(in) :: point(:, :) !! (2, n_points), length
     type(error_t), allocatable, intent(out) :: error
     type(moments_t) :: moments
@@ -118,7 +118,7 @@ contains
       n = size(output%first) - 1
       write (unit, pos=output%end_at, iostat=status, iomsg=reason) corner_row(output%first(2) - 1)//lf
       do i = 1, n
-        vertex = place(:, output%corner(output%first(i):output%first(i + 1) - 1))
+        vertex = position(:, output%corner(output%first(i):output%first(i + 1) - 1))
         moments = polygon_moments(vertex, [1, size(vertex, 2) + 1])
         do k = output%first(i), output%first(i + 1) - 1
           call put(corner_row(k))
@@ -168,7 +168,7 @@ contains
       integer, intent(in) :: c
       character(len=:), allocatable :: corner_row
 
-      corner_row = row_text(output%joint(c), place(:, output%corner(c)))
+      corner_row = row_text(output%joint(c), position(:, output%corner(c)))
     end function corner_row
 
   end subroutine add_classic_frame

@@ -360,16 +360,16 @@ contains
   end subroutine put_series
 
   !> Adds a frame, writes all rows that wait, and flushes. Errors: a number that is not finite, a failed write.
-  subroutine add_frame(results, time, place, displacement, velocity, stress, error)
+  subroutine add_frame(results, time, position, displacement, velocity, stress, error)
     type(results_t), intent(inout) :: results
     real(dp), intent(in) :: time
-    real(dp), intent(in) :: place(:, :), displacement(:, :), velocity(:, :) !! (2, n_vertices)
+    real(dp), intent(in) :: position(:, :), displacement(:, :), velocity(:, :) !! (2, n_vertices)
     real(dp), intent(in) :: stress(:, :)                                    !! (3, n_elements) xx, yy, xy
     type(error_t), allocatable, intent(out) :: error
     integer :: i
     real(dp) :: n
 
-    if (.not. (ieee_is_finite(time) .and. all(ieee_is_finite(place)) .and. all(ieee_is_finite(displacement)) .and. &
+    if (.not. (ieee_is_finite(time) .and. all(ieee_is_finite(position)) .and. all(ieee_is_finite(displacement)) .and. &
                all(ieee_is_finite(velocity)) .and. all(ieee_is_finite(stress)))) then
       call fail(error, status_run_failed, 'a number of the frame is not finite')
       return
@@ -377,7 +377,7 @@ contains
     call release_space(results, bytes_of_frame(results) + bytes_of_waiting(results) + closing_bytes, error)
     if (allocated(error)) return
     n = real(results%n_frames, dp)
-    call append(results%points, in_space(place))
+    call append(results%points, in_space(position))
     call append(results%point_field(1), in_space(displacement))
     call append(results%point_field(2), in_space(velocity))
     do i = 1, 3

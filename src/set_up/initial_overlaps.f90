@@ -78,16 +78,16 @@ contains
     type(system_t), intent(in) :: system
     type(overlap_t), intent(in) :: overlap
     character(len=:), allocatable :: text
-    real(dp) :: place(2)
+    real(dp) :: position(2)
 
-    place = overlap%place + system%origin
+    position = overlap%position + system%origin
     text = 'blocks '//number_text(overlap%body(1))//' and '//number_text(overlap%body(2))
     if (overlap%crossing) then
       text = text//' that cross'
     else
       text = text//' by '//short_text(overlap%depth)//', '//short_text(overlap%share)//' of the smaller,'
     end if
-    text = text//' at ('//short_text(place(1))//', '//short_text(place(2))//')'
+    text = text//' at ('//short_text(position(1))//', '//short_text(position(2))//')'
   end function overlap_text
 
   !> How many more there are.

@@ -176,7 +176,7 @@ contains
   subroutine lay_mesh(scene, blocks, middle, system, state, quality, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
-    real(dp), intent(in) :: middle(2)  !! place of the blocks that coordinates of the system count from, length
+    real(dp), intent(in) :: middle(2)  !! position of the blocks that coordinates of the system count from, length
     type(system_t), intent(inout) :: system
     type(state_t), intent(inout) :: state
     type(cover_quality_t), intent(out) :: quality

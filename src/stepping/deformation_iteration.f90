@@ -184,7 +184,7 @@ contains
       character(len=*), intent(in) :: what, advice
 
       report%trouble = new_trouble(what, element=e, advice=advice)
-      if (e > 0) report%trouble%place = share(e)%kinematics%centroid
+      if (e > 0) report%trouble%position = share(e)%kinematics%centroid
     end subroutine blame
 
     !> Says which contact kept it from settling: of those that the last judgement changed the one that presses most.
@@ -212,7 +212,7 @@ contains
       associate (line => touch%contact(worst)%line(touch%contact(worst)%active))
         report%trouble%element = system%outlines%element(line%vertex)
         report%trouble%against = system%outlines%element(line%edge)
-        report%trouble%place = state%vertex(:, system%outlines%start(line%vertex))
+        report%trouble%position = state%vertex(:, system%outlines%start(line%vertex))
       end associate
     end subroutine blame_contact
 

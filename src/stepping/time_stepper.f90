@@ -139,7 +139,7 @@ contains
       call fail(error, status_run_failed, words_of(new_trouble( &
         'it is lost: crushed to nothing, or so far away that 16 digits do not tell its shape', &
         element=findloc(system%elements%block, b, 1), advice='a smaller step.size, and check density, E and loads', &
-        place=state%vertex(:, first_vertex_of(system%elements%shape, findloc(system%elements%block, b, 1)))), system))
+        position=state%vertex(:, first_vertex_of(system%elements%shape, findloc(system%elements%block, b, 1)))), system))
       return
     end if
     do e = 1, system%n_elements
@@ -174,7 +174,7 @@ contains
 
       try%trouble = new_trouble(what, advice=advice)
       report%travel = farthest(system, share, state, d, try%trouble%element)
-      try%trouble%place = share(try%trouble%element)%kinematics%centroid
+      try%trouble%position = share(try%trouble%element)%kinematics%centroid
     end subroutine blame_fastest
 
     !> Rejects a try with contacts that overlap too much, and makes their springs stiffer, where these adapt.
@@ -310,7 +310,7 @@ contains
       call constrain_fixed_points(effects%fixed_point, e, state%point, time, share(e)%kinematics, &
                                   system%elements%unknown(:, e), constraints, error)
       if (.not. allocated(error)) cycle
-      error%message = words_of(new_trouble(error%message, element=e, place=share(e)%kinematics%centroid, &
+      error%message = words_of(new_trouble(error%message, element=e, position=share(e)%kinematics%centroid, &
                                          advice='one table of displacement for fixed points of one block'), system)
       return
     end do

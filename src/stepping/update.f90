@@ -1,4 +1,4 @@
-!> What an accepted step changes: places, stress, deformation, rotation and the rates (Shi's df25, df26).
+!> What an accepted step changes: positions, stress, deformation, rotation and the rates (Shi's df25, df26).
 module scree_update
   use scree_effects, only: effects_t, element_share_t
   use scree_element_term, only: step_rule_t
@@ -90,17 +90,17 @@ contains
     end if
   end subroutine update_stress
 
-  !> Moves places of an element by T d, and by a gradient more about its centroid.
-  pure subroutine move(element, unknown, more, place)
+  !> Moves positions of an element by T d, and by a gradient more about its centroid.
+  pure subroutine move(element, unknown, more, position)
     type(kinematics_t), intent(in) :: element
     real(dp), intent(in) :: unknown(:)
     real(dp), intent(in) :: more(4)        !! xx, yx, xy, yy
-    real(dp), intent(inout) :: place(:, :) !! (2, n), length
+    real(dp), intent(inout) :: position(:, :) !! (2, n), length
     integer :: k
 
-    do k = 1, size(place, 2)
-      place(:, k) = place(:, k) + matmul(displacement_matrix(element, place(:, k)), unknown) &
-                    + matmul(reshape(more, [2, 2]), place(:, k) - element%centroid)
+    do k = 1, size(position, 2)
+      position(:, k) = position(:, k) + matmul(displacement_matrix(element, position(:, k)), unknown) &
+                    + matmul(reshape(more, [2, 2]), position(:, k) - element%centroid)
     end do
   end subroutine move
 

@@ -86,7 +86,7 @@ contains
       if (all(ieee_is_finite(state%velocity(system%elements%unknown(:, e)))) .and. &
           ieee_is_finite(sum(abs(state%stress(:, e))**2))) cycle
       trouble%element = e
-      trouble%place = share(e)%kinematics%centroid
+      trouble%position = share(e)%kinematics%centroid
       exit
     end do
     call fail(error, status_run_failed, words_of(trouble, system))
@@ -137,7 +137,7 @@ contains
         ratio = F(1)*F(4) - F(2)*F(3)
       end associate
       trouble%element = worst
-      trouble%place = share(worst)%kinematics%centroid
+      trouble%position = share(worst)%kinematics%centroid
       if (ratio < 1) then
         trouble%what = 'it is crushed to '//rounded_text(ratio)//' of its area at the start, under a stress of '// &
           rounded_text(maxval(abs(state%stress(:, worst))))//', '// &
@@ -167,7 +167,7 @@ contains
         if (least_stretch(state%deformation(:, e)) > least_stable_stretch) cycle
         watch%soft(e) = .true.
         call say(new_trouble('it is compressed to a stretch below 0.577, where Green strain has lost its stiffness', &
-                           element=e, place=share(e)%kinematics%centroid))
+                           element=e, position=share(e)%kinematics%centroid))
       end do
     end subroutine watch_stiffness
 
@@ -190,7 +190,7 @@ contains
         most = own
         trouble%element = e
       end do
-      trouble%place = share(trouble%element)%kinematics%centroid
+      trouble%position = share(trouble%element)%kinematics%centroid
       associate (e => trouble%element)
         trouble%what = 'energy has come from nothing, '//rounded_text(gain)//' times all that weight, loads and the start can '// &
           'give; most of it moves this block, at a mean speed of '//rounded_text(sqrt(2*most/share(e)%mass))
