@@ -5,7 +5,7 @@ module scree_simulation
   use scree_block_input, only: blocks_t
   use scree_check_scene, only: warn_of_model
   use scree_classic_output, only: add_classic_frame, begin_classic_output
-  use scree_effects, only: effects_t, element_share_t, share_of
+  use scree_effects, only: effects_t, element_cache_t, cache_of_element
   use scree_energy, only: books_t, close_books
   use scree_equations, only: equations_t, release_equations, set_up_equations
   use scree_errors, only: error_t, fail, status_signal
@@ -60,7 +60,7 @@ contains
     type(effects_t) :: effects
     type(effect_t), allocatable :: list(:)
     type(equations_t) :: equations
-    type(element_share_t), allocatable :: share(:)
+    type(element_cache_t), allocatable :: share(:)
     type(layout_t) :: layout
     type(results_t) :: results
     type(records_t) :: records
@@ -119,7 +119,7 @@ contains
     type(state_t), intent(out) :: state
     type(effects_t), intent(out) :: effects
     type(effect_t), allocatable, intent(out) :: list(:)
-    type(element_share_t), allocatable, intent(out) :: share(:)
+    type(element_cache_t), allocatable, intent(out) :: share(:)
     type(error_t), allocatable, intent(out) :: error
     integer :: e
 
@@ -127,7 +127,7 @@ contains
     if (allocated(error)) return
     allocate (share(system%n_elements))
     do e = 1, system%n_elements
-      share(e) = share_of(effects, system, state, e)
+      share(e) = cache_of_element(effects, system, state, e)
     end do
   end subroutine prepare
 
@@ -151,7 +151,7 @@ contains
     type(state_t), intent(in) :: state
     type(effects_t), intent(in) :: effects
     type(effect_t), intent(in) :: list(:)
-    type(element_share_t), intent(in) :: share(:)
+    type(element_cache_t), intent(in) :: share(:)
     type(layout_t), intent(in) :: layout
     type(results_t), intent(out) :: results
     type(records_t), intent(out) :: records
@@ -233,7 +233,7 @@ contains
     type(system_t), intent(in) :: system
     type(effects_t), intent(inout) :: effects      !! the stiffness of contacts may adapt
     type(equations_t), intent(inout) :: equations
-    type(element_share_t), intent(inout) :: share(:)
+    type(element_cache_t), intent(inout) :: share(:)
     type(state_t), intent(inout) :: state
     type(results_t), intent(inout) :: results
     type(records_t), intent(inout) :: records
@@ -305,7 +305,7 @@ contains
     type(results_t), intent(inout) :: results
     type(records_t), intent(in) :: records
     type(system_t), intent(in) :: system
-    type(element_share_t), intent(in) :: share(:)
+    type(element_cache_t), intent(in) :: share(:)
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: at_start(:, :)  !! (2, n_vertices) places at the start, length
     type(error_t), allocatable, intent(out) :: error

@@ -38,9 +38,9 @@ contains
 
     root = [(i, i=1, size(begin))]
     do i = 1, size(contacts%contact)
-      do k = 1, contacts%contact(i)%n_lines
-        associate (line => contacts%contact(i)%line(k), block => system%outlines%block)
-          pair = [root_of(block(line%vertex)), root_of(block(line%edge))]
+      do k = 1, contacts%contact(i)%n_entrances
+        associate (entrance => contacts%contact(i)%entrance(k), block => system%outlines%block)
+          pair = [root_of(block(entrance%vertex)), root_of(block(entrance%edge))]
           root(maxval(pair)) = minval(pair)
         end associate
       end do

@@ -10,8 +10,8 @@ contains
 
   !> Mean overlap of each line over a straight way of the gaps, while its gap is the larger, and its changes with the gaps at the
   !> end: (mean, d/dg1, d/dg2).
-  pure function mean_depths(n_lines, start_gap, gap) result(mean)
-    integer, intent(in) :: n_lines
+  pure function mean_depths(n_entrances, start_gap, gap) result(mean)
+    integer, intent(in) :: n_entrances
     real(dp), intent(in) :: start_gap(2), gap(2) !! length
     real(dp) :: mean(3, 2)
     real(dp) :: ahead(2), turn, depth
@@ -20,7 +20,7 @@ contains
     mean = 0.0_dp
     turn = 0.0_dp ! share of the way on which the line that is ahead at the end is not
     k = 1
-    if (n_lines == 2) then
+    if (n_entrances == 2) then
       if (gap(2) > gap(1)) k = 2
       ahead = [start_gap(k) - start_gap(3 - k), gap(k) - gap(3 - k)]
       if (ahead(1) < 0) turn = ahead(1)/(ahead(1) - ahead(2))

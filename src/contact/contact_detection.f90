@@ -13,9 +13,9 @@
 module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
   use scree_contact_geometry, only: gap_of
-  use scree_contact_pairs, only: drop_repeats, line_of_pair, list_lines, put_links
+  use scree_contact_pairs, only: drop_repeats, entrance_of_pair, list_entrances, put_links
   use scree_contact_search, only: search
-  use scree_contacts, only: contact_t, contacts_t, line_t, outlines_t, parallel, state_locked, state_open, state_sliding
+  use scree_contacts, only: contact_t, contacts_t, entrance_t, outlines_t, parallel, state_locked, state_open, state_sliding
   use scree_kinds, only: dp
   implicit none
   private
@@ -26,7 +26,7 @@ module scree_contact_detection
   real(dp), parameter :: no_corner = 1e-9_dp      !! an angle below is that of the end of a crack, a whole turn
   real(dp), parameter :: flat = 1e-3_dp           !! a corner that is concave by less is none
   real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, beyond whose ends their line is looked at for overlaps
-  real(dp), parameter :: touch = 1e-3_dp          !! of the edges about, that is near at rest
+  real(dp), parameter :: at_rest = 1e-3_dp          !! of the edges about, that is near at rest
   real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
 
   !> Corner at a vertex, seen from inside: from its edge counter-clockwise to the one before.
@@ -74,12 +74,12 @@ contains
     near = reach_of(local)
     contacts%near = near
     contacts%local = local
-    call list_lines(contacts%contact, size(outlines%start), old, key)
+    call list_entrances(contacts%contact, size(outlines%start), old, key)
     pressed = 0.0_dp
     do k = 1, size(contacts%contact)
-      associate (contact => contacts%contact(k), line => contacts%contact(k)%line(contacts%contact(k)%active))
-        pressed(outlines%block(line%vertex)) = max(pressed(outlines%block(line%vertex)), contact%pressed)
-        pressed(outlines%block(line%edge)) = max(pressed(outlines%block(line%edge)), contact%pressed)
+      associate (contact => contacts%contact(k), entrance => contacts%contact(k)%entrance(contacts%contact(k)%active))
+        pressed(outlines%block(entrance%vertex)) = max(pressed(outlines%block(entrance%vertex)), contact%pressed)
+        pressed(outlines%block(entrance%edge)) = max(pressed(outlines%block(entrance%edge)), contact%pressed)
       end associate
     end do
     do i = 1, size(outlines%start)
@@ -120,7 +120,7 @@ contains
       real(dp), intent(in) :: local(:)
       real(dp) :: near(size(local))
 
-      near = 1.2_dp*norm2(velocity, 1)*dt + min(contacts%margin, contacts%leap*local) + touch*local &
+      near = 1.2_dp*norm2(velocity, 1)*dt + min(contacts%margin, contacts%leap*local) + at_rest*local &
              + min(contacts%pressed/sin(parallel), deepest*local)
       if (contacts%outside > 0) near = 0.5_dp*contacts%outside
     end function reach_of
@@ -282,26 +282,27 @@ contains
       integer, intent(in), optional :: other_vertex(:), other_edge(:)
       type(contact_t) :: new
 
-      if (present(other_vertex)) new%n_lines = 2
+      if (present(other_vertex)) new%n_entrances = 2
       if (contacts%by_name) then
-        new%line(1) = named(vertex, edge)
-        if (new%n_lines == 2) new%line(2) = named(other_vertex, other_edge)
-        if (new%n_lines == 2) new%line%state = min(new%line%state, state_sliding)
+        new%entrance(1) = named(vertex, edge)
+        if (new%n_entrances == 2) new%entrance(2) = named(other_vertex, other_edge)
+        if (new%n_entrances == 2) new%entrance%state = min(new%entrance%state, state_sliding)
       else
-        new%line(1) = best(vertex, edge)
-        if (new%n_lines == 2) new%line(2) = best(other_vertex, other_edge)
+        new%entrance(1) = best(vertex, edge)
+        if (new%n_entrances == 2) new%entrance(2) = best(other_vertex, other_edge)
       end if
-      if (any(new%line(:new%n_lines)%vertex == 0)) return ! within one element, which cannot touch itself
-      if (new%n_lines == 2) then
-        if (new%line(1)%state /= state_open .neqv. new%line(2)%state /= state_open) then
-          new%active = merge(1, 2, new%line(1)%state /= state_open)
+      if (any(new%entrance(:new%n_entrances)%vertex == 0)) return ! within one element, which cannot touch itself
+      if (new%n_entrances == 2) then
+        if (new%entrance(1)%state /= state_open .neqv. new%entrance(2)%state /= state_open) then
+          new%active = merge(1, 2, new%entrance(1)%state /= state_open)
         else
-          new%active = merge(1, 2, gap_at(new%line(1)%vertex, new%line(1)%edge) >= gap_at(new%line(2)%vertex, new%line(2)%edge))
+          new%active = merge(1, 2, gap_at(new%entrance(1)%vertex, new%entrance(1)%edge) >= gap_at(new%entrance(2)%vertex, &
+              new%entrance(2)%edge))
         end if
       end if
-      if (.not. (contacts%outside > 0 .or. entered(new%line(new%active)))) return
+      if (.not. (contacts%outside > 0 .or. entered(new%entrance(new%active)))) return
       if (.not. contacts%by_name) then
-        call rest_inside(new%line(new%active))
+        call rest_inside(new%entrance(new%active))
         new%inherits = overlap_inherited(new, vertex, edge)
         if (present(other_vertex)) new%inherits = max(new%inherits, overlap_inherited(new, other_vertex, other_edge))
       end if
@@ -323,15 +324,15 @@ contains
 
     !> Whether the vertex of a line entered there, where it is behind it. It did where the line acted before; else the bodies
     !> tell. Its own body a vertex is in anyway.
-    pure logical function entered(line)
-      type(line_t), intent(in) :: line
+    pure logical function entered(entrance)
+      type(entrance_t), intent(in) :: entrance
       type(body_overlap_t) :: overlap
       integer :: before
 
-      associate (i => line%vertex, j => line%edge)
+      associate (i => entrance%vertex, j => entrance%edge)
         entered = gap_at(i, j) >= -still_outside*min(local(i), size_of_edge(j))
         if (entered) return
-        before = line_before(i, j)
+        before = entrance_before(i, j)
         if (before > 0) entered = contacts%contact((before + 1)/2)%active == 2 - modulo(before, 2)
         if (entered .or. outlines%block(i) == outlines%block(j)) return
         call overlap_of_bodies(outlines, position, outlines%block(i), outlines%block(j), overlap)
@@ -341,12 +342,12 @@ contains
 
     !> Lets the spring of a line that is found inside rest there, so that it brings no energy; but as others of its blocks are
     !> pressed, it is from the beginning.
-    pure subroutine rest_inside(line)
-      type(line_t), intent(inout) :: line
+    pure subroutine rest_inside(entrance)
+      type(entrance_t), intent(inout) :: entrance
 
-      if (line%state /= state_open .or. line_before(line%vertex, line%edge) > 0) return
-      line%rest = min(0.0_dp, gap_at(line%vertex, line%edge) &
-                              + max(pressed(outlines%block(line%vertex)), pressed(outlines%block(line%edge))))
+      if (entrance%state /= state_open .or. entrance_before(entrance%vertex, entrance%edge) > 0) return
+      entrance%rest = min(0.0_dp, gap_at(entrance%vertex, entrance%edge) &
+                              + max(pressed(outlines%block(entrance%vertex)), pressed(outlines%block(entrance%edge))))
     end subroutine rest_inside
 
     !> Overlap of the spring of a contact before that had one of some pairs closed and was not made of the same pairs; below 0
@@ -356,16 +357,18 @@ contains
       integer, intent(in) :: vertex(:), edge(:)
       integer :: before, k
 
-      overlap = merge(0.0_dp, -1.0_dp, new%line(new%active)%state == state_open &
-                      .and. gap_at(new%line(new%active)%vertex, new%line(new%active)%edge) < 0)
+      overlap = merge(0.0_dp, -1.0_dp, new%entrance(new%active)%state == state_open &
+                      .and. gap_at(new%entrance(new%active)%vertex, new%entrance(new%active)%edge) < 0)
       do k = 1, size(vertex)
-        before = line_before(vertex(k), edge(k))
+        before = entrance_before(vertex(k), edge(k))
         if (before == 0) cycle
         associate (was => contacts%contact((before + 1)/2))
-          if (was%n_lines == new%n_lines .and. all(was%line(:was%n_lines)%vertex == new%line(:was%n_lines)%vertex &
-                                                   .and. was%line(:was%n_lines)%edge == new%line(:was%n_lines)%edge)) then
+          if (was%n_entrances == new%n_entrances .and. all(was%entrance(:was%n_entrances)%vertex == &
+              new%entrance(:was%n_entrances)%vertex &
+                                                   .and. was%entrance(:was%n_entrances)%edge == &
+                                                       new%entrance(:was%n_entrances)%edge)) then
             overlap = -1.0_dp
-          else if (was%line(2 - modulo(before, 2))%state /= state_open) then
+          else if (was%entrance(2 - modulo(before, 2))%state /= state_open) then
             overlap = max(overlap, was%pressed)
           end if
         end associate
@@ -374,7 +377,7 @@ contains
 
     !> The pair of a contact before, best one that was closed, or else the one whose vertex lies best within its edge, with what
     !> the pairs remember.
-    pure type(line_t) function best(vertex, edge)
+    pure type(entrance_t) function best(vertex, edge)
       integer, intent(in) :: vertex(:), edge(:)
       real(dp) :: at, gap, inside, most, slip
       integer :: before, k, known
@@ -387,9 +390,9 @@ contains
         associate (length => size_of_edge(edge(k)))
           at = along(vertex(k), edge(k))
           inside = min(at, length - at)
-          before = line_before(vertex(k), edge(k))
+          before = entrance_before(vertex(k), edge(k))
           if (before > 0) then
-            associate (was => contacts%contact((before + 1)/2)%line(2 - modulo(before, 2)))
+            associate (was => contacts%contact((before + 1)/2)%entrance(2 - modulo(before, 2)))
               if (known == 0 .or. was%state /= state_open) then
                 known = before
                 slip = at - was%anchor*length
@@ -405,7 +408,7 @@ contains
         end associate
       end do
       if (known == 0) return
-      associate (was => contacts%contact((known + 1)/2)%line(2 - modulo(known, 2)))
+      associate (was => contacts%contact((known + 1)/2)%entrance(2 - modulo(known, 2)))
         call recall(was, best)
         gap = gap_at(best%vertex, best%edge)
         if (best%state /= state_open) then
@@ -419,7 +422,7 @@ contains
 
     !> The first pair where its vertex lies within its edge, else the last, with what the pairs remember; only the same pair, and
     !> locked, keeps its anchor (Shi: df05, df06).
-    pure type(line_t) function named(vertex, edge)
+    pure type(entrance_t) function named(vertex, edge)
       integer, intent(in) :: vertex(:), edge(:)
       real(dp) :: past
       integer :: before, k, known
@@ -429,7 +432,7 @@ contains
       within = .false.
       do k = 1, size(vertex)
         if (outlines%element(vertex(k)) == outlines%element(edge(k))) cycle
-        before = line_before(vertex(k), edge(k))
+        before = entrance_before(vertex(k), edge(k))
         if (before > 0) known = before
         if (within) cycle
         named%vertex = vertex(k)
@@ -445,36 +448,36 @@ contains
         named%anchor = 1 - past*length/(length**2 + contacts%guard)
       end associate
       if (known == 0) return
-      associate (was => contacts%contact((known + 1)/2)%line(2 - modulo(known, 2)))
+      associate (was => contacts%contact((known + 1)/2)%entrance(2 - modulo(known, 2)))
         call recall(was, named)
         if (was%state == state_locked .and. was%vertex == named%vertex) then
           named%anchor = was%anchor
-        else if (was%state /= state_open .and. contacts%contact((known + 1)/2)%n_lines == 2) then
+        else if (was%state /= state_open .and. contacts%contact((known + 1)/2)%n_entrances == 2) then
           named%state = state_locked
         end if
       end associate
     end function named
 
     !> Hands on what a line remembers but for its anchor.
-    pure subroutine recall(was, line)
-      type(line_t), intent(in) :: was
-      type(line_t), intent(inout) :: line
+    pure subroutine recall(was, entrance)
+      type(entrance_t), intent(in) :: was
+      type(entrance_t), intent(inout) :: entrance
 
-      line%state = was%state
-      line%rest = was%rest
-      line%direction = was%direction
-      line%held = was%held
-      line%length = was%length
-      line%bonded = was%bonded
-      line%drag = was%drag
+      entrance%state = was%state
+      entrance%rest = was%rest
+      entrance%direction = was%direction
+      entrance%multiplier = was%multiplier
+      entrance%length = was%length
+      entrance%bonded = was%bonded
+      entrance%lagged_friction = was%lagged_friction
     end subroutine recall
 
     !> Number of the line of a pair in the contacts before, 2 k - 1 and 2 k those of contact k; 0 where there is none.
-    pure integer function line_before(vertex, edge)
+    pure integer function entrance_before(vertex, edge)
       integer, intent(in) :: vertex, edge
 
-      line_before = line_of_pair(old, key, vertex, edge, size(outlines%start))
-    end function line_before
+      entrance_before = entrance_of_pair(old, key, vertex, edge, size(outlines%start))
+    end function entrance_before
 
   end subroutine find_contacts
 
@@ -486,15 +489,15 @@ contains
 
     n = 0
     do i = 1, size(contact)
-      n = n + count(contact(i)%line(:contact(i)%n_lines)%rest < 0)
+      n = n + count(contact(i)%entrance(:contact(i)%n_entrances)%rest < 0)
     end do
     allocate (pair(2, n))
     m = 0
     do i = 1, size(contact)
-      do k = 1, contact(i)%n_lines
-        if (.not. contact(i)%line(k)%rest < 0) cycle
+      do k = 1, contact(i)%n_entrances
+        if (.not. contact(i)%entrance(k)%rest < 0) cycle
         m = m + 1
-        pair(:, m) = [contact(i)%line(k)%vertex, contact(i)%line(k)%edge]
+        pair(:, m) = [contact(i)%entrance(k)%vertex, contact(i)%entrance(k)%edge]
       end do
     end do
   end function pairs_inside

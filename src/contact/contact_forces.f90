@@ -12,12 +12,12 @@
 !> - A contact slides with the normal force of the same solution; where the law lags, with that of the one before.
 module scree_contact_forces
   use scree_conserving_contact, only: mean_depths
-  use scree_contacts, only: contact_law_t, line_t, outlines_t, state_locked, state_open, state_sliding
+  use scree_contacts, only: contact_law_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
   use scree_equations, only: add_link_equations, equations_t
   use scree_kinds, only: dp
   use scree_shi_contact, only: anchored_rows
   use scree_system, only: element_unknowns, system_t
-  use scree_touch, only: gaps_and_slips, touch_t
+  use scree_contact_try, only: gaps_and_slips, contact_try_t
   implicit none
   private
   public :: add_contacts, bond, forces, pushes, slides_with_friction
@@ -27,36 +27,36 @@ module scree_contact_forces
 contains
 
   !> Adds the springs of all closed contacts at `d`.
-  subroutine add_contacts(system, law, d, symmetric, touch, equations)
+  subroutine add_contacts(system, law, d, symmetric, try, equations)
     type(system_t), intent(in) :: system
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: d(:)          !! (n_unknowns)
     logical, intent(in) :: symmetric      !! operator of the iteration, where the geometry bends
-    type(touch_t), intent(in) :: touch
+    type(contact_try_t), intent(in) :: try
     type(equations_t), intent(inout) :: equations
-    real(dp) :: matrix(n, n, size(touch%link, 2)), force(n, size(touch%link, 2)), scale(n, size(touch%link, 2))
+    real(dp) :: matrix(n, n, size(try%link, 2)), force(n, size(try%link, 2)), scale(n, size(try%link, 2))
     real(dp) :: of(4, 3), change(n), shear(n), shear_end(n), rows(n, 2)
     integer :: i, k, m
 
     matrix = 0.0_dp
     force = 0.0_dp
     scale = 0.0_dp
-    do i = 1, size(touch%contact)
-      associate (contact => touch%contact(i), geometry => touch%geometry(:, i), active => touch%contact(i)%active)
-        if (contact%line(active)%state == state_open) cycle
-        of = forces(system%outlines, law, touch, i, gaps_and_slips(system, touch, i, d))
-        if (touch%anchored) then ! friction acts at the anchor (Shi: df18)
-          rows = anchored_rows(geometry(active), contact%line(active)%anchor)
-          shear = rows(:, merge(2, 1, contact%line(active)%state == state_locked))
+    do i = 1, size(try%contact)
+      associate (contact => try%contact(i), geometry => try%geometry(:, i), active => try%contact(i)%active)
+        if (contact%entrance(active)%state == state_open) cycle
+        of = forces(system%outlines, law, try, i, gaps_and_slips(system, try, i, d))
+        if (try%anchored) then ! friction acts at the anchor (Shi: df18)
+          rows = anchored_rows(geometry(active), contact%entrance(active)%anchor)
+          shear = rows(:, merge(2, 1, contact%entrance(active)%state == state_locked))
           shear_end = shear
         else
           shear = geometry(active)%shear
           shear_end = merge(shear, geometry(active)%shear_end, symmetric)
         end if
-        do k = 1, contact%n_lines
-          associate (link => contact%line(k)%link)
-            do m = 1, contact%n_lines
-              if (contact%line(m)%link /= link) cycle ! what lines of other elements change by with each other is left out
+        do k = 1, contact%n_entrances
+          associate (link => contact%entrance(k)%link)
+            do m = 1, contact%n_entrances
+              if (contact%entrance(m)%link /= link) cycle ! what lines of other elements change by with each other is left out
               change = merge(geometry(m)%normal, geometry(m)%normal_end, symmetric)
               if (abs(of(1 + m, k)) > 0) call add_change(link, geometry(k)%normal, of(1 + m, k)*change)
               if (k == active .and. abs(of(1 + m, 3)) > 0) call add_change(link, shear, of(1 + m, 3)*change)
@@ -64,7 +64,7 @@ contains
             call add_force_across(link, of(1, k)*geometry(k)%normal)
           end associate
         end do
-        associate (link => contact%line(active)%link)
+        associate (link => contact%entrance(active)%link)
           if (abs(of(4, 3)) > 0) call add_change(link, shear, of(4, 3)*shear_end)
           call add_force_across(link, of(1, 3)*shear)
         end associate
@@ -98,28 +98,28 @@ contains
 
   !> Forces of a closed contact: across its first line, across its second, along the one that acts; each with its changes with
   !> the gaps and the slip of that one: (force, d/dg1, d/dg2, d/ds).
-  pure function forces(outlines, law, touch, i, both) result(force)
+  pure function forces(outlines, law, try, i, both) result(force)
     type(outlines_t), intent(in) :: outlines
     type(contact_law_t), intent(in) :: law
-    type(touch_t), intent(in) :: touch
+    type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i             !! contact
     real(dp), intent(in) :: both(2, 2)   !! gap and slip of its lines
     real(dp) :: force(4, 3)
 
     force = 0.0_dp
-    force(:3, :2) = pushes(law, touch, i, both(1, :))
-    if (.not. law%conserving) force(:, 3 - touch%contact(i)%active) = 0.0_dp
-    associate (line => touch%contact(i)%line(touch%contact(i)%active), slip => both(2, touch%contact(i)%active))
-      if (line%state == state_locked) then
-        force(:, 3) = [line%held(2) - law%shear_stiffness*slip, 0.0_dp, 0.0_dp, -law%shear_stiffness]
+    force(:3, :2) = pushes(law, try, i, both(1, :))
+    if (.not. law%conserving) force(:, 3 - try%contact(i)%active) = 0.0_dp
+    associate (entrance => try%contact(i)%entrance(try%contact(i)%active), slip => both(2, try%contact(i)%active))
+      if (entrance%state == state_locked) then
+        force(:, 3) = [entrance%multiplier(2) - law%shear_stiffness*slip, 0.0_dp, 0.0_dp, -law%shear_stiffness]
       else if (law%lags) then
-        force(1, 3) = -line%direction*line%drag
+        force(1, 3) = -entrance%direction*entrance%lagged_friction
       else
-        associate (joint => outlines%joint(line%edge))
+        associate (joint => outlines%joint(entrance%edge))
           force(:, 3) = law%friction(joint)*(force(:, 1) + force(:, 2))
-          force(1, 3) = force(1, 3) + bond(line, law%cohesion(joint))
-          force(:, 3) = -line%direction*force(:, 3)
-          if (line%bonded .and. line%direction*force(1, 3) > 0) force(:, 3) = 0.0_dp ! a bond that is pulled has no friction
+          force(1, 3) = force(1, 3) + bond(entrance, law%cohesion(joint))
+          force(:, 3) = -entrance%direction*force(:, 3)
+          if (entrance%bonded .and. entrance%direction*force(1, 3) > 0) force(:, 3) = 0.0_dp ! a bond that is pulled has no friction
         end associate
       end if
     end associate
@@ -129,21 +129,22 @@ contains
   !>
   !> By spring, multiplier and dashpot, as if the line were closed and the one that acts; or what both share of a contact that
   !> conserves energy.
-  pure function pushes(law, touch, i, gap) result(push)
+  pure function pushes(law, try, i, gap) result(push)
     type(contact_law_t), intent(in) :: law
-    type(touch_t), intent(in) :: touch
+    type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i             !! contact
     real(dp), intent(in) :: gap(2)       !! of its lines, length
     real(dp) :: push(3, 2)
     integer :: k
 
     push = 0.0_dp
-    associate (contact => touch%contact(i), dashpot => touch%dashpot, start_gap => touch%start_gap(:, i))
+    associate (contact => try%contact(i), dashpot => try%dashpot, start_gap => try%start_gap(:, i))
       if (law%conserving) then
-        push = law%normal_stiffness*mean_depths(contact%n_lines, start_gap, gap)
+        push = law%normal_stiffness*mean_depths(contact%n_entrances, start_gap, gap)
       else
-        do k = 1, contact%n_lines
-          push(1, k) = contact%line(k)%held(1) - law%normal_stiffness*gap(k) - dashpot*(gap(k) - min(start_gap(k), 0.0_dp))
+        do k = 1, contact%n_entrances
+          push(1, k) = contact%entrance(k)%multiplier(1) - law%normal_stiffness*gap(k) - dashpot*(gap(k) &
+              - min(start_gap(k), 0.0_dp))
           push(1 + k, k) = -law%normal_stiffness - dashpot
         end do
       end if
@@ -151,27 +152,27 @@ contains
   end function pushes
 
   !> Force of a bond: a strength of the joint times the length of the contact.
-  pure real(dp) function bond(line, strength)
-    type(line_t), intent(in) :: line
+  pure real(dp) function bond(entrance, strength)
+    type(entrance_t), intent(in) :: entrance
     real(dp), intent(in) :: strength !! force/length^2
 
     bond = 0.0_dp
-    if (line%bonded) bond = strength*line%length
+    if (entrance%bonded) bond = strength*entrance%length
   end function bond
 
   !> Whether a contact slides with a force that follows the normal one: the equations are then not symmetric.
-  pure logical function slides_with_friction(outlines, law, touch)
+  pure logical function slides_with_friction(outlines, law, try)
     type(outlines_t), intent(in) :: outlines
     type(contact_law_t), intent(in) :: law
-    type(touch_t), intent(in) :: touch
+    type(contact_try_t), intent(in) :: try
     integer :: i
 
     slides_with_friction = .false.
     if (law%lags) return
-    do i = 1, size(touch%contact)
-      associate (line => touch%contact(i)%line(touch%contact(i)%active))
+    do i = 1, size(try%contact)
+      associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
         slides_with_friction = slides_with_friction .or. &
-          (line%state == state_sliding .and. law%friction(outlines%joint(line%edge)) > 0)
+          (entrance%state == state_sliding .and. law%friction(outlines%joint(entrance%edge)) > 0)
       end associate
     end do
   end function slides_with_friction

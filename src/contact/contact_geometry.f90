@@ -17,19 +17,19 @@
 !>
 !> however far the edge turns and stretches, and the forces have no torque about the middle.
 module scree_contact_geometry
-  use scree_contacts, only: line_t, outlines_t
+  use scree_contacts, only: entrance_t, outlines_t
   use scree_interpolation, only: displacement_matrix
-  use scree_effects, only: element_share_t
+  use scree_effects, only: element_cache_t
   use scree_kinds, only: dp
   use scree_system, only: element_unknowns, state_t, system_t
   implicit none
   private
-  public :: frame_of_edge, gap_of, geometry_of, line_geometry_t
+  public :: frame_of_edge, gap_of, geometry_of, entrance_geometry_t
 
   integer, parameter :: n = element_unknowns
 
   !> One line of a contact about a reference displacement: g(d) = gap + normal.(d - reference), and so slid.
-  type :: line_geometry_t
+  type :: entrance_geometry_t
     real(dp) :: gap = 0.0_dp            !! length
     real(dp) :: along = 0.0_dp          !! from the start of the edge to the foot of the vertex when the step began, length
     real(dp) :: slid = 0.0_dp           !! of that foot along the edge since then, from the share of the edge where it was, length
@@ -41,7 +41,7 @@ module scree_contact_geometry
     !> (3, 2 n) where slip is measured from the anchor (Shi): the end of the edge from its start, along and across; and the
     !> position of the edge's body that the vertex is at from the foot, along.
     real(dp), allocatable :: edge(:, :)
-  end type line_geometry_t
+  end type entrance_geometry_t
 
 contains
 
@@ -66,27 +66,27 @@ contains
   !>
   !> `large`: gap and share are those of the places that `d` moves the vertices to, and the forces act in the configuration
   !> that the share `weight` of it makes. Else everything is linear about the beginning of the step, as Shi's.
-  pure function geometry_of(system, state, share, outlines, link, line, large, weight, d) result(geometry)
+  pure function geometry_of(system, state, share, outlines, link, entrance, large, weight, d) result(geometry)
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state               !! at the beginning of the step
-    type(element_share_t), intent(in) :: share(:)    !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:)    !! (n_elements)
     type(outlines_t), intent(in) :: outlines
     integer, intent(in) :: link(2)                   !! elements in the order of the unknowns
-    type(line_t), intent(in) :: line
+    type(entrance_t), intent(in) :: entrance
     logical, intent(in) :: large
     real(dp), intent(in) :: weight
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
-    type(line_geometry_t) :: geometry
+    type(entrance_geometry_t) :: geometry
     real(dp), dimension(2, n) :: T1, T2, T3
     real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal
     real(dp) :: of_link(2*n)
     integer :: body, edge_body
 
-    body = outlines%element(line%vertex)
-    edge_body = outlines%element(line%edge)
-    x1 = state%vertex(:, outlines%start(line%vertex))
-    x2 = state%vertex(:, outlines%start(line%edge))
-    x3 = state%vertex(:, outlines%finish(line%edge))
+    body = outlines%element(entrance%vertex)
+    edge_body = outlines%element(entrance%edge)
+    x1 = state%vertex(:, outlines%start(entrance%vertex))
+    x2 = state%vertex(:, outlines%start(entrance%edge))
+    x3 = state%vertex(:, outlines%finish(entrance%edge))
     T1 = displacement_matrix(share(body)%kinematics, x1)
     T2 = displacement_matrix(share(edge_body)%kinematics, x2)
     T3 = displacement_matrix(share(edge_body)%kinematics, x3)
@@ -117,7 +117,7 @@ contains
     !> a long edge would be rounded to the length of the edge, and the spring of a pebble on it to more than its weight.
     pure subroutine move(t, geometry)
       real(dp), intent(inout) :: t(2)                  !! direction of the edge
-      type(line_geometry_t), intent(inout) :: geometry !! at the beginning of the step
+      type(entrance_geometry_t), intent(inout) :: geometry !! at the beginning of the step
       real(dp) :: turned(2), stretched, length
 
       associate (edge => x3 - x2, bent => u3 - u2, r => x1 - x2, moved => u1 - u2)

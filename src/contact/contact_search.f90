@@ -2,7 +2,7 @@
 module scree_contact_search
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_contacts, only: contacts_t, outlines_t, parallel
-  use scree_effects, only: element_share_t
+  use scree_effects, only: element_cache_t
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
   use scree_polygon, only: distance_to_segment
@@ -72,7 +72,7 @@ contains
   pure function at_outlines(system, state, share, value) result(there)
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state               !! at the beginning of the step
-    type(element_share_t), intent(in) :: share(:)    !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:)    !! (n_elements)
     real(dp), intent(in) :: value(:)                 !! (n_unknowns)
     real(dp) :: there(2, size(system%outlines%start))
     integer :: i
@@ -90,7 +90,7 @@ contains
   pure function outran(system, state, share, d) result(farthest)
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state               !! at the beginning of the step
-    type(element_share_t), intent(in) :: share(:)    !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:)    !! (n_elements)
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
     real(dp) :: farthest(3), beyond, turned, u(2, size(system%outlines%start))
     logical :: may_touch(size(system%outlines%start)) !! the corner at a vertex

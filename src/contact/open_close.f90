@@ -10,14 +10,14 @@
 module scree_open_close
   use scree_contact_forces, only: bond, forces, pushes
   use scree_contact_geometry, only: frame_of_edge
-  use scree_contacts, only: contact_law_t, contact_t, contacts_t, line_t, outlines_t, parallel, state_locked, state_open, &
+  use scree_contacts, only: contact_law_t, contact_t, contacts_t, entrance_t, outlines_t, parallel, state_locked, state_open, &
                             state_sliding
-  use scree_effects, only: element_share_t
+  use scree_effects, only: element_cache_t
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
   use scree_shi_contact, only: anchor_where_closed, judge_lagging_friction
   use scree_system, only: state_t, system_t
-  use scree_touch, only: gaps_and_slips, of_elements, place_contacts, touch_t
+  use scree_contact_try, only: gaps_and_slips, of_elements, place_contacts, contact_try_t
   implicit none
   private
   public :: accept_contacts, begin_again, begin_contacts, hold_contacts, judge_contacts, return_anchors
@@ -30,58 +30,58 @@ module scree_open_close
 contains
 
   !> The contacts as the step finds them. Those of the first step are bonded where their joint has cohesion or strength.
-  pure subroutine begin_contacts(system, law, state, share, bends, rule, touch)
+  pure subroutine begin_contacts(system, law, state, share, bends, rule, try)
     type(system_t), intent(in) :: system
     type(contact_law_t), intent(in) :: law
     type(state_t), intent(in) :: state
-    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
     logical, intent(in) :: bends                  !! the geometry follows the motion
     type(step_rule_t), intent(in) :: rule
-    type(touch_t), intent(out) :: touch
+    type(contact_try_t), intent(out) :: try
     integer :: i, m
 
-    touch%contact = state%contacts%contact
-    touch%link = state%contacts%link
-    touch%bends = bends
-    touch%anchored = law%lags .and. .not. bends
-    touch%dashpot = law%viscosity/rule%dt
-    m = size(touch%contact)
-    if (state%step == 0) call bond_contacts(system%outlines, law, state%vertex, touch)
-    allocate (touch%geometry(2, m), touch%kept(2, m))
-    allocate (touch%reference(system%n_unknowns), source=0.0_dp)
-    call place_contacts(system, state, share, rule%operator_weight, touch%reference, touch)
-    if (law%conserving) call take_over(touch)
-    touch%start_gap = touch%geometry%gap
-    touch%start_share = touch%geometry%along/touch%geometry%edge_length
-    if (state%step == 0) call close_touching(law%touching, touch)
+    try%contact = state%contacts%contact
+    try%link = state%contacts%link
+    try%bends = bends
+    try%anchored = law%lags .and. .not. bends
+    try%dashpot = law%viscosity/rule%dt
+    m = size(try%contact)
+    if (state%step == 0) call bond_contacts(system%outlines, law, state%vertex, try)
+    allocate (try%geometry(2, m), try%kept(2, m))
+    allocate (try%reference(system%n_unknowns), source=0.0_dp)
+    call place_contacts(system, state, share, rule%operator_weight, try%reference, try)
+    if (law%conserving) call take_over(try)
+    try%start_gap = try%geometry%gap
+    try%start_share = try%geometry%along/try%geometry%edge_length
+    if (state%step == 0) call close_touching(law%touching, try)
     do i = 1, m
-      associate (contact => touch%contact(i))
-        if (contact%n_lines == 2 .and. .not. law%lags) then
-          if (touch%start_gap(3 - contact%active, i) > 0) contact%line(contact%active)%state = state_open ! it slipped off
+      associate (contact => try%contact(i))
+        if (contact%n_entrances == 2 .and. .not. law%lags) then
+          if (try%start_gap(3 - contact%active, i) > 0) contact%entrance(contact%active)%state = state_open ! it slipped off
         end if
-        touch%kept(:, i) = contact%line%state /= state_open
+        try%kept(:, i) = contact%entrance%state /= state_open
       end associate
     end do
   end subroutine begin_contacts
 
   !> Lets contacts that conserve energy begin with that of the contact whose place they take: the springs of their lines rest so
   !> that the larger of the overlaps' gaps is the same.
-  pure subroutine take_over(touch)
-    type(touch_t), intent(inout) :: touch
+  pure subroutine take_over(try)
+    type(contact_try_t), intent(inout) :: try
     real(dp) :: gap, shift
     integer :: i, k, largest
 
-    do i = 1, size(touch%contact)
-      associate (contact => touch%contact(i))
+    do i = 1, size(try%contact)
+      associate (contact => try%contact(i))
         if (contact%inherits < 0) cycle
         gap = min(-contact%inherits, 0.0_dp)
-        largest = maxloc(touch%geometry(:contact%n_lines, i)%gap, 1)
-        if (touch%geometry(largest, i)%gap >= 0 .and. gap >= 0) cycle
-        do k = 1, contact%n_lines
-          shift = touch%geometry(k, i)%gap - gap
+        largest = maxloc(try%geometry(:contact%n_entrances, i)%gap, 1)
+        if (try%geometry(largest, i)%gap >= 0 .and. gap >= 0) cycle
+        do k = 1, contact%n_entrances
+          shift = try%geometry(k, i)%gap - gap
           if (k /= largest) shift = max(shift, 0.0_dp)
-          contact%line(k)%rest = contact%line(k)%rest + shift
-          touch%geometry(k, i)%gap = touch%geometry(k, i)%gap - shift
+          contact%entrance(k)%rest = contact%entrance(k)%rest + shift
+          try%geometry(k, i)%gap = try%geometry(k, i)%gap - shift
         end do
         contact%inherits = -1.0_dp
       end associate
@@ -89,65 +89,66 @@ contains
   end subroutine take_over
 
   !> Bonds the contacts of joints with cohesion or strength.
-  pure subroutine bond_contacts(outlines, law, position, touch)
+  pure subroutine bond_contacts(outlines, law, position, try)
     type(outlines_t), intent(in) :: outlines
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
-    type(touch_t), intent(inout) :: touch
+    type(contact_try_t), intent(inout) :: try
     integer :: i, k
 
-    do i = 1, size(touch%contact)
-      do k = 1, touch%contact(i)%n_lines
-        associate (line => touch%contact(i)%line(k), joint => outlines%joint(touch%contact(i)%line(k)%edge))
-          if (law%cohesion(joint) > 0 .or. law%strength(joint) > 0) line%length = length_of_contact(outlines, position, line)
-          line%bonded = line%length > 0
+    do i = 1, size(try%contact)
+      do k = 1, try%contact(i)%n_entrances
+        associate (entrance => try%contact(i)%entrance(k), joint => outlines%joint(try%contact(i)%entrance(k)%edge))
+          if (law%cohesion(joint) > 0 .or. law%strength(joint) > 0) entrance%length = length_of_contact(outlines, position, &
+              entrance)
+          entrance%bonded = entrance%length > 0
         end associate
       end do
     end do
   end subroutine bond_contacts
 
   !> Closes contacts with a gap up to `touching`.
-  pure subroutine close_touching(touching, touch)
+  pure subroutine close_touching(touching, try)
     real(dp), intent(in) :: touching !! length
-    type(touch_t), intent(inout) :: touch
+    type(contact_try_t), intent(inout) :: try
     integer :: i, k
 
-    do i = 1, size(touch%contact)
-      k = maxloc(touch%start_gap(:touch%contact(i)%n_lines, i), 1)
-      if (touch%start_gap(k, i) > touching) cycle
-      touch%contact(i)%active = k
-      touch%contact(i)%line(k)%state = merge(state_sliding, state_locked, touch%anchored .and. touch%contact(i)%n_lines == 2)
+    do i = 1, size(try%contact)
+      k = maxloc(try%start_gap(:try%contact(i)%n_entrances, i), 1)
+      if (try%start_gap(k, i) > touching) cycle
+      try%contact(i)%active = k
+      try%contact(i)%entrance(k)%state = merge(state_sliding, state_locked, try%anchored .and. try%contact(i)%n_entrances == 2)
     end do
   end subroutine close_touching
 
   !> The contacts of a step that is tried again, as Shi's programs leave them: in the states of the last judgement.
-  pure subroutine begin_again(law, rule, touch)
+  pure subroutine begin_again(law, rule, try)
     type(contact_law_t), intent(in) :: law
     type(step_rule_t), intent(in) :: rule
-    type(touch_t), intent(inout) :: touch
+    type(contact_try_t), intent(inout) :: try
     integer :: k
 
-    touch%dashpot = law%viscosity/rule%dt
+    try%dashpot = law%viscosity/rule%dt
     do k = 1, 2
-      touch%contact%line(k)%drag = 0.0_dp
+      try%contact%entrance(k)%lagged_friction = 0.0_dp
     end do
   end subroutine begin_again
 
   !> Length of the joint that a contact stands for: half of what its edge and each parallel one at the vertex have in common.
-  pure real(dp) function length_of_contact(outlines, position, line) result(length)
+  pure real(dp) function length_of_contact(outlines, position, entrance) result(length)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
-    type(line_t), intent(in) :: line
+    type(entrance_t), intent(in) :: entrance
     real(dp) :: t(2), normal(2), own(2), other, at, ends(2)
     integer :: edge, i
 
-    call frame_of_edge(position(:, outlines%start(line%edge)), position(:, outlines%finish(line%edge)), t, normal, other)
+    call frame_of_edge(position(:, outlines%start(entrance%edge)), position(:, outlines%finish(entrance%edge)), t, normal, other)
     length = 0.0_dp
     do i = 1, 2
-      edge = merge(line%vertex, outlines%previous(line%vertex), i == 1)
+      edge = merge(entrance%vertex, outlines%previous(entrance%vertex), i == 1)
       own = position(:, outlines%finish(edge)) - position(:, outlines%start(edge))
       if (dot_product(own, t) > -cos(parallel)*norm2(own)) cycle
-      at = dot_product(t, position(:, outlines%start(edge)) - position(:, outlines%start(line%edge)))
+      at = dot_product(t, position(:, outlines%start(edge)) - position(:, outlines%start(entrance%edge)))
       ends = [at + dot_product(t, own), at]
       length = length + 0.5_dp*max(0.0_dp, min(other, ends(2)) - max(0.0_dp, ends(1)))
     end do
@@ -156,33 +157,33 @@ contains
   !> Judges every contact at `d`; `touch%changes` counts states that change by more than a faint force.
   !>
   !> The first judgement, of a prediction, only closes: what was closed is taken to stay as it was.
-  subroutine judge_contacts(system, law, d, first, touch)
+  subroutine judge_contacts(system, law, d, first, try)
     type(system_t), intent(in) :: system
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     logical, intent(in) :: first
-    type(touch_t), intent(inout) :: touch
-    real(dp) :: both(2, 2, size(touch%contact)), push(3, 2, size(touch%contact)), pressing
+    type(contact_try_t), intent(inout) :: try
+    real(dp) :: both(2, 2, size(try%contact)), push(3, 2, size(try%contact)), pressing
     real(dp) :: largest(size(system%outlines%first) - 1) !! force across a contact of each block
     integer :: i, state
 
-    if (touch%anchored) call put_anchors(system, d, touch)
+    if (try%anchored) call put_anchors(system, d, try)
     largest = 0.0_dp
-    do i = 1, size(touch%contact)
-      both(:, :, i) = gaps_and_slips(system, touch, i, d)
-      push(:, :, i) = pushes(law, touch, i, both(1, :, i))
-      pressing = max(minval(push(1, :touch%contact(i)%n_lines, i)), merge(sum(push(1, :, i)), 0.0_dp, law%conserving))
-      associate (body => bodies_of(touch%contact(i)))
+    do i = 1, size(try%contact)
+      both(:, :, i) = gaps_and_slips(system, try, i, d)
+      push(:, :, i) = pushes(law, try, i, both(1, :, i))
+      pressing = max(minval(push(1, :try%contact(i)%n_entrances, i)), merge(sum(push(1, :, i)), 0.0_dp, law%conserving))
+      associate (body => bodies_of(try%contact(i)))
         largest(body) = max(largest(body), pressing)
       end associate
     end do
-    touch%changes = 0
-    touch%count = 0
-    do i = 1, size(touch%contact)
-      if (.not. first .or. touch%contact(i)%line(touch%contact(i)%active)%state == state_open) &
+    try%changes = 0
+    try%count = 0
+    do i = 1, size(try%contact)
+      if (.not. first .or. try%contact(i)%entrance(try%contact(i)%active)%state == state_open) &
         call judge_contact(i, both(:, :, i), push(1, :, i))
-      state = touch%contact(i)%line(touch%contact(i)%active)%state
-      touch%count(1 + state) = touch%count(1 + state) + 1
+      state = try%contact(i)%entrance(try%contact(i)%active)%state
+      try%count(1 + state) = try%count(1 + state) + 1
     end do
 
   contains
@@ -196,34 +197,34 @@ contains
       integer :: k, new
 
       doubt = 0.0_dp
-      if (.not. law%lags) doubt = faint*minval(largest(bodies_of(touch%contact(i)))) + law%normal_stiffness*rounding_of(i)
-      associate (contact => touch%contact(i))
+      if (.not. law%lags) doubt = faint*minval(largest(bodies_of(try%contact(i)))) + law%normal_stiffness*rounding_of(i)
+      associate (contact => try%contact(i))
         k = 1
-        if (contact%n_lines == 2) k = acting_line(i, both(1, :), push, doubt)
+        if (contact%n_entrances == 2) k = acting_entrance(i, both(1, :), push, doubt)
         pressing = merge(sum(push), push(k), law%conserving)
         if (k /= contact%active) then
-          associate (left => contact%line(contact%active))
+          associate (left => contact%entrance(contact%active))
             if (law%lags) then ! it stays closed, on the other line, unless the one that it leaves is open (Shi)
-              contact%line(k)%state = left%state
+              contact%entrance(k)%state = left%state
               if (left%state /= state_open) pressing = push(contact%active)
             else if (left%state /= state_open) then
-              touch%changes = touch%changes + 1
+              try%changes = try%changes + 1
             end if
             left%state = state_open
           end associate
           contact%active = k
         end if
-        associate (line => contact%line(k))
-          call judge_line(i, k, both(:, k), pressing, doubt, line, new)
-          if (first .and. new /= state_open) new = merge(state_locked, state_sliding, can_lock(line))
-          if (new /= line%state) then
-            if (min(new, line%state) == state_open) then
-              if (abs(pressing) > doubt) touch%changes = touch%changes + 1
+        associate (entrance => contact%entrance(k))
+          call judge_entrance(i, k, both(:, k), pressing, doubt, entrance, new)
+          if (first .and. new /= state_open) new = merge(state_locked, state_sliding, can_lock(entrance))
+          if (new /= entrance%state) then
+            if (min(new, entrance%state) == state_open) then
+              if (abs(pressing) > doubt) try%changes = try%changes + 1
             else if (.not. law%lags) then
-              touch%changes = touch%changes + 1
+              try%changes = try%changes + 1
             end if
           end if
-          line%state = new
+          entrance%state = new
         end associate
       end associate
     end subroutine judge_contact
@@ -232,8 +233,8 @@ contains
     pure real(dp) function rounding_of(i)
       integer, intent(in) :: i
 
-      associate (line => touch%contact(i)%line(1))
-        rounding_of = round_off*sum(abs(touch%geometry(1, i)%normal*of_elements(system, touch%link(:, line%link), d)))
+      associate (entrance => try%contact(i)%entrance(1))
+        rounding_of = round_off*sum(abs(try%geometry(1, i)%normal*of_elements(system, try%link(:, entrance%link), d)))
       end associate
     end function rounding_of
 
@@ -242,33 +243,33 @@ contains
       type(contact_t), intent(in) :: contact
       integer :: body(2)
 
-      body = system%outlines%block([contact%line(1)%vertex, contact%line(1)%edge])
+      body = system%outlines%block([contact%entrance(1)%vertex, contact%entrance(1)%edge])
     end function bodies_of
 
     !> Which of the two lines of a corner acts: the one that is crossed least, or was crossed last.
     !>
     !> What pressed when the step began presses on, as if its edge did not end: a corner that slips off in the step is held to
     !> its end. That it were let go where it leaves the other line would make its force jump, and leave some steps no solution.
-    pure integer function acting_line(i, gap, push, doubt) result(k)
+    pure integer function acting_entrance(i, gap, push, doubt) result(k)
       integer, intent(in) :: i
       real(dp), intent(in) :: gap(2), push(2), doubt
 
-      associate (active => touch%contact(i)%active)
+      associate (active => try%contact(i)%active)
         k = 1
         if (law%conserving) then
           k = maxloc(push, 1)
         else if (law%lags) then
           k = maxloc(gap, 1)
-        else if (touch%kept(active, i) .and. push(active) > 0) then
+        else if (try%kept(active, i) .and. push(active) > 0) then
           k = active
         else if (minval(push) < 0) then
           if (push(2) < push(1)) k = 2
         else
-          k = crossed_last(merge(0.0_dp, touch%start_gap(:, i), touch%kept(:, i)), gap)
+          k = crossed_last(merge(0.0_dp, try%start_gap(:, i), try%kept(:, i)), gap)
         end if
         if (abs(push(2) - push(1)) <= doubt) k = active
       end associate
-    end function acting_line
+    end function acting_entrance
 
     !> Which of two lines, both crossed at the end of the step, was crossed last: the vertices entered there.
     pure integer function crossed_last(from, to)
@@ -283,191 +284,196 @@ contains
 
     !> New state of a line. One that was open at the beginning of the step gets its anchor where it first closes: an anchor
     !> that moved on with every iteration would hold back what it follows, and the iteration creep.
-    pure subroutine judge_line(i, k, both, pressing, doubt, line, state)
+    pure subroutine judge_entrance(i, k, both, pressing, doubt, entrance, state)
       integer, intent(in) :: i, k
       real(dp), intent(in) :: both(2), pressing, doubt
-      type(line_t), intent(inout) :: line
+      type(entrance_t), intent(inout) :: entrance
       integer, intent(out) :: state
       real(dp) :: along, slip
       integer :: joint
 
       state = state_open
-      if (.not. is_closed(line, pressing)) return
+      if (.not. is_closed(entrance, pressing)) return
       slip = both(2)
-      associate (start_gap => touch%start_gap(k, i), start => touch%start_share(k, i), length => touch%geometry(k, i)%edge_length)
-        if (line%state == state_open .and. start_gap > 0 .and. .not. (touch%kept(k, i) .or. line%bonded .or. touch%anchored)) then
-          along = slip + line%anchor*length
-          line%anchor = start + min(1.0_dp, start_gap/max(start_gap - both(1), tiny(start_gap)))*(along/length - start)
-          slip = along - line%anchor*length
+      associate (start_gap => try%start_gap(k, i), start => try%start_share(k, i), length => try%geometry(k, i)%edge_length)
+        if (entrance%state == state_open .and. start_gap > 0 .and. .not. (try%kept(k, i) .or. entrance%bonded &
+            .or. try%anchored)) then
+          along = slip + entrance%anchor*length
+          entrance%anchor = start + min(1.0_dp, start_gap/max(start_gap - both(1), tiny(start_gap)))*(along/length - start)
+          slip = along - entrance%anchor*length
         end if
       end associate
-      joint = system%outlines%joint(line%edge)
+      joint = system%outlines%joint(entrance%edge)
       if (.not. law%lags) then
-        call judge_friction(law%friction(joint), slip, pressing, doubt, line, state)
-      else if (touch%contact(i)%n_lines == 1) then
-        call judge_lagging_friction(law, law%friction(joint), bond(line, law%cohesion(joint)), both(2), pressing, line, state)
+        call judge_friction(law%friction(joint), slip, pressing, doubt, entrance, state)
+      else if (try%contact(i)%n_entrances == 1) then
+        call judge_lagging_friction(law, law%friction(joint), bond(entrance, law%cohesion(joint)), both(2), pressing, entrance, &
+            state)
       else ! two corners have none (Shi)
-        call judge_lagging_friction(law, 0.0_dp, 0.0_dp, both(2), pressing, line, state)
+        call judge_lagging_friction(law, 0.0_dp, 0.0_dp, both(2), pressing, entrance, state)
       end if
-    end subroutine judge_line
+    end subroutine judge_entrance
 
     !> Whether a line that presses, or is pulled, with a force is closed.
-    pure logical function is_closed(line, pressing)
-      type(line_t), intent(in) :: line
+    pure logical function is_closed(entrance, pressing)
+      type(entrance_t), intent(in) :: entrance
       real(dp), intent(in) :: pressing
 
       if (law%conserving) then
         is_closed = pressing > 0
-      else if (line%state == state_open) then
+      else if (entrance%state == state_open) then
         is_closed = pressing >= law%normal_stiffness*law%closing
       else
-        is_closed = pressing >= -law%normal_stiffness*law%opening - bond(line, law%strength(system%outlines%joint(line%edge)))
+        is_closed = pressing >= -law%normal_stiffness*law%opening - bond(entrance, &
+            law%strength(system%outlines%joint(entrance%edge)))
       end if
     end function is_closed
 
     !> Whether a closed line slides or is locked, and which way it slides, by the normal force of the same solution.
-    pure subroutine judge_friction(friction, slip, pressing, doubt, line, state)
+    pure subroutine judge_friction(friction, slip, pressing, doubt, entrance, state)
       real(dp), intent(in) :: friction, slip, pressing, doubt
-      type(line_t), intent(inout) :: line
+      type(entrance_t), intent(inout) :: entrance
       integer, intent(out) :: state
       real(dp) :: limit, shear
 
-      shear = line%held(2) - law%shear_stiffness*slip
-      limit = max(0.0_dp, friction*pressing + bond(line, law%cohesion(system%outlines%joint(line%edge))))
-      if (line%state == state_sliding .and. limit > 0 .and. line%direction*shear > law%shear_stiffness*law%backlash) then
+      shear = entrance%multiplier(2) - law%shear_stiffness*slip
+      limit = max(0.0_dp, friction*pressing + bond(entrance, law%cohesion(system%outlines%joint(entrance%edge))))
+      if (entrance%state == state_sliding .and. limit > 0 .and. entrance%direction*shear > law%shear_stiffness*law%backlash) then
         state = state_locked ! it turned back; whether it slides there the next iteration tells
-      else if (line%state /= state_open .and. abs(abs(shear) - limit) <= doubt) then
-        state = line%state
+      else if (entrance%state /= state_open .and. abs(abs(shear) - limit) <= doubt) then
+        state = entrance%state
       else
         state = merge(state_locked, state_sliding, abs(shear) < limit)
       end if
-      if (state == state_sliding) line%direction = sign(1.0_dp, -shear)
+      if (state == state_sliding) entrance%direction = sign(1.0_dp, -shear)
     end subroutine judge_friction
 
     !> Whether a joint has any shear strength.
-    pure logical function can_lock(line)
-      type(line_t), intent(in) :: line
+    pure logical function can_lock(entrance)
+      type(entrance_t), intent(in) :: entrance
 
-      associate (joint => system%outlines%joint(line%edge))
-        can_lock = law%friction(joint) > 0 .or. bond(line, law%cohesion(joint)) > 0
+      associate (joint => system%outlines%joint(entrance%edge))
+        can_lock = law%friction(joint) > 0 .or. bond(entrance, law%cohesion(joint)) > 0
       end associate
     end function can_lock
 
   end subroutine judge_contacts
 
   !> Puts the anchors of open contacts where their vertex meets the edge (Shi: df22).
-  pure subroutine put_anchors(system, d, touch)
+  pure subroutine put_anchors(system, d, try)
     type(system_t), intent(in) :: system
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
-    type(touch_t), intent(inout) :: touch
+    type(contact_try_t), intent(inout) :: try
     integer :: i, k
 
-    do i = 1, size(touch%contact)
-      do k = 1, touch%contact(i)%n_lines
-        associate (line => touch%contact(i)%line(k))
-          if (line%state == state_open) &
-            line%anchor = anchor_where_closed(touch%geometry(k, i), of_elements(system, touch%link(:, line%link), d))
+    do i = 1, size(try%contact)
+      do k = 1, try%contact(i)%n_entrances
+        associate (entrance => try%contact(i)%entrance(k))
+          if (entrance%state == state_open) &
+            entrance%anchor = anchor_where_closed(try%geometry(k, i), of_elements(system, try%link(:, entrance%link), d))
         end associate
       end do
     end do
   end subroutine put_anchors
 
   !> Lets multipliers take the forces of closed contacts over, where an overlap or a gap above the bound is left.
-  pure subroutine hold_contacts(system, law, d, touch, enough)
+  pure subroutine hold_contacts(system, law, d, try, enough)
     type(system_t), intent(in) :: system
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
-    type(touch_t), intent(inout) :: touch
+    type(contact_try_t), intent(inout) :: try
     logical, intent(out) :: enough            !! none is left
     real(dp) :: both(2, 2), of(4, 3), pair(2)
     integer :: i
 
     enough = .true.
-    if (law%overlap >= huge(law%overlap)) return
-    do i = 1, size(touch%contact)
-      associate (k => touch%contact(i)%active, line => touch%contact(i)%line(touch%contact(i)%active))
-        if (line%state == state_open) cycle
-        both = gaps_and_slips(system, touch, i, d)
-        of = forces(system%outlines, law, touch, i, both)
+    if (law%penetration >= huge(law%penetration)) return
+    do i = 1, size(try%contact)
+      associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
+        if (entrance%state == state_open) cycle
+        both = gaps_and_slips(system, try, i, d)
+        of = forces(system%outlines, law, try, i, both)
         pair = of(1, [k, 3])
-        pair(1) = pair(1) + touch%dashpot*(both(1, k) - min(touch%start_gap(k, i), 0.0_dp)) ! it is no part of the overlap's force
-        enough = enough .and. (abs(both(1, k)) <= law%overlap .or. maxval(abs(pair - line%held)) <= faint*abs(pair(1)))
-        line%held = pair
+        pair(1) = pair(1) + try%dashpot*(both(1, k) - min(try%start_gap(k, i), 0.0_dp)) ! it is no part of the overlap's force
+        enough = enough .and. (abs(both(1, k)) <= law%penetration .or. maxval(abs(pair - entrance%multiplier)) <= &
+            faint*abs(pair(1)))
+        entrance%multiplier = pair
       end associate
     end do
   end subroutine hold_contacts
 
   !> Moves anchors back to where their vertices were when the step began, where these closed in the step and do not get to them:
   !> shear would pull them on along their way and do work.
-  pure subroutine return_anchors(system, law, d, touch, enough)
+  pure subroutine return_anchors(system, law, d, try, enough)
     type(system_t), intent(in) :: system
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
-    type(touch_t), intent(inout) :: touch
+    type(contact_try_t), intent(inout) :: try
     logical, intent(out) :: enough            !! none had to move
     real(dp) :: both(2, 2), of(4, 3), way
     integer :: i
 
     enough = .true.
     if (law%lags) return
-    do i = 1, size(touch%contact)
-      associate (k => touch%contact(i)%active, line => touch%contact(i)%line(touch%contact(i)%active))
-        if (line%state == state_open .or. line%bonded .or. touch%kept(k, i) .or. .not. touch%start_gap(k, i) > 0) cycle
-        both = gaps_and_slips(system, touch, i, d)
-        of = forces(system%outlines, law, touch, i, both)
-        way = both(2, k) + (line%anchor - touch%start_share(k, i))*touch%geometry(k, i)%edge_length
-        if (.not. of(1, 3)*way > 0 .or. .not. abs(line%anchor - touch%start_share(k, i)) > 0) cycle
-        line%anchor = touch%start_share(k, i)
-        line%held(2) = 0.0_dp
+    do i = 1, size(try%contact)
+      associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
+        if (entrance%state == state_open .or. entrance%bonded .or. try%kept(k, i) .or. .not. try%start_gap(k, i) > 0) cycle
+        both = gaps_and_slips(system, try, i, d)
+        of = forces(system%outlines, law, try, i, both)
+        way = both(2, k) + (entrance%anchor - try%start_share(k, i))*try%geometry(k, i)%edge_length
+        if (.not. of(1, 3)*way > 0 .or. .not. abs(entrance%anchor - try%start_share(k, i)) > 0) cycle
+        entrance%anchor = try%start_share(k, i)
+        entrance%multiplier(2) = 0.0_dp
         enough = .false.
       end associate
     end do
   end subroutine return_anchors
 
   !> What the contacts of an accepted step remember: states, anchors, bonds, overlap, energy, friction.
-  pure subroutine accept_contacts(system, law, d, touch, contacts)
+  pure subroutine accept_contacts(system, law, d, try, contacts)
     type(system_t), intent(in) :: system
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
-    type(touch_t), intent(in) :: touch
+    type(contact_try_t), intent(in) :: try
     type(contacts_t), intent(inout) :: contacts
     real(dp) :: both(2, 2), of(4, 3), gap, slip
-    logical :: held_together(size(touch%link, 2)) !! by a bond that is locked
+    logical :: held_together(size(try%link, 2)) !! by a bond that is locked
     integer :: i
 
-    contacts%contact = touch%contact
-    contacts%count = touch%count
+    contacts%contact = try%contact
+    contacts%count = try%count
     contacts%margin = 0.5_dp*contacts%margin
     contacts%swing = 0.5_dp*contacts%swing
     contacts%gap = 0.0_dp
-    contacts%overlap = 0.0_dp
+    contacts%penetration = 0.0_dp
     contacts%pressed = 0.0_dp
     contacts%contact%pressed = 0.0_dp
     contacts%energy = 0.0_dp
     held_together = .false.
     do i = 1, size(contacts%contact)
-      associate (line => contacts%contact(i)%line(contacts%contact(i)%active))
-        if (line%bonded .and. line%state == state_locked) held_together(line%link) = .true.
+      associate (entrance => contacts%contact(i)%entrance(contacts%contact(i)%active))
+        if (entrance%bonded .and. entrance%state == state_locked) held_together(entrance%link) = .true.
       end associate
     end do
     do i = 1, size(contacts%contact)
-      associate (k => contacts%contact(i)%active, line => contacts%contact(i)%line(contacts%contact(i)%active))
+      associate (k => contacts%contact(i)%active, entrance => contacts%contact(i)%entrance(contacts%contact(i)%active))
         contacts%contact(i)%force = 0.0_dp
-        both = gaps_and_slips(system, touch, i, d)
-        if (line%state == state_open) then
-          line%bonded = .false.
-          line%held = 0.0_dp
-          if (line%rest < 0) contacts%overlap = max(contacts%overlap, -(line%rest + both(1, k)))
+        both = gaps_and_slips(system, try, i, d)
+        if (entrance%state == state_open) then
+          entrance%bonded = .false.
+          entrance%multiplier = 0.0_dp
+          if (entrance%rest < 0) contacts%penetration = max(contacts%penetration, -(entrance%rest + both(1, k)))
           cycle
         end if
-        of = forces(system%outlines, law, touch, i, both)
+        of = forces(system%outlines, law, try, i, both)
         contacts%contact(i)%force = [sum(of(1, :2)), of(1, 3)]
         slip = both(2, k)
-        if (line%state == state_sliding) call let_slide(of(1, 3), touch%geometry(k, i)%edge_length, line, slip, contacts%friction)
+        if (entrance%state == state_sliding) call let_slide(of(1, 3), try%geometry(k, i)%edge_length, entrance, slip, &
+            contacts%friction)
         gap = both(1, k)
-        if (law%conserving) gap = maxval(both(1, :contacts%contact(i)%n_lines))
+        if (law%conserving) gap = maxval(both(1, :contacts%contact(i)%n_entrances))
         contacts%gap = max(contacts%gap, gap)
-        contacts%overlap = max(contacts%overlap, -(line%rest + gap))
+        contacts%penetration = max(contacts%penetration, -(entrance%rest + gap))
         contacts%contact(i)%pressed = max(0.0_dp, -gap)
         contacts%pressed = max(contacts%pressed, -gap)
         if (law%conserving) gap = min(gap, 0.0_dp)
@@ -479,23 +485,23 @@ contains
 
     !> Lets the anchor of a line that slid follow, and its bond break. A joint gives way as a whole, and a bond without shear
     !> strength has none to lose; for Shi, a bond breaks whatever else holds.
-    pure subroutine let_slide(shear, edge_length, line, slip, friction)
+    pure subroutine let_slide(shear, edge_length, entrance, slip, friction)
       real(dp), intent(in) :: shear       !! force
       real(dp), intent(in) :: edge_length
-      type(line_t), intent(inout) :: line
+      type(entrance_t), intent(inout) :: entrance
       real(dp), intent(inout) :: slip     !! of the step, then what the spring keeps of it, length
       real(dp), intent(inout) :: friction !! work lost
       real(dp) :: kept
 
-      kept = merge(0.0_dp, (line%held(2) - shear)/law%shear_stiffness, law%lags)
+      kept = merge(0.0_dp, (entrance%multiplier(2) - shear)/law%shear_stiffness, law%lags)
       friction = friction + abs(shear*(slip - kept))
-      line%anchor = line%anchor + (slip - kept)/edge_length
+      entrance%anchor = entrance%anchor + (slip - kept)/edge_length
       slip = kept
       if (law%lags) then
-        line%drag = line%drag - bond(line, law%cohesion(system%outlines%joint(line%edge)))
-        line%bonded = .false.
+        entrance%lagged_friction = entrance%lagged_friction - bond(entrance, law%cohesion(system%outlines%joint(entrance%edge)))
+        entrance%bonded = .false.
       else
-        line%bonded = line%bonded .and. (held_together(line%link) .or. .not. abs(shear) > 0)
+        entrance%bonded = entrance%bonded .and. (held_together(entrance%link) .or. .not. abs(shear) > 0)
       end if
     end subroutine let_slide
 

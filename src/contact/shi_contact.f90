@@ -1,8 +1,8 @@
 !> Shi's own rules of one contact: gap and slip from an anchor, where the anchor is, and friction that lags (df18, df22).
 module scree_shi_contact
-  use scree_contact_geometry, only: frame_of_edge, line_geometry_t
-  use scree_contacts, only: contact_law_t, line_t, outlines_t, state_locked, state_open, state_sliding
-  use scree_effects, only: element_share_t
+  use scree_contact_geometry, only: frame_of_edge, entrance_geometry_t
+  use scree_contacts, only: contact_law_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
+  use scree_effects, only: element_cache_t
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
   use scree_system, only: element_unknowns, state_t
@@ -19,21 +19,22 @@ contains
 
   !> Makes the geometry of a line at the beginning of the step Shi's: adds what slip from an anchor needs, and the gap is the
   !> area between vertex and edge over the length that the edge has then (df18, df22).
-  pure subroutine add_edge(state, share, outlines, link, line, geometry)
+  pure subroutine add_edge(state, share, outlines, link, entrance, geometry)
     type(state_t), intent(in) :: state               !! at the beginning of the step
-    type(element_share_t), intent(in) :: share(:)    !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:)    !! (n_elements)
     type(outlines_t), intent(in) :: outlines
     integer, intent(in) :: link(2)                   !! elements in the order of the unknowns
-    type(line_t), intent(in) :: line
-    type(line_geometry_t), intent(inout) :: geometry
+    type(entrance_t), intent(in) :: entrance
+    type(entrance_geometry_t), intent(inout) :: geometry
     real(dp) :: stretch(2, n), t(2), normal(2), length
     integer :: at
 
-    associate (x1 => state%vertex(:, outlines%start(line%vertex)), x2 => state%vertex(:, outlines%start(line%edge)), &
-               x3 => state%vertex(:, outlines%finish(line%edge)), kinematics => share(outlines%element(line%edge))%kinematics)
+    associate (x1 => state%vertex(:, outlines%start(entrance%vertex)), x2 => state%vertex(:, outlines%start(entrance%edge)), &
+               x3 => state%vertex(:, outlines%finish(entrance%edge)), &
+                   kinematics => share(outlines%element(entrance%edge))%kinematics)
       call frame_of_edge(x2, x3, t, normal, length)
       stretch = displacement_matrix(kinematics, x3) - displacement_matrix(kinematics, x2)
-      at = merge(0, n, outlines%element(line%edge) == link(1))
+      at = merge(0, n, outlines%element(entrance%edge) == link(1))
       allocate (geometry%edge(3, 2*n), source=0.0_dp)
       geometry%edge(1, at + 1:at + n) = matmul(t, stretch)
       geometry%edge(2, at + 1:at + n) = matmul(normal, stretch)
@@ -49,7 +50,7 @@ contains
   !> Friction acts at the vertex and at the anchor, which moves with the edge. With x0 the anchor, the slip times the length
   !> of the edge at the beginning of the step is (x1 - x0).(x3 - x2), linear in displacements.
   pure function anchored_rows(geometry, anchor) result(rows)
-    type(line_geometry_t), intent(in) :: geometry
+    type(entrance_geometry_t), intent(in) :: geometry
     real(dp), intent(in) :: anchor !! share of the edge
     real(dp) :: rows(2*n, 2), slip
 
@@ -61,7 +62,7 @@ contains
   !> Place on the edge, as a share of it, where a vertex meets its line in the step, or is at its beginning where it is inside
   !> then (Shi: df22). No longer linear.
   pure real(dp) function anchor_where_closed(geometry, moved) result(anchor)
-    type(line_geometry_t), intent(in) :: geometry !! at the beginning of the step
+    type(entrance_geometry_t), intent(in) :: geometry !! at the beginning of the step
     real(dp), intent(in) :: moved(2*n)            !! unknowns of both elements
     real(dp) :: apart(2), edge(2), rows(2*n, 2), part
 
@@ -78,30 +79,30 @@ contains
   !> Whether a closed line slides or is locked, which way it slides, and with what friction in the next solution (Shi: df22).
   !>
   !> What closes compares gap and slip, is not bonded, and has no friction yet. What slides locks by turning back alone.
-  pure subroutine judge_lagging_friction(law, friction, cohesion, slip, pressing, line, state)
+  pure subroutine judge_lagging_friction(law, friction, cohesion, slip, pressing, entrance, state)
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: friction        !! tangent of the friction angle
     real(dp), intent(in) :: cohesion        !! of the bond, force
     real(dp), intent(in) :: slip, pressing  !! length, force
-    type(line_t), intent(inout) :: line
+    type(entrance_t), intent(inout) :: entrance
     integer, intent(out) :: state
     real(dp) :: limit, shear
 
-    shear = line%held(2) - law%shear_stiffness*slip
+    shear = entrance%multiplier(2) - law%shear_stiffness*slip
     limit = friction*max(0.0_dp, pressing)
-    line%drag = limit + cohesion
-    select case (line%state)
+    entrance%lagged_friction = limit + cohesion
+    select case (entrance%state)
     case (state_open)
       shear = -law%normal_stiffness*slip
-      line%drag = 0.0_dp
+      entrance%lagged_friction = 0.0_dp
       state = merge(state_locked, state_sliding, abs(shear) < limit)
     case (state_sliding)
       state = merge(state_locked, state_sliding, &
-                    friction > smooth .and. line%direction*shear > law%shear_stiffness*law%backlash)
+                    friction > smooth .and. entrance%direction*shear > law%shear_stiffness*law%backlash)
     case default
       state = merge(state_locked, state_sliding, abs(shear) <= limit + cohesion)
     end select
-    if (state == state_sliding) line%direction = sign(1.0_dp, -shear)
+    if (state == state_sliding) entrance%direction = sign(1.0_dp, -shear)
   end subroutine judge_lagging_friction
 
 end module scree_shi_contact

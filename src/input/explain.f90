@@ -123,7 +123,7 @@ contains
       integer :: k
 
       do k = 1, size(list)
-        call numbers(name//' '//number_text(k)//' x y', list(k)%place, 'length')
+        call numbers(name//' '//number_text(k)//' x y', list(k)%position, 'length')
       end do
     end subroutine points
 

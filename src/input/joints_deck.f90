@@ -349,11 +349,11 @@ contains
       if (allocated(error)) return
     end do
     do i = 1, size(scene%load_points)
-      call check(scene%load_points(i)%place, scene%load_points(i)%deck_line, 'load')
+      call check(scene%load_points(i)%position, scene%load_points(i)%deck_line, 'load')
       if (allocated(error)) return
     end do
     do i = 1, size(scene%measured_points)
-      call check(scene%measured_points(i)%place, scene%measured_points(i)%deck_line, 'measured')
+      call check(scene%measured_points(i)%position, scene%measured_points(i)%deck_line, 'measured')
       if (allocated(error)) return
     end do
 

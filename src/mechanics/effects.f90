@@ -16,7 +16,7 @@ module scree_effects
   use scree_system, only: element_unknowns, state_t, system_t
   implicit none
   private
-  public :: add_element_effects, effects_t, element_share_t, share_of, symmetric_equations
+  public :: add_element_effects, effects_t, element_cache_t, cache_of_element, symmetric_equations
 
   integer, parameter :: n = element_unknowns
 
@@ -37,23 +37,23 @@ module scree_effects
   end type effects_t
 
   !> What stays the same for one element through the iterations of a step.
-  type :: element_share_t
+  type :: element_cache_t
     type(kinematics_t) :: kinematics
     real(dp) :: mass_matrix(n, n) = 0.0_dp         !! consistent, mass/length
     real(dp) :: elasticity(3, 3) = 0.0_dp          !! in the present configuration, force/length^2
     real(dp) :: mass = 0.0_dp                      !! at present, mass/length
     real(dp) :: mass_ratio = 1.0_dp                !! present mass over that at the start
-  end type element_share_t
+  end type element_cache_t
 
 contains
 
   !> What element `e` keeps through the iterations of a step that begins at `state`.
-  pure function share_of(effects, system, state, e) result(share)
+  pure function cache_of_element(effects, system, state, e) result(share)
     type(effects_t), intent(in) :: effects
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
     integer, intent(in) :: e
-    type(element_share_t) :: share
+    type(element_cache_t) :: share
 
     share%kinematics = kinematics_of(system, state, e)
     associate (F => state%deformation(:, e), D => effects%elasticity(:, :, system%elements%material(e)))
@@ -66,7 +66,7 @@ contains
         share%elasticity = D
       end if
     end associate
-  end function share_of
+  end function cache_of_element
 
   !> Adds every present effect to element `e`.
   pure subroutine add_element_effects(effects, system, state, e, share, unknown, rule, term)
@@ -74,7 +74,7 @@ contains
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state         !! at the beginning of the step
     integer, intent(in) :: e
-    type(element_share_t), intent(in) :: share
+    type(element_cache_t), intent(in) :: share
     real(dp), intent(in) :: unknown(n)         !! of the step so far
     type(step_rule_t), intent(in) :: rule
     type(term_t), intent(out) :: term

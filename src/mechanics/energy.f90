@@ -1,7 +1,7 @@
 !> The books of energy and momentum, per unit thickness.
 module scree_energy
   use scree_base_acceleration, only: work_of_base
-  use scree_effects, only: add_element_effects, effects_t, element_share_t
+  use scree_effects, only: add_element_effects, effects_t, element_cache_t
   use scree_fixed_point, only: moved_supports, spring_energy, work_of_springs
   use scree_gravity, only: gravity_energy
   use scree_inertia, only: kinetic_energy, momentum
@@ -29,7 +29,7 @@ contains
   pure function close_books(system, effects, share, state) result(books)
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
-    type(element_share_t), intent(in) :: share(:) !! (n_elements) of `state`
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements) of `state`
     type(state_t), intent(in) :: state
     type(books_t) :: books
     real(dp) :: p(3)
@@ -79,7 +79,7 @@ contains
   pure real(dp) function work_of_loads(system, effects, share, state, rule, d)
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
-    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
     type(state_t), intent(in) :: state            !! at the beginning of the step
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
@@ -100,7 +100,7 @@ contains
   pure real(dp) function loss_by_damping(system, effects, share, rule, d)
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
-    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
     integer :: e
@@ -119,7 +119,7 @@ contains
   pure real(dp) function work_of_supports(system, effects, share, state, rule, d)
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
-    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
     type(state_t), intent(in) :: state            !! at the beginning of the step
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step

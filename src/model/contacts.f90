@@ -3,7 +3,7 @@ module scree_contacts
   use scree_kinds, only: dp
   implicit none
   private
-  public :: contact_law_t, contact_t, contacts_t, line_t, outlines_t, overlap_t
+  public :: contact_law_t, contact_t, contacts_t, entrance_t, outlines_t, overlap_t
 
   !> Edges whose directions differ by less are parallel, rad (Shi: h1).
   real(dp), parameter, public :: parallel = 3*acos(-1.0_dp)/180
@@ -25,7 +25,7 @@ module scree_contacts
   end type outlines_t
 
   !> A vertex of one body and the line of an edge of another, and what the contact remembers.
-  type :: line_t
+  type :: entrance_t
     integer :: vertex = 0               !! of the outlines
     integer :: edge = 0                 !! of the outlines
     integer :: link = 0                 !! pair of elements
@@ -33,21 +33,21 @@ module scree_contacts
     real(dp) :: direction = 1.0_dp      !! of sliding: 1 along the edge, -1 back
     real(dp) :: anchor = 0.0_dp         !! share of the edge at which the shear spring holds the vertex
     real(dp) :: rest = 0.0_dp           !! gap at which the spring across has no force: below 0 where it was found inside, length
-    real(dp) :: held(2) = 0.0_dp        !! forces across and along that the springs need not make up (multipliers)
+    real(dp) :: multiplier(2) = 0.0_dp        !! forces across and along that the springs need not make up (multipliers)
     real(dp) :: length = 0.0_dp         !! of the joint that the contact stands for, where cohesion or strength need it
     logical :: bonded = .false.         !! cohesion and tensile strength are not lost
-    real(dp) :: drag = 0.0_dp           !! friction of the iteration before, where the law lags, force
-  end type line_t
+    real(dp) :: lagged_friction = 0.0_dp           !! friction of the iteration before, where the law lags, force
+  end type entrance_t
 
   !> A place where two bodies may touch: a vertex at an edge, or two vertices with two entrance lines of which the
   !> vertices have to cross both to enter (Shi 1988).
   type :: contact_t
-    integer :: n_lines = 1
+    integer :: n_entrances = 1
     integer :: active = 1               !! line that acts
     real(dp) :: force(2) = 0.0_dp       !! at the end of the last step, pressing and along the edge, per unit thickness
     real(dp) :: pressed = 0.0_dp        !! overlap of its spring then, length
     real(dp) :: inherits = -1.0_dp      !! overlap that its spring takes over from one of other pairs; below 0: none, length
-    type(line_t) :: line(2)
+    type(entrance_t) :: entrance(2)
   end type contact_t
 
   !> All contacts of a step, and the search that they come from.
@@ -69,7 +69,7 @@ module scree_contacts
     real(dp), allocatable :: turning(:)     !! (n) how far the corner at each vertex may turn in the step, rad
     real(dp) :: most_turning = acos(-1.0_dp)/6 !! of that, rad
     real(dp) :: swing = 0.0_dp              !! of that, beyond what its velocity makes, rad
-    real(dp) :: overlap = 0.0_dp            !! largest at the end of the last step, length
+    real(dp) :: penetration = 0.0_dp        !! largest at the end of the last step, length
     real(dp) :: pressed = 0.0_dp            !! largest of a spring then, length
     real(dp) :: gap = 0.0_dp                !! largest of a closed contact then, length
     real(dp) :: energy = 0.0_dp             !! of the springs then, force length per unit thickness
@@ -93,7 +93,7 @@ module scree_contacts
     real(dp), allocatable :: friction(:)    !! (n_joints) tangent of the friction angle
     real(dp), allocatable :: cohesion(:)    !! (n_joints) force/length^2
     real(dp), allocatable :: strength(:)    !! (n_joints) in tension, force/length^2
-    real(dp) :: overlap = huge(1.0_dp)      !! that multipliers leave; huge: springs alone, length
+    real(dp) :: penetration = huge(1.0_dp)  !! that multipliers leave; huge: springs alone, length
     real(dp) :: restitution = -1.0_dp       !! share of the velocity that an impact gives back; below 0: as the springs have it
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
     logical :: conserving = .false.         !! forces that give back in a step all that they take
@@ -104,7 +104,7 @@ module scree_contacts
     real(dp) :: backlash = 0.0_dp           !! slip back at which a contact that lags locks, length
     logical :: adapts = .false.             !! the stiffness follows gaps and overlaps from step to step (Shi: spri)
     real(dp) :: allowed_gap = 0.0_dp        !! of closed contacts then (Shi: 2 g2 w0), length
-    real(dp) :: allowed_overlap = 0.0_dp    !! likewise (Shi: g3 w0), length
+    real(dp) :: allowed_penetration = 0.0_dp !! likewise (Shi: g3 w0), length
     integer :: most_stalled = 8             !! iterations that leave as many states changing, before the step is cut
   end type contact_law_t
 

@@ -3,15 +3,15 @@
 module scree_impact
   use scree_contact_forces, only: pushes
   use scree_contacts, only: contact_law_t, state_open
-  use scree_effects, only: element_share_t
+  use scree_effects, only: element_cache_t
   use scree_element_term, only: add_force, term_t
   use scree_green_strain, only: strain_operator
   use scree_kinds, only: dp
   use scree_system, only: element_unknowns, system_t
-  use scree_touch, only: gaps_and_slips, of_elements, touch_t
+  use scree_contact_try, only: gaps_and_slips, of_elements, contact_try_t
   implicit none
   private
-  public :: keep_firm, rebound_contacts
+  public :: keep_rigid, rebound_contacts
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -32,58 +32,58 @@ contains
   !> Multipliers are to leave an error of the velocities below the share `unmet` of the fastest approach, of what meets or
   !> would without the forces of the step: at rest nothing else is a measure.
   !> The coefficient of restitution is a notion of rigid bodies: one of a single element takes an impact as such.
-  pure subroutine rebound_contacts(system, share, d, weight, still, velocity, way, touch, law, rebound)
+  pure subroutine rebound_contacts(system, share, d, weight, still, velocity, way, try, law, rebound)
     type(system_t), intent(in) :: system
-    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
     real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
     real(dp), intent(in) :: weight            !! of `d` in the configuration where the forces act
     real(dp), intent(in) :: still(:)          !! (n_unknowns) displacement after which nothing moves
     real(dp), intent(in) :: velocity(:)       !! (n_unknowns) at the beginning of the step
     real(dp), intent(in) :: way               !! time
-    type(touch_t), intent(in) :: touch
+    type(contact_try_t), intent(in) :: try
     type(contact_law_t), intent(inout) :: law
-    type(touch_t), intent(out) :: rebound
+    type(contact_try_t), intent(out) :: rebound
     real(dp) :: approach, fastest, v(n), both(2, 2), push(3, 2)
     integer :: i, k
 
-    rebound%contact = touch%contact
-    rebound%link = touch%link
-    rebound%geometry = touch%geometry
-    rebound%start_share = 0*touch%start_share
-    rebound%start_gap = 0*touch%start_gap
-    allocate (rebound%kept(2, size(touch%contact)), source=.true.)
+    rebound%contact = try%contact
+    rebound%link = try%link
+    rebound%geometry = try%geometry
+    rebound%start_share = 0*try%start_share
+    rebound%start_gap = 0*try%start_gap
+    allocate (rebound%kept(2, size(try%contact)), source=.true.)
     rebound%reference = still
-    rebound%moved = merge(d, 0.0_dp, touch%bends)
+    rebound%moved = merge(d, 0.0_dp, try%bends)
     rebound%weight = weight
     fastest = 0.0_dp
-    do i = 1, size(touch%contact)
-      k = line_in_impact(i)
+    do i = 1, size(try%contact)
+      k = entrance_in_impact(i)
       associate (contact => rebound%contact(i), geometry => rebound%geometry(1, i))
-        contact%line(1) = contact%line(max(k, 1))
-        contact%n_lines = 1
+        contact%entrance(1) = contact%entrance(max(k, 1))
+        contact%n_entrances = 1
         contact%active = 1
-        contact%line(1)%anchor = 0.0_dp
-        contact%line(1)%held = 0.0_dp
-        geometry = touch%geometry(max(k, 1), i)
+        contact%entrance(1)%anchor = 0.0_dp
+        contact%entrance(1)%multiplier = 0.0_dp
+        geometry = try%geometry(max(k, 1), i)
         geometry%along = 0.0_dp
         geometry%slid = 0.0_dp
         if (k == 0) then
-          contact%line(1)%state = state_open
+          contact%entrance(1)%state = state_open
           geometry%gap = sqrt(huge(1.0_dp)) ! its force is a number still
         else
-          v = of_elements(system, touch%link(:, touch%contact(i)%line(k)%link), velocity)
+          v = of_elements(system, try%link(:, try%contact(i)%entrance(k)%link), velocity)
           approach = dot_product(geometry%normal, v)
           fastest = max(fastest, unmet*sum(abs(geometry%shear*v)), unmet*sum(abs(geometry%normal*v)), -approach)
           geometry%gap = law%restitution*way*min(approach, 0.0_dp)
-          both = gaps_and_slips(system, touch, i, d)
-          push = pushes(law, touch, i, both(1, :))
-          fastest = max(fastest, way*push(1, k)*sum(1/share(touch%link(:, contact%line(1)%link))%mass))
+          both = gaps_and_slips(system, try, i, d)
+          push = pushes(law, try, i, both(1, :))
+          fastest = max(fastest, way*push(1, k)*sum(1/share(try%link(:, contact%entrance(1)%link))%mass))
         end if
       end associate
     end do
-    allocate (rebound%firmness(size(share)))
+    allocate (rebound%rigidity(size(share)))
     do i = 1, size(share)
-      rebound%firmness(i) = merge(rigid*share(i)%mass/way**2, 0.0_dp, system%elements%alone(i))
+      rebound%rigidity(i) = merge(rigid*share(i)%mass/way**2, 0.0_dp, system%elements%alone(i))
     end do
     law%conserving = .false.
     law%lags = .false.
@@ -91,24 +91,24 @@ contains
     law%opening = 0.0_dp
     law%normal_stiffness = unyielding*maxval(share%mass)/way**2
     law%shear_stiffness = law%normal_stiffness
-    law%overlap = unmet*way*fastest
-    if (law%overlap <= 0) law%overlap = huge(law%overlap)
+    law%penetration = unmet*way*fastest
+    if (law%penetration <= 0) law%penetration = huge(law%penetration)
 
   contains
 
     !> The line of a contact that takes part, 0 where none does.
-    pure integer function line_in_impact(i) result(k)
+    pure integer function entrance_in_impact(i) result(k)
       integer, intent(in) :: i
       real(dp) :: approach
       logical :: late
 
-      associate (contact => touch%contact(i))
+      associate (contact => try%contact(i))
         k = contact%active
-        approach = dot_product(touch%geometry(k, i)%normal, of_elements(system, touch%link(:, contact%line(k)%link), velocity))
-        late = .not. touch%kept(k, i) .and. approach < 0 .and. touch%start_gap(k, i) > -way*approach
-        if (contact%line(k)%state == state_open .or. late) k = findloc(touch%kept(:contact%n_lines, i), .true., 1)
+        approach = dot_product(try%geometry(k, i)%normal, of_elements(system, try%link(:, contact%entrance(k)%link), velocity))
+        late = .not. try%kept(k, i) .and. approach < 0 .and. try%start_gap(k, i) > -way*approach
+        if (contact%entrance(k)%state == state_open .or. late) k = findloc(try%kept(:contact%n_entrances, i), .true., 1)
       end associate
-    end function line_in_impact
+    end function entrance_in_impact
 
   end subroutine rebound_contacts
 
@@ -116,22 +116,22 @@ contains
   !>
   !> What is resisted is the strain rate of the displaced element, F^T L F, which is zero for any rigid motion of it; the
   !> forces have no torque about the places where those of the contacts act.
-  pure subroutine keep_firm(system, touch, e, share, d, term)
+  pure subroutine keep_rigid(system, try, e, share, d, term)
     type(system_t), intent(in) :: system
-    type(touch_t), intent(in) :: touch
+    type(contact_try_t), intent(in) :: try
     integer, intent(in) :: e
-    type(element_share_t), intent(in) :: share
+    type(element_cache_t), intent(in) :: share
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
     type(term_t), intent(inout) :: term
     real(dp) :: theta(4), matrix(element_unknowns, element_unknowns)
 
     associate (ids => system%elements%unknown(:, e), G => share%kinematics%gradient)
-      theta = matmul(G, touch%moved(ids))
-      matrix = touch%firmness(e)*share%kinematics%area*matmul(transpose(matmul(strain_operator(theta, touch%weight), G)), &
+      theta = matmul(G, try%moved(ids))
+      matrix = try%rigidity(e)*share%kinematics%area*matmul(transpose(matmul(strain_operator(theta, try%weight), G)), &
                                                               matmul(strain_operator(theta, 1.0_dp), G))
-      call add_force(term, -matmul(matrix, d(ids) - touch%reference(ids)))
+      call add_force(term, -matmul(matrix, d(ids) - try%reference(ids)))
     end associate
     term%matrix = term%matrix + matrix
-  end subroutine keep_firm
+  end subroutine keep_rigid
 
 end module scree_impact

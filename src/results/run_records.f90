@@ -2,7 +2,7 @@
 module scree_run_records
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: state_open
-  use scree_effects, only: effects_t, element_share_t
+  use scree_effects, only: effects_t, element_cache_t
   use scree_energy, only: books_t
   use scree_errors, only: error_t
   use scree_interpolation, only: displacement_matrix
@@ -154,7 +154,7 @@ contains
     type(results_t), intent(inout) :: results
     type(records_t), intent(inout) :: records
     type(system_t), intent(in) :: system
-    type(element_share_t), intent(in) :: share(:)
+    type(element_cache_t), intent(in) :: share(:)
     type(state_t), intent(in) :: state
     type(step_report_t), intent(in) :: report
     type(books_t), intent(in) :: books
@@ -185,7 +185,7 @@ contains
       call put(records%judged_step, [real(state%step, dp)])
       call put(records%judged, real(report%judged(:, i), dp))
     end do
-    call put(records%overlap, [state%contacts%overlap])
+    call put(records%overlap, [state%contacts%penetration])
     call put(records%spring, [state%contacts%energy])
     call put(records%friction, [state%contacts%friction])
     do i = 1, size(records%measured)
@@ -215,7 +215,7 @@ contains
     type(results_t), intent(inout) :: results
     type(records_t), intent(in) :: records
     type(system_t), intent(in) :: system
-    type(element_share_t), intent(in) :: share(:)
+    type(element_cache_t), intent(in) :: share(:)
     type(state_t), intent(in) :: state
     type(error_t), allocatable, intent(out) :: error
     real(dp) :: area(system%n_blocks), sums(7, system%n_blocks)
@@ -258,14 +258,16 @@ contains
       n = 0
       associate (outlines => system%outlines)
         do i = 1, size(state%contacts%contact)
-          associate (contact => state%contacts%contact(i), line => state%contacts%contact(i)%line(state%contacts%contact(i)%active))
-            if (line%state == state_open) cycle
+          associate (contact => state%contacts%contact(i), &
+                     entrance => state%contacts%contact(i)%entrance(state%contacts%contact(i)%active))
+            if (entrance%state == state_open) cycle
             n = n + 1
-            call frame_of_edge(state%vertex(:, outlines%start(line%edge)), state%vertex(:, outlines%finish(line%edge)), t, normal, &
+            call frame_of_edge(state%vertex(:, outlines%start(entrance%edge)), state%vertex(:, outlines%finish(entrance%edge)), &
+                t, normal, &
                                length)
-            call put(records%touch_blocks, real([outlines%block(line%vertex), outlines%block(line%edge)], dp))
-            call put(records%touch_state, [real(line%state, dp)])
-            call put(records%touch_place, state%vertex(:, outlines%start(line%vertex)) + system%origin)
+            call put(records%touch_blocks, real([outlines%block(entrance%vertex), outlines%block(entrance%edge)], dp))
+            call put(records%touch_state, [real(entrance%state, dp)])
+            call put(records%touch_place, state%vertex(:, outlines%start(entrance%vertex)) + system%origin)
             call put(records%touch_normal, normal)
             call put(records%touch_force, contact%force)
           end associate

@@ -24,7 +24,7 @@ module scree_set_up
   public :: set_up
 
   real(dp), parameter :: most_triangles = 5e7_dp !! more would not fit the memory
-  real(dp), parameter :: allowed_overlap = 2e-4_dp  !! of the extent, where the stiffness of contacts adapts (Shi: g3 w0)
+  real(dp), parameter :: allowed_penetration = 2e-4_dp  !! of the extent, where the stiffness of contacts adapts (Shi: g3 w0)
   integer, parameter :: most_solves = 8            !! for the states of contacts that lag, before the step is cut (Shi)
   real(dp), parameter :: shortest_return = 5e-8_dp !! of the extent: slip back at which sliding that lags ends (Shi: 1e-7 w0)
   !> Where contacts are found as Shi's programs do, of the extent: gap over the displacement ratio, and the least; overlap over
@@ -390,10 +390,10 @@ contains
         allocate (effects%contact)
         effects%contact%normal_stiffness = s%contact_stiffness
         effects%contact%shear_stiffness = s%contact_stiffness/s%shear_ratio
-        effects%contact%overlap = s%overlap
+        effects%contact%penetration = s%overlap
         effects%contact%adapts = s%adapts_stiffness
         effects%contact%allowed_gap = scene%displacement_ratio*scene%extent
-        effects%contact%allowed_overlap = allowed_overlap*scene%extent
+        effects%contact%allowed_penetration = allowed_penetration*scene%extent
         effects%contact%restitution = s%restitution
         effects%contact%viscosity = s%viscosity
         effects%contact%conserving = s%conserving

@@ -5,18 +5,18 @@
 !> correction is the solution.
 module scree_deformation_iteration
   use scree_contact_forces, only: add_contacts, slides_with_friction
-  use scree_effects, only: add_element_effects, effects_t, element_share_t, symmetric_equations
+  use scree_effects, only: add_element_effects, effects_t, element_cache_t, symmetric_equations
   use scree_element_term, only: step_rule_t, term_t
   use scree_equations, only: add_equations, begin_equations, equations_t, members, out_of_balance, solve_equations, &
                              weakest_element, wholly_held
   use scree_errors, only: error_t
   use scree_kinds, only: dp
-  use scree_impact, only: keep_firm
+  use scree_impact, only: keep_rigid
   use scree_open_close, only: hold_contacts, judge_contacts, return_anchors
   use scree_scene, only: iterate_hybrid, iterate_newton, settings_t, test_residual
   use scree_system, only: state_t, system_t
   use scree_text, only: number_text
-  use scree_touch, only: gaps_and_slips, place_contacts, touch_t
+  use scree_contact_try, only: gaps_and_slips, place_contacts, contact_try_t
   use scree_trouble, only: new_trouble, trouble_t
   implicit none
   private
@@ -41,22 +41,22 @@ module scree_deformation_iteration
 contains
 
   !> Iterates every group of elements that share unknowns, each until it has settled.
-  subroutine settle_deformation(system, effects, settings, state, share, step_rule, equations, d, touch, report)
+  subroutine settle_deformation(system, effects, settings, state, share, step_rule, equations, d, contact_try, report)
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
     type(settings_t), intent(in) :: settings
     type(state_t), intent(in) :: state             !! at the beginning of the step
-    type(element_share_t), intent(in) :: share(:)  !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:)  !! (n_elements)
     type(step_rule_t), intent(in) :: step_rule
     type(equations_t), intent(inout) :: equations
     real(dp), intent(inout) :: d(:)                !! (n_unknowns) prediction, then solution
-    type(touch_t), intent(inout) :: touch          !! contacts as the step finds them, then in their states
+    type(contact_try_t), intent(inout) :: contact_try          !! contacts as the step finds them, then in their states
     type(iteration_report_t), intent(inout) :: report
     integer :: group, touching !! group of the elements that may touch others
 
     touching = 0
     if (allocated(effects%contact)) then
-      if (size(touch%link, 2) > 0) touching = equations%n_groups
+      if (size(contact_try%link, 2) > 0) touching = equations%n_groups
     end if
     do group = 1, equations%n_groups
       call settle_group(group)
@@ -92,8 +92,8 @@ contains
       inner = .false.
       if (nested) allocate (linear(size(member)))
       if (in_contact) then
-        if (touch%bends) call place_contacts(system, state, share, rule%operator_weight, d, touch)
-        if (.not. effects%contact%lags) call judge_contacts(system, effects%contact, d, .true., touch)
+        if (contact_try%bends) call place_contacts(system, state, share, rule%operator_weight, d, contact_try)
+        if (.not. effects%contact%lags) call judge_contacts(system, effects%contact, d, .true., contact_try)
       end if
       fewest = huge(fewest)
       stalled = 0
@@ -109,7 +109,7 @@ contains
             end associate
           else
             call add_element_effects(effects, system, state, e, share(e), d(system%elements%unknown(:, e)), rule, term)
-            if (allocated(touch%firmness)) call keep_firm(system, touch, e, share(e), d, term)
+            if (allocated(contact_try%rigidity)) call keep_rigid(system, contact_try, e, share(e), d, term)
             if (nested) linear(k) = term
           end if
           call add_equations(equations, group, k, share(e)%kinematics%span, term)
@@ -117,14 +117,14 @@ contains
         if (in_contact .and. .not. inner) d_linear = d
         symmetric = symmetric_equations(effects, rule)
         if (in_contact) then
-          call add_contacts(system, effects%contact, d, symmetric, touch, equations)
-          symmetric = symmetric .and. .not. slides_with_friction(system%outlines, effects%contact, touch) &
-                      .and. .not. (large .and. allocated(touch%firmness))
+          call add_contacts(system, effects%contact, d, symmetric, contact_try, equations)
+          symmetric = symmetric .and. .not. slides_with_friction(system%outlines, effects%contact, contact_try) &
+                      .and. .not. (large .and. allocated(contact_try%rigidity))
         end if
         if (settings%test == test_residual .and. large) then
           balance = out_of_balance(equations, group)
           report%settled = (balance(1) <= settings%tolerance .or. balance(2) <= round_off) &
-                           .and. .not. (in_contact .and. touch%changes > 0 .and. i > 1)
+                           .and. .not. (in_contact .and. contact_try%changes > 0 .and. i > 1)
           if (report%settled .and. in_contact) then
             call hold()
             stalled = 0
@@ -147,16 +147,16 @@ contains
         report%settled = .not. large .or. (settings%test /= test_residual .and. change < settings%tolerance)
         if (in_contact) then
           if (effects%contact%lags .and. state%step == 0 .and. i == 1) report%settled = .false. ! the first of a run: as Shi's
-          if (stalled == effects%contact%most_stalled) before = states_of(touch)
-          if (nested) call judge_contacts(system, effects%contact, d, .false., touch)
-          inner = nested .and. touch%changes > 0
-          if (touch%bends .and. .not. inner) call place_contacts(system, state, share, rule%operator_weight, d, touch)
-          if (.not. inner) call judge_contacts(system, effects%contact, d, .false., touch)
-          report%judged = reshape([report%judged, touch%count, touch%changes], [4, size(report%judged, 2) + 1])
-          if (touch%changes > 0) then
+          if (stalled == effects%contact%most_stalled) before = states_of(contact_try)
+          if (nested) call judge_contacts(system, effects%contact, d, .false., contact_try)
+          inner = nested .and. contact_try%changes > 0
+          if (contact_try%bends .and. .not. inner) call place_contacts(system, state, share, rule%operator_weight, d, contact_try)
+          if (.not. inner) call judge_contacts(system, effects%contact, d, .false., contact_try)
+          report%judged = reshape([report%judged, contact_try%count, contact_try%changes], [4, size(report%judged, 2) + 1])
+          if (contact_try%changes > 0) then
             report%settled = .false.
-            if (touch%changes < fewest .and. .not. effects%contact%lags) then
-              fewest = touch%changes
+            if (contact_try%changes < fewest .and. .not. effects%contact%lags) then
+              fewest = contact_try%changes
             else
               stalled = stalled + 1
             end if
@@ -194,22 +194,22 @@ contains
       integer :: now(2, size(before, 2)), i, worst
       real(dp) :: both(2, 2), deepest, gap
 
-      now = states_of(touch)
+      now = states_of(contact_try)
       deepest = -huge(deepest)
       worst = 0
       do i = 1, size(now, 2)
         if (all(now(:, i) == before(:, i))) cycle
-        both = gaps_and_slips(system, touch, i, d)
-        gap = maxval(both(1, :touch%contact(i)%n_lines))
+        both = gaps_and_slips(system, contact_try, i, d)
+        gap = maxval(both(1, :contact_try%contact(i)%n_entrances))
         if (-gap <= deepest) cycle
         deepest = -gap
         worst = i
       end do
       report%trouble = new_trouble('contacts did not settle in '//number_text(iterations)//' open-close iterations, '// &
-                                 number_text(touch%changes)//' still change', &
+                                 number_text(contact_try%changes)//' still change', &
                                  advice='another contact.stiffness, contact.viscosity, or a smaller step.least')
       if (worst == 0) return
-      associate (line => touch%contact(worst)%line(touch%contact(worst)%active))
+      associate (line => contact_try%contact(worst)%entrance(contact_try%contact(worst)%active))
         report%trouble%element = system%outlines%element(line%vertex)
         report%trouble%against = system%outlines%element(line%edge)
         report%trouble%position = state%vertex(:, system%outlines%start(line%vertex))
@@ -218,8 +218,8 @@ contains
 
     !> Lets contacts hold what has settled, by multipliers and where they closed; it has not where they change by that.
     subroutine hold()
-      call hold_contacts(system, effects%contact, d, touch, report%settled)
-      if (report%settled) call return_anchors(system, effects%contact, d, touch, report%settled)
+      call hold_contacts(system, effects%contact, d, contact_try, report%settled)
+      if (report%settled) call return_anchors(system, effects%contact, d, contact_try, report%settled)
     end subroutine hold
 
     !> Largest change of a component of theta since the last linearisation, and its element; where bodies touch, of the place over
@@ -269,12 +269,12 @@ contains
   end subroutine settle_deformation
 
   !> States of the lines of all contacts.
-  pure function states_of(touch) result(states)
-    type(touch_t), intent(in) :: touch
-    integer :: states(2, size(touch%contact))
+  pure function states_of(contact_try) result(states)
+    type(contact_try_t), intent(in) :: contact_try
+    integer :: states(2, size(contact_try%contact))
 
-    states(1, :) = touch%contact%line(1)%state
-    states(2, :) = touch%contact%line(2)%state
+    states(1, :) = contact_try%contact%entrance(1)%state
+    states(2, :) = contact_try%contact%entrance(2)%state
   end function states_of
 
 end module scree_deformation_iteration

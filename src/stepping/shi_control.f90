@@ -86,7 +86,7 @@ contains
     type(contact_law_t), intent(inout) :: law
     real(dp) :: factor
 
-    factor = max(apart(1)/law%allowed_gap, apart(2)/law%allowed_overlap, 1/softening)
+    factor = max(apart(1)/law%allowed_gap, apart(2)/law%allowed_penetration, 1/softening)
     law%normal_stiffness = factor*law%normal_stiffness
     law%shear_stiffness = factor*law%shear_stiffness
   end subroutine adapt_stiffness

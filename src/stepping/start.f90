@@ -9,7 +9,7 @@
 !> of the turning asks for: in a triangle about a fixed corner the virial rho w^2/A int x x^T dA.
 module scree_start
   use scree_constraints, only: constraints_t
-  use scree_effects, only: add_element_effects, effects_t, element_share_t
+  use scree_effects, only: add_element_effects, effects_t, element_cache_t
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_equations, only: add_equations, begin_equations, constrain_equations, equations_t, members, solve_equations, &
                              weakest_element
@@ -41,7 +41,7 @@ contains
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
     type(settings_t), intent(in) :: settings
-    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
     type(equations_t), intent(inout) :: equations
     type(state_t), intent(inout) :: state
     type(error_t), allocatable, intent(out) :: error
@@ -69,7 +69,7 @@ contains
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
     logical, intent(in) :: stressed               !! the state takes the stress too
-    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
     type(equations_t), intent(inout) :: equations
     type(state_t), intent(inout) :: state
     type(error_t), allocatable, intent(out) :: error
@@ -127,7 +127,7 @@ contains
   pure function turning(system, state, share, e) result(q)
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
-    type(element_share_t), intent(in) :: share(:)
+    type(element_cache_t), intent(in) :: share(:)
     integer, intent(in) :: e
     real(dp) :: q(3), rate(4)
 
@@ -139,7 +139,7 @@ contains
   subroutine solve_for(system, equations, share, terms, x, error)
     type(system_t), intent(in) :: system
     type(equations_t), intent(inout) :: equations
-    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
     type(term_t), intent(in) :: terms(:)          !! (n_elements)
     real(dp), intent(out) :: x(:)                 !! (n_unknowns)
     type(error_t), allocatable, intent(out) :: error

@@ -2,7 +2,7 @@
 module scree_time_stepper
   use scree_constraints, only: add_followers, clear_constraints, complete_unknowns, constraints_t
   use scree_deformation_iteration, only: iteration_report_t, settle_deformation
-  use scree_effects, only: effects_t, element_share_t, share_of
+  use scree_effects, only: effects_t, element_cache_t, cache_of_element
   use scree_element_term, only: step_rule_t
   use scree_contact_detection, only: find_contacts
   use scree_contact_search, only: at_outlines, outran
@@ -25,7 +25,7 @@ module scree_time_stepper
   use scree_stiffness, only: small_strain
   use scree_system, only: state_t, system_t
   use scree_text, only: rounded_text
-  use scree_touch, only: farthest_apart, touch_t
+  use scree_contact_try, only: farthest_apart, contact_try_t
   use scree_trouble, only: new_trouble, words_of
   use scree_update, only: update_state
   implicit none
@@ -65,14 +65,14 @@ contains
     type(settings_t), intent(in) :: settings
     real(dp), intent(in) :: dt                       !! size to try, time
     type(equations_t), intent(inout) :: equations
-    type(element_share_t), intent(inout) :: share(:) !! (n_elements) of `state`, at the beginning and at the end
+    type(element_cache_t), intent(inout) :: share(:) !! (n_elements) of `state`, at the beginning and at the end
     type(state_t), intent(inout) :: state
     type(step_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error
     type(iteration_report_t) :: try
     type(constraints_t) :: constraints
     type(step_rule_t) :: rule
-    type(touch_t) :: touch
+    type(contact_try_t) :: contact_try
     real(dp) :: beyond(3), d(system%n_unknowns), d_motion(system%n_unknowns), shorter
     integer :: b, e, stiffened
     logical :: again !! with the contacts as the try before left them
@@ -92,11 +92,11 @@ contains
       call complete_unknowns(constraints, d, homogeneous=.false.)
       try = iteration_report_t()
       if (again) then
-        call begin_again(effects%contact, rule, touch)
+        call begin_again(effects%contact, rule, contact_try)
       else if (allocated(effects%contact)) then
-        call begin_contacts(system, effects%contact, state, share, effects%large_deformation, rule, touch)
+        call begin_contacts(system, effects%contact, state, share, effects%large_deformation, rule, contact_try)
       end if
-      call settle_deformation(system, effects, settings, state, share, rule, equations, d, touch, try)
+      call settle_deformation(system, effects, settings, state, share, rule, equations, d, contact_try, try)
       if (try%settled .and. allocated(effects%contact) .and. .not. state%contacts%outside > 0) then
         beyond = outran(system, state, share, d)
         if (beyond(3) > 1) then
@@ -130,8 +130,8 @@ contains
                   + work_of_supports(system, effects, share, state, rule, d)
     report%damped = loss_by_damping(system, effects, share, rule, d)
     if (allocated(effects%contact)) then
-      call accept_contacts(system, effects%contact, d, touch, state%contacts)
-      if (effects%contact%adapts) call adapt_stiffness([state%contacts%gap, state%contacts%overlap], effects%contact)
+      call accept_contacts(system, effects%contact, d, contact_try, state%contacts)
+      if (effects%contact%adapts) call adapt_stiffness([state%contacts%gap, state%contacts%penetration], effects%contact)
     end if
     call update_state(system, effects, share, rule, d, d_motion, state)
     b = lost_block(system, state)
@@ -143,7 +143,7 @@ contains
       return
     end if
     do e = 1, system%n_elements
-      share(e) = share_of(effects, system, state, e)
+      share(e) = cache_of_element(effects, system, state, e)
     end do
 
   contains
@@ -182,8 +182,8 @@ contains
       real(dp) :: apart(2)
 
       if (.not. effects%contact%adapts .or. stiffened == most_stiffenings) return
-      apart = farthest_apart(system, touch, d)
-      if (apart(2) <= too_deep*effects%contact%allowed_overlap) return
+      apart = farthest_apart(system, contact_try, d)
+      if (apart(2) <= too_deep*effects%contact%allowed_penetration) return
       call adapt_stiffness(apart, effects%contact)
       effects%contact%normal_stiffness = stiffening*effects%contact%normal_stiffness
       effects%contact%shear_stiffness = stiffening*effects%contact%shear_stiffness
@@ -198,12 +198,12 @@ contains
     !> An element that takes an impact as a rigid body keeps the stress that the step gave it. What the step began with is put
     !> back.
     subroutine rebound()
-      type(touch_t) :: impact
+      type(contact_try_t) :: impact
       type(contact_law_t) :: law
       real(dp) :: stress(3, size(share)), elasticity(3, 3, size(share)), theta(4)
       integer :: e
 
-      if (effects%contact%restitution < 0 .or. all(touch%count(2:) == 0)) return
+      if (effects%contact%restitution < 0 .or. all(contact_try%count(2:) == 0)) return
       law = effects%contact
       stress = state%stress
       do e = 1, system%n_elements
@@ -216,7 +216,7 @@ contains
       end do
       call rebound_contacts(system, share, d, rule%operator_weight, &
                             still_displacement(rule, state%velocity, state%acceleration), state%velocity, &
-                            rule%displacement_weight*rule%dt/rule%velocity_weight, touch, effects%contact, impact)
+                            rule%displacement_weight*rule%dt/rule%velocity_weight, contact_try, effects%contact, impact)
       call settle_deformation(system, effects, settings, state, share, rule, equations, d_motion, impact, try)
       effects%contact = law
       state%stress = stress
@@ -254,7 +254,7 @@ contains
   !> Farthest that a vertex goes, and its element.
   real(dp) function farthest(system, share, state, d, element)
     type(system_t), intent(in) :: system
-    type(element_share_t), intent(in) :: share(:)    !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:)    !! (n_elements)
     type(state_t), intent(in) :: state               !! at the beginning of the step
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
     integer, intent(out) :: element
@@ -276,7 +276,7 @@ contains
   !> Finds the contacts of a step, and groups the equations by them.
   subroutine detect(system, share, dt, equations, state)
     type(system_t), intent(in) :: system
-    type(element_share_t), intent(in) :: share(:)
+    type(element_cache_t), intent(in) :: share(:)
     real(dp), intent(in) :: dt
     type(equations_t), intent(inout) :: equations
     type(state_t), intent(inout) :: state
@@ -290,7 +290,7 @@ contains
   pure subroutine constraints_of_step(system, effects, share, state, time, constraints, error)
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
-    type(element_share_t), intent(in) :: share(:)
+    type(element_cache_t), intent(in) :: share(:)
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: time
     type(constraints_t), intent(out) :: constraints

@@ -1,6 +1,6 @@
 !> What an accepted step changes: positions, stress, deformation, rotation and the rates (Shi's df25, df26).
 module scree_update
-  use scree_effects, only: effects_t, element_share_t
+  use scree_effects, only: effects_t, element_cache_t
   use scree_element_term, only: step_rule_t
   use scree_integrator, only: end_rates
   use scree_interpolation, only: carried_rates, displacement_matrix, kinematics_t
@@ -20,7 +20,7 @@ contains
   pure subroutine update_state(system, effects, share, rule, d, d_motion, state)
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
-    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
     real(dp), intent(in) :: d_motion(:)           !! (n_unknowns) that the rates follow from
@@ -79,7 +79,7 @@ contains
   !> Adds the stress of the step: small strain adds components, Green strain pushes S forward with the step's F.
   pure subroutine update_stress(large_deformation, share, theta, stress)
     logical, intent(in) :: large_deformation
-    type(element_share_t), intent(in) :: share
+    type(element_cache_t), intent(in) :: share
     real(dp), intent(in) :: theta(4)
     real(dp), intent(inout) :: stress(3)
 

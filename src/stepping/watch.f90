@@ -4,7 +4,7 @@
 !> suspicious, once for each kind, and ends the run where it is nonsense.
 module scree_watch
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use scree_effects, only: effects_t, element_share_t
+  use scree_effects, only: effects_t, element_cache_t
   use scree_energy, only: books_t
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_gravity, only: gravity_energy
@@ -44,7 +44,7 @@ contains
   subroutine begin_watch(system, effects, share, state, books, watch)
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
-    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
     type(state_t), intent(in) :: state
     type(books_t), intent(in) :: books
     type(watch_t), intent(out) :: watch
@@ -72,7 +72,7 @@ contains
   !> Error where energies are not finite: names an element whose own are not.
   subroutine check_numbers(system, share, state, books, error)
     type(system_t), intent(in) :: system
-    type(element_share_t), intent(in) :: share(:) !! (n_elements) of `state`
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements) of `state`
     type(state_t), intent(in) :: state
     type(books_t), intent(in) :: books
     type(error_t), allocatable, intent(out) :: error
@@ -99,7 +99,7 @@ contains
     type(watch_t), intent(inout) :: watch
     type(system_t), intent(in) :: system
     type(effects_t), intent(in) :: effects
-    type(element_share_t), intent(in) :: share(:) !! (n_elements) of `state`
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements) of `state`
     type(state_t), intent(in) :: state
     type(books_t), intent(in) :: books
     real(dp), intent(in) :: work                  !! of loads, ground and supports in the step, force length per unit thickness
@@ -217,7 +217,7 @@ contains
   !> energy of its own, the more the farther the scene is from y = 0.
   pure real(dp) function energy_of(system, share, state, books) result(energy)
     type(system_t), intent(in) :: system
-    type(element_share_t), intent(in) :: share(:) !! (n_elements) of `state`
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements) of `state`
     type(state_t), intent(in) :: state
     type(books_t), intent(in) :: books
     integer :: e
@@ -231,7 +231,7 @@ contains
   !> Energy of the weights, about the middle of the scene.
   pure real(dp) function energy_of_weights(effects, share) result(energy)
     type(effects_t), intent(in) :: effects
-    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
     integer :: e
 
     energy = 0.0_dp

@@ -1,22 +1,22 @@
 !> The contacts in the iteration of one step: where they are, and their gaps and slips at a displacement.
-module scree_touch
-  use scree_contact_geometry, only: geometry_of, line_geometry_t
+module scree_contact_try
+  use scree_contact_geometry, only: geometry_of, entrance_geometry_t
   use scree_contacts, only: contact_t, state_open
-  use scree_effects, only: element_share_t
+  use scree_effects, only: element_cache_t
   use scree_kinds, only: dp
   use scree_shi_contact, only: add_edge, anchored_rows
   use scree_system, only: element_unknowns, state_t, system_t
   implicit none
   private
-  public :: farthest_apart, gaps_and_slips, of_elements, place_contacts, touch_t
+  public :: farthest_apart, gaps_and_slips, of_elements, place_contacts, contact_try_t
 
   integer, parameter :: n = 2*element_unknowns
 
   !> The contacts of a step, and what its iteration makes of them.
-  type :: touch_t
+  type :: contact_try_t
     type(contact_t), allocatable :: contact(:)
     integer, allocatable :: link(:, :)                   !! (2, n_links) pairs of elements
-    type(line_geometry_t), allocatable :: geometry(:, :) !! (2, n), gaps from where the springs rest
+    type(entrance_geometry_t), allocatable :: geometry(:, :) !! (2, n), gaps from where the springs rest
     real(dp), allocatable :: start_gap(:, :)             !! (2, n) at the beginning of the step, length
     real(dp), allocatable :: start_share(:, :)           !! (2, n) along the edge then
     logical, allocatable :: kept(:, :)                   !! (2, n) closed then: the anchor stays
@@ -24,50 +24,50 @@ module scree_touch
     logical :: bends = .false.                           !! the geometry follows the motion, else it is linear
     logical :: anchored = .false.                        !! slip is measured from the anchor, linear in displacements (Shi)
     real(dp), allocatable :: reference(:)                !! (n_unknowns) displacement that the geometry is of
-    real(dp), allocatable :: firmness(:)                 !! (n_elements) in an impact: against deforming, force/length
+    real(dp), allocatable :: rigidity(:)                 !! (n_elements) in an impact: against deforming, force/length
     real(dp), allocatable :: moved(:)                    !! (n_unknowns) displacement to the impact; 0 with small strain
     real(dp) :: weight = 1.0_dp                          !! of it in the configuration where forces act
     integer :: count(3) = 0                              !! contacts open, sliding, locked
     integer :: changes = 0                               !! of states, in the last judgement
-  end type touch_t
+  end type contact_try_t
 
 contains
 
   !> Geometry of all contacts at a displacement.
-  pure subroutine place_contacts(system, state, share, weight, d, touch)
+  pure subroutine place_contacts(system, state, share, weight, d, try)
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
-    type(element_share_t), intent(in) :: share(:) !! (n_elements)
+    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
     real(dp), intent(in) :: weight                !! of `d` in the configuration where the forces act
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
-    type(touch_t), intent(inout) :: touch
+    type(contact_try_t), intent(inout) :: try
     integer :: i, k
 
-    do i = 1, size(touch%contact)
-      do k = 1, touch%contact(i)%n_lines
-        associate (line => touch%contact(i)%line(k))
-          touch%geometry(k, i) = geometry_of(system, state, share, system%outlines, touch%link(:, line%link), line, touch%bends, &
+    do i = 1, size(try%contact)
+      do k = 1, try%contact(i)%n_entrances
+        associate (entrance => try%contact(i)%entrance(k))
+          try%geometry(k, i) = geometry_of(system, state, share, system%outlines, try%link(:, entrance%link), entrance, try%bends, &
                                              weight, d)
-          touch%geometry(k, i)%gap = touch%geometry(k, i)%gap - line%rest
-          if (touch%anchored) call add_edge(state, share, system%outlines, touch%link(:, line%link), line, touch%geometry(k, i))
+          try%geometry(k, i)%gap = try%geometry(k, i)%gap - entrance%rest
+          if (try%anchored) call add_edge(state, share, system%outlines, try%link(:, entrance%link), entrance, try%geometry(k, i))
         end associate
       end do
     end do
-    touch%reference = d
+    try%reference = d
   end subroutine place_contacts
 
   !> Gaps and slips of the lines of a contact at `d`.
-  pure function gaps_and_slips(system, touch, i, d) result(both)
+  pure function gaps_and_slips(system, try, i, d) result(both)
     type(system_t), intent(in) :: system
-    type(touch_t), intent(in) :: touch
+    type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
     real(dp), intent(in) :: d(:)
     real(dp) :: both(2, 2) !! of the lines
     integer :: k
 
     both = 0.0_dp
-    do k = 1, touch%contact(i)%n_lines
-      both(:, k) = gap_and_slip(system, touch, i, k, d)
+    do k = 1, try%contact(i)%n_entrances
+      both(:, k) = gap_and_slip(system, try, i, k, d)
     end do
   end function gaps_and_slips
 
@@ -83,39 +83,39 @@ contains
   end function of_elements
 
   !> Gap of a line and slip from its anchor at `d`, linear about the reference.
-  pure function gap_and_slip(system, touch, i, k, d) result(both)
+  pure function gap_and_slip(system, try, i, k, d) result(both)
     type(system_t), intent(in) :: system
-    type(touch_t), intent(in) :: touch
+    type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i, k
     real(dp), intent(in) :: d(:)
     real(dp) :: both(2), change(n), rows(n, 2)
 
-    associate (line => touch%contact(i)%line(k), geometry => touch%geometry(k, i))
-      change = of_elements(system, touch%link(:, line%link), d) - of_elements(system, touch%link(:, line%link), touch%reference)
+    associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
+      change = of_elements(system, try%link(:, entrance%link), d) - of_elements(system, try%link(:, entrance%link), try%reference)
       both = [geometry%gap + dot_product(geometry%normal_end, change), geometry%slid + dot_product(geometry%shear_end, change) &
-              + (touch%start_share(k, i) - line%anchor)*geometry%edge_length]
-      if (.not. touch%anchored) return
-      rows = anchored_rows(geometry, line%anchor)
-      both(2) = geometry%along + dot_product(rows(:, 2), change) - line%anchor*geometry%edge_length
+              + (try%start_share(k, i) - entrance%anchor)*geometry%edge_length]
+      if (.not. try%anchored) return
+      rows = anchored_rows(geometry, entrance%anchor)
+      both(2) = geometry%along + dot_product(rows(:, 2), change) - entrance%anchor*geometry%edge_length
     end associate
   end function gap_and_slip
 
   !> Largest gap and overlap of a closed contact at `d`.
-  pure function farthest_apart(system, touch, d) result(farthest)
+  pure function farthest_apart(system, try, d) result(farthest)
     type(system_t), intent(in) :: system
-    type(touch_t), intent(in) :: touch
+    type(contact_try_t), intent(in) :: try
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     real(dp) :: both(2), farthest(2)
     integer :: i
 
     farthest = 0.0_dp
-    do i = 1, size(touch%contact)
-      associate (contact => touch%contact(i))
-        if (contact%line(contact%active)%state == state_open) cycle
-        both = gap_and_slip(system, touch, i, contact%active, d)
+    do i = 1, size(try%contact)
+      associate (contact => try%contact(i))
+        if (contact%entrance(contact%active)%state == state_open) cycle
+        both = gap_and_slip(system, try, i, contact%active, d)
         farthest = max(farthest, [both(1), -both(1)])
       end associate
     end do
   end function farthest_apart
 
-end module scree_touch
+end module scree_contact_try
