@@ -1,16 +1,16 @@
 !> `scree check`: what a scene calls for, its facts in words of an engineer, and warnings.
 module scree_check_scene
   use scree_block_input, only: blocks_t
-  use scree_effects, only: effects_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_initial_overlaps, only: overlap_texts, overlap_warning, refuse_overlaps
   use scree_kinds, only: dp
+  use scree_model, only: model_t
   use scree_model_facts, only: block_fact_t, facts_of, facts_t, list_text, n_sides, side_name
   use scree_model_warnings, only: warnings_of
   use scree_progress, only: progress_t, warn
   use scree_scene, only: effect_t, scene_t
   use scree_set_up, only: set_up
-  use scree_system, only: state_t, system_t
+  use scree_state, only: state_t
   use scree_text, only: number_text, short_text, text_t
   implicit none
   private
@@ -28,17 +28,16 @@ contains
     logical, intent(in) :: strict       !! warnings are errors
     integer, intent(in) :: unit
     type(error_t), allocatable, intent(out) :: error
-    type(system_t) :: system
+    type(model_t) :: model
     type(state_t) :: state
-    type(effects_t) :: effects
     type(effect_t), allocatable :: list(:)
     type(facts_t) :: facts
     type(text_t), allocatable :: line(:)
     integer :: i
 
-    call set_up(scene, blocks, system, state, effects, list, error)
+    call set_up(scene, blocks, model, state, list, error)
     if (allocated(error)) return
-    call facts_of(scene, blocks, system, state, effects, facts)
+    call facts_of(scene, blocks, model, state, facts)
     if (.not. quiet) then
       write (unit, '(3(i0,a))') facts%n_blocks, ' blocks, ', facts%n_elements, ' elements, ', facts%n_unknowns, ' unknowns'
       do i = 1, size(list)
@@ -48,14 +47,14 @@ contains
       do i = 1, size(line)
         write (unit, '(a)') line(i)%text
       end do
-      line = overlap_texts(system)
+      line = overlap_texts(model)
       do i = 1, size(line)
         write (unit, '(a)') 'overlap: '//line(i)%text
       end do
     end if
-    call refuse_overlaps(scene, blocks, system, error)
+    call refuse_overlaps(scene, blocks, model, error)
     if (allocated(error)) return
-    line = [warnings_of(scene, facts), overlap_warning(system)]
+    line = [warnings_of(scene, facts), overlap_warning(model)]
     do i = 1, size(line)
       write (unit, '(a)') 'warning: '//line(i)%text
     end do
@@ -63,12 +62,11 @@ contains
   end subroutine check_scene
 
   !> Warns of a model that is about to run. Errors: warnings where they are to be errors.
-  subroutine warn_of_model(scene, blocks, system, state, effects, strict, progress, error)
+  subroutine warn_of_model(scene, blocks, model, state, strict, progress, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
-    type(system_t), intent(in) :: system
+    type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    type(effects_t), intent(in) :: effects
     logical, intent(in) :: strict       !! warnings are errors
     type(progress_t), intent(inout) :: progress
     type(error_t), allocatable, intent(out) :: error
@@ -76,8 +74,8 @@ contains
     type(text_t), allocatable :: line(:)
     integer :: i
 
-    call facts_of(scene, blocks, system, state, effects, facts)
-    line = [warnings_of(scene, facts), overlap_warning(system)]
+    call facts_of(scene, blocks, model, state, facts)
+    line = [warnings_of(scene, facts), overlap_warning(model)]
     do i = 1, size(line)
       call warn(progress, line(i)%text)
     end do

@@ -2,10 +2,12 @@
 module scree_initial_contacts
   use scree_contact_detection, only: find_contacts
   use scree_contact_geometry, only: frame_of_edge
-  use scree_contacts, only: contacts_t, parallel
+  use scree_contact_try, only: contact_try_t
+  use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, parallel
   use scree_kinds, only: dp
+  use scree_model, only: model_t
   use scree_sorting, only: sort_by
-  use scree_system, only: state_t, system_t
+  use scree_state, only: state_t
   implicit none
   private
   public :: free_lengths, initial_contacts, reached_from
@@ -15,31 +17,37 @@ module scree_initial_contacts
 contains
 
   !> What touches, were all at rest, by scree's rules also where the run has Shi's. Nothing where no contact is asked for.
-  subroutine initial_contacts(system, state, contacts)
-    type(system_t), intent(in) :: system
+  subroutine initial_contacts(model, state, contact, candidate)
+    type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    type(contacts_t), intent(out) :: contacts
+    type(contact_t), allocatable, intent(out) :: contact(:)
+    integer, allocatable, intent(out) :: candidate(:, :) !! (2, n) vertices and edges that are close to each other
+    type(contact_memory_t) :: memory
+    type(contact_search_t) :: search
+    type(contact_try_t) :: contacts
     real(dp), allocatable :: at_rest(:, :)
 
-    allocate (contacts%contact(0), contacts%link(2, 0), contacts%candidate(2, 0))
+    allocate (contact(0), candidate(2, 0), memory%contact(0), memory%pair(2, 0))
     if (.not. allocated(state%contacts%contact)) return
-    contacts%inside = state%contacts%inside
-    allocate (at_rest(2, size(system%outlines%start)), source=0.0_dp)
-    call find_contacts(system%outlines, state%vertex, at_rest, 0.0_dp, system%n_elements > system%n_blocks, contacts)
+    memory%inside = state%contacts%inside
+    allocate (at_rest(2, size(model%outlines%start)), source=0.0_dp)
+    call find_contacts(model%outlines, state%vertex, at_rest, model%n_elements > model%n_blocks, memory, search, contacts)
+    contact = contacts%contact
+    candidate = reshape([search%candidate, memory%inside], [2, size(search%candidate, 2) + size(memory%inside, 2)])
   end subroutine initial_contacts
 
   !> Blocks that contacts lead to from some blocks, these included.
-  pure function reached_from(system, contacts, begin) result(reached)
-    type(system_t), intent(in) :: system
-    type(contacts_t), intent(in) :: contacts
+  pure function reached_from(model, contact, begin) result(reached)
+    type(model_t), intent(in) :: model
+    type(contact_t), intent(in) :: contact(:)
     logical, intent(in) :: begin(:)     !! (n_blocks)
     logical :: reached(size(begin))
     integer :: pair(2), root(size(begin)), i, k
 
     root = [(i, i=1, size(begin))]
-    do i = 1, size(contacts%contact)
-      do k = 1, contacts%contact(i)%n_entrances
-        associate (entrance => contacts%contact(i)%entrance(k), block => system%outlines%block)
+    do i = 1, size(contact)
+      do k = 1, contact(i)%n_entrances
+        associate (entrance => contact(i)%entrance(k), block => model%outlines%block)
           pair = [root_of(block(entrance%vertex)), root_of(block(entrance%edge))]
           root(maxval(pair)) = minval(pair)
         end associate
@@ -67,10 +75,10 @@ contains
   end function reached_from
 
   !> Length of each edge of the elements that no other body lies on; 0 of lines of the mesh.
-  pure function free_lengths(system, state, contacts) result(free)
-    type(system_t), intent(in) :: system
+  pure function free_lengths(model, state, candidate) result(free)
+    type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    type(contacts_t), intent(in) :: contacts
+    integer, intent(in) :: candidate(:, :)    !! (2, n) vertices and edges that are close to each other
     real(dp) :: free(size(state%vertex, 2))   !! (n_vertices) of the edge that begins at each vertex, length
     real(dp), allocatable :: key(:)
     integer, allocatable :: a(:), b(:), order(:)
@@ -78,7 +86,7 @@ contains
     integer :: i, k, next, n
 
     free = 0.0_dp
-    associate (shape => system%elements%shape, x => state%vertex)
+    associate (shape => model%elements%shape, x => state%vertex)
       do i = 1, size(shape%first_vertex) - 1
         do k = shape%first_vertex(i), shape%first_vertex(i + 1) - 1
           next = merge(shape%first_vertex(i), k + 1, k + 1 == shape%first_vertex(i + 1))
@@ -86,8 +94,8 @@ contains
         end do
       end do
     end associate
-    if (size(contacts%candidate, 2) == 0) return
-    associate (outlines => system%outlines, corner => contacts%candidate(1, :), edge => contacts%candidate(2, :))
+    if (size(candidate, 2) == 0) return
+    associate (outlines => model%outlines, corner => candidate(1, :), edge => candidate(2, :))
       ! of two faces that lie on each other one has a corner at the other: its edge before or after that corner
       a = [corner, outlines%previous(corner)]
       b = [edge, edge]
@@ -113,7 +121,7 @@ contains
       integer, intent(in) :: a, b
       real(dp) :: t(2), normal(2), length, other(2, 2), along(2)
 
-      associate (x => state%vertex, outlines => system%outlines)
+      associate (x => state%vertex, outlines => model%outlines)
         call frame_of_edge(x(:, outlines%start(a)), x(:, outlines%finish(a)), t, normal, length)
         other(:, 1) = x(:, outlines%finish(b)) - x(:, outlines%start(a))
         other(:, 2) = x(:, outlines%start(b)) - x(:, outlines%start(a))

@@ -5,15 +5,16 @@
 module scree_model_facts
   use scree_block_input, only: block_moments, blocks_t
   use scree_contact_geometry, only: frame_of_edge
-  use scree_contacts, only: contacts_t, parallel
-  use scree_effects, only: effects_t
+  use scree_contacts, only: contact_t, parallel
   use scree_initial_contacts, only: free_lengths, initial_contacts, reached_from
   use scree_kinds, only: dp
+  use scree_model, only: model_t
   use scree_own_weight, only: column_t, worst_column
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
   use scree_scene, only: model_dda, scene_t
   use scree_simplex_integration, only: moments_t
-  use scree_system, only: fixed_point, state_t, system_t
+  use scree_state, only: state_t
+  use scree_system, only: fixed_point
   use scree_text, only: number_text
   implicit none
   private
@@ -62,40 +63,40 @@ module scree_model_facts
 contains
 
   !> The facts of a model as it is set up.
-  subroutine facts_of(scene, blocks, system, state, effects, facts)
+  subroutine facts_of(scene, blocks, model, state, facts)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
-    type(system_t), intent(in) :: system
+    type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    type(effects_t), intent(in) :: effects
     type(facts_t), intent(out) :: facts
-    type(contacts_t) :: contacts
+    type(contact_t), allocatable :: contact(:)
+    integer, allocatable :: candidate(:, :)
     integer :: b, i
 
-    facts%n_blocks = system%n_blocks
-    facts%n_elements = system%n_elements
-    facts%n_unknowns = system%n_unknowns
+    facts%n_blocks = model%n_blocks
+    facts%n_elements = model%n_elements
+    facts%n_unknowns = model%n_unknowns
     facts%block_material = pack([(i, i=1, size(scene%block_material))], &
                                 [(any(blocks%material == i), i=1, size(scene%block_material))])
     facts%joint_material = pack([(i, i=1, size(scene%joint_material))], &
-                                [(any(system%elements%shape%joint == i), i=1, size(scene%joint_material))])
-    allocate (facts%fixed_points(system%n_blocks), source=0)
+                                [(any(model%elements%shape%joint == i), i=1, size(scene%joint_material))])
+    allocate (facts%fixed_points(model%n_blocks), source=0)
     do i = 1, size(blocks%point_kind)
       if (blocks%point_kind(i) /= fixed_point) cycle
       facts%fixed_points(blocks%point_block(i)) = facts%fixed_points(blocks%point_block(i)) + 1
     end do
     call measure_blocks(blocks, facts)
-    call initial_contacts(system, state, contacts)
-    facts%unheld = pack([(b, b=1, system%n_blocks)], .not. reached_from(system, contacts, facts%fixed_points > 0))
+    call initial_contacts(model, state, contact, candidate)
+    facts%unheld = pack([(b, b=1, model%n_blocks)], .not. reached_from(model, contact, facts%fixed_points > 0))
     associate (rock => scene%block_material(facts%block_material))
       facts%has_weight = any(abs(rock%unit_weight) > 0)
       if (all(rock%density > 0)) facts%fall = 0.5_dp*scene%settings%step_size**2*maxval(abs(rock%unit_weight)/rock%density)
     end associate
     facts%column = worst_column(blocks, scene%block_material, &
-                                system%model == model_dda .and. facts%fixed_points >= holds_whole)
-    if (allocated(effects%contact)) &
-      facts%penetration = facts%column%stress*facts%column%width/(2*effects%contact%normal_stiffness)
-    call push_free_sides(scene, system, state, free_lengths(system, state, contacts), facts%side)
+                                model%model == model_dda .and. facts%fixed_points >= holds_whole)
+    if (allocated(model%effects%contact)) &
+      facts%penetration = facts%column%stress*facts%column%width/(2*model%effects%contact%normal_stiffness)
+    call push_free_sides(scene, model, state, free_lengths(model, state, candidate), facts%side)
   end subroutine facts_of
 
   !> Smallest and largest block, shortest edge, slivers.
@@ -147,37 +148,37 @@ contains
   !>
   !> An element that a fixed point holds, or that shares unknowns with one, bears its own; and so does the straight side of a
   !> block that two fixed points lie on, of whichever elements it is made.
-  pure subroutine push_free_sides(scene, system, state, free, side)
+  pure subroutine push_free_sides(scene, model, state, free, side)
     type(scene_t), intent(in) :: scene
-    type(system_t), intent(in) :: system
+    type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: free(:)               !! (n_vertices) of the edge that begins at each vertex, length
     type(side_t), intent(out) :: side(n_sides)
-    real(dp) :: along(2), force(2), largest, length, middle(2), normal(2), of_block(n_sides, system%n_blocks), stress(3)
-    logical :: held(system%n_unknowns)
+    real(dp) :: along(2), force(2), largest, length, middle(2), normal(2), of_block(n_sides, model%n_blocks), stress(3)
+    logical :: held(model%n_unknowns)
     integer :: e, faces, k, l, next
 
-    largest = largest_stress(scene, system, state)
+    largest = largest_stress(scene, model, state)
     if (.not. largest > 0) return
     held = .false.
-    do k = 1, size(system%points%kind)
-      if (system%points%kind(k) == fixed_point) held(system%elements%unknown(:, system%points%element(k))) = .true.
+    do k = 1, size(model%points%kind)
+      if (model%points%kind(k) == fixed_point) held(model%elements%unknown(:, model%points%element(k))) = .true.
     end do
     of_block = 0.0_dp
-    do e = 1, system%n_elements
-      if (any(held(system%elements%unknown(:, e)))) cycle
-      associate (shape => system%elements%shape, rock => scene%block_material(system%elements%material(e)))
+    do e = 1, model%n_elements
+      if (any(held(model%elements%unknown(:, e)))) cycle
+      associate (shape => model%elements%shape, rock => scene%block_material(model%elements%material(e)))
         do l = shape%first_loop(e), shape%first_loop(e + 1) - 1
           do k = shape%first_vertex(l), shape%first_vertex(l + 1) - 1
             if (.not. free(k) > 0) cycle
             next = merge(shape%first_vertex(l), k + 1, k + 1 == shape%first_vertex(l + 1))
             call frame_of_edge(state%vertex(:, k), state%vertex(:, next), along, normal, length)
-            middle = 0.5_dp*(state%vertex(:, k) + state%vertex(:, next)) + system%origin
+            middle = 0.5_dp*(state%vertex(:, k) + state%vertex(:, next)) + model%origin
             stress = rock%stress + middle(2)*rock%stress_gradient
             force = [stress(1)*normal(1) + stress(3)*normal(2), stress(3)*normal(1) + stress(2)*normal(2)]
             if (norm2(force) <= noticeable*largest .or. holds_side(e, state%vertex(:, k), normal)) cycle
             faces = merge(merge(2, 1, normal(1) > 0), merge(4, 3, normal(2) > 0), abs(normal(1)) > abs(normal(2)))
-            of_block(faces, system%elements%block(e)) = of_block(faces, system%elements%block(e)) + norm2(force)*free(k)
+            of_block(faces, model%elements%block(e)) = of_block(faces, model%elements%block(e)) + norm2(force)*free(k)
           end do
         end do
       end associate
@@ -197,9 +198,9 @@ contains
       integer :: found, i
 
       found = 0
-      do i = 1, size(system%points%kind)
-        if (system%points%kind(i) /= fixed_point) cycle
-        if (system%elements%block(system%points%element(i)) /= system%elements%block(e)) cycle
+      do i = 1, size(model%points%kind)
+        if (model%points%kind(i) /= fixed_point) cycle
+        if (model%elements%block(model%points%element(i)) /= model%elements%block(e)) cycle
         if (abs(dot_product(normal, state%point(:, i) - position)) <= beside*scene%extent) found = found + 1
       end do
       holds_side = found > 1
@@ -208,17 +209,17 @@ contains
   end subroutine push_free_sides
 
   !> Largest component of the initial stress at a vertex, force/length^2.
-  pure real(dp) function largest_stress(scene, system, state) result(largest)
+  pure real(dp) function largest_stress(scene, model, state) result(largest)
     type(scene_t), intent(in) :: scene
-    type(system_t), intent(in) :: system
+    type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     integer :: e, k
 
     largest = 0.0_dp
-    do e = 1, system%n_elements
-      associate (rock => scene%block_material(system%elements%material(e)))
-        do k = first_vertex_of(system%elements%shape, e), last_vertex_of(system%elements%shape, e)
-          largest = max(largest, maxval(abs(rock%stress + (state%vertex(2, k) + system%origin(2))*rock%stress_gradient)))
+    do e = 1, model%n_elements
+      associate (rock => scene%block_material(model%elements%material(e)))
+        do k = first_vertex_of(model%elements%shape, e), last_vertex_of(model%elements%shape, e)
+          largest = max(largest, maxval(abs(rock%stress + (state%vertex(2, k) + model%origin(2))*rock%stress_gradient)))
         end do
       end associate
     end do

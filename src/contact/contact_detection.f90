@@ -13,9 +13,11 @@
 module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
   use scree_contact_geometry, only: gap_of
-  use scree_contact_pairs, only: drop_repeats, entrance_of_pair, list_entrances, put_links
-  use scree_contact_search, only: search
-  use scree_contacts, only: contact_t, contacts_t, entrance_t, outlines_t, parallel, state_locked, state_open, state_sliding
+  use scree_contact_pairs, only: drop_repeats, entrance_of_pair, list_entrances, put_pairs
+  use scree_contact_search, only: edge_lengths, find_nearby, most_turning
+  use scree_contact_try, only: contact_try_t
+  use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, parallel, state_locked, &
+      state_open, state_sliding
   use scree_kinds, only: dp
   implicit none
   private
@@ -37,47 +39,43 @@ module scree_contact_detection
 
 contains
 
-  !> Contacts of the step that begins with the vertices at `position`, with what those before remember.
-  subroutine find_contacts(outlines, position, velocity, dt, self_contact, contacts)
+  !> Contacts of a step that begins with the vertices at `position`, with what those before remember.
+  subroutine find_contacts(outlines, position, predicted, self_contact, memory, search, try)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: position(:, :)     !! (2, n_vertices) of the elements, length
-    real(dp), intent(in) :: velocity(:, :)  !! (2, n) of the vertices of the outlines, length/time
-    real(dp), intent(in) :: dt              !! time
-    logical, intent(in) :: self_contact     !! a body may touch itself
-    type(contacts_t), intent(inout) :: contacts
+    real(dp), intent(in) :: position(:, :)       !! (2, n_vertices) of the elements, length
+    real(dp), intent(in) :: predicted(:, :)      !! (2, n) displacement of the vertices of the outlines, by their velocity, length
+    logical, intent(in) :: self_contact          !! a body may touch itself
+    type(contact_memory_t), intent(in) :: memory
+    type(contact_search_t), intent(inout) :: search
+    type(contact_try_t), intent(inout) :: try    !! with law, margin and swing; gets contacts, pairs, and where they were looked for
     type(contact_t), allocatable :: found(:)
     real(dp) :: local(size(outlines%start)), near(size(outlines%start)), size_of_edge(size(outlines%start))
     real(dp) :: turning(size(outlines%start)) !! of the edges, then of the corners in the step, rad
     real(dp) :: pressed(size(outlines%first) - 1) !! largest overlap of the springs of each block after the last step, length
     type(corner_t) :: corner(size(outlines%start))
-    integer, allocatable :: old(:)
+    integer, allocatable :: nearby(:, :), old(:)
     real(dp), allocatable :: key(:)
     integer :: i, j, k, n_found
     real(dp) :: distance_start, distance_finish
 
-    do i = 1, size(outlines%start)
-      size_of_edge(i) = norm2(position(:, outlines%finish(i)) - position(:, outlines%start(i)))
-    end do
+    size_of_edge = edge_lengths(outlines, position)
     local = min(size_of_edge, size_of_edge(outlines%previous))
-    turning = min(contacts%most_turning, 1.2_dp*norm2(velocity(:, outlines%next) - velocity, 1)*dt/size_of_edge + contacts%swing)
+    turning = min(most_turning, 1.2_dp*norm2(predicted(:, outlines%next) - predicted, 1)/size_of_edge + try%swing)
     turning = max(turning, turning(outlines%previous))
-    if (contacts%by_name) turning = 0.0_dp
-    contacts%turning = turning
-    near = reach_of(local)
-    call search(outlines, position, near, local, self_contact, contacts)
-    do k = 1, size(contacts%candidate, 2) ! a large block takes the measure of a small one beside it
-      i = contacts%candidate(1, k)
-      j = contacts%candidate(2, k)
+    if (try%law%by_name) turning = 0.0_dp
+    call find_nearby(outlines, position, reach_of(local), self_contact, search, nearby)
+    nearby = reshape([nearby, memory%inside], [2, size(nearby, 2) + size(memory%inside, 2)])
+    do k = 1, size(nearby, 2) ! a large block takes the measure of a small one beside it
+      i = nearby(1, k)
+      j = nearby(2, k)
       local([j, outlines%next(j)]) = min(local([j, outlines%next(j)]), local(i))
       local(i) = min(local(i), size_of_edge(j))
     end do
     near = reach_of(local)
-    contacts%near = near
-    contacts%local = local
-    call list_entrances(contacts%contact, size(outlines%start), old, key)
+    call list_entrances(memory%contact, size(outlines%start), old, key)
     pressed = 0.0_dp
-    do k = 1, size(contacts%contact)
-      associate (contact => contacts%contact(k), entrance => contacts%contact(k)%entrance(contacts%contact(k)%active))
+    do k = 1, size(memory%contact)
+      associate (contact => memory%contact(k), entrance => memory%contact(k)%entrance(memory%contact(k)%active))
         pressed(outlines%block(entrance%vertex)) = max(pressed(outlines%block(entrance%vertex)), contact%pressed)
         pressed(outlines%block(entrance%edge)) = max(pressed(outlines%block(entrance%edge)), contact%pressed)
       end associate
@@ -86,11 +84,11 @@ contains
       corner(i) = corner_of(i)
     end do
 
-    allocate (found(size(contacts%candidate, 2) + 8))
+    allocate (found(size(nearby, 2) + 8))
     n_found = 0
-    do k = 1, size(contacts%candidate, 2)
-      i = contacts%candidate(1, k)
-      j = contacts%candidate(2, k)
+    do k = 1, size(nearby, 2)
+      i = nearby(1, k)
+      j = nearby(2, k)
       associate (x1 => position(:, outlines%start(i)), x2 => position(:, outlines%start(j)), x3 => position(:, outlines%finish(j)))
         distance_start = norm2(x1 - x2)
         distance_finish = norm2(x1 - x3)
@@ -102,13 +100,17 @@ contains
       end associate
       call meet_edge(i, j)
     end do
-    do k = 1, size(contacts%inside, 2)
-      if (is_inside(contacts%inside(1, k), contacts%inside(2, k))) call add(contacts%inside(1:1, k), contacts%inside(2:2, k))
+    do k = 1, size(memory%inside, 2)
+      if (is_inside(memory%inside(1, k), memory%inside(2, k))) call add(memory%inside(1:1, k), memory%inside(2:2, k))
     end do
     call drop_repeats(size(outlines%start), found, n_found)
-    call put_links(outlines, found(:n_found), contacts)
-    contacts%contact = found(:n_found)
-    contacts%inside = pairs_inside(found(:n_found))
+    call put_pairs(outlines, memory%pair, found(:n_found), try%pair)
+    try%contact = found(:n_found)
+    try%inside = pairs_inside(found(:n_found))
+    try%near = near
+    try%local = local
+    try%turning = turning
+    try%nearby = nearby
 
   contains
 
@@ -120,9 +122,9 @@ contains
       real(dp), intent(in) :: local(:)
       real(dp) :: near(size(local))
 
-      near = 1.2_dp*norm2(velocity, 1)*dt + min(contacts%margin, contacts%leap*local) + at_rest*local &
-             + min(contacts%pressed/sin(parallel), deepest*local)
-      if (contacts%outside > 0) near = 0.5_dp*contacts%outside
+      near = 1.2_dp*norm2(predicted, 1) + min(try%margin, try%law%leap*local) + at_rest*local &
+             + min(memory%pressed/sin(parallel), deepest*local)
+      if (try%law%outside > 0) near = 0.5_dp*try%law%outside
     end function reach_of
 
     !> Corner at vertex i.
@@ -181,7 +183,7 @@ contains
       if (at < 0 .or. at > size_of_edge(j)) return
       gap = gap_at(i, j)
       if (gap > near(i) + max(near(j), near(outlines%next(j)))) return
-      if (contacts%outside > 0 .and. gap < -contacts%deepest) return
+      if (try%law%outside > 0 .and. gap < -try%law%deepest) return
       if (fits(i, j)) call add([i], [j])
     end subroutine meet_edge
 
@@ -191,7 +193,7 @@ contains
       real(dp) :: between
 
       between = turn(corner(i)%from + corner(i)%angle/2 + pi - corner(j)%from - corner(j)%angle/2)
-      if (contacts%by_name) then
+      if (try%law%by_name) then
         call meet_by_name(i, j, between)
       else if (max(corner(i)%angle, corner(j)%angle) <= pi + flat) then
         call meet_convex(i, j, between)
@@ -283,7 +285,7 @@ contains
       type(contact_t) :: new
 
       if (present(other_vertex)) new%n_entrances = 2
-      if (contacts%by_name) then
+      if (try%law%by_name) then
         new%entrance(1) = named(vertex, edge)
         if (new%n_entrances == 2) new%entrance(2) = named(other_vertex, other_edge)
         if (new%n_entrances == 2) new%entrance%state = min(new%entrance%state, state_sliding)
@@ -300,8 +302,8 @@ contains
               new%entrance(2)%edge))
         end if
       end if
-      if (.not. (contacts%outside > 0 .or. entered(new%entrance(new%active)))) return
-      if (.not. contacts%by_name) then
+      if (.not. (try%law%outside > 0 .or. entered(new%entrance(new%active)))) return
+      if (.not. try%law%by_name) then
         call rest_inside(new%entrance(new%active))
         new%inherits = overlap_inherited(new, vertex, edge)
         if (present(other_vertex)) new%inherits = max(new%inherits, overlap_inherited(new, other_vertex, other_edge))
@@ -333,7 +335,7 @@ contains
         entered = gap_at(i, j) >= -still_outside*min(local(i), size_of_edge(j))
         if (entered) return
         before = entrance_before(i, j)
-        if (before > 0) entered = contacts%contact((before + 1)/2)%active == 2 - modulo(before, 2)
+        if (before > 0) entered = memory%contact((before + 1)/2)%active == 2 - modulo(before, 2)
         if (entered .or. outlines%block(i) == outlines%block(j)) return
         call overlap_of_bodies(outlines, position, outlines%block(i), outlines%block(j), overlap)
         entered = entered_by(outlines, position, overlap, i, j)
@@ -362,7 +364,7 @@ contains
       do k = 1, size(vertex)
         before = entrance_before(vertex(k), edge(k))
         if (before == 0) cycle
-        associate (was => contacts%contact((before + 1)/2))
+        associate (was => memory%contact((before + 1)/2))
           if (was%n_entrances == new%n_entrances .and. all(was%entrance(:was%n_entrances)%vertex == &
               new%entrance(:was%n_entrances)%vertex &
                                                    .and. was%entrance(:was%n_entrances)%edge == &
@@ -392,7 +394,7 @@ contains
           inside = min(at, length - at)
           before = entrance_before(vertex(k), edge(k))
           if (before > 0) then
-            associate (was => contacts%contact((before + 1)/2)%entrance(2 - modulo(before, 2)))
+            associate (was => memory%contact((before + 1)/2)%entrance(2 - modulo(before, 2)))
               if (known == 0 .or. was%state /= state_open) then
                 known = before
                 slip = at - was%anchor*length
@@ -408,7 +410,7 @@ contains
         end associate
       end do
       if (known == 0) return
-      associate (was => contacts%contact((known + 1)/2)%entrance(2 - modulo(known, 2)))
+      associate (was => memory%contact((known + 1)/2)%entrance(2 - modulo(known, 2)))
         call recall(was, best)
         gap = gap_at(best%vertex, best%edge)
         if (best%state /= state_open) then
@@ -445,14 +447,14 @@ contains
       if (named%vertex == 0) return
       associate (length => size_of_edge(named%edge))
         past = length - along(named%vertex, named%edge)
-        named%anchor = 1 - past*length/(length**2 + contacts%guard)
+        named%anchor = 1 - past*length/(length**2 + try%law%guard)
       end associate
       if (known == 0) return
-      associate (was => contacts%contact((known + 1)/2)%entrance(2 - modulo(known, 2)))
+      associate (was => memory%contact((known + 1)/2)%entrance(2 - modulo(known, 2)))
         call recall(was, named)
         if (was%state == state_locked .and. was%vertex == named%vertex) then
           named%anchor = was%anchor
-        else if (was%state /= state_open .and. contacts%contact((known + 1)/2)%n_entrances == 2) then
+        else if (was%state /= state_open .and. memory%contact((known + 1)/2)%n_entrances == 2) then
           named%state = state_locked
         end if
       end associate

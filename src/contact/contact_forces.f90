@@ -12,11 +12,12 @@
 !> - A contact slides with the normal force of the same solution; where the law lags, with that of the one before.
 module scree_contact_forces
   use scree_conserving_contact, only: mean_depths
-  use scree_contacts, only: contact_law_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
+  use scree_contacts, only: entrance_t, outlines_t, state_locked, state_open, state_sliding
   use scree_equations, only: add_link_equations, equations_t
   use scree_kinds, only: dp
+  use scree_model, only: model_t
   use scree_shi_contact, only: anchored_rows
-  use scree_system, only: element_unknowns, system_t
+  use scree_system, only: element_unknowns
   use scree_contact_try, only: gaps_and_slips, contact_try_t
   implicit none
   private
@@ -27,14 +28,13 @@ module scree_contact_forces
 contains
 
   !> Adds the springs of all closed contacts at `d`.
-  subroutine add_contacts(system, law, d, symmetric, try, equations)
-    type(system_t), intent(in) :: system
-    type(contact_law_t), intent(in) :: law
+  subroutine add_contacts(model, d, symmetric, try, equations)
+    type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)          !! (n_unknowns)
     logical, intent(in) :: symmetric      !! operator of the iteration, where the geometry bends
     type(contact_try_t), intent(in) :: try
     type(equations_t), intent(inout) :: equations
-    real(dp) :: matrix(n, n, size(try%link, 2)), force(n, size(try%link, 2)), scale(n, size(try%link, 2))
+    real(dp) :: matrix(n, n, size(try%pair, 2)), force(n, size(try%pair, 2)), scale(n, size(try%pair, 2))
     real(dp) :: of(4, 3), change(n), shear(n), shear_end(n), rows(n, 2)
     integer :: i, k, m
 
@@ -44,7 +44,7 @@ contains
     do i = 1, size(try%contact)
       associate (contact => try%contact(i), geometry => try%geometry(:, i), active => try%contact(i)%active)
         if (contact%entrance(active)%state == state_open) cycle
-        of = forces(system%outlines, law, try, i, gaps_and_slips(system, try, i, d))
+        of = forces(model%outlines, try, i, gaps_and_slips(model, try, i, d))
         if (try%anchored) then ! friction acts at the anchor (Shi: df18)
           rows = anchored_rows(geometry(active), contact%entrance(active)%anchor)
           shear = rows(:, merge(2, 1, contact%entrance(active)%state == state_locked))
@@ -54,19 +54,19 @@ contains
           shear_end = merge(shear, geometry(active)%shear_end, symmetric)
         end if
         do k = 1, contact%n_entrances
-          associate (link => contact%entrance(k)%link)
+          associate (pair => contact%entrance(k)%pair)
             do m = 1, contact%n_entrances
-              if (contact%entrance(m)%link /= link) cycle ! what lines of other elements change by with each other is left out
+              if (contact%entrance(m)%pair /= pair) cycle ! what lines of other elements change by with each other is left out
               change = merge(geometry(m)%normal, geometry(m)%normal_end, symmetric)
-              if (abs(of(1 + m, k)) > 0) call add_change(link, geometry(k)%normal, of(1 + m, k)*change)
-              if (k == active .and. abs(of(1 + m, 3)) > 0) call add_change(link, shear, of(1 + m, 3)*change)
+              if (abs(of(1 + m, k)) > 0) call add_change(pair, geometry(k)%normal, of(1 + m, k)*change)
+              if (k == active .and. abs(of(1 + m, 3)) > 0) call add_change(pair, shear, of(1 + m, 3)*change)
             end do
-            call add_force_across(link, of(1, k)*geometry(k)%normal)
+            call add_force_across(pair, of(1, k)*geometry(k)%normal)
           end associate
         end do
-        associate (link => contact%entrance(active)%link)
-          if (abs(of(4, 3)) > 0) call add_change(link, shear, of(4, 3)*shear_end)
-          call add_force_across(link, of(1, 3)*shear)
+        associate (pair => contact%entrance(active)%pair)
+          if (abs(of(4, 3)) > 0) call add_change(pair, shear, of(4, 3)*shear_end)
+          call add_force_across(pair, of(1, 3)*shear)
         end associate
       end associate
     end do
@@ -74,23 +74,23 @@ contains
 
   contains
 
-    !> Adds a force on the elements of a link.
-    subroutine add_force_across(link, of_link)
-      integer, intent(in) :: link
-      real(dp), intent(in) :: of_link(n)
+    !> Adds a force on the elements of a pair.
+    subroutine add_force_across(pair, of_pair)
+      integer, intent(in) :: pair
+      real(dp), intent(in) :: of_pair(n)
 
-      force(:, link) = force(:, link) + of_link
-      scale(:, link) = scale(:, link) + abs(of_link)
+      force(:, pair) = force(:, pair) + of_pair
+      scale(:, pair) = scale(:, pair) + abs(of_pair)
     end subroutine add_force_across
 
     !> Adds what a force along `row` changes by with the unknowns.
-    subroutine add_change(link, row, change)
-      integer, intent(in) :: link
+    subroutine add_change(pair, row, change)
+      integer, intent(in) :: pair
       real(dp), intent(in) :: row(n), change(n)
       integer :: j
 
       do j = 1, n
-        matrix(:, j, link) = matrix(:, j, link) - change(j)*row
+        matrix(:, j, pair) = matrix(:, j, pair) - change(j)*row
       end do
     end subroutine add_change
 
@@ -98,26 +98,25 @@ contains
 
   !> Forces of a closed contact: across its first line, across its second, along the one that acts; each with its changes with
   !> the gaps and the slip of that one: (force, d/dg1, d/dg2, d/ds).
-  pure function forces(outlines, law, try, i, both) result(force)
+  pure function forces(outlines, try, i, both) result(force)
     type(outlines_t), intent(in) :: outlines
-    type(contact_law_t), intent(in) :: law
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i             !! contact
     real(dp), intent(in) :: both(2, 2)   !! gap and slip of its lines
     real(dp) :: force(4, 3)
 
     force = 0.0_dp
-    force(:3, :2) = pushes(law, try, i, both(1, :))
-    if (.not. law%conserving) force(:, 3 - try%contact(i)%active) = 0.0_dp
+    force(:3, :2) = pushes(try, i, both(1, :))
+    if (.not. try%law%conserving) force(:, 3 - try%contact(i)%active) = 0.0_dp
     associate (entrance => try%contact(i)%entrance(try%contact(i)%active), slip => both(2, try%contact(i)%active))
       if (entrance%state == state_locked) then
-        force(:, 3) = [entrance%multiplier(2) - law%shear_stiffness*slip, 0.0_dp, 0.0_dp, -law%shear_stiffness]
-      else if (law%lags) then
+        force(:, 3) = [entrance%multiplier(2) - try%law%shear_stiffness*slip, 0.0_dp, 0.0_dp, -try%law%shear_stiffness]
+      else if (try%law%lags) then
         force(1, 3) = -entrance%direction*entrance%lagged_friction
       else
         associate (joint => outlines%joint(entrance%edge))
-          force(:, 3) = law%friction(joint)*(force(:, 1) + force(:, 2))
-          force(1, 3) = force(1, 3) + bond(entrance, law%cohesion(joint))
+          force(:, 3) = try%law%friction(joint)*(force(:, 1) + force(:, 2))
+          force(1, 3) = force(1, 3) + bond(entrance, try%law%cohesion(joint))
           force(:, 3) = -entrance%direction*force(:, 3)
           if (entrance%bonded .and. entrance%direction*force(1, 3) > 0) force(:, 3) = 0.0_dp ! a bond that is pulled has no friction
         end associate
@@ -129,8 +128,7 @@ contains
   !>
   !> By spring, multiplier and dashpot, as if the line were closed and the one that acts; or what both share of a contact that
   !> conserves energy.
-  pure function pushes(law, try, i, gap) result(push)
-    type(contact_law_t), intent(in) :: law
+  pure function pushes(try, i, gap) result(push)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i             !! contact
     real(dp), intent(in) :: gap(2)       !! of its lines, length
@@ -139,13 +137,13 @@ contains
 
     push = 0.0_dp
     associate (contact => try%contact(i), dashpot => try%dashpot, start_gap => try%start_gap(:, i))
-      if (law%conserving) then
-        push = law%normal_stiffness*mean_depths(contact%n_entrances, start_gap, gap)
+      if (try%law%conserving) then
+        push = try%law%normal_stiffness*mean_depths(contact%n_entrances, start_gap, gap)
       else
         do k = 1, contact%n_entrances
-          push(1, k) = contact%entrance(k)%multiplier(1) - law%normal_stiffness*gap(k) - dashpot*(gap(k) &
+          push(1, k) = contact%entrance(k)%multiplier(1) - try%law%normal_stiffness*gap(k) - dashpot*(gap(k) &
               - min(start_gap(k), 0.0_dp))
-          push(1 + k, k) = -law%normal_stiffness - dashpot
+          push(1 + k, k) = -try%law%normal_stiffness - dashpot
         end do
       end if
     end associate
@@ -161,18 +159,17 @@ contains
   end function bond
 
   !> Whether a contact slides with a force that follows the normal one: the equations are then not symmetric.
-  pure logical function slides_with_friction(outlines, law, try)
+  pure logical function slides_with_friction(outlines, try)
     type(outlines_t), intent(in) :: outlines
-    type(contact_law_t), intent(in) :: law
     type(contact_try_t), intent(in) :: try
     integer :: i
 
     slides_with_friction = .false.
-    if (law%lags) return
+    if (try%law%lags) return
     do i = 1, size(try%contact)
       associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
         slides_with_friction = slides_with_friction .or. &
-          (entrance%state == state_sliding .and. law%friction(outlines%joint(entrance%edge)) > 0)
+          (entrance%state == state_sliding .and. try%law%friction(outlines%joint(entrance%edge)) > 0)
       end associate
     end do
   end function slides_with_friction

@@ -17,11 +17,12 @@
 !>
 !> however far the edge turns and stretches, and the forces have no torque about the middle.
 module scree_contact_geometry
-  use scree_contacts, only: entrance_t, outlines_t
+  use scree_contacts, only: entrance_t
   use scree_interpolation, only: displacement_matrix
-  use scree_effects, only: element_cache_t
   use scree_kinds, only: dp
-  use scree_system, only: element_unknowns, state_t, system_t
+  use scree_model, only: cache_t, model_t
+  use scree_state, only: state_t
+  use scree_system, only: element_unknowns
   implicit none
   private
   public :: frame_of_edge, gap_of, geometry_of, entrance_geometry_t
@@ -66,12 +67,11 @@ contains
   !>
   !> `large`: gap and share are those of the places that `d` moves the vertices to, and the forces act in the configuration
   !> that the share `weight` of it makes. Else everything is linear about the beginning of the step, as Shi's.
-  pure function geometry_of(system, state, share, outlines, link, entrance, large, weight, d) result(geometry)
-    type(system_t), intent(in) :: system
+  pure function geometry_of(model, cache, state, pair, entrance, large, weight, d) result(geometry)
+    type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
-    type(element_cache_t), intent(in) :: share(:)    !! (n_elements)
-    type(outlines_t), intent(in) :: outlines
-    integer, intent(in) :: link(2)                   !! elements in the order of the unknowns
+    type(cache_t), intent(in) :: cache
+    integer, intent(in) :: pair(2)                   !! elements in the order of the unknowns
     type(entrance_t), intent(in) :: entrance
     logical, intent(in) :: large
     real(dp), intent(in) :: weight
@@ -82,17 +82,17 @@ contains
     real(dp) :: of_link(2*n)
     integer :: body, edge_body
 
-    body = outlines%element(entrance%vertex)
-    edge_body = outlines%element(entrance%edge)
-    x1 = state%vertex(:, outlines%start(entrance%vertex))
-    x2 = state%vertex(:, outlines%start(entrance%edge))
-    x3 = state%vertex(:, outlines%finish(entrance%edge))
-    T1 = displacement_matrix(share(body)%kinematics, x1)
-    T2 = displacement_matrix(share(edge_body)%kinematics, x2)
-    T3 = displacement_matrix(share(edge_body)%kinematics, x3)
-    u1 = matmul(T1, d(system%elements%unknown(:, body)))
-    u2 = matmul(T2, d(system%elements%unknown(:, edge_body)))
-    u3 = matmul(T3, d(system%elements%unknown(:, edge_body)))
+    body = model%outlines%element(entrance%vertex)
+    edge_body = model%outlines%element(entrance%edge)
+    x1 = state%vertex(:, model%outlines%start(entrance%vertex))
+    x2 = state%vertex(:, model%outlines%start(entrance%edge))
+    x3 = state%vertex(:, model%outlines%finish(entrance%edge))
+    T1 = displacement_matrix(cache%element(body)%kinematics, x1)
+    T2 = displacement_matrix(cache%element(edge_body)%kinematics, x2)
+    T3 = displacement_matrix(cache%element(edge_body)%kinematics, x3)
+    u1 = matmul(T1, d(model%elements%unknown(:, body)))
+    u2 = matmul(T2, d(model%elements%unknown(:, edge_body)))
+    u3 = matmul(T3, d(model%elements%unknown(:, edge_body)))
     call frame_of_edge(x2, x3, t, normal, geometry%edge_length)
     geometry%gap = gap_of(x1, x2, x3)
     geometry%along = dot_product(t, x1 - x2)
@@ -104,7 +104,7 @@ contains
       call put_rows(0.0_dp, 0.0_dp, geometry%normal, geometry%shear)
       geometry%normal_end = geometry%normal
       geometry%shear_end = geometry%shear
-      of_link = [d(system%elements%unknown(:, link(1))), d(system%elements%unknown(:, link(2)))]
+      of_link = [d(model%elements%unknown(:, pair(1))), d(model%elements%unknown(:, pair(2)))]
       geometry%gap = geometry%gap + dot_product(geometry%normal, of_link)
       geometry%slid = dot_product(geometry%shear, of_link)
     end if
@@ -147,10 +147,10 @@ contains
       on_edge = 0.5_dp*sum(1/length)*[-apart(2), apart(1)] - sum(moment)/(product(length)*sum(length))*edge
       t = edge/norm2(edge)
       F = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp] &
-          + part*matmul(share(edge_body)%kinematics%gradient, d(system%elements%unknown(:, edge_body)))
-      T_there = displacement_matrix(share(edge_body)%kinematics, x2 + [F(4)*apart(1) - F(3)*apart(2), &
+          + part*matmul(cache%element(edge_body)%kinematics%gradient, d(model%elements%unknown(:, edge_body)))
+      T_there = displacement_matrix(cache%element(edge_body)%kinematics, x2 + [F(4)*apart(1) - F(3)*apart(2), &
                                                                        F(1)*apart(2) - F(2)*apart(1)]/(F(1)*F(4) - F(2)*F(3)))
-      at = merge(0, n, body == link(1))
+      at = merge(0, n, body == pair(1))
       normal_row(at + 1:at + n) = matmul(on_vertex, T1)
       shear_row(at + 1:at + n) = matmul(t, T1)
       at = n - at

@@ -1,11 +1,14 @@
-!> Contacts by their pairs of a vertex and an edge, and the pairs of elements that they link.
+!> Contacts by their pairs of a vertex and an edge, and the pairs of elements that they couple.
 module scree_contact_pairs
-  use scree_contacts, only: contact_t, contacts_t, entrance_t, outlines_t
+  use scree_contacts, only: contact_t, entrance_t, outlines_t
   use scree_kinds, only: dp
   use scree_sorting, only: sort_by
   implicit none
   private
-  public :: drop_repeats, entrance_of_pair, list_entrances, put_links
+  public :: drop_repeats, entrance_of_pair, list_entrances, put_pairs
+
+  !> Pairs over those that contacts need, up to which those that they no longer do are kept.
+  real(dp), parameter :: idle = 1.5_dp
 
 contains
 
@@ -87,13 +90,14 @@ contains
     pair_key = real(vertex, dp)*n + edge
   end function pair_key
 
-  !> Pairs of elements of contacts; those of earlier contacts of the same search stay, so that the equations keep their form.
-  pure subroutine put_links(outlines, found, contacts)
+  !> Pairs of elements of contacts; those of the step before stay while they are no great part, so that the equations keep their
+  !> form.
+  pure subroutine put_pairs(outlines, before, found, pairs)
     type(outlines_t), intent(in) :: outlines
-    type(contact_t), intent(inout) :: found(:)
-    type(contacts_t), intent(inout) :: contacts
-    real(dp) :: key(2*size(found) + size(contacts%link, 2))
-    integer :: pair(2, size(key)), order(size(key)), i, k, n, n_elements
+    integer, intent(in) :: before(:, :)               !! (2, n) of the step before
+    type(contact_t), intent(inout) :: found(:)        !! whose entrances get the numbers of their pairs
+    integer, allocatable, intent(out) :: pairs(:, :)  !! (2, n_pairs), sorted
+    integer :: i, k, pair(2, 2*size(found))
 
     do i = 1, size(found)
       if (found(i)%n_entrances == 1) found(i)%entrance(2) = found(i)%entrance(1)
@@ -101,22 +105,13 @@ contains
         pair(:, 2*i - 2 + k) = pair_of(found(i)%entrance(k))
       end do
     end do
-    pair(:, 2*size(found) + 1:) = contacts%link
-    n_elements = maxval(outlines%element)
-    do i = 1, size(key)
-      order(i) = i
-      key(i) = pair_key(pair(1, i), pair(2, i), n_elements)
+    pairs = sorted_pairs(reshape([pair, before], [2, size(pair, 2) + size(before, 2)]))
+    if (size(pairs, 2) > idle*size(sorted_pairs(pair), 2)) pairs = sorted_pairs(pair)
+    do i = 1, size(found)
+      do k = 1, 2
+        found(i)%entrance(k)%pair = number_of_pair(pairs, pair(:, 2*i - 2 + k))
+      end do
     end do
-    call sort_by(key, order)
-    n = 0
-    deallocate (contacts%link)
-    allocate (contacts%link(2, size(key)))
-    do i = 1, size(key)
-      if (n == 0 .or. key(i) > key(max(1, i - 1)) + 0.5_dp) n = n + 1
-      contacts%link(:, n) = pair(:, order(i))
-      if (order(i) <= 2*size(found)) found((order(i) + 1)/2)%entrance(2 - modulo(order(i), 2))%link = n
-    end do
-    contacts%link = contacts%link(:, :n)
 
   contains
 
@@ -130,6 +125,40 @@ contains
       pair = [min(a, b), max(a, b)]
     end function pair_of
 
-  end subroutine put_links
+  end subroutine put_pairs
+
+  !> Pairs in order, each once.
+  pure function sorted_pairs(pair) result(sorted)
+    integer, intent(in) :: pair(:, :)
+    integer, allocatable :: sorted(:, :)
+    real(dp) :: key(size(pair, 2))
+    integer :: order(size(pair, 2)), i, n_elements
+    logical :: new(size(pair, 2))
+
+    order = [(i, i=1, size(order))]
+    n_elements = maxval(pair)
+    key = [(pair_key(pair(1, i), pair(2, i), n_elements), i=1, size(order))]
+    call sort_by(key, order)
+    new = .true.
+    new(2:) = key(2:) > key(:size(key) - 1) + 0.5_dp
+    sorted = pair(:, pack(order, new))
+  end function sorted_pairs
+
+  !> Number of a pair among sorted ones that hold it.
+  pure integer function number_of_pair(pairs, pair) result(low)
+    integer, intent(in) :: pairs(:, :), pair(2)
+    integer :: high, middle
+
+    low = 1
+    high = size(pairs, 2)
+    do while (low < high)
+      middle = (low + high)/2
+      if (pairs(1, middle) < pair(1) .or. (pairs(1, middle) == pair(1) .and. pairs(2, middle) < pair(2))) then
+        low = middle + 1
+      else
+        high = middle
+      end if
+    end do
+  end function number_of_pair
 
 end module scree_contact_pairs

@@ -1,49 +1,82 @@
 !> Which vertices are near which edges: a search in a grid, with room to move, and whether a step outran it.
 module scree_contact_search
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
-  use scree_contacts, only: contacts_t, outlines_t, parallel
-  use scree_effects, only: element_cache_t
+  use scree_contact_try, only: contact_try_t
+  use scree_contacts, only: contact_search_t, outlines_t, parallel
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
   use scree_polygon, only: distance_to_segment
-  use scree_system, only: state_t, system_t
+  use scree_sorting, only: sort_by
+  use scree_state, only: state_t
   implicit none
   private
-  public :: at_outlines, outran, search
+  public :: at_outlines, edge_lengths, find_nearby, most_turning, outran, shorter_edges
 
+  real(dp), parameter :: most_turning = acos(-1.0_dp)/6 !! of a corner in a step, rad
   real(dp), parameter :: room = 0.02_dp           !! of the edges about, that a search gives a vertex beyond its reach
 
 contains
 
-  !> Lists vertices near edges, where what an earlier search listed may not do.
-  pure subroutine search(outlines, position, near, local, self_contact, contacts)
+  !> Pairs of a vertex and an edge that are no farther apart than contacts of either reach, in the order of the edges; a search is
+  !> made where what an earlier one listed may not do. The pairs do not tell when it was made.
+  subroutine find_nearby(outlines, position, near, self_contact, search, nearby)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :)          !! (2, n_vertices), length
+    real(dp), intent(in) :: near(:)                 !! (n) how far a contact of each vertex reaches, length
+    logical, intent(in) :: self_contact             !! a body may touch itself
+    type(contact_search_t), intent(inout) :: search
+    integer, allocatable, intent(out) :: nearby(:, :) !! (2, n)
+    logical, allocatable :: is_near(:)
+    integer :: k
+
+    if (.not. still_holds(outlines, position, near, search)) call list_candidates(outlines, position, near, self_contact, search)
+    allocate (is_near(size(search%candidate, 2)))
+    do k = 1, size(is_near)
+      associate (i => search%candidate(1, k), j => search%candidate(2, k))
+        is_near(k) = distance_to_segment(position(:, outlines%start(i)), position(:, outlines%start(j)), &
+                                         position(:, outlines%finish(j))) &
+                     <= near(i) + max(near(j), near(outlines%next(j)))
+      end associate
+    end do
+    nearby = reshape(pack(search%candidate, spread(is_near, 1, 2)), [2, count(is_near)])
+  end subroutine find_nearby
+
+  !> Whether no vertex may have left the room that the search gave it.
+  pure logical function still_holds(outlines, position, near, search)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :), near(:)
+    type(contact_search_t), intent(in) :: search
+
+    still_holds = allocated(search%found_at)
+    if (still_holds) still_holds = all(norm2(position(:, outlines%start) - search%found_at, 1) + near <= search%reach)
+  end function still_holds
+
+  !> Searches vertices near edges in a grid, with room to move.
+  subroutine list_candidates(outlines, position, near, self_contact, search)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)  !! (2, n_vertices), length
-    real(dp), intent(in) :: near(:)      !! (n) how far a contact of each vertex reaches, length
-    real(dp), intent(in) :: local(:)     !! (n) shorter edge at each vertex, length
+    real(dp), intent(in) :: near(:)         !! (n) how far a contact of each vertex reaches, length
     logical, intent(in) :: self_contact
-    type(contacts_t), intent(inout) :: contacts
+    type(contact_search_t), intent(inout) :: search
     type(cell_grid_t) :: grid
-    real(dp), allocatable :: vertex(:, :)
-    integer, allocatable :: list(:, :)
+    real(dp), allocatable :: key(:), vertex(:, :)
+    integer, allocatable :: list(:, :), order(:)
     integer :: seen(size(near)), range(2, 2)
     integer :: c, column, i, j, k, n, row
     real(dp) :: reach
 
     vertex = position(:, outlines%start)
-    if (allocated(contacts%found_at)) then
-      if (all(norm2(vertex - contacts%found_at, 1) + near <= contacts%reach)) return
-    end if
-    contacts%found_at = vertex
-    contacts%reach = 1.5_dp*near + room*local
+    search%found_at = vertex
+    search%reach = 1.5_dp*near + room*shorter_edges(outlines, position)
     call set_up_grid(grid, vertex, size(near))
-    call place_boxes(grid, vertex - spread(contacts%reach, 1, 2), vertex + spread(contacts%reach, 1, 2))
+    call place_boxes(grid, vertex - spread(search%reach, 1, 2), vertex + spread(search%reach, 1, 2))
     allocate (list(2, 4*size(near)))
     n = 0
     seen = 0
     do j = 1, size(near)
       associate (a => position(:, outlines%start(j)), b => position(:, outlines%finish(j)))
-        reach = max(contacts%reach(j), contacts%reach(outlines%next(j)))
+        reach = max(search%reach(j), search%reach(outlines%next(j)))
         range = cells_of_box(grid, min(a, b) - reach, max(a, b) + reach)
         do row = range(2, 1), range(2, 2)
           do column = range(1, 1), range(1, 2)
@@ -52,10 +85,8 @@ contains
               i = grid%item(k)
               if (seen(i) == j) cycle
               seen(i) = j
-              if (outlines%block(i) == outlines%block(j)) then
-                if (.not. self_contact .or. outlines%element(i) == outlines%element(j) .or. i == outlines%next(j)) cycle
-              end if
-              if (distance_to_segment(vertex(:, i), a, b) > reach + contacts%reach(i)) cycle
+              if (.not. may_meet(outlines, i, j, self_contact)) cycle
+              if (distance_to_segment(vertex(:, i), a, b) > reach + search%reach(i)) cycle
               if (n == size(list, 2)) list = reshape(list, [2, 2*n], pad=[0])
               n = n + 1
               list(:, n) = [i, j]
@@ -64,58 +95,91 @@ contains
         end do
       end associate
     end do
-    contacts%candidate = reshape([list(:, :n), contacts%inside], [2, n + size(contacts%inside, 2)])
-    contacts%link = reshape([integer ::], [2, 0])
-  end subroutine search
+    order = [(k, k=1, n)]
+    key = real(list(2, :n), dp)*size(near) + list(1, :n)
+    call sort_by(key, order)
+    search%candidate = list(:, order)
+  end subroutine list_candidates
+
+  !> Whether a vertex and an edge may touch: of two bodies, or of one that may touch itself.
+  pure logical function may_meet(outlines, i, j, self_contact)
+    type(outlines_t), intent(in) :: outlines
+    integer, intent(in) :: i, j
+    logical, intent(in) :: self_contact
+
+    may_meet = .true.
+    if (outlines%block(i) == outlines%block(j)) &
+      may_meet = self_contact .and. outlines%element(i) /= outlines%element(j) .and. i /= outlines%next(j)
+  end function may_meet
+
+  !> Length of the shorter edge at each vertex.
+  pure function shorter_edges(outlines, position) result(shorter)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :)  !! (2, n_vertices), length
+    real(dp) :: shorter(size(outlines%start))
+
+    shorter = edge_lengths(outlines, position)
+    shorter = min(shorter, shorter(outlines%previous))
+  end function shorter_edges
+
+  !> Length of each edge.
+  pure function edge_lengths(outlines, position) result(length)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :)  !! (2, n_vertices), length
+    real(dp) :: length(size(outlines%start))
+
+    length = norm2(position(:, outlines%finish) - position(:, outlines%start), 1)
+  end function edge_lengths
 
   !> What the vertices of the outlines have of a field that is `value` at the unknowns: displacement or velocity.
-  pure function at_outlines(system, state, share, value) result(there)
-    type(system_t), intent(in) :: system
+  pure function at_outlines(model, cache, state, value) result(there)
+    type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
-    type(element_cache_t), intent(in) :: share(:)    !! (n_elements)
+    type(cache_t), intent(in) :: cache
     real(dp), intent(in) :: value(:)                 !! (n_unknowns)
-    real(dp) :: there(2, size(system%outlines%start))
+    real(dp) :: there(2, size(model%outlines%start))
     integer :: i
 
     do i = 1, size(there, 2)
-      associate (e => system%outlines%element(i))
-        there(:, i) = matmul(displacement_matrix(share(e)%kinematics, state%vertex(:, system%outlines%start(i))), &
-                             value(system%elements%unknown(:, e)))
+      associate (e => model%outlines%element(i))
+        there(:, i) = matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, model%outlines%start(i))), &
+                             value(model%elements%unknown(:, e)))
       end associate
     end do
   end function at_outlines
 
   !> How far a vertex went beyond what the search for contacts looked at, 0 where none did; how far an edge that may touch turned
   !> beyond that, rad; and the largest of either, that of the way without what velocity makes, over the most that is looked at.
-  pure function outran(system, state, share, d) result(farthest)
-    type(system_t), intent(in) :: system
+  pure function outran(model, cache, state, try, d) result(farthest)
+    type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
-    type(element_cache_t), intent(in) :: share(:)    !! (n_elements)
+    type(cache_t), intent(in) :: cache
+    type(contact_try_t), intent(in) :: try
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
-    real(dp) :: farthest(3), beyond, turned, u(2, size(system%outlines%start))
-    logical :: may_touch(size(system%outlines%start)) !! the corner at a vertex
+    real(dp) :: farthest(3), beyond, turned, u(2, size(model%outlines%start))
+    logical :: may_touch(size(model%outlines%start)) !! the corner at a vertex
     integer :: i
 
     farthest = 0.0_dp
-    associate (outlines => system%outlines, contacts => state%contacts)
+    associate (outlines => model%outlines)
       may_touch = .false.
-      may_touch(contacts%candidate(1, :)) = .true.
-      may_touch(contacts%candidate(2, :)) = .true.
-      may_touch(outlines%next(contacts%candidate(2, :))) = .true.
-      u = at_outlines(system, state, share, d)
+      may_touch(try%nearby(1, :)) = .true.
+      may_touch(try%nearby(2, :)) = .true.
+      may_touch(outlines%next(try%nearby(2, :))) = .true.
+      u = at_outlines(model, cache, state, d)
       do i = 1, size(outlines%start)
-        beyond = norm2(u(:, i)) - contacts%near(i)
+        beyond = norm2(u(:, i)) - try%near(i)
         farthest(1) = max(farthest(1), beyond)
-        if (beyond > 0) farthest(3) = max(farthest(3), (beyond/contacts%local(i) &
-                                                        + min(contacts%margin/contacts%local(i), contacts%leap))/contacts%leap)
+        if (beyond > 0) farthest(3) = max(farthest(3), (beyond/try%local(i) &
+                                                        + min(try%margin/try%local(i), try%law%leap))/try%law%leap)
       end do
-      if (contacts%by_name) return
+      if (try%law%by_name) return
       do i = 1, size(outlines%start)
         associate (next => outlines%next(i))
           if (.not. (may_touch(i) .or. may_touch(next))) cycle
           turned = norm2(u(:, next) - u(:, i))/norm2(state%vertex(:, outlines%start(next)) - state%vertex(:, outlines%start(i)))
-          farthest(2) = max(farthest(2), turned - min(contacts%turning(i), contacts%turning(next)) - 0.5_dp*parallel)
-          farthest(3) = max(farthest(3), turned/contacts%most_turning)
+          farthest(2) = max(farthest(2), turned - min(try%turning(i), try%turning(next)) - 0.5_dp*parallel)
+          farthest(3) = max(farthest(3), turned/most_turning)
         end associate
       end do
     end associate

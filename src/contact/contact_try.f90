@@ -1,11 +1,12 @@
 !> The contacts in the iteration of one step: where they are, and their gaps and slips at a displacement.
 module scree_contact_try
   use scree_contact_geometry, only: geometry_of, entrance_geometry_t
-  use scree_contacts, only: contact_t, state_open
-  use scree_effects, only: element_cache_t
+  use scree_contacts, only: contact_law_t, contact_t, state_open
   use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
   use scree_shi_contact, only: add_edge, anchored_rows
-  use scree_system, only: element_unknowns, state_t, system_t
+  use scree_state, only: state_t
+  use scree_system, only: element_unknowns
   implicit none
   private
   public :: farthest_apart, gaps_and_slips, of_elements, place_contacts, contact_try_t
@@ -14,8 +15,16 @@ module scree_contact_try
 
   !> The contacts of a step, and what its iteration makes of them.
   type :: contact_try_t
+    type(contact_law_t) :: law                           !! with the stiffness of this try
     type(contact_t), allocatable :: contact(:)
-    integer, allocatable :: link(:, :)                   !! (2, n_links) pairs of elements
+    integer, allocatable :: pair(:, :)                   !! (2, n_pairs) elements that the equations couple
+    integer, allocatable :: inside(:, :)                 !! (2, n) vertices and the edges that they are inside of
+    integer, allocatable :: nearby(:, :)                 !! (2, n) vertices and edges near enough to meet in the step
+    real(dp), allocatable :: near(:)                     !! (n) how far a vertex may move in the step, length
+    real(dp), allocatable :: local(:)                    !! (n) shorter edge at each vertex, length
+    real(dp), allocatable :: turning(:)                  !! (n) how far the corner at each vertex may turn in the step, rad
+    real(dp) :: margin = 0.0_dp                          !! of the way, beyond what velocity makes, length
+    real(dp) :: swing = 0.0_dp                           !! of the turn, beyond what velocity makes, rad
     type(entrance_geometry_t), allocatable :: geometry(:, :) !! (2, n), gaps from where the springs rest
     real(dp), allocatable :: start_gap(:, :)             !! (2, n) at the beginning of the step, length
     real(dp), allocatable :: start_share(:, :)           !! (2, n) along the edge then
@@ -25,6 +34,7 @@ module scree_contact_try
     logical :: anchored = .false.                        !! slip is measured from the anchor, linear in displacements (Shi)
     real(dp), allocatable :: reference(:)                !! (n_unknowns) displacement that the geometry is of
     real(dp), allocatable :: rigidity(:)                 !! (n_elements) in an impact: against deforming, force/length
+    real(dp), allocatable :: stress(:, :)                !! (3, n_elements) in an impact: of rigid ones, force/length^2
     real(dp), allocatable :: moved(:)                    !! (n_unknowns) displacement to the impact; 0 with small strain
     real(dp) :: weight = 1.0_dp                          !! of it in the configuration where forces act
     integer :: count(3) = 0                              !! contacts open, sliding, locked
@@ -34,10 +44,10 @@ module scree_contact_try
 contains
 
   !> Geometry of all contacts at a displacement.
-  pure subroutine place_contacts(system, state, share, weight, d, try)
-    type(system_t), intent(in) :: system
+  pure subroutine place_contacts(model, cache, state, weight, d, try)
+    type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
+    type(cache_t), intent(in) :: cache
     real(dp), intent(in) :: weight                !! of `d` in the configuration where the forces act
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
@@ -46,10 +56,10 @@ contains
     do i = 1, size(try%contact)
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k))
-          try%geometry(k, i) = geometry_of(system, state, share, system%outlines, try%link(:, entrance%link), entrance, try%bends, &
+          try%geometry(k, i) = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, try%bends, &
                                              weight, d)
           try%geometry(k, i)%gap = try%geometry(k, i)%gap - entrance%rest
-          if (try%anchored) call add_edge(state, share, system%outlines, try%link(:, entrance%link), entrance, try%geometry(k, i))
+          if (try%anchored) call add_edge(model, cache, state, try%pair(:, entrance%pair), entrance, try%geometry(k, i))
         end associate
       end do
     end do
@@ -57,8 +67,8 @@ contains
   end subroutine place_contacts
 
   !> Gaps and slips of the lines of a contact at `d`.
-  pure function gaps_and_slips(system, try, i, d) result(both)
-    type(system_t), intent(in) :: system
+  pure function gaps_and_slips(model, try, i, d) result(both)
+    type(model_t), intent(in) :: model
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
     real(dp), intent(in) :: d(:)
@@ -67,31 +77,31 @@ contains
 
     both = 0.0_dp
     do k = 1, try%contact(i)%n_entrances
-      both(:, k) = gap_and_slip(system, try, i, k, d)
+      both(:, k) = gap_and_slip(model, try, i, k, d)
     end do
   end function gaps_and_slips
 
   !> Values of the unknowns of two elements.
-  pure function of_elements(system, link, d)
-    type(system_t), intent(in) :: system
-    integer, intent(in) :: link(2)
+  pure function of_elements(model, pair, d)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: pair(2)
     real(dp), intent(in) :: d(:) !! (n_unknowns)
     real(dp) :: of_elements(n)
 
-    of_elements(:n/2) = d(system%elements%unknown(:, link(1)))
-    of_elements(n/2 + 1:) = d(system%elements%unknown(:, link(2)))
+    of_elements(:n/2) = d(model%elements%unknown(:, pair(1)))
+    of_elements(n/2 + 1:) = d(model%elements%unknown(:, pair(2)))
   end function of_elements
 
   !> Gap of a line and slip from its anchor at `d`, linear about the reference.
-  pure function gap_and_slip(system, try, i, k, d) result(both)
-    type(system_t), intent(in) :: system
+  pure function gap_and_slip(model, try, i, k, d) result(both)
+    type(model_t), intent(in) :: model
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i, k
     real(dp), intent(in) :: d(:)
     real(dp) :: both(2), change(n), rows(n, 2)
 
     associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
-      change = of_elements(system, try%link(:, entrance%link), d) - of_elements(system, try%link(:, entrance%link), try%reference)
+      change = of_elements(model, try%pair(:, entrance%pair), d) - of_elements(model, try%pair(:, entrance%pair), try%reference)
       both = [geometry%gap + dot_product(geometry%normal_end, change), geometry%slid + dot_product(geometry%shear_end, change) &
               + (try%start_share(k, i) - entrance%anchor)*geometry%edge_length]
       if (.not. try%anchored) return
@@ -101,8 +111,8 @@ contains
   end function gap_and_slip
 
   !> Largest gap and overlap of a closed contact at `d`.
-  pure function farthest_apart(system, try, d) result(farthest)
-    type(system_t), intent(in) :: system
+  pure function farthest_apart(model, try, d) result(farthest)
+    type(model_t), intent(in) :: model
     type(contact_try_t), intent(in) :: try
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     real(dp) :: both(2), farthest(2)
@@ -112,7 +122,7 @@ contains
     do i = 1, size(try%contact)
       associate (contact => try%contact(i))
         if (contact%entrance(contact%active)%state == state_open) cycle
-        both = gap_and_slip(system, try, i, contact%active, d)
+        both = gap_and_slip(model, try, i, contact%active, d)
         farthest = max(farthest, [both(1), -both(1)])
       end associate
     end do

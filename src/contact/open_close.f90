@@ -10,13 +10,13 @@
 module scree_open_close
   use scree_contact_forces, only: bond, forces, pushes
   use scree_contact_geometry, only: frame_of_edge
-  use scree_contacts, only: contact_law_t, contact_t, contacts_t, entrance_t, outlines_t, parallel, state_locked, state_open, &
+  use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, parallel, state_locked, state_open, &
                             state_sliding
-  use scree_effects, only: element_cache_t
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
   use scree_shi_contact, only: anchor_where_closed, judge_lagging_friction
-  use scree_system, only: state_t, system_t
+  use scree_state, only: state_t
   use scree_contact_try, only: gaps_and_slips, of_elements, place_contacts, contact_try_t
   implicit none
   private
@@ -30,33 +30,30 @@ module scree_open_close
 contains
 
   !> The contacts as the step finds them. Those of the first step are bonded where their joint has cohesion or strength.
-  pure subroutine begin_contacts(system, law, state, share, bends, rule, try)
-    type(system_t), intent(in) :: system
-    type(contact_law_t), intent(in) :: law
+  pure subroutine begin_contacts(model, cache, state, rule, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
-    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
-    logical, intent(in) :: bends                  !! the geometry follows the motion
     type(step_rule_t), intent(in) :: rule
-    type(contact_try_t), intent(out) :: try
+    type(contact_try_t), intent(inout) :: try     !! with the contacts that were found
     integer :: i, m
 
-    try%contact = state%contacts%contact
-    try%link = state%contacts%link
-    try%bends = bends
-    try%anchored = law%lags .and. .not. bends
-    try%dashpot = law%viscosity/rule%dt
+    try%bends = model%effects%large_deformation
+    try%anchored = try%law%lags .and. .not. try%bends
+    try%dashpot = try%law%viscosity/rule%dt
     m = size(try%contact)
-    if (state%step == 0) call bond_contacts(system%outlines, law, state%vertex, try)
+    if (state%step == 0) call bond_contacts(model%outlines, state%vertex, try)
+    if (allocated(try%geometry)) deallocate (try%geometry, try%kept)
     allocate (try%geometry(2, m), try%kept(2, m))
-    allocate (try%reference(system%n_unknowns), source=0.0_dp)
-    call place_contacts(system, state, share, rule%operator_weight, try%reference, try)
-    if (law%conserving) call take_over(try)
+    try%reference = [(0.0_dp, i=1, model%n_unknowns)]
+    call place_contacts(model, cache, state, rule%operator_weight, try%reference, try)
+    if (try%law%conserving) call take_over(try)
     try%start_gap = try%geometry%gap
     try%start_share = try%geometry%along/try%geometry%edge_length
-    if (state%step == 0) call close_touching(law%touching, try)
+    if (state%step == 0) call close_touching(try%law%touching, try)
     do i = 1, m
       associate (contact => try%contact(i))
-        if (contact%n_entrances == 2 .and. .not. law%lags) then
+        if (contact%n_entrances == 2 .and. .not. try%law%lags) then
           if (try%start_gap(3 - contact%active, i) > 0) contact%entrance(contact%active)%state = state_open ! it slipped off
         end if
         try%kept(:, i) = contact%entrance%state /= state_open
@@ -89,9 +86,8 @@ contains
   end subroutine take_over
 
   !> Bonds the contacts of joints with cohesion or strength.
-  pure subroutine bond_contacts(outlines, law, position, try)
+  pure subroutine bond_contacts(outlines, position, try)
     type(outlines_t), intent(in) :: outlines
-    type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
     type(contact_try_t), intent(inout) :: try
     integer :: i, k
@@ -99,7 +95,8 @@ contains
     do i = 1, size(try%contact)
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k), joint => outlines%joint(try%contact(i)%entrance(k)%edge))
-          if (law%cohesion(joint) > 0 .or. law%strength(joint) > 0) entrance%length = length_of_contact(outlines, position, &
+          if (try%law%cohesion(joint) > 0 .or. try%law%strength(joint) > 0) entrance%length = length_of_contact(outlines, &
+              position, &
               entrance)
           entrance%bonded = entrance%length > 0
         end associate
@@ -122,13 +119,12 @@ contains
   end subroutine close_touching
 
   !> The contacts of a step that is tried again, as Shi's programs leave them: in the states of the last judgement.
-  pure subroutine begin_again(law, rule, try)
-    type(contact_law_t), intent(in) :: law
+  pure subroutine begin_again(rule, try)
     type(step_rule_t), intent(in) :: rule
     type(contact_try_t), intent(inout) :: try
     integer :: k
 
-    try%dashpot = law%viscosity/rule%dt
+    try%dashpot = try%law%viscosity/rule%dt
     do k = 1, 2
       try%contact%entrance(k)%lagged_friction = 0.0_dp
     end do
@@ -157,22 +153,21 @@ contains
   !> Judges every contact at `d`; `touch%changes` counts states that change by more than a faint force.
   !>
   !> The first judgement, of a prediction, only closes: what was closed is taken to stay as it was.
-  subroutine judge_contacts(system, law, d, first, try)
-    type(system_t), intent(in) :: system
-    type(contact_law_t), intent(in) :: law
+  subroutine judge_contacts(model, d, first, try)
+    type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     logical, intent(in) :: first
     type(contact_try_t), intent(inout) :: try
     real(dp) :: both(2, 2, size(try%contact)), push(3, 2, size(try%contact)), pressing
-    real(dp) :: largest(size(system%outlines%first) - 1) !! force across a contact of each block
+    real(dp) :: largest(size(model%outlines%first) - 1) !! force across a contact of each block
     integer :: i, state
 
-    if (try%anchored) call put_anchors(system, d, try)
+    if (try%anchored) call put_anchors(model, d, try)
     largest = 0.0_dp
     do i = 1, size(try%contact)
-      both(:, :, i) = gaps_and_slips(system, try, i, d)
-      push(:, :, i) = pushes(law, try, i, both(1, :, i))
-      pressing = max(minval(push(1, :try%contact(i)%n_entrances, i)), merge(sum(push(1, :, i)), 0.0_dp, law%conserving))
+      both(:, :, i) = gaps_and_slips(model, try, i, d)
+      push(:, :, i) = pushes(try, i, both(1, :, i))
+      pressing = max(minval(push(1, :try%contact(i)%n_entrances, i)), merge(sum(push(1, :, i)), 0.0_dp, try%law%conserving))
       associate (body => bodies_of(try%contact(i)))
         largest(body) = max(largest(body), pressing)
       end associate
@@ -197,14 +192,14 @@ contains
       integer :: k, new
 
       doubt = 0.0_dp
-      if (.not. law%lags) doubt = faint*minval(largest(bodies_of(try%contact(i)))) + law%normal_stiffness*rounding_of(i)
+      if (.not. try%law%lags) doubt = faint*minval(largest(bodies_of(try%contact(i)))) + try%law%normal_stiffness*rounding_of(i)
       associate (contact => try%contact(i))
         k = 1
         if (contact%n_entrances == 2) k = acting_entrance(i, both(1, :), push, doubt)
-        pressing = merge(sum(push), push(k), law%conserving)
+        pressing = merge(sum(push), push(k), try%law%conserving)
         if (k /= contact%active) then
           associate (left => contact%entrance(contact%active))
-            if (law%lags) then ! it stays closed, on the other line, unless the one that it leaves is open (Shi)
+            if (try%law%lags) then ! it stays closed, on the other line, unless the one that it leaves is open (Shi)
               contact%entrance(k)%state = left%state
               if (left%state /= state_open) pressing = push(contact%active)
             else if (left%state /= state_open) then
@@ -220,7 +215,7 @@ contains
           if (new /= entrance%state) then
             if (min(new, entrance%state) == state_open) then
               if (abs(pressing) > doubt) try%changes = try%changes + 1
-            else if (.not. law%lags) then
+            else if (.not. try%law%lags) then
               try%changes = try%changes + 1
             end if
           end if
@@ -234,7 +229,7 @@ contains
       integer, intent(in) :: i
 
       associate (entrance => try%contact(i)%entrance(1))
-        rounding_of = round_off*sum(abs(try%geometry(1, i)%normal*of_elements(system, try%link(:, entrance%link), d)))
+        rounding_of = round_off*sum(abs(try%geometry(1, i)%normal*of_elements(model, try%pair(:, entrance%pair), d)))
       end associate
     end function rounding_of
 
@@ -243,7 +238,7 @@ contains
       type(contact_t), intent(in) :: contact
       integer :: body(2)
 
-      body = system%outlines%block([contact%entrance(1)%vertex, contact%entrance(1)%edge])
+      body = model%outlines%block([contact%entrance(1)%vertex, contact%entrance(1)%edge])
     end function bodies_of
 
     !> Which of the two lines of a corner acts: the one that is crossed least, or was crossed last.
@@ -256,9 +251,9 @@ contains
 
       associate (active => try%contact(i)%active)
         k = 1
-        if (law%conserving) then
+        if (try%law%conserving) then
           k = maxloc(push, 1)
-        else if (law%lags) then
+        else if (try%law%lags) then
           k = maxloc(gap, 1)
         else if (try%kept(active, i) .and. push(active) > 0) then
           k = active
@@ -303,14 +298,15 @@ contains
           slip = along - entrance%anchor*length
         end if
       end associate
-      joint = system%outlines%joint(entrance%edge)
-      if (.not. law%lags) then
-        call judge_friction(law%friction(joint), slip, pressing, doubt, entrance, state)
+      joint = model%outlines%joint(entrance%edge)
+      if (.not. try%law%lags) then
+        call judge_friction(try%law%friction(joint), slip, pressing, doubt, entrance, state)
       else if (try%contact(i)%n_entrances == 1) then
-        call judge_lagging_friction(law, law%friction(joint), bond(entrance, law%cohesion(joint)), both(2), pressing, entrance, &
+        call judge_lagging_friction(try%law, try%law%friction(joint), bond(entrance, try%law%cohesion(joint)), both(2), &
+            pressing, entrance, &
             state)
       else ! two corners have none (Shi)
-        call judge_lagging_friction(law, 0.0_dp, 0.0_dp, both(2), pressing, entrance, state)
+        call judge_lagging_friction(try%law, 0.0_dp, 0.0_dp, both(2), pressing, entrance, state)
       end if
     end subroutine judge_entrance
 
@@ -319,13 +315,13 @@ contains
       type(entrance_t), intent(in) :: entrance
       real(dp), intent(in) :: pressing
 
-      if (law%conserving) then
+      if (try%law%conserving) then
         is_closed = pressing > 0
       else if (entrance%state == state_open) then
-        is_closed = pressing >= law%normal_stiffness*law%closing
+        is_closed = pressing >= try%law%normal_stiffness*try%law%closing
       else
-        is_closed = pressing >= -law%normal_stiffness*law%opening - bond(entrance, &
-            law%strength(system%outlines%joint(entrance%edge)))
+        is_closed = pressing >= -try%law%normal_stiffness*try%law%opening - bond(entrance, &
+            try%law%strength(model%outlines%joint(entrance%edge)))
       end if
     end function is_closed
 
@@ -336,9 +332,10 @@ contains
       integer, intent(out) :: state
       real(dp) :: limit, shear
 
-      shear = entrance%multiplier(2) - law%shear_stiffness*slip
-      limit = max(0.0_dp, friction*pressing + bond(entrance, law%cohesion(system%outlines%joint(entrance%edge))))
-      if (entrance%state == state_sliding .and. limit > 0 .and. entrance%direction*shear > law%shear_stiffness*law%backlash) then
+      shear = entrance%multiplier(2) - try%law%shear_stiffness*slip
+      limit = max(0.0_dp, friction*pressing + bond(entrance, try%law%cohesion(model%outlines%joint(entrance%edge))))
+      if (entrance%state == state_sliding .and. limit > 0 &
+          .and. entrance%direction*shear > try%law%shear_stiffness*try%law%backlash) then
         state = state_locked ! it turned back; whether it slides there the next iteration tells
       else if (entrance%state /= state_open .and. abs(abs(shear) - limit) <= doubt) then
         state = entrance%state
@@ -352,16 +349,16 @@ contains
     pure logical function can_lock(entrance)
       type(entrance_t), intent(in) :: entrance
 
-      associate (joint => system%outlines%joint(entrance%edge))
-        can_lock = law%friction(joint) > 0 .or. bond(entrance, law%cohesion(joint)) > 0
+      associate (joint => model%outlines%joint(entrance%edge))
+        can_lock = try%law%friction(joint) > 0 .or. bond(entrance, try%law%cohesion(joint)) > 0
       end associate
     end function can_lock
 
   end subroutine judge_contacts
 
   !> Puts the anchors of open contacts where their vertex meets the edge (Shi: df22).
-  pure subroutine put_anchors(system, d, try)
-    type(system_t), intent(in) :: system
+  pure subroutine put_anchors(model, d, try)
+    type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
     integer :: i, k
@@ -370,16 +367,15 @@ contains
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k))
           if (entrance%state == state_open) &
-            entrance%anchor = anchor_where_closed(try%geometry(k, i), of_elements(system, try%link(:, entrance%link), d))
+            entrance%anchor = anchor_where_closed(try%geometry(k, i), of_elements(model, try%pair(:, entrance%pair), d))
         end associate
       end do
     end do
   end subroutine put_anchors
 
   !> Lets multipliers take the forces of closed contacts over, where an overlap or a gap above the bound is left.
-  pure subroutine hold_contacts(system, law, d, try, enough)
-    type(system_t), intent(in) :: system
-    type(contact_law_t), intent(in) :: law
+  pure subroutine hold_contacts(model, d, try, enough)
+    type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
     logical, intent(out) :: enough            !! none is left
@@ -387,15 +383,15 @@ contains
     integer :: i
 
     enough = .true.
-    if (law%penetration >= huge(law%penetration)) return
+    if (try%law%penetration >= huge(try%law%penetration)) return
     do i = 1, size(try%contact)
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
         if (entrance%state == state_open) cycle
-        both = gaps_and_slips(system, try, i, d)
-        of = forces(system%outlines, law, try, i, both)
+        both = gaps_and_slips(model, try, i, d)
+        of = forces(model%outlines, try, i, both)
         pair = of(1, [k, 3])
         pair(1) = pair(1) + try%dashpot*(both(1, k) - min(try%start_gap(k, i), 0.0_dp)) ! it is no part of the overlap's force
-        enough = enough .and. (abs(both(1, k)) <= law%penetration .or. maxval(abs(pair - entrance%multiplier)) <= &
+        enough = enough .and. (abs(both(1, k)) <= try%law%penetration .or. maxval(abs(pair - entrance%multiplier)) <= &
             faint*abs(pair(1)))
         entrance%multiplier = pair
       end associate
@@ -404,9 +400,8 @@ contains
 
   !> Moves anchors back to where their vertices were when the step began, where these closed in the step and do not get to them:
   !> shear would pull them on along their way and do work.
-  pure subroutine return_anchors(system, law, d, try, enough)
-    type(system_t), intent(in) :: system
-    type(contact_law_t), intent(in) :: law
+  pure subroutine return_anchors(model, d, try, enough)
+    type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
     logical, intent(out) :: enough            !! none had to move
@@ -414,12 +409,12 @@ contains
     integer :: i
 
     enough = .true.
-    if (law%lags) return
+    if (try%law%lags) return
     do i = 1, size(try%contact)
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
         if (entrance%state == state_open .or. entrance%bonded .or. try%kept(k, i) .or. .not. try%start_gap(k, i) > 0) cycle
-        both = gaps_and_slips(system, try, i, d)
-        of = forces(system%outlines, law, try, i, both)
+        both = gaps_and_slips(model, try, i, d)
+        of = forces(model%outlines, try, i, both)
         way = both(2, k) + (entrance%anchor - try%start_share(k, i))*try%geometry(k, i)%edge_length
         if (.not. of(1, 3)*way > 0 .or. .not. abs(entrance%anchor - try%start_share(k, i)) > 0) cycle
         entrance%anchor = try%start_share(k, i)
@@ -430,54 +425,59 @@ contains
   end subroutine return_anchors
 
   !> What the contacts of an accepted step remember: states, anchors, bonds, overlap, energy, friction.
-  pure subroutine accept_contacts(system, law, d, try, contacts)
-    type(system_t), intent(in) :: system
-    type(contact_law_t), intent(in) :: law
+  pure subroutine accept_contacts(model, d, try, contacts, energy, friction)
+    type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
     type(contact_try_t), intent(in) :: try
-    type(contacts_t), intent(inout) :: contacts
+    type(contact_memory_t), intent(inout) :: contacts
+    real(dp), intent(out) :: energy           !! of the springs at the end, force length per unit thickness
+    real(dp), intent(out) :: friction         !! work lost in sliding in the step, likewise
     real(dp) :: both(2, 2), of(4, 3), gap, slip
-    logical :: held_together(size(try%link, 2)) !! by a bond that is locked
+    logical :: held_together(size(try%pair, 2)) !! by a bond that is locked
     integer :: i
 
     contacts%contact = try%contact
+    contacts%pair = try%pair
+    contacts%inside = try%inside
+    contacts%stiffness = [try%law%normal_stiffness, try%law%shear_stiffness]
     contacts%count = try%count
-    contacts%margin = 0.5_dp*contacts%margin
-    contacts%swing = 0.5_dp*contacts%swing
+    contacts%margin = 0.5_dp*try%margin
+    contacts%swing = 0.5_dp*try%swing
     contacts%gap = 0.0_dp
     contacts%penetration = 0.0_dp
     contacts%pressed = 0.0_dp
     contacts%contact%pressed = 0.0_dp
-    contacts%energy = 0.0_dp
+    energy = 0.0_dp
+    friction = 0.0_dp
     held_together = .false.
     do i = 1, size(contacts%contact)
       associate (entrance => contacts%contact(i)%entrance(contacts%contact(i)%active))
-        if (entrance%bonded .and. entrance%state == state_locked) held_together(entrance%link) = .true.
+        if (entrance%bonded .and. entrance%state == state_locked) held_together(entrance%pair) = .true.
       end associate
     end do
     do i = 1, size(contacts%contact)
       associate (k => contacts%contact(i)%active, entrance => contacts%contact(i)%entrance(contacts%contact(i)%active))
         contacts%contact(i)%force = 0.0_dp
-        both = gaps_and_slips(system, try, i, d)
+        both = gaps_and_slips(model, try, i, d)
         if (entrance%state == state_open) then
           entrance%bonded = .false.
           entrance%multiplier = 0.0_dp
           if (entrance%rest < 0) contacts%penetration = max(contacts%penetration, -(entrance%rest + both(1, k)))
           cycle
         end if
-        of = forces(system%outlines, law, try, i, both)
+        of = forces(model%outlines, try, i, both)
         contacts%contact(i)%force = [sum(of(1, :2)), of(1, 3)]
         slip = both(2, k)
         if (entrance%state == state_sliding) call let_slide(of(1, 3), try%geometry(k, i)%edge_length, entrance, slip, &
-            contacts%friction)
+            friction)
         gap = both(1, k)
-        if (law%conserving) gap = maxval(both(1, :contacts%contact(i)%n_entrances))
+        if (try%law%conserving) gap = maxval(both(1, :contacts%contact(i)%n_entrances))
         contacts%gap = max(contacts%gap, gap)
         contacts%penetration = max(contacts%penetration, -(entrance%rest + gap))
         contacts%contact(i)%pressed = max(0.0_dp, -gap)
         contacts%pressed = max(contacts%pressed, -gap)
-        if (law%conserving) gap = min(gap, 0.0_dp)
-        contacts%energy = contacts%energy + 0.5_dp*(law%normal_stiffness*gap**2 + law%shear_stiffness*slip**2)
+        if (try%law%conserving) gap = min(gap, 0.0_dp)
+        energy = energy + 0.5_dp*(try%law%normal_stiffness*gap**2 + try%law%shear_stiffness*slip**2)
       end associate
     end do
 
@@ -493,15 +493,15 @@ contains
       real(dp), intent(inout) :: friction !! work lost
       real(dp) :: kept
 
-      kept = merge(0.0_dp, (entrance%multiplier(2) - shear)/law%shear_stiffness, law%lags)
+      kept = merge(0.0_dp, (entrance%multiplier(2) - shear)/try%law%shear_stiffness, try%law%lags)
       friction = friction + abs(shear*(slip - kept))
       entrance%anchor = entrance%anchor + (slip - kept)/edge_length
       slip = kept
-      if (law%lags) then
-        entrance%lagged_friction = entrance%lagged_friction - bond(entrance, law%cohesion(system%outlines%joint(entrance%edge)))
+      if (try%law%lags) then
+        entrance%lagged_friction = entrance%lagged_friction - bond(entrance, try%law%cohesion(model%outlines%joint(entrance%edge)))
         entrance%bonded = .false.
       else
-        entrance%bonded = entrance%bonded .and. (held_together(entrance%link) .or. .not. abs(shear) > 0)
+        entrance%bonded = entrance%bonded .and. (held_together(entrance%pair) .or. .not. abs(shear) > 0)
       end if
     end subroutine let_slide
 

@@ -1,11 +1,12 @@
 !> Shi's own rules of one contact: gap and slip from an anchor, where the anchor is, and friction that lags (df18, df22).
 module scree_shi_contact
   use scree_contact_geometry, only: frame_of_edge, entrance_geometry_t
-  use scree_contacts, only: contact_law_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
-  use scree_effects, only: element_cache_t
+  use scree_contacts, only: contact_law_t, entrance_t, state_locked, state_open, state_sliding
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
-  use scree_system, only: element_unknowns, state_t
+  use scree_model, only: cache_t, model_t
+  use scree_state, only: state_t
+  use scree_system, only: element_unknowns
   implicit none
   private
   public :: add_edge, anchor_where_closed, anchored_rows, judge_lagging_friction
@@ -19,22 +20,23 @@ contains
 
   !> Makes the geometry of a line at the beginning of the step Shi's: adds what slip from an anchor needs, and the gap is the
   !> area between vertex and edge over the length that the edge has then (df18, df22).
-  pure subroutine add_edge(state, share, outlines, link, entrance, geometry)
+  pure subroutine add_edge(model, cache, state, pair, entrance, geometry)
+    type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
-    type(element_cache_t), intent(in) :: share(:)    !! (n_elements)
-    type(outlines_t), intent(in) :: outlines
-    integer, intent(in) :: link(2)                   !! elements in the order of the unknowns
+    type(cache_t), intent(in) :: cache
+    integer, intent(in) :: pair(2)                   !! elements in the order of the unknowns
     type(entrance_t), intent(in) :: entrance
     type(entrance_geometry_t), intent(inout) :: geometry
     real(dp) :: stretch(2, n), t(2), normal(2), length
     integer :: at
 
-    associate (x1 => state%vertex(:, outlines%start(entrance%vertex)), x2 => state%vertex(:, outlines%start(entrance%edge)), &
-               x3 => state%vertex(:, outlines%finish(entrance%edge)), &
-                   kinematics => share(outlines%element(entrance%edge))%kinematics)
+    associate (x1 => state%vertex(:, model%outlines%start(entrance%vertex)), x2 => state%vertex(:, &
+        model%outlines%start(entrance%edge)), &
+               x3 => state%vertex(:, model%outlines%finish(entrance%edge)), &
+                   kinematics => cache%element(model%outlines%element(entrance%edge))%kinematics)
       call frame_of_edge(x2, x3, t, normal, length)
       stretch = displacement_matrix(kinematics, x3) - displacement_matrix(kinematics, x2)
-      at = merge(0, n, outlines%element(entrance%edge) == link(1))
+      at = merge(0, n, model%outlines%element(entrance%edge) == pair(1))
       allocate (geometry%edge(3, 2*n), source=0.0_dp)
       geometry%edge(1, at + 1:at + n) = matmul(t, stretch)
       geometry%edge(2, at + 1:at + n) = matmul(normal, stretch)

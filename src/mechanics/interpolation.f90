@@ -12,7 +12,8 @@ module scree_interpolation
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_scene, only: model_dda, transport_rates
   use scree_simplex_integration, only: moments_t, polygon_moments
-  use scree_system, only: element_unknowns, state_t, system_t
+  use scree_state, only: state_t
+  use scree_system, only: element_unknowns, system_t
   implicit none
   private
   public :: carried_rates, displacement_matrix, kinematics_t, kinematics_of, rigid_velocity
@@ -33,7 +34,7 @@ contains
 
   !> Interpolation and integrals of element `e` as it stands.
   pure function kinematics_of(system, state, e) result(element)
-    type(system_t), intent(in) :: system
+    class(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
     integer, intent(in) :: e
     type(kinematics_t) :: element
@@ -106,7 +107,7 @@ contains
 
   !> Rates of the unknowns of element `e` in a rigid motion.
   pure function rigid_velocity(system, state, e, about, velocity) result(rates)
-    type(system_t), intent(in) :: system
+    class(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
     integer, intent(in) :: e
     real(dp), intent(in) :: about(2)    !! centre of the motion, the centroid of the block, length

@@ -36,7 +36,7 @@ contains
   !> A trouble in one line: what, where, and what to try; `consequence` comes before that.
   pure function words_of(trouble, system, consequence) result(line)
     type(trouble_t), intent(in) :: trouble
-    type(system_t), intent(in) :: system
+    class(system_t), intent(in) :: system
     character(len=*), intent(in), optional :: consequence
     character(len=:), allocatable :: line
 
@@ -53,7 +53,7 @@ contains
 
   !> An element, as a person who wrote the deck knows it: a block of DDA is one.
   pure function name_of(system, element) result(name)
-    type(system_t), intent(in) :: system
+    class(system_t), intent(in) :: system
     integer, intent(in) :: element
     character(len=:), allocatable :: name
 

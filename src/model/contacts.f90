@@ -3,7 +3,7 @@ module scree_contacts
   use scree_kinds, only: dp
   implicit none
   private
-  public :: contact_law_t, contact_t, contacts_t, entrance_t, outlines_t, overlap_t
+  public :: contact_law_t, contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, overlap_t
 
   !> Edges whose directions differ by less are parallel, rad (Shi: h1).
   real(dp), parameter, public :: parallel = 3*acos(-1.0_dp)/180
@@ -28,7 +28,7 @@ module scree_contacts
   type :: entrance_t
     integer :: vertex = 0               !! of the outlines
     integer :: edge = 0                 !! of the outlines
-    integer :: link = 0                 !! pair of elements
+    integer :: pair = 0                 !! of elements, its number
     integer :: state = state_open
     real(dp) :: direction = 1.0_dp      !! of sliding: 1 along the edge, -1 back
     real(dp) :: anchor = 0.0_dp         !! share of the edge at which the shear spring holds the vertex
@@ -50,32 +50,26 @@ module scree_contacts
     type(entrance_t) :: entrance(2)
   end type contact_t
 
-  !> All contacts of a step, and the search that they come from.
-  type :: contacts_t
+  !> What contacts hand on from step to step.
+  type :: contact_memory_t
     type(contact_t), allocatable :: contact(:)
-    integer, allocatable :: link(:, :)      !! (2, n_links) pairs of elements, the smaller number first
-    integer, allocatable :: candidate(:, :) !! (2, n) vertices and edges that the search found near each other
-    integer, allocatable :: inside(:, :)    !! (2, n) vertices and the edges that they are inside of when the run begins
-    real(dp), allocatable :: found_at(:, :) !! (2, n) positions of the vertices then, length
-    real(dp), allocatable :: reach(:)       !! (n) how far the search saw around each vertex, length
-    real(dp), allocatable :: near(:)        !! (n) how far a vertex may move in the step, length
-    real(dp), allocatable :: local(:)       !! (n) shorter edge at each vertex, length
-    logical :: by_name = .false.            !! found and handed on as Shi's programs do (df04 to df07)
-    real(dp) :: outside = 0.0_dp            !! gap up to which all are found (Shi: d0); 0: as they move, length
-    real(dp) :: deepest = 0.0_dp            !! overlap likewise (Shi: d9), length
-    real(dp) :: guard = 0.0_dp              !! by name: added to the square of an edge on which an anchor is placed, length^2
-    real(dp) :: leap = 0.25_dp              !! of the edges about, that a vertex may move beyond what its velocity makes
-    real(dp) :: margin = 0.0_dp             !! of that, beyond what its velocity makes, length
-    real(dp), allocatable :: turning(:)     !! (n) how far the corner at each vertex may turn in the step, rad
-    real(dp) :: most_turning = acos(-1.0_dp)/6 !! of that, rad
-    real(dp) :: swing = 0.0_dp              !! of that, beyond what its velocity makes, rad
+    integer, allocatable :: pair(:, :)      !! (2, n_pairs) elements that the equations couple, the smaller number first
+    integer, allocatable :: inside(:, :)    !! (2, n) vertices and the edges that they are inside of since the run began
+    real(dp) :: stiffness(2) = 0.0_dp       !! across a contact and along it, force/length per unit thickness
+    real(dp) :: margin = 0.0_dp             !! of the way that a vertex may go, beyond what its velocity makes, length
+    real(dp) :: swing = 0.0_dp              !! of the angle that a corner may turn, beyond what its velocity makes, rad
     real(dp) :: penetration = 0.0_dp        !! largest at the end of the last step, length
     real(dp) :: pressed = 0.0_dp            !! largest of a spring then, length
     real(dp) :: gap = 0.0_dp                !! largest of a closed contact then, length
-    real(dp) :: energy = 0.0_dp             !! of the springs then, force length per unit thickness
-    real(dp) :: friction = 0.0_dp           !! work lost in sliding since the start, force length per unit thickness
     integer :: count(3) = 0                 !! contacts open, sliding, locked then
-  end type contacts_t
+  end type contact_memory_t
+
+  !> Who is near whom: a list that holds for several steps.
+  type :: contact_search_t
+    integer, allocatable :: candidate(:, :) !! (2, n) vertices and edges that the search found near each other
+    real(dp), allocatable :: found_at(:, :) !! (2, n) positions of the vertices then, length
+    real(dp), allocatable :: reach(:)       !! (n) how far the search saw around each vertex, length
+  end type contact_search_t
 
   !> One piece of the common area of two bodies, for a person.
   type :: overlap_t
@@ -105,6 +99,11 @@ module scree_contacts
     logical :: adapts = .false.             !! the stiffness follows gaps and overlaps from step to step (Shi: spri)
     real(dp) :: allowed_gap = 0.0_dp        !! of closed contacts then (Shi: 2 g2 w0), length
     real(dp) :: allowed_penetration = 0.0_dp !! likewise (Shi: g3 w0), length
+    logical :: by_name = .false.            !! contacts are found and handed on as Shi's programs do (df04 to df07)
+    real(dp) :: outside = 0.0_dp            !! gap up to which all are found (Shi: d0); 0: as they move, length
+    real(dp) :: deepest = 0.0_dp            !! penetration likewise (Shi: d9), length
+    real(dp) :: guard = 0.0_dp              !! by name: added to the square of an edge on which an anchor is placed, length^2
+    real(dp) :: leap = 0.25_dp              !! of the edges about, that a vertex may move beyond what its velocity makes
     integer :: most_stalled = 8             !! iterations that leave as many states changing, before the step is cut
   end type contact_law_t
 

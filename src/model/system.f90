@@ -1,11 +1,11 @@
-!> What the geometry made: blocks, elements, covers and points, constant during the run, and what a step changes.
+!> What the geometry made: blocks, elements, covers and points, constant during the run.
 module scree_system
-  use scree_contacts, only: contacts_t, outlines_t, overlap_t
+  use scree_contacts, only: outlines_t, overlap_t
   use scree_kinds, only: dp
   use scree_regions, only: regions_t
   implicit none
   private
-  public :: elements_t, extension_t, points_t, state_t, system_t
+  public :: elements_t, extension_t, points_t, system_t
 
   integer, parameter, public :: element_unknowns = 6 !! of a DDA block, and of three constant covers
 
@@ -49,20 +49,5 @@ module scree_system
     type(outlines_t) :: outlines          !! of the bodies, where they may touch
     type(overlap_t), allocatable :: overlaps(:) !! of bodies at the start, where they may touch
   end type system_t
-
-  !> Place, motion and stress at one time: what a step changes.
-  type :: state_t
-    real(dp) :: time = 0.0_dp
-    integer :: step = 0
-    real(dp), allocatable :: vertex(:, :)      !! (2, n_vertices) of the elements, length
-    real(dp), allocatable :: point(:, :)       !! (2, n_points), length
-    real(dp), allocatable :: cover(:, :)       !! (2, n_covers) NMM: node of the mathematical mesh, length
-    real(dp), allocatable :: velocity(:)       !! (n_unknowns) rates of the unknowns
-    real(dp), allocatable :: acceleration(:)   !! (n_unknowns)
-    real(dp), allocatable :: stress(:, :)      !! (3, n_elements) xx, yy, xy, tension positive, force/length^2
-    real(dp), allocatable :: deformation(:, :) !! (4, n_elements) F since the start: xx, yx, xy, yy
-    real(dp), allocatable :: rotation(:)       !! (n_blocks) accumulated, rad
-    type(contacts_t) :: contacts
-  end type state_t
 
 end module scree_system

@@ -2,16 +2,19 @@
 !> that came with the velocity v leaves with e v (Moreau 1988).
 module scree_impact
   use scree_contact_forces, only: pushes
-  use scree_contacts, only: contact_law_t, state_open
-  use scree_effects, only: element_cache_t
-  use scree_element_term, only: add_force, term_t
-  use scree_green_strain, only: strain_operator
+  use scree_contacts, only: state_open
+  use scree_element_term, only: add_force, step_rule_t, term_t
+  use scree_green_strain, only: green_strain, strain_operator
+  use scree_integrator, only: still_displacement
   use scree_kinds, only: dp
-  use scree_system, only: element_unknowns, system_t
+  use scree_model, only: cache_t, element_cache_t, model_t
+  use scree_state, only: state_t
+  use scree_stiffness, only: small_strain
+  use scree_system, only: element_unknowns
   use scree_contact_try, only: gaps_and_slips, of_elements, contact_try_t
   implicit none
   private
-  public :: keep_rigid, rebound_contacts
+  public :: element_in_impact, keep_rigid, rebound_contacts
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -24,37 +27,37 @@ module scree_impact
 
 contains
 
-  !> The contacts for the velocities at the end of the step: with what displacement `still` they would be at rest, how
-  !> fast each one approached, and how much displacement a unit of velocity is.
+  !> The contacts for the velocities at the end of the step, which follow from a displacement of their own: how fast each one
+  !> approached, and how it would be at rest.
   !>
   !> An impact counts at the end of the step that is nearer in time: what meets in its second half takes part in the next.
   !> What touched at the beginning takes part too, whether it opens or not: it bears until the impact that lifts it.
   !> Multipliers are to leave an error of the velocities below the share `unmet` of the fastest approach, of what meets or
   !> would without the forces of the step: at rest nothing else is a measure.
   !> The coefficient of restitution is a notion of rigid bodies: one of a single element takes an impact as such.
-  pure subroutine rebound_contacts(system, share, d, weight, still, velocity, way, try, law, rebound)
-    type(system_t), intent(in) :: system
-    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
+  pure subroutine rebound_contacts(model, cache, state, rule, d, try, rebound)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state        !! at the beginning of the step
+    type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
-    real(dp), intent(in) :: weight            !! of `d` in the configuration where the forces act
-    real(dp), intent(in) :: still(:)          !! (n_unknowns) displacement after which nothing moves
-    real(dp), intent(in) :: velocity(:)       !! (n_unknowns) at the beginning of the step
-    real(dp), intent(in) :: way               !! time
     type(contact_try_t), intent(in) :: try
-    type(contact_law_t), intent(inout) :: law
     type(contact_try_t), intent(out) :: rebound
-    real(dp) :: approach, fastest, v(n), both(2, 2), push(3, 2)
+    real(dp) :: way !! displacement that a unit of velocity makes, time
+    real(dp) :: approach, fastest, theta(4), v(n), both(2, 2), push(3, 2)
     integer :: i, k
 
+    way = rule%displacement_weight*rule%dt/rule%velocity_weight
+    rebound%law = try%law
     rebound%contact = try%contact
-    rebound%link = try%link
+    rebound%pair = try%pair
     rebound%geometry = try%geometry
     rebound%start_share = 0*try%start_share
     rebound%start_gap = 0*try%start_gap
     allocate (rebound%kept(2, size(try%contact)), source=.true.)
-    rebound%reference = still
+    rebound%reference = still_displacement(rule, state%velocity, state%acceleration)
     rebound%moved = merge(d, 0.0_dp, try%bends)
-    rebound%weight = weight
+    rebound%weight = rule%operator_weight
     fastest = 0.0_dp
     do i = 1, size(try%contact)
       k = entrance_in_impact(i)
@@ -71,28 +74,32 @@ contains
           contact%entrance(1)%state = state_open
           geometry%gap = sqrt(huge(1.0_dp)) ! its force is a number still
         else
-          v = of_elements(system, try%link(:, try%contact(i)%entrance(k)%link), velocity)
+          v = of_elements(model, try%pair(:, try%contact(i)%entrance(k)%pair), state%velocity)
           approach = dot_product(geometry%normal, v)
           fastest = max(fastest, unmet*sum(abs(geometry%shear*v)), unmet*sum(abs(geometry%normal*v)), -approach)
-          geometry%gap = law%restitution*way*min(approach, 0.0_dp)
-          both = gaps_and_slips(system, try, i, d)
-          push = pushes(law, try, i, both(1, :))
-          fastest = max(fastest, way*push(1, k)*sum(1/share(try%link(:, contact%entrance(1)%link))%mass))
+          geometry%gap = try%law%restitution*way*min(approach, 0.0_dp)
+          both = gaps_and_slips(model, try, i, d)
+          push = pushes(try, i, both(1, :))
+          fastest = max(fastest, way*push(1, k)*sum(1/cache%element(try%pair(:, contact%entrance(1)%pair))%mass))
         end if
       end associate
     end do
-    allocate (rebound%rigidity(size(share)))
-    do i = 1, size(share)
-      rebound%rigidity(i) = merge(rigid*share(i)%mass/way**2, 0.0_dp, system%elements%alone(i))
+    allocate (rebound%rigidity(model%n_elements))
+    allocate (rebound%stress(3, model%n_elements))
+    do i = 1, model%n_elements
+      rebound%rigidity(i) = merge(rigid*cache%element(i)%mass/way**2, 0.0_dp, model%elements%alone(i))
+      theta = matmul(cache%element(i)%kinematics%gradient, d(model%elements%unknown(:, i)))
+      rebound%stress(:, i) = state%stress(:, i) + rule%stress_weight*matmul(cache%element(i)%elasticity, &
+        merge(green_strain(theta), small_strain(theta), model%effects%large_deformation))
     end do
-    law%conserving = .false.
-    law%lags = .false.
-    law%closing = 0.0_dp
-    law%opening = 0.0_dp
-    law%normal_stiffness = unyielding*maxval(share%mass)/way**2
-    law%shear_stiffness = law%normal_stiffness
-    law%penetration = unmet*way*fastest
-    if (law%penetration <= 0) law%penetration = huge(law%penetration)
+    rebound%law%conserving = .false.
+    rebound%law%lags = .false.
+    rebound%law%closing = 0.0_dp
+    rebound%law%opening = 0.0_dp
+    rebound%law%normal_stiffness = unyielding*maxval(cache%element%mass)/way**2
+    rebound%law%shear_stiffness = rebound%law%normal_stiffness
+    rebound%law%penetration = unmet*way*fastest
+    if (rebound%law%penetration <= 0) rebound%law%penetration = huge(way)
 
   contains
 
@@ -104,7 +111,7 @@ contains
 
       associate (contact => try%contact(i))
         k = contact%active
-        approach = dot_product(try%geometry(k, i)%normal, of_elements(system, try%link(:, contact%entrance(k)%link), velocity))
+        approach = dot_product(try%geometry(k, i)%normal, of_elements(model, try%pair(:, contact%entrance(k)%pair), state%velocity))
         late = .not. try%kept(k, i) .and. approach < 0 .and. try%start_gap(k, i) > -way*approach
         if (contact%entrance(k)%state == state_open .or. late) k = findloc(try%kept(:contact%n_entrances, i), .true., 1)
       end associate
@@ -112,22 +119,36 @@ contains
 
   end subroutine rebound_contacts
 
+  !> An element in an impact: one that shares no unknown keeps the stress that the step gave it.
+  pure function element_in_impact(model, cache, try, e) result(own)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: e
+    type(element_cache_t) :: own
+
+    own = cache%element(e)
+    if (.not. model%elements%alone(e)) return
+    own%stress = try%stress(:, e)
+    own%elasticity = 0.0_dp
+  end function element_in_impact
+
   !> Adds what keeps an element from deforming in an impact.
   !>
   !> What is resisted is the strain rate of the displaced element, F^T L F, which is zero for any rigid motion of it; the
   !> forces have no torque about the places where those of the contacts act.
-  pure subroutine keep_rigid(system, try, e, share, d, term)
-    type(system_t), intent(in) :: system
+  pure subroutine keep_rigid(model, cache, try, e, d, term)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: e
-    type(element_cache_t), intent(in) :: share
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
     type(term_t), intent(inout) :: term
     real(dp) :: theta(4), matrix(element_unknowns, element_unknowns)
 
-    associate (ids => system%elements%unknown(:, e), G => share%kinematics%gradient)
+    associate (ids => model%elements%unknown(:, e), G => cache%element(e)%kinematics%gradient)
       theta = matmul(G, try%moved(ids))
-      matrix = try%rigidity(e)*share%kinematics%area*matmul(transpose(matmul(strain_operator(theta, try%weight), G)), &
+      matrix = try%rigidity(e)*cache%element(e)%kinematics%area*matmul(transpose(matmul(strain_operator(theta, try%weight), G)), &
                                                               matmul(strain_operator(theta, 1.0_dp), G))
       call add_force(term, -matmul(matrix, d(ids) - try%reference(ids)))
     end associate

@@ -2,13 +2,13 @@
 module scree_run_records
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: state_open
-  use scree_effects, only: effects_t, element_cache_t
-  use scree_energy, only: books_t
   use scree_errors, only: error_t
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
   use scree_results_file, only: declare_series, put_series, results_t
-  use scree_system, only: measured_point, state_t, system_t
+  use scree_state, only: state_t
+  use scree_system, only: measured_point
   use scree_time_stepper, only: step_report_t
   implicit none
   private
@@ -24,10 +24,6 @@ module scree_run_records
     integer :: body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
     integer :: point_position = 0, point_displacement = 0, point_velocity = 0, point_stress = 0
     integer, allocatable :: measured(:)               !! points of the system
-    real(dp), allocatable :: measured_home(:, :)      !! (2, n) at the start
-    real(dp) :: total_at_start = 0.0_dp               !! energy, without dissipation
-    real(dp) :: work_done = 0.0_dp
-    real(dp) :: damped = 0.0_dp                       !! energy, since the start
   end type records_t
 
   character(len=*), parameter :: energy_unit = 'force*length/length'
@@ -35,18 +31,14 @@ module scree_run_records
 contains
 
   !> Declares the series that the scene calls for.
-  subroutine declare_records(results, system, effects, state, books, records, error)
+  subroutine declare_records(results, model, records, error)
     type(results_t), intent(inout) :: results
-    type(system_t), intent(in) :: system
-    type(effects_t), intent(in) :: effects
-    type(state_t), intent(in) :: state            !! at the start
-    type(books_t), intent(in) :: books            !! at the start
+    type(model_t), intent(in) :: model
     type(records_t), intent(out) :: records
     type(error_t), allocatable, intent(out) :: error
     integer :: i, n
 
-    records%total_at_start = books%kinetic + books%strain + books%gravity + books%fixed_springs
-    n = system%n_blocks
+    n = model%n_blocks
     call a_step('time', [integer ::], 'time', 'end of the step', records%time)
     call a_step('step_size', [integer ::], 'time', 'size of the step', records%step_size)
     call a_step('area', [integer ::], 'length^2', 'area of all blocks', records%area)
@@ -55,22 +47,22 @@ contains
                 'momentum and angular momentum of all blocks', records%momentum)
     call a_step('energy/kinetic', [integer ::], energy_unit, 'kinetic energy', records%kinetic)
     call a_step('energy/strain', [integer ::], energy_unit, 'energy of the stress', records%strain)
-    if (allocated(effects%gravity)) &
+    if (allocated(model%effects%gravity)) &
       call a_step('energy/gravity', [integer ::], energy_unit, 'weight times height above y = 0', records%gravity)
-    if (allocated(effects%fixed_point)) then
-      if (effects%fixed_point%by_springs) call a_step('energy/fixed_springs', [integer ::], energy_unit, &
+    if (allocated(model%effects%fixed_point)) then
+      if (model%effects%fixed_point%by_springs) call a_step('energy/fixed_springs', [integer ::], energy_unit, &
                                                       'energy of the springs of fixed points', records%fixed_springs)
     end if
     call a_step('energy/work', [integer ::], energy_unit, 'work of loads, the moving ground and moving supports since the start', &
                 records%work)
-    if (allocated(effects%mass_damping)) &
+    if (allocated(model%effects%mass_damping)) &
       call a_step('energy/damping', [integer ::], energy_unit, 'energy that mass damping took since the start', records%damping)
     call a_step('energy/dissipated', [integer ::], energy_unit, &
                 'energy at the start and work since, less the energy now', records%dissipated)
     call a_step('deformation_iterations', [integer ::], '1', 'iterations of the step', records%iterations, .true.)
     call a_step('solves', [integer ::], '1', 'systems of equations solved in the step', records%solves, .true.)
     call a_step('rejected', [integer ::], '1', 'tries of the step that were cut', records%rejected, .true.)
-    if (allocated(effects%contact)) then
+    if (allocated(model%effects%contact)) then
       call a_step('contacts', [3], '1', 'contacts open, sliding, locked', records%contacts, .true.)
       call a_step('open_close_iterations', [integer ::], '1', 'judgements of all contacts', records%open_close, .true.)
       call a_series('/open_close/step', [integer ::], '1', 'step of each judgement, from 1', records%judged_step, .true.)
@@ -85,7 +77,7 @@ contains
     call a_frame('rotation', [n], 'rad', 'rotation since the start', records%body_rotation)
     call a_frame('velocity', [2, n], 'length/time', 'velocity of the centroid', records%body_velocity)
     call a_frame('stress', [3, n], 'force/length^2', 'mean Cauchy stress xx, yy, xy', records%body_stress)
-    if (allocated(effects%contact)) then
+    if (allocated(model%effects%contact)) then
       call a_series('/contacts/count', [integer ::], '1', 'closed contacts of each frame', records%touch_count, .true.)
       call a_series('/contacts/blocks', [2], '1', 'blocks of the vertex and of the edge, from 1', records%touch_blocks, .true.)
       call a_series('/contacts/state', [integer ::], '1', '1 sliding, 2 locked', records%touch_state, .true.)
@@ -95,8 +87,7 @@ contains
                     records%touch_force, .false.)
     end if
 
-    records%measured = pack([(i, i=1, size(system%points%kind))], system%points%kind == measured_point)
-    records%measured_home = state%point(:, records%measured)
+    records%measured = pack([(i, i=1, size(model%points%kind))], model%points%kind == measured_point)
     n = size(records%measured)
     if (n == 0) return
     call a_point('position', 2, 'length', 'place', records%point_position)
@@ -150,32 +141,30 @@ contains
   end subroutine declare_records
 
   !> A row of each series of the steps.
-  subroutine put_step_records(results, records, system, share, state, report, books, error)
+  subroutine put_step_records(results, records, model, cache, state, report, error)
     type(results_t), intent(inout) :: results
     type(records_t), intent(inout) :: records
-    type(system_t), intent(in) :: system
-    type(element_cache_t), intent(in) :: share(:)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(step_report_t), intent(in) :: report
-    type(books_t), intent(in) :: books
     type(error_t), allocatable, intent(out) :: error
     integer :: e, i
 
-    records%work_done = records%work_done + report%work
-    records%damped = records%damped + report%damped
     call put(records%time, [state%time])
     call put(records%step_size, [report%dt])
-    call put(records%area, [sum(share%kinematics%area)])
+    call put(records%area, [sum(cache%element%kinematics%area)])
     call put(records%rotation, state%rotation)
-    call put(records%momentum, books%momentum)
-    call put(records%kinetic, [books%kinetic])
-    call put(records%strain, [books%strain])
-    call put(records%gravity, [books%gravity])
-    call put(records%fixed_springs, [books%fixed_springs])
-    call put(records%work, [records%work_done])
-    call put(records%damping, [records%damped])
-    call put(records%dissipated, [records%total_at_start + records%work_done - books%kinetic - books%strain - books%gravity &
-                                  - books%fixed_springs - state%contacts%energy])
+    call put(records%momentum, state%books%momentum)
+    call put(records%kinetic, [state%books%kinetic])
+    call put(records%strain, [state%books%strain])
+    call put(records%gravity, [state%books%gravity])
+    call put(records%fixed_springs, [state%books%fixed_springs])
+    call put(records%work, [state%books%work])
+    call put(records%damping, [state%books%damping])
+    call put(records%dissipated, [state%books%at_start + state%books%work - state%books%kinetic - state%books%strain &
+        - state%books%gravity &
+                                  - state%books%fixed_springs - state%books%contact_springs])
     call put(records%iterations, [real(report%iterations, dp)])
     call put(records%solves, [real(report%solves, dp)])
     call put(records%rejected, [real(report%rejected, dp)])
@@ -186,15 +175,15 @@ contains
       call put(records%judged, real(report%judged(:, i), dp))
     end do
     call put(records%overlap, [state%contacts%penetration])
-    call put(records%spring, [state%contacts%energy])
-    call put(records%friction, [state%contacts%friction])
+    call put(records%spring, [state%books%contact_springs])
+    call put(records%friction, [state%books%friction])
     do i = 1, size(records%measured)
       associate (point => state%point(:, records%measured(i)))
-        e = system%points%element(records%measured(i))
-        call put(records%point_position, point + system%origin)
-        call put(records%point_displacement, point - records%measured_home(:, i))
-        call put(records%point_velocity, matmul(displacement_matrix(share(e)%kinematics, point), &
-                                                state%velocity(system%elements%unknown(:, e))))
+        e = model%points%element(records%measured(i))
+        call put(records%point_position, point + model%origin)
+        call put(records%point_displacement, point - model%start_point(:, records%measured(i)))
+        call put(records%point_velocity, matmul(displacement_matrix(cache%element(e)%kinematics, point), &
+                                                state%velocity(model%elements%unknown(:, e))))
         call put(records%point_stress, state%stress(:, e))
       end associate
     end do
@@ -211,27 +200,27 @@ contains
   end subroutine put_step_records
 
   !> A row of each series of the frames.
-  subroutine put_frame_records(results, records, system, share, state, error)
+  subroutine put_frame_records(results, records, model, cache, state, error)
     type(results_t), intent(inout) :: results
     type(records_t), intent(in) :: records
-    type(system_t), intent(in) :: system
-    type(element_cache_t), intent(in) :: share(:)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: area(system%n_blocks), sums(7, system%n_blocks)
+    real(dp) :: area(model%n_blocks), sums(7, model%n_blocks)
     integer :: b, e
 
     area = 0.0_dp
     sums = 0.0_dp
-    do e = 1, system%n_elements
-      associate (element => share(e)%kinematics)
-        b = system%elements%block(e)
+    do e = 1, model%n_elements
+      associate (element => cache%element(e)%kinematics)
+        b = model%elements%block(e)
         area(b) = area(b) + element%area
-        sums(:, b) = sums(:, b) + element%area*[element%centroid + system%origin, &
-          matmul(element%at_centroid, state%velocity(system%elements%unknown(:, e))), state%stress(:, e)]
+        sums(:, b) = sums(:, b) + element%area*[element%centroid + model%origin, &
+          matmul(element%at_centroid, state%velocity(model%elements%unknown(:, e))), state%stress(:, e)]
       end associate
     end do
-    do b = 1, system%n_blocks
+    do b = 1, model%n_blocks
       sums(:, b) = sums(:, b)/area(b)
     end do
     call put(records%body_area, area)
@@ -256,7 +245,7 @@ contains
       integer :: i, n
 
       n = 0
-      associate (outlines => system%outlines)
+      associate (outlines => model%outlines)
         do i = 1, size(state%contacts%contact)
           associate (contact => state%contacts%contact(i), &
                      entrance => state%contacts%contact(i)%entrance(state%contacts%contact(i)%active))
@@ -267,7 +256,7 @@ contains
                                length)
             call put(records%touch_blocks, real([outlines%block(entrance%vertex), outlines%block(entrance%edge)], dp))
             call put(records%touch_state, [real(entrance%state, dp)])
-            call put(records%touch_place, state%vertex(:, outlines%start(entrance%vertex)) + system%origin)
+            call put(records%touch_place, state%vertex(:, outlines%start(entrance%vertex)) + model%origin)
             call put(records%touch_normal, normal)
             call put(records%touch_force, contact%force)
           end associate

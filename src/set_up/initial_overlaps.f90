@@ -21,7 +21,7 @@ contains
   subroutine refuse_overlaps(scene, blocks, system, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
-    type(system_t), intent(in) :: system
+    class(system_t), intent(in) :: system
     type(error_t), allocatable, intent(out) :: error
     character(len=:), allocatable :: expected
     real(dp) :: most
@@ -47,7 +47,7 @@ contains
 
   !> All overlaps in words.
   pure function overlap_texts(system) result(text)
-    type(system_t), intent(in) :: system
+    class(system_t), intent(in) :: system
     type(text_t), allocatable :: text(:)
     integer :: i, n
 
@@ -61,7 +61,7 @@ contains
 
   !> What there is to warn of: one line or none.
   pure function overlap_warning(system) result(warning)
-    type(system_t), intent(in) :: system
+    class(system_t), intent(in) :: system
     type(text_t), allocatable :: warning(:)
     integer :: n
 
@@ -75,7 +75,7 @@ contains
 
   !> An overlap in words.
   pure function overlap_text(system, overlap) result(text)
-    type(system_t), intent(in) :: system
+    class(system_t), intent(in) :: system
     type(overlap_t), intent(in) :: overlap
     character(len=:), allocatable :: text
     real(dp) :: position(2)

@@ -1,11 +1,10 @@
-!> From a scene and its blocks to the system, the state at time 0 and the effects that the scene calls for.
+!> From a scene and its blocks to the model and its state at time 0.
 module scree_set_up
   use scree_body_overlap, only: find_overlaps
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
   use scree_block_input, only: block_area, block_moments, block_size, block_source, blocks_t
-  use scree_contacts, only: contact_law_t, contacts_t, outlines_t, overlap_t
+  use scree_contacts, only: contact_law_t, contact_memory_t, outlines_t, overlap_t
   use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh
-  use scree_effects, only: effects_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_interpolation, only: kinematics_of, kinematics_t, rigid_velocity
   use scree_kinds, only: dp
@@ -13,11 +12,13 @@ module scree_set_up
   use scree_material, only: elasticity
   use scree_mathematical_mesh, only: regular_mesh, shortest_edge
   use scree_mesh, only: mesh_t
+  use scree_model, only: effects_t, model_t
   use scree_scene, only: effect_t, fixed_exact, mass_follows_area, model_dda, model_nmm, scene_t, scheme_energy_momentum, &
                          strain_green, time_table_t, transport_rates
   use scree_settings, only: place_of
   use scree_simplex_integration, only: moments_t
-  use scree_system, only: fixed_point, load_point, measured_point, state_t, system_t
+  use scree_state, only: state_t
+  use scree_system, only: fixed_point, load_point, measured_point, system_t
   use scree_text, only: number_text, real_text
   implicit none
   private
@@ -36,47 +37,50 @@ module scree_set_up
 
 contains
 
-  !> Makes system, state and effects, and the list of effects with the reason for each.
+  !> Makes model and first state, and the list of effects with the reason for each.
   !>
   !> Errors: a mathematical mesh that does not hold the blocks, a block that is lost in the size of the model, an outline that
   !> does not close.
-  subroutine set_up(scene, blocks, system, state, effects, list, error)
+  subroutine set_up(scene, blocks, model, state, list, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
-    type(system_t), intent(out) :: system
+    type(model_t), intent(out) :: model
     type(state_t), intent(out) :: state
-    type(effects_t), intent(out) :: effects
     type(effect_t), allocatable, intent(out) :: list(:)
     type(error_t), allocatable, intent(out) :: error
     type(cover_quality_t) :: quality
     logical :: cracked
 
-    call make_system(scene, blocks, system, state, quality, error)
+    model%settings = scene%settings
+    call make_system(scene, blocks, model%system_t, state, quality, error)
     if (allocated(error)) return
+    model%start = state%vertex
+    model%start_point = state%point
     cracked = .false.
     if (allocated(blocks%crack_joint)) cracked = size(blocks%crack_joint) > 0
-    call make_effects(scene, system, state, quality, cracked, effects, list)
-    if (.not. allocated(effects%contact)) return
-    call make_outlines(system%elements%shape, state%vertex, system%elements%block, system%outlines, error)
+    call make_effects(scene, model%system_t, state, quality, cracked, model%effects, list)
+    if (.not. allocated(model%effects%contact)) return
+    call make_outlines(model%elements%shape, state%vertex, model%elements%block, model%outlines, error)
     if (allocated(error)) then
-      associate (o => system%outlines, i => findloc(system%outlines%next, 0, 1))
+      associate (o => model%outlines, i => findloc(model%outlines%next, 0, 1))
         call fail(error, status_bad_input, block_source(scene, blocks, o%block(i))//': expected an outline of block '// &
                   number_text(o%block(i))//' that closes, found it open at '// &
-                  real_text(state%vertex(1, o%finish(i)) + system%origin(1))//' '// &
-                  real_text(state%vertex(2, o%finish(i)) + system%origin(2)))
+                  real_text(state%vertex(1, o%finish(i)) + model%origin(1))//' '// &
+                  real_text(state%vertex(2, o%finish(i)) + model%origin(2)))
       end associate
       return
     end if
-    allocate (state%contacts%contact(0), state%contacts%link(2, 0))
-    if (system%n_elements == system%n_blocks) then
-      call find_overlaps(system%outlines, state%vertex, system%overlaps, state%contacts%inside)
+    allocate (state%contacts%contact(0), state%contacts%pair(2, 0))
+    state%contacts%stiffness = [model%effects%contact%normal_stiffness, model%effects%contact%shear_stiffness]
+    if (model%n_elements == model%n_blocks) then
+      call find_overlaps(model%outlines, state%vertex, model%overlaps, state%contacts%inside)
     else
-      call find_overlaps_under_mesh(blocks, system%overlaps, error)
+      call find_overlaps_under_mesh(blocks, model%overlaps, error)
       if (allocated(error)) return
       allocate (state%contacts%inside(2, 0))
     end if
-    if (scene%settings%shi) call search_as_shi(scene, effects%contact, state%contacts)
-    if (scene%settings%chooses_step) state%contacts%leap = 1e30_dp ! its travel has a limit of its own
+    if (scene%settings%shi) call search_as_shi(scene, model%effects%contact, state%contacts)
+    if (scene%settings%chooses_step) model%effects%contact%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up
 
   !> Overlaps of blocks that a mathematical mesh has cut: its elements lie in one block each.
@@ -98,15 +102,15 @@ contains
   pure subroutine search_as_shi(scene, law, contacts)
     type(scene_t), intent(in) :: scene
     type(contact_law_t), intent(inout) :: law
-    type(contacts_t), intent(inout) :: contacts
+    type(contact_memory_t), intent(inout) :: contacts
 
-    contacts%by_name = .true.
+    law%by_name = .true.
     contacts%inside = reshape([integer ::], [2, 0]) ! his springs press where they overlap
-    contacts%guard = search_guard*scene%extent
+    law%guard = search_guard*scene%extent
     if (.not. scene%displacement_ratio > 0) return
-    contacts%outside = max(search_share*scene%displacement_ratio, search_least)*scene%extent
-    contacts%deepest = max(search_inside*contacts%outside, search_least*scene%extent)
-    if (law%touching > 0) law%touching = law%touching*2*contacts%outside/scene%extent
+    law%outside = max(search_share*scene%displacement_ratio, search_least)*scene%extent
+    law%deepest = max(search_inside*law%outside, search_least*scene%extent)
+    if (law%touching > 0) law%touching = law%touching*2*law%outside/scene%extent
   end subroutine search_as_shi
 
   !> Bodies and their state at rest, in coordinates about the middle of the scene.

@@ -2,10 +2,11 @@
 !>
 !> Both are off unless asked for: a stiffness that follows the overlap lets what should rest on friction slide.
 module scree_shi_control
-  use scree_contacts, only: contact_law_t, contacts_t
+  use scree_contacts, only: contact_law_t, contact_memory_t
   use scree_kinds, only: dp
   use scree_scene, only: scene_t
-  use scree_system, only: state_t, system_t
+  use scree_state, only: state_t
+  use scree_system, only: system_t
   implicit none
   private
   public :: adapt_stiffness, first_size, following_size
@@ -16,9 +17,9 @@ module scree_shi_control
 contains
 
   !> Size of the first step, in which weight, initial stress or loads may move a block as far as a step may.
-  pure real(dp) function first_size(scene, system, state)
+  pure real(dp) function first_size(scene, model, state)
     type(scene_t), intent(in) :: scene
-    type(system_t), intent(in) :: system
+    class(system_t), intent(in) :: model
     type(state_t), intent(in) :: state
     real(dp) :: push, stress
     integer :: i
@@ -28,24 +29,24 @@ contains
       stress = max(stress, maxval(abs(scene%block_material(i)%stress)))
     end do
     push = max(abs(scene%block_material(1)%unit_weight)/scene%block_material(1)%density, &
-               (4*stress*sqrt(block_mass(scene, system)/scene%block_material(1)%density) + largest_load(scene)) &
-               /block_mass(scene, system))
+               (4*stress*sqrt(block_mass(scene, model)/scene%block_material(1)%density) + largest_load(scene)) &
+               /block_mass(scene, model))
     first_size = time_to_move(scene%settings%most_travel, maxval(abs(state%velocity)), push, huge(push))
     if (first_size >= huge(push)) first_size = scene%settings%step_size
   end function first_size
 
   !> Size of the step after one of size `dt` that moved a vertex by `travel`, with the forces of its contacts and of loads.
-  pure real(dp) function following_size(scene, system, contacts, dt, travel)
+  pure real(dp) function following_size(scene, model, contacts, dt, travel)
     type(scene_t), intent(in) :: scene
-    type(system_t), intent(in) :: system
-    type(contacts_t), intent(in) :: contacts
+    class(system_t), intent(in) :: model
+    type(contact_memory_t), intent(in) :: contacts
     real(dp), intent(in) :: dt, travel
     real(dp) :: force
 
     force = largest_load(scene)
     if (allocated(contacts%contact)) force = max(force, maxval(contacts%contact%force(1)))
     following_size = time_to_move(scene%settings%most_travel, merge(travel/dt, 0.0_dp, scene%carried > 0), &
-                                  force/block_mass(scene, system), growth*dt)
+                                  force/block_mass(scene, model), growth*dt)
   end function following_size
 
   !> Time in which a speed and an acceleration make a distance, at most `longest`.
@@ -58,11 +59,11 @@ contains
   end function time_to_move
 
   !> Mass of a block of mean area, of material 1; per unit thickness.
-  pure real(dp) function block_mass(scene, system)
+  pure real(dp) function block_mass(scene, model)
     type(scene_t), intent(in) :: scene
-    type(system_t), intent(in) :: system
+    class(system_t), intent(in) :: model
 
-    block_mass = sum(system%elements%mass/scene%block_material(system%elements%material)%density)/system%n_blocks &
+    block_mass = sum(model%elements%mass/scene%block_material(model%elements%material)%density)/model%n_blocks &
                  *scene%block_material(1)%density
   end function block_mass
 
@@ -81,14 +82,12 @@ contains
 
   !> Contact stiffness after a step: such that gaps and overlaps of closed contacts would be those allowed, but no softer
   !> than a third of what it was.
-  pure subroutine adapt_stiffness(apart, law)
-    real(dp), intent(in) :: apart(2)          !! largest gap and overlap of a closed contact, length
-    type(contact_law_t), intent(inout) :: law
-    real(dp) :: factor
+  pure subroutine adapt_stiffness(law, apart, stiffness)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: apart(2)        !! largest gap and overlap of a closed contact, length
+    real(dp), intent(inout) :: stiffness(2) !! across a contact and along it, force/length per unit thickness
 
-    factor = max(apart(1)/law%allowed_gap, apart(2)/law%allowed_penetration, 1/softening)
-    law%normal_stiffness = factor*law%normal_stiffness
-    law%shear_stiffness = factor*law%shear_stiffness
+    stiffness = max(apart(1)/law%allowed_gap, apart(2)/law%allowed_penetration, 1/softening)*stiffness
   end subroutine adapt_stiffness
 
 end module scree_shi_control

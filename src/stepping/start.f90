@@ -9,20 +9,22 @@
 !> of the turning asks for: in a triangle about a fixed corner the virial rho w^2/A int x x^T dA.
 module scree_start
   use scree_constraints, only: constraints_t
-  use scree_effects, only: add_element_effects, effects_t, element_cache_t
+  use scree_effects, only: add_element_effects, refresh_elements
   use scree_element_term, only: add_force, step_rule_t, term_t
-  use scree_equations, only: add_equations, begin_equations, constrain_equations, equations_t, members, solve_equations, &
+  use scree_energy, only: close_books
+  use scree_equations, only: add_equations, begin_equations, constrain_equations, members, set_up_equations, solve_equations, &
                              weakest_element
   use scree_errors, only: error_t
   use scree_kinds, only: dp
-  use scree_scene, only: settings_t, start_acceleration, start_consistent
+  use scree_model, only: cache_t, model_t
+  use scree_scene, only: start_acceleration, start_consistent
+  use scree_state, only: state_t
   use scree_stiffness, only: small_strain_operator
-  use scree_system, only: state_t, system_t
-  use scree_time_stepper, only: constraints_of_step
+  use scree_step_constraints, only: constraints_of_step
   use scree_trouble, only: new_trouble, words_of
   implicit none
   private
-  public :: begin_motion
+  public :: begin_run
 
   !> Stiffness against inertia in the penalty that keeps the strain from accelerating; its inverse is the error
   !> that a round of multipliers leaves of the one before.
@@ -33,51 +35,66 @@ module scree_start
 
 contains
 
+  !> Begins a run at a state: motion that the scene allows, the equations, the books, the pace.
+  !>
+  !> Errors: as of `begin_motion`.
+  subroutine begin_run(model, cache, state, error)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache         !! with the elements of the state
+    type(state_t), intent(inout) :: state
+    type(error_t), allocatable, intent(out) :: error
+
+    call set_up_equations(model%elements, model%n_unknowns, cache%equations)
+    call begin_motion(model, cache, state, error)
+    if (allocated(error)) return
+    call refresh_elements(model, state, cache)
+    call close_books(model, cache, state)
+    associate (books => state%books)
+      books%at_start = books%kinetic + books%strain + books%gravity + books%fixed_springs
+    end associate
+    state%pace%size = model%settings%step_size
+  end subroutine begin_run
+
   !> Projects the velocities onto what exact fixed points allow (least kinetic energy of the change), then finds
   !> acceleration and stress as `settings%start` asks.
   !>
   !> Errors: fixed points that contradict each other; an element without mass that must accelerate.
-  subroutine begin_motion(system, effects, settings, share, equations, state, error)
-    type(system_t), intent(in) :: system
-    type(effects_t), intent(in) :: effects
-    type(settings_t), intent(in) :: settings
-    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
-    type(equations_t), intent(inout) :: equations
+  subroutine begin_motion(model, cache, state, error)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
     type(state_t), intent(inout) :: state
     type(error_t), allocatable, intent(out) :: error
     type(constraints_t) :: constraints
-    type(term_t) :: terms(system%n_elements)
+    type(term_t) :: terms(model%n_elements)
     integer :: e
 
-    call constraints_of_step(system, effects, share, state, state%time, constraints, error)
+    call constraints_of_step(model, cache, state, state%time, constraints, error)
     if (allocated(error)) return
-    call constrain_equations(equations, constraints)
+    call constrain_equations(cache%equations, constraints)
     if (constraints%n_rows > 0 .and. any(abs(state%velocity) > 0.0_dp)) then
-      do e = 1, system%n_elements
-        terms(e)%matrix = share(e)%mass_matrix
-        call add_force(terms(e), matmul(terms(e)%matrix, state%velocity(system%elements%unknown(:, e))))
+      do e = 1, model%n_elements
+        terms(e)%matrix = cache%element(e)%mass_matrix
+        call add_force(terms(e), matmul(terms(e)%matrix, state%velocity(model%elements%unknown(:, e))))
       end do
-      call solve_for(system, equations, share, terms, state%velocity, error)
+      call solve_for(model, cache, terms, state%velocity, error)
       if (allocated(error)) return
     end if
-    if (any(settings%start == [start_acceleration, start_consistent])) &
-      call accelerate(system, effects, settings%start == start_consistent, share, equations, state, error)
+    if (any(model%settings%start == [start_acceleration, start_consistent])) &
+      call accelerate(model, cache, model%settings%start == start_consistent, state, error)
   end subroutine begin_motion
 
   !> Acceleration, and the stress to it, by the method of multipliers.
-  subroutine accelerate(system, effects, stressed, share, equations, state, error)
-    type(system_t), intent(in) :: system
-    type(effects_t), intent(in) :: effects
+  subroutine accelerate(model, cache, stressed, state, error)
+    type(model_t), intent(in) :: model
     logical, intent(in) :: stressed               !! the state takes the stress too
-    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
-    type(equations_t), intent(inout) :: equations
+    type(cache_t), intent(inout) :: cache
     type(state_t), intent(inout) :: state
     type(error_t), allocatable, intent(out) :: error
-    type(term_t) :: terms(system%n_elements), forces(system%n_elements)
+    type(term_t) :: terms(model%n_elements), forces(model%n_elements)
     type(state_t) :: at_rest
     type(step_rule_t) :: rule
-    real(dp), dimension(3, system%n_elements) :: stress, change
-    real(dp) :: B(3, size(share(1)%kinematics%gradient, 2)), D(3, 3), penalty
+    real(dp), dimension(3, model%n_elements) :: stress, change
+    real(dp) :: B(3, size(cache%element(1)%kinematics%gradient, 2)), D(3, 3), penalty
     integer :: e, round
 
     at_rest = state
@@ -88,33 +105,33 @@ contains
     rule%load_to = state%time
     rule%end_time = state%time
     penalty = 0.0_dp
-    do e = 1, system%n_elements
-      call add_element_effects(effects, system, at_rest, e, share(e), 0*state%velocity(system%elements%unknown(:, e)), &
+    do e = 1, model%n_elements
+      call add_element_effects(model, cache%element(e), at_rest, e, 0*state%velocity(model%elements%unknown(:, e)), &
                                rule, forces(e))
-      if (allocated(effects%mass_damping)) &
-        call add_force(forces(e), -effects%mass_damping%rate*matmul(share(e)%mass_matrix, &
-                                                                    state%velocity(system%elements%unknown(:, e))))
-      penalty = max(penalty, stiffer*share(e)%mass/share(e)%elasticity(1, 1)) ! rho l^2 / E, time^2
+      if (allocated(model%effects%mass_damping)) &
+        call add_force(forces(e), -model%effects%mass_damping%rate*matmul(cache%element(e)%mass_matrix, &
+                                                                    state%velocity(model%elements%unknown(:, e))))
+      penalty = max(penalty, stiffer*cache%element(e)%mass/cache%element(e)%elasticity(1, 1)) ! rho l^2 / E, time^2
     end do
 
     stress = 0.0_dp
     do round = 1, most_rounds
-      do e = 1, system%n_elements
-        associate (element => share(e)%kinematics)
+      do e = 1, model%n_elements
+        associate (element => cache%element(e)%kinematics)
           B = small_strain_operator(element)
-          D = penalty*share(e)%elasticity
+          D = penalty*cache%element(e)%elasticity
           terms(e) = term_t()
-          terms(e)%matrix = share(e)%mass_matrix + element%area*matmul(transpose(B), matmul(D, B))
+          terms(e)%matrix = cache%element(e)%mass_matrix + element%area*matmul(transpose(B), matmul(D, B))
           call add_force(terms(e), forces(e)%force)
-          call add_force(terms(e), -element%area*matmul(stress(:, e) + matmul(D, turning(system, state, share, e)), B))
+          call add_force(terms(e), -element%area*matmul(stress(:, e) + matmul(D, turning(model, cache, state, e)), B))
         end associate
       end do
-      call solve_for(system, equations, share, terms, state%acceleration, error)
+      call solve_for(model, cache, terms, state%acceleration, error)
       if (allocated(error)) return
-      do e = 1, system%n_elements
-        associate (acceleration => state%acceleration(system%elements%unknown(:, e)))
-          change(:, e) = penalty*matmul(share(e)%elasticity, turning(system, state, share, e) &
-                                        + matmul(small_strain_operator(share(e)%kinematics), acceleration))
+      do e = 1, model%n_elements
+        associate (acceleration => state%acceleration(model%elements%unknown(:, e)))
+          change(:, e) = penalty*matmul(cache%element(e)%elasticity, turning(model, cache, state, e) &
+                                        + matmul(small_strain_operator(cache%element(e)%kinematics), acceleration))
         end associate
       end do
       stress = stress + change
@@ -124,22 +141,21 @@ contains
   end subroutine accelerate
 
   !> Second rate of Green strain of element `e` that moves without acceleration, A(theta') theta'.
-  pure function turning(system, state, share, e) result(q)
-    type(system_t), intent(in) :: system
+  pure function turning(model, cache, state, e) result(q)
+    type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    type(element_cache_t), intent(in) :: share(:)
+    type(cache_t), intent(in) :: cache
     integer, intent(in) :: e
     real(dp) :: q(3), rate(4)
 
-    rate = matmul(share(e)%kinematics%gradient, state%velocity(system%elements%unknown(:, e)))
+    rate = matmul(cache%element(e)%kinematics%gradient, state%velocity(model%elements%unknown(:, e)))
     q = [sum(rate(1:2)**2), sum(rate(3:4)**2), 2*dot_product(rate(1:2), rate(3:4))]
   end function turning
 
   !> Solves the equations of all groups for x.
-  subroutine solve_for(system, equations, share, terms, x, error)
-    type(system_t), intent(in) :: system
-    type(equations_t), intent(inout) :: equations
-    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
+  subroutine solve_for(model, cache, terms, x, error)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
     type(term_t), intent(in) :: terms(:)          !! (n_elements)
     real(dp), intent(out) :: x(:)                 !! (n_unknowns)
     type(error_t), allocatable, intent(out) :: error
@@ -147,17 +163,17 @@ contains
     integer :: e, group, k
 
     x = 0.0_dp
-    do group = 1, equations%n_groups
-      call begin_equations(equations, group)
-      list = members(equations, group)
+    do group = 1, cache%equations%n_groups
+      call begin_equations(cache%equations, group)
+      list = members(cache%equations, group)
       do k = 1, size(list)
-        call add_equations(equations, group, k, share(list(k))%kinematics%span, terms(list(k)))
+        call add_equations(cache%equations, group, k, cache%element(list(k))%kinematics%span, terms(list(k)))
       end do
-      call solve_equations(equations, group, .true., x, error)
+      call solve_equations(cache%equations, group, .true., x, error)
       if (.not. allocated(error)) cycle
-      e = weakest_element(equations, group)
+      e = weakest_element(cache%equations, group)
       error%message = 'the start: '//words_of(new_trouble(error%message, 'another integrator.start, and check density and '// &
-        'fixed points there', e, share(max(1, e))%kinematics%centroid), system)
+        'fixed points there', e, cache%element(max(1, e))%kinematics%centroid), model)
       return
     end do
   end subroutine solve_for

@@ -1,15 +1,15 @@
 !> What an accepted step changes: positions, stress, deformation, rotation and the rates (Shi's df25, df26).
 module scree_update
-  use scree_effects, only: effects_t, element_cache_t
   use scree_element_term, only: step_rule_t
   use scree_integrator, only: end_rates
   use scree_interpolation, only: carried_rates, displacement_matrix, kinematics_t
   use scree_green_strain, only: green_strain
   use scree_kinds, only: dp
   use scree_material, only: push_stress_forward
+  use scree_model, only: cache_t, model_t
   use scree_regions, only: first_vertex_of, last_vertex_of
+  use scree_state, only: state_t
   use scree_stiffness, only: small_strain
-  use scree_system, only: state_t, system_t
   implicit none
   private
   public :: update_state
@@ -17,44 +17,43 @@ module scree_update
 contains
 
   !> Moves `state` to the end of the step with unknowns `d`.
-  pure subroutine update_state(system, effects, share, rule, d, d_motion, state)
-    type(system_t), intent(in) :: system
-    type(effects_t), intent(in) :: effects
-    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
+  pure subroutine update_state(model, cache, rule, d, d_motion, state)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
     real(dp), intent(in) :: d_motion(:)           !! (n_unknowns) that the rates follow from
     type(state_t), intent(inout) :: state
-    real(dp) :: theta(4), F(4), mean(4, system%n_blocks), turned(4, system%n_elements)
+    real(dp) :: theta(4), F(4), mean(4, model%n_blocks), turned(4, model%n_elements)
     integer :: e, i
 
     call end_rates(rule, d_motion, state%velocity, state%acceleration)
     mean = 0.0_dp
-    do e = 1, system%n_elements
-      associate (ids => system%elements%unknown(:, e), element => share(e)%kinematics, shape => system%elements%shape, &
-                 block => system%elements%block(e))
+    do e = 1, model%n_elements
+      associate (ids => model%elements%unknown(:, e), element => cache%element(e)%kinematics, shape => model%elements%shape, &
+                 block => model%elements%block(e))
         theta = matmul(element%gradient, d(ids))
         turned(:, e) = 0.0_dp
-        if (effects%turns_exactly) turned(:, e) = whole_turn(theta)
+        if (model%effects%turns_exactly) turned(:, e) = whole_turn(theta)
         F = deformation_gradient(theta + turned(:, e))
-        call update_stress(effects%large_deformation, share(e), theta, state%stress(:, e))
+        call update_stress(model%effects%large_deformation, cache%element(e)%elasticity, theta, state%stress(:, e))
         call move(element, d(ids), turned(:, e), state%vertex(:, first_vertex_of(shape, e):last_vertex_of(shape, e)))
         state%deformation(:, e) = matrix_product(F, state%deformation(:, e))
-        state%velocity(ids) = carried_rates(system%model, effects%transport, F, state%velocity(ids))
-        state%acceleration(ids) = carried_rates(system%model, effects%transport, F, state%acceleration(ids))
+        state%velocity(ids) = carried_rates(model%model, model%effects%transport, F, state%velocity(ids))
+        state%acceleration(ids) = carried_rates(model%model, model%effects%transport, F, state%acceleration(ids))
         mean(:, block) = mean(:, block) + element%area*F
       end associate
     end do
-    do i = 1, size(system%points%element)
-      e = system%points%element(i)
-      call move(share(e)%kinematics, d(system%elements%unknown(:, e)), turned(:, e), state%point(:, i:i))
+    do i = 1, size(model%points%element)
+      e = model%points%element(i)
+      call move(cache%element(e)%kinematics, d(model%elements%unknown(:, e)), turned(:, e), state%point(:, i:i))
     end do
     if (size(state%cover, 2) > 0) state%cover = state%cover + reshape(d, shape(state%cover)) ! a DDA block has no nodes
-    do i = 1, system%n_blocks
+    do i = 1, model%n_blocks
       state%rotation(i) = state%rotation(i) + atan2(mean(2, i) - mean(3, i), mean(1, i) + mean(4, i))
     end do
-    state%velocity = effects%carried*state%velocity
-    state%acceleration = effects%carried*state%acceleration
+    state%velocity = model%effects%carried*state%velocity
+    state%acceleration = model%effects%carried*state%acceleration
     state%time = state%time + rule%dt
     state%step = state%step + 1
   end subroutine update_state
@@ -77,16 +76,16 @@ contains
   end function deformation_gradient
 
   !> Adds the stress of the step: small strain adds components, Green strain pushes S forward with the step's F.
-  pure subroutine update_stress(large_deformation, share, theta, stress)
+  pure subroutine update_stress(large_deformation, elasticity, theta, stress)
     logical, intent(in) :: large_deformation
-    type(element_cache_t), intent(in) :: share
+    real(dp), intent(in) :: elasticity(3, 3) !! force/length^2
     real(dp), intent(in) :: theta(4)
     real(dp), intent(inout) :: stress(3)
 
     if (large_deformation) then
-      stress = push_stress_forward(deformation_gradient(theta), stress + matmul(share%elasticity, green_strain(theta)))
+      stress = push_stress_forward(deformation_gradient(theta), stress + matmul(elasticity, green_strain(theta)))
     else
-      stress = stress + matmul(share%elasticity, small_strain(theta))
+      stress = stress + matmul(elasticity, small_strain(theta))
     end if
   end subroutine update_stress
 

@@ -4,15 +4,15 @@
 !> suspicious, once for each kind, and ends the run where it is nonsense.
 module scree_watch
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use scree_effects, only: effects_t, element_cache_t
-  use scree_energy, only: books_t
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_gravity, only: gravity_energy
   use scree_green_strain, only: least_stable_stretch, least_stretch
   use scree_inertia, only: kinetic_energy
   use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
   use scree_progress, only: progress_t, warn
-  use scree_system, only: fixed_point, state_t, system_t
+  use scree_state, only: state_t
+  use scree_system, only: fixed_point
   use scree_text, only: rounded_text
   use scree_trouble, only: new_trouble, trouble_t, words_of
   implicit none
@@ -41,74 +41,69 @@ module scree_watch
 contains
 
   !> Watch at the start of a run.
-  subroutine begin_watch(system, effects, share, state, books, watch)
-    type(system_t), intent(in) :: system
-    type(effects_t), intent(in) :: effects
-    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
+  subroutine begin_watch(model, cache, state, watch)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
-    type(books_t), intent(in) :: books
     type(watch_t), intent(out) :: watch
-    integer :: e, i, n_fixed(system%n_blocks)
+    integer :: e, i, n_fixed(model%n_blocks)
     real(dp) :: height
 
-    allocate (watch%soft(system%n_elements), source=.false.)
-    watch%height = energy_of_weights(effects, share)
-    watch%energy = energy_of(system, share, state, books) + watch%height
-    watch%scale = books%kinetic + books%strain + books%fixed_springs
+    allocate (watch%soft(model%n_elements), source=.false.)
+    watch%height = energy_of_weights(model, cache)
+    watch%energy = energy_of(model, cache, state) + watch%height
+    watch%scale = state%books%kinetic + state%books%strain + state%books%fixed_springs
     n_fixed = 0
-    do i = 1, size(system%points%kind)
-      associate (block => system%elements%block(system%points%element(i)))
-        if (system%points%kind(i) == fixed_point) n_fixed(block) = n_fixed(block) + 1
+    do i = 1, size(model%points%kind)
+      associate (block => model%elements%block(model%points%element(i)))
+        if (model%points%kind(i) == fixed_point) n_fixed(block) = n_fixed(block) + 1
       end associate
     end do
     height = maxval(state%vertex(2, :)) - minval(state%vertex(2, :))
-    do e = 1, system%n_elements
-      watch%scale = watch%scale + faint_strain*share(e)%elasticity(1, 1)*share(e)%kinematics%area
-      if (allocated(effects%gravity) .and. n_fixed(system%elements%block(e)) < 2) &
-        watch%scale = watch%scale + abs(effects%gravity%weight(e))*height ! it may fall
+    do e = 1, model%n_elements
+      watch%scale = watch%scale + faint_strain*cache%element(e)%elasticity(1, 1)*cache%element(e)%kinematics%area
+      if (allocated(model%effects%gravity) .and. n_fixed(model%elements%block(e)) < 2) &
+        watch%scale = watch%scale + abs(model%effects%gravity%weight(e))*height ! it may fall
     end do
   end subroutine begin_watch
 
   !> Error where energies are not finite: names an element whose own are not.
-  subroutine check_numbers(system, share, state, books, error)
-    type(system_t), intent(in) :: system
-    type(element_cache_t), intent(in) :: share(:) !! (n_elements) of `state`
+  subroutine check_numbers(model, cache, state, error)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
-    type(books_t), intent(in) :: books
     type(error_t), allocatable, intent(out) :: error
     type(trouble_t) :: trouble
     integer :: e
 
-    if (all(ieee_is_finite([books%kinetic, books%strain, books%gravity, books%fixed_springs]))) return
+    if (all(ieee_is_finite([state%books%kinetic, state%books%strain, state%books%gravity, state%books%fixed_springs]))) return
     trouble%what = 'velocity or stress is beyond all numbers'
     trouble%advice = 'a smaller step.size, and check density, E and loads'
-    do e = 1, system%n_elements
-      if (all(ieee_is_finite(state%velocity(system%elements%unknown(:, e)))) .and. &
+    do e = 1, model%n_elements
+      if (all(ieee_is_finite(state%velocity(model%elements%unknown(:, e)))) .and. &
           ieee_is_finite(sum(abs(state%stress(:, e))**2))) cycle
       trouble%element = e
-      trouble%position = share(e)%kinematics%centroid
+      trouble%position = cache%element(e)%kinematics%centroid
       exit
     end do
-    call fail(error, status_run_failed, words_of(trouble, system))
+    call fail(error, status_run_failed, words_of(trouble, model))
   end subroutine check_numbers
 
   !> Looks at areas and energy after a step.
   !>
   !> Errors: an area or a gain of energy that is nonsense.
-  subroutine watch_step(watch, system, effects, share, state, books, work, progress, error)
+  subroutine watch_step(watch, model, cache, state, work, progress, error)
     type(watch_t), intent(inout) :: watch
-    type(system_t), intent(in) :: system
-    type(effects_t), intent(in) :: effects
-    type(element_cache_t), intent(in) :: share(:) !! (n_elements) of `state`
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
-    type(books_t), intent(in) :: books
     real(dp), intent(in) :: work                  !! of loads, ground and supports in the step, force length per unit thickness
     type(progress_t), intent(inout) :: progress
     type(error_t), allocatable, intent(out) :: error
 
     call watch_areas()
     if (allocated(error)) return
-    if (effects%large_deformation) call watch_stiffness()
+    if (model%effects%large_deformation) call watch_stiffness()
     call watch_energy()
 
   contains
@@ -121,7 +116,7 @@ contains
 
       farthest = 1.0_dp
       worst = 0
-      do e = 1, system%n_elements
+      do e = 1, model%n_elements
         associate (F => state%deformation(:, e))
           ratio = F(1)*F(4) - F(2)*F(3)
         end associate
@@ -131,27 +126,27 @@ contains
         farthest = factor
         worst = e
       end do
-      if (farthest <= merge(nonsense_area, merge(suspicious_green, suspicious_small, effects%large_deformation), &
+      if (farthest <= merge(nonsense_area, merge(suspicious_green, suspicious_small, model%effects%large_deformation), &
                             watch%area_warned)) return
       associate (F => state%deformation(:, worst))
         ratio = F(1)*F(4) - F(2)*F(3)
       end associate
       trouble%element = worst
-      trouble%position = share(worst)%kinematics%centroid
+      trouble%position = cache%element(worst)%kinematics%centroid
       if (ratio < 1) then
         trouble%what = 'it is crushed to '//rounded_text(ratio)//' of its area at the start, under a stress of '// &
           rounded_text(maxval(abs(state%stress(:, worst))))//', '// &
-          rounded_text(maxval(abs(state%stress(:, worst)))/effects%elasticity(1, 1, system%elements%material(worst)))// &
+          rounded_text(maxval(abs(state%stress(:, worst)))/model%effects%elasticity(1, 1, model%elements%material(worst)))// &
           ' of its stiffness'
         if (.not. ratio > 0) trouble%what = 'it is turned inside out'
         trouble%advice = 'a smaller step.size, and check density, unit weight, E and loads for their units'
       else
         trouble%what = 'it has grown to '//rounded_text(ratio)//' times its area at the start'
         trouble%advice = 'method.strain=green or a smaller step.size, as small strain takes rotation for growth'
-        if (effects%large_deformation) trouble%advice = 'a smaller step.size, and check loads and E for their units'
+        if (model%effects%large_deformation) trouble%advice = 'a smaller step.size, and check loads and E for their units'
       end if
       if (farthest > nonsense_area) then
-        call fail(error, status_run_failed, words_of(trouble, system))
+        call fail(error, status_run_failed, words_of(trouble, model))
       else
         watch%area_warned = .true.
         call say(trouble)
@@ -162,12 +157,12 @@ contains
     subroutine watch_stiffness()
       integer :: e
 
-      do e = 1, system%n_elements
+      do e = 1, model%n_elements
         if (watch%soft(e)) cycle
         if (least_stretch(state%deformation(:, e)) > least_stable_stretch) cycle
         watch%soft(e) = .true.
         call say(new_trouble('it is compressed to a stretch below 0.577, where Green strain has lost its stiffness', &
-                           element=e, position=share(e)%kinematics%centroid))
+                           element=e, position=cache%element(e)%kinematics%centroid))
       end do
     end subroutine watch_stiffness
 
@@ -177,27 +172,27 @@ contains
       real(dp) :: gain, height, own, most
       integer :: e
 
-      height = energy_of_weights(effects, share)
+      height = energy_of_weights(model, cache)
       watch%fallen = max(watch%fallen, watch%height - height)
       watch%energy = watch%energy + work
       watch%scale = watch%scale + abs(work)
-      gain = (energy_of(system, share, state, books) + height - watch%energy)/(watch%scale + watch%fallen)
+      gain = (energy_of(model, cache, state) + height - watch%energy)/(watch%scale + watch%fallen)
       if (.not. gain > merge(nonsense_gain, suspicious_gain, watch%energy_warned)) return
       most = -1.0_dp
-      do e = 1, system%n_elements
-        own = kinetic_energy(share(e)%mass_matrix, state%velocity(system%elements%unknown(:, e)))
+      do e = 1, model%n_elements
+        own = kinetic_energy(cache%element(e)%mass_matrix, state%velocity(model%elements%unknown(:, e)))
         if (own <= most) cycle
         most = own
         trouble%element = e
       end do
-      trouble%position = share(trouble%element)%kinematics%centroid
+      trouble%position = cache%element(trouble%element)%kinematics%centroid
       associate (e => trouble%element)
         trouble%what = 'energy has come from nothing, '//rounded_text(gain)//' times all that weight, loads and the start can '// &
-          'give; most of it moves this block, at a mean speed of '//rounded_text(sqrt(2*most/share(e)%mass))
+          'give; most of it moves this block, at a mean speed of '//rounded_text(sqrt(2*most/cache%element(e)%mass))
       end associate
       trouble%advice = 'a smaller step.size or contact.stiffness, and check units and blocks that overlap'
       if (gain > nonsense_gain) then
-        call fail(error, status_run_failed, words_of(trouble, system))
+        call fail(error, status_run_failed, words_of(trouble, model))
       else
         watch%energy_warned = .true.
         call say(trouble)
@@ -208,36 +203,36 @@ contains
     subroutine say(trouble)
       type(trouble_t), intent(in) :: trouble
 
-      call warn(progress, 'time '//rounded_text(state%time)//': '//words_of(trouble, system))
+      call warn(progress, 'time '//rounded_text(state%time)//': '//words_of(trouble, model))
     end subroutine say
 
   end subroutine watch_step
 
   !> Energy but for that of the weights. Masses are those of the start, as are the weights: a mass that follows the area would bring
   !> energy of its own, the more the farther the scene is from y = 0.
-  pure real(dp) function energy_of(system, share, state, books) result(energy)
-    type(system_t), intent(in) :: system
-    type(element_cache_t), intent(in) :: share(:) !! (n_elements) of `state`
+  pure real(dp) function energy_of(model, cache, state) result(energy)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
-    type(books_t), intent(in) :: books
     integer :: e
 
-    energy = books%strain + books%fixed_springs + state%contacts%energy
-    do e = 1, system%n_elements
-      energy = energy + kinetic_energy(share(e)%mass_matrix, state%velocity(system%elements%unknown(:, e)))/share(e)%mass_ratio
+    energy = state%books%strain + state%books%fixed_springs + state%books%contact_springs
+    do e = 1, model%n_elements
+      energy = energy + kinetic_energy(cache%element(e)%mass_matrix, &
+          state%velocity(model%elements%unknown(:, e)))/cache%element(e)%mass_ratio
     end do
   end function energy_of
 
   !> Energy of the weights, about the middle of the scene.
-  pure real(dp) function energy_of_weights(effects, share) result(energy)
-    type(effects_t), intent(in) :: effects
-    type(element_cache_t), intent(in) :: share(:) !! (n_elements)
+  pure real(dp) function energy_of_weights(model, cache) result(energy)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     integer :: e
 
     energy = 0.0_dp
-    if (.not. allocated(effects%gravity)) return
-    do e = 1, size(share)
-      energy = energy + gravity_energy(effects%gravity%weight(e), share(e)%kinematics)
+    if (.not. allocated(model%effects%gravity)) return
+    do e = 1, model%n_elements
+      energy = energy + gravity_energy(model%effects%gravity%weight(e), cache%element(e)%kinematics)
     end do
   end function energy_of_weights
 

@@ -1,0 +1,63 @@
+!> What a run keeps and what it could make anew: the model never changes, the cache follows from model and state.
+!>
+!> Dropping the cache after any step changes no bit of the run.
+module scree_model
+  use scree_base_acceleration, only: base_acceleration_t
+  use scree_contacts, only: contact_law_t, contact_search_t
+  use scree_equations, only: equations_t
+  use scree_fixed_point, only: fixed_point_t
+  use scree_gravity, only: gravity_t
+  use scree_interpolation, only: kinematics_t
+  use scree_kinds, only: dp
+  use scree_mass_damping, only: mass_damping_t
+  use scree_point_load, only: point_load_t
+  use scree_scene, only: settings_t
+  use scree_system, only: element_unknowns, system_t
+  implicit none
+  private
+  public :: cache_t, effects_t, element_cache_t, model_t
+
+  integer, parameter :: n = element_unknowns
+
+  !> Inertia and elasticity belong to every scene. The others are called for where they are allocated.
+  type :: effects_t
+    real(dp), allocatable :: elasticity(:, :, :)   !! (3, 3, n_materials) force/length^2
+    logical :: large_deformation = .false.         !! Green strain, else small strain
+    logical :: turns_exactly = .false.             !! blocks move by cos and sin of their rotation, with small strain
+    logical :: mass_follows_area = .false.         !! as in Shi's programs
+    real(dp) :: carried = 1.0_dp                   !! share of the velocity that a step hands on (Shi: k01)
+    integer :: transport = 0                       !! `transport_field` or `transport_rates` of the scene
+    type(gravity_t), allocatable :: gravity
+    type(base_acceleration_t), allocatable :: base_acceleration
+    type(mass_damping_t), allocatable :: mass_damping
+    type(point_load_t), allocatable :: point_load
+    type(fixed_point_t), allocatable :: fixed_point
+    type(contact_law_t), allocatable :: contact
+  end type effects_t
+
+  !> What stays the same for one element through the iterations of a step.
+  type :: element_cache_t
+    type(kinematics_t) :: kinematics
+    real(dp) :: mass_matrix(n, n) = 0.0_dp         !! consistent, mass/length
+    real(dp) :: elasticity(3, 3) = 0.0_dp          !! in the present configuration, force/length^2
+    real(dp) :: stress(3) = 0.0_dp                 !! at the beginning of the step, force/length^2
+    real(dp) :: mass = 0.0_dp                      !! at present, mass/length
+    real(dp) :: mass_ratio = 1.0_dp                !! present mass over that at the start
+  end type element_cache_t
+
+  !> Bodies, their effects, and how the scene asks to step: what stays as it is from the first step to the last.
+  type, extends(system_t) :: model_t
+    type(effects_t) :: effects
+    type(settings_t) :: settings
+    real(dp), allocatable :: start(:, :)       !! (2, n_vertices) where the vertices of the elements begin, length
+    real(dp), allocatable :: start_point(:, :) !! (2, n_points) where the points do, length
+  end type model_t
+
+  !> What follows from model and state, kept because it is dear.
+  type :: cache_t
+    type(element_cache_t), allocatable :: element(:) !! (n_elements) of the state
+    type(contact_search_t) :: search                 !! who is near whom
+    type(equations_t) :: equations                   !! pattern and factor
+  end type cache_t
+
+end module scree_model

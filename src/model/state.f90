@@ -1,0 +1,47 @@
+!> What a step changes. A run goes on from the model and this alone.
+module scree_state
+  use scree_contacts, only: contact_memory_t
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: books_t, pace_t, state_t
+
+  !> Energy at one time, what has come and gone since the start, and momentum about the origin of the decks.
+  type :: books_t
+    real(dp) :: kinetic = 0.0_dp         !! force length per unit thickness, as all energies
+    real(dp) :: strain = 0.0_dp          !! of the present stress
+    real(dp) :: gravity = 0.0_dp         !! weight times height above y = 0
+    real(dp) :: fixed_springs = 0.0_dp   !! of springs that hold fixed points
+    real(dp) :: contact_springs = 0.0_dp
+    real(dp) :: at_start = 0.0_dp        !! all of these when the run began
+    real(dp) :: work = 0.0_dp            !! of loads, ground and supports since then
+    real(dp) :: damping = 0.0_dp         !! that mass damping took since then
+    real(dp) :: friction = 0.0_dp        !! lost in sliding since then
+    real(dp) :: momentum(3) = 0.0_dp     !! x, y: mass/time; angular: mass length/time
+  end type books_t
+
+  !> How the steps go: what their control keeps from one to the next.
+  type :: pace_t
+    real(dp) :: size = 0.0_dp            !! that the next step may have, time
+    integer :: easy = 0                  !! steps since the last cut
+    integer :: frames = 0                !! after the first; with a spacing, the last multiple of it that was passed
+  end type pace_t
+
+  !> Positions, motion, stress and the memory of contacts at one time.
+  type :: state_t
+    real(dp) :: time = 0.0_dp
+    integer :: step = 0
+    type(pace_t) :: pace
+    real(dp), allocatable :: vertex(:, :)      !! (2, n_vertices) of the elements, length
+    real(dp), allocatable :: point(:, :)       !! (2, n_points), length
+    real(dp), allocatable :: cover(:, :)       !! (2, n_covers) NMM: node of the mathematical mesh, length
+    real(dp), allocatable :: velocity(:)       !! (n_unknowns) rates of the unknowns
+    real(dp), allocatable :: acceleration(:)   !! (n_unknowns)
+    real(dp), allocatable :: stress(:, :)      !! (3, n_elements) xx, yy, xy, tension positive, force/length^2
+    real(dp), allocatable :: deformation(:, :) !! (4, n_elements) F since the start: xx, yx, xy, yy
+    real(dp), allocatable :: rotation(:)       !! (n_blocks) accumulated, rad
+    type(contact_memory_t) :: contacts
+    type(books_t) :: books
+  end type state_t
+
+end module scree_state

@@ -1,0 +1,449 @@
+!> The iteration of a step: corrections d <- d + K^-1 (forces out of balance) until the deformation settles.
+!>
+!> K is the secant operator of Zhang et al. 2019 or the tangent. Written as a correction, the secant has the iterates
+!> of the paper (K_s d = f) without its round-off floor of eps E dt^2 / (rho l^2). With small strain the first
+!> correction is the solution.
+!>
+!> What shares and touches nothing is settled alone. All other elements are settled together: deformation outside, and inside it the
+!> open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
+module scree_settle
+  use scree_contact_forces, only: add_contacts, slides_with_friction
+  use scree_contact_try, only: contact_try_t, gaps_and_slips, place_contacts
+  use scree_effects, only: add_element_effects, symmetric_equations
+  use scree_element_term, only: step_rule_t, term_t
+  use scree_equations, only: add_equations, begin_equations, equations_t, members, out_of_balance, solve_equations, &
+                             weakest_element, wholly_held
+  use scree_errors, only: error_t
+  use scree_impact, only: element_in_impact, keep_rigid
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, element_cache_t, model_t
+  use scree_open_close, only: hold_contacts, judge_contacts, return_anchors
+  use scree_scene, only: iterate_hybrid, iterate_newton, test_residual
+  use scree_state, only: state_t
+  use scree_step_try, only: reject, try_t
+  use scree_text, only: number_text
+  implicit none
+  private
+  public :: settle
+
+  !> The hybrid method turns from secant to tangent when theta changes by less in an iteration.
+  real(dp), parameter :: near_solution = 0.05_dp
+  !> A residual below this share of what cancelled in it is round-off, whatever the tolerance.
+  real(dp), parameter :: round_off = 50*epsilon(1.0_dp)
+  !> An area that changes by more than this factor in a step is no iterate worth going on with.
+  real(dp), parameter :: largest_area_change = 5.0_dp
+
+  !> Elements that are settled together, and how far they are.
+  type :: group_t
+    integer :: number = 0                     !! among the groups of the equations
+    integer, allocatable :: member(:)         !! elements
+    type(step_rule_t) :: rule
+    logical :: in_contact = .false.
+    logical :: nested = .false.               !! contacts settle for each operator of the deformation
+    logical :: frozen = .false.               !! they have not yet: the operator stays
+    type(term_t), allocatable :: term(:)      !! of the members at the last linearisation, where it may stay
+    real(dp), allocatable :: linear_at(:)     !! (n_unknowns) displacement then
+    integer :: fewest = huge(1), stalled = 0  !! changes of states, and iterations since that got fewer
+  end type group_t
+
+contains
+
+  !> Settles every group of elements. Where one does not, the try says which, where and why.
+  subroutine settle(model, cache, state, contacts, d, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state             !! at the beginning of the step
+    type(contact_try_t), intent(inout) :: contacts !! as the step finds them, then in their states
+    real(dp), intent(inout) :: d(:)                !! (n_unknowns) prediction, then solution
+    type(try_t), intent(inout) :: try
+    type(group_t) :: group
+    integer :: i
+
+    do i = 1, cache%equations%n_groups
+      if (cache%equations%first(i + 1) - cache%equations%first(i) == 1) then
+        call settle_alone(model, cache, state, i, contacts, d, try)
+      else
+        group%number = i
+        group%member = members(cache%equations, i)
+        group%rule = try%rule
+        group%rule%tangent = model%settings%iterate == iterate_newton
+        group%in_contact = .false.
+        if (allocated(contacts%pair)) group%in_contact = size(contacts%pair, 2) > 0
+        call settle_together(model, cache, state, group, contacts, d, try)
+      end if
+      if (.not. try%settled) return
+    end do
+  end subroutine settle
+
+  !> Settles an element that shares and touches nothing.
+  subroutine settle_alone(model, cache, state, number, contacts, d, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: number                 !! of its group in the equations
+    type(contact_try_t), intent(in) :: contacts   !! whether it is in an impact
+    real(dp), intent(inout) :: d(:)               !! (n_unknowns)
+    type(try_t), intent(inout) :: try
+    type(step_rule_t) :: rule
+    type(term_t) :: term
+    real(dp) :: change
+    integer :: e, i
+
+    e = cache%equations%member(cache%equations%first(number))
+    rule = try%rule
+    rule%tangent = model%settings%iterate == iterate_newton
+    try%settled = wholly_held(cache%equations, number)
+    if (try%settled) then
+      call check_area(model, cache, e, d, try)
+      return
+    end if
+    do i = 1, model%settings%most_iterations
+      call begin_equations(cache%equations, number)
+      call add_element(model, cache, state, contacts, e, d, rule, term)
+      call add_equations(cache%equations, number, 1, cache%element(e)%kinematics%span, term)
+      if (settles_by_residual(model)) then
+        try%settled = is_balanced(model, cache, number)
+        if (try%settled) return
+      end if
+      call correct(cache, number, symmetric_equations(model%effects, rule), d, try)
+      try%iterations = max(try%iterations, i)
+      if (allocated(try%trouble%what)) return
+      call check_area(model, cache, e, d, try)
+      if (allocated(try%trouble%what)) return
+      associate (ids => model%elements%unknown(:, e))
+        change = maxval(abs(matmul(cache%element(e)%kinematics%gradient, cache%equations%correction(ids))))
+      end associate
+      try%settled = is_settled(model, change)
+      if (try%settled) return
+      if (model%settings%iterate == iterate_hybrid) rule%tangent = change < near_solution
+    end do
+    call reject_unsettled(cache, e, try)
+  end subroutine settle_alone
+
+  !> Settles elements that share unknowns or touch.
+  subroutine settle_together(model, cache, state, group, contacts, d, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(inout) :: d(:)               !! (n_unknowns)
+    type(try_t), intent(inout) :: try
+    real(dp) :: change
+    integer :: i, worst
+
+    try%settled = wholly_held(cache%equations, group%number) .and. .not. group%in_contact
+    if (try%settled) then
+      call check_areas(model, cache, group%member, d, try)
+      return
+    end if
+    if (group%in_contact) call begin_open_close(model, cache, state, group, contacts, d)
+    worst = group%member(1)
+    do i = 1, merge(4, 1, group%in_contact)*model%settings%most_iterations
+      call assemble(model, cache, state, group, contacts, d)
+      if (settles_by_residual(model)) then
+        try%settled = is_balanced(model, cache, group%number) &
+                      .and. .not. (group%in_contact .and. contacts%changes > 0 .and. i > 1)
+        if (try%settled .and. group%in_contact) then
+          call hold(model, group, d, contacts, try%settled)
+          if (.not. try%settled) cycle
+        end if
+        if (try%settled) return
+      end if
+      call correct(cache, group%number, is_symmetric(model, group, contacts), d, try)
+      try%iterations = max(try%iterations, i)
+      if (allocated(try%trouble%what)) return
+      call check_areas(model, cache, group%member, d, try)
+      if (allocated(try%trouble%what)) return
+      call find_change(model, cache, group, d, change, worst)
+      try%settled = is_settled(model, change)
+      if (group%in_contact) then
+        if (contacts%law%lags .and. state%step == 0 .and. i == 1) try%settled = .false. ! the first of a run: as Shi's
+        call judge(model, cache, state, group, contacts, d, try)
+        if (allocated(try%trouble%what)) return
+        if (try%settled) call hold(model, group, d, contacts, try%settled)
+      end if
+      if (try%settled) return
+      if (model%settings%iterate == iterate_hybrid) group%rule%tangent = change < near_solution
+    end do
+    call reject_unsettled(cache, worst, try)
+  end subroutine settle_together
+
+  !> Contacts at the prediction, and what their iteration begins with.
+  subroutine begin_open_close(model, cache, state, group, contacts, d)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(in) :: d(:)
+
+    group%nested = model%settings%nested .and. model%effects%large_deformation
+    if (group%nested) allocate (group%term(size(group%member)))
+    if (contacts%bends) call place_contacts(model, cache, state, group%rule%operator_weight, d, contacts)
+    if (.not. contacts%law%lags) call judge_contacts(model, d, .true., contacts)
+  end subroutine begin_open_close
+
+  !> Sums up the equations at `d`; of the last linearisation, where contacts settle for that first.
+  subroutine assemble(model, cache, state, group, contacts, d)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    type(contact_try_t), intent(in) :: contacts
+    real(dp), intent(in) :: d(:)
+    type(term_t) :: term
+    integer :: k
+
+    call begin_equations(cache%equations, group%number)
+    do k = 1, size(group%member)
+      associate (e => group%member(k))
+        if (group%frozen) then
+          term = group%term(k)
+          associate (ids => model%elements%unknown(:, e))
+            term%force = term%force - matmul(term%matrix, d(ids) - group%linear_at(ids))
+          end associate
+        else
+          call add_element(model, cache, state, contacts, e, d, group%rule, term)
+          if (group%nested) group%term(k) = term
+        end if
+        call add_equations(cache%equations, group%number, k, cache%element(e)%kinematics%span, term)
+      end associate
+    end do
+    if (.not. group%in_contact) return
+    if (.not. group%frozen) group%linear_at = d
+    call add_contacts(model, d, symmetric_equations(model%effects, group%rule), contacts, cache%equations)
+  end subroutine assemble
+
+  !> What the effects add to one element, which in an impact is as stiff as the contacts have it.
+  pure subroutine add_element(model, cache, state, contacts, e, d, rule, term)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(contact_try_t), intent(in) :: contacts
+    integer, intent(in) :: e
+    real(dp), intent(in) :: d(:)
+    type(step_rule_t), intent(in) :: rule
+    type(term_t), intent(out) :: term
+
+    associate (unknown => d(model%elements%unknown(:, e)))
+      if (allocated(contacts%rigidity)) then
+        call add_element_effects(model, element_in_impact(model, cache, contacts, e), state, e, unknown, rule, term)
+        call keep_rigid(model, cache, contacts, e, d, term)
+      else
+        call add_element_effects(model, cache%element(e), state, e, unknown, rule, term)
+      end if
+    end associate
+  end subroutine add_element
+
+  !> Whether the matrix of a group is symmetric.
+  pure logical function is_symmetric(model, group, contacts)
+    type(model_t), intent(in) :: model
+    type(group_t), intent(in) :: group
+    type(contact_try_t), intent(in) :: contacts
+
+    is_symmetric = symmetric_equations(model%effects, group%rule)
+    if (.not. group%in_contact) return
+    is_symmetric = is_symmetric .and. .not. slides_with_friction(model%outlines, contacts) &
+                   .and. .not. (model%effects%large_deformation .and. allocated(contacts%rigidity))
+  end function is_symmetric
+
+  !> Solves for a correction and adds it to `d`.
+  subroutine correct(cache, number, symmetric, d, try)
+    type(cache_t), intent(inout) :: cache
+    integer, intent(in) :: number                 !! of the group
+    logical, intent(in) :: symmetric
+    real(dp), intent(inout) :: d(:)
+    type(try_t), intent(inout) :: try
+    type(error_t), allocatable :: error
+    integer :: e
+
+    call solve_equations(cache%equations, number, symmetric, d, error)
+    try%solves = try%solves + 1
+    if (.not. allocated(error)) return
+    e = weakest_element(cache%equations, number)
+    call reject(try, error%message, 'a smaller step.size, and check density, E and fixed points there', e, &
+                cache%element(max(1, e))%kinematics%centroid)
+  end subroutine correct
+
+  !> Judges the contacts after a correction, and rejects the try where they go round in circles.
+  subroutine judge(model, cache, state, group, contacts, d, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(in) :: d(:)
+    type(try_t), intent(inout) :: try
+    integer :: before(2, size(contacts%contact)) !! states of their entrances before the judgement
+
+    if (group%stalled == contacts%law%most_stalled) before = states_of(contacts)
+    if (group%nested) call judge_contacts(model, d, .false., contacts)
+    group%frozen = group%nested .and. contacts%changes > 0
+    if (.not. group%frozen) then
+      if (contacts%bends) call place_contacts(model, cache, state, group%rule%operator_weight, d, contacts)
+      call judge_contacts(model, d, .false., contacts)
+    end if
+    try%judged = reshape([try%judged, contacts%count, contacts%changes], [4, size(try%judged, 2) + 1])
+    if (contacts%changes == 0) return
+    try%settled = .false.
+    if (contacts%changes < group%fewest .and. .not. contacts%law%lags) then
+      group%fewest = contacts%changes
+    else
+      group%stalled = group%stalled + 1
+    end if
+    if (group%stalled > contacts%law%most_stalled) call reject_contacts(model, state, contacts, before, d, try)
+  end subroutine judge
+
+  !> Lets contacts hold what has settled, by multipliers and where they closed; it has not where they change by that.
+  subroutine hold(model, group, d, contacts, settled)
+    type(model_t), intent(in) :: model
+    type(group_t), intent(inout) :: group
+    real(dp), intent(in) :: d(:)
+    type(contact_try_t), intent(inout) :: contacts
+    logical, intent(out) :: settled
+
+    call hold_contacts(model, d, contacts, settled)
+    if (settled) call return_anchors(model, d, contacts, settled)
+    group%stalled = 0
+  end subroutine hold
+
+  !> Whether the balance of forces tells that an iteration has settled; with small strain the first correction does.
+  pure logical function settles_by_residual(model)
+    type(model_t), intent(in) :: model
+
+    settles_by_residual = model%settings%test == test_residual .and. model%effects%large_deformation
+  end function settles_by_residual
+
+  !> Whether the forces of a group balance.
+  pure logical function is_balanced(model, cache, number)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    integer, intent(in) :: number                 !! of the group
+    real(dp) :: balance(2)
+
+    balance = out_of_balance(cache%equations, number)
+    is_balanced = balance(1) <= model%settings%tolerance .or. balance(2) <= round_off
+  end function is_balanced
+
+  !> Whether the deformation has settled by its last change.
+  pure logical function is_settled(model, change)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: change !! of theta
+
+    is_settled = .not. model%effects%large_deformation &
+                 .or. (model%settings%test /= test_residual .and. change < model%settings%tolerance)
+  end function is_settled
+
+  !> Largest change of a component of theta since the last linearisation, and its element; where bodies touch, of the position over
+  !> the size too.
+  pure subroutine find_change(model, cache, group, d, change, element)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(group_t), intent(in) :: group
+    real(dp), intent(in) :: d(:)
+    real(dp), intent(out) :: change
+    integer, intent(out) :: element
+    real(dp) :: moved(size(model%elements%unknown, 1)), own
+    integer :: k
+
+    change = 0.0_dp
+    element = group%member(1)
+    do k = 1, size(group%member)
+      associate (ids => model%elements%unknown(:, group%member(k)), kinematics => cache%element(group%member(k))%kinematics)
+        moved = cache%equations%correction(ids)
+        if (group%in_contact) moved = d(ids) - group%linear_at(ids)
+        own = maxval(abs(matmul(kinematics%gradient, moved)))
+        if (group%in_contact) own = max(own, maxval(abs(matmul(kinematics%at_centroid, moved)))/sqrt(kinematics%area))
+        if (own <= change) cycle
+        change = own
+        element = group%member(k)
+      end associate
+    end do
+  end subroutine find_change
+
+  !> Rejects a try in which an element has not kept a finite area.
+  subroutine check_areas(model, cache, member, d, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    integer, intent(in) :: member(:)
+    real(dp), intent(in) :: d(:)
+    type(try_t), intent(inout) :: try
+    integer :: k
+
+    do k = 1, size(member)
+      call check_area(model, cache, member(k), d, try)
+      if (allocated(try%trouble%what)) return
+    end do
+  end subroutine check_areas
+
+  !> Rejects a try in which an element has not kept a finite area.
+  subroutine check_area(model, cache, e, d, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    integer, intent(in) :: e
+    real(dp), intent(in) :: d(:)
+    type(try_t), intent(inout) :: try
+    real(dp) :: theta(4), ratio
+
+    theta = matmul(cache%element(e)%kinematics%gradient, d(model%elements%unknown(:, e)))
+    ratio = (1 + theta(1))*(1 + theta(4)) - theta(2)*theta(3)
+    if (ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp) return ! not so for NaN
+    call reject(try, 'the iteration ran away (its area changed by more than a factor of 5)', &
+                'a smaller step.size, and check density, E and loads there', e, cache%element(e)%kinematics%centroid)
+  end subroutine check_area
+
+  !> Rejects a try whose deformation did not settle.
+  subroutine reject_unsettled(cache, e, try)
+    type(cache_t), intent(in) :: cache
+    integer, intent(in) :: e       !! element that changed most
+    type(try_t), intent(inout) :: try
+
+    call reject(try, 'the deformation did not settle in '//number_text(try%iterations)//' iterations', &
+                'iteration.method=newton or a larger iteration.most, and check E, density and loads there', e, &
+                cache%element(e)%kinematics%centroid)
+  end subroutine reject_unsettled
+
+  !> Rejects a try whose contacts did not settle: of those that the last judgement changed the one that presses most is to blame.
+  subroutine reject_contacts(model, state, contacts, before, d, try)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(contact_try_t), intent(in) :: contacts
+    integer, intent(in) :: before(:, :) !! (2, n_contacts) states of their entrances before the last judgement
+    real(dp), intent(in) :: d(:)
+    type(try_t), intent(inout) :: try
+    integer :: now(2, size(before, 2)), i, worst
+    real(dp) :: both(2, 2), deepest, gap
+
+    now = states_of(contacts)
+    deepest = -huge(deepest)
+    worst = 0
+    do i = 1, size(now, 2)
+      if (all(now(:, i) == before(:, i))) cycle
+      both = gaps_and_slips(model, contacts, i, d)
+      gap = maxval(both(1, :contacts%contact(i)%n_entrances))
+      if (-gap <= deepest) cycle
+      deepest = -gap
+      worst = i
+    end do
+    call reject(try, 'contacts did not settle in '//number_text(try%iterations)//' open-close iterations, '// &
+                number_text(contacts%changes)//' still change', &
+                'another contact.stiffness, contact.viscosity, or a smaller step.least', 0)
+    if (worst == 0) return
+    associate (entrance => contacts%contact(worst)%entrance(contacts%contact(worst)%active), outlines => model%outlines)
+      try%trouble%element = outlines%element(entrance%vertex)
+      try%trouble%against = outlines%element(entrance%edge)
+      try%trouble%position = state%vertex(:, outlines%start(entrance%vertex))
+    end associate
+  end subroutine reject_contacts
+
+  !> States of the entrances of all contacts.
+  pure function states_of(contacts) result(states)
+    type(contact_try_t), intent(in) :: contacts
+    integer :: states(2, size(contacts%contact))
+
+    states(1, :) = contacts%contact%entrance(1)%state
+    states(2, :) = contacts%contact%entrance(2)%state
+  end function states_of
+
+end module scree_settle

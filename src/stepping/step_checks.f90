@@ -1,0 +1,162 @@
+!> Whether a step that settled may be accepted: what moved farther than contacts were looked for, or than a step may; what contacts
+!> overlap; what is lost.
+module scree_step_checks
+  use scree_contact_search, only: outran
+  use scree_contact_try, only: farthest_apart
+  use scree_errors, only: error_t, fail, status_run_failed
+  use scree_interpolation, only: displacement_matrix
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_polygon, only: twice_area
+  use scree_regions, only: first_vertex_of, last_vertex_of
+  use scree_shi_control, only: adapt_stiffness
+  use scree_state, only: state_t
+  use scree_step_try, only: reject, remedy_stiffer, remedy_wider, try_t
+  use scree_trouble, only: new_trouble, words_of
+  implicit none
+  private
+  public :: check_state, check_try
+
+  real(dp), parameter :: leeway = 3.0_dp !! times as far as it should a vertex may go, where Shi's rules choose the step
+  !> Where the stiffness of contacts adapts: overlap over that allowed for which it grows, by how much, and how often in a step.
+  real(dp), parameter :: too_deep = 2.5_dp, stiffening = 10.0_dp
+  integer, parameter :: most_stiffenings = 5
+  real(dp), parameter :: least_size = 1e-12_dp !! of a block over its distance from the middle: four digits are left for its shape
+
+contains
+
+  !> Rejects a try that went beyond what it may, and says what the next one is to do.
+  subroutine check_try(model, cache, state, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(try_t), intent(inout) :: try
+
+    if (allocated(model%effects%contact)) call check_search(model, cache, state, try)
+    if (try%settled .and. model%settings%most_travel < huge(1.0_dp)) call check_travel(model, cache, state, try)
+    if (try%settled .and. allocated(model%effects%contact)) call check_penetration(model, try)
+  end subroutine check_try
+
+  !> Rejects a try in which a vertex went where no contact was looked for: the next looks farther, or is shorter.
+  subroutine check_search(model, cache, state, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(try_t), intent(inout) :: try
+    real(dp) :: beyond(3)
+
+    if (try%contacts%law%outside > 0) return
+    beyond = outran(model, cache, state, try%contacts, try%d)
+    if (beyond(3) > 1) then
+      call reject_fastest(model, cache, state, 'a vertex leapt over what is near it, or turned too far', &
+                          'a smaller step.least', try)
+    else if (maxval(beyond(:2)) > 0) then
+      try%settled = .false.
+      try%remedy = remedy_wider
+      try%contacts%margin = try%contacts%margin + 2*beyond(1)
+      try%contacts%swing = try%contacts%swing + 2*beyond(2)
+    end if
+  end subroutine check_search
+
+  !> Rejects a try in which a vertex goes too far.
+  subroutine check_travel(model, cache, state, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(try_t), intent(inout) :: try
+    real(dp) :: ratio
+    integer :: e
+
+    call find_farthest(model, cache, state, try%d, try%travel, e)
+    ratio = try%travel/model%settings%most_travel
+    if (ratio <= merge(leeway, 1.0_dp, model%settings%chooses_step)) return
+    call reject_fastest(model, cache, state, 'a vertex went farther than step.travel lets it', &
+                        'a larger step.travel or a smaller step.least', try)
+    if (model%settings%chooses_step) try%shorter = 1/sqrt(ratio)
+  end subroutine check_travel
+
+  !> Rejects a try for the element with the vertex that goes farthest.
+  subroutine reject_fastest(model, cache, state, what, advice, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    character(len=*), intent(in) :: what, advice
+    type(try_t), intent(inout) :: try
+    integer :: e
+
+    call find_farthest(model, cache, state, try%d, try%travel, e)
+    call reject(try, what, advice, e, cache%element(e)%kinematics%centroid)
+  end subroutine reject_fastest
+
+  !> Rejects a try with contacts that overlap too much, and makes their springs stiffer, where these adapt.
+  subroutine check_penetration(model, try)
+    type(model_t), intent(in) :: model
+    type(try_t), intent(inout) :: try
+    real(dp) :: apart(2), stiffness(2)
+
+    if (.not. try%contacts%law%adapts .or. try%stiffened == most_stiffenings) return
+    apart = farthest_apart(model, try%contacts, try%d)
+    if (apart(2) <= too_deep*try%contacts%law%allowed_penetration) return
+    stiffness = [try%contacts%law%normal_stiffness, try%contacts%law%shear_stiffness]
+    call adapt_stiffness(try%contacts%law, apart, stiffness)
+    try%contacts%law%normal_stiffness = stiffening*stiffness(1)
+    try%contacts%law%shear_stiffness = stiffening*stiffness(2)
+    try%stiffened = try%stiffened + 1
+    try%remedy = remedy_stiffer
+    call reject(try, 'contacts overlapped too much', 'a larger contact.stiffness', 0)
+  end subroutine check_penetration
+
+  !> Farthest that a vertex goes, and its element.
+  pure subroutine find_farthest(model, cache, state, d, farthest, element)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state               !! at the beginning of the step
+    real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    real(dp), intent(out) :: farthest                !! length
+    integer, intent(out) :: element
+    real(dp) :: way
+    integer :: e, i
+
+    farthest = 0.0_dp
+    element = 1
+    do e = 1, model%n_elements
+      do i = first_vertex_of(model%elements%shape, e), last_vertex_of(model%elements%shape, e)
+        way = norm2(matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, i)), d(model%elements%unknown(:, e))))
+        if (way <= farthest) cycle
+        farthest = way
+        element = e
+      end do
+    end do
+  end subroutine find_farthest
+
+  !> Error where a block is lost: without area, its elements taken together, or farther away than its digits reach.
+  subroutine check_state(model, state, error)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state               !! at the end of a step
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: area(model%n_blocks), high(2, model%n_blocks), low(2, model%n_blocks)
+    integer :: b, e, loop
+
+    area = 0.0_dp
+    low = huge(low)
+    high = -huge(high)
+    associate (shape => model%elements%shape, block => model%elements%block)
+      do e = 1, model%n_elements
+        do loop = shape%first_loop(e), shape%first_loop(e + 1) - 1
+          associate (vertex => state%vertex(:, shape%first_vertex(loop):shape%first_vertex(loop + 1) - 1))
+            area(block(e)) = area(block(e)) + twice_area(vertex)
+            low(:, block(e)) = min(low(:, block(e)), minval(vertex, 2))
+            high(:, block(e)) = max(high(:, block(e)), maxval(vertex, 2))
+          end associate
+        end do
+      end do
+      b = findloc(area > 0 .and. maxval(high - low, 1) > least_size*maxval(max(abs(low), abs(high)), 1), .false., 1)
+      if (b == 0) return
+      e = findloc(block, b, 1)
+      call fail(error, status_run_failed, words_of(new_trouble( &
+        'it is lost: crushed to nothing, or so far away that 16 digits do not tell its shape', &
+        'a smaller step.size, and check density, E and loads', e, state%vertex(:, first_vertex_of(shape, e))), model))
+    end associate
+  end subroutine check_state
+
+end module scree_step_checks
