@@ -20,7 +20,7 @@ module scree_settle
   use scree_open_close, only: hold_contacts, judge_contacts, return_anchors
   use scree_scene, only: iterate_hybrid, iterate_newton, test_residual
   use scree_state, only: state_t
-  use scree_step_try, only: reject, try_t
+  use scree_step_try, only: outcome_t, reject
   use scree_text, only: number_text
   implicit none
   private
@@ -49,52 +49,55 @@ module scree_settle
 contains
 
   !> Settles every group of elements. Where one does not, the try says which, where and why.
-  subroutine settle(model, cache, state, contacts, d, try)
+  subroutine settle(model, cache, state, step_rule, contacts, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state             !! at the beginning of the step
+    type(step_rule_t), intent(in) :: step_rule
     type(contact_try_t), intent(inout) :: contacts !! as the step finds them, then in their states
     real(dp), intent(inout) :: d(:)                !! (n_unknowns) prediction, then solution
-    type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     type(group_t) :: group
+    type(step_rule_t) :: rule
     integer :: i
 
+    rule = step_rule
+    rule%tangent = model%settings%iterate == iterate_newton
     do i = 1, cache%equations%n_groups
       if (cache%equations%first(i + 1) - cache%equations%first(i) == 1) then
-        call settle_alone(model, cache, state, i, contacts, d, try)
+        call settle_alone(model, cache, state, i, rule, contacts, d, outcome)
       else
         group%number = i
         group%member = members(cache%equations, i)
-        group%rule = try%rule
-        group%rule%tangent = model%settings%iterate == iterate_newton
+        group%rule = rule
         group%in_contact = .false.
         if (allocated(contacts%pair)) group%in_contact = size(contacts%pair, 2) > 0
-        call settle_together(model, cache, state, group, contacts, d, try)
+        call settle_together(model, cache, state, group, contacts, d, outcome)
       end if
-      if (.not. try%settled) return
+      if (.not. outcome%settled) return
     end do
   end subroutine settle
 
   !> Settles an element that shares and touches nothing.
-  subroutine settle_alone(model, cache, state, number, contacts, d, try)
+  subroutine settle_alone(model, cache, state, number, step_rule, contacts, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     integer, intent(in) :: number                 !! of its group in the equations
+    type(step_rule_t), intent(in) :: step_rule
     type(contact_try_t), intent(in) :: contacts   !! whether it is in an impact
     real(dp), intent(inout) :: d(:)               !! (n_unknowns)
-    type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     type(step_rule_t) :: rule
     type(term_t) :: term
     real(dp) :: change
     integer :: e, i
 
     e = cache%equations%member(cache%equations%first(number))
-    rule = try%rule
-    rule%tangent = model%settings%iterate == iterate_newton
-    try%settled = wholly_held(cache%equations, number)
-    if (try%settled) then
-      call check_area(model, cache, e, d, try)
+    rule = step_rule
+    outcome%settled = wholly_held(cache%equations, number)
+    if (outcome%settled) then
+      call check_area(model, cache, e, d, outcome)
       return
     end if
     do i = 1, model%settings%most_iterations
@@ -102,39 +105,39 @@ contains
       call add_element(model, cache, state, contacts, e, d, rule, term)
       call add_equations(cache%equations, number, 1, cache%element(e)%kinematics%span, term)
       if (settles_by_residual(model)) then
-        try%settled = is_balanced(model, cache, number)
-        if (try%settled) return
+        outcome%settled = is_balanced(model, cache, number)
+        if (outcome%settled) return
       end if
-      call correct(cache, number, symmetric_equations(model%effects, rule), d, try)
-      try%iterations = max(try%iterations, i)
-      if (allocated(try%trouble%what)) return
-      call check_area(model, cache, e, d, try)
-      if (allocated(try%trouble%what)) return
+      call correct(cache, number, symmetric_equations(model%effects, rule), d, outcome)
+      outcome%iterations = max(outcome%iterations, i)
+      if (allocated(outcome%trouble%what)) return
+      call check_area(model, cache, e, d, outcome)
+      if (allocated(outcome%trouble%what)) return
       associate (ids => model%elements%unknown(:, e))
         change = maxval(abs(matmul(cache%element(e)%kinematics%gradient, cache%equations%correction(ids))))
       end associate
-      try%settled = is_settled(model, change)
-      if (try%settled) return
+      outcome%settled = is_settled(model, change)
+      if (outcome%settled) return
       if (model%settings%iterate == iterate_hybrid) rule%tangent = change < near_solution
     end do
-    call reject_unsettled(cache, e, try)
+    call reject_unsettled(cache, e, outcome)
   end subroutine settle_alone
 
   !> Settles elements that share unknowns or touch.
-  subroutine settle_together(model, cache, state, group, contacts, d, try)
+  subroutine settle_together(model, cache, state, group, contacts, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     type(group_t), intent(inout) :: group
     type(contact_try_t), intent(inout) :: contacts
     real(dp), intent(inout) :: d(:)               !! (n_unknowns)
-    type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     real(dp) :: change
     integer :: i, worst
 
-    try%settled = wholly_held(cache%equations, group%number) .and. .not. group%in_contact
-    if (try%settled) then
-      call check_areas(model, cache, group%member, d, try)
+    outcome%settled = wholly_held(cache%equations, group%number) .and. .not. group%in_contact
+    if (outcome%settled) then
+      call check_areas(model, cache, group%member, d, outcome)
       return
     end if
     if (group%in_contact) call begin_open_close(model, cache, state, group, contacts, d)
@@ -142,31 +145,31 @@ contains
     do i = 1, merge(4, 1, group%in_contact)*model%settings%most_iterations
       call assemble(model, cache, state, group, contacts, d)
       if (settles_by_residual(model)) then
-        try%settled = is_balanced(model, cache, group%number) &
+        outcome%settled = is_balanced(model, cache, group%number) &
                       .and. .not. (group%in_contact .and. contacts%changes > 0 .and. i > 1)
-        if (try%settled .and. group%in_contact) then
-          call hold(model, group, d, contacts, try%settled)
-          if (.not. try%settled) cycle
+        if (outcome%settled .and. group%in_contact) then
+          call hold(model, group, d, contacts, outcome%settled)
+          if (.not. outcome%settled) cycle
         end if
-        if (try%settled) return
+        if (outcome%settled) return
       end if
-      call correct(cache, group%number, is_symmetric(model, group, contacts), d, try)
-      try%iterations = max(try%iterations, i)
-      if (allocated(try%trouble%what)) return
-      call check_areas(model, cache, group%member, d, try)
-      if (allocated(try%trouble%what)) return
+      call correct(cache, group%number, is_symmetric(model, group, contacts), d, outcome)
+      outcome%iterations = max(outcome%iterations, i)
+      if (allocated(outcome%trouble%what)) return
+      call check_areas(model, cache, group%member, d, outcome)
+      if (allocated(outcome%trouble%what)) return
       call find_change(model, cache, group, d, change, worst)
-      try%settled = is_settled(model, change)
+      outcome%settled = is_settled(model, change)
       if (group%in_contact) then
-        if (contacts%law%lags .and. state%step == 0 .and. i == 1) try%settled = .false. ! the first of a run: as Shi's
-        call judge(model, cache, state, group, contacts, d, try)
-        if (allocated(try%trouble%what)) return
-        if (try%settled) call hold(model, group, d, contacts, try%settled)
+        if (contacts%law%lags .and. state%step == 0 .and. i == 1) outcome%settled = .false. ! the first of a run: as Shi's
+        call judge(model, cache, state, group, contacts, d, outcome)
+        if (allocated(outcome%trouble%what)) return
+        if (outcome%settled) call hold(model, group, d, contacts, outcome%settled)
       end if
-      if (try%settled) return
+      if (outcome%settled) return
       if (model%settings%iterate == iterate_hybrid) group%rule%tangent = change < near_solution
     end do
-    call reject_unsettled(cache, worst, try)
+    call reject_unsettled(cache, worst, outcome)
   end subroutine settle_together
 
   !> Contacts at the prediction, and what their iteration begins with.
@@ -249,32 +252,32 @@ contains
   end function is_symmetric
 
   !> Solves for a correction and adds it to `d`.
-  subroutine correct(cache, number, symmetric, d, try)
+  subroutine correct(cache, number, symmetric, d, outcome)
     type(cache_t), intent(inout) :: cache
     integer, intent(in) :: number                 !! of the group
     logical, intent(in) :: symmetric
     real(dp), intent(inout) :: d(:)
-    type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     type(error_t), allocatable :: error
     integer :: e
 
     call solve_equations(cache%equations, number, symmetric, d, error)
-    try%solves = try%solves + 1
+    outcome%solves = outcome%solves + 1
     if (.not. allocated(error)) return
     e = weakest_element(cache%equations, number)
-    call reject(try, error%message, 'a smaller step.size, and check density, E and fixed points there', e, &
+    call reject(outcome, error%message, 'a smaller step.size, and check density, E and fixed points there', e, &
                 cache%element(max(1, e))%kinematics%centroid)
   end subroutine correct
 
   !> Judges the contacts after a correction, and rejects the try where they go round in circles.
-  subroutine judge(model, cache, state, group, contacts, d, try)
+  subroutine judge(model, cache, state, group, contacts, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(group_t), intent(inout) :: group
     type(contact_try_t), intent(inout) :: contacts
     real(dp), intent(in) :: d(:)
-    type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     integer :: before(2, size(contacts%contact)) !! states of their entrances before the judgement
 
     if (group%stalled == contacts%law%most_stalled) before = states_of(contacts)
@@ -284,15 +287,15 @@ contains
       if (contacts%bends) call place_contacts(model, cache, state, group%rule%operator_weight, d, contacts)
       call judge_contacts(model, d, .false., contacts)
     end if
-    try%judged = reshape([try%judged, contacts%count, contacts%changes], [4, size(try%judged, 2) + 1])
+    outcome%judged = reshape([outcome%judged, contacts%count, contacts%changes], [4, size(outcome%judged, 2) + 1])
     if (contacts%changes == 0) return
-    try%settled = .false.
+    outcome%settled = .false.
     if (contacts%changes < group%fewest .and. .not. contacts%law%lags) then
       group%fewest = contacts%changes
     else
       group%stalled = group%stalled + 1
     end if
-    if (group%stalled > contacts%law%most_stalled) call reject_contacts(model, state, contacts, before, d, try)
+    if (group%stalled > contacts%law%most_stalled) call reject_contacts(model, state, contacts, before, d, outcome)
   end subroutine judge
 
   !> Lets contacts hold what has settled, by multipliers and where they closed; it has not where they change by that.
@@ -363,55 +366,55 @@ contains
   end subroutine find_change
 
   !> Rejects a try in which an element has not kept a finite area.
-  subroutine check_areas(model, cache, member, d, try)
+  subroutine check_areas(model, cache, member, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     integer, intent(in) :: member(:)
     real(dp), intent(in) :: d(:)
-    type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     integer :: k
 
     do k = 1, size(member)
-      call check_area(model, cache, member(k), d, try)
-      if (allocated(try%trouble%what)) return
+      call check_area(model, cache, member(k), d, outcome)
+      if (allocated(outcome%trouble%what)) return
     end do
   end subroutine check_areas
 
   !> Rejects a try in which an element has not kept a finite area.
-  subroutine check_area(model, cache, e, d, try)
+  subroutine check_area(model, cache, e, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     integer, intent(in) :: e
     real(dp), intent(in) :: d(:)
-    type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     real(dp) :: theta(4), ratio
 
     theta = matmul(cache%element(e)%kinematics%gradient, d(model%elements%unknown(:, e)))
     ratio = (1 + theta(1))*(1 + theta(4)) - theta(2)*theta(3)
     if (ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp) return ! not so for NaN
-    call reject(try, 'the iteration ran away (its area changed by more than a factor of 5)', &
+    call reject(outcome, 'the iteration ran away (its area changed by more than a factor of 5)', &
                 'a smaller step.size, and check density, E and loads there', e, cache%element(e)%kinematics%centroid)
   end subroutine check_area
 
   !> Rejects a try whose deformation did not settle.
-  subroutine reject_unsettled(cache, e, try)
+  subroutine reject_unsettled(cache, e, outcome)
     type(cache_t), intent(in) :: cache
     integer, intent(in) :: e       !! element that changed most
-    type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
 
-    call reject(try, 'the deformation did not settle in '//number_text(try%iterations)//' iterations', &
+    call reject(outcome, 'the deformation did not settle in '//number_text(outcome%iterations)//' iterations', &
                 'iteration.method=newton or a larger iteration.most, and check E, density and loads there', e, &
                 cache%element(e)%kinematics%centroid)
   end subroutine reject_unsettled
 
   !> Rejects a try whose contacts did not settle: of those that the last judgement changed the one that presses most is to blame.
-  subroutine reject_contacts(model, state, contacts, before, d, try)
+  subroutine reject_contacts(model, state, contacts, before, d, outcome)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     type(contact_try_t), intent(in) :: contacts
     integer, intent(in) :: before(:, :) !! (2, n_contacts) states of their entrances before the last judgement
     real(dp), intent(in) :: d(:)
-    type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     integer :: now(2, size(before, 2)), i, worst
     real(dp) :: both(2, 2), deepest, gap
 
@@ -426,14 +429,14 @@ contains
       deepest = -gap
       worst = i
     end do
-    call reject(try, 'contacts did not settle in '//number_text(try%iterations)//' open-close iterations, '// &
+    call reject(outcome, 'contacts did not settle in '//number_text(outcome%iterations)//' open-close iterations, '// &
                 number_text(contacts%changes)//' still change', &
                 'another contact.stiffness, contact.viscosity, or a smaller step.least', 0)
     if (worst == 0) return
     associate (entrance => contacts%contact(worst)%entrance(contacts%contact(worst)%active), outlines => model%outlines)
-      try%trouble%element = outlines%element(entrance%vertex)
-      try%trouble%against = outlines%element(entrance%edge)
-      try%trouble%position = state%vertex(:, outlines%start(entrance%vertex))
+      outcome%trouble%element = outlines%element(entrance%vertex)
+      outcome%trouble%against = outlines%element(entrance%edge)
+      outcome%trouble%position = state%vertex(:, outlines%start(entrance%vertex))
     end associate
   end subroutine reject_contacts
 

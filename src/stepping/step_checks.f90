@@ -11,7 +11,7 @@ module scree_step_checks
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_shi_control, only: adapt_stiffness
   use scree_state, only: state_t
-  use scree_step_try, only: reject, remedy_stiffer, remedy_wider, try_t
+  use scree_step_try, only: outcome_t, reject, remedy_stiffer, remedy_wider, try_t
   use scree_trouble, only: new_trouble, words_of
   implicit none
   private
@@ -26,32 +26,34 @@ module scree_step_checks
 contains
 
   !> Rejects a try that went beyond what it may, and says what the next one is to do.
-  subroutine check_try(model, cache, state, try)
+  subroutine check_try(model, cache, state, try, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
 
-    if (allocated(model%effects%contact)) call check_search(model, cache, state, try)
-    if (try%settled .and. model%settings%most_travel < huge(1.0_dp)) call check_travel(model, cache, state, try)
-    if (try%settled .and. allocated(model%effects%contact)) call check_penetration(model, try)
+    if (allocated(model%effects%contact)) call check_search(model, cache, state, try, outcome)
+    if (outcome%settled .and. model%settings%most_travel < huge(1.0_dp)) call check_travel(model, cache, state, try, outcome)
+    if (outcome%settled .and. allocated(model%effects%contact)) call check_penetration(model, try, outcome)
   end subroutine check_try
 
   !> Rejects a try in which a vertex went where no contact was looked for: the next looks farther, or is shorter.
-  subroutine check_search(model, cache, state, try)
+  subroutine check_search(model, cache, state, try, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     real(dp) :: beyond(3)
 
     if (try%contacts%law%outside > 0) return
     beyond = outran(model, cache, state, try%contacts, try%d)
     if (beyond(3) > 1) then
       call reject_fastest(model, cache, state, 'a vertex leapt over what is near it, or turned too far', &
-                          'a smaller step.least', try)
+                          'a smaller step.least', try, outcome)
     else if (maxval(beyond(:2)) > 0) then
-      try%settled = .false.
+      outcome%settled = .false.
       try%remedy = remedy_wider
       try%contacts%margin = try%contacts%margin + 2*beyond(1)
       try%contacts%swing = try%contacts%swing + 2*beyond(2)
@@ -59,11 +61,12 @@ contains
   end subroutine check_search
 
   !> Rejects a try in which a vertex goes too far.
-  subroutine check_travel(model, cache, state, try)
+  subroutine check_travel(model, cache, state, try, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     real(dp) :: ratio
     integer :: e
 
@@ -71,27 +74,29 @@ contains
     ratio = try%travel/model%settings%most_travel
     if (ratio <= merge(leeway, 1.0_dp, model%settings%chooses_step)) return
     call reject_fastest(model, cache, state, 'a vertex went farther than step.travel lets it', &
-                        'a larger step.travel or a smaller step.least', try)
+                        'a larger step.travel or a smaller step.least', try, outcome)
     if (model%settings%chooses_step) try%shorter = 1/sqrt(ratio)
   end subroutine check_travel
 
   !> Rejects a try for the element with the vertex that goes farthest.
-  subroutine reject_fastest(model, cache, state, what, advice, try)
+  subroutine reject_fastest(model, cache, state, what, advice, try, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     character(len=*), intent(in) :: what, advice
     type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     integer :: e
 
     call find_farthest(model, cache, state, try%d, try%travel, e)
-    call reject(try, what, advice, e, cache%element(e)%kinematics%centroid)
+    call reject(outcome, what, advice, e, cache%element(e)%kinematics%centroid)
   end subroutine reject_fastest
 
   !> Rejects a try with contacts that overlap too much, and makes their springs stiffer, where these adapt.
-  subroutine check_penetration(model, try)
+  subroutine check_penetration(model, try, outcome)
     type(model_t), intent(in) :: model
     type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     real(dp) :: apart(2), stiffness(2)
 
     if (.not. try%contacts%law%adapts .or. try%stiffened == most_stiffenings) return
@@ -103,7 +108,7 @@ contains
     try%contacts%law%shear_stiffness = stiffening*stiffness(2)
     try%stiffened = try%stiffened + 1
     try%remedy = remedy_stiffer
-    call reject(try, 'contacts overlapped too much', 'a larger contact.stiffness', 0)
+    call reject(outcome, 'contacts overlapped too much', 'a larger contact.stiffness', 0)
   end subroutine check_penetration
 
   !> Farthest that a vertex goes, and its element.

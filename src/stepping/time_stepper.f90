@@ -18,7 +18,7 @@ module scree_time_stepper
   use scree_state, only: state_t
   use scree_step_checks, only: check_state, check_try
   use scree_step_constraints, only: constraints_of_step
-  use scree_step_try, only: remedy_shorter, remedy_stiffer, remedy_wider, try_t
+  use scree_step_try, only: begin_outcome, outcome_t, remedy_shorter, remedy_stiffer, remedy_wider, try_t
   use scree_text, only: rounded_text
   use scree_trouble, only: words_of
   use scree_contact_try, only: contact_try_t
@@ -55,20 +55,22 @@ contains
     type(step_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error
     type(try_t) :: try
+    type(outcome_t) :: outcome
 
     call begin_step(model, state, dt, try)
     tries: do
-      call begin_try(model, cache, state, try, error)
+      call begin_outcome(outcome)
+      call begin_try(model, cache, state, outcome%rejected, try, error)
       if (allocated(error)) return
-      call settle(model, cache, state, try%contacts, try%d, try)
-      if (try%settled) call check_try(model, cache, state, try)
-      if (try%settled) call rebound(model, cache, state, try)
-      if (try%settled) exit tries
-      call mend(model, try, error)
+      call settle(model, cache, state, try%rule, try%contacts, try%d, outcome)
+      if (outcome%settled) call check_try(model, cache, state, try, outcome)
+      if (outcome%settled) call rebound(model, cache, state, try, outcome)
+      if (outcome%settled) exit tries
+      call mend(model, try, outcome, error)
       if (allocated(error)) return
-      if (try%rejected > 0 .and. stop_signal() > 0) return
+      if (outcome%rejected > 0 .and. stop_signal() > 0) return
     end do tries
-    report = step_report_t(try%dt, try%iterations, try%solves, try%judged, try%rejected, try%travel, &
+    report = step_report_t(try%dt, outcome%iterations, outcome%solves, outcome%judged, outcome%rejected, try%travel, &
                            work_of_step(model, cache, state, try%rule, try%d))
     call accept(model, try, report%work, cache, state)
     call check_state(model, state, error)
@@ -82,7 +84,6 @@ contains
     type(try_t), intent(out) :: try
 
     try%dt = dt
-    allocate (try%judged(4, 0))
     if (.not. allocated(model%effects%contact)) return
     try%contacts%law = model%effects%contact
     try%contacts%law%normal_stiffness = state%contacts%stiffness(1)
@@ -92,20 +93,19 @@ contains
   end subroutine begin_step
 
   !> Weights of the step, who may touch, constraints and prediction.
-  subroutine begin_try(model, cache, state, try, error)
+  subroutine begin_try(model, cache, state, rejected, try, error)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
+    integer, intent(in) :: rejected           !! tries before it
     type(try_t), intent(inout) :: try
     type(error_t), allocatable, intent(out) :: error
     type(constraints_t) :: constraints
 
     try%rule = step_rule_for(model%settings, state%step, state%time, try%dt)
-    try%iterations = 0
     try%remedy = remedy_shorter
     try%shorter = merge(shorter_cut, cut, model%settings%chooses_step)
-    if (allocated(try%trouble%what)) deallocate (try%trouble%what)
-    if (allocated(model%effects%contact)) call begin_contact(model, cache, state, try)
+    if (allocated(model%effects%contact)) call begin_contact(model, cache, state, rejected > 0, try)
     call constraints_of_step(model, cache, state, state%time + try%dt, constraints, error)
     if (allocated(error)) return
     call constrain_equations(cache%equations, constraints)
@@ -114,13 +114,14 @@ contains
   end subroutine begin_try
 
   !> Contacts of a try, and the equations that they couple. Shi's programs go on with those of the try before.
-  subroutine begin_contact(model, cache, state, try)
+  subroutine begin_contact(model, cache, state, again, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
+    logical, intent(in) :: again              !! the step was tried before
     type(try_t), intent(inout) :: try
 
-    if (try%contacts%law%lags .and. try%contacts%law%outside > 0 .and. try%rejected > 0) then
+    if (again .and. try%contacts%law%lags .and. try%contacts%law%outside > 0) then
       call begin_again(try%rule, try%contacts)
       return
     end if
@@ -131,34 +132,36 @@ contains
   end subroutine begin_contact
 
   !> Finds the displacement whose velocities the contacts give back, where the scene asks for restitution.
-  subroutine rebound(model, cache, state, try)
+  subroutine rebound(model, cache, state, try, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     type(contact_try_t) :: impact
 
     try%motion = try%d
     if (.not. allocated(model%effects%contact)) return
     if (model%effects%contact%restitution < 0 .or. all(try%contacts%count(2:) == 0)) return
     call rebound_contacts(model, cache, state, try%rule, try%d, try%contacts, impact)
-    call settle(model, cache, state, impact, try%motion, try)
+    call settle(model, cache, state, try%rule, impact, try%motion, outcome)
   end subroutine rebound
 
   !> Makes the next try shorter, where that is what the rejected one asks for.
   !>
   !> Errors: the step falls below its least size.
-  subroutine mend(model, try, error)
+  subroutine mend(model, try, outcome, error)
     type(model_t), intent(in) :: model
     type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
 
     if (try%remedy == remedy_wider) return ! nothing that the step did was wrong
-    try%rejected = try%rejected + 1
+    outcome%rejected = outcome%rejected + 1
     if (try%remedy == remedy_stiffer) return
     try%dt = try%shorter*try%dt
     if (try%dt < model%settings%least_step) &
-      call fail(error, status_run_failed, words_of(try%trouble, model, 'the step size fell below step.least, '// &
+      call fail(error, status_run_failed, words_of(outcome%trouble, model, 'the step size fell below step.least, '// &
                                                    rounded_text(model%settings%least_step)))
   end subroutine mend
 
