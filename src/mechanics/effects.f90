@@ -1,23 +1,24 @@
 !> The effects of a scene. This file is the only one that asks which are present.
 module scree_effects
-  use scree_base_acceleration, only: add_base_acceleration
+  use scree_base_acceleration, only: add_base_acceleration, work_of_base
   use scree_element_term, only: step_rule_t, term_t
-  use scree_fixed_point, only: add_fixed_springs
-  use scree_gravity, only: add_gravity
+  use scree_fixed_point, only: add_fixed_springs, moved_supports, spring_energy, work_of_springs
+  use scree_gravity, only: add_gravity, gravity_energy
   use scree_green_strain, only: add_green_strain
   use scree_inertia, only: add_inertia, mass_matrix
   use scree_interpolation, only: kinematics_of
   use scree_kinds, only: dp
-  use scree_mass_damping, only: add_mass_damping
+  use scree_mass_damping, only: add_mass_damping, damped_energy
   use scree_material, only: push_elasticity_forward
   use scree_model, only: cache_t, effects_t, element_cache_t, model_t
-  use scree_point_load, only: add_point_loads
+  use scree_point_load, only: add_point_loads, work_of_point_loads
   use scree_state, only: state_t
   use scree_stiffness, only: add_small_strain
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_element_effects, refresh_elements, symmetric_equations
+  public :: add_element_effects, energy_of_fixed_springs, energy_of_weight, loss_by_damping, refresh_elements, &
+            symmetric_equations, work_of_loads, work_of_supports
 
   integer, parameter :: n = element_unknowns
 
@@ -92,5 +93,81 @@ contains
       symmetric_equations = abs(rule%operator_weight - 0.5_dp) < same
     end if
   end function symmetric_equations
+
+  !> Work of the point loads on one element, and of the inertia force of the ground, in a step.
+  pure real(dp) function work_of_loads(model, own, state, e, unknown, rule) result(work)
+    type(model_t), intent(in) :: model
+    type(element_cache_t), intent(in) :: own   !! of the element
+    type(state_t), intent(in) :: state         !! at the beginning of the step
+    integer, intent(in) :: e
+    real(dp), intent(in) :: unknown(n)         !! of the step
+    type(step_rule_t), intent(in) :: rule
+
+    work = 0.0_dp
+    associate (effects => model%effects)
+      if (allocated(effects%base_acceleration)) &
+        work = work + work_of_base(effects%base_acceleration, own%mass, rule, own%kinematics, unknown)
+      if (allocated(effects%point_load)) &
+        work = work + work_of_point_loads(effects%point_load, e, state%point, rule, own%kinematics, unknown)
+    end associate
+  end function work_of_loads
+
+  !> Work that moving supports do on one element in a step.
+  !>
+  !> An exact support has no force of its own; what the other forces lack at the solution is its reaction.
+  pure real(dp) function work_of_supports(model, own, state, e, unknown, rule) result(work)
+    type(model_t), intent(in) :: model
+    type(element_cache_t), intent(in) :: own   !! of the element
+    type(state_t), intent(in) :: state         !! at the beginning of the step
+    integer, intent(in) :: e
+    real(dp), intent(in) :: unknown(n)         !! of the step
+    type(step_rule_t), intent(in) :: rule
+    type(term_t) :: term
+
+    work = 0.0_dp
+    if (.not. allocated(model%effects%fixed_point)) return
+    if (.not. moved_supports(model%effects%fixed_point)) return
+    if (model%effects%fixed_point%by_springs) then
+      work = work_of_springs(model%effects%fixed_point, e, state%point, state%time, rule%dt, own%kinematics, unknown)
+    else
+      call add_element_effects(model, own, state, e, unknown, rule, term)
+      work = -dot_product(term%force, unknown)
+    end if
+  end function work_of_supports
+
+  !> Energy that mass damping takes from one element in a step.
+  pure real(dp) function loss_by_damping(model, own, unknown, rule) result(loss)
+    type(model_t), intent(in) :: model
+    type(element_cache_t), intent(in) :: own   !! of the element
+    real(dp), intent(in) :: unknown(n)         !! of the step
+    type(step_rule_t), intent(in) :: rule
+
+    loss = 0.0_dp
+    if (allocated(model%effects%mass_damping)) &
+      loss = damped_energy(model%effects%mass_damping, own%mass_matrix, unknown, rule%dt)
+  end function loss_by_damping
+
+  !> Energy of the weight of one element, above y = 0.
+  pure real(dp) function energy_of_weight(model, own, e) result(energy)
+    type(model_t), intent(in) :: model
+    type(element_cache_t), intent(in) :: own   !! of the element
+    integer, intent(in) :: e
+
+    energy = 0.0_dp
+    if (.not. allocated(model%effects%gravity)) return
+    associate (weight => model%effects%gravity%weight(e))
+      energy = own%mass_ratio*(gravity_energy(weight, own%kinematics) + weight*model%origin(2))
+    end associate
+  end function energy_of_weight
+
+  !> Energy of the springs that hold fixed points.
+  pure real(dp) function energy_of_fixed_springs(model, state) result(energy)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+
+    energy = 0.0_dp
+    if (.not. allocated(model%effects%fixed_point)) return
+    if (model%effects%fixed_point%by_springs) energy = spring_energy(model%effects%fixed_point, state%point, state%time)
+  end function energy_of_fixed_springs
 
 end module scree_effects

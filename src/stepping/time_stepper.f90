@@ -4,7 +4,7 @@ module scree_time_stepper
   use scree_contact_detection, only: find_contacts
   use scree_contact_search, only: at_outlines
   use scree_effects, only: refresh_elements
-  use scree_energy, only: close_books, loss_by_damping, work_of_step
+  use scree_energy, only: close_books, loss_of_step, work_of_step
   use scree_equations, only: constrain_equations, link_elements
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_impact, only: rebound_contacts
@@ -175,7 +175,7 @@ contains
     real(dp) :: friction
 
     state%books%work = state%books%work + work
-    state%books%damping = state%books%damping + loss_by_damping(model, cache, try%rule, try%d)
+    state%books%damping = state%books%damping + loss_of_step(model, cache, try%rule, try%d)
     if (allocated(model%effects%contact)) then
       call accept_contacts(model, try%d, try%contacts, state%contacts, state%books%contact_springs, friction)
       state%books%friction = state%books%friction + friction
