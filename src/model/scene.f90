@@ -7,7 +7,7 @@ module scree_scene
   use scree_mesh, only: mesh_t
   implicit none
   private
-  public :: block_material_t, effect_t, joint_material_t, line_t, point_t, polygons_t, scene_t, settings_t, &
+  public :: block_material_t, effect_t, joint_material_t, line_t, point_t, polygons_t, run_options_t, scene_t, settings_t, &
             time_table_t, word_t
 
   !> Interpolation: one cover a block (Shi's DDA), or three weighted covers an element (Shi's NMM).
@@ -140,6 +140,16 @@ module scree_scene
     character(len=:), allocatable :: name
     character(len=:), allocatable :: because
   end type effect_t
+
+  !> What the command line asks of a run.
+  type :: run_options_t
+    character(len=:), allocatable :: results_path
+    logical :: runs = .false.               !! else the model alone
+    logical :: with_xdmf = .false.
+    logical :: with_classic = .false.       !! output of a run in Shi's form
+    logical :: quiet = .false.
+    logical :: strict = .false.             !! a model that calls for warnings does not run
+  end type run_options_t
 
   !> The whole of it.
   type :: scene_t

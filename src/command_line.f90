@@ -1,0 +1,229 @@
+!> The words of the command line.
+module scree_command_line
+  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_read_scene, only: option_t
+  use scree_scene, only: run_options_t
+  implicit none
+  private
+  public :: command_t, help, read_command_line
+
+  character(len=*), parameter :: help(*) = [character(len=104) :: &
+    'scree: blocky and jointed rock by Discontinuous Deformation Analysis and the Numerical', &
+    '       Manifold Method, with large deformation', &
+    '', &
+    'scree run     [GEOMETRY] ANALYSIS | STEM   reads the decks, simulates, writes results', &
+    'scree check   [GEOMETRY] ANALYSIS | STEM   reads and checks, says what is in it, warns, runs nothing', &
+    'scree explain [GEOMETRY] ANALYSIS | STEM   prints the decks back, each number with its meaning', &
+    'scree explain --settings                   prints the table of all settings', &
+    'scree cut     GEOMETRY                     writes the blocks as a block file and prints their areas', &
+    'scree cut     [GEOMETRY] ANALYSIS -o FILE  writes the model as a results file, runs nothing', &
+    'scree joints  DECK                         draws statistical joint sets in a window with tunnels and', &
+    '                                           slopes, writes a geometry deck', &
+    'scree --version | --help', &
+    '', &
+    '  -o, --output FILE         what run, cut or joints writes; default: the stem of the deck and', &
+    '                            .h5, .blk or .geo, here', &
+    '  --set GROUP.NAME=VALUE    over what the deck says; may be repeated', &
+    '  --xdmf                    writes an XDMF side-car too', &
+    '  --classic-output          run: writes the frames as Shi''s programs keep them too, .replay', &
+    '  --strict                  run, check: warnings are errors', &
+    '  --quiet                   prints errors and warnings alone', &
+    '', &
+    'Exit status: 0 done, 1 the run failed, 2 bad input, 130 or 143 stopped by SIGINT (Ctrl-C) or SIGTERM;', &
+    'what a run that stops has done is in its results file.']
+
+  character(len=*), parameter :: verbs(*) = [character(len=7) :: 'run', 'check', 'explain', 'cut', 'joints']
+
+  !> A switch, and the verbs that it goes with.
+  type :: switch_t
+    character(len=16) :: name
+    character(len=28) :: verbs
+  end type switch_t
+
+  character(len=*), parameter :: any_verb = 'run check explain cut joints'
+  type(switch_t), parameter :: switches(*) = [ &
+    switch_t('--quiet', any_verb), switch_t('--xdmf', any_verb), switch_t('--classic-output', 'run'), &
+    switch_t('--strict', 'run or check'), switch_t('--settings', 'explain')]
+
+  !> What the command line asks for.
+  type :: command_t
+    character(len=:), allocatable :: verb         !! one of the help, or --version, --help
+    character(len=:), allocatable :: geometry     !! '' where the analysis names it
+    character(len=:), allocatable :: analysis     !! deck; of `cut` and `joints` the one there is
+    type(option_t), allocatable :: settings(:)    !! given with --set
+    logical :: settings_only = .false.            !! explain: the table of settings
+    logical :: cuts_analysis = .false.            !! cut: an analysis deck, else a geometry
+    type(run_options_t) :: options
+  end type command_t
+
+contains
+
+  !> Takes the command line apart.
+  !>
+  !> Errors: a word that is unknown or does not go with the verb, a word that is missing.
+  subroutine read_command_line(command, error)
+    type(command_t), intent(out) :: command
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    allocate (command%settings(0))
+    command%geometry = ''
+    command%analysis = ''
+    command%options%results_path = ''
+    command%verb = argument(1)
+    if (command%verb == '-h' .or. command%verb == 'help') command%verb = '--help'
+    if (command%verb == '--version' .or. command%verb == '--help') return
+    if (all(command%verb /= verbs)) then
+      call fail(error, status_bad_input, 'expected run, check, explain, cut, joints, --version or --help, found '''// &
+                command%verb//'''')
+      return
+    end if
+    i = 2
+    do while (i <= command_argument_count() .and. command%verb /= '--help')
+      call take_word(i, command, error)
+      if (allocated(error)) return
+    end do
+    if (command%verb == '--help') return
+    call complete(command, error)
+  end subroutine read_command_line
+
+  !> Takes the word at `i`, and the one that belongs to it.
+  subroutine take_word(i, command, error)
+    integer, intent(inout) :: i
+    type(command_t), intent(inout) :: command
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: given, word
+
+    word = argument(i)
+    i = i + 1
+    select case (word)
+    case ('--help', '-h')
+      command%verb = '--help'
+    case ('--set', '-o', '--output')
+      if (i > command_argument_count()) then
+        call fail(error, status_bad_input, 'expected a word after '//word//', found the end')
+        return
+      end if
+      if (word /= '--set') then
+        command%options%results_path = argument(i)
+      else if (command%verb == 'joints') then
+        call fail(error, status_bad_input, 'expected --set with run, check or explain, found it with joints')
+      else
+        given = argument(i)
+        command%settings = [command%settings, option_t(given)]
+      end if
+      i = i + 1
+    case default
+      if (any(switches%name == word)) then
+        call take_switch(word, command, error)
+      else if (index(word, '-') == 1) then
+        call fail(error, status_bad_input, 'expected an option of --help, found '''//word//'''')
+      else
+        call take_deck(word, command, error)
+      end if
+    end select
+  end subroutine take_word
+
+  !> Takes a word that turns something on.
+  subroutine take_switch(word, command, error)
+    character(len=*), intent(in) :: word
+    type(command_t), intent(inout) :: command
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (with => switches(findloc(switches%name == word, .true., 1))%verbs)
+      if (index(' '//with//' ', ' '//command%verb//' ') == 0) then
+        call fail(error, status_bad_input, 'expected '//word//' with '//trim(with)//', found it with '//command%verb)
+        return
+      end if
+    end associate
+    select case (word)
+    case ('--quiet')
+      command%options%quiet = .true.
+    case ('--xdmf')
+      command%options%with_xdmf = .true.
+    case ('--classic-output')
+      command%options%with_classic = .true.
+    case ('--strict')
+      command%options%strict = .true.
+    case ('--settings')
+      command%settings_only = .true.
+    end select
+  end subroutine take_switch
+
+  !> Takes the name of a deck: of two the first is the geometry.
+  subroutine take_deck(word, command, error)
+    character(len=*), intent(in) :: word
+    type(command_t), intent(inout) :: command
+    type(error_t), allocatable, intent(out) :: error
+
+    if (command%verb == 'joints' .and. len(command%analysis) > 0) then
+      call fail(error, status_bad_input, 'expected one deck after joints, found also '''//word//'''')
+    else if (len(command%geometry) > 0) then
+      call fail(error, status_bad_input, 'expected at most a geometry and an analysis deck, found also '''//word//'''')
+    else
+      command%geometry = command%analysis
+      command%analysis = word
+    end if
+  end subroutine take_deck
+
+  !> Looks at the whole, and names the file that it writes.
+  subroutine complete(command, error)
+    type(command_t), intent(inout) :: command
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (analysis => command%analysis, options => command%options)
+      if (len(analysis) == 0 .and. .not. command%settings_only) then
+        call fail(error, status_bad_input, 'expected a deck after '//command%verb//', found none')
+        return
+      end if
+      options%runs = command%verb == 'run'
+      if (command%verb == 'cut') command%cuts_analysis = &
+        len(command%geometry) > 0 .or. index(analysis, '.ana', back=.true.) == max(1, len(analysis) - 3)
+      if (command%verb == 'cut' .and. .not. command%cuts_analysis .and. (size(command%settings) > 0 .or. options%with_xdmf)) then
+        call fail(error, status_bad_input, 'expected --set and --xdmf with an analysis deck, found them with cut '//analysis)
+      else if (command%cuts_analysis .and. len(options%results_path) == 0) then
+        call fail(error, status_bad_input, 'expected -o and a file for the model, as '//stem_of(analysis)// &
+                  '.h5 would be that of a run, found none')
+      end if
+    end associate
+    if (len(command%options%results_path) == 0) command%options%results_path = stem_of(command%analysis)//ending_of(command%verb)
+  end subroutine complete
+
+  !> Ending of the file that a verb writes.
+  pure function ending_of(verb)
+    character(len=*), intent(in) :: verb
+    character(len=:), allocatable :: ending_of
+
+    select case (verb)
+    case ('cut')
+      ending_of = '.blk'
+    case ('joints')
+      ending_of = '.geo'
+    case default
+      ending_of = '.h5'
+    end select
+  end function ending_of
+
+  !> An argument of the command line, '' where there is none.
+  function argument(i)
+    integer, intent(in) :: i
+    character(len=:), allocatable :: argument
+    integer :: length
+
+    call get_command_argument(i, length=length)
+    allocate (character(len=length) :: argument)
+    if (length > 0) call get_command_argument(i, argument)
+  end function argument
+
+  !> File name without folder and ending.
+  function stem_of(name)
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: stem_of
+    integer :: dot
+
+    stem_of = name(index(name, '/', back=.true.) + 1:)
+    dot = index(stem_of, '.', back=.true.)
+    if (dot > 1) stem_of = stem_of(:dot - 1)
+  end function stem_of
+
+end module scree_command_line

@@ -1,0 +1,245 @@
+!> What a run writes: the model and its scene at the start, series a step, frames, costs at the end.
+module scree_run_output
+  use, intrinsic :: iso_fortran_env, only: compiler_version
+  use scree_blas, only: blas_kernel
+  use scree_classic_output, only: add_classic_frame, begin_classic_output
+  use scree_errors, only: error_t
+  use scree_interpolation, only: displacement_matrix
+  use scree_keyholes, only: polygons_of
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_regions, only: first_vertex_of, joint_between, last_vertex_of
+  use scree_results_file, only: add_frame, close_results, cost_row_t, layout_t, open_results, results_t, store_rows, store_text, &
+                                store_words
+  use scree_run_records, only: declare_records, put_frame_records, put_step_records, records_t
+  use scree_scene, only: effect_t, model_nmm, run_options_t, scene_t
+  use scree_settings, only: settings_table
+  use scree_state, only: state_t
+  use scree_time_stepper, only: step_report_t
+  use scree_timers, only: timer_t
+  implicit none
+  private
+  public :: begin_output, end_output, put_frame, put_step, run_output_t, version
+
+  character(len=*), parameter :: version = '0.1.0'
+
+  integer, parameter, public :: phase_read = 1, phase_set_up = 2, phase_steps = 3, phase_results = 4
+  character(len=*), parameter :: phase_name(4) = [character(len=12) :: 'read', 'set-up', 'steps', 'results']
+
+  !> The results file of a run, and what it is written by.
+  type :: run_output_t
+    type(results_t) :: file
+    type(records_t) :: records
+    type(layout_t) :: layout
+    type(timer_t) :: timer(size(phase_name)) !! of the phases
+  end type run_output_t
+
+contains
+
+  !> Opens the results file and writes what is known before the first frame.
+  subroutine begin_output(options, scene, list, model, state, output, error)
+    type(run_options_t), intent(in) :: options
+    type(scene_t), intent(in) :: scene
+    type(effect_t), intent(in) :: list(:)       !! effects that the scene calls for
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(run_output_t), intent(inout) :: output
+    type(error_t), allocatable, intent(out) :: error
+
+    output%layout = layout_of(scene, model, state, options%runs)
+    call open_results(output%file, options%results_path, output%layout, options%with_xdmf, error)
+    if (.not. allocated(error)) call describe_scene(output%file, scene, list, error)
+    if (.not. allocated(error)) call store_parts(output%file, model, state, output%layout, error)
+    if (.not. allocated(error) .and. model%model == model_nmm) call store_covers(output%file, model, state, error)
+    if (.not. allocated(error)) call declare_records(output%file, model, output%records, error)
+    if (options%with_classic .and. options%runs .and. .not. allocated(error)) &
+      call begin_classic(output%file, model, output%layout, error)
+  end subroutine begin_output
+
+  !> A row of each series of the steps.
+  subroutine put_step(output, model, cache, state, report, error)
+    type(run_output_t), intent(inout) :: output
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(step_report_t), intent(in) :: report
+    type(error_t), allocatable, intent(out) :: error
+
+    call put_step_records(output%file, output%records, model, cache, state, report, error)
+  end subroutine put_step
+
+  !> A frame of the present state.
+  subroutine put_frame(output, model, cache, state, error)
+    type(run_output_t), intent(inout) :: output
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: position(2, size(state%vertex, 2)), velocity(2, size(state%vertex, 2))
+    integer :: e, k
+
+    do e = 1, model%n_elements
+      do k = first_vertex_of(model%elements%shape, e), last_vertex_of(model%elements%shape, e)
+        position(:, k) = state%vertex(:, k) + model%origin
+        velocity(:, k) = matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, k)), &
+                                state%velocity(model%elements%unknown(:, e)))
+      end do
+    end do
+    call put_frame_records(output%file, output%records, model, cache, state, error)
+    if (allocated(error)) return
+    call add_frame(output%file, state%time, position, state%vertex - model%start, velocity, state%stress, error)
+    if (allocated(error) .or. .not. allocated(output%file%classic)) return
+    call add_classic_frame(output%file%classic, position, state%point + spread(model%origin, 2, size(state%point, 2)), error)
+  end subroutine put_frame
+
+  !> Writes how the run ended and what it cost, and closes the file.
+  subroutine end_output(output, status, error)
+    type(run_output_t), intent(inout) :: output
+    character(len=*), intent(in) :: status
+    type(error_t), allocatable, intent(out) :: error
+
+    call close_results(output%file, status, costs(output%timer), error)
+  end subroutine end_output
+
+  !> Starts the classic output: the polygons of the frames.
+  subroutine begin_classic(results, model, layout, error)
+    type(results_t), intent(inout) :: results
+    type(model_t), intent(in) :: model
+    type(layout_t), intent(in) :: layout
+    type(error_t), allocatable, intent(out) :: error
+    integer :: before, e, i, joint(size(layout%corner))
+
+    do e = 1, model%n_elements
+      before = layout%corner(layout%first(e + 1) - 1)
+      do i = layout%first(e), layout%first(e + 1) - 1
+        joint(i) = joint_between(model%elements%shape, e, before, layout%corner(i))
+        before = layout%corner(i)
+      end do
+    end do
+    allocate (results%classic)
+    call begin_classic_output(results%classic, results%path, layout%material, layout%first, layout%corner, joint, &
+                              model%points%kind, model%points%element, error)
+  end subroutine begin_classic
+
+  !> Joints of the edges, and the points with the elements that carry them.
+  subroutine store_parts(results, model, state, layout, error)
+    type(results_t), intent(in) :: results
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(layout_t), intent(in) :: layout
+    type(error_t), allocatable, intent(out) :: error
+
+    call store_rows(results, '/elements/joint', [integer ::], .true., '1', 'joint material of the edge from each vertex to the '// &
+                    'next, 0: a line of the mesh', real(model%elements%shape%joint(layout%corner), dp), error)
+    if (allocated(error) .or. size(model%points%kind) == 0) return
+    call store_rows(results, '/points/kind', [integer ::], .true., '1', '1 fixed, 2 load, 3 measured point', &
+                    real(model%points%kind, dp), error)
+    if (allocated(error)) return
+    call store_rows(results, '/points/place', [2], .false., 'length', 'place at the start', &
+                    [state%point + spread(model%origin, 2, size(state%point, 2))], error)
+    if (allocated(error)) return
+    call store_rows(results, '/points/element', [integer ::], .true., '1', 'element that carries it', &
+                    real(model%points%element, dp), error)
+  end subroutine store_parts
+
+  !> Covers of manifold elements, from 1, at the start.
+  subroutine store_covers(results, model, state, error)
+    type(results_t), intent(in) :: results
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: follows(:, :)
+
+    call store_rows(results, '/covers/node', [2], .false., 'length', 'place of the node of each cover', &
+                    [state%cover + spread(model%origin, 2, model%n_covers)], error)
+    if (allocated(error)) return
+    call store_rows(results, '/covers/of_element', [3], .true., '1', 'covers of each element, counter-clockwise', &
+                    [real(model%elements%cover, dp)], error)
+    if (allocated(error) .or. .not. allocated(model%extension)) return
+    allocate (follows(4, size(model%extension%cover)))
+    follows(1, :) = model%extension%cover
+    follows(2:, :) = model%extension%master
+    call store_rows(results, '/covers/follows', [4], .true., '1', 'a cover, and the three whose linear field it follows', &
+                    [real(follows, dp)], error)
+  end subroutine store_covers
+
+  !> What the frames look like: an element with holes is one polygon with seams. The model alone has one.
+  function layout_of(scene, model, state, runs) result(layout)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    logical, intent(in) :: runs
+    type(layout_t) :: layout
+    real(dp) :: frames, steps
+
+    layout%n_vertices = size(state%vertex, 2)
+    call polygons_of(model%elements%shape, state%vertex, layout%first, layout%corner)
+    layout%block = model%elements%block
+    layout%material = model%elements%material
+    if (.not. runs) return
+    associate (s => scene%settings)
+      steps = s%most_steps
+      if (s%end_time < steps*s%step_size) steps = s%end_time/s%step_size + 1
+      if (s%frame_every > 0) then
+        frames = steps/s%frame_every + 2
+      else
+        frames = min(s%end_time, s%most_steps*s%step_size)/max(s%frame_interval, s%frame_spacing) + 2
+      end if
+    end associate
+    layout%expected_steps = int(min(steps, 1e9_dp))
+    layout%expected_frames = int(min(frames, 1e9_dp))
+  end function layout_of
+
+  !> Decks, settings, effects and versions in /scene.
+  subroutine describe_scene(results, scene, list, error)
+    type(results_t), intent(in) :: results
+    type(scene_t), intent(in) :: scene
+    type(effect_t), intent(in) :: list(:)
+    type(error_t), allocatable, intent(out) :: error
+    character(len=160) :: word(size(settings_table)), effect(size(list)), reason(size(list))
+    character(len=19) :: date
+    integer :: i, now(8), n
+
+    call date_and_time(values=now)
+    write (date, '(i4.4,2("-",i2.2),"T",2(i2.2,":"),i2.2)') now(1:3), now(5:7)
+    call store_text(results, 'version', 'scree '//version, error)
+    if (allocated(error)) return
+    call store_text(results, 'compiler', compiler_version(), error)
+    if (allocated(error)) return
+    call store_text(results, 'blas', blas_kernel(), error)
+    if (allocated(error)) return
+    call store_text(results, 'date', date, error)
+    if (allocated(error)) return
+    call store_words(results, '/scene/geometry_deck', [scene%geometry_text], error)
+    if (allocated(error)) return
+    call store_words(results, '/scene/analysis_deck', [scene%analysis_text], error)
+    if (allocated(error)) return
+    n = 0
+    do i = 1, size(settings_table)
+      if (.not. allocated(scene%words(i)%value)) cycle
+      n = n + 1
+      word(n) = trim(settings_table(i)%group)//'.'//trim(settings_table(i)%name)//' = '//scene%words(i)%value// &
+                '  ('//scene%words(i)%from//')'
+    end do
+    call store_words(results, '/scene/settings', word(:n), error)
+    if (allocated(error)) return
+    do i = 1, size(list)
+      effect(i) = list(i)%name
+      reason(i) = list(i)%because
+    end do
+    call store_words(results, '/scene/effects', effect, error)
+    if (allocated(error)) return
+    call store_words(results, '/scene/effect_reasons', reason, error)
+  end subroutine describe_scene
+
+  !> The table of costs.
+  function costs(timer) result(rows)
+    type(timer_t), intent(in) :: timer(:)
+    type(cost_row_t), allocatable :: rows(:)
+    integer :: i
+
+    rows = [(cost_row_t(phase_name(i), timer(i)%calls, timer(i)%wall, timer(i)%processor), i=1, size(timer))]
+    rows = pack(rows, timer%calls > 0)
+  end function costs
+
+end module scree_run_output
