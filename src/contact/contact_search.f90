@@ -11,15 +11,16 @@ module scree_contact_search
   use scree_state, only: state_t
   implicit none
   private
-  public :: at_outlines, edge_lengths, find_nearby, most_turning, outran, shorter_edges
+  public :: at_outlines, edge_lengths, find_nearby, most_turning, outran
 
   real(dp), parameter :: most_turning = acos(-1.0_dp)/6 !! of a corner in a step, rad
-  real(dp), parameter :: room = 0.02_dp           !! of the edges about, that a search gives a vertex beyond its reach
+  real(dp), parameter :: room = 0.02_dp           !! of the edges about, that is looked at beyond the reach of contacts
 
 contains
 
-  !> Pairs of a vertex and an edge that are no farther apart than contacts of either reach, in the order of the edges; a search is
-  !> made where what an earlier one listed may not do. The pairs do not tell when it was made.
+  !> Pairs of a vertex and an edge that are no farther apart than contacts of either reach and some room, so that a vertex inside
+  !> a body is found too, in the order of the edges; a search is made where what an earlier one listed may not do. The pairs do
+  !> not tell when it was made.
   subroutine find_nearby(outlines, position, near, self_contact, search, nearby)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)          !! (2, n_vertices), length
@@ -27,54 +28,62 @@ contains
     logical, intent(in) :: self_contact             !! a body may touch itself
     type(contact_search_t), intent(inout) :: search
     integer, allocatable, intent(out) :: nearby(:, :) !! (2, n)
+    real(dp) :: wide(size(near))
     logical, allocatable :: is_near(:)
     integer :: k
 
-    if (.not. still_holds(outlines, position, near, search)) call list_candidates(outlines, position, near, self_contact, search)
+    wide = near + room*shorter_edges(outlines, position)
+    if (.not. still_holds(outlines, position, wide, search)) call list_candidates(outlines, position, wide, self_contact, search)
     allocate (is_near(size(search%candidate, 2)))
     do k = 1, size(is_near)
       associate (i => search%candidate(1, k), j => search%candidate(2, k))
         is_near(k) = distance_to_segment(position(:, outlines%start(i)), position(:, outlines%start(j)), &
                                          position(:, outlines%finish(j))) &
-                     <= near(i) + max(near(j), near(outlines%next(j)))
+                     <= wide(i) + max(wide(j), wide(outlines%next(j)))
       end associate
     end do
     nearby = reshape(pack(search%candidate, spread(is_near, 1, 2)), [2, count(is_near)])
   end subroutine find_nearby
 
-  !> Whether no vertex may have left the room that the search gave it.
-  pure logical function still_holds(outlines, position, near, search)
+  !> Whether no pair can be near that the search did not list: no vertex has left its room, nor any edge.
+  pure logical function still_holds(outlines, position, wide, search)
     type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: position(:, :), near(:)
+    real(dp), intent(in) :: position(:, :)          !! (2, n_vertices), length
+    real(dp), intent(in) :: wide(:)                 !! (n) how far from each vertex pairs are near, length
     type(contact_search_t), intent(in) :: search
+    real(dp) :: moved(size(wide))
 
     still_holds = allocated(search%found_at)
-    if (still_holds) still_holds = all(norm2(position(:, outlines%start) - search%found_at, 1) + near <= search%reach)
+    if (.not. still_holds) return
+    moved = norm2(position(:, outlines%start) - search%found_at, 1)
+    associate (next => outlines%next, reach => search%reach)
+      still_holds = all(moved + wide <= reach) .and. all(max(moved, moved(next)) + max(wide, wide(next)) <= max(reach, reach(next)))
+    end associate
   end function still_holds
 
   !> Searches vertices near edges in a grid, with room to move.
-  subroutine list_candidates(outlines, position, near, self_contact, search)
+  subroutine list_candidates(outlines, position, wide, self_contact, search)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)  !! (2, n_vertices), length
-    real(dp), intent(in) :: near(:)         !! (n) how far a contact of each vertex reaches, length
+    real(dp), intent(in) :: wide(:)         !! (n) how far from each vertex pairs are near, length
     logical, intent(in) :: self_contact
     type(contact_search_t), intent(inout) :: search
     type(cell_grid_t) :: grid
     real(dp), allocatable :: key(:), vertex(:, :)
     integer, allocatable :: list(:, :), order(:)
-    integer :: seen(size(near)), range(2, 2)
+    integer :: seen(size(wide)), range(2, 2)
     integer :: c, column, i, j, k, n, row
     real(dp) :: reach
 
     vertex = position(:, outlines%start)
     search%found_at = vertex
-    search%reach = 1.5_dp*near + room*shorter_edges(outlines, position)
-    call set_up_grid(grid, vertex, size(near))
+    search%reach = 2*wide
+    call set_up_grid(grid, vertex, size(wide))
     call place_boxes(grid, vertex - spread(search%reach, 1, 2), vertex + spread(search%reach, 1, 2))
-    allocate (list(2, 4*size(near)))
+    allocate (list(2, 4*size(wide)))
     n = 0
     seen = 0
-    do j = 1, size(near)
+    do j = 1, size(wide)
       associate (a => position(:, outlines%start(j)), b => position(:, outlines%finish(j)))
         reach = max(search%reach(j), search%reach(outlines%next(j)))
         range = cells_of_box(grid, min(a, b) - reach, max(a, b) + reach)
@@ -96,7 +105,7 @@ contains
       end associate
     end do
     order = [(k, k=1, n)]
-    key = real(list(2, :n), dp)*size(near) + list(1, :n)
+    key = real(list(2, :n), dp)*size(wide) + list(1, :n)
     call sort_by(key, order)
     search%candidate = list(:, order)
   end subroutine list_candidates
