@@ -1,0 +1,186 @@
+!> Worlds for unit tests, in a line. They are made as a run makes them: decks are written, read and set up.
+module worlds
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use scree_block_input, only: blocks_t
+  use scree_effects, only: refresh_elements
+  use scree_equations, only: release_equations
+  use scree_errors, only: error_t
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_read_scene, only: option_t, read_scene
+  use scree_scene, only: block_material_t, effect_t, joint_material_t, scene_t
+  use scree_set_up, only: set_up
+  use scree_start, only: begin_run
+  use scree_state, only: state_t
+  implicit none
+  private
+  public :: box, default_rock, end_world, model_of_polygons, read_world, world_t
+
+  !> The material of blocks where a test names none: E 1e4, nu 0.2, density 2, no weight.
+  type(block_material_t), parameter :: default_rock = block_material_t(density=2.0_dp, young=1e4_dp, poisson=0.2_dp)
+
+  !> A run at its beginning: what `advance` takes, and what it was made of.
+  type :: world_t
+    type(scene_t) :: scene
+    type(blocks_t) :: blocks
+    type(model_t) :: model
+    type(state_t) :: state
+    type(cache_t) :: cache
+  end type world_t
+
+contains
+
+  !> Makes a world of polygons, ready for `advance`. A deck that is refused stops the test with its words, or is handed back.
+  subroutine model_of_polygons(corner, counts, world, groups, rock, joint, dt, fixed, load, carried, error)
+    real(dp), intent(in) :: corner(:)                          !! x, y of the corners, counter-clockwise, polygon after polygon
+    integer, intent(in) :: counts(:)                           !! corners of each polygon
+    type(world_t), intent(out) :: world
+    character(len=*), intent(in), optional :: groups           !! named groups, as "&method strain='green' /"
+    type(block_material_t), intent(in), optional :: rock(:)    !! of each polygon; those beyond the last have the last
+    type(joint_material_t), intent(in), optional :: joint      !! of all edges; without friction where none is said
+    real(dp), intent(in), optional :: dt                       !! step size, 0.01 where none is said
+    real(dp), intent(in), optional :: fixed(:, :)              !! (2, n) fixed points
+    real(dp), intent(in), optional :: load(:, :)               !! (2, n) load points; "&loads force=... /" gives their forces
+    real(dp), intent(in), optional :: carried                  !! share of the velocity that a step hands on: 1, or 0 for statics
+    type(error_t), allocatable, intent(out), optional :: error
+    character(len=:), allocatable :: stem
+    integer :: length
+
+    call get_command_argument(0, length=length)
+    allocate (character(len=length) :: stem)
+    call get_command_argument(0, stem)
+    stem = stem//'.world'
+    call write_blocks(stem//'.blk', corner, counts, fixed, load, rock)
+    call write_analysis(stem//'.ana', groups, rock, joint, dt, carried)
+    call read_world(stem//'.blk', stem//'.ana', world, error=error)
+    call remove(stem//'.blk')
+    call remove(stem//'.ana')
+  end subroutine model_of_polygons
+
+  !> Makes the world of two decks, ready for `advance`. Decks that are refused stop the test with their words, or are handed back.
+  subroutine read_world(geometry, analysis, world, options, error)
+    character(len=*), intent(in) :: geometry
+    character(len=*), intent(in) :: analysis
+    type(world_t), intent(out) :: world
+    character(len=*), intent(in), optional :: options(:)       !! "group.name=value" that win over the deck
+    type(error_t), allocatable, intent(out), optional :: error
+    type(option_t), allocatable :: option(:)
+    type(effect_t), allocatable :: list(:)
+    type(error_t), allocatable :: refusal
+    integer :: i
+
+    allocate (option(0))
+    if (present(options)) then
+      do i = 1, size(options)
+        option = [option, option_t(trim(options(i)))]
+      end do
+    end if
+    call read_scene(geometry, analysis, option, world%scene, world%blocks, refusal)
+    if (.not. allocated(refusal)) call set_up(world%scene, world%blocks, world%model, world%state, list, refusal)
+    if (.not. allocated(refusal)) then
+      call refresh_elements(world%model, world%state, world%cache)
+      call begin_run(world%model, world%cache, world%state, refusal)
+    end if
+    if (.not. allocated(refusal)) return
+    if (present(error)) then
+      call move_alloc(refusal, error)
+    else
+      write (error_unit, '(a)') refusal%message
+      error stop 1
+    end if
+  end subroutine read_world
+
+  !> Gives back what the equations of a world hold outside of Fortran.
+  subroutine end_world(world)
+    type(world_t), intent(inout) :: world
+
+    call release_equations(world%cache%equations)
+  end subroutine end_world
+
+  !> Corners of a box.
+  pure function box(x, y, width, height) result(corner)
+    real(dp), intent(in) :: x, y          !! lower left corner
+    real(dp), intent(in) :: width, height
+    real(dp) :: corner(8)
+
+    corner = [x, y, x + width, y, x + width, y + height, x, y + height]
+  end function box
+
+  !> Writes a block file, every number so that it reads back as it was.
+  subroutine write_blocks(path, corner, counts, fixed, load, rock)
+    character(len=*), intent(in) :: path
+    real(dp), intent(in) :: corner(:)
+    integer, intent(in) :: counts(:)
+    real(dp), intent(in), optional :: fixed(:, :), load(:, :)
+    type(block_material_t), intent(in), optional :: rock(:)
+    integer :: b, i, n_materials, unit
+
+    n_materials = 1
+    if (present(rock)) n_materials = size(rock)
+    open (newunit=unit, file=path, action='write', status='replace')
+    write (unit, '(i0,1x,i0,1x,i0)') size(counts), 0, sum(counts), count_of(fixed), count_of(load), 0
+    do b = 1, size(counts)
+      write (unit, '(i0,2(1x,i0))') min(b, n_materials), sum(counts(:b - 1)) + 1, sum(counts(:b))
+    end do
+    write (unit, '(i0,1x,es24.16e3,1x,es24.16e3)') (1, corner(2*i - 1), corner(2*i), i=1, sum(counts))
+    do i = 1, count_of(fixed)
+      write (unit, '(2(es24.16e3,1x),i0)') fixed(:, i), 0
+    end do
+    do i = 1, count_of(load)
+      write (unit, '(2(es24.16e3,1x),i0)') load(:, i), 0
+    end do
+    close (unit)
+  end subroutine write_blocks
+
+  !> Writes an analysis deck in the short order.
+  subroutine write_analysis(path, groups, rock, joint, dt, carried)
+    character(len=*), intent(in) :: path
+    character(len=*), intent(in), optional :: groups
+    type(block_material_t), intent(in), optional :: rock(:)
+    type(joint_material_t), intent(in), optional :: joint
+    real(dp), intent(in), optional :: dt, carried
+    type(block_material_t), allocatable :: material(:)
+    type(joint_material_t) :: surface
+    real(dp) :: share, step
+    integer :: i, unit
+
+    material = [default_rock]
+    if (present(rock)) material = rock
+    if (present(joint)) surface = joint
+    step = 0.01_dp
+    if (present(dt)) step = dt
+    share = 1.0_dp
+    if (present(carried)) share = carried
+    open (newunit=unit, file=path, action='write', status='replace')
+    write (unit, '(es24.16e3)') share
+    write (unit, '(i0)') 1000, size(material), 1
+    write (unit, '(es24.16e3)') 0.05_dp, step
+    do i = 1, size(material)
+      associate (a => material(i))
+        write (unit, '(4(1x,es24.16e3))') a%density, a%unit_weight, a%young, a%poisson
+        write (unit, '(3(1x,es24.16e3))') a%stress, a%stress_gradient, a%velocity
+      end associate
+    end do
+    write (unit, '(3(1x,es24.16e3))') surface%friction_angle, surface%cohesion, surface%tensile_strength
+    if (present(groups)) write (unit, '(a)') groups
+    close (unit)
+  end subroutine write_analysis
+
+  !> How many points there are.
+  pure integer function count_of(point)
+    real(dp), intent(in), optional :: point(:, :)
+
+    count_of = 0
+    if (present(point)) count_of = size(point, 2)
+  end function count_of
+
+  !> Removes a file.
+  subroutine remove(path)
+    character(len=*), intent(in) :: path
+    integer :: unit
+
+    open (newunit=unit, file=path, status='old')
+    close (unit, status='delete')
+  end subroutine remove
+
+end module worlds
