@@ -340,8 +340,11 @@ contains
     !> Adds to the list.
     subroutine name(effect, because)
       character(len=*), intent(in) :: effect, because
+      type(effect_t) :: this
 
-      list = [list, effect_t(effect, trim(because))]
+      this%name = effect
+      this%because = trim(because) ! gfortran 12 gives a structure constructor the length before `trim`
+      list = [list, this]
     end subroutine name
 
     !> A ground that accelerates at some time.

@@ -282,3 +282,14 @@ def test_a_side_under_a_mesh_is_borne_by_two_fixed_points_on_it(sides, tmp_path)
     assert len(warnings) == (sides < 2)
     for side in free:
         assert (1 - 2 * 0.5 / 3) * 24525 * 9 / 4 < first_number(facts[f"initial stress, {side}"]) <= 24525 * 9 / 4
+
+
+@pytest.mark.parametrize("groups", ["&method preset='shi' /", "&fixed_points method='penalty' /", ""])
+def test_a_line_of_an_effect_ends_with_its_last_letter(groups, tmp_path):
+    """The shorter of two reasons had blanks behind it, or whatever lay there in memory."""
+    deck(tmp_path, groups=groups)
+    done = subprocess.run([SCREE, "check", "a.ana"], cwd=tmp_path, capture_output=True)
+    effects = [line for line in done.stdout.splitlines() if line.startswith(b"effect: ")]
+    assert any(b"fixed points" in line for line in effects)
+    for line in effects:
+        assert re.fullmatch(rb"[ -~]*[!-~]", line), line
