@@ -3,7 +3,7 @@ module scree_acceleration_record
   use scree_deck_text, only: deck_t, expect, next_reals, numbers_left, read_deck
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
-  use scree_scene, only: time_table_t, word_t
+  use scree_scene, only: time_table_t
   use scree_text, only: number_text, real_text
   implicit none
   private
@@ -70,23 +70,24 @@ contains
   end subroutine check_line
 
   !> Takes the numbers of acceleration.table. Errors as of `read_record_file`.
-  subroutine take_record(word, n, record, error)
-    type(word_t), intent(in) :: word
-    integer, intent(in) :: n !! its numbers
+  subroutine take_record(number, from, record, error)
+    real(dp), intent(in) :: number(:)
+    character(len=*), intent(in) :: from !! where they are given
     type(time_table_t), intent(out) :: record
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: row(3, n/3)
-    integer :: i
+    real(dp) :: row(3, size(number)/3)
+    integer :: i, n
 
+    n = size(number)
     if (modulo(n, 3) /= 0 .or. n < 6) then
-      call fail(error, status_bad_input, word%from//': expected t ax ay of acceleration.table at two times or more, found '// &
+      call fail(error, status_bad_input, from//': expected t ax ay of acceleration.table at two times or more, found '// &
                 number_text(n)//' numbers')
       return
     end if
-    read (word%value, *) row
+    row = reshape(number, shape(row))
     do i = 2, n/3
       if (row(1, i) > row(1, i - 1)) cycle
-      call fail(error, status_bad_input, word%from//': expected times of acceleration.table that increase, found '// &
+      call fail(error, status_bad_input, from//': expected times of acceleration.table that increase, found '// &
                 real_text(row(1, i))//' after '//real_text(row(1, i - 1)))
       return
     end do

@@ -6,7 +6,7 @@ module scree_analysis_deck
   use scree_deck_text, only: count_numbers, deck_t, expect, expect_end, next_count, next_index, next_real, next_reals
   use scree_errors, only: error_t
   use scree_kinds, only: dp, i8
-  use scree_scene, only: block_material_t, joint_material_t, scene_t, time_table_t
+  use scree_scene, only: block_material_t, dialect_auto, dialect_short, joint_material_t, scene_t, time_table_t
   use scree_text, only: number_text
   implicit none
   private
@@ -16,12 +16,11 @@ module scree_analysis_deck
 
 contains
 
-  !> Reads the numbers of an analysis deck into the scene.
+  !> Reads the numbers of an analysis deck into the scene, in the order that its settings say.
   !>
   !> Errors: what is not as the layout says, with its line; a count of numbers that fits neither order.
-  subroutine read_analysis_deck(deck, dialect, n_fixed, n_loads, scene, error)
+  subroutine read_analysis_deck(deck, n_fixed, n_loads, scene, error)
     type(deck_t), intent(inout) :: deck
-    character(len=*), intent(in) :: dialect !! auto, short or shi
     integer, intent(in) :: n_fixed, n_loads !! fixed and load points, after the lines were cut
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
@@ -39,10 +38,8 @@ contains
     call next_count(deck, 'joint materials (nj)', per_joint_material, n_joint, error)
     if (allocated(error)) return
     short = 6 + int(per_block_material, i8)*n_block + int(per_joint_material, i8)*n_joint
-    in_short_order = count_numbers(deck) == short
-    if (dialect == 'short') in_short_order = .true.
-    if (dialect == 'shi') in_short_order = .false.
-    if (dialect == 'auto' .and. count_numbers(deck) < short) then
+    in_short_order = is_short(scene%settings%dialect, count_numbers(deck) == short)
+    if (scene%settings%dialect == dialect_auto .and. count_numbers(deck) < short) then
       call expect(deck, number_text(int(short))//' numbers (6 + 13 nb + 3 nj), or more in Shi''s order', &
                   number_text(count_numbers(deck)), error)
       return
@@ -66,6 +63,14 @@ contains
     if (allocated(error)) return
     call expect_end(deck, error)
   end subroutine read_analysis_deck
+
+  !> Whether the numbers are in the short order: as the deck says, else by their count.
+  pure logical function is_short(dialect, count_is_short)
+    integer, intent(in) :: dialect
+    logical, intent(in) :: count_is_short
+
+    is_short = dialect == dialect_short .or. (dialect == dialect_auto .and. count_is_short)
+  end function is_short
 
   !> Reads the counts k5 and then the tables of all fixed and load points.
   subroutine read_tables(deck, short, n_fixed, n_loads, scene, error)

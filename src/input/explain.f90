@@ -3,7 +3,8 @@ module scree_explain
   use scree_kinds, only: dp
   use scree_scene, only: line_t, point_t, scene_t, time_table_t
   use scree_setting_rules, only: condition_text, setting_rules, subject_text
-  use scree_settings, only: choices_text, kind_choice, setting_t, settings_table
+  use scree_setting_table, only: choices_text, full_name, kind_choice, setting_t
+  use scree_settings, only: settings_table
   use scree_text, only: number_text, real_text
   implicit none
   private
@@ -45,34 +46,9 @@ contains
       call table('load point '//number_text(i), 'force', scene%load_table(i))
     end do
     call table('acceleration of the ground', 'length/time^2', scene%ground)
-    do i = 1, size(scene%block_material)
-      associate (m => scene%block_material(i))
-        call title('block material '//number_text(i))
-        call number('density (ma)', m%density, 'mass/length^3')
-        call number('unit weight (we)', m%unit_weight, 'force/length^3')
-        call number('Young''s modulus (E)', m%young, 'force/length^2')
-        call number('Poisson''s ratio (nu)', m%poisson, '1')
-        call numbers('initial stress (s11 s22 s12)', m%stress, 'force/length^2')
-        call numbers('its increase with y (t11 t22 t12)', m%stress_gradient, 'force/length^3')
-        call numbers('initial velocity (vx vy)', m%velocity(1:2), 'length/time')
-        call number('initial rotation rate (vr)', m%velocity(3), 'rad/time')
-      end associate
-    end do
-    do i = 1, size(scene%joint_material)
-      associate (m => scene%joint_material(i))
-        call title('joint material '//number_text(i))
-        call number('friction angle (phi)', m%friction_angle, 'degree')
-        call number('cohesion (c)', m%cohesion, 'force/length^2')
-        call number('tensile strength (T)', m%tensile_strength, 'force/length^2')
-      end associate
-    end do
-
-    call title('settings')
-    do i = 1, size(settings_table)
-      if (.not. allocated(scene%words(i)%value)) cycle
-      write (unit, '(a)') '  '//full_name(settings_table(i))//' = '//scene%words(i)%value// &
-        dimension_text(trim(settings_table(i)%dimension))//'  ('//scene%words(i)%from//')'
-    end do
+    call block_materials()
+    call joint_materials()
+    call settings()
 
   contains
 
@@ -138,16 +114,63 @@ contains
       end do
     end subroutine table
 
+    subroutine block_materials()
+      integer :: i
+
+      do i = 1, size(scene%block_material)
+        associate (m => scene%block_material(i))
+          call title('block material '//number_text(i))
+          call number('density (ma)', m%density, 'mass/length^3')
+          call number('unit weight (we)', m%unit_weight, 'force/length^3')
+          call number('Young''s modulus (E)', m%young, 'force/length^2')
+          call number('Poisson''s ratio (nu)', m%poisson, '1')
+          call numbers('initial stress (s11 s22 s12)', m%stress, 'force/length^2')
+          call numbers('its increase with y (t11 t22 t12)', m%stress_gradient, 'force/length^3')
+          call numbers('initial velocity (vx vy)', m%velocity(1:2), 'length/time')
+          call number('initial rotation rate (vr)', m%velocity(3), 'rad/time')
+        end associate
+      end do
+    end subroutine block_materials
+
+    subroutine joint_materials()
+      integer :: i
+
+      do i = 1, size(scene%joint_material)
+        associate (m => scene%joint_material(i))
+          call title('joint material '//number_text(i))
+          call number('friction angle (phi)', m%friction_angle, 'degree')
+          call number('cohesion (c)', m%cohesion, 'force/length^2')
+          call number('tensile strength (T)', m%tensile_strength, 'force/length^2')
+        end associate
+      end do
+    end subroutine joint_materials
+
+    subroutine settings()
+      type(setting_t), allocatable :: setting(:)
+      integer :: i
+
+      call title('settings')
+      setting = settings_table()
+      do i = 1, size(setting)
+        associate (word => scene%words(i))
+          if (allocated(word%value)) write (unit, '(a)') '  '//word%name//' = '//word%value// &
+            dimension_text(trim(setting(i)%dimension))//'  ('//word%from//')'
+        end associate
+      end do
+    end subroutine settings
+
   end subroutine explain_scene
 
   !> Prints the table of all settings and that of which go together, as Markdown.
   subroutine explain_settings(unit)
     integer, intent(in) :: unit
+    type(setting_t), allocatable :: setting(:)
     integer :: i
 
+    setting = settings_table()
     write (unit, '(a)') '| name | values | unit | default | meaning |', '|---|---|---|---|---|'
-    do i = 1, size(settings_table)
-      associate (s => settings_table(i))
+    do i = 1, size(setting)
+      associate (s => setting(i))
         write (unit, '(a)') '| `'//full_name(s)//'` | '//values(s)//' | '//trim(s%dimension)//' | '//trim(s%default)//' | '// &
           trim(s%meaning)//' |'
       end associate
@@ -174,14 +197,6 @@ contains
     end if
     if (setting%most < huge(1.0_dp)) values = values//' to '//real_text(setting%most)
   end function values
-
-  !> group.name
-  function full_name(setting)
-    type(setting_t), intent(in) :: setting
-    character(len=:), allocatable :: full_name
-
-    full_name = trim(setting%group)//'.'//trim(setting%name)
-  end function full_name
 
   !> A dimension in brackets.
   function dimension_text(dimension)

@@ -9,7 +9,8 @@ module scree_joints_deck
   use scree_rock_outline, only: close_slope, crosses_itself, has_rock_at, make_rock, outline_t, reaches_into_window, rock_t, &
                                 slope_outline, tunnel_outline, window_outline
   use scree_scene, only: line_t, point_t, scene_t, word_t
-  use scree_settings, only: kind_real, kind_reals, kind_whole, known_groups, place_in, put_word, setting_t
+  use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
+  use scree_setting_table, only: blank_words, from_of, full_name, known_groups, put_word, setting_t
   use scree_text, only: number_text, real_text
   implicit none
   private
@@ -22,47 +23,27 @@ module scree_joints_deck
     integer :: seed = 1
   end type joints_t
 
-  character(len=*), parameter :: needed = 'needed'
   !> Largest coordinate; with this least window, products of lengths stay in range.
   real(dp), parameter :: farthest = 1e12_dp, least_window = 1e-9_dp
   real(dp), parameter :: least_share = 1e-5_dp     !! of a window in its distance from the origin, for its digits
   real(dp), parameter :: most_traces = 1e6_dp      !! of a set
   integer, parameter :: most_corners = 2000        !! of an outline
+  real(dp), parameter :: default_least_distance = 0.001_dp !! e0
 
-  type(setting_t), parameter :: table(*) = [ &
-    setting_t('window', 'x', kind_reals, needed, 'of its corners; two are a rectangle', '', 'length', -farthest, farthest), &
-    setting_t('window', 'y', kind_reals, needed, '', '', 'length', -farthest, farthest), &
-    setting_t('window', 'material', kind_whole, '1', 'joint material of its sides', '', '1', 1.0_dp, 1e9_dp), &
-    setting_t('tunnel', 'x', kind_reals, 'none', 'of its corners, either way round', '', 'length', -farthest, farthest), &
-    setting_t('tunnel', 'y', kind_reals, 'none', '', '', 'length', -farthest, farthest), &
-    setting_t('tunnel', 'centre', kind_reals, 'none', 'x y; of a round tunnel', '', 'length', -farthest, farthest), &
-    setting_t('tunnel', 'radius', kind_real, 'none', 'of its corners', '', 'length', 0.0_dp, farthest, .true.), &
-    setting_t('tunnel', 'sides', kind_whole, '24', 'of a round tunnel', '', '1', 3.0_dp, real(most_corners, dp)), &
-    setting_t('tunnel', 'material', kind_whole, '1', 'joint material of its sides', '', '1', 1.0_dp, 1e9_dp), &
-    setting_t('slope', 'x', kind_reals, needed, 'of its points', '', 'length', -farthest, farthest), &
-    setting_t('slope', 'y', kind_reals, needed, '', '', 'length', -farthest, farthest), &
-    setting_t('slope', 'material', kind_whole, '1', 'joint material of its lines', '', '1', 1.0_dp, 1e9_dp), &
-    setting_t('joint_set', 'dip', kind_real, needed, 'from the x axis, counter-clockwise', '', 'degree', -360.0_dp, 360.0_dp), &
-    setting_t('joint_set', 'spacing', kind_real, needed, 'of neighbouring lines', '', 'length', 0.0_dp, farthest, .true.), &
-    setting_t('joint_set', 'length', kind_real, needed, 'of a trace', '', 'length', 0.0_dp, farthest, .true.), &
-    setting_t('joint_set', 'bridge', kind_real, '0', 'of rock between traces', '', 'length', 0.0_dp, farthest), &
-    setting_t('joint_set', 'randomness', kind_real, '0', 'of spacing, length and bridge', '', '1', 0.0_dp, 1.0_dp), &
-    setting_t('joint_set', 'material', kind_whole, '1', 'joint material', '', '1', 1.0_dp, 1e9_dp), &
-    setting_t('seed', 'value', kind_whole, '1', 'of the random numbers', '', '1', 0.0_dp, 1e9_dp), &
-    setting_t('deck', 'e0', kind_real, '0.001', 'of the geometry deck', '', '1', 1e-6_dp, 0.1_dp), &
-    setting_t('fixed', 'x', kind_reals, needed, 'of fixed points', '', 'length', -farthest, farthest), &
-    setting_t('fixed', 'y', kind_reals, needed, '', '', 'length', -farthest, farthest), &
-    setting_t('load', 'x', kind_reals, needed, 'of load points', '', 'length', -farthest, farthest), &
-    setting_t('load', 'y', kind_reals, needed, '', '', 'length', -farthest, farthest), &
-    setting_t('measured', 'x', kind_reals, needed, 'of measured points', '', 'length', -farthest, farthest), &
-    setting_t('measured', 'y', kind_reals, needed, '', '', 'length', -farthest, farthest)]
-
-  !> A group as it is read.
-  type :: words_t
-    character(len=:), allocatable :: group
+  !> A group of the deck. A component belongs to the names of one group or of several.
+  type :: group_t
+    character(len=:), allocatable :: name
     integer :: deck_line = 0
-    type(word_t), allocatable :: word(:) !! in the order of the table
-  end type words_t
+    type(word_t), allocatable :: words(:)              !! of its names, in the order of the table
+    real(dp), allocatable :: x(:), y(:)                !! of corners or points, length
+    real(dp), allocatable :: centre(:)                 !! of a round tunnel, length
+    real(dp) :: radius = 0.0_dp                        !! of its corners, length
+    integer :: sides = 24
+    integer :: material = 1                            !! joint material of an outline
+    type(joint_set_t) :: set
+    integer :: seed = 1
+    real(dp) :: least_distance = default_least_distance !! e0 of the geometry deck
+  end type group_t
 
 contains
 
@@ -76,11 +57,8 @@ contains
     type(scene_t), intent(out) :: scene
     type(error_t), allocatable, intent(out) :: error
     type(deck_t) :: deck
-    type(groups_t) :: groups
-    type(words_t) :: words
     type(outline_t), allocatable :: outline(:)
     type(outline_t) :: window
-    character(len=:), allocatable :: done, place
 
     allocate (joints%sets(0), scene%material_lines(0), scene%fixed_lines(0), scene%load_points(0), &
               scene%measured_points(0), scene%hole_points(0), outline(0))
@@ -90,36 +68,9 @@ contains
       call wrong(deck, deck%line(1), "'&' and the name of a group", in_quotes(deck%text(deck%first(1):deck%last(1))), error)
       return
     end if
-    scene%least_distance = 0.001_dp
-    done = ' '
-    call start_groups(deck, groups)
-    do
-      call next_item(deck, groups, error)
-      if (allocated(error)) return
-      select case (groups%item)
-      case (groups_end)
-        exit
-      case (group_begins)
-        if (all(table%group /= groups%group)) then
-          call wrong_item(deck, groups, 'one of the groups '//known_groups(table), in_quotes(groups%word), error)
-        else if (index(done, ' '//groups%group//' ') > 0) then
-          call wrong_item(deck, groups, '&'//groups%group//' once', 'a second', error)
-        end if
-        if (allocated(error)) return
-        if (any(groups%group == [character(len=6) :: 'window', 'seed', 'deck'])) done = done//groups%group//' '
-        if (allocated(words%word)) deallocate (words%word)
-        allocate (words%word(size(table)))
-        words%group = groups%group
-        words%deck_line = groups%line
-      case (name_has_value)
-        place = place_of_line(deck, groups%line)
-        call put_word(table, place//': ', groups%group, groups%name, groups%value, place, words%word, error)
-        if (allocated(error)) return
-      case (group_ends)
-        call take_group(deck, words, joints, scene, window, outline, error)
-        if (allocated(error)) return
-      end select
-    end do
+    scene%least_distance = default_least_distance
+    call read_groups(deck, joints, scene, window, outline, error)
+    if (allocated(error)) return
     if (.not. allocated(window%corner)) then
       call wrong(deck, deck%n_lines, 'a &window', 'none', error)
       return
@@ -131,134 +82,282 @@ contains
     call check_points(deck, joints%rock, scene, error)
   end subroutine read_joints_deck
 
-  !> Takes a group that is complete. Errors: names that are missing or do not go together.
-  subroutine take_group(deck, words, joints, scene, window, outline, error)
+  !> Reads the groups of a deck and takes each.
+  subroutine read_groups(deck, joints, scene, window, outline, error)
     type(deck_t), intent(in) :: deck
-    type(words_t), intent(in) :: words
+    type(joints_t), intent(inout) :: joints
+    type(scene_t), intent(inout) :: scene
+    type(outline_t), intent(inout) :: window
+    type(outline_t), allocatable, intent(inout) :: outline(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(setting_t), allocatable :: table(:)
+    type(groups_t) :: groups
+    type(group_t) :: group
+    type(word_t) :: given
+    character(len=:), allocatable :: done
+
+    table = joints_table()
+    done = ' '
+    call start_groups(deck, groups)
+    do
+      call next_item(deck, groups, error)
+      if (allocated(error)) return
+      select case (groups%item)
+      case (groups_end)
+        return
+      case (group_begins)
+        if (all(table%group /= groups%group)) then
+          call wrong_item(deck, groups, 'one of the groups '//known_groups(table), in_quotes(groups%word), error)
+        else if (index(done, ' '//groups%group//' ') > 0) then
+          call wrong_item(deck, groups, '&'//groups%group//' once', 'a second', error)
+        end if
+        if (any(groups%group == [character(len=6) :: 'window', 'seed', 'deck'])) done = done//groups%group//' '
+        call begin_group(groups, table, group)
+      case (name_has_value)
+        given%name = groups%group//'.'//groups%name
+        given%value = groups%value
+        given%from = place_of_line(deck, groups%line)
+        call put_word(table, given%from//': ', given, group%words, error)
+      case (group_ends)
+        call complete_group(deck, table, group, error)
+        if (.not. allocated(error)) call take_group(deck, group, joints, scene, window, outline, error)
+      end select
+      if (allocated(error)) return
+    end do
+  end subroutine read_groups
+
+  !> Each name of each group once.
+  subroutine visit_names(row, group)
+    type(setting_rows_t), intent(inout) :: row
+    type(group_t), intent(inout) :: group
+
+    call row%reals(setting_t('window', 'x', 'of its corners; two are a rectangle', 'length', -farthest, farthest, needed=.true.), &
+                   group%x)
+    call row%reals(setting_t('window', 'y', '', 'length', -farthest, farthest, needed=.true.), group%y)
+    call row%whole(setting_t('window', 'material', 'joint material of its sides', '1', 1.0_dp, 1e9_dp), group%material, 1)
+    call row%reals(setting_t('tunnel', 'x', 'of its corners, either way round', 'length', -farthest, farthest), group%x)
+    call row%reals(setting_t('tunnel', 'y', '', 'length', -farthest, farthest), group%y)
+    call row%reals(setting_t('tunnel', 'centre', 'x y; of a round tunnel', 'length', -farthest, farthest), group%centre)
+    call row%real(setting_t('tunnel', 'radius', 'of its corners', 'length', 0.0_dp, farthest, .true.), group%radius)
+    call row%whole(setting_t('tunnel', 'sides', 'of a round tunnel', '1', 3.0_dp, real(most_corners, dp)), group%sides, 24)
+    call row%whole(setting_t('tunnel', 'material', 'joint material of its sides', '1', 1.0_dp, 1e9_dp), group%material, 1)
+    call row%reals(setting_t('slope', 'x', 'of its points', 'length', -farthest, farthest, needed=.true.), group%x)
+    call row%reals(setting_t('slope', 'y', '', 'length', -farthest, farthest, needed=.true.), group%y)
+    call row%whole(setting_t('slope', 'material', 'joint material of its lines', '1', 1.0_dp, 1e9_dp), group%material, 1)
+    call row%real(setting_t('joint_set', 'dip', 'from the x axis, counter-clockwise', 'degree', -360.0_dp, 360.0_dp, &
+                            needed=.true.), group%set%dip)
+    call row%real(setting_t('joint_set', 'spacing', 'of neighbouring lines', 'length', 0.0_dp, farthest, .true., needed=.true.), &
+                  group%set%spacing)
+    call row%real(setting_t('joint_set', 'length', 'of a trace', 'length', 0.0_dp, farthest, .true., needed=.true.), &
+                  group%set%length)
+    call row%real(setting_t('joint_set', 'bridge', 'of rock between traces', 'length', 0.0_dp, farthest), group%set%bridge, 0.0_dp)
+    call row%real(setting_t('joint_set', 'randomness', 'of spacing, length and bridge', '1', 0.0_dp, 1.0_dp), &
+                  group%set%randomness, 0.0_dp)
+    call row%whole(setting_t('joint_set', 'material', 'joint material', '1', 1.0_dp, 1e9_dp), group%set%material, 1)
+    call row%whole(setting_t('seed', 'value', 'of the random numbers', '1', 0.0_dp, 1e9_dp), group%seed, 1)
+    call row%real(setting_t('deck', 'e0', 'of the geometry deck', '1', 1e-6_dp, 0.1_dp), group%least_distance, &
+                  default_least_distance)
+    call row%reals(setting_t('fixed', 'x', 'of fixed points', 'length', -farthest, farthest, needed=.true.), group%x)
+    call row%reals(setting_t('fixed', 'y', '', 'length', -farthest, farthest, needed=.true.), group%y)
+    call row%reals(setting_t('load', 'x', 'of load points', 'length', -farthest, farthest, needed=.true.), group%x)
+    call row%reals(setting_t('load', 'y', '', 'length', -farthest, farthest, needed=.true.), group%y)
+    call row%reals(setting_t('measured', 'x', 'of measured points', 'length', -farthest, farthest, needed=.true.), group%x)
+    call row%reals(setting_t('measured', 'y', '', 'length', -farthest, farthest, needed=.true.), group%y)
+  end subroutine visit_names
+
+  !> What is known of all names of a deck of joint sets.
+  function joints_table() result(table)
+    type(setting_t), allocatable :: table(:)
+    type(setting_rows_t) :: row
+    type(group_t) :: nothing
+
+    row%purpose = list_rows
+    call visit_names(row, nothing)
+    call move_alloc(row%table, table)
+  end function joints_table
+
+  !> A group without values.
+  subroutine begin_group(groups, table, group)
+    type(groups_t), intent(in) :: groups
+    type(setting_t), intent(in) :: table(:)
+    type(group_t), intent(out) :: group
+
+    group%name = groups%group
+    group%deck_line = groups%line
+    group%words = blank_words(table, groups%group)
+  end subroutine begin_group
+
+  !> Puts the values of a group, given or by default, where they belong. Errors: a name that it lacks.
+  subroutine complete_group(deck, table, group, error)
+    type(deck_t), intent(in) :: deck
+    type(setting_t), intent(in) :: table(:)
+    type(group_t), intent(inout) :: group
+    type(error_t), allocatable, intent(out) :: error
+    type(setting_rows_t) :: row
+    integer :: i
+
+    do i = 1, size(table)
+      if (.not. table(i)%needed .or. table(i)%group /= group%name) cycle
+      if (len(from_of(group%words, full_name(table(i)))) > 0) cycle
+      call wrong(deck, group%deck_line, trim(table(i)%name)//' in &'//group%name, 'none', error)
+      return
+    end do
+    row%words = group%words
+    row%purpose = store_given
+    call visit_names(row, group)
+    row%purpose = fill_defaults
+    call visit_names(row, group)
+  end subroutine complete_group
+
+  !> Takes a group that is complete. Errors: names that do not go together.
+  subroutine take_group(deck, group, joints, scene, window, outline, error)
+    type(deck_t), intent(in) :: deck
+    type(group_t), intent(in) :: group
     type(joints_t), intent(inout) :: joints
     type(scene_t), intent(inout) :: scene
     type(outline_t), intent(inout) :: window
     type(outline_t), allocatable, intent(inout) :: outline(:)
     type(error_t), allocatable, intent(out) :: error
     type(outline_t) :: this
+
+    select case (group%name)
+    case ('seed')
+      joints%seed = group%seed
+    case ('deck')
+      scene%least_distance = group%least_distance
+    case ('joint_set')
+      joints%sets = [joints%sets, group%set]
+      joints%sets(size(joints%sets))%deck_line = group%deck_line
+    case ('window')
+      call take_window(group, window, error)
+    case ('tunnel')
+      call take_tunnel(deck, group, this, error)
+      outline = [outline, this]
+    case ('slope')
+      this%kind = slope_outline
+      this%deck_line = group%deck_line
+      this%material = group%material
+      call take_places(group, 2, this%corner, error)
+      outline = [outline, this]
+    case default
+      call take_points(group, scene, error)
+    end select
+  end subroutine take_group
+
+  !> The window. Two corners are a rectangle.
+  subroutine take_window(group, window, error)
+    type(group_t), intent(in) :: group
+    type(outline_t), intent(inout) :: window
+    type(error_t), allocatable, intent(out) :: error
+
+    window%deck_line = group%deck_line
+    window%material = group%material
+    call take_places(group, 2, window%corner, error)
+    if (allocated(error)) return
+    associate (x => group%x, y => group%y)
+      if (size(window%corner, 2) == 2) window%corner = reshape([x(1), y(1), x(2), y(1), x(2), y(2), x(1), y(2)], [2, 4])
+    end associate
+  end subroutine take_window
+
+  !> A tunnel, by its corners or round.
+  subroutine take_tunnel(deck, group, tunnel, error)
+    type(deck_t), intent(in) :: deck
+    type(group_t), intent(in) :: group
+    type(outline_t), intent(inout) :: tunnel
+    type(error_t), allocatable, intent(out) :: error
+    logical :: round
+
+    tunnel%kind = tunnel_outline
+    tunnel%deck_line = group%deck_line
+    tunnel%material = group%material
+    round = allocated(group%centre) .or. group%radius > 0 .or. len(from_of(group%words, 'tunnel.sides')) > 0
+    if (round) then
+      call take_circle(deck, group, tunnel%corner, error)
+    else if (allocated(group%x) .and. allocated(group%y)) then
+      call take_places(group, 3, tunnel%corner, error)
+    else
+      call wrong(deck, group%deck_line, 'x and y, or centre and radius, in &tunnel', 'neither', error)
+    end if
+  end subroutine take_tunnel
+
+  !> Points that are fixed, loaded or measured.
+  subroutine take_points(group, scene, error)
+    type(group_t), intent(in) :: group
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
     type(line_t) :: line
     real(dp), allocatable :: place(:, :)
     integer :: i
 
-    do i = 1, size(table)
-      if (table(i)%group /= words%group .or. table(i)%default /= needed .or. allocated(words%word(i)%value)) cycle
-      call wrong(deck, words%deck_line, trim(table(i)%name)//' in &'//words%group, 'none', error)
-      return
+    call take_places(group, 1, place, error)
+    if (allocated(error)) return
+    do i = 1, size(place, 2)
+      select case (group%name)
+      case ('fixed')
+        line%ends = spread(place(:, i), 2, 2)
+        line%deck_line = group%deck_line
+        scene%fixed_lines = [scene%fixed_lines, line]
+      case ('load')
+        scene%load_points = [scene%load_points, point_t(place(:, i), group%deck_line, 0)]
+      case ('measured')
+        scene%measured_points = [scene%measured_points, point_t(place(:, i), group%deck_line, 0)]
+      end select
     end do
-    select case (words%group)
-    case ('seed')
-      joints%seed = nint(number(words, 'value'))
-    case ('deck')
-      scene%least_distance = number(words, 'e0')
-    case ('joint_set')
-      joints%sets = [joints%sets, joint_set_t( &
-                     number(words, 'dip'), number(words, 'spacing'), number(words, 'length'), number(words, 'bridge'), &
-                     number(words, 'randomness'), nint(number(words, 'material')), words%deck_line)]
-    case ('window')
-      window%deck_line = words%deck_line
-      window%material = nint(number(words, 'material'))
-      call take_places(words, 2, window%corner, error)
-      if (allocated(error)) return
-      if (size(window%corner, 2) == 2) then
-        place = window%corner
-        window%corner = reshape([place(:, 1), place(1, 2), place(2, 1), place(:, 2), place(1, 1), place(2, 2)], [2, 4])
-      end if
-    case ('tunnel', 'slope')
-      this%kind = merge(tunnel_outline, slope_outline, words%group == 'tunnel')
-      this%deck_line = words%deck_line
-      this%material = nint(number(words, 'material'))
-      if (words%group == 'slope') then
-        call take_places(words, 2, this%corner, error)
-      else if (has(words, 'centre') .or. has(words, 'radius') .or. has(words, 'sides')) then
-        call take_circle(deck, words, this%corner, error)
-      else if (has(words, 'x') .and. has(words, 'y')) then
-        call take_places(words, 3, this%corner, error)
-      else
-        call wrong(deck, words%deck_line, 'x and y, or centre and radius, in &tunnel', 'neither', error)
-      end if
-      if (allocated(error)) return
-      outline = [outline, this]
-    case default
-      call take_places(words, 1, place, error)
-      if (allocated(error)) return
-      do i = 1, size(place, 2)
-        select case (words%group)
-        case ('fixed')
-          line%ends = spread(place(:, i), 2, 2)
-          line%deck_line = words%deck_line
-          scene%fixed_lines = [scene%fixed_lines, line]
-        case ('load')
-          scene%load_points = [scene%load_points, point_t(place(:, i), words%deck_line, 0)]
-        case ('measured')
-          scene%measured_points = [scene%measured_points, point_t(place(:, i), words%deck_line, 0)]
-        end select
-      end do
-    end select
-  end subroutine take_group
+  end subroutine take_points
 
   !> Places from x and y. A last one that repeats the first is left out where they are corners.
-  subroutine take_places(words, least, place, error)
-    type(words_t), intent(in) :: words
+  subroutine take_places(group, least, place, error)
+    type(group_t), intent(in) :: group
     integer, intent(in) :: least !! number
     real(dp), allocatable, intent(out) :: place(:, :) !! (2, n)
     type(error_t), allocatable, intent(out) :: error
-    real(dp), allocatable :: x(:), y(:)
     integer :: n
     character(len=:), allocatable :: y_place
 
-    x = numbers(words, 'x')
-    y = numbers(words, 'y')
-    n = size(x)
-    y_place = words%word(place_in(table, words%group, 'y'))%from
-    if (size(y) /= n) then
-      call wrong_at(y_place, 'as many numbers for '//words%group//'.y as for '//words%group//'.x ('//number_text(n)//')', &
-                    number_text(size(y)), error)
-      return
-    end if
-    if (least > 1 .and. n > 3 .and. words%group /= 'slope') then
-      if (.not. (abs(x(n) - x(1)) > 0.0_dp .or. abs(y(n) - y(1)) > 0.0_dp)) n = n - 1
-    end if
-    if (n < least .or. (least > 1 .and. n > most_corners)) then
-      call wrong_at(y_place, 'from '//number_text(least)//' to '//number_text(most_corners)//' places in &'//words%group, &
-                    number_text(n), error)
-      return
-    end if
-    allocate (place(2, n))
-    place(1, :) = x(:n)
-    place(2, :) = y(:n)
+    n = size(group%x)
+    y_place = from_of(group%words, group%name//'.y')
+    associate (x => group%x, y => group%y)
+      if (size(y) /= n) then
+        call wrong_at(y_place, 'as many numbers for '//group%name//'.y as for '//group%name//'.x ('//number_text(n)//')', &
+                      number_text(size(y)), error)
+        return
+      end if
+      if (least > 1 .and. n > 3 .and. group%name /= 'slope') then
+        if (.not. (abs(x(n) - x(1)) > 0.0_dp .or. abs(y(n) - y(1)) > 0.0_dp)) n = n - 1
+      end if
+      if (n < least .or. (least > 1 .and. n > most_corners)) then
+        call wrong_at(y_place, 'from '//number_text(least)//' to '//number_text(most_corners)//' places in &'//group%name, &
+                      number_text(n), error)
+        return
+      end if
+      allocate (place(2, n))
+      place(1, :) = x(:n)
+      place(2, :) = y(:n)
+    end associate
   end subroutine take_places
 
   !> Corners of a round tunnel, counter-clockwise, the first to the right of its centre.
-  subroutine take_circle(deck, words, corner, error)
+  subroutine take_circle(deck, group, corner, error)
     type(deck_t), intent(in) :: deck
-    type(words_t), intent(in) :: words
+    type(group_t), intent(in) :: group
     real(dp), allocatable, intent(out) :: corner(:, :)
     type(error_t), allocatable, intent(out) :: error
-    real(dp), allocatable :: centre(:)
     real(dp), parameter :: full_turn = 2*acos(-1.0_dp)
     real(dp) :: angle
-    integer :: k, n
+    integer :: k
 
-    if (has(words, 'x') .or. has(words, 'y')) then
-      call wrong(deck, words%deck_line, 'x and y, or centre and radius, in &tunnel', 'both', error)
-    else if (.not. has(words, 'centre') .or. .not. has(words, 'radius')) then
-      call wrong(deck, words%deck_line, 'centre and radius in &tunnel', 'one without the other', error)
-    else
-      centre = numbers(words, 'centre')
-      if (size(centre) /= 2) call wrong_at(words%word(place_in(table, 'tunnel', 'centre'))%from, &
-                                           'two numbers for tunnel.centre', number_text(size(centre)), error)
+    if (allocated(group%x) .or. allocated(group%y)) then
+      call wrong(deck, group%deck_line, 'x and y, or centre and radius, in &tunnel', 'both', error)
+    else if (.not. allocated(group%centre) .or. .not. group%radius > 0) then
+      call wrong(deck, group%deck_line, 'centre and radius in &tunnel', 'one without the other', error)
+    else if (size(group%centre) /= 2) then
+      call wrong_at(from_of(group%words, 'tunnel.centre'), 'two numbers for tunnel.centre', number_text(size(group%centre)), error)
     end if
     if (allocated(error)) return
-    n = nint(number(words, 'sides'))
-    allocate (corner(2, n))
-    do k = 1, n
-      angle = full_turn*(k - 1)/n
-      corner(:, k) = centre + number(words, 'radius')*[cos(angle), sin(angle)]
+    allocate (corner(2, group%sides))
+    do k = 1, group%sides
+      angle = full_turn*(k - 1)/group%sides
+      corner(:, k) = group%centre + group%radius*[cos(angle), sin(angle)]
     end do
   end subroutine take_circle
 
@@ -370,46 +469,6 @@ contains
     end subroutine check
 
   end subroutine check_points
-
-  !> Whether a name of a group has a value.
-  pure logical function has(words, name)
-    type(words_t), intent(in) :: words
-    character(len=*), intent(in) :: name
-
-    has = allocated(words%word(place_in(table, words%group, name))%value)
-  end function has
-
-  !> Value of a name, else its default.
-  function number(words, name)
-    type(words_t), intent(in) :: words
-    character(len=*), intent(in) :: name
-    real(dp) :: number
-    character(len=:), allocatable :: value
-
-    if (has(words, name)) then
-      value = words%word(place_in(table, words%group, name))%value
-    else
-      value = trim(table(place_in(table, words%group, name))%default)
-    end if
-    read (value, *) number
-  end function number
-
-  !> Values of a name.
-  function numbers(words, name)
-    type(words_t), intent(in) :: words
-    character(len=*), intent(in) :: name
-    real(dp), allocatable :: numbers(:)
-    character(len=:), allocatable :: value
-    integer :: i, n
-
-    value = words%word(place_in(table, words%group, name))%value
-    n = 1
-    do i = 1, len(value)
-      if (value(i:i) == ' ') n = n + 1
-    end do
-    allocate (numbers(n))
-    read (value, *) numbers
-  end function numbers
 
   !> Error at a line.
   subroutine wrong(deck, line, expected, found, error)

@@ -9,9 +9,10 @@ module scree_read_scene
   use scree_geometry_deck, only: read_geometry_deck
   use scree_gmsh_file, only: read_gmsh_file
   use scree_kinds, only: dp
-  use scree_scene, only: scene_t, word_t
+  use scree_scene, only: contact_none, scene_t
   use scree_setting_rules, only: check_rules, drop_overridden
-  use scree_settings, only: complete_settings, place_of, read_groups, set_word
+  use scree_setting_table, only: from_of
+  use scree_settings, only: fill_settings, read_groups, set_word, store_settings
   use scree_system, only: fixed_point, load_point
   use scree_text, only: number_text
   implicit none
@@ -50,6 +51,7 @@ contains
       if (allocated(error)) return
     end do
     call drop_overridden(scene%words)
+    call store_settings(scene)
 
     call name_geometry(geometry, scene, error)
     if (allocated(error)) return
@@ -59,10 +61,9 @@ contains
     if (allocated(error)) return
     scene%extent = maxval(maxval(blocks%vertex, 2) - minval(blocks%vertex, 2))
 
-    call read_analysis_deck(deck, dialect(scene%words), count(blocks%point_kind == fixed_point), &
-                            count(blocks%point_kind == load_point), scene, error)
+    call read_analysis_deck(deck, count(blocks%point_kind == fixed_point), count(blocks%point_kind == load_point), scene, error)
     if (allocated(error)) return
-    call complete_settings(scene, error)
+    call fill_settings(scene, error)
     if (allocated(error)) return
     call check_rules(scene, error)
     if (allocated(error)) return
@@ -80,11 +81,9 @@ contains
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
 
-    associate (word => scene%words(place_of('cover', 'mesh')))
-      if (.not. allocated(word%value)) return
-      allocate (scene%mesh)
-      call read_gmsh_file(beside_analysis(scene, word%value), scene%mesh, error)
-    end associate
+    if (.not. allocated(scene%settings%cover_mesh)) return
+    allocate (scene%mesh)
+    call read_gmsh_file(beside_analysis(scene, scene%settings%cover_mesh), scene%mesh, error)
   end subroutine read_mesh
 
   !> A path as the analysis deck means it: from its folder.
@@ -109,17 +108,6 @@ contains
     if (there) with_ending = name//ending
   end function with_ending
 
-  !> Dialect that the deck or the command line says.
-  function dialect(words)
-    type(word_t), intent(in) :: words(:)
-    character(len=:), allocatable :: dialect
-
-    dialect = 'auto'
-    associate (word => words(place_of('deck', 'dialect')))
-      if (allocated(word%value)) dialect = word%value
-    end associate
-  end function dialect
-
   !> Finds the geometry: on the command line, named by the deck, or beside it with the same stem.
   subroutine name_geometry(geometry, scene, error)
     character(len=*), intent(in) :: geometry
@@ -129,20 +117,18 @@ contains
     logical :: there
 
     slash = index(scene%analysis_name, '/', back=.true.)
-    associate (word => scene%words(place_of('deck', 'geometry')))
-      if (len(geometry) > 0) then
-        scene%geometry_name = geometry
-      else if (allocated(word%value)) then
-        scene%geometry_name = beside_analysis(scene, word%value)
-      else
-        dot = index(scene%analysis_name, '.', back=.true.)
-        if (dot <= slash + 1) dot = len(scene%analysis_name) + 1
-        scene%geometry_name = scene%analysis_name(:dot - 1)//'.geo'
-        inquire (file=scene%geometry_name, exist=there)
-        if (.not. there) call fail(error, status_bad_input, scene%analysis_name//':1: expected the name of a geometry '// &
-                                   '(&deck geometry=''...'' / or a first argument) or '//scene%geometry_name//', found neither')
-      end if
-    end associate
+    if (len(geometry) > 0) then
+      scene%geometry_name = geometry
+    else if (allocated(scene%settings%geometry)) then
+      scene%geometry_name = beside_analysis(scene, scene%settings%geometry)
+    else
+      dot = index(scene%analysis_name, '.', back=.true.)
+      if (dot <= slash + 1) dot = len(scene%analysis_name) + 1
+      scene%geometry_name = scene%analysis_name(:dot - 1)//'.geo'
+      inquire (file=scene%geometry_name, exist=there)
+      if (.not. there) call fail(error, status_bad_input, scene%analysis_name//':1: expected the name of a geometry '// &
+                                 '(&deck geometry=''...'' / or a first argument) or '//scene%geometry_name//', found neither')
+    end if
   end subroutine name_geometry
 
   !> Reads the geometry named in the scene, a block file where its name says so.
@@ -206,7 +192,7 @@ contains
 
     !> Whether anything in the scene may touch: blocks each other, or a block itself at a joint that ends in it.
     logical function may_touch()
-      may_touch = scene%settings%contact .and. (size(blocks%material) > 1 .or. size(blocks%crack_joint) > 0)
+      may_touch = scene%settings%contact /= contact_none .and. (size(blocks%material) > 1 .or. size(blocks%crack_joint) > 0)
     end function may_touch
 
     !> Error at a line of the geometry.
@@ -223,25 +209,25 @@ contains
   subroutine take_forces(scene, error)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
-    real(dp), allocatable :: force(:, :)
-    integer :: i, status
+    character(len=:), allocatable :: from
+    integer :: i, n
 
-    associate (word => scene%words(place_of('loads', 'force')))
-      if (.not. allocated(word%value)) return
-      allocate (force(2, size(scene%load_table)))
-      if (count_words(word%value) /= size(force)) then
-        call fail(error, status_bad_input, word%from//': expected '//number_text(size(force))// &
-                  ' numbers for loads.force (two for each load point), found '//number_text(count_words(word%value)))
+    if (.not. allocated(scene%settings%load_force)) return
+    from = from_of(scene%words, 'loads.force')
+    associate (force => scene%settings%load_force)
+      n = size(scene%load_table)
+      if (size(force) /= 2*n) then
+        call fail(error, status_bad_input, from//': expected '//number_text(2*n)// &
+                  ' numbers for loads.force (two for each load point), found '//number_text(size(force)))
         return
       end if
-      read (word%value, *, iostat=status) force
-      do i = 1, size(scene%load_table)
+      do i = 1, n
         if (allocated(scene%load_table(i)%time)) then
-          call fail(error, status_bad_input, word%from//': expected loads.force only without tables of load points, found both')
+          call fail(error, status_bad_input, from//': expected loads.force only without tables of load points, found both')
           return
         end if
         scene%load_table(i)%time = [0.0_dp]
-        scene%load_table(i)%value = force(:, i:i)
+        scene%load_table(i)%value = reshape(force(2*i - 1:2*i), [2, 1])
       end do
     end associate
   end subroutine take_forces
@@ -250,34 +236,19 @@ contains
   subroutine take_acceleration(scene, error)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
-    character(len=:), allocatable :: value
-    real(dp) :: scale
 
-    associate (table => scene%words(place_of('acceleration', 'table')), file => scene%words(place_of('acceleration', 'file')))
-      if (allocated(table%value)) then
-        call take_record(table, count_words(table%value), scene%ground, error)
-      else if (allocated(file%value)) then
-        call read_record_file(beside_analysis(scene, file%value), scene%ground, error)
+    associate (s => scene%settings)
+      if (allocated(s%ground_table)) then
+        call take_record(s%ground_table, from_of(scene%words, 'acceleration.table'), scene%ground, error)
+      else if (allocated(s%ground_file)) then
+        call read_record_file(beside_analysis(scene, s%ground_file), scene%ground, error)
       else
         return
       end if
+      if (allocated(error)) return
+      scene%ground%value = s%ground_scale*scene%ground%value
     end associate
-    if (allocated(error)) return
-    value = scene%words(place_of('acceleration', 'scale'))%value
-    read (value, *) scale
-    scene%ground%value = scale*scene%ground%value
     scene%ground%kept = .false.
   end subroutine take_acceleration
-
-  !> Words between single blanks.
-  pure integer function count_words(text)
-    character(len=*), intent(in) :: text
-    integer :: i
-
-    count_words = 1
-    do i = 1, len(text)
-      if (text(i:i) == ' ') count_words = count_words + 1
-    end do
-  end function count_words
 
 end module scree_read_scene

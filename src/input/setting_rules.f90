@@ -6,8 +6,8 @@ module scree_setting_rules
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
   use scree_scene, only: scene_t, word_t
-  use scree_settings, only: place_of
-  use scree_text, only: real_text
+  use scree_setting_table, only: given_at, index_of, is_given_by
+  use scree_text, only: real_of, real_text
   implicit none
   private
   public :: check_rules, drop_overridden, condition_text, setting_rules, subject_text
@@ -102,12 +102,12 @@ contains
 
     do i = 1, size(setting_rules)
       rule = setting_rules(i)
-      b = place_of_name(trim(rule%other))
+      b = index_of(words, trim(rule%other))
       if (.not. rule%idle .or. b == 0 .or. rule%allowed == is_given .or. rule%allowed == is_positive) cycle
       at = 1
       do while (at <= len_trim(rule%names))
         call next_name(rule%names, ', ', at, name)
-        a = place_of_name(name)
+        a = index_of(words, name)
         if (.not. (is_given_by(words(a)) .and. is_given_by(words(b)))) cycle
         if (.not. concerns(rule, words(a)) .or. index(rule%allowed, '|'//words(b)%value//'|') > 0) cycle
         if (words(a)%from /= '--set' .and. words(b)%from == '--set') then
@@ -132,7 +132,7 @@ contains
       at = 1
       do while (at <= len_trim(rule%names))
         call next_name(rule%names, ', ', at, name)
-        if (.not. concerns(rule, scene%words(place_of_name(name)))) cycle
+        if (.not. concerns(rule, scene%words(index_of(scene%words, name)))) cycle
         found = against(rule, scene)
         if (len(found) == 0) cycle
         call fail(error, status_bad_input, where_given(scene, name, trim(rule%other))//': expected '// &
@@ -189,17 +189,17 @@ contains
       at = 1
       do while (at <= len_trim(rule%other))
         call next_name(rule%other, ' or ', at, name)
-        if (is_given_by(scene%words(place_of_name(name)))) return
+        if (is_given_by(scene%words(index_of(scene%words, name)))) return
       end do
       found = 'none'
     case (is_not_given)
-      associate (word => scene%words(place_of_name(trim(rule%other))))
+      associate (word => scene%words(index_of(scene%words, trim(rule%other))))
         if (is_given_by(word)) found = trim(rule%other)//'='//word%value
       end associate
     case (is_positive)
       if (.not. number_of(scene, trim(rule%other)) > 0) found = trim(rule%other)//'='//real_text(number_of(scene, trim(rule%other)))
     case default
-      associate (word => scene%words(place_of_name(trim(rule%other))))
+      associate (word => scene%words(index_of(scene%words, trim(rule%other))))
         if (index(rule%allowed, '|'//word%value//'|') == 0) found = with_value(trim(rule%other), word%value)
       end associate
     end select
@@ -215,19 +215,10 @@ contains
     concerns = word%value == rule%value
   end function concerns
 
-  !> Whether the deck or the command line gives a setting.
-  pure logical function is_given_by(word)
-    type(word_t), intent(in) :: word
-
-    is_given_by = .false.
-    if (allocated(word%value)) is_given_by = word%from /= 'default'
-  end function is_given_by
-
   !> A number of the deck or of a setting.
   real(dp) function number_of(scene, name)
     type(scene_t), intent(in) :: scene
     character(len=*), intent(in) :: name
-    character(len=:), allocatable :: value
 
     select case (name)
     case ('g2')
@@ -235,8 +226,7 @@ contains
     case ('k01')
       number_of = scene%carried
     case default
-      value = scene%words(place_of_name(name))%value
-      read (value, *) number_of
+      number_of = real_of(scene%words(index_of(scene%words, name))%value)
     end select
   end function number_of
 
@@ -246,25 +236,10 @@ contains
     character(len=*), intent(in) :: name, other
     character(len=:), allocatable :: place
 
-    place = given_at(scene, name)
-    if (len(place) == 0) place = given_at(scene, other)
+    place = given_at(scene%words, name)
+    if (len(place) == 0) place = given_at(scene%words, other)
     if (len(place) == 0) place = scene%analysis_name
   end function where_given
-
-  !> Where a setting is given, '' where it is not.
-  pure function given_at(scene, name) result(place)
-    type(scene_t), intent(in) :: scene
-    character(len=*), intent(in) :: name
-    character(len=:), allocatable :: place
-    integer :: i
-
-    place = ''
-    i = place_of_name(name)
-    if (i == 0) return
-    if (.not. is_given_by(scene%words(i))) return
-    place = scene%words(i)%from
-    if (place == '--set') place = '--set '//name
-  end function given_at
 
   !> A setting with a choice in quotes, or alone.
   pure function with_value(name, value) result(text)
@@ -274,15 +249,6 @@ contains
     text = name
     if (len_trim(value) > 0) text = name//'='''//trim(value)//''''
   end function with_value
-
-  !> Place of group.name in the table of settings, 0 where it has none.
-  pure integer function place_of_name(name)
-    character(len=*), intent(in) :: name
-    integer :: dot
-
-    dot = index(name, '.')
-    place_of_name = place_of(name(:dot - 1), name(dot + 1:))
-  end function place_of_name
 
   !> The name that begins at a place of a list; the place moves on to the next one.
   pure subroutine next_name(list, separator, at, name)

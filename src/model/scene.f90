@@ -1,7 +1,7 @@
 !> What is to be simulated: everything the decks ask for, after defaults, checked and complete.
 !>
-!> A scene never changes once it is read. The choices that Shi's numbers have no place for are
-!> named constants here; `settings.f90` gives each its words in the deck, default, unit and range.
+!> A scene never changes once it is read. The choices that Shi's numbers have no place for are named constants here, in the
+!> order of their words in `settings.f90`, which gives each setting its name in the deck, default, unit and range.
 module scree_scene
   use scree_kinds, only: dp
   use scree_mesh, only: mesh_t
@@ -10,6 +10,8 @@ module scree_scene
   public :: block_material_t, effect_t, joint_material_t, line_t, point_t, polygons_t, run_options_t, scene_t, settings_t, &
             time_table_t, word_t
 
+  !> Order of the numbers of an analysis deck: told by their count, or said.
+  integer, parameter, public :: dialect_auto = 1, dialect_short = 2, dialect_shi = 3
   !> Interpolation: one cover a block (Shi's DDA), or three weighted covers an element (Shi's NMM).
   integer, parameter, public :: model_dda = 1, model_nmm = 2
   !> Strain of a step.
@@ -26,6 +28,8 @@ module scree_scene
   !> Iteration of a step with Green strain: secant operator, tangent, or secant first and tangent near the solution.
   integer, parameter, public :: iterate_secant = 1, iterate_newton = 2, iterate_hybrid = 3
   integer, parameter, public :: test_theta = 1, test_residual = 2
+  !> Bodies touch by springs, by springs and multipliers, or not at all.
+  integer, parameter, public :: contact_penalty = 1, contact_augmented = 2, contact_none = 3
   !> Fixed points: eliminated exactly, or held by springs (Shi's df12).
   integer, parameter, public :: fixed_exact = 1, fixed_penalty = 2
 
@@ -80,37 +84,40 @@ module scree_scene
     logical :: kept = .true.                !! the first value before its time, the last after; else zero
   end type time_table_t
 
-  !> Every choice and number of the named groups, after defaults.
+  !> Every choice and number of the named groups, after defaults. A component begins as a deck without its name leaves it, unless
+  !> its default depends on others.
   type :: settings_t
+    character(len=:), allocatable :: geometry !! file of the geometry
+    integer :: dialect = dialect_auto
     logical :: shi = .false.                !! preset='shi'
     integer :: model = model_dda
     integer :: strain = strain_small
     logical :: turns_exactly = .false.      !! blocks of small strain move by cos and sin of their rotation
     integer :: plane = plane_stress
+    integer :: mass = mass_constant
     real(dp) :: cover_edge = 0.0_dp         !! of the triangles of the regular mathematical mesh, 0: none, length
     real(dp) :: cover_origin(2) = 0.0_dp    !! a node of it, length
     real(dp) :: cover_angle = 0.0_dp        !! of a family of its edges against x, degrees
+    character(len=:), allocatable :: cover_mesh !! file of a mathematical mesh
     real(dp) :: least_share = 0.1_dp        !! of its triangle that an element has to have to carry covers of its own
-    integer :: mass = mass_constant
     integer :: scheme = scheme_newmark
     real(dp) :: beta = 1.0_dp               !! weight of the new acceleration in the velocity
     real(dp) :: gamma = 0.5_dp              !! weight of the new acceleration in the displacement
     integer :: start = start_zero
-    logical :: loads_at_end = .false.       !! steps feel the loads of their end, not their mean
     integer :: transport = transport_rates
     real(dp) :: step_size = 0.0_dp          !! largest step, time
-    real(dp) :: least_step = 0.0_dp         !! a step that must be smaller ends the run, time
-    real(dp) :: end_time = 0.0_dp           !! time
+    real(dp) :: end_time = huge(1.0_dp)     !! time
     integer :: most_steps = huge(1)         !! after which a run ends
+    real(dp) :: travel = huge(1.0_dp)       !! of a vertex in a step, at most, over half the size of the model
     logical :: chooses_step = .false.       !! by Shi's rules, from the displacement that a step may have
-    real(dp) :: most_travel = huge(1.0_dp)  !! of a vertex in a step, length
-    logical :: adapts_stiffness = .false.   !! of contacts, by Shi's rules
+    real(dp) :: least_step = 0.0_dp         !! a step that must be smaller ends the run, time
     integer :: iterate = iterate_hybrid
     integer :: test = test_theta
     real(dp) :: tolerance = 1e-10_dp        !! of the chosen test
     integer :: most_iterations = 25
-    logical :: contact = .true.             !! bodies may touch
+    integer :: contact = contact_penalty
     real(dp) :: contact_stiffness = 0.0_dp  !! across a contact, force/length per unit thickness
+    real(dp) :: shear_ratio = 2.5_dp        !! of that to the stiffness along it
     real(dp) :: overlap = huge(1.0_dp)      !! that multipliers leave; huge: springs alone, length
     real(dp) :: initial_overlap = 0.02_dp   !! of blocks when the run begins, over the size of the smaller, at most
     real(dp) :: restitution = -1.0_dp       !! of impacts; below 0: as the springs have it
@@ -119,18 +126,26 @@ module scree_scene
     real(dp) :: closing = 0.0_dp            !! overlap at which an open contact closes, length
     real(dp) :: opening = 0.0_dp            !! gap at which a closed one opens, length
     logical :: lags = .false.               !! sliding lags an iteration behind
+    logical :: adapts_stiffness = .false.   !! of contacts, by Shi's rules
     logical :: nested = .false.             !! the open-close iteration runs inside each iteration of the deformation
-    real(dp) :: shear_ratio = 2.5_dp        !! of that to the stiffness along it
     integer :: fixed = fixed_exact
     real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness
+    real(dp), allocatable :: load_force(:)  !! fx fy of each load point, force per unit thickness
+    real(dp), allocatable :: ground_table(:) !! t ax ay of the ground, at one time after the other
+    character(len=:), allocatable :: ground_file !! file of such lines
+    real(dp) :: ground_scale = 1.0_dp       !! factor of ax and ay
     real(dp) :: mass_damping = 0.0_dp       !! force over mass and velocity, 1/time
     integer :: frame_every = 0              !! steps from frame to frame; 0 where time counts
     real(dp) :: frame_interval = 0.0_dp     !! time from frame to frame, met by steps; 0 where another counts
+    ! what follows from these and the numbers of the deck
+    logical :: loads_at_end = .false.       !! steps feel the loads of their end, not their mean
+    real(dp) :: most_travel = huge(1.0_dp)  !! of a vertex in a step, length
     real(dp) :: frame_spacing = 0.0_dp      !! time from frame to frame, that of the step that passes it; 0 where another counts
   end type settings_t
 
   !> One name of the named groups with its value, after defaults.
   type :: word_t
+    character(len=:), allocatable :: name       !! group.name
     character(len=:), allocatable :: value      !! as text; not allocated: no value
     character(len=:), allocatable :: from       !! where it comes from: the deck's name and line, --set, or default
   end type word_t

@@ -13,7 +13,6 @@ module scree_run_output
                                 store_words
   use scree_run_records, only: declare_records, put_frame_records, put_step_records, records_t
   use scree_scene, only: effect_t, model_nmm, run_options_t, scene_t
-  use scree_settings, only: settings_table
   use scree_state, only: state_t
   use scree_time_stepper, only: step_report_t
   use scree_timers, only: timer_t
@@ -196,7 +195,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(effect_t), intent(in) :: list(:)
     type(error_t), allocatable, intent(out) :: error
-    character(len=160) :: word(size(settings_table)), effect(size(list)), reason(size(list))
+    character(len=160) :: word(size(scene%words)), effect(size(list)), reason(size(list))
     character(len=19) :: date
     integer :: i, now(8), n
 
@@ -215,11 +214,10 @@ contains
     call store_words(results, '/scene/analysis_deck', [scene%analysis_text], error)
     if (allocated(error)) return
     n = 0
-    do i = 1, size(settings_table)
+    do i = 1, size(scene%words)
       if (.not. allocated(scene%words(i)%value)) cycle
       n = n + 1
-      word(n) = trim(settings_table(i)%group)//'.'//trim(settings_table(i)%name)//' = '//scene%words(i)%value// &
-                '  ('//scene%words(i)%from//')'
+      word(n) = scene%words(i)%name//' = '//scene%words(i)%value//'  ('//scene%words(i)%from//')'
     end do
     call store_words(results, '/scene/settings', word(:n), error)
     if (allocated(error)) return

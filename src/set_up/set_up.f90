@@ -13,9 +13,9 @@ module scree_set_up
   use scree_mathematical_mesh, only: regular_mesh, shortest_edge
   use scree_mesh, only: mesh_t
   use scree_model, only: effects_t, model_t
-  use scree_scene, only: effect_t, fixed_exact, mass_follows_area, model_dda, model_nmm, scene_t, scheme_energy_momentum, &
-                         strain_green, time_table_t, transport_rates
-  use scree_settings, only: place_of
+  use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_dda, model_nmm, scene_t, &
+                         scheme_energy_momentum, strain_green, time_table_t, transport_rates
+  use scree_setting_table, only: from_of, given_at
   use scree_simplex_integration, only: moments_t
   use scree_state, only: state_t
   use scree_system, only: fixed_point, load_point, measured_point, system_t
@@ -195,12 +195,11 @@ contains
     high = maxval(state%vertex, 2)
     associate (s => scene%settings)
       if (allocated(scene%mesh)) then
-        from = scene%words(place_of('cover', 'mesh'))%from
+        from = from_of(scene%words, 'cover.mesh')
         mesh = scene%mesh
         mesh%node = mesh%node - spread(system%origin, 2, size(mesh%node, 2))
       else
-        from = scene%words(place_of('cover', 'edge'))%from
-        if (from == '--set') from = '--set cover.edge'
+        from = given_at(scene%words, 'cover.edge')
         if (s%cover_edge > maxval(high - low)) then
           call fail(error, status_bad_input, from//': expected an edge up to the size of the model, '// &
                     real_text(maxval(high - low))//', found '//real_text(s%cover_edge))
@@ -385,7 +384,7 @@ contains
       real(dp), parameter :: degree = acos(-1.0_dp)/180
 
       associate (s => scene%settings, joint => scene%joint_material)
-        if (.not. s%contact) return
+        if (s%contact == contact_none) return
         if (system%n_blocks > 1) then
           call name('contact', number_text(system%n_blocks)//' blocks; springs of '//real_text(s%contact_stiffness)// &
                     ' force/length across')
