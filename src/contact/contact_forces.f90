@@ -13,7 +13,7 @@
 module scree_contact_forces
   use scree_conserving_contact, only: mean_depths
   use scree_contacts, only: entrance_t, outlines_t, state_locked, state_open, state_sliding
-  use scree_equations, only: add_link_equations, equations_t
+  use scree_element_term, only: add_change, add_pair_force, pair_term_t
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_shi_contact, only: anchored_rows
@@ -21,80 +21,104 @@ module scree_contact_forces
   use scree_contact_try, only: gaps_and_slips, contact_try_t
   implicit none
   private
-  public :: add_contacts, bond, forces, pushes, slides_with_friction
+  public :: add_contacts_of_pair, bond, closed_contacts, closed_contacts_t, forces, pushes
 
   integer, parameter :: n = 2*element_unknowns
 
+  !> Closed contacts by the pairs of elements that they act between, in their order.
+  type :: closed_contacts_t
+    integer, allocatable :: first(:)   !! (n_pairs+1) pair p has contact(first(p):first(p+1)-1)
+    integer, allocatable :: contact(:)
+  end type closed_contacts_t
+
 contains
 
-  !> Adds the springs of all closed contacts at `d`.
-  subroutine add_contacts(model, d, symmetric, try, equations)
-    type(model_t), intent(in) :: model
-    real(dp), intent(in) :: d(:)          !! (n_unknowns)
-    logical, intent(in) :: symmetric      !! operator of the iteration, where the geometry bends
+  !> Lists the closed contacts of each pair of elements.
+  pure function closed_contacts(try) result(closed)
     type(contact_try_t), intent(in) :: try
-    type(equations_t), intent(inout) :: equations
-    real(dp) :: matrix(n, n, size(try%pair, 2)), force(n, size(try%pair, 2)), scale(n, size(try%pair, 2))
-    real(dp) :: of(4, 3), change(n), shear(n), shear_end(n), rows(n, 2)
+    type(closed_contacts_t) :: closed
+    integer :: i, k, last(size(try%pair, 2) + 1), pass
+
+    allocate (closed%first(size(last)))
+    last = 0
+    do pass = 1, 2 ! count, then keep
+      do i = 1, size(try%contact)
+        associate (contact => try%contact(i))
+          if (contact%entrance(contact%active)%state == state_open) cycle
+          do k = 1, contact%n_entrances
+            associate (pair => contact%entrance(k)%pair)
+              if (k == 2 .and. pair == contact%entrance(1)%pair) cycle
+              last(pair) = last(pair) + 1
+              if (pass == 2) closed%contact(last(pair)) = i
+            end associate
+          end do
+        end associate
+      end do
+      if (pass == 2) exit
+      closed%first(1) = 1
+      do i = 1, size(last) - 1
+        closed%first(i + 1) = closed%first(i) + last(i)
+      end do
+      last = closed%first - 1
+      allocate (closed%contact(closed%first(size(last)) - 1))
+    end do
+  end function closed_contacts
+
+  !> Adds the springs of closed contacts of a pair of elements at `d`.
+  pure subroutine add_contacts_of_pair(model, try, pair, contacts, d, symmetric, term)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: pair
+    integer, intent(in) :: contacts(:)    !! closed, of the pair
+    real(dp), intent(in) :: d(:)          !! (n_unknowns)
+    logical, intent(in) :: symmetric      !! the elements' operator is; where the geometry bends, that of contacts keeps it so
+    type(pair_term_t), intent(inout) :: term
+    real(dp) :: of(4, 3), shear(n), shear_end(n)
     integer :: i, k, m
 
-    matrix = 0.0_dp
-    force = 0.0_dp
-    scale = 0.0_dp
-    do i = 1, size(try%contact)
-      associate (contact => try%contact(i), geometry => try%geometry(:, i), active => try%contact(i)%active)
-        if (contact%entrance(active)%state == state_open) cycle
-        of = forces(model%outlines, try, i, gaps_and_slips(model, try, i, d))
-        if (try%anchored) then ! friction acts at the anchor (Shi: df18)
-          rows = anchored_rows(geometry(active), contact%entrance(active)%anchor)
-          shear = rows(:, merge(2, 1, contact%entrance(active)%state == state_locked))
-          shear_end = shear
-        else
-          shear = geometry(active)%shear
-          shear_end = merge(shear, geometry(active)%shear_end, symmetric)
-        end if
+    do i = 1, size(contacts)
+      associate (contact => try%contact(contacts(i)), geometry => try%geometry(:, contacts(i)), &
+                 active => try%contact(contacts(i))%active)
+        of = forces(model%outlines, try, contacts(i), gaps_and_slips(model, try, contacts(i), d))
+        call shear_rows(try, contacts(i), symmetric, shear, shear_end)
         do k = 1, contact%n_entrances
-          associate (pair => contact%entrance(k)%pair)
-            do m = 1, contact%n_entrances
-              if (contact%entrance(m)%pair /= pair) cycle ! what lines of other elements change by with each other is left out
-              change = merge(geometry(m)%normal, geometry(m)%normal_end, symmetric)
-              if (abs(of(1 + m, k)) > 0) call add_change(pair, geometry(k)%normal, of(1 + m, k)*change)
-              if (k == active .and. abs(of(1 + m, 3)) > 0) call add_change(pair, shear, of(1 + m, 3)*change)
-            end do
-            call add_force_across(pair, of(1, k)*geometry(k)%normal)
-          end associate
+          if (contact%entrance(k)%pair /= pair) cycle
+          do m = 1, contact%n_entrances
+            if (contact%entrance(m)%pair /= pair) cycle ! what lines of other elements change by with each other is left out
+            associate (change => merge(geometry(m)%normal, geometry(m)%normal_end, symmetric))
+              if (abs(of(1 + m, k)) > 0) call add_change(term, geometry(k)%normal, of(1 + m, k)*change)
+              if (k == active .and. abs(of(1 + m, 3)) > 0) call add_change(term, shear, of(1 + m, 3)*change)
+            end associate
+          end do
+          call add_pair_force(term, of(1, k)*geometry(k)%normal)
         end do
-        associate (pair => contact%entrance(active)%pair)
-          if (abs(of(4, 3)) > 0) call add_change(pair, shear, of(4, 3)*shear_end)
-          call add_force_across(pair, of(1, 3)*shear)
-        end associate
+        if (contact%entrance(active)%pair /= pair) cycle
+        if (abs(of(4, 3)) > 0) call add_change(term, shear, of(4, 3)*shear_end)
+        call add_pair_force(term, of(1, 3)*shear)
+        term%symmetric = term%symmetric .and. .not. rubs(model%outlines, try, contact%entrance(active))
       end associate
     end do
-    call add_link_equations(equations, matrix, force, scale)
+  end subroutine add_contacts_of_pair
 
-  contains
+  !> Rows of the force along a contact, and of what it changes by.
+  pure subroutine shear_rows(try, i, symmetric, shear, shear_end)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i             !! contact
+    logical, intent(in) :: symmetric
+    real(dp), intent(out) :: shear(n), shear_end(n)
+    real(dp) :: rows(n, 2)
 
-    !> Adds a force on the elements of a pair.
-    subroutine add_force_across(pair, of_pair)
-      integer, intent(in) :: pair
-      real(dp), intent(in) :: of_pair(n)
-
-      force(:, pair) = force(:, pair) + of_pair
-      scale(:, pair) = scale(:, pair) + abs(of_pair)
-    end subroutine add_force_across
-
-    !> Adds what a force along `row` changes by with the unknowns.
-    subroutine add_change(pair, row, change)
-      integer, intent(in) :: pair
-      real(dp), intent(in) :: row(n), change(n)
-      integer :: j
-
-      do j = 1, n
-        matrix(:, j, pair) = matrix(:, j, pair) - change(j)*row
-      end do
-    end subroutine add_change
-
-  end subroutine add_contacts
+    associate (contact => try%contact(i), active => try%contact(i)%active)
+      if (try%anchored) then ! friction acts at the anchor (Shi: df18)
+        rows = anchored_rows(try%geometry(active, i), contact%entrance(active)%anchor)
+        shear = rows(:, merge(2, 1, contact%entrance(active)%state == state_locked))
+        shear_end = shear
+      else
+        shear = try%geometry(active, i)%shear
+        shear_end = merge(shear, try%geometry(active, i)%shear_end, symmetric)
+      end if
+    end associate
+  end subroutine shear_rows
 
   !> Forces of a closed contact: across its first line, across its second, along the one that acts; each with its changes with
   !> the gaps and the slip of that one: (force, d/dg1, d/dg2, d/ds).
@@ -158,20 +182,15 @@ contains
     if (entrance%bonded) bond = strength*entrance%length
   end function bond
 
-  !> Whether a contact slides with a force that follows the normal one: the equations are then not symmetric.
-  pure logical function slides_with_friction(outlines, try)
+  !> Whether a line slides with a force that follows the normal one: what it adds is then not symmetric.
+  pure logical function rubs(outlines, try, entrance)
     type(outlines_t), intent(in) :: outlines
     type(contact_try_t), intent(in) :: try
-    integer :: i
+    type(entrance_t), intent(in) :: entrance
 
-    slides_with_friction = .false.
-    if (try%law%lags) return
-    do i = 1, size(try%contact)
-      associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
-        slides_with_friction = slides_with_friction .or. &
-          (entrance%state == state_sliding .and. try%law%friction(outlines%joint(entrance%edge)) > 0)
-      end associate
-    end do
-  end function slides_with_friction
+    rubs = .false.
+    if (try%law%lags .or. entrance%state /= state_sliding) return
+    rubs = try%law%friction(outlines%joint(entrance%edge)) > 0
+  end function rubs
 
 end module scree_contact_forces

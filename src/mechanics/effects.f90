@@ -18,7 +18,7 @@ module scree_effects
   implicit none
   private
   public :: add_element_effects, energy_of_fixed_springs, energy_of_weight, loss_by_damping, refresh_elements, &
-            symmetric_equations, work_of_loads, work_of_supports
+            work_of_loads, work_of_supports
 
   integer, parameter :: n = element_unknowns
 
@@ -78,21 +78,6 @@ contains
       end if
     end associate
   end subroutine add_element_effects
-
-  !> Whether the matrix of an iteration is symmetric.
-  pure logical function symmetric_equations(effects, rule)
-    type(effects_t), intent(in) :: effects
-    type(step_rule_t), intent(in) :: rule
-    real(dp), parameter :: same = 1e-12_dp
-
-    symmetric_equations = .true.
-    if (.not. effects%large_deformation) return
-    if (rule%tangent) then
-      symmetric_equations = abs(rule%operator_weight - 1) < same .and. abs(rule%stress_weight - 1) < same
-    else
-      symmetric_equations = abs(rule%operator_weight - 0.5_dp) < same
-    end if
-  end function symmetric_equations
 
   !> Work of the point loads on one element, and of the inertia force of the ground, in a step.
   pure real(dp) function work_of_loads(model, own, state, e, unknown, rule) result(work)

@@ -22,6 +22,8 @@ module scree_green_strain
 
   !> Stretch at which the linear law in Green strain loses its stiffness in compression: d(lambda (lambda^2 - 1))/d lambda = 0.
   real(dp), parameter :: least_stable_stretch = 1/sqrt(3.0_dp)
+  !> Weights that differ by less are the same.
+  real(dp), parameter :: same = 1e-12_dp
 
 contains
 
@@ -72,12 +74,24 @@ contains
         M(k + 2, k) = M(k + 2, k) + omega*S(3)
       end do
     end if
+    term%symmetric = term%symmetric .and. has_symmetric_operator(rule)
     associate (G => element%gradient)
       term%matrix = term%matrix + element%area*matmul(transpose(G), matmul(M, G))
       call add_force(term, -element%area*matmul(matmul(S, B), G), &
                      element%area*matmul(matmul(abs(stress) + matmul(abs(wD), green_strain(abs(theta))), abs(B)), abs(G)))
     end associate
   end subroutine add_green_strain
+
+  !> Whether secant or tangent are symmetric with the weights of a step.
+  pure logical function has_symmetric_operator(rule)
+    type(step_rule_t), intent(in) :: rule
+
+    if (rule%tangent) then
+      has_symmetric_operator = abs(rule%operator_weight - 1) < same .and. abs(rule%stress_weight - 1) < same
+    else
+      has_symmetric_operator = abs(rule%operator_weight - 0.5_dp) < same
+    end if
+  end function has_symmetric_operator
 
   !> Smallest principal stretch of a deformation gradient.
   pure real(dp) function least_stretch(F)

@@ -1,20 +1,29 @@
-!> What the effects add to one element in one iteration.
+!> What the effects add to one element, or to a pair of elements, in one iteration.
 module scree_element_term
   use scree_kinds, only: dp
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_force, step_rule_t, term_t
+  public :: add_change, add_force, add_pair_force, pair_term_t, step_rule_t, term_t
 
   integer, parameter :: n = element_unknowns
 
   !> Matrix and forces of one element, summed over its effects.
   type :: term_t
+    logical :: symmetric = .true.     !! the matrix is, but for round-off; what adds one that is not says so
     real(dp) :: matrix(n, n) = 0.0_dp !! operator of this iteration, force/length per unit thickness
     real(dp) :: force(n) = 0.0_dp     !! out of balance: loads less inertia less internal forces
     real(dp) :: scale(n) = 0.0_dp     !! sum of the magnitudes of the forces that balance
     real(dp) :: noise(n) = 0.0_dp     !! magnitude of what cancelled in them: round-off is its epsilon
   end type term_t
+
+  !> Matrix and forces between two elements, summed over what acts between them: the unknowns of the first, then of the second.
+  type :: pair_term_t
+    logical :: symmetric = .true.         !! the matrix is, but for round-off; what adds one that is not says so
+    real(dp) :: matrix(2*n, 2*n) = 0.0_dp !! operator of this iteration, force/length per unit thickness
+    real(dp) :: force(2*n) = 0.0_dp       !! out of balance
+    real(dp) :: scale(2*n) = 0.0_dp       !! sum of the magnitudes of the forces
+  end type pair_term_t
 
   !> The integrator in one step: four weights (doc/theory.md, section 3).
   type :: step_rule_t
@@ -45,5 +54,25 @@ contains
       term%noise = term%noise + abs(force)
     end if
   end subroutine add_force
+
+  !> Adds one force between two elements to the balance.
+  pure subroutine add_pair_force(term, force)
+    type(pair_term_t), intent(inout) :: term
+    real(dp), intent(in) :: force(2*n)
+
+    term%force = term%force + force
+    term%scale = term%scale + abs(force)
+  end subroutine add_pair_force
+
+  !> Adds what a force along `row` changes by with the unknowns of both elements: `change` of a unit along the row.
+  pure subroutine add_change(term, row, change)
+    type(pair_term_t), intent(inout) :: term
+    real(dp), intent(in) :: row(2*n), change(2*n)
+    integer :: j
+
+    do j = 1, 2*n
+      term%matrix(:, j) = term%matrix(:, j) - change(j)*row
+    end do
+  end subroutine add_change
 
 end module scree_element_term

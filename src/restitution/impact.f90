@@ -153,6 +153,7 @@ contains
       call add_force(term, -matmul(matrix, d(ids) - try%reference(ids)))
     end associate
     term%matrix = term%matrix + matrix
+    term%symmetric = term%symmetric .and. all(abs(theta) <= 0.0_dp)
   end subroutine keep_rigid
 
 end module scree_impact

@@ -7,7 +7,7 @@ module scree_cholmod
   use scree_sparse_matrix, only: sparse_matrix_t
   implicit none
   private
-  public :: cholmod_t, release_cholmod, solve_cholmod
+  public :: cholmod_t, factorise_by_cholmod, release_cholmod, solve_by_cholmod
 
   !> Workspace of the library (cholmod_common, as large as its header says) and the factor, whose analysis is kept.
   type :: cholmod_t
@@ -81,32 +81,25 @@ module scree_cholmod
 
 contains
 
-  !> Solves A x = b with the lower triangle of A; `definite` is false, and x nothing, where A is not positive definite.
+  !> Factorises A by its lower triangle; `definite` is false where A is not positive definite.
   !>
-  !> Errors: no memory.
-  subroutine solve_cholmod(self, matrix, b, x, definite, error)
+  !> The analysis is made once. Errors: no memory for it.
+  subroutine factorise_by_cholmod(self, matrix, definite, error)
     type(cholmod_t), intent(inout) :: self
     type(sparse_matrix_t), intent(in), target :: matrix
-    real(dp), intent(in), target :: b(:)
-    real(dp), intent(out) :: x(:)
     logical, intent(out) :: definite
     type(error_t), allocatable, intent(out) :: error
     type(c_sparse_t) :: A
-    type(c_dense_t) :: rhs
-    type(c_dense_t), pointer :: solution
     type(c_factor_head_t), pointer :: head
-    type(c_ptr) :: common, result
-    real(c_double), pointer :: values(:)
+    type(c_ptr) :: common
     integer(c_int) :: ok
 
-    x = 0.0_dp
     definite = .false.
     call start(self)
     common = c_loc(self%common)
     associate (n => int(matrix%n, c_size_t))
       A = c_sparse_t(n, n, size(matrix%row, kind=c_size_t), c_loc(matrix%first), c_loc(matrix%row), c_null_ptr, &
                      c_loc(matrix%value), c_null_ptr, lower_triangle, 0_c_int, real_numbers, 0_c_int, 1_c_int, 1_c_int)
-      rhs = c_dense_t(n, 1_c_size_t, n, n, c_loc(b), c_null_ptr, real_numbers, 0_c_int)
     end associate
     if (.not. c_associated(self%factor)) self%factor = cholmod_analyze(A, common)
     if (.not. c_associated(self%factor)) then
@@ -116,8 +109,25 @@ contains
     ok = cholmod_factorize(A, self%factor, common)
     call c_f_pointer(self%factor, head)
     definite = ok /= 0 .and. head%minor == head%n
-    if (.not. definite) return
-    result = cholmod_solve(system_A, self%factor, rhs, common)
+  end subroutine factorise_by_cholmod
+
+  !> Solves A x = b with the factor of the last matrix. Errors: no memory.
+  subroutine solve_by_cholmod(self, b, x, error)
+    type(cholmod_t), intent(in) :: self
+    real(dp), intent(in), target, contiguous :: b(:)
+    real(dp), intent(out) :: x(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(c_dense_t) :: rhs
+    type(c_dense_t), pointer :: solution
+    type(c_ptr) :: result
+    real(c_double), pointer :: values(:)
+    integer(c_int) :: ignored
+
+    x = 0.0_dp
+    associate (n => size(b, kind=c_size_t))
+      rhs = c_dense_t(n, 1_c_size_t, n, n, c_loc(b), c_null_ptr, real_numbers, 0_c_int)
+    end associate
+    result = cholmod_solve(system_A, self%factor, rhs, c_loc(self%common))
     if (.not. c_associated(result)) then
       call fail(error, status_run_failed, 'CHOLMOD has no memory for the solution')
       return
@@ -125,8 +135,8 @@ contains
     call c_f_pointer(result, solution)
     call c_f_pointer(solution%x, values, [size(x)])
     x = values
-    ok = cholmod_free_dense(result, common)
-  end subroutine solve_cholmod
+    ignored = cholmod_free_dense(result, c_loc(self%common))
+  end subroutine solve_by_cholmod
 
   !> Starts the library once, silent (what goes wrong is said by the caller), and asks for L L^T: its L D L^T would
   !> take an indefinite matrix, without pivoting.

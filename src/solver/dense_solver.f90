@@ -6,7 +6,7 @@ module scree_dense_solver
   private
   public :: solve_dense
 
-  integer, parameter :: largest = 12 !! unknowns, so that the work space is on the stack
+  integer, parameter, public :: largest_dense = 12 !! unknowns, so that the work space is on the stack
 
   interface
     !> LAPACK: Cholesky factorisation and solution.
@@ -39,8 +39,8 @@ contains
     logical, intent(in) :: symmetric
     real(dp), intent(out) :: x(:)    !! (n)
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: A(largest, largest), b(largest, 1), scale(largest)
-    integer :: pivot(largest), i, info, n
+    real(dp) :: A(largest_dense, largest_dense), b(largest_dense, 1), scale(largest_dense)
+    integer :: pivot(largest_dense), i, info, n
 
     n = size(f)
     if (n == 0) return
@@ -52,7 +52,7 @@ contains
         A(:n, i) = scale(i)*scale(:n)*K(:, i)
       end do
       b(:n, 1) = scale(:n)*f
-      call dposv('L', n, 1, A, largest, b, largest, info)
+      call dposv('L', n, 1, A, largest_dense, b, largest_dense, info)
       if (info == 0) then
         x = scale(:n)*b(:n, 1)
         return
@@ -60,7 +60,7 @@ contains
     end if
     A(:n, :n) = K
     b(:n, 1) = f
-    call dgesv(n, 1, A, largest, pivot, b, largest, info)
+    call dgesv(n, 1, A, largest_dense, pivot, b, largest_dense, info)
     if (info /= 0) then
       call fail(error, status_run_failed, 'a block has no stiffness or mass against some motion (its matrix is singular)')
       return

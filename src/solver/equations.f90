@@ -1,33 +1,30 @@
 !> The equations of groups of elements that share unknowns, written for the free unknowns, and their solution.
 !>
-!> An element that shares no unknown and touches no other is a group of its own and is solved densely. All others are one
-!> group with one sparse matrix, which only they make, with what links pairs of them.
+!> An element that shares no unknown and touches no other is a group of its own with a small matrix. All others are one
+!> group with one sparse matrix, which only they make, with what acts between pairs of them.
 module scree_equations
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use scree_blas, only: keep_blas_to_one_thread
-  use scree_cholmod, only: cholmod_t, release_cholmod, solve_cholmod
   use scree_constraints, only: constraints_t, reduce_element, reduction_t
-  use scree_dense_solver, only: solve_dense
-  use scree_element_term, only: term_t
+  use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
   use scree_kinds, only: dp
+  use scree_linear_solver, only: linear_solver_t, release_solver, small_matrix_t, solve
   use scree_sparse_matrix, only: add_element, build_pattern, clear_matrix, diagonal, sparse_matrix_t
   use scree_system, only: element_unknowns, elements_t
-  use scree_umfpack, only: release_umfpack, solve_umfpack, umfpack_t
   implicit none
   private
-  public :: add_equations, add_link_equations, begin_equations, constrain_equations, equations_t, members, out_of_balance, &
-            link_elements, release_equations, set_up_equations, solve_equations, weakest_element, wholly_held
+  public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, group_elements, members, out_of_balance, &
+            release_equations, set_up_equations, solve_equations, weakest_element, wholly_held
 
   integer, parameter :: n = element_unknowns
 
   !> The sparse equations of the elements that share unknowns.
   type :: shared_t
     integer, allocatable :: unknown(:)       !! (n_rows) free unknown of each row
-    integer, allocatable :: rows(:, :)       !! (n_most, n_members + n_links) rows of each member and link, then zeros
+    integer, allocatable :: rows(:, :)       !! (n_most, n_members + n_pairs) rows of each member and pair, then zeros
     type(sparse_matrix_t) :: matrix
-    type(cholmod_t) :: cholmod               !! where the matrix is symmetric and positive definite
-    type(umfpack_t) :: umfpack               !! else
+    type(linear_solver_t) :: solver
   end type shared_t
 
   !> Groups, constraints and the sums of one iteration.
@@ -36,15 +33,15 @@ module scree_equations
     integer, allocatable :: first(:)         !! (n_groups+1) group g owns member(first(g):first(g+1)-1)
     integer, allocatable :: member(:)        !! (n_elements) elements by group
     integer, allocatable :: unknown(:, :)    !! (n, n_elements) unknowns of the elements
-    integer, allocatable :: link(:, :)       !! (2 n, n_links) unknowns of pairs of elements
+    integer, allocatable :: pair(:, :)       !! (2 n, n_pairs) unknowns of pairs of elements
     type(reduction_t), allocatable :: reduction(:) !! (n_elements)
-    type(reduction_t), allocatable :: link_reduction(:) !! (n_links)
+    type(reduction_t), allocatable :: pair_reduction(:) !! (n_pairs)
     real(dp), allocatable :: force(:)        !! (n_unknowns) out of balance, zero at slaves
     real(dp), allocatable :: scale(:)        !! (n_unknowns) magnitudes of the forces that balance
     real(dp), allocatable :: noise(:)        !! (n_unknowns) magnitudes of what cancelled in them
     real(dp), allocatable :: span(:)         !! (n_unknowns) displacement that a unit of each unknown makes
     real(dp), allocatable :: correction(:)   !! (n_unknowns) of the last solution
-    real(dp) :: dense(n, n) = 0.0_dp         !! matrix of a group of one
+    type(small_matrix_t) :: small            !! matrix of a group of one
     type(shared_t), allocatable :: shared    !! of the group of many, the last
   end type equations_t
 
@@ -59,26 +56,26 @@ contains
     call keep_blas_to_one_thread()
     equations%unknown = elements%unknown
     allocate (equations%reduction(size(elements%alone)))
-    call link_elements(elements, reshape([integer ::], [2, 0]), equations)
+    call group_elements(elements, reshape([integer ::], [2, 0]), equations)
     allocate (equations%force(n_unknowns), equations%scale(n_unknowns), equations%noise(n_unknowns), &
               equations%span(n_unknowns), equations%correction(n_unknowns), source=0.0_dp)
   end subroutine set_up_equations
 
-  !> Groups the elements anew, with pairs of elements that force links. Constraints have to be taken after it.
-  subroutine link_elements(elements, link, equations)
+  !> Groups the elements anew, with pairs between which something acts. Constraints have to be taken after it.
+  subroutine group_elements(elements, pair, equations)
     type(elements_t), intent(in) :: elements
-    integer, intent(in) :: link(:, :)  !! (2, n_links) elements
+    integer, intent(in) :: pair(:, :)  !! (2, n_pairs) elements
     type(equations_t), intent(inout) :: equations
     logical :: alone(size(elements%alone))
     integer :: e, i
 
     alone = elements%alone
-    do i = 1, size(link, 2)
-      alone(link(:, i)) = .false.
+    do i = 1, size(pair, 2)
+      alone(pair(:, i)) = .false.
     end do
-    equations%link = reshape([((elements%unknown(:, link(e, i)), e=1, 2), i=1, size(link, 2))], [2*n, size(link, 2)])
-    if (allocated(equations%link_reduction)) deallocate (equations%link_reduction)
-    allocate (equations%link_reduction(size(link, 2)))
+    equations%pair = reshape([((elements%unknown(:, pair(e, i)), e=1, 2), i=1, size(pair, 2))], [2*n, size(pair, 2)])
+    if (allocated(equations%pair_reduction)) deallocate (equations%pair_reduction)
+    allocate (equations%pair_reduction(size(pair, 2)))
     equations%member = [pack([(e, e=1, size(alone))], alone), pack([(e, e=1, size(alone))], .not. alone)]
     equations%first = [(e, e=1, count(alone) + 1)]
     if (.not. all(alone)) then
@@ -89,7 +86,7 @@ contains
       end if
     end if
     equations%n_groups = size(equations%first) - 1
-  end subroutine link_elements
+  end subroutine group_elements
 
   !> Whether a group is the one with the sparse matrix.
   pure logical function is_shared(equations, group)
@@ -134,8 +131,8 @@ contains
       do e = 1, size(equations%reduction)
         call reduce_element(constraints, equations%unknown(:, e), equations%reduction(e))
       end do
-      do i = 1, size(equations%link_reduction)
-        call reduce_element(constraints, equations%link(:, i), equations%link_reduction(i))
+      do i = 1, size(equations%pair_reduction)
+        call reduce_element(constraints, equations%pair(:, i), equations%pair_reduction(i))
       end do
     end if
     if (is_shared(equations, equations%n_groups)) call number_rows(equations)
@@ -148,7 +145,7 @@ contains
     integer :: k, m, most, n_rows, u
 
     member = members(equations, equations%n_groups)
-    m = size(member) + size(equations%link, 2)
+    m = size(member) + size(equations%pair, 2)
     most = 0
     do k = 1, m
       most = max(most, size(free_unknowns(equations, member, k)))
@@ -175,19 +172,18 @@ contains
       end if
       shared%rows = rows
       call build_pattern(n_rows, rows, shared%matrix)
-      call release_cholmod(shared%cholmod)
-      call release_umfpack(shared%umfpack)
+      call release_solver(shared%solver)
     end associate
   end subroutine number_rows
 
-  !> Free unknowns that the `k`-th member of the shared group contributes to; after the members come the links.
+  !> Free unknowns that the `k`-th member of the shared group contributes to; after the members come the pairs.
   pure function free_unknowns(equations, member, k) result(list)
     type(equations_t), intent(in) :: equations
     integer, intent(in) :: member(:), k
     integer, allocatable :: list(:)
 
     if (k > size(member)) then
-      list = free_of(equations%link_reduction(k - size(member)), equations%link(:, k - size(member)))
+      list = free_of(equations%pair_reduction(k - size(member)), equations%pair(:, k - size(member)))
     else
       list = free_of(equations%reduction(member(k)), equations%unknown(:, member(k)))
     end if
@@ -256,35 +252,34 @@ contains
       equations%scale(free) = equations%scale(free) + scale
       equations%noise(free) = equations%noise(free) + noise
       if (is_shared(equations, group)) then
-        call add_element(equations%shared%matrix, k, matrix)
+        call add_element(equations%shared%matrix, k, matrix, term%symmetric)
       else
-        equations%dense(:size(free), :size(free)) = matrix
+        equations%small%n = size(free)
+        equations%small%symmetric = term%symmetric
+        equations%small%value(:size(free), :size(free)) = matrix
       end if
     end subroutine add
 
   end subroutine add_equations
 
-  !> Adds what links pairs of elements, to the shared group.
-  subroutine add_link_equations(equations, matrix, force, scale)
+  !> Adds what acts between the elements of the pair with number `p`, to the shared group.
+  subroutine add_pair(equations, p, term)
     type(equations_t), intent(inout) :: equations
-    real(dp), intent(in) :: matrix(:, :, :)           !! (2 n, 2 n, n_links)
-    real(dp), intent(in) :: force(:, :), scale(:, :)  !! (2 n, n_links) out of balance, and its magnitude
-    integer :: i, first
+    integer, intent(in) :: p
+    type(pair_term_t), intent(in) :: term
+    integer :: n_members
 
-    if (size(force, 2) == 0) return
-    first = equations%first(equations%n_groups + 1) - equations%first(equations%n_groups)
-    do i = 1, size(force, 2)
-      associate (reduction => equations%link_reduction(i))
-        if (allocated(reduction%Z)) then
-          call add(reduction%free, matmul(force(:, i), reduction%Z), matmul(scale(:, i), abs(reduction%Z)))
-          call add_element(equations%shared%matrix, first + i, &
-                           matmul(transpose(reduction%Z), matmul(matrix(:, :, i), reduction%Z)))
-        else
-          call add(equations%link(:, i), force(:, i), scale(:, i))
-          call add_element(equations%shared%matrix, first + i, matrix(:, :, i))
-        end if
-      end associate
-    end do
+    n_members = equations%first(equations%n_groups + 1) - equations%first(equations%n_groups)
+    associate (reduction => equations%pair_reduction(p))
+      if (allocated(reduction%Z)) then
+        call add(reduction%free, matmul(term%force, reduction%Z), matmul(term%scale, abs(reduction%Z)))
+        call add_element(equations%shared%matrix, n_members + p, &
+                         matmul(transpose(reduction%Z), matmul(term%matrix, reduction%Z)), term%symmetric)
+      else
+        call add(equations%pair(:, p), term%force, term%scale)
+        call add_element(equations%shared%matrix, n_members + p, term%matrix, term%symmetric)
+      end if
+    end associate
 
   contains
 
@@ -301,7 +296,7 @@ contains
       end do
     end subroutine add
 
-  end subroutine add_link_equations
+  end subroutine add_pair
 
   !> Largest force out of balance over the largest force that balances, and over the largest that cancelled.
   pure function out_of_balance(equations, group) result(share)
@@ -324,18 +319,20 @@ contains
     share = force/[scale, noise]
   end function out_of_balance
 
-  !> Solves for the correction of a group and adds it to `d`.
+  !> Solves for the correction of a group, to a residual below `tolerance` (as `solve` measures it), and adds it to `d`.
   !>
   !> Errors: a singular matrix.
-  subroutine solve_equations(equations, group, symmetric, d, error)
+  subroutine solve_equations(equations, group, tolerance, d, residual, error)
     type(equations_t), intent(inout) :: equations
     integer, intent(in) :: group
-    logical, intent(in) :: symmetric
-    real(dp), intent(inout) :: d(:)   !! (n_unknowns)
+    real(dp), intent(in) :: tolerance
+    real(dp), intent(inout) :: d(:)        !! (n_unknowns)
+    real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
     real(dp) :: q(n)
     integer :: e, m
 
+    residual = 0.0_dp
     if (wholly_held(equations, group)) then
       do m = equations%first(group), equations%first(group + 1) - 1
         equations%correction(equations%unknown(:, equations%member(m))) = 0.0_dp
@@ -343,18 +340,17 @@ contains
       return
     end if
     if (is_shared(equations, group)) then
-      call solve_shared(equations, symmetric, d, error)
+      call solve_shared(equations, tolerance, d, residual, error)
       return
     end if
     e = equations%member(equations%first(group))
-    associate (ids => equations%unknown(:, e), reduction => equations%reduction(e))
+    associate (ids => equations%unknown(:, e), reduction => equations%reduction(e), m => equations%small%n)
       if (.not. allocated(reduction%Z)) then
-        call solve_dense(equations%dense, equations%force(ids), symmetric, q, error)
+        call solve(equations%small, equations%force(ids), tolerance, q, residual, error)
         if (allocated(error)) return
         equations%correction(ids) = q
       else
-        m = size(reduction%free)
-        call solve_dense(equations%dense(:m, :m), equations%force(reduction%free), symmetric, q(:m), error)
+        call solve(equations%small, equations%force(reduction%free), tolerance, q(:m), residual, error)
         if (allocated(error)) return
         equations%correction(ids) = matmul(reduction%Z, q(:m))
       end if
@@ -362,24 +358,21 @@ contains
     end associate
   end subroutine solve_equations
 
-  !> Solves for the correction of the shared group: CHOLMOD where the matrix is symmetric, UMFPACK where it is not or
-  !> turns out not to be positive definite.
-  subroutine solve_shared(equations, symmetric, d, error)
+  !> Solves for the correction of the shared group.
+  subroutine solve_shared(equations, tolerance, d, residual, error)
     type(equations_t), intent(inout) :: equations
-    logical, intent(in) :: symmetric
-    real(dp), intent(inout) :: d(:)   !! (n_unknowns)
+    real(dp), intent(in) :: tolerance
+    real(dp), intent(inout) :: d(:)        !! (n_unknowns)
+    real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
-    real(dp), allocatable :: f(:), x(:)
-    logical :: moved(size(d)), solved
+    real(dp), allocatable :: x(:)
+    logical :: moved(size(d))
     integer, allocatable :: member(:)
     integer :: e, k
 
     associate (shared => equations%shared)
-      f = equations%force(shared%unknown)
-      allocate (x(size(f)))
-      solved = .false.
-      if (symmetric) call solve_cholmod(shared%cholmod, shared%matrix, f, x, solved, error)
-      if (.not. (solved .or. allocated(error))) call solve_umfpack(shared%umfpack, shared%matrix, f, x, error)
+      allocate (x(size(shared%unknown)))
+      call solve(shared%solver, shared%matrix, equations%force(shared%unknown), tolerance, x, residual, error)
       if (allocated(error)) return
       equations%correction(shared%unknown) = x
     end associate
@@ -428,8 +421,7 @@ contains
     type(equations_t), intent(inout) :: equations
 
     if (.not. allocated(equations%shared)) return
-    call release_cholmod(equations%shared%cholmod)
-    call release_umfpack(equations%shared%umfpack)
+    call release_solver(equations%shared%solver)
   end subroutine release_equations
 
 end module scree_equations

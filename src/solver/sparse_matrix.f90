@@ -1,16 +1,19 @@
 !> A square sparse matrix in compressed columns, assembled from dense element matrices.
 !>
-!> Both triangles are stored, sorted: UMFPACK takes them as they are, CHOLMOD reads the lower one.
+!> Both triangles are stored, sorted: UMFPACK takes them as they are, CHOLMOD reads the lower one. What is added says whether it is
+!> symmetric, and so the matrix knows whether it is.
 module scree_sparse_matrix
   use, intrinsic :: iso_c_binding, only: c_double, c_int
   use scree_kinds, only: dp
   implicit none
   private
-  public :: add_element, build_pattern, clear_matrix, diagonal, sparse_matrix_t, times
+  public :: add_element, build_pattern, clear_matrix, diagonal, root_of_diagonal, root_of_entry, sparse_matrix_t, &
+            subtract_product, times
 
   !> The matrix, and where each entry of each element goes. Columns and rows count from 0, as the C libraries want.
   type :: sparse_matrix_t
     integer :: n = 0
+    logical :: symmetric = .true.              !! all that was added since it was cleared is
     integer(c_int), allocatable :: first(:)    !! (n+1) column j owns entries first(j):first(j+1)-1, from 0
     integer(c_int), allocatable :: row(:)      !! (n_entries) from 0
     real(c_double), allocatable :: value(:)    !! (n_entries)
@@ -20,19 +23,78 @@ module scree_sparse_matrix
 
 contains
 
-  !> Pattern of element matrices on given rows; values are zero.
+  !> Makes the pattern of element matrices on given rows; values are zero.
   pure subroutine build_pattern(n, rows, matrix)
     integer, intent(in) :: n
     integer, intent(in) :: rows(:, :) !! (n_most, n_elements) rows of each element from 1, then zeros where it has fewer
     type(sparse_matrix_t), intent(out) :: matrix
-    integer, allocatable :: of_row(:)                  ! elements by row
-    integer :: first_of_row(n + 1), filled(n), mark(n), list(n)
-    integer :: e, i, j, k, m, n_entries, pass
+    integer :: m(size(rows, 2)) ! rows of each element
+    integer :: e, i, j
 
     matrix%n = n
-    first_of_row = 0
-    do e = 1, size(rows, 2)
-      do k = 1, count(rows(:, e) > 0)
+    m = count(rows > 0, 1)
+    call fill_columns(rows, m, matrix)
+    allocate (matrix%value(size(matrix%row)), source=0.0_dp)
+
+    allocate (matrix%place_first(size(m) + 1))
+    matrix%place_first(1) = 1
+    do e = 1, size(m)
+      matrix%place_first(e + 1) = matrix%place_first(e) + m(e)**2
+    end do
+    allocate (matrix%place(matrix%place_first(size(m) + 1) - 1))
+    do e = 1, size(m)
+      do j = 1, m(e)
+        do i = 1, m(e)
+          matrix%place(matrix%place_first(e) + (j - 1)*m(e) + i - 1) = entry_at(matrix, rows(i, e), rows(j, e))
+        end do
+      end do
+    end do
+  end subroutine build_pattern
+
+  !> Fills the columns of a pattern: those of a row are all rows of the elements that have it.
+  pure subroutine fill_columns(rows, m, matrix)
+    integer, intent(in) :: rows(:, :), m(:) !! of the elements, and their numbers
+    type(sparse_matrix_t), intent(inout) :: matrix
+    integer, allocatable :: first_of_row(:), of_row(:) ! elements by row
+    integer :: mark(matrix%n), list(matrix%n)
+    integer :: i, j, k, n_list, n_entries, pass
+
+    call list_by_row(matrix%n, rows, m, first_of_row, of_row)
+    allocate (matrix%first(matrix%n + 1))
+    do pass = 1, 2 ! count, then keep
+      mark = 0
+      n_entries = 0
+      do j = 1, matrix%n
+        matrix%first(j) = n_entries
+        n_list = 0
+        do i = first_of_row(j), first_of_row(j + 1) - 1
+          do k = 1, m(of_row(i))
+            if (mark(rows(k, of_row(i))) == j) cycle
+            mark(rows(k, of_row(i))) = j
+            n_list = n_list + 1
+            list(n_list) = rows(k, of_row(i))
+          end do
+        end do
+        if (pass == 2) then
+          call sort(list(:n_list))
+          matrix%row(n_entries + 1:n_entries + n_list) = list(:n_list) - 1
+        end if
+        n_entries = n_entries + n_list
+      end do
+      matrix%first(matrix%n + 1) = n_entries
+      if (pass == 1) allocate (matrix%row(n_entries))
+    end do
+  end subroutine fill_columns
+
+  !> Lists the elements by row: row i has `of_row(first_of_row(i):first_of_row(i+1)-1)`.
+  pure subroutine list_by_row(n, rows, m, first_of_row, of_row)
+    integer, intent(in) :: n, rows(:, :), m(:)
+    integer, allocatable, intent(out) :: first_of_row(:), of_row(:)
+    integer :: filled(n), e, i, k
+
+    allocate (first_of_row(n + 1), source=0)
+    do e = 1, size(m)
+      do k = 1, m(e)
         first_of_row(rows(k, e) + 1) = first_of_row(rows(k, e) + 1) + 1
       end do
     end do
@@ -42,54 +104,13 @@ contains
     end do
     allocate (of_row(first_of_row(n + 1) - 1))
     filled = first_of_row(:n)
-    do e = 1, size(rows, 2)
-      do k = 1, count(rows(:, e) > 0)
+    do e = 1, size(m)
+      do k = 1, m(e)
         of_row(filled(rows(k, e))) = e
         filled(rows(k, e)) = filled(rows(k, e)) + 1
       end do
     end do
-
-    allocate (matrix%first(n + 1))
-    do pass = 1, 2 ! count, then keep
-      mark = 0
-      n_entries = 0
-      do j = 1, n
-        matrix%first(j) = n_entries
-        m = 0
-        do i = first_of_row(j), first_of_row(j + 1) - 1
-          do k = 1, count(rows(:, of_row(i)) > 0)
-            if (mark(rows(k, of_row(i))) == j) cycle
-            mark(rows(k, of_row(i))) = j
-            m = m + 1
-            list(m) = rows(k, of_row(i))
-          end do
-        end do
-        if (pass == 2) then
-          call sort(list(:m))
-          matrix%row(n_entries + 1:n_entries + m) = list(:m) - 1
-        end if
-        n_entries = n_entries + m
-      end do
-      matrix%first(n + 1) = n_entries
-      if (pass == 1) allocate (matrix%row(n_entries))
-    end do
-    allocate (matrix%value(n_entries), source=0.0_dp)
-
-    allocate (matrix%place_first(size(rows, 2) + 1))
-    matrix%place_first(1) = 1
-    do e = 1, size(rows, 2)
-      matrix%place_first(e + 1) = matrix%place_first(e) + count(rows(:, e) > 0)**2
-    end do
-    allocate (matrix%place(matrix%place_first(size(rows, 2) + 1) - 1))
-    do e = 1, size(rows, 2)
-      m = count(rows(:, e) > 0)
-      do j = 1, m
-        do i = 1, m
-          matrix%place(matrix%place_first(e) + (j - 1)*m + i - 1) = entry_at(matrix, rows(i, e), rows(j, e))
-        end do
-      end do
-    end do
-  end subroutine build_pattern
+  end subroutine list_by_row
 
   !> Entry (from 1) at a row and column (from 1) of the pattern, by bisection.
   pure integer function entry_at(matrix, row, column)
@@ -131,15 +152,18 @@ contains
     type(sparse_matrix_t), intent(inout) :: matrix
 
     matrix%value = 0.0_dp
+    matrix%symmetric = .true.
   end subroutine clear_matrix
 
   !> Adds the dense matrix of element `e`.
-  pure subroutine add_element(matrix, e, dense)
+  pure subroutine add_element(matrix, e, dense, symmetric)
     type(sparse_matrix_t), intent(inout) :: matrix
     integer, intent(in) :: e
     real(dp), intent(in) :: dense(:, :) !! (m, m) of the element's rows
+    logical, intent(in) :: symmetric    !! but for round-off
     integer :: at, i, j
 
+    matrix%symmetric = matrix%symmetric .and. symmetric
     at = matrix%place_first(e)
     do j = 1, size(dense, 2)
       do i = 1, size(dense, 1)
@@ -162,6 +186,28 @@ contains
     end do
   end function diagonal
 
+  !> Root of the diagonal's magnitude: what the components of A x are measured by.
+  pure function root_of_diagonal(matrix) result(root)
+    type(sparse_matrix_t), intent(in) :: matrix
+    real(dp) :: root(matrix%n)
+    integer :: j
+
+    root = diagonal(matrix)
+    do j = 1, matrix%n
+      root(j) = root_of_entry(root(j), matrix%value(matrix%first(j) + 1:matrix%first(j + 1)))
+    end do
+  end function root_of_diagonal
+
+  !> Root of an entry of the diagonal; where that is zero, of the largest entry of its column; where all are, 1.
+  pure real(dp) function root_of_entry(entry, column)
+    real(dp), intent(in) :: entry, column(:)
+
+    root_of_entry = abs(entry)
+    if (.not. root_of_entry > 0) root_of_entry = maxval(abs(column))
+    if (.not. root_of_entry > 0) root_of_entry = 1.0_dp
+    root_of_entry = sqrt(root_of_entry)
+  end function root_of_entry
+
   !> A x.
   pure function times(matrix, x) result(y)
     type(sparse_matrix_t), intent(in) :: matrix
@@ -176,5 +222,24 @@ contains
       end do
     end do
   end function times
+
+  !> Subtracts A x from `rest`, and adds the magnitudes of what it subtracts, |A| |x|, to `magnitude`.
+  pure subroutine subtract_product(matrix, x, rest, magnitude)
+    type(sparse_matrix_t), intent(in) :: matrix
+    real(dp), intent(in) :: x(:)                             !! (n)
+    real(dp), intent(inout) :: rest(:), magnitude(:)         !! (n)
+    real(dp) :: product
+    integer :: j, k
+
+    do j = 1, matrix%n
+      do k = matrix%first(j) + 1, matrix%first(j + 1)
+        product = matrix%value(k)*x(j)
+        associate (i => matrix%row(k) + 1)
+          rest(i) = rest(i) - product
+          magnitude(i) = magnitude(i) + abs(product)
+        end associate
+      end do
+    end do
+  end subroutine subtract_product
 
 end module scree_sparse_matrix

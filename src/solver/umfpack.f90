@@ -6,11 +6,12 @@ module scree_umfpack
   use scree_sparse_matrix, only: sparse_matrix_t
   implicit none
   private
-  public :: release_umfpack, solve_umfpack, umfpack_t
+  public :: factorise_by_umfpack, release_umfpack, solve_by_umfpack, umfpack_t
 
-  !> Symbolic analysis, kept while the pattern keeps.
+  !> Symbolic analysis, and the factors of the last matrix.
   type :: umfpack_t
     type(c_ptr) :: symbolic = c_null_ptr
+    type(c_ptr) :: numeric = c_null_ptr
   end type umfpack_t
 
   integer(c_int), parameter :: system_A = 0 !! UMFPACK_A: A x = b
@@ -57,34 +58,44 @@ module scree_umfpack
 
 contains
 
-  !> Solves A x = b, with iterative refinement. Errors: a singular matrix, no memory.
-  subroutine solve_umfpack(self, matrix, b, x, error)
+  !> Factorises A; the analysis is made once. Errors: a singular matrix, no memory.
+  subroutine factorise_by_umfpack(self, matrix, error)
     type(umfpack_t), intent(inout) :: self
     type(sparse_matrix_t), intent(in) :: matrix
-    real(dp), intent(in) :: b(:)
-    real(dp), intent(out) :: x(:)
     type(error_t), allocatable, intent(out) :: error
-    type(c_ptr) :: numeric
     integer(c_int) :: status
 
-    x = 0.0_dp
-    numeric = c_null_ptr
+    if (c_associated(self%numeric)) call umfpack_di_free_numeric(self%numeric)
+    self%numeric = c_null_ptr
     associate (n => int(matrix%n, c_int), p => matrix%first, i => matrix%row, v => matrix%value)
       status = done
       if (.not. c_associated(self%symbolic)) &
         status = umfpack_di_symbolic(n, n, p, i, v, self%symbolic, c_null_ptr, c_null_ptr)
-      if (status == done) status = umfpack_di_numeric(p, i, v, self%symbolic, numeric, c_null_ptr, c_null_ptr)
-      if (status == done) status = umfpack_di_solve(system_A, p, i, v, x, b, numeric, c_null_ptr, c_null_ptr)
+      if (status == done) status = umfpack_di_numeric(p, i, v, self%symbolic, self%numeric, c_null_ptr, c_null_ptr)
     end associate
-    if (c_associated(numeric)) call umfpack_di_free_numeric(numeric)
     if (status /= done) call fail(error, status_run_failed, 'the matrix of the blocks is singular or too large for UMFPACK')
-  end subroutine solve_umfpack
+  end subroutine factorise_by_umfpack
+
+  !> Solves A x = b with the factors of A, the last matrix, and UMFPACK's own refinement. Errors: no memory.
+  subroutine solve_by_umfpack(self, matrix, b, x, error)
+    type(umfpack_t), intent(in) :: self
+    type(sparse_matrix_t), intent(in) :: matrix
+    real(dp), intent(in) :: b(:)
+    real(dp), intent(out) :: x(:)
+    type(error_t), allocatable, intent(out) :: error
+
+    x = 0.0_dp
+    if (umfpack_di_solve(system_A, matrix%first, matrix%row, matrix%value, x, b, self%numeric, c_null_ptr, c_null_ptr) /= done) &
+      call fail(error, status_run_failed, 'UMFPACK has no memory for the solution')
+  end subroutine solve_by_umfpack
 
   !> Gives the memory back; the next solution analyses anew.
   subroutine release_umfpack(self)
     type(umfpack_t), intent(inout) :: self
 
+    if (c_associated(self%numeric)) call umfpack_di_free_numeric(self%numeric)
     if (c_associated(self%symbolic)) call umfpack_di_free_symbolic(self%symbolic)
+    self%numeric = c_null_ptr
     self%symbolic = c_null_ptr
   end subroutine release_umfpack
 

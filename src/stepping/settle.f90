@@ -1,17 +1,17 @@
 !> The iteration of a step: corrections d <- d + K^-1 (forces out of balance) until the deformation settles.
 !>
 !> K is the secant operator of Zhang et al. 2019 or the tangent. Written as a correction, the secant has the iterates
-!> of the paper (K_s d = f) without its round-off floor of eps E dt^2 / (rho l^2). With small strain the first
-!> correction is the solution.
+!> of the paper (K_s d = f) without its round-off floor of eps E dt^2 / (rho l^2). With small strain the forces are
+!> linear in d, and the residual of a correction says whether it is the solution.
 !>
 !> What shares and touches nothing is settled alone. All other elements are settled together: deformation outside, and inside it the
 !> open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
 module scree_settle
-  use scree_contact_forces, only: add_contacts, slides_with_friction
+  use scree_contact_forces, only: add_contacts_of_pair, closed_contacts, closed_contacts_t
   use scree_contact_try, only: contact_try_t, gaps_and_slips, place_contacts
-  use scree_effects, only: add_element_effects, symmetric_equations
-  use scree_element_term, only: step_rule_t, term_t
-  use scree_equations, only: add_equations, begin_equations, equations_t, members, out_of_balance, solve_equations, &
+  use scree_effects, only: add_element_effects
+  use scree_element_term, only: pair_term_t, step_rule_t, term_t
+  use scree_equations, only: add_equations, add_pair, begin_equations, equations_t, members, out_of_balance, solve_equations, &
                              weakest_element, wholly_held
   use scree_errors, only: error_t
   use scree_impact, only: element_in_impact, keep_rigid
@@ -40,6 +40,7 @@ module scree_settle
     type(step_rule_t) :: rule
     logical :: in_contact = .false.
     logical :: nested = .false.               !! contacts settle for each operator of the deformation
+    logical :: symmetric = .true.             !! the elements' operator is
     logical :: frozen = .false.               !! they have not yet: the operator stays
     type(term_t), allocatable :: term(:)      !! of the members at the last linearisation, where it may stay
     real(dp), allocatable :: linear_at(:)     !! (n_unknowns) displacement then
@@ -90,7 +91,7 @@ contains
     type(outcome_t), intent(inout) :: outcome
     type(step_rule_t) :: rule
     type(term_t) :: term
-    real(dp) :: change
+    real(dp) :: change, residual
     integer :: e, i
 
     e = cache%equations%member(cache%equations%first(number))
@@ -103,12 +104,13 @@ contains
     do i = 1, model%settings%most_iterations
       call begin_equations(cache%equations, number)
       call add_element(model, cache, state, contacts, e, d, rule, term)
+      if (allocated(contacts%rigidity)) call keep_rigid(model, cache, contacts, e, d, term)
       call add_equations(cache%equations, number, 1, cache%element(e)%kinematics%span, term)
       if (settles_by_residual(model)) then
         outcome%settled = is_balanced(model, cache, number)
         if (outcome%settled) return
       end if
-      call correct(cache, number, symmetric_equations(model%effects, rule), d, outcome)
+      call correct(model, cache, number, d, residual, outcome)
       outcome%iterations = max(outcome%iterations, i)
       if (allocated(outcome%trouble%what)) return
       call check_area(model, cache, e, d, outcome)
@@ -116,7 +118,7 @@ contains
       associate (ids => model%elements%unknown(:, e))
         change = maxval(abs(matmul(cache%element(e)%kinematics%gradient, cache%equations%correction(ids))))
       end associate
-      outcome%settled = is_settled(model, change)
+      outcome%settled = is_settled(model, change, residual)
       if (outcome%settled) return
       if (model%settings%iterate == iterate_hybrid) rule%tangent = change < near_solution
     end do
@@ -132,7 +134,7 @@ contains
     type(contact_try_t), intent(inout) :: contacts
     real(dp), intent(inout) :: d(:)               !! (n_unknowns)
     type(outcome_t), intent(inout) :: outcome
-    real(dp) :: change
+    real(dp) :: change, residual
     integer :: i, worst
 
     outcome%settled = wholly_held(cache%equations, group%number) .and. .not. group%in_contact
@@ -153,13 +155,13 @@ contains
         end if
         if (outcome%settled) return
       end if
-      call correct(cache, group%number, is_symmetric(model, group, contacts), d, outcome)
+      call correct(model, cache, group%number, d, residual, outcome)
       outcome%iterations = max(outcome%iterations, i)
       if (allocated(outcome%trouble%what)) return
       call check_areas(model, cache, group%member, d, outcome)
       if (allocated(outcome%trouble%what)) return
       call find_change(model, cache, group, d, change, worst)
-      outcome%settled = is_settled(model, change)
+      outcome%settled = is_settled(model, change, residual)
       if (group%in_contact) then
         if (contacts%law%lags .and. state%step == 0 .and. i == 1) outcome%settled = .false. ! the first of a run: as Shi's
         call judge(model, cache, state, group, contacts, d, outcome)
@@ -199,6 +201,7 @@ contains
     integer :: k
 
     call begin_equations(cache%equations, group%number)
+    if (.not. group%frozen) group%symmetric = .true.
     do k = 1, size(group%member)
       associate (e => group%member(k))
         if (group%frozen) then
@@ -208,6 +211,8 @@ contains
           end associate
         else
           call add_element(model, cache, state, contacts, e, d, group%rule, term)
+          group%symmetric = group%symmetric .and. term%symmetric
+          if (allocated(contacts%rigidity)) call keep_rigid(model, cache, contacts, e, d, term)
           if (group%nested) group%term(k) = term
         end if
         call add_equations(cache%equations, group%number, k, cache%element(e)%kinematics%span, term)
@@ -215,10 +220,32 @@ contains
     end do
     if (.not. group%in_contact) return
     if (.not. group%frozen) group%linear_at = d
-    call add_contacts(model, d, symmetric_equations(model%effects, group%rule), contacts, cache%equations)
+    call add_contacts(model, contacts, group%symmetric, d, cache%equations)
   end subroutine assemble
 
-  !> What the effects add to one element, which in an impact is as stiff as the contacts have it.
+  !> Adds what contacts do to the pairs of elements that they act between.
+  subroutine add_contacts(model, contacts, symmetric, d, equations)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: contacts
+    logical, intent(in) :: symmetric              !! the elements' operator is
+    real(dp), intent(in) :: d(:)
+    type(equations_t), intent(inout) :: equations
+    type(closed_contacts_t) :: closed
+    type(pair_term_t) :: term
+    integer :: p
+
+    closed = closed_contacts(contacts)
+    do p = 1, size(closed%first) - 1
+      associate (of_pair => closed%contact(closed%first(p):closed%first(p + 1) - 1))
+        if (size(of_pair) == 0) cycle
+        term = pair_term_t()
+        call add_contacts_of_pair(model, contacts, p, of_pair, d, symmetric, term)
+        call add_pair(equations, p, term)
+      end associate
+    end do
+  end subroutine add_contacts
+
+  !> Adds the effects to one element, which in an impact keeps its stress.
   pure subroutine add_element(model, cache, state, contacts, e, d, rule, term)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -232,36 +259,24 @@ contains
     associate (unknown => d(model%elements%unknown(:, e)))
       if (allocated(contacts%rigidity)) then
         call add_element_effects(model, element_in_impact(model, cache, contacts, e), state, e, unknown, rule, term)
-        call keep_rigid(model, cache, contacts, e, d, term)
       else
         call add_element_effects(model, cache%element(e), state, e, unknown, rule, term)
       end if
     end associate
   end subroutine add_element
 
-  !> Whether the matrix of a group is symmetric.
-  pure logical function is_symmetric(model, group, contacts)
-    type(model_t), intent(in) :: model
-    type(group_t), intent(in) :: group
-    type(contact_try_t), intent(in) :: contacts
-
-    is_symmetric = symmetric_equations(model%effects, group%rule)
-    if (.not. group%in_contact) return
-    is_symmetric = is_symmetric .and. .not. slides_with_friction(model%outlines, contacts) &
-                   .and. .not. (model%effects%large_deformation .and. allocated(contacts%rigidity))
-  end function is_symmetric
-
   !> Solves for a correction and adds it to `d`.
-  subroutine correct(cache, number, symmetric, d, outcome)
+  subroutine correct(model, cache, number, d, residual, outcome)
+    type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     integer, intent(in) :: number                 !! of the group
-    logical, intent(in) :: symmetric
     real(dp), intent(inout) :: d(:)
+    real(dp), intent(out) :: residual             !! of the correction
     type(outcome_t), intent(inout) :: outcome
     type(error_t), allocatable :: error
     integer :: e
 
-    call solve_equations(cache%equations, number, symmetric, d, error)
+    call solve_equations(cache%equations, number, linear_tolerance(model), d, residual, error)
     outcome%solves = outcome%solves + 1
     if (.not. allocated(error)) return
     e = weakest_element(cache%equations, number)
@@ -311,7 +326,7 @@ contains
     group%stalled = 0
   end subroutine hold
 
-  !> Whether the balance of forces tells that an iteration has settled; with small strain the first correction does.
+  !> Whether the balance of forces tells that an iteration has settled; with small strain the residual of the correction does.
   pure logical function settles_by_residual(model)
     type(model_t), intent(in) :: model
 
@@ -329,14 +344,25 @@ contains
     is_balanced = balance(1) <= model%settings%tolerance .or. balance(2) <= round_off
   end function is_balanced
 
-  !> Whether the deformation has settled by its last change.
-  pure logical function is_settled(model, change)
+  !> Whether the deformation has settled by its last change, or with small strain by the residual of its correction.
+  pure logical function is_settled(model, change, residual)
     type(model_t), intent(in) :: model
-    real(dp), intent(in) :: change !! of theta
+    real(dp), intent(in) :: change   !! of theta
+    real(dp), intent(in) :: residual !! of the correction
 
-    is_settled = .not. model%effects%large_deformation &
-                 .or. (model%settings%test /= test_residual .and. change < model%settings%tolerance)
+    if (model%effects%large_deformation) then
+      is_settled = model%settings%test /= test_residual .and. change < model%settings%tolerance
+    else
+      is_settled = residual <= linear_tolerance(model)
+    end if
   end function is_settled
+
+  !> What corrections are solved to: as exactly as the iteration is to settle.
+  pure real(dp) function linear_tolerance(model)
+    type(model_t), intent(in) :: model
+
+    linear_tolerance = max(model%settings%tolerance, round_off)
+  end function linear_tolerance
 
   !> Largest change of a component of theta since the last linearisation, and its element; where bodies touch, of the position over
   !> the size too.

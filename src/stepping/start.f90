@@ -30,7 +30,7 @@ module scree_start
   !> that a round of multipliers leaves of the one before.
   real(dp), parameter :: stiffer = 1e5_dp
   integer, parameter :: most_rounds = 30
-  !> Multipliers that change by less have settled: as many digits as the penalty leaves.
+  !> Multipliers that change by less have settled: as many digits as the penalty leaves. So exact are solutions, too.
   real(dp), parameter :: settled = 1e-10_dp
 
 contains
@@ -160,6 +160,7 @@ contains
     real(dp), intent(out) :: x(:)                 !! (n_unknowns)
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: list(:)
+    real(dp) :: residual
     integer :: e, group, k
 
     x = 0.0_dp
@@ -169,7 +170,7 @@ contains
       do k = 1, size(list)
         call add_equations(cache%equations, group, k, cache%element(list(k))%kinematics%span, terms(list(k)))
       end do
-      call solve_equations(cache%equations, group, .true., x, error)
+      call solve_equations(cache%equations, group, settled, x, residual, error)
       if (.not. allocated(error)) cycle
       e = weakest_element(cache%equations, group)
       error%message = 'the start: '//words_of(new_trouble(error%message, 'another integrator.start, and check density and '// &

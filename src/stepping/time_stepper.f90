@@ -5,7 +5,7 @@ module scree_time_stepper
   use scree_contact_search, only: at_outlines
   use scree_effects, only: refresh_elements
   use scree_energy, only: close_books, loss_of_step, work_of_step
-  use scree_equations, only: constrain_equations, link_elements
+  use scree_equations, only: constrain_equations, group_elements
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_impact, only: rebound_contacts
   use scree_integrator, only: step_rule_for
@@ -127,7 +127,7 @@ contains
     end if
     call find_contacts(model%outlines, state%vertex, try%dt*at_outlines(model, cache, state, state%velocity), &
                        model%n_elements > model%n_blocks, state%contacts, cache%search, try%contacts)
-    call link_elements(model%elements, try%contacts%pair, cache%equations)
+    call group_elements(model%elements, try%contacts%pair, cache%equations)
     call begin_contacts(model, cache, state, try%rule, try%contacts)
   end subroutine begin_contact
 
