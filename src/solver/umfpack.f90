@@ -16,15 +16,24 @@ module scree_umfpack
 
   integer(c_int), parameter :: system_A = 0 !! UMFPACK_A: A x = b
   integer(c_int), parameter :: done = 0     !! UMFPACK_OK
+  integer, parameter :: n_control = 20      !! UMFPACK_CONTROL
+  integer, parameter :: strategy = 6        !! UMFPACK_STRATEGY, from 1
+  real(c_double), parameter :: symmetric_pattern = 3 !! UMFPACK_STRATEGY_SYMMETRIC
 
   interface
+    subroutine umfpack_di_defaults(control) bind(c)
+      import :: c_double
+      real(c_double), intent(out) :: control(*)
+    end subroutine umfpack_di_defaults
+
     integer(c_int) function umfpack_di_symbolic(n_row, n_col, Ap, Ai, Ax, symbolic, control, info) bind(c)
       import :: c_double, c_int, c_ptr
       integer(c_int), value :: n_row, n_col
       integer(c_int), intent(in) :: Ap(*), Ai(*)
-      real(c_double), intent(in) :: Ax(*)
+      type(c_ptr), value :: Ax
       type(c_ptr), intent(out) :: symbolic
-      type(c_ptr), value :: control, info
+      real(c_double), intent(in) :: control(*)
+      type(c_ptr), value :: info
     end function umfpack_di_symbolic
 
     integer(c_int) function umfpack_di_numeric(Ap, Ai, Ax, symbolic, numeric, control, info) bind(c)
@@ -58,19 +67,27 @@ module scree_umfpack
 
 contains
 
-  !> Factorises A; the analysis is made once. Errors: a singular matrix, no memory.
+  !> Factorises A; the analysis is made once.
+  !>
+  !> It is one of the pattern alone: with the values, the first matrix of a pattern would show in the bits of later solutions. The
+  !> pattern is symmetric, as that of sums of elements is; UMFPACK asks the values of the diagonal before it takes it for that, so
+  !> it is told. Errors: a singular matrix, no memory.
   subroutine factorise_by_umfpack(self, matrix, error)
     type(umfpack_t), intent(inout) :: self
     type(sparse_matrix_t), intent(in) :: matrix
     type(error_t), allocatable, intent(out) :: error
+    real(c_double) :: control(n_control)
     integer(c_int) :: status
 
     if (c_associated(self%numeric)) call umfpack_di_free_numeric(self%numeric)
     self%numeric = c_null_ptr
     associate (n => int(matrix%n, c_int), p => matrix%first, i => matrix%row, v => matrix%value)
       status = done
-      if (.not. c_associated(self%symbolic)) &
-        status = umfpack_di_symbolic(n, n, p, i, v, self%symbolic, c_null_ptr, c_null_ptr)
+      if (.not. c_associated(self%symbolic)) then
+        call umfpack_di_defaults(control)
+        control(strategy) = symmetric_pattern
+        status = umfpack_di_symbolic(n, n, p, i, c_null_ptr, self%symbolic, control, c_null_ptr)
+      end if
       if (status == done) status = umfpack_di_numeric(p, i, v, self%symbolic, self%numeric, c_null_ptr, c_null_ptr)
     end associate
     if (status /= done) call fail(error, status_run_failed, 'the matrix of the blocks is singular or too large for UMFPACK')
