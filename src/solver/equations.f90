@@ -127,14 +127,12 @@ contains
     type(constraints_t), intent(in) :: constraints
     integer :: e, i
 
-    if (constraints%n_rows > 0) then
-      do e = 1, size(equations%reduction)
-        call reduce_element(constraints, equations%unknown(:, e), equations%reduction(e))
-      end do
-      do i = 1, size(equations%pair_reduction)
-        call reduce_element(constraints, equations%pair(:, i), equations%pair_reduction(i))
-      end do
-    end if
+    do e = 1, size(equations%reduction)
+      call reduce_element(constraints, equations%unknown(:, e), equations%reduction(e))
+    end do
+    do i = 1, size(equations%pair_reduction)
+      call reduce_element(constraints, equations%pair(:, i), equations%pair_reduction(i))
+    end do
     if (is_shared(equations, equations%n_groups)) call number_rows(equations)
   end subroutine constrain_equations
 

@@ -8,16 +8,16 @@
 !>
 !>     max_i |b - A x|_i / sqrt(a_ii)  /  max_i (|A| |x| + |b|)_i / sqrt(a_ii)
 !>
-!> So it does not depend on the units of the unknowns: the squares are energies, of what each component would move by itself. With no
-!> more than this relative to the root of a_ii a_jj the entries of A would have to change to make x exact (Rigal and Gaches 1967); a
-!> direct solution leaves some round-off (Demmel 1989). One that is not exact enough is refined with the same factors.
+!> So it does not depend on the units of the unknowns: the squares are energies, of what each component would move by itself. It is
+!> the backward error (Rigal and Gaches 1967) of the system scaled to a unit diagonal, of which a direct solution leaves some
+!> round-off (Demmel 1989). One that is not exact enough is refined with the same factors.
 module scree_linear_solver
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use scree_cholmod, only: cholmod_t, factorise_by_cholmod, release_cholmod, solve_by_cholmod
   use scree_dense_solver, only: largest_dense, solve_dense
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp
-  use scree_sparse_matrix, only: root_of_diagonal, root_of_entry, sparse_matrix_t, subtract_product
+  use scree_sparse_matrix, only: products, root_of_diagonal, root_of_entry, sparse_matrix_t
   use scree_text, only: rounded_text
   use scree_umfpack, only: factorise_by_umfpack, release_umfpack, solve_by_umfpack, umfpack_t
   implicit none
@@ -61,7 +61,8 @@ contains
     real(dp), intent(out) :: x(:)        !! (n)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
-    real(dp), dimension(size(b)) :: change, magnitude, rest, root
+    real(dp), dimension(size(b)) :: change, rest, root
+    real(dp) :: product(2, size(b))
     integer :: i
 
     residual = huge(residual)
@@ -71,10 +72,9 @@ contains
     call apply(solver, matrix, b, x, error)
     do i = 0, most_refinements
       if (allocated(error)) return
-      rest = b
-      magnitude = abs(b)
-      call subtract_product(matrix, x, rest, magnitude)
-      residual = share_of(rest/root, magnitude/root)
+      product = products(matrix, x)
+      rest = b - product(1, :)
+      residual = residual_of(rest, abs(b) + product(2, :), root)
       if (residual <= tolerance .or. i == most_refinements) exit
       call apply(solver, matrix, rest, change, error)
       x = x + change
@@ -134,7 +134,7 @@ contains
           rest = rest - A(:, j)*x(j)
           magnitude = magnitude + abs(A(:, j)*x(j))
         end do
-        residual = share_of(rest/root, magnitude/root)
+        residual = residual_of(rest, magnitude, root)
         if (residual <= tolerance .or. i == most_refinements) exit
         call solve_dense(A, rest, matrix%symmetric, change, error)
         x = x + change
@@ -143,16 +143,24 @@ contains
     call check_residual(residual, tolerance, error)
   end subroutine solve_small
 
-  !> Largest rest over the largest magnitude; huge where one is no number.
-  pure real(dp) function share_of(rest, magnitude)
-    real(dp), intent(in) :: rest(:), magnitude(:)
+  !> The residual; huge where a component is no number.
+  pure real(dp) function residual_of(rest, magnitude, root)
+    real(dp), intent(in) :: rest(:)      !! b - A x
+    real(dp), intent(in) :: magnitude(:) !! |A| |x| + |b|
+    real(dp), intent(in) :: root(:)      !! of the diagonal
+    real(dp) :: largest, left
+    integer :: i
 
-    if (any(ieee_is_nan(rest))) then
-      share_of = huge(share_of)
-    else
-      share_of = maxval(abs(rest))/max(maxval(magnitude), tiny(share_of))
-    end if
-  end function share_of
+    left = 0.0_dp
+    largest = tiny(largest)
+    residual_of = huge(residual_of)
+    do i = 1, size(rest)
+      if (ieee_is_nan(rest(i))) return
+      left = max(left, abs(rest(i))/root(i))
+      largest = max(largest, magnitude(i)/root(i))
+    end do
+    residual_of = left/largest
+  end function residual_of
 
   !> Errors: a residual above the tolerance.
   subroutine check_residual(residual, tolerance, error)

@@ -7,8 +7,8 @@ module scree_sparse_matrix
   use scree_kinds, only: dp
   implicit none
   private
-  public :: add_element, build_pattern, clear_matrix, diagonal, root_of_diagonal, root_of_entry, sparse_matrix_t, &
-            subtract_product, times
+  public :: add_element, build_pattern, clear_matrix, diagonal, products, root_of_diagonal, root_of_entry, &
+            sparse_matrix_t, times
 
   !> The matrix, and where each entry of each element goes. Columns and rows count from 0, as the C libraries want.
   type :: sparse_matrix_t
@@ -17,6 +17,7 @@ module scree_sparse_matrix
     integer(c_int), allocatable :: first(:)    !! (n+1) column j owns entries first(j):first(j+1)-1, from 0
     integer(c_int), allocatable :: row(:)      !! (n_entries) from 0
     real(c_double), allocatable :: value(:)    !! (n_entries)
+    integer, allocatable :: on_diagonal(:)     !! (n) entry (from 1) of each row on the diagonal
     integer, allocatable :: place_first(:)     !! (n_elements+1) element e owns place(place_first(e):place_first(e+1)-1)
     integer, allocatable :: place(:)           !! entry (from 1) of each entry of the element matrices, by columns
   end type sparse_matrix_t
@@ -35,6 +36,7 @@ contains
     m = count(rows > 0, 1)
     call fill_columns(rows, m, matrix)
     allocate (matrix%value(size(matrix%row)), source=0.0_dp)
+    matrix%on_diagonal = [(entry_at(matrix, j, j), j=1, n)]
 
     allocate (matrix%place_first(size(m) + 1))
     matrix%place_first(1) = 1
@@ -179,14 +181,11 @@ contains
   pure function diagonal(matrix)
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp) :: diagonal(matrix%n)
-    integer :: j
 
-    do j = 1, matrix%n
-      diagonal(j) = matrix%value(entry_at(matrix, j, j))
-    end do
+    diagonal = matrix%value(matrix%on_diagonal)
   end function diagonal
 
-  !> Root of the diagonal's magnitude: what the components of A x are measured by.
+  !> Root of the diagonal's magnitude, which the components of A x are measured by.
   pure function root_of_diagonal(matrix) result(root)
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp) :: root(matrix%n)
@@ -223,23 +222,21 @@ contains
     end do
   end function times
 
-  !> Subtracts A x from `rest`, and adds the magnitudes of what it subtracts, |A| |x|, to `magnitude`.
-  pure subroutine subtract_product(matrix, x, rest, magnitude)
+  !> A x and |A| |x|.
+  pure function products(matrix, x) result(y)
     type(sparse_matrix_t), intent(in) :: matrix
-    real(dp), intent(in) :: x(:)                             !! (n)
-    real(dp), intent(inout) :: rest(:), magnitude(:)         !! (n)
-    real(dp) :: product
+    real(dp), intent(in) :: x(:)
+    real(dp) :: y(2, size(x))
+    real(dp) :: part
     integer :: j, k
 
+    y = 0.0_dp
     do j = 1, matrix%n
       do k = matrix%first(j) + 1, matrix%first(j + 1)
-        product = matrix%value(k)*x(j)
-        associate (i => matrix%row(k) + 1)
-          rest(i) = rest(i) - product
-          magnitude(i) = magnitude(i) + abs(product)
-        end associate
+        part = matrix%value(k)*x(j)
+        y(:, matrix%row(k) + 1) = y(:, matrix%row(k) + 1) + [part, abs(part)]
       end do
     end do
-  end subroutine subtract_product
+  end function products
 
 end module scree_sparse_matrix
