@@ -8,12 +8,12 @@
 !> q the strain rate that a turning body has without deforming; sigma, its Lagrange multiplier, is what the inertia
 !> of the turning asks for: in a triangle about a fixed corner the virial rho w^2/A int x x^T dA.
 module scree_start
+  use scree_cache, only: rebuild_cache
   use scree_constraints, only: constraints_t
   use scree_effects, only: add_element_effects, refresh_elements
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_energy, only: close_books
-  use scree_equations, only: add_equations, begin_equations, constrain_equations, members, set_up_equations, solve_equations, &
-                             weakest_element
+  use scree_equations, only: add_equations, begin_equations, constrain_equations, members, solve_equations, weakest_element
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -40,11 +40,11 @@ contains
   !> Errors: as of `begin_motion`.
   subroutine begin_run(model, cache, state, error)
     type(model_t), intent(in) :: model
-    type(cache_t), intent(inout) :: cache         !! with the elements of the state
+    type(cache_t), intent(inout) :: cache         !! whatever it holds; then that of the state
     type(state_t), intent(inout) :: state
     type(error_t), allocatable, intent(out) :: error
 
-    call set_up_equations(model%elements, model%n_unknowns, cache%equations)
+    call rebuild_cache(model, state, cache)
     call begin_motion(model, cache, state, error)
     if (allocated(error)) return
     call refresh_elements(model, state, cache)

@@ -7,14 +7,18 @@ module worlds
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
+  use scree_random_numbers, only: next_uniform, random_t
   use scree_read_scene, only: option_t, read_scene
   use scree_scene, only: block_material_t, effect_t, joint_material_t, scene_t
   use scree_set_up, only: set_up
+  use scree_shi_control, only: first_size, following_size
   use scree_start, only: begin_run
   use scree_state, only: state_t
+  use scree_step_control, only: after_step, next_size
+  use scree_time_stepper, only: advance, step_report_t
   implicit none
   private
-  public :: box, default_rock, end_world, model_of_polygons, read_world, world_t
+  public :: box, default_rock, end_world, jointed_rock, model_of_polygons, read_world, take_step, world_t
 
   !> The material of blocks where a test names none: E 1e4, nu 0.2, density 2, no weight.
   type(block_material_t), parameter :: default_rock = block_material_t(density=2.0_dp, young=1e4_dp, poisson=0.2_dp)
@@ -43,18 +47,12 @@ contains
     real(dp), intent(in), optional :: load(:, :)               !! (2, n) load points; "&loads force=... /" gives their forces
     real(dp), intent(in), optional :: carried                  !! share of the velocity that a step hands on: 1, or 0 for statics
     type(error_t), allocatable, intent(out), optional :: error
-    character(len=:), allocatable :: stem
-    integer :: length
 
-    call get_command_argument(0, length=length)
-    allocate (character(len=length) :: stem)
-    call get_command_argument(0, stem)
-    stem = stem//'.world'
-    call write_blocks(stem//'.blk', corner, counts, fixed, load, rock)
-    call write_analysis(stem//'.ana', groups, rock, joint, dt, carried)
-    call read_world(stem//'.blk', stem//'.ana', world, error=error)
-    call remove(stem//'.blk')
-    call remove(stem//'.ana')
+    call write_blocks(stem()//'.blk', corner, counts, fixed, load, rock)
+    call write_analysis(stem()//'.ana', groups, rock, joint, dt, carried)
+    call read_world(stem()//'.blk', stem()//'.ana', world, error=error)
+    call remove(stem()//'.blk')
+    call remove(stem()//'.ana')
   end subroutine model_of_polygons
 
   !> Makes the world of two decks, ready for `advance`. Decks that are refused stop the test with their words, or are handed back.
@@ -72,7 +70,7 @@ contains
     allocate (option(0))
     if (present(options)) then
       do i = 1, size(options)
-        option = [option, option_t(trim(options(i)))]
+        if (len_trim(options(i)) > 0) option = [option, option_t(trim(options(i)))]
       end do
     end if
     call read_scene(geometry, analysis, option, world%scene, world%blocks, refusal)
@@ -80,6 +78,7 @@ contains
     if (.not. allocated(refusal)) then
       call refresh_elements(world%model, world%state, world%cache)
       call begin_run(world%model, world%cache, world%state, refusal)
+      if (world%scene%settings%chooses_step) world%state%pace%size = first_size(world%scene, world%model, world%state)
     end if
     if (.not. allocated(refusal)) return
     if (present(error)) then
@@ -89,6 +88,55 @@ contains
       error stop 1
     end if
   end subroutine read_world
+
+  !> Makes a rock, 10 by 10, that random joints cut, on a fixed line near its foot; kg, m, s, N.
+  subroutine jointed_rock(n_joints, seed, world, groups)
+    integer, intent(in) :: n_joints, seed
+    type(world_t), intent(out) :: world
+    character(len=*), intent(in), optional :: groups
+    type(random_t) :: random
+    type(block_material_t), parameter :: granite = block_material_t(density=2500.0_dp, unit_weight=25000.0_dp, young=1e9_dp, &
+                                                                    poisson=0.25_dp)
+    real(dp), parameter :: side = 10.0_dp
+    real(dp) :: u(5), angle, half(2)
+    integer :: i, k, unit
+
+    random%state = seed
+    open (newunit=unit, file=stem()//'.geo', action='write', status='replace')
+    write (unit, '(a)') '0.002'
+    write (unit, '(i0)') n_joints + 4, 4, 0, 0, 1, 0, 0, 0
+    write (unit, '(4(1x,es24.16e3),a)') 0.0_dp, 0.0_dp, side, 0.0_dp, ' 1', side, 0.0_dp, side, side, ' 1', &
+      side, side, 0.0_dp, side, ' 1', 0.0_dp, side, 0.0_dp, 0.0_dp, ' 1'
+    do i = 1, n_joints
+      do k = 1, 5
+        call next_uniform(random, u(k))
+      end do
+      angle = merge(0.3_dp, 1.8_dp, u(1) < 0.5_dp) + 0.5_dp*(u(2) - 0.5_dp)
+      half = (1.5_dp + 3*u(3))*[cos(angle), sin(angle)]
+      write (unit, '(4(1x,es24.16e3),a)') side*u(4:5) - half, side*u(4:5) + half, ' 1'
+    end do
+    write (unit, '(4(1x,es24.16e3))') -0.01_dp, 0.03_dp, side + 0.01_dp, 0.03_dp
+    close (unit)
+    call write_analysis(stem()//'.ana', groups, [granite], joint_material_t(friction_angle=30.0_dp), 0.005_dp)
+    call read_world(stem()//'.geo', stem()//'.ana', world)
+    call remove(stem()//'.geo')
+    call remove(stem()//'.ana')
+  end subroutine jointed_rock
+
+  !> Takes a step as a run does.
+  subroutine take_step(world, error)
+    type(world_t), intent(inout) :: world
+    type(error_t), allocatable, intent(out) :: error
+    type(step_report_t) :: report
+
+    associate (settings => world%scene%settings, state => world%state)
+      call advance(world%model, next_size(settings, state), world%cache, state, report, error)
+      if (allocated(error)) return
+      call after_step(settings, report%dt, report%rejected, state)
+      if (settings%chooses_step) &
+        state%pace%size = following_size(world%scene, world%model, state%contacts, report%dt, report%travel)
+    end associate
+  end subroutine take_step
 
   !> Gives back what the equations of a world hold outside of Fortran.
   subroutine end_world(world)
@@ -165,6 +213,17 @@ contains
     if (present(groups)) write (unit, '(a)') groups
     close (unit)
   end subroutine write_analysis
+
+  !> Decks of a test stand beside its program, under its name.
+  function stem()
+    character(len=:), allocatable :: stem
+    integer :: length
+
+    call get_command_argument(0, length=length)
+    allocate (character(len=length) :: stem)
+    call get_command_argument(0, stem)
+    stem = stem//'.world'
+  end function stem
 
   !> How many points there are.
   pure integer function count_of(point)

@@ -1,0 +1,104 @@
+!> States compared to the bit.
+module states
+  use, intrinsic :: iso_fortran_env, only: int64
+  use scree_contacts, only: contact_memory_t, contact_t
+  use scree_kinds, only: dp
+  use scree_state, only: books_t, state_t
+  implicit none
+  private
+  public :: first_difference
+
+contains
+
+  !> Name of the first part of two states that differs by a bit, '' where none does.
+  function first_difference(a, b) result(name)
+    type(state_t), intent(in) :: a, b
+    character(len=:), allocatable :: name
+
+    name = ''
+    if (a%step /= b%step .or. .not. same([a%time], [b%time])) name = 'time'
+    if (a%pace%easy /= b%pace%easy .or. a%pace%frames /= b%pace%frames .or. .not. same([a%pace%size], [b%pace%size])) name = 'pace'
+    if (.not. same([a%vertex], [b%vertex])) name = 'vertex'
+    if (.not. same([a%point], [b%point])) name = 'point'
+    if (.not. same([a%cover], [b%cover])) name = 'cover'
+    if (.not. same(a%velocity, b%velocity)) name = 'velocity'
+    if (.not. same(a%acceleration, b%acceleration)) name = 'acceleration'
+    if (.not. same([a%stress], [b%stress])) name = 'stress'
+    if (.not. same([a%deformation], [b%deformation])) name = 'deformation'
+    if (.not. same(a%rotation, b%rotation)) name = 'rotation'
+    if (.not. same(numbers_of(a%books), numbers_of(b%books))) name = 'books'
+    if (len(name) == 0) name = difference_of_contacts(a%contacts, b%contacts)
+  end function first_difference
+
+  !> Likewise of what contacts remember.
+  function difference_of_contacts(a, b) result(name)
+    type(contact_memory_t), intent(in) :: a, b
+    character(len=:), allocatable :: name
+    integer :: i
+
+    name = ''
+    if (.not. same([a%stiffness, a%margin, a%swing, a%penetration, a%pressed, a%gap], &
+                   [b%stiffness, b%margin, b%swing, b%penetration, b%pressed, b%gap])) name = 'contacts as a whole'
+    if (any(a%count /= b%count)) name = 'count of contacts'
+    if (allocated(a%contact) .neqv. allocated(b%contact)) name = 'contacts'
+    if (.not. (allocated(a%contact) .and. allocated(b%contact))) return
+    if (.not. same_whole([a%pair], [b%pair])) name = 'pairs'
+    if (.not. same_whole([a%inside], [b%inside])) name = 'inside'
+    if (size(a%contact) /= size(b%contact)) then
+      name = 'number of contacts'
+      return
+    end if
+    do i = 1, size(a%contact)
+      if (.not. same_whole(whole_numbers_of(a%contact(i)), whole_numbers_of(b%contact(i)))) name = 'states of contacts'
+      if (.not. same(numbers_of_contact(a%contact(i)), numbers_of_contact(b%contact(i)))) name = 'forces of contacts'
+    end do
+  end function difference_of_contacts
+
+  !> Whole and logical numbers of a contact, of the entrances that it has.
+  pure function whole_numbers_of(contact) result(numbers)
+    type(contact_t), intent(in) :: contact
+    integer, allocatable :: numbers(:)
+
+    associate (entrance => contact%entrance(:contact%n_entrances))
+      numbers = [contact%n_entrances, contact%active, entrance%vertex, entrance%edge, entrance%pair, entrance%state, &
+                 merge(1, 0, entrance%bonded)]
+    end associate
+  end function whole_numbers_of
+
+  !> Real numbers of a contact, of the entrances that it has.
+  pure function numbers_of_contact(contact) result(numbers)
+    type(contact_t), intent(in) :: contact
+    real(dp), allocatable :: numbers(:)
+
+    associate (entrance => contact%entrance(:contact%n_entrances))
+      numbers = [contact%force, contact%pressed, contact%inherits, entrance%direction, entrance%anchor, entrance%rest, &
+                 entrance%multiplier(1), entrance%multiplier(2), entrance%length, entrance%lagged_friction]
+    end associate
+  end function numbers_of_contact
+
+  !> Numbers of the books.
+  pure function numbers_of(books) result(numbers)
+    type(books_t), intent(in) :: books
+    real(dp), allocatable :: numbers(:)
+
+    numbers = [books%kinetic, books%strain, books%gravity, books%fixed_springs, books%contact_springs, books%at_start, books%work, &
+               books%damping, books%friction, books%momentum]
+  end function numbers_of
+
+  !> Whether two lists of numbers are the same to the bit.
+  pure logical function same(a, b)
+    real(dp), intent(in) :: a(:), b(:)
+
+    same = size(a) == size(b)
+    if (same) same = all(transfer(a, [0_int64]) == transfer(b, [0_int64]))
+  end function same
+
+  !> Whether two lists of whole numbers are the same.
+  pure logical function same_whole(a, b)
+    integer, intent(in) :: a(:), b(:)
+
+    same_whole = size(a) == size(b)
+    if (same_whole) same_whole = all(a == b)
+  end function same_whole
+
+end module states
