@@ -4,7 +4,7 @@ module scree_set_up
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
   use scree_block_input, only: block_area, block_moments, block_size, block_source, blocks_t
   use scree_contacts, only: contact_law_t, contact_memory_t, outlines_t, overlap_t
-  use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh
+  use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh, covered_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_interpolation, only: kinematics_of, kinematics_t, rigid_velocity
   use scree_kinds, only: dp
@@ -185,7 +185,8 @@ contains
     type(state_t), intent(inout) :: state
     type(cover_quality_t), intent(out) :: quality
     type(error_t), allocatable, intent(out) :: error
-    real(dp), allocatable :: crack(:, :, :), vertex(:, :)
+    type(blocks_t) :: moved            !! the same about the middle of the scene
+    type(covered_t) :: covered
     type(mesh_t) :: mesh
     character(len=:), allocatable :: from
     real(dp) :: low(2), high(2)
@@ -211,15 +212,15 @@ contains
         end if
         call regular_mesh(s%cover_edge, s%cover_origin - system%origin, s%cover_angle*(acos(-1.0_dp)/180), low, high, mesh)
       end if
-      crack = blocks%crack
+      moved = blocks
+      moved%vertex = state%vertex
       do i = 1, 2
-        crack(:, i, :) = blocks%crack(:, i, :) - spread(middle, 2, size(crack, 3))
+        moved%crack(:, i, :) = blocks%crack(:, i, :) - spread(middle, 2, size(blocks%crack, 3))
       end do
-      vertex = state%vertex
-      call cover_with_mesh(blocks, vertex, crack, mesh, s%least_share, system%elements, state%vertex, state%cover, &
-                           system%extension, quality, error)
+      call cover_with_mesh(moved, mesh, s%least_share, covered, error)
     end associate
     if (allocated(error)) return
+    quality = covered%quality
     if (quality%uncovered > 0) then
       call fail(error, status_bad_input, from//': expected a mesh that holds every block, found one that leaves '// &
                 number_text(quality%uncovered)//' parts of blocks out')
@@ -227,6 +228,11 @@ contains
       call fail(error, status_bad_input, from//': expected a mesh with edges up to the diagonal of the model, '// &
                 real_text(norm2(high - low))//', found none below '//real_text(shortest_edge(mesh)))
     end if
+    if (allocated(error)) return
+    system%elements = covered%elements
+    call move_alloc(covered%vertex, state%vertex)
+    call move_alloc(covered%cover, state%cover)
+    call move_alloc(covered%extension, system%extension)
   end subroutine lay_mesh
 
   !> Elements that carry points: of the block of each the one that holds it.

@@ -1,0 +1,271 @@
+!> Blocks and a mathematical mesh in one cut: the faces that become manifold elements.
+module scree_face_cutting
+  use scree_block_finder, only: block_at, block_finder_t, set_up_finder
+  use scree_block_input, only: blocks_t
+  use scree_errors, only: error_t
+  use scree_kinds, only: dp
+  use scree_line_cutting, only: cut_lines, graph_t
+  use scree_loop_tracing, only: trace_regions
+  use scree_mathematical_mesh, only: mesh_edges, mesh_regions
+  use scree_mesh, only: mesh_t
+  use scree_polygon, only: inner_place
+  use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
+  use scree_simplex_integration, only: moments_t, polygon_moments
+  use scree_sorting, only: sort_by
+  implicit none
+  private
+  public :: cut_faces, faces_t, root_of, unite
+
+  !> Elements as the cut makes them.
+  type :: faces_t
+    type(regions_t) :: shape
+    real(dp), allocatable :: vertex(:, :)    !! (2, n_vertices)
+    integer, allocatable :: block(:)         !! (n)
+    integer, allocatable :: triangle(:)      !! (n)
+    real(dp), allocatable :: share(:)        !! (n) area over that of the triangle
+    integer, allocatable :: neighbours(:, :) !! (2, m) pairs that share a piece of the mesh
+  end type faces_t
+
+contains
+
+  !> Cuts blocks and mesh together, and keeps what lies in blocks, block after block.
+  !>
+  !> Errors: those of the cutting of lines.
+  subroutine cut_faces(blocks, mesh, faces, uncovered, error)
+    type(blocks_t), intent(in) :: blocks
+    type(mesh_t), intent(in) :: mesh       !! in the coordinates of the blocks
+    type(faces_t), intent(out) :: faces
+    integer, intent(out) :: uncovered      !! parts of blocks that the mesh does not hold; above 0 there are no faces
+    type(error_t), allocatable, intent(out) :: error
+    type(graph_t) :: graph
+    type(moments_t) :: moments
+    real(dp), allocatable :: ends(:, :, :), area(:)
+    integer, allocatable :: beside(:, :), line(:), material(:), kept(:)
+    integer :: b, f, i, n_joints
+
+    uncovered = 0
+    n_joints = size(blocks%vertex, 2) + size(blocks%crack, 3)
+    call gather_lines(blocks, mesh, ends, material)
+    call cut_lines(ends, 0, 0.0_dp, graph, error)
+    if (allocated(error)) return
+    call trace_regions(graph, material, faces%shape, faces%vertex, line, beside)
+    kept = pack([(i, i=1, size(graph%line))], graph%line > n_joints .and. minval(beside, 1) > 0 .and. &
+                beside(1, :) /= beside(2, :))
+    faces%neighbours = beside(:, kept)
+    allocate (area(region_count(faces%shape)))
+    do f = 1, size(area)
+      moments = polygon_moments(corners_of(faces, f), loops_of(faces%shape, f))
+      area(f) = moments%area
+    end do
+    call find_blocks(blocks, area, faces)
+    call find_triangles(mesh, graph%rounding, faces)
+    uncovered = count(faces%block > 0 .and. faces%triangle == 0)
+    if (uncovered > 0) return
+    uncovered = count([(.not. any(faces%block == b), b=1, region_count(blocks%shape))])
+    call keep_faces(mesh, area, faces)
+  end subroutine cut_faces
+
+  !> The edges of blocks, the cracks in them, and the lines of the mesh, in this order.
+  pure subroutine gather_lines(blocks, mesh, ends, material)
+    type(blocks_t), intent(in) :: blocks
+    type(mesh_t), intent(in) :: mesh
+    real(dp), allocatable, intent(out) :: ends(:, :, :)    !! (xy, end, n), length
+    integer, allocatable, intent(out) :: material(:)       !! (n) joint materials, 0 of the mesh
+    integer, allocatable :: edge(:, :)
+    integer :: i, k, n, n_joints, next
+
+    edge = mesh_edges(mesh)
+    n_joints = size(blocks%vertex, 2) + size(blocks%crack, 3)
+    allocate (ends(2, 2, n_joints + size(edge, 2)), material(n_joints + size(edge, 2)))
+    n = 0
+    associate (shape => blocks%shape)
+      do i = 1, size(shape%first_vertex) - 1
+        do k = shape%first_vertex(i), shape%first_vertex(i + 1) - 1
+          next = k + 1
+          if (next == shape%first_vertex(i + 1)) next = shape%first_vertex(i)
+          n = n + 1
+          ends(:, :, n) = blocks%vertex(:, [k, next])
+          material(n) = shape%joint(k)
+        end do
+      end do
+    end associate
+    ends(:, :, n + 1:n_joints) = blocks%crack
+    material(n + 1:n_joints) = blocks%crack_joint
+    do i = 1, size(edge, 2)
+      ends(:, :, n_joints + i) = mesh%node(:, edge(:, i))
+    end do
+    material(n_joints + 1:) = 0
+  end subroutine gather_lines
+
+  !> Finds the block of each face, 0 outside of all: faces connected across the mesh lie in one, that of the largest of them.
+  subroutine find_blocks(blocks, area, faces)
+    type(blocks_t), intent(in) :: blocks
+    real(dp), intent(in) :: area(:)        !! (n) of the faces
+    type(faces_t), intent(inout) :: faces
+    type(block_finder_t) :: finder
+    integer :: largest(size(area)), root(size(area)), f, i
+
+    root = [(f, f=1, size(area))]
+    do i = 1, size(faces%neighbours, 2)
+      call unite(root, faces%neighbours(1, i), faces%neighbours(2, i))
+    end do
+    root = [(root_of(root, f), f=1, size(area))]
+    largest = [(f, f=1, size(area))]
+    do f = 1, size(area)
+      if (area(f) > area(largest(root(f)))) largest(root(f)) = f
+    end do
+    call set_up_finder(finder, blocks%shape, blocks%vertex, 0.0_dp)
+    allocate (faces%block(size(area)), source=0)
+    do f = 1, size(area)
+      if (root(f) == f) faces%block(f) = block_at(finder, blocks%shape, blocks%vertex, &
+                                                  inner_place(corners_of(faces, largest(f)), loops_of(faces%shape, largest(f))))
+    end do
+    faces%block = faces%block(root)
+  end subroutine find_blocks
+
+  !> Finds the triangle of the mesh that holds each face of a block, 0 where none does.
+  subroutine find_triangles(mesh, rounding, faces)
+    type(mesh_t), intent(in) :: mesh
+    real(dp), intent(in) :: rounding       !! of positions in the cut, length
+    type(faces_t), intent(inout) :: faces
+    type(block_finder_t) :: finder
+    type(regions_t) :: triangles
+    real(dp), allocatable :: vertex(:, :)
+    integer :: f
+
+    call mesh_regions(mesh, triangles, vertex)
+    call set_up_finder(finder, triangles, vertex, rounding)
+    allocate (faces%triangle(size(faces%block)), source=0)
+    do f = 1, size(faces%block)
+      if (faces%block(f) == 0) cycle
+      faces%triangle(f) = block_at(finder, triangles, vertex, inner_place(corners_of(faces, f), loops_of(faces%shape, f)))
+    end do
+  end subroutine find_triangles
+
+  !> Keeps the faces of blocks, in the order of these, with the share that each has of its triangle.
+  subroutine keep_faces(mesh, area, faces)
+    type(mesh_t), intent(in) :: mesh
+    real(dp), intent(in) :: area(:)        !! (n) of the faces
+    type(faces_t), intent(inout) :: faces
+    type(moments_t) :: moments
+    real(dp), allocatable :: key(:)
+    logical :: keep(size(area))
+    integer :: number(size(area)), f, i
+    integer, allocatable :: kept(:), order(:)
+
+    keep = faces%block > 0
+    number = 0
+    number(pack([(f, f=1, size(keep))], keep)) = [(f, f=1, count(keep))]
+    call keep_regions(faces%shape, keep, kept)
+    faces%vertex = faces%vertex(:, kept)
+    faces%block = pack(faces%block, keep)
+    faces%triangle = pack(faces%triangle, keep)
+    faces%share = pack(area, keep)
+    do f = 1, size(faces%share)
+      moments = polygon_moments(mesh%node(:, mesh%triangle(:, faces%triangle(f))), [1, 4])
+      faces%share(f) = faces%share(f)/moments%area
+    end do
+    kept = pack([(i, i=1, size(faces%neighbours, 2))], keep(faces%neighbours(1, :)))
+    faces%neighbours = faces%neighbours(:, kept)
+    do i = 1, size(kept)
+      faces%neighbours(:, i) = number(faces%neighbours(:, i))
+    end do
+    order = [(f, f=1, size(faces%block))]
+    key = real(faces%block, dp)
+    call sort_by(key, order)
+    call put_in_order(order, faces)
+  end subroutine keep_faces
+
+  !> Corners of a face.
+  pure function corners_of(faces, f) result(corner)
+    type(faces_t), intent(in) :: faces
+    integer, intent(in) :: f
+    real(dp), allocatable :: corner(:, :)
+
+    corner = faces%vertex(:, first_vertex_of(faces%shape, f):last_vertex_of(faces%shape, f))
+  end function corners_of
+
+  !> Brings the faces into an order.
+  pure subroutine put_in_order(order, faces)
+    integer, intent(in) :: order(:)
+    type(faces_t), intent(inout) :: faces
+    type(faces_t) :: sorted
+    integer :: f, i, n_loops, n_vertices, position(size(order)), vertex(size(faces%vertex, 2))
+
+    sorted%block = faces%block(order)
+    sorted%triangle = faces%triangle(order)
+    sorted%share = faces%share(order)
+    position(order) = [(f, f=1, size(order))]
+    allocate (sorted%neighbours(2, size(faces%neighbours, 2)))
+    do i = 1, size(faces%neighbours, 2)
+      sorted%neighbours(:, i) = position(faces%neighbours(:, i))
+    end do
+    allocate (sorted%shape%first_loop(size(order) + 1), sorted%shape%first_vertex(size(faces%shape%first_vertex)))
+    n_loops = 0
+    n_vertices = 0
+    do f = 1, size(order)
+      sorted%shape%first_loop(f) = n_loops + 1
+      associate (shape => faces%shape)
+        do i = shape%first_loop(order(f)), shape%first_loop(order(f) + 1) - 1
+          n_loops = n_loops + 1
+          sorted%shape%first_vertex(n_loops) = n_vertices + 1
+          associate (length => shape%first_vertex(i + 1) - shape%first_vertex(i))
+            vertex(n_vertices + 1:n_vertices + length) = indices(shape%first_vertex(i), shape%first_vertex(i + 1) - 1)
+            n_vertices = n_vertices + length
+          end associate
+        end do
+      end associate
+    end do
+    sorted%shape%first_loop(size(order) + 1) = n_loops + 1
+    sorted%shape%first_vertex(n_loops + 1) = n_vertices + 1
+    sorted%shape%joint = faces%shape%joint(vertex)
+    sorted%vertex = faces%vertex(:, vertex)
+    faces = sorted
+
+  contains
+
+    !> Whole numbers from one to another.
+    pure function indices(from, to)
+      integer, intent(in) :: from, to
+      integer :: indices(to - from + 1), k
+
+      indices = [(k, k=from, to)]
+    end function indices
+
+  end subroutine put_in_order
+
+  !> Root of a set.
+  pure integer function root_of(root, i)
+    integer, intent(in) :: root(:), i
+
+    root_of = i
+    do while (root(root_of) /= root_of)
+      root_of = root(root_of)
+    end do
+  end function root_of
+
+  !> Makes two sets one, whose root is the lower.
+  pure subroutine unite(root, i, j)
+    integer, intent(inout) :: root(:)
+    integer, intent(in) :: i, j
+    integer :: a, b, next
+
+    a = root_of(root, i)
+    b = root_of(root, j)
+    root(max(a, b)) = min(a, b)
+    b = min(a, b)
+    a = i
+    do while (root(a) /= b) ! shorter ways from now on
+      next = root(a)
+      root(a) = b
+      a = next
+    end do
+    a = j
+    do while (root(a) /= b)
+      next = root(a)
+      root(a) = b
+      a = next
+    end do
+  end subroutine unite
+
+end module scree_face_cutting
