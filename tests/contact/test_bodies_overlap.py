@@ -1,12 +1,10 @@
 """Blocks that overlap when a run begins: seen, said, held without energy, or refused."""
-import os
 import re
-import subprocess
 
-import h5py
 import numpy as np
 import pytest
 import shapely.geometry
+import scree
 from test_blocks_touch import G, MODES, box, run, touching, turn
 
 E = 1e7
@@ -49,22 +47,22 @@ def weight_by_height(size):
 
 def gained(f, size):
     """Largest kinetic energy above the work of gravity since the start, over m g h of a block."""
-    fallen = f["bodies/centroid"][0, :, 1] - f["bodies/centroid"][1:, :, 1]
-    work = 2.5 * G * fallen @ f["bodies/area"][0]
-    return (f["history/energy/kinetic"][:] - work).max() / weight_by_height(size)
+    fallen = f.bodies.centroid[0, :, 1] - f.bodies.centroid[1:, :, 1]
+    work = 2.5 * G * fallen @ f.bodies.area[0]
+    return (f.history.energy.kinetic - work).max() / weight_by_height(size)
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("shift", [0.0, 0.25])
 @pytest.mark.parametrize("depth", [1e-12, 1e-9, 1e-6, 1e-3, 1e-2])
 def test_blocks_that_overlap_rest_where_they_are_without_energy(depth, shift, size, tmp_path):
-    with settle(tmp_path, stack(depth, shift), {0}, size, "dda") as f:
-        assert f["history/time"][-1] == pytest.approx(2 * size**0.5)
-        assert gained(f, size) < 1e-6
-        moved = (f["bodies/centroid"][-1] - f["bodies/centroid"][0]) / size
-        assert np.abs(moved).max() < 1e-5  # what the springs give is 4e-8, the columns 6e-6
-        assert f["history/energy/kinetic"][-1] < 1e-9 * weight_by_height(size)
-        assert f["history/overlap"][-1] / size == pytest.approx(depth, abs=1e-7)
+    f = settle(tmp_path, stack(depth, shift), {0}, size, "dda")
+    assert f.history.time[-1] == pytest.approx(2 * size**0.5)
+    assert gained(f, size) < 1e-6
+    moved = (f.bodies.centroid[-1] - f.bodies.centroid[0]) / size
+    assert np.abs(moved).max() < 1e-5  # what the springs give is 4e-8, the columns 6e-6
+    assert f.history.energy.kinetic[-1] < 1e-9 * weight_by_height(size)
+    assert f.history.overlap[-1] / size == pytest.approx(depth, abs=1e-7)
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -72,18 +70,18 @@ def test_blocks_that_overlap_rest_where_they_are_without_energy(depth, shift, si
                                         (corner(1e-2), {0, 3}), (notch(1e-2), {0})],
                          ids=["tilted", "nearly flush", "tip", "corner", "notch"])
 def test_however_they_overlap_nothing_is_thrown(scene, held, mode, tmp_path):
-    with settle(tmp_path, scene, held, 1.0, mode) as f:
-        assert gained(f, 1.0) < 1e-6
-        assert f["history/overlap"][0] > 2e-4
-        assert f["history/overlap"][:].max() < 1.02e-2
+    f = settle(tmp_path, scene, held, 1.0, mode)
+    assert gained(f, 1.0) < 1e-6
+    assert f.history.overlap[0] > 2e-4
+    assert f.history.overlap.max() < 1.02e-2
 
 
 @pytest.mark.parametrize("way", ["\n&contact energy='conserving' /\n&integrator beta=0.5 /",
                                   "\n&contact restitution=0 /", "\n&contact method='augmented', overlap=1e-6 /"])
 def test_an_overlap_brings_no_energy_to_other_ways_of_contact(way, tmp_path):
-    with settle(tmp_path, stack(1e-2, 0.25), {0}, 1.0, "nmm green", steps=100, more=way) as f:
-        assert gained(f, 1.0) < 1e-6
-        assert np.abs(f["bodies/centroid"][-1] - f["bodies/centroid"][0]).max() < 3e-5
+    f = settle(tmp_path, stack(1e-2, 0.25), {0}, 1.0, "nmm green", steps=100, more=way)
+    assert gained(f, 1.0) < 1e-6
+    assert np.abs(f.bodies.centroid[-1] - f.bodies.centroid[0]).max() < 3e-5
 
 
 def random_polygon(random):
@@ -105,11 +103,12 @@ def test_any_pair_that_overlaps_in_area_has_a_contact_and_stays(tmp_path):
         b = b * random.choice([1, 0.3, 0.05]) + random.normal(size=2) * 0.5
         common = shapely.geometry.Polygon(a).intersection(shapely.geometry.Polygon(b)).area
         try:
-            with run(tmp_path, [a, b], "&contact initial=1 /", steps=5, rock=(2.5, 0, E, 0.25), phi=20.0) as f:
-                assert f["history/energy/kinetic"][:].max() < 1e-20
-                assert (f["history/contacts"][0].sum() > 0 and f["history/overlap"][0] > 0) or common < 1e-6
-        except AssertionError as error:
+            f = run(tmp_path, [a, b], "&contact initial=1 /", steps=5, rock=(2.5, 0, E, 0.25), phi=20.0)
+        except scree.RunFailed as error:
             assert "that cross" in str(error), error
+        else:
+            assert f.history.energy.kinetic.max() < 1e-20
+            assert (f.history.contacts[0].sum() > 0 and f.history.overlap[0] > 0) or common < 1e-6
         overlapping += common > 1e-6
 
 
@@ -118,8 +117,7 @@ def test_rock_with_rounded_corners_overlaps_by_their_rounding_and_gains_no_energ
     """Blocks of random joints, turned, written with six decimals: the common area of two may be thin and long, and end in a face on
     which they only touch."""
     deck = touching.jointed_rock(tmp_path, "dda", seed, steps=2)
-    subprocess.run([os.environ["SCREE"], "cut", next(tmp_path.glob("*.geo")), "-o", tmp_path / "cut.blk", "--quiet"], check=True)
-    lines = (tmp_path / "cut.blk").read_text().splitlines()
+    lines = scree.cut(next(tmp_path.glob("*.geo")), output=tmp_path / "cut.blk").read_text().splitlines()
     blocks, rows = int(lines[0].split()[0]), int(lines[0].split()[2])
     points = range(2 + blocks + rows, len(lines))
     for i in range(2 + blocks, len(lines)):
@@ -131,33 +129,33 @@ def test_rock_with_rounded_corners_overlaps_by_their_rounding_and_gains_no_energ
     (tmp_path / "rounded.blk").write_text("\n".join(lines) + "\n")
     (tmp_path / "rounded.ana").write_text(re.sub(r"&deck[^/]*/", "&deck dialect='short' /", deck.read_text()))
     files = [tmp_path / "rounded.blk", tmp_path / "rounded.ana"]
-    told = subprocess.run([os.environ["SCREE"], "check", *files], capture_output=True, text=True, check=True).stdout
-    depths = [float(depth) for depth in re.findall(r"^overlap: blocks \d+ and \d+ by (\S+),", told, re.M)]
+    told = scree.call("check", *files)
+    assert told.returncode == 0, told.stderr
+    depths = [float(depth) for depth in re.findall(r"^overlap: blocks \d+ and \d+ by (\S+),", told.stdout, re.M)]
     assert len(depths) > 20 and max(depths) < 2e-6
-    subprocess.run([os.environ["SCREE"], "run", *files, "-o", tmp_path / "r.h5", "--quiet"], check=True, capture_output=True)
-    with h5py.File(tmp_path / "r.h5") as f:
-        assert np.diff(f["history/energy/dissipated"][:], prepend=0.0).min() > -1e-9 * np.ptp(f["history/energy/gravity"][:])
+    f = scree.run(*files)
+    assert np.diff(f.history.energy.dissipated, prepend=0.0).min() > -1e-9 * np.ptp(f.history.energy.gravity)
 
 
 def test_ten_blocks_stand_in_each_other(tmp_path):
     """A tenth of each in the next, as the deck says that it wants them."""
     blocks = [box(-20, -2, 40, 2)] + [box(-0.5, 0.9 * i, 1, 1) for i in range(10)]
-    with settle(tmp_path, blocks, {0}, 1.0, "dda", steps=200, more="\n&contact initial=0.2 /") as f:
-        assert gained(f, 1.0) < 1e-6
-        assert np.abs(f["bodies/centroid"][-1] - f["bodies/centroid"][0]).max() < 1e-3
-        assert f["history/overlap"][-1] == pytest.approx(0.1, rel=1e-3)
+    f = settle(tmp_path, blocks, {0}, 1.0, "dda", steps=200, more="\n&contact initial=0.2 /")
+    assert gained(f, 1.0) < 1e-6
+    assert np.abs(f.bodies.centroid[-1] - f.bodies.centroid[0]).max() < 1e-3
+    assert f.history.overlap[-1] == pytest.approx(0.1, rel=1e-3)
 
 
 def test_what_has_come_out_stays_out(tmp_path):
     """A load of a little more than its weight draws the upper block out of the lower one, which is fixed."""
     blocks = stack(1e-2, 0.25)
     fixed = [(*x, i + 1) for i in range(2) for x in blocks[i]]
-    with run(tmp_path, blocks, "&loads force=0 25.2 /", steps=100, dt=0.001, rock=ROCK, phi=30.0, fixed=fixed,
-             loads=[(*blocks[2].mean(0), 3)]) as f:
-        up = f["bodies/centroid"][:, 2, 1] - f["bodies/centroid"][0, 2, 1]
-        t = f["history/time"][-1]
-        assert up[-1] == pytest.approx(0.08 * t**2 / 2, rel=1e-3)  # 0.2 kN over 2.5 t, and no push of the spring
-        assert f["history/overlap"][-1] == pytest.approx(1e-2 - up[-1], rel=1e-3)
+    f = run(tmp_path, blocks, "&loads force=0 25.2 /", steps=100, dt=0.001, rock=ROCK, phi=30.0, fixed=fixed,
+            loads=[(*blocks[2].mean(0), 3)])
+    up = f.bodies.centroid[:, 2, 1] - f.bodies.centroid[0, 2, 1]
+    t = f.history.time[-1]
+    assert up[-1] == pytest.approx(0.08 * t**2 / 2, rel=1e-3)  # 0.2 kN over 2.5 t, and no push of the spring
+    assert f.history.overlap[-1] == pytest.approx(1e-2 - up[-1], rel=1e-3)
 
 
 def check(folder, blocks, *options):
@@ -165,9 +163,9 @@ def check(folder, blocks, *options):
     run_it = []
     try:
         run(folder, blocks, steps=1, fixed=[(*x, 1) for x in blocks[0]], rock=ROCK)
-    except AssertionError as error:
+    except scree.RunFailed as error:
         run_it.append(str(error))
-    done = subprocess.run([os.environ["SCREE"], "check", folder / "scene.ana", *options], capture_output=True, text=True)
+    done = scree.call("check", folder / "scene.ana", *options)
     return done, run_it
 
 
@@ -192,8 +190,7 @@ def test_blocks_that_overlap_by_more_are_refused_by_number_and_place(blocks, wor
     assert failed and words in failed[0]
     assert not (tmp_path / "scene.h5").exists()
     crossing = "cross" in words
-    again = subprocess.run([os.environ["SCREE"], "check", tmp_path / "scene.ana", "--set", "contact.initial=1"],
-                           capture_output=True, text=True)
+    again = scree.call("check", tmp_path / "scene.ana", "--set", "contact.initial=1")
     assert again.returncode == (2 if crossing else 0)
 
 
@@ -201,7 +198,7 @@ def test_blocks_that_overlap_are_refused_under_a_mesh(tmp_path):
     """Which would cut each of them by the outlines of both, and leave the common area to one."""
     check(tmp_path, stack(1e-3))
     words = ["--set", "method.model=nmm", "--set", "cover.edge=0.4"]
-    done = subprocess.run([os.environ["SCREE"], "check", tmp_path / "scene.ana", *words], capture_output=True, text=True)
+    done = scree.call("check", tmp_path / "scene.ana", *words)
     assert done.returncode == 2
     assert "expected blocks that do not overlap under a mathematical mesh, found blocks 2 and 3 by 0.001" in done.stderr
 

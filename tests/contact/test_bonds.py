@@ -16,10 +16,9 @@ def test_a_block_slides_where_cohesion_and_friction_do_not_carry_its_weight(mode
     for share, slides in [(0.99, True), (1.01, False)]:
         u, f = incline(tmp_path, angle, phi, MODES[mode], rock=SOFT, cohesion=share * limit, carried=0, steps=100, dt=0.01,
                        name=f"{share}")
-        with f:
-            assert (-u[-1, 0] > 1e-3) == slides
-            if not slides:
-                assert abs(u[-1, 0] - u[50, 0]) < 1e-9
+        assert (-u[-1, 0] > 1e-3) == slides
+        if not slides:
+            assert abs(u[-1, 0] - u[50, 0]) < 1e-9
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -28,14 +27,14 @@ def test_a_block_hangs_by_the_strength_of_its_joint(mode, phi, tmp_path):
     """T l = W is the limit, to 1 %; beyond it the block falls freely from the start, by g t^2/2."""
     blocks = [box(-2, 0, 5, 1), box(0, -1, 1, 1)]
     for share, falls in [(0.99, True), (1.01, False)]:
-        with run(tmp_path, blocks, MODES[mode], rock=SOFT, phi=phi, strength=share * 2.5 * G, steps=60, dt=0.01,
-                 fixed=[(x, y, 1) for x, y in blocks[0]], measured=[(0.5, -0.5, 2)], name=f"{share}") as f:
-            t, u = f["history/time"][:], f["measured_points/displacement"][:, 0, 1]
-            if falls:
-                np.testing.assert_allclose(u, -G * t**2 / 2, rtol=1e-9)
-            else:
-                assert np.abs(u).max() < 1e-5
-                assert (f["history/contacts"][:, 1:].sum(1) == 2).all()
+        f = run(tmp_path, blocks, MODES[mode], rock=SOFT, phi=phi, strength=share * 2.5 * G, steps=60, dt=0.01,
+                fixed=[(x, y, 1) for x, y in blocks[0]], measured=[(0.5, -0.5, 2)], name=f"{share}")
+        t, u = f.history.time, f.measured_points.displacement[:, 0, 1]
+        if falls:
+            np.testing.assert_allclose(u, -G * t**2 / 2, rtol=1e-9)
+        else:
+            assert np.abs(u).max() < 1e-5
+            assert (f.history.contacts[:, 1:].sum(1) == 2).all()
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -44,13 +43,13 @@ def test_a_broken_bond_stays_broken(mode, tmp_path):
     blocks = [box(-2, -1, 5, 1), box(0, 0, 1, 1)]
     pull = "0.5 0 0  0.500001 0 -12 2 0 -12"
     for jerk, holds in [("0 0 -24  0.02 0 -24  0.020001 0 0", False), ("0 0 0", True)]:
-        with run(tmp_path, blocks, f"{MODES[mode]}\n&contact restitution=0 /\n&acceleration table = {jerk} {pull} /", rock=SOFT,
-                 strength=2.5 * G, steps=120, dt=0.005, fixed=[(x, y, 1) for x, y in blocks[0]], measured=[(0.5, 0.5, 2)],
-                 name=f"{holds}") as f:
-            t, u = f["history/time"][:], f["measured_points/displacement"][:, 0, 1]
-            assert np.abs(u[(t > 0.3) & (t < 0.49)]).max() < 1e-5  # it lies there
-            if holds:
-                assert np.abs(u).max() < 1e-5
-            else:
-                assert u[t < 0.3].max() > 1e-3
-                assert u[-1] == pytest.approx((12 - G) * (t[-1] - 0.5) ** 2 / 2, rel=1e-2)
+        f = run(tmp_path, blocks, f"{MODES[mode]}\n&contact restitution=0 /\n&acceleration table = {jerk} {pull} /", rock=SOFT,
+                strength=2.5 * G, steps=120, dt=0.005, fixed=[(x, y, 1) for x, y in blocks[0]], measured=[(0.5, 0.5, 2)],
+                name=f"{holds}")
+        t, u = f.history.time, f.measured_points.displacement[:, 0, 1]
+        assert np.abs(u[(t > 0.3) & (t < 0.49)]).max() < 1e-5  # it lies there
+        if holds:
+            assert np.abs(u).max() < 1e-5
+        else:
+            assert u[t < 0.3].max() > 1e-3
+            assert u[-1] == pytest.approx((12 - G) * (t[-1] - 0.5) ** 2 / 2, rel=1e-2)

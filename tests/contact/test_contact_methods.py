@@ -3,17 +3,14 @@ import itertools
 import math
 import os
 import pathlib
-import sys
 
 import numpy as np
 import pytest
+from scree import Runner, touching
+from scree.block_files import box, turned
+from scree.validation import arc
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
-sys.path.insert(0, str(SOURCE / "tools"))
-
-from validation import arc, touching  # noqa: E402
-from validation.block_files import box, turned  # noqa: E402
-from validation.results import Runner  # noqa: E402
 
 SCENES = touching.scenes()
 ARC = SOURCE / "input" / "paper" / "arc" / "arc.ana"
@@ -21,17 +18,18 @@ ARC = SOURCE / "input" / "paper" / "arc" / "arc.ana"
 
 @pytest.fixture
 def run(tmp_path):
-    return Runner(os.environ["SCREE"], tmp_path)
+    return Runner(tmp_path)
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_merged_and_nested_iterations_have_one_solution(name, run):
     """Blocks slide, turn by a radian, meet, bounce, rock, stand: 1e-8 of the way, what the tolerance of theta leaves in 200 steps."""
     merged, nested = (SCENES[name].run(run, way, [f"contact.coupling={way}"]) for way in ("merged", "nested"))
-    assert merged.time == pytest.approx(nested.time)
-    assert (merged.contacts == nested.contacts).all()
-    np.testing.assert_allclose(merged.moved, nested.moved, atol=1e-8 * np.abs(merged.moved).max())
-    assert (np.abs(merged.turn).max() > 0.3) == (name in ("slide over an edge", "fall and bounce", "meet in flight"))
+    assert merged.history.time == pytest.approx(nested.history.time)
+    assert (merged.history.contacts == nested.history.contacts).all()
+    moved = merged.measured_points.displacement
+    np.testing.assert_allclose(moved, nested.measured_points.displacement, atol=1e-8 * np.abs(moved).max())
+    assert (np.abs(merged.history.rotation).max() > 0.3) == (name in ("slide over an edge", "fall and bounce", "meet in flight"))
 
 
 @pytest.mark.parametrize("name", ["slide on a slope", "meet in flight"])
@@ -40,10 +38,10 @@ def test_multipliers_leave_what_is_asked_whatever_the_stiffness(name, run):
     results = [SCENES[name].run(run, f"{p}", ["contact.method=augmented", "contact.overlap=1e-10",
                                               f"contact.stiffness={p * SCENES[name].E}"]) for p in (5, 50, 500, 5000)]
     for r in results:
-        assert r.overlap.max() <= 1e-10
-        np.testing.assert_allclose(r.moved[-1], results[-1].moved[-1], atol=1e-7)
+        assert r.history.overlap.max() <= 1e-10
+        np.testing.assert_allclose(r.measured_points.displacement[-1], results[-1].measured_points.displacement[-1], atol=1e-7)
     springs = SCENES[name].run(run, "springs", [f"contact.stiffness={5 * SCENES[name].E}"])
-    assert springs.overlap.max() > 1e-8  # else nothing was proved
+    assert springs.history.overlap.max() > 1e-8  # else nothing was proved
 
 
 @pytest.mark.parametrize("beta", [0.5, 1.0])
@@ -51,8 +49,8 @@ def test_multipliers_leave_what_is_asked_whatever_the_stiffness(name, run):
 def test_contact_never_adds_energy(name, beta, run):
     """The energy-momentum form: no step gains more than 1e-13 m g h, some hundred roundings of the energies that are summed."""
     r = SCENES[name].run(run, "r", [f"integrator.beta={beta}"])
-    assert np.diff(r.dissipated, prepend=0).min() > -1e-13 * SCENES[name].scale
-    assert r.dissipated[-1] >= r.friction[-1] - 1e-8 * SCENES[name].scale
+    assert np.diff(r.history.energy.dissipated, prepend=0).min() > -1e-13 * SCENES[name].scale
+    assert r.history.energy.dissipated[-1] >= r.history.energy.friction[-1] - 1e-8 * SCENES[name].scale
 
 
 @pytest.mark.parametrize("points,opening", [(20, 80), (160, 90)])
@@ -85,15 +83,15 @@ def test_conserving_contact_keeps_energy_on_corners(name, run):
     """
     scene = tumbling()[name]
     r = scene.run(run, "r", ["integrator.beta=0.5", "contact.energy=conserving"])
-    assert np.abs(r.dissipated - r.dissipated[0]).max() < 1e-9 * scene.scale
-    assert np.abs(r.turn).max() > 1
+    assert np.abs(r.history.energy.dissipated - r.history.energy.dissipated[0]).max() < 1e-9 * scene.scale
+    assert np.abs(r.history.rotation).max() > 1
 
 
 @pytest.mark.parametrize("beta", [0.5, 1.0])
 def test_blocks_that_turn_fast_on_each_other_give_no_energy(beta, run):
     """Edges that turn in a step: gap and work agree whatever the turn. With the row of the middle alone the pile gains 2e-7."""
     r = tumbling()["pile"].run(run, "r", [f"integrator.beta={beta}"])
-    assert np.diff(r.dissipated, prepend=0).min() > -1e-13 * 100
+    assert np.diff(r.history.energy.dissipated, prepend=0).min() > -1e-13 * 100
 
 
 @pytest.mark.parametrize("dt", [2e-5, 1e-5])
@@ -134,11 +132,11 @@ def test_impacts_settle_with_friction(name, restitution, run):
     body are not determined: they once never settled.
     """
     r = SCENES[name].run(run, "r", [f"contact.restitution={restitution}"])
-    assert len(r.time) >= SCENES[name].steps
+    assert len(r.history.time) >= SCENES[name].steps
     if name == "stand as a stack":
         springs = SCENES[name].run(run, "springs")
-        np.testing.assert_allclose(r.moved[-1], springs.moved[-1], atol=1e-5)
-        assert r.dissipated[-1] < 1e-3 * SCENES[name].scale
+        np.testing.assert_allclose(r.measured_points.displacement[-1], springs.measured_points.displacement[-1], atol=1e-5)
+        assert r.history.energy.dissipated[-1] < 1e-3 * SCENES[name].scale
 
 
 def test_a_rigid_block_that_loses_nothing_turns_at_the_top():
@@ -161,4 +159,4 @@ def test_no_pair_of_settings_that_go_together_gains_energy(pair, run):
     for name in ("fall and bounce", "meet in flight"):
         scene = SCENES[name]
         r = scene.run(run, "r", [WAYS[way] for way in pair])
-        assert np.diff(r.dissipated, prepend=0).min() > -1e-7 * scene.scale, name
+        assert np.diff(r.history.energy.dissipated, prepend=0).min() > -1e-7 * scene.scale, name

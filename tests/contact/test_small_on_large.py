@@ -15,11 +15,11 @@ def slide(folder, size, slope, mode, boulder=0.0, groups=""):
         blocks.append(box(-0.4 * slope, 0, boulder, boulder))
     fixed = [(*(turn(-30) @ (0.99 * (x - blocks[0].mean(0)) + blocks[0].mean(0))), 1) for x in blocks[0]]
     blocks = [corners @ turn(-30).T for corners in blocks]
-    with run(folder, blocks, MODES[mode] + groups, rock=(2500, 2500 * G, 1e10, 0.25), phi=np.degrees(np.arctan(share)), dt=t / 100,
-             steps=100, fixed=fixed) as f:
-        way = np.linalg.norm(f["bodies/centroid"][-1] - f["bodies/centroid"][0], axis=1)[1:]
-        assert len(f["history/time"]) <= 101
-        return way / (acceleration * f["history/time"][-1] ** 2 / 2) - 1
+    f = run(folder, blocks, MODES[mode] + groups, rock=(2500, 2500 * G, 1e10, 0.25), phi=np.degrees(np.arctan(share)), dt=t / 100,
+            steps=100, fixed=fixed)
+    way = np.linalg.norm(f.bodies.centroid[-1] - f.bodies.centroid[0], axis=1)[1:]
+    assert len(f.history.time) <= 101
+    return way / (acceleration * f.history.time[-1] ** 2 / 2) - 1
 
 
 @pytest.mark.parametrize("mode", MODES)

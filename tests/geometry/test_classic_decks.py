@@ -3,11 +3,10 @@ import collections
 import csv
 import os
 import pathlib
-import subprocess
 
 import pytest
+import scree
 
-SCREE = os.environ["SCREE"]
 DATA = pathlib.Path(os.environ["SCREE_SOURCE"]) / "tests" / "data" / "classic"
 DECKS = sorted(path.stem for path in DATA.glob("*.geo"))
 SAME = [name for name in DECKS if name != "hole"]
@@ -18,7 +17,7 @@ Block = collections.namedtuple("Block", "material joints vertices area")
 
 def cut(deck, out):
     """Blocks and points (x, y, block) of the block file, and what the program prints."""
-    done = subprocess.run([SCREE, "cut", deck, "-o", out], capture_output=True, text=True)
+    done = scree.call("cut", deck, "-o", out)
     assert done.returncode == 0, done.stderr
     lines = [line.split() for line in out.read_text().splitlines()]
     n, bolts, n_rows = map(int, lines[0])

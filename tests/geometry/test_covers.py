@@ -4,14 +4,12 @@ import multiprocessing
 import os
 import pathlib
 import random
-import subprocess
 
-import h5py
 import numpy as np
 import pytest
+import scree
 from joint_maps import FAR, WIDTH, geometry_deck, make_map
 
-SCREE = os.environ["SCREE"]
 N_MAPS = int(os.environ.get("SCREE_MAPS", 240))
 N_PATCHES = N_MAPS if "SCREE_MAPS" in os.environ else 80
 YOUNG, POISSON, DENSITY, STRESS, STEP = 1e9, 0.25, 1.0, 1e4, 30
@@ -28,7 +26,7 @@ Model = collections.namedtuple("Model", "block loops stress displacement area co
 
 
 def run(*words):
-    done = subprocess.run([SCREE, *words], capture_output=True, text=True, timeout=60)
+    done = scree.call(*words, timeout=60)
     assert done.returncode == 0, f"{words}: {done.stderr}"
     return done.stdout
 
@@ -87,19 +85,12 @@ def analysis_deck(name, stress, model, cover):
 
 
 def read_model(name):
-    """The last frame of a results file."""
-    with h5py.File(name) as f:
-        offsets, block = f["VTKHDF/Offsets"][:], f["VTKHDF/CellData/block"][:]
-        n, v = len(block), f["VTKHDF/NumberOfPoints"][0]
-        points = f["VTKHDF/Points"][:v, :2]
-        corner = f["VTKHDF/Connectivity"][:offsets[n]]
-        loops = [points[corner[a:b]] for a, b in zip(offsets[:n], offsets[1:n + 1])]
-        stress = np.stack([f[f"VTKHDF/CellData/stress_{k}"][-n:] for k in ("xx", "yy", "xy")], 1)
-        moved = f["VTKHDF/PointData/displacement"][-v:, :2]
-        displacement = [moved[corner[a:b]] for a, b in zip(offsets[:n], offsets[1:n + 1])]
-        cover = f["covers/of_element"][:] if "covers" in f else None
-        follows = f["covers/follows"][:] if "covers/follows" in f else np.zeros((0, 4), int)
-        return Model(block, loops, stress, displacement, f["bodies/area"][0], cover, follows)
+    """The last frame of a results file, on the polygons of the first."""
+    f = scree.read(name)
+    moved = f.displacement()
+    cover = f.covers.of_element if "covers" in f else None
+    follows = f.covers.follows if "covers/follows" in f else np.zeros((0, 4), int)
+    return Model(f.block, f.polygons(0), f.stress(), [moved[corners] for corners in f.corners()], f.bodies.area[0], cover, follows)
 
 
 def area_of(loop):
@@ -151,8 +142,7 @@ def relax_map(seed, folder):
     report = {"seed": seed, "far": far}
     for way, cover in (("dda", ""), ("regular", random_cover(rnd, lines, far)), ("gmsh", f"mesh='{name}.msh'")):
         pathlib.Path(f"{name}.ana").write_text(analysis_deck(name, stress, "nmm" if cover else "dda", cover))
-        done = subprocess.run([SCREE, "run", f"{name}.ana", "-o", f"{name}.h5", "--quiet"], capture_output=True, text=True,
-                              timeout=300)
+        done = scree.call("run", f"{name}.ana", "-o", f"{name}.h5", "--quiet", timeout=300)
         if done.returncode:
             report["failed"] = done.stderr
             break

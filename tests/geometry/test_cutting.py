@@ -4,15 +4,14 @@ import multiprocessing
 import os
 import pathlib
 import random
-import subprocess
 
 import pytest
+import scree
 from exact_arrangement import enclosed_area, lengthened
 from joint_maps import FAR, closed, geometry_deck, make_map
 from shapely.geometry import LineString, Polygon
 from shapely.ops import polygonize, unary_union
 
-SCREE = os.environ["SCREE"]
 N_MAPS = 1000
 SHARE = 1e-12     # of the whole area: some hundred roundings of coordinates, times the length of all lines over the width
 E0 = 0.003
@@ -22,7 +21,7 @@ CLOSED = 1.25 * 64 * 2.0**-52  # of the extent: gaps that cutting closes, as rou
 def cut(name, lines, e0):
     """Areas of the blocks and the polygons of the block file; the program's message where it fails."""
     pathlib.Path(f"{name}.geo").write_text(geometry_deck(lines, e0))
-    done = subprocess.run([SCREE, "cut", f"{name}.geo", "-o", f"{name}.blk"], capture_output=True, text=True, timeout=60)
+    done = scree.call("cut", f"{name}.geo", "-o", f"{name}.blk", timeout=60)
     if done.returncode:
         return None, done.stderr
     areas = [float(line.split()[4]) for line in done.stdout.splitlines()[2:]]

@@ -1,10 +1,6 @@
 """Mathematical meshes that do not fit: each gives one line with where, expected and found, and exit status 2."""
-import os
-import subprocess
-
 import pytest
-
-SCREE = os.environ["SCREE"]
+import scree
 
 GEOMETRY = "0.001 4 0 0 0 0 0 0 0\n0 0 2 0 1\n2 0 2 1 1\n2 1 0 1 1\n0 1 0 0 1\n"
 ANALYSIS = """0 1 1 1 0.05 0.01
@@ -128,7 +124,7 @@ BAD = {
 def check(files, folder):
     for file, text in {"g.geo": GEOMETRY, "m.msh": MESH, **cover("mesh='m.msh'"), **files}.items():
         (folder / file).write_bytes(text if isinstance(text, bytes) else text.encode())
-    return subprocess.run([SCREE, "run", "a.ana", "-o", "r.h5"], cwd=folder, capture_output=True, text=True, timeout=20)
+    return scree.call("run", "a.ana", "-o", "r.h5", cwd=folder, timeout=20)
 
 
 def test_the_mesh_that_the_others_are_made_of_is_good(tmp_path):
@@ -162,5 +158,5 @@ def test_a_mesh_that_does_not_fit_is_refused_in_one_line(name, tmp_path):
 def test_an_edge_of_the_command_line_is_named_in_its_error(tmp_path):
     (tmp_path / "g.geo").write_text(GEOMETRY)
     (tmp_path / "a.ana").write_text(ANALYSIS)
-    done = subprocess.run([SCREE, "check", "a.ana", "--set", "cover.edge=5"], cwd=tmp_path, capture_output=True, text=True)
+    done = scree.call("check", "a.ana", "--set", "cover.edge=5", cwd=tmp_path)
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "--set cover.edge" in done.stderr, done.stderr

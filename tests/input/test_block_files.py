@@ -1,18 +1,9 @@
 """Block files: what bounds a block is read, what does not is refused with the line at which it stands."""
-import os
-import pathlib
-import subprocess
-import sys
-
-import h5py
 import numpy as np
 import pytest
+import scree
+from scree.block_files import block_file
 
-sys.path.insert(0, str(pathlib.Path(os.environ["SCREE_SOURCE"]) / "tools"))
-
-from validation.block_files import block_file  # noqa: E402
-
-SCREE = os.environ["SCREE"]
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
 BESIDE = [(1, 0), (2, 0), (2, 1), (1, 1)]
 OUTER = [(0, 0), (3, 0), (3, 3), (0, 3)]
@@ -27,7 +18,7 @@ def analysis(joints=1, groups=""):
 def check(folder, text, ana=analysis(), verb="check", *words):
     (folder / "b.blk").write_text(text)
     (folder / "b.ana").write_text(ana)
-    return subprocess.run([SCREE, verb, "b.blk", "b.ana", *words], cwd=folder, capture_output=True, text=True)
+    return scree.call(verb, "b.blk", "b.ana", *words, cwd=folder)
 
 
 def refused(done, line, *said):
@@ -93,9 +84,9 @@ def test_an_outline_that_bounds_a_block_is_read_with_its_area(name, size, away, 
     corners, area = BLOCK[name]
     done = check(tmp_path, block_file(name, [(1, size * (np.array(corners, float) + away))]), analysis(), "cut", "-o", "m.h5")
     assert done.returncode == 0, done.stderr
-    with h5py.File(tmp_path / "m.h5") as f:
-        # what is rounded is a place, by half a unit of its last digit, at a side of the size 3 each
-        assert abs(f["bodies/area"][0, 0] / size**2 - area) < 1e-6 * 0.3 + 20 * np.spacing(1.0 * away + 3)
+    f = scree.read(tmp_path / "m.h5")
+    # what is rounded is a place, by half a unit of its last digit, at a side of the size 3 each
+    assert abs(f.bodies.area[0, 0] / size**2 - area) < 1e-6 * 0.3 + 20 * np.spacing(1.0 * away + 3)
 
 
 def test_the_line_is_that_of_the_second_block(tmp_path):
@@ -178,7 +169,7 @@ def test_what_the_cutter_writes_is_read_again(tmp_path):
                                                                             for a, b, c, d in np.array(lines).tolist()))
     areas = []
     for words in (["r.geo", "-o", "r.blk"], ["r.blk", "-o", "s.blk"]):
-        done = subprocess.run([SCREE, "cut", *words], cwd=tmp_path, capture_output=True, text=True)
+        done = scree.call("cut", *words, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         areas.append([float(line.split()[4]) for line in done.stdout.splitlines()[2:]])
     np.testing.assert_allclose(areas[0], areas[1], rtol=1e-9, atol=1e-15)
@@ -191,19 +182,19 @@ def test_many_blocks_and_a_block_of_many_corners_are_read(tmp_path):
     loads = [(*c.mean(0), b) for b, c in enumerate(corners, 1)]
     (tmp_path / "b.ana").write_text(analysis(1, f"&loads force={' '.join(['1 0'] * n * n)} /\n"))
     (tmp_path / "b.blk").write_text(block_file("many", [(1, c) for c in corners], load=loads))
-    done = subprocess.run([SCREE, "check", "b.blk", "b.ana"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    done = scree.call("check", "b.blk", "b.ana", cwd=tmp_path, timeout=60)
     assert done.returncode == 0 and f"{n * n} blocks" in done.stdout and f"{n * n} load points" in done.stdout, done.stderr
     angle = 2 * np.pi * np.arange(n * n) / (n * n)
     wheel = (1 + 0.01 * (np.arange(n * n) % 2))[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
     (tmp_path / "b.ana").write_text(analysis())
     (tmp_path / "b.blk").write_text(block_file("a wheel", [(1, wheel)]))
-    done = subprocess.run([SCREE, "check", "b.blk", "b.ana"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    done = scree.call("check", "b.blk", "b.ana", cwd=tmp_path, timeout=60)
     assert done.returncode == 0, done.stderr
 
 
 def test_the_costs_of_a_run_show_what_reading_took(tmp_path):
     done = check(tmp_path, block_file("a square", [(1, SQUARE)]), analysis(), "run", "-o", "r.h5")
     assert done.returncode == 0, done.stderr
-    with h5py.File(tmp_path / "r.h5") as f:
-        assert [name.decode().strip() for name in f["cost/phase"]] == ["read", "set-up", "steps", "results"]
-        assert f["cost/calls"][0] == 1 and f["cost/wall_seconds"][0] > 0
+    f = scree.read(tmp_path / "r.h5")
+    assert list(f.cost.phase) == ["read", "set-up", "steps", "results"]
+    assert f.cost.calls[0] == 1 and f.cost.wall_seconds[0] > 0

@@ -4,12 +4,11 @@ import os
 import pathlib
 import re
 import resource
-import subprocess
 import time
 
 import pytest
+import scree
 
-SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 
 DECK = """! a slope over a tunnel, and a notch in the floor
@@ -32,7 +31,7 @@ ROUND_OFF = 1e-7  # coordinates are rounded to 1e-8 in a window of 20
 def joints(folder, text, *words, output="rock.geo"):
     """Runs a deck; the numbers of the geometry deck it wrote."""
     (folder / "rock.joints").write_text(text)
-    done = subprocess.run([SCREE, "joints", "rock.joints", *words], cwd=folder, capture_output=True, text=True, timeout=60)
+    done = scree.call("joints", "rock.joints", *words, cwd=folder, timeout=60)
     assert done.returncode == 0, done.stderr
     return read((folder / output).read_text())
 
@@ -169,7 +168,7 @@ def test_a_closed_polygon_may_repeat_its_first_corner(tmp_path):
 def test_a_window_that_nothing_crosses_is_a_block_to_scree(tmp_path):
     joints(tmp_path, WINDOW + "&slope x=0 20, y=4 9 /\n&fixed x=1, y=1 /\n&load x=3, y=2 /\n&measured x=2, y=3 /\n")
     (tmp_path / "rock.ana").write_text("1 10 1 1 0.05 0.01 2500 0 1e10 0.3 0 0 0 0 0 0 0 0 1 30 0 0\n")
-    done = subprocess.run([SCREE, "check", "rock"], cwd=tmp_path, capture_output=True, text=True)
+    done = scree.call("check", "rock", cwd=tmp_path)
     assert done.returncode == 0 and "1 blocks" in done.stdout, done.stderr
 
 
@@ -177,10 +176,10 @@ def test_the_output_has_the_stem_of_the_deck_or_the_name_asked_for(tmp_path):
     (tmp_path / "there").mkdir()
     (tmp_path / "there" / "wall.joints").write_text(DECK)
     for words, file in ((["there/wall.joints"], "wall.geo"), (["there/wall.joints", "-o", "there/x.dat"], "there/x.dat")):
-        done = subprocess.run([SCREE, "joints", *words], cwd=tmp_path, capture_output=True, text=True)
+        done = scree.call("joints", *words, cwd=tmp_path)
         assert done.returncode == 0 and (tmp_path / file).exists()
         assert re.fullmatch(rf"{file}: 22 boundary lines, \d+ joints of 2 sets, seed 7\n", done.stdout)
-    done = subprocess.run([SCREE, "joints", "there/wall.joints", "--quiet"], cwd=tmp_path, capture_output=True, text=True)
+    done = scree.call("joints", "there/wall.joints", "--quiet", cwd=tmp_path)
     assert done.returncode == 0 and done.stdout == "" and done.stderr == ""
 
 
@@ -255,7 +254,7 @@ def test_bad_deck_is_refused_in_one_line(name, tmp_path):
     text, at, expected = BAD[name]
     (tmp_path / "a.joints").write_text(text)
     before = time.perf_counter()
-    done = subprocess.run([SCREE, "joints", "a.joints"], cwd=tmp_path, capture_output=True, text=True, timeout=20)
+    done = scree.call("joints", "a.joints", cwd=tmp_path, timeout=20)
     line = done.stderr
     assert done.returncode == 2, line
     assert len(line.splitlines()) == 1 and line.startswith(f"scree: a.joints:{at}: expected "), line
@@ -272,7 +271,7 @@ def test_bad_deck_is_refused_in_one_line(name, tmp_path):
     (["a.geo", "--set", "seed.value=3"], "--set with run")])
 def test_bad_words_are_one_line_and_status_2(words, expected, tmp_path):
     (tmp_path / "a.geo").write_text(WINDOW)
-    done = subprocess.run([SCREE, "joints", *words], cwd=tmp_path, capture_output=True, text=True)
+    done = scree.call("joints", *words, cwd=tmp_path)
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1, done.stderr
     assert expected in done.stderr and "expected" in done.stderr and "found" in done.stderr, done.stderr
     assert (tmp_path / "a.geo").read_text() == WINDOW
@@ -282,7 +281,7 @@ def test_the_manual_names_all_that_the_program_takes(tmp_path):
     """The names are those that the errors list."""
     def listed(text):
         (tmp_path / "a.joints").write_text(text)
-        done = subprocess.run([SCREE, "joints", "a.joints"], cwd=tmp_path, capture_output=True, text=True)
+        done = scree.call("joints", "a.joints", cwd=tmp_path)
         return re.search(r"one of the (?:groups|names) (.*?)(?: in &\w+)?, found", done.stderr).group(1).split(", ")
 
     manual = (SOURCE / "doc" / "decks.md").read_text()

@@ -1,20 +1,15 @@
 """The program's words, exit statuses and printed tables."""
 import os
 import pathlib
-import subprocess
 
-SCREE = os.environ["SCREE"]
+from scree import call
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 T4 = SOURCE / "input" / "paper" / "rotation" / "t4.ana"
 
 
-def scree(*words, **options):
-    return subprocess.run([SCREE, *words], capture_output=True, text=True, **options)
-
-
 def test_version_and_help():
-    assert scree("--version").stdout.startswith("scree ")
-    done = scree("--help")
+    assert call("--version").stdout.startswith("scree ")
+    done = call("--help")
     assert done.returncode == 0 and "Exit status" in done.stdout
 
 
@@ -22,19 +17,19 @@ def test_wrong_words_are_one_line_and_status_2():
     for words in ([], ["walk"], ["run"], ["run", "a", "b", "c"], ["run", T4, "--fast"], ["run", T4, "--set"], ["check", "--settings"],
                   ["cut", T4], ["cut", T4, "-o", T4], ["cut", "x.geo", "--set", "step.size=1"], ["cut", "x.geo", "--xdmf"],
                   ["cut", "x.geo", "-o", "x.geo"], ["cut", "x.geo", "y.ana", "-o", "x.geo"]):
-        done = scree(*words)
+        done = call(*words)
         assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "expected" in done.stderr, words
 
 
 def test_check_names_only_the_effects_of_the_scene():
-    done = scree("check", T4)
+    done = call("check", T4)
     assert done.returncode == 0
     effects = [line.split(" - ")[0].removeprefix("effect: ") for line in done.stdout.splitlines() if line.startswith("effect: ")]
     assert effects == ["inertia", "large deformation", "manifold elements", "initial velocity", "fixed points", "measured points"]
 
 
 def test_explain_names_every_number_and_where_settings_come_from():
-    text = scree("explain", T4, "--set", "step.size=0.02").stdout
+    text = call("explain", T4, "--set", "step.size=0.02").stdout
     for line in ("density (ma): 2500 [mass/length^3]", "initial rotation rate (vr): 6.283185307179586 [rad/time]",
                  "integrator.beta = 0.5 [1]"):
         assert line in text or line.removesuffix(" [1]") in text, line
@@ -43,22 +38,22 @@ def test_explain_names_every_number_and_where_settings_come_from():
 
 
 def test_the_manual_holds_the_table_of_settings():
-    assert scree("explain", "--settings").stdout in (SOURCE / "doc" / "decks.md").read_text()
+    assert call("explain", "--settings").stdout in (SOURCE / "doc" / "decks.md").read_text()
 
 
 def test_a_stem_finds_both_decks(tmp_path):
     (tmp_path / "x.ana").write_text(T4.read_text().replace("&deck geometry='triangle.geo' /", ""))
     (tmp_path / "x.geo").write_text((T4.parent / "triangle.geo").read_text())
     for words in (["x"], ["x.ana"], ["x.geo", "x.ana"]):
-        assert scree("check", *words, cwd=tmp_path).returncode == 0
+        assert call("check", *words, cwd=tmp_path).returncode == 0
 
 
 def test_the_default_result_lies_here_and_quiet_is_quiet(tmp_path):
-    done = scree("run", T4, "--quiet", cwd=tmp_path)
+    done = call("run", T4, "--quiet", cwd=tmp_path)
     assert done.returncode == 0 and done.stdout == "" and done.stderr == "" and (tmp_path / "t4.h5").exists()
 
 
 def test_a_log_gets_plain_lines(tmp_path):
-    done = scree("run", T4, cwd=tmp_path)
+    done = call("run", T4, cwd=tmp_path)
     steps = [line for line in done.stdout.splitlines() if line.startswith("step ")]
     assert len(steps) == 10 and "\r" not in done.stdout and "left" in steps[0]

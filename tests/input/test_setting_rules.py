@@ -1,11 +1,9 @@
 """Settings that contradict each other, or would do nothing, are refused; the printed table of rules is the truth for the tests."""
-import os
 import re
-import subprocess
 
 import pytest
+import scree
 
-SCREE = os.environ["SCREE"]
 
 GEOMETRY = "0.001\n4 4\n0\n0\n1\n0\n1\n0\n0 0 1 0 1\n1 0 1 1 1\n1 1 0 1 1\n0 1 0 0 1\n0 0 0 0\n0.5 0.5\n"
 NUMBERS = {"k01": "1", "g2": "0.05"}
@@ -24,8 +22,7 @@ SAMPLES = {"contact.energy": "dissipating", "cover.mesh": "mesh.msh", "cover.ori
 
 def tables():
     """Lines of the table of settings by name, and of the rules."""
-    text = subprocess.run([SCREE, "explain", "--settings"], capture_output=True, text=True, check=True).stdout
-    settings, rules = text.split("\n\n")
+    settings, rules = scree.call("explain", "--settings").stdout.split("\n\n")
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in settings.splitlines()[2:]]
     return {row[0].strip("`"): row for row in cells}, [[c.strip() for c in r.strip("|").split("|")] for r in rules.splitlines()[2:]]
 
@@ -89,7 +86,7 @@ def deck(folder, settings, **numbers):
 
 
 def check(folder, *options):
-    return subprocess.run([SCREE, "check", "a.ana", *options], cwd=folder, capture_output=True, text=True)
+    return scree.call("check", "a.ana", *options, cwd=folder)
 
 
 @pytest.mark.parametrize("subject, condition, numbers, settings", CASES, ids=[f"{c[0]} {c[1]} {c[3]}"[-60:] for c in CASES])
@@ -118,7 +115,7 @@ def test_conserving_contact_is_refused_with_an_adapting_stiffness(tmp_path):
     (["method.model=nmm", "cover.edge=0.5"], "method.model=dda", "cover.edge")])
 def test_the_command_line_wins_over_what_it_makes_idle(given, option, gone, tmp_path):
     deck(tmp_path, given)
-    done = subprocess.run([SCREE, "explain", "a.ana", "--set", option], cwd=tmp_path, capture_output=True, text=True)
+    done = scree.call("explain", "a.ana", "--set", option, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert option.replace("=", " = ") in done.stdout
     assert gone is None or gone not in done.stdout

@@ -1,12 +1,8 @@
 """A free body that is pushed, against the integral of its push, through the program."""
-import os
-import subprocess
-
-import h5py
 import numpy as np
 import pytest
+import scree
 
-SCREE = os.environ["SCREE"]
 MASS = 2500.0
 BODIES = {"dda": "&method model='dda' /", "green": "&method strain='green' /", "nmm": "&method model='nmm' /",
           "nmm green": "&method model='nmm', strain='green' /"}
@@ -15,16 +11,14 @@ HAT = np.array([[0.05, 0, 0], [0.15, 2e4, -3e3], [0.2, 5e3, 1e4], [0.45, 0, 0]])
 
 
 def run(folder, table, steps, dt, groups, carried=1, fixed=(), E=1e10):
-    """Pushes a square of 1 m at its centroid; returns the open results."""
+    """Pushes a square of 1 m at its centroid; returns the results."""
     (folder / "push.blk").write_text("\n".join(["1 0 8", f"{len(fixed)} 1 1", "1 1 4", *(f"1 {x} {y}" for x, y in (
         (0, 0), (1, 0), (1, 1), (0, 1), (0, 0))), *3 * ["0 0 0"], *(f"{x} {y} 1" for x, y in fixed), *2 * ["0.5 0.5 1"], ""]))
     rows = "\n".join(" ".join(repr(float(x)) for x in row) for row in table)
     (folder / "push.ana").write_text(f"{carried}\n{steps}\n1\n0\n0.05\n{dt!r}\n0\n{'0 ' * len(fixed)}{len(table)}\n{rows}\n"
                                      f"{MASS} 0 {E!r} 0.25\n0 0 0\n0 0 0\n0 0 0\n&deck geometry='push.blk', dialect='shi' /\n"
                                      f"&output every=1 /\n{groups}\n")
-    done = subprocess.run([SCREE, "run", folder / "push.ana", "-o", folder / "push.h5", "--quiet"], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return h5py.File(folder / "push.h5")
+    return scree.run(folder / "push.ana")
 
 
 def impulse(table, times):
@@ -42,12 +36,12 @@ def test_a_push_gives_its_impulse_at_any_step(table, dt, body, tmp_path):
     """At the end of each step, whatever the push does within; its work is the kinetic energy that it gives. Round-off alone: of
     the largest force of a step, which for a long one is that of the stiffness, E dt^2/rho times that of inertia."""
     exact = max(1e-12, np.finfo(float).eps * 1e10 * dt**2 / MASS)
-    with run(tmp_path, table, round(0.6 / dt), dt, BODIES[body]) as f:
-        velocity = impulse(table, f["history/time"][:]) / MASS
-        kinetic = MASS * (velocity**2).sum(1) / 2
-        np.testing.assert_allclose(f["measured_points/velocity"][:, 0], velocity, rtol=0, atol=exact * np.abs(velocity).max())
-        for name, energy in (("kinetic", kinetic), ("work", kinetic), ("dissipated", 0)):
-            np.testing.assert_allclose(f[f"history/energy/{name}"][:], energy, rtol=0, atol=exact * kinetic.max())
+    f = run(tmp_path, table, round(0.6 / dt), dt, BODIES[body])
+    velocity = impulse(table, f.history.time) / MASS
+    kinetic = MASS * (velocity**2).sum(1) / 2
+    np.testing.assert_allclose(f.measured_points.velocity[:, 0], velocity, rtol=0, atol=exact * np.abs(velocity).max())
+    for name, energy in (("kinetic", kinetic), ("work", kinetic), ("dissipated", 0)):
+        np.testing.assert_allclose(f.history.energy[name], energy, rtol=0, atol=exact * kinetic.max())
 
 
 @pytest.mark.parametrize("integrator", ["beta=1, gamma=0.5", "beta=1, gamma=0.5625", "beta=0.5, gamma=0.25", "beta=0.8",
@@ -57,13 +51,13 @@ def test_what_a_push_moves_converges_with_the_square_of_the_step(integrator, tmp
     halvings."""
     wrong, work = [], []
     for n in (35, 70, 140, 280):
-        with run(tmp_path, HAT, n, 0.7 / n, f"&integrator scheme='newmark', {integrator} /") as f:
-            every = 70000 // n
-            velocity = impulse(HAT, np.linspace(0, 0.7, 70001)) / MASS
-            way = np.cumsum((velocity[1:] + velocity[:-1]) / 2, 0)[every - 1::every] * 1e-5
-            wrong.append(np.abs(f["measured_points/displacement"][:, 0] - way).max() / np.abs(way).max())
-            energy = MASS * (velocity[every::every]**2).sum(1) / 2
-            work.append(np.abs(f["history/energy/work"][:] - energy).max() / energy.max())
+        f = run(tmp_path, HAT, n, 0.7 / n, f"&integrator scheme='newmark', {integrator} /")
+        every = 70000 // n
+        velocity = impulse(HAT, np.linspace(0, 0.7, 70001)) / MASS
+        way = np.cumsum((velocity[1:] + velocity[:-1]) / 2, 0)[every - 1::every] * 1e-5
+        wrong.append(np.abs(f.measured_points.displacement[:, 0] - way).max() / np.abs(way).max())
+        energy = MASS * (velocity[every::every]**2).sum(1) / 2
+        work.append(np.abs(f.history.energy.work - energy).max() / energy.max())
     assert wrong[-1] < 1e-4 and np.log2(wrong[0] / wrong[-1]) / 3 > 1.8, wrong
     if integrator == "beta=1, gamma=0.5":
         assert max(work) < 1e-12, work
@@ -76,9 +70,9 @@ def test_a_static_step_balances_the_load_of_its_end(groups, tmp_path):
     """A held square that is pulled ever harder, at rest in each step: the stress follows the load without delay. Inertia, a
     millionth of the stiffness at this step, is what it is off by."""
     ramp = np.array([[0, 0, 0], [10, 1e4, 0]])
-    with run(tmp_path, ramp, 10, 1.0, groups, carried=0, fixed=[(0, 0), (0, 1)], E=1e9) as f:
-        moved = f["measured_points/displacement"][:, 0, 0]
-        np.testing.assert_allclose(moved / moved[-1], np.arange(1, 11) / 10, atol=1e-4)
+    f = run(tmp_path, ramp, 10, 1.0, groups, carried=0, fixed=[(0, 0), (0, 1)], E=1e9)
+    moved = f.measured_points.displacement[:, 0, 0]
+    np.testing.assert_allclose(moved / moved[-1], np.arange(1, 11) / 10, atol=1e-4)
 
 
 def test_shis_programs_take_the_load_of_the_end_of_the_step(tmp_path):
@@ -86,6 +80,6 @@ def test_shis_programs_take_the_load_of_the_end_of_the_step(tmp_path):
     ramp = np.array([[0, 0, 0], [1, 1e4, 0]])
     t = 0.05 * np.arange(1, 13)
     for groups, load in (("&method preset='shi' /", 1e4 * t), ("", 1e4 * (t - 0.025))):
-        with run(tmp_path, ramp, 12, 0.05, groups) as f:
-            velocity = np.cumsum(load) * 0.05 / MASS
-            np.testing.assert_allclose(f["measured_points/velocity"][:, 0, 0], velocity, rtol=1e-9)
+        f = run(tmp_path, ramp, 12, 0.05, groups)
+        velocity = np.cumsum(load) * 0.05 / MASS
+        np.testing.assert_allclose(f.measured_points.velocity[:, 0, 0], velocity, rtol=1e-9)

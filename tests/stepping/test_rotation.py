@@ -2,13 +2,11 @@
 import os
 import pathlib
 import re
-import subprocess
 
-import h5py
 import numpy as np
 import pytest
+import scree
 
-SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 DECKS = SOURCE / "input" / "paper" / "rotation"
 DATA = SOURCE / "tests" / "data" / "rotation"
@@ -23,25 +21,21 @@ def table(name):
     return np.array([[float(x) for x in line.split(",")[:6]] for line in lines])
 
 
-def run(deck, folder, *options, check=True):
-    path = folder / "r.h5"
-    done = subprocess.run([SCREE, "run", deck, "-o", path, "--quiet", *options], capture_output=True, text=True)
-    assert not check or done.returncode == 0, done.stderr
-    return path
+def run(deck, folder, *settings):
+    return scree.run(deck, output=folder / "r.h5", settings=settings)
 
 
-def history(path):
+def history(f):
     """t, angle of the centroid about the corner, volume error, stress: the columns of the tables; and the frame's origin."""
-    with h5py.File(path) as f:
-        corners = f["VTKHDF/Points"][:3, :2]
-        corner = corners[np.argmin(corners.sum(1))] # A, the lower left one
-        centroid = f["measured_points/position"][:, 0] - corner
-        start = corners.mean(0) - corner
-        direction = np.vstack([start, centroid])
-        angle = np.unwrap(np.arctan2(direction[:, 1], direction[:, 0]))
-        area = np.cross(*(corners[1:] - corners[0])) / 2
-        return np.column_stack([f["history/time"][:], (angle - angle[0])[1:], f["history/area"][:] / area - 1,
-                                f["measured_points/stress"][:, 0]])
+    corners = f.vertices(0)
+    corner = corners[np.argmin(corners.sum(1))] # A, the lower left one
+    centroid = f.measured_points.position[:, 0] - corner
+    start = corners.mean(0) - corner
+    direction = np.vstack([start, centroid])
+    angle = np.unwrap(np.arctan2(direction[:, 1], direction[:, 0]))
+    area = np.cross(*(corners[1:] - corners[0])) / 2
+    return np.column_stack([f.history.time, (angle - angle[0])[1:], f.history.area / area - 1,
+                            f.measured_points.stress[:, 0]])
 
 
 @pytest.mark.parametrize("twin", ["", "-dda"])
@@ -98,9 +92,9 @@ def turned(folder, angle, shift):
 @pytest.mark.parametrize("deck", ["t1", "t2", "t3", "t4", "chi0", "t1-dda", "t4-dda", "chi0-dda"])
 def test_neither_origin_nor_frame_matters(deck, tmp_path):
     """1e4 block sizes away and turned by 37 degrees: angle, volume and principal stresses stay within 1e-6."""
-    options = ["--set", "step.end_time=20"] if "chi0" in deck else []
-    here = history(run(DECKS / f"{deck}.ana", tmp_path, *options))
-    there = history(run(turned(tmp_path, np.radians(37), np.array([1e3, -2e3]))(deck), tmp_path, *options))
+    settings = ["step.end_time=20"] if "chi0" in deck else []
+    here = history(run(DECKS / f"{deck}.ana", tmp_path, *settings))
+    there = history(run(turned(tmp_path, np.radians(37), np.array([1e3, -2e3]))(deck), tmp_path, *settings))
     np.testing.assert_allclose(there[:, 1], here[:, 1], rtol=1e-6)
     np.testing.assert_allclose(1 + there[:, 2], 1 + here[:, 2], rtol=1e-6)
 
@@ -118,15 +112,15 @@ def test_free_flight_is_a_parabola_with_spin(model, tmp_path):
     deck = tmp_path / "flight.ana"
     deck.write_text("1 100 1 0 0.05 0.01\n2.5 24.525 1e8 0.25\n0 0 0\n0 0 0\n3 4 2\n&deck geometry='square.geo' /\n"
                     f"&method model='{model}', strain='green' /\n&integrator beta=0.5, start='consistent' /\n")
-    with h5py.File(run(deck, tmp_path)) as f:
-        t, place = f["history/time"][:], f["measured_points/position"][:, 0]
-        np.testing.assert_allclose(place[:, 0], 0.5 + 3 * t, rtol=1e-12)
-        np.testing.assert_allclose(place[:, 1], 0.5 + 4 * t - 9.81 / 2 * t**2, atol=1e-12)
-        # a body that stretches by the centrifugal strain, about rho w^2 l^2 / E = 1e-7, turns slower by twice that
-        np.testing.assert_allclose(f["history/rotation"][:, 0], 2 * np.arctan(0.01) * np.arange(1, 101), rtol=2e-7)
-        energy = sum(f[f"history/energy/{part}"][:] for part in ("kinetic", "strain", "gravity"))
-        np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
-        np.testing.assert_allclose(f["history/energy/dissipated"][:], 0, atol=1e-9 * energy[0])
+    f = run(deck, tmp_path)
+    t, place = f.history.time, f.measured_points.position[:, 0]
+    np.testing.assert_allclose(place[:, 0], 0.5 + 3 * t, rtol=1e-12)
+    np.testing.assert_allclose(place[:, 1], 0.5 + 4 * t - 9.81 / 2 * t**2, atol=1e-12)
+    # a body that stretches by the centrifugal strain, about rho w^2 l^2 / E = 1e-7, turns slower by twice that
+    np.testing.assert_allclose(f.history.rotation[:, 0], 2 * np.arctan(0.01) * np.arange(1, 101), rtol=2e-7)
+    energy = sum(f.history.energy[part] for part in ("kinetic", "strain", "gravity"))
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
+    np.testing.assert_allclose(f.history.energy.dissipated, 0, atol=1e-9 * energy[0])
 
 
 def test_shis_preset_grows_as_his_programs_do(tmp_path):
@@ -136,33 +130,29 @@ def test_shis_preset_grows_as_his_programs_do(tmp_path):
         deck = tmp_path / f"spin{rate}.ana"
         deck.write_text(f"1 200 1 1 0.05 0.01  2.6 0 1e6 0.25  0 0 0  0 0 0  0 0 {rate}  0 0 0\n&deck geometry='spin.geo' /\n"
                         "&method preset='shi' /\n")
-        with h5py.File(run(deck, tmp_path)) as f:
-            r, n = 0.01 * rate, np.arange(1, 201)
-            np.testing.assert_allclose(f["history/area"][:], 2 * (1 + r * r) ** n, rtol=1e-11)
-            np.testing.assert_allclose(f["history/rotation"][:, 0], n * np.arctan(r), rtol=1e-11)
-            assert np.abs(f["bodies/stress"][:]).max() < 1e-6  # of E 1e6: round-off
+        f = run(deck, tmp_path)
+        r, n = 0.01 * rate, np.arange(1, 201)
+        np.testing.assert_allclose(f.history.area, 2 * (1 + r * r) ** n, rtol=1e-11)
+        np.testing.assert_allclose(f.history.rotation[:, 0], n * np.arctan(r), rtol=1e-11)
+        assert np.abs(f.bodies.stress).max() < 1e-6  # of E 1e6: round-off
 
 
 def test_a_step_that_does_not_settle_is_cut_and_the_end_still_met(tmp_path):
     """Five secant iterations are not enough at 36 degrees a step (a factor of 0.1 each), but at a smaller step they are."""
-    path = run(DECKS / "t3.ana", tmp_path, "--set", "iteration.most=5", "--set", "iteration.method=secant",
-               "--set", "iteration.tolerance=1e-8", "--set", "step.size=0.1", "--set", "step.end_time=1",
-               "--set", "output.interval=0.25")
-    with h5py.File(path) as f:
-        assert f["history/rejected"][:].sum() > 0
-        assert f["history/time"][-1] == 1.0
-        np.testing.assert_array_equal(f["VTKHDF/Steps/Values"][:], [0, 0.25, 0.5, 0.75, 1])
+    f = run(DECKS / "t3.ana", tmp_path, "iteration.most=5", "iteration.method=secant", "iteration.tolerance=1e-8", "step.size=0.1",
+            "step.end_time=1", "output.interval=0.25")
+    assert f.history.rejected.sum() > 0
+    assert f.history.time[-1] == 1.0
+    np.testing.assert_array_equal(f.times, [0, 0.25, 0.5, 0.75, 1])
 
 
 def test_a_step_that_never_settles_ends_the_run_and_keeps_its_frames(tmp_path):
-    path = tmp_path / "r.h5"
-    done = subprocess.run([SCREE, "run", DECKS / "t4.ana", "-o", path, "--quiet", "--set", "iteration.most=1", "--set",
-                           "iteration.tolerance=1e-20"], capture_output=True, text=True)
-    assert done.returncode == 1
-    assert "did not settle" in done.stderr and len(done.stderr.splitlines()) == 1
-    with h5py.File(path) as f:
-        assert f["VTKHDF/Steps"].attrs["NSteps"] == 1
-        assert f["scene"].attrs["status"].startswith(b"stopped: step 1 ")
+    with pytest.raises(scree.RunFailed, match="did not settle") as failed:
+        run(DECKS / "t4.ana", tmp_path, "iteration.most=1", "iteration.tolerance=1e-20")
+    assert failed.value.status == 1 and len(failed.value.said.splitlines()) == 1
+    f = scree.read(tmp_path / "r.h5")
+    assert f.n_frames == 1
+    assert f.scene.status.startswith("stopped: step 1 ")
 
 
 def square(folder, analysis, points="0 0 0 0"):
@@ -183,27 +173,27 @@ def test_a_hanging_block_has_the_stress_of_its_weight(method, strain, tmp_path):
     deck = square(tmp_path, "0 400 1 0 0.1 1.0  1 10 1e6 0  0 0 0  0 0 0  0 0 0\n&deck geometry='s.geo' /\n"
                   f"&method strain='{strain}' /\n&integrator scheme='newmark', beta=1, gamma=0.5 /\n"
                   f"&fixed_points method='{method}'{stiffness} /\n", "2 0 0 0\n" + EDGES + "0 1 0 1\n1 1 1 1")
-    with h5py.File(run(deck, tmp_path)) as f:
-        np.testing.assert_allclose(f["bodies/stress"][-1, 0, 1], 5.0, rtol=1e-4)
-        names = set(f["history/energy"])
-        assert ("fixed_springs" in names) == (method == "penalty")
+    f = run(deck, tmp_path)
+    np.testing.assert_allclose(f.bodies.stress[-1, 0, 1], 5.0, rtol=1e-4)
+    names = set(f.history.energy)
+    assert ("fixed_springs" in names) == (method == "penalty")
 
 
 def test_moving_supports_and_loads_are_booked(tmp_path):
     """A square pushed by 3 at its centre for 1 s: work is the kinetic energy; pulled by a support: the same balance."""
     deck = square(tmp_path, "1 100 1 0 0.1 0.01  2 0 1e6 0  0 0 0  0 0 0  0 0 0\n&deck geometry='s.geo' /\n"
                   "&method strain='green' /\n&integrator beta=0.5 /\n&loads force = 3, 0 /\n", "0 1 1 0\n" + EDGES + ".5 .5\n.5 .5")
-    with h5py.File(run(deck, tmp_path)) as f:
-        t = f["history/time"][:]
-        np.testing.assert_allclose(f["measured_points/displacement"][:, 0, 0], 0.75 * t**2, rtol=1e-12)
-        np.testing.assert_allclose(f["history/energy/work"][:], f["history/energy/kinetic"][:], rtol=1e-10)
+    f = run(deck, tmp_path)
+    t = f.history.time
+    np.testing.assert_allclose(f.measured_points.displacement[:, 0, 0], 0.75 * t**2, rtol=1e-12)
+    np.testing.assert_allclose(f.history.energy.work, f.history.energy.kinetic, rtol=1e-10)
     deck = square(tmp_path, "1 100 1 0 0.1 0.01 0  2  0 0 0  1 0.5 0.25  2 0 1e6 0  0 0 0  0 0 0  0 0 0\n"
                   "&deck geometry='s.geo' /\n&method strain='green' /\n&integrator beta=0.5 /\n",
                   "1 0 0 0\n" + EDGES + ".5 .5 .5 .5")
-    with h5py.File(run(deck, tmp_path)) as f:
-        np.testing.assert_allclose(f["bodies/centroid"][-1, 0], [1.0, 0.75], rtol=1e-12)
-        total = f["history/energy/kinetic"][:] + f["history/energy/strain"][:]
-        np.testing.assert_allclose(f["history/energy/work"][:], total, atol=1e-9 * total.max())
+    f = run(deck, tmp_path)
+    np.testing.assert_allclose(f.bodies.centroid[-1, 0], [1.0, 0.75], rtol=1e-12)
+    total = f.history.energy.kinetic + f.history.energy.strain
+    np.testing.assert_allclose(f.history.energy.work, total, atol=1e-9 * total.max())
 
 
 def test_strong_compression_is_named(tmp_path):
@@ -211,6 +201,6 @@ def test_strong_compression_is_named(tmp_path):
     deck = square(tmp_path, "0 20 1 0 0.1 0.05 0  0 0 2 2  0 0 0 1 0 -0.5  0 0 0 1 0 -0.5  1 0 1e3 0  0 0 0  0 0 0  0 0 0\n"
                   "&deck geometry='s.geo' /\n&method strain='green' /\n", "4 0 0 0\n" + EDGES
                   + "0 0 0 0\n1 0 1 0\n0 1 0 1\n1 1 1 1")
-    done = subprocess.run([SCREE, "run", deck, "-o", tmp_path / "r.h5", "--quiet"], capture_output=True, text=True)
+    done = scree.call("run", deck, "-o", tmp_path / "r.h5", "--quiet")
     assert done.returncode == 0, done.stderr
     assert done.stderr.count("block 1, (0.5, 0.2") == 1 and "0.577" in done.stderr

@@ -10,8 +10,8 @@ import subprocess
 import h5py
 import numpy as np
 import pytest
+import scree
 
-SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 DATA = SOURCE / "tests" / "data" / "classic"
 ROUNDING = "1e-9"  # the references have 15 digits and 200 steps of roundings; measured 2e-13
@@ -35,10 +35,8 @@ CASES = [  # a run of the program as it is now with preset='shi': a line more is
 
 
 def run(geometry, analysis, out, *settings, words=()):
-    given = [word for setting in ("method.preset=shi", "output.every=1", *settings) for word in ("--set", setting)]
-    done = subprocess.run([SCREE, "run", DATA / f"{geometry}.geo", DATA / f"{analysis}.ana", "-o", out, "--quiet", *given, *words],
-                          capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    scree.run(DATA / f"{geometry}.geo", DATA / f"{analysis}.ana", output=out, words=words,
+              settings=["method.preset=shi", "output.every=1", *settings])
     return out
 
 
@@ -67,8 +65,8 @@ def test_a_run_is_that_of_shis_program(case, tmp_path):
 @pytest.mark.parametrize("analysis, angle", [("spin_w1", 0.01), ("spin_w10", 0.1)])
 def test_the_area_of_a_spinning_block_grows_as_the_formula_says(analysis, angle, tmp_path):
     """By 1 + angle^2 a step, in the run and in the reference."""
-    with h5py.File(run("spin", analysis, tmp_path / "x.h5")) as f:
-        np.testing.assert_allclose(f["bodies/area"][:, 0], 2 * (1 + angle**2) ** np.arange(201), rtol=1e-9)
+    area = scree.read(run("spin", analysis, tmp_path / "x.h5")).bodies.area[:, 0]
+    np.testing.assert_allclose(area, 2 * (1 + angle**2) ** np.arange(201), rtol=1e-9)
     rows = list(csv.DictReader((DATA / "runs" / analysis / "blocks.csv").open()))
     area, steps = np.array([[float(row["area"]), float(row["step"])] for row in rows]).T
     np.testing.assert_allclose(area, 2 * (1 + angle**2) ** steps, rtol=1e-9)
@@ -202,8 +200,7 @@ def test_numbers_of_contacts_are_compared_where_both_have_them(fall, tmp_path):
 
 def test_a_stack_comes_to_rest_with_the_same_load_in_it(tmp_path):
     """What carries the weight of those above."""
-    with h5py.File(run("stack5", "stack5_dyn", tmp_path / "x.h5", "output.every=2000")) as f:
-        stress = f["bodies/stress"][-1, :, 1]
+    stress = scree.read(run("stack5", "stack5_dyn", tmp_path / "x.h5", "output.every=2000")).bodies.stress[-1, :, 1]
     rows = [row for row in csv.DictReader((DATA / "runs" / "stack5_dyn" / "blocks.csv").open()) if row["step"] == "2000"]
     np.testing.assert_allclose(stress, [float(row["syy"]) for row in rows], atol=1e-5)
     np.testing.assert_allclose(stress[1:], [-117, -91, -65, -39, -13], atol=0.01)
@@ -214,17 +211,16 @@ def test_a_block_topples_whatever_the_stiffness_but_for_the_tolerances_of_shi(st
     """5e7 times the gap at which a contact opens for Shi is more than the block weighs, and holds it."""
     angle = {}
     for preset in ("none", "shi"):
-        with h5py.File(run("topple", "topple", tmp_path / "x.h5", f"contact.stiffness={stiffness}",
-                           f"method.preset={preset}")) as f:
-            angle[preset] = f["history/rotation"][-1, 1]
+        r = scree.read(run("topple", "topple", tmp_path / "x.h5", f"contact.stiffness={stiffness}", f"method.preset={preset}"))
+        angle[preset] = r.history.rotation[-1, 1]
     assert angle["none"] == pytest.approx(-1.4803, abs=2e-4)
     assert angle["shi"] == pytest.approx(-1.4812 if stiffness == "1e6" else 0, abs=1e-4)
 
 
 def test_the_steps_of_circleslope_are_those_of_shis_program(tmp_path):
     """Chosen sizes, cuts and solves, to the digits that are told: a step that is cut goes on from the states it was left in."""
-    with h5py.File(run("circleslope", "circleslope", tmp_path / "x.h5", "step.control=shi", "contact.adapt=shi")) as f:
-        size, solves, rejected = (f[f"history/{name}"][:] for name in ("step_size", "solves", "rejected"))
+    history = scree.read(run("circleslope", "circleslope", tmp_path / "x.h5", "step.control=shi", "contact.adapt=shi")).history
+    size, solves, rejected = history.step_size, history.solves, history.rejected
     rows = list(csv.DictReader((DATA / "runs" / "circleslope" / "steps.csv").open()))[1:]
     assert list(solves) == [int(row["oc_iters"]) for row in rows] and list(rejected) == [int(row["cuts"]) for row in rows]
     reference = np.array([float(row["dt"]) for row in rows])

@@ -1,7 +1,5 @@
 """The tool that turns a DXF joint map into a geometry deck."""
 import contextlib
-import importlib.machinery
-import importlib.util
 import io
 import math
 import os
@@ -13,18 +11,13 @@ import types
 from unittest import mock
 
 import ezdxf
-import h5py
 import numpy as np
 import pytest
+import scree
+from scree import dxf2geo
 
-SCREE = os.environ["SCREE"]
 TOOL = pathlib.Path(os.environ["SCREE_SOURCE"]) / "tools" / "dxf2geo"
 ROUND_OFF = 1e-13  # a few units in the last place of coordinates near 1 to 10
-
-
-LOADER = importlib.machinery.SourceFileLoader("dxf2geo", str(TOOL))
-dxf2geo = sys.modules["dxf2geo"] = importlib.util.module_from_spec(importlib.util.spec_from_loader("dxf2geo", LOADER))
-LOADER.exec_module(dxf2geo)
 
 
 def run(*words):
@@ -625,7 +618,5 @@ def test_the_program_runs_the_deck_with_the_area_of_the_drawing(tmp_path):
     material = "1 0 1e6 0.2  0 0 0  0 0 0  0 0 0\n"
     joints = max(line[4] for line in deck.lines)
     (tmp_path / "map.ana").write_text(f"0\n1\n2 {joints}\n0.05\n0.01\n{2 * material}{joints * '30 0 0 '}\n")
-    subprocess.run([SCREE, "run", "map.geo", "map.ana", "-o", "map.h5", "--quiet"], cwd=tmp_path, check=True)
-    with h5py.File(tmp_path / "map.h5") as results:
-        areas = sorted(results["bodies/area"][0])
-    assert areas == pytest.approx([4, 4 + n * math.sin(math.pi / n)], rel=1e-12)
+    areas = scree.run(tmp_path / "map.geo", tmp_path / "map.ana").bodies.area
+    assert sorted(areas[0]) == pytest.approx([4, 4 + n * math.sin(math.pi / n)], rel=1e-12)

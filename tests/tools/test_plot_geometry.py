@@ -1,24 +1,19 @@
 """The tool plot on geometries and models: what is drawn, counted through its functions, and the pictures."""
-import importlib.machinery
-import importlib.util
 import os
 import pathlib
 import subprocess
 
-import h5py
 import numpy as np
 import pytest
+import scree
 from matplotlib import image
 from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.path import Path
+from scree import plot as tool
 
 SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 TOOL = SOURCE / "tools" / "plot"
-
-loader = importlib.machinery.SourceFileLoader("plot_tool", str(TOOL))
-tool = importlib.util.module_from_spec(importlib.util.spec_from_loader("plot_tool", loader))
-loader.exec_module(tool)
 
 # A square of 10: a horizontal joint of material 2, a square hole in the lower block, a square block in the upper one.
 GEOMETRY = """0.001
@@ -68,8 +63,8 @@ def scene(tmp_path_factory):
     (folder / "map.geo").write_text(GEOMETRY)
     (folder / "map.ana").write_text(ANALYSIS)
     (folder / "covered.ana").write_text(COVERED)
-    subprocess.run([SCREE, "cut", folder / "map.geo", "-o", folder / "map.blk", "--quiet"], check=True)
-    subprocess.run([SCREE, "run", folder / "covered.ana", "-o", folder / "run.h5", "--quiet"], check=True)
+    scree.cut(folder / "map.geo", output=folder / "map.blk")
+    scree.run(folder / "covered.ana", output=folder / "run.h5")
     return folder
 
 
@@ -151,8 +146,7 @@ def test_points_are_those_of_the_deck(name, scene, tmp_path):
 
 def test_points_and_covers_move_with_their_elements(scene):
     run = shapes(scene / "run.h5", scene)
-    with h5py.File(scene / "run.h5") as f:
-        measured, frame = f["measured_points/position"][-1, 0], len(run.times) - 1
+    measured, frame = scree.read(scene / "run.h5").measured_points.position[-1, 0], len(run.times) - 1
     assert np.abs(measured - [5, 5]).max() > 1e-6
     np.testing.assert_allclose(run.points(frame)[1][-1], measured, rtol=0, atol=1e-12)
     places, _ = run.covers(frame)

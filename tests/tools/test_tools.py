@@ -1,6 +1,4 @@
 """The tools around the program: plot, and the comparison with the paper."""
-import importlib.machinery
-import importlib.util
 import os
 import pathlib
 import re
@@ -9,6 +7,8 @@ import subprocess
 import h5py
 import numpy as np
 import pytest
+import scree
+from scree import bench
 from shapely.geometry import LineString, Polygon, box
 from shapely.ops import polygonize, unary_union
 
@@ -21,7 +21,7 @@ TOOLS = SOURCE / "tools"
 def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("results")
     for name in ("t1", "t4"):
-        subprocess.run([SCREE, "run", SOURCE / f"input/paper/rotation/{name}.ana", "-o", folder / f"{name}.h5", "--quiet"], check=True)
+        scree.run(SOURCE / f"input/paper/rotation/{name}.ana", output=folder / f"{name}.h5")
     return folder
 
 
@@ -70,7 +70,8 @@ def test_a_miss_is_seen(tmp_path):
 def test_the_python_of_the_manual_runs(results, tmp_path):
     """The example of doc/results.md."""
     code = re.search(r"```python\n(.*?)```", (SOURCE / "doc/results.md").read_text(), re.S).group(1)
-    done = subprocess.run(["/usr/bin/python3", "-c", code], cwd=results, capture_output=True, text=True)
+    done = subprocess.run(["/usr/bin/python3", "-c", code], cwd=results, capture_output=True, text=True,
+                          env={**os.environ, "PYTHONPATH": str(TOOLS)})
     assert done.returncode == 0, done.stderr
 
 
@@ -81,14 +82,6 @@ def test_the_bench_prints_every_method():
     errors = [float(line[41:52]) for line in done.stdout.splitlines()[1:]]
     # small strain w^2 dt t; the mid-step rotation 2 atan(a/2) - a, relative; the printed digits
     assert errors[:2] == [39, 3.9] and errors[-3:] == [1, 0.033, 0.00033]
-
-
-def tool(name):
-    """The functions of a tool."""
-    loader = importlib.machinery.SourceFileLoader(f"{name}_tool", str(TOOLS / name))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
-    loader.exec_module(module)
-    return module
 
 
 def cutting(*words):
@@ -102,14 +95,14 @@ def test_the_bench_cuts_as_many_blocks_as_there_are_faces():
     rows, _ = cutting("--lines", 50, 400, "--covers", "--seed", 7)
     assert [row[0] for row in rows] == ["50", "400"]
     for n, found in zip((50, 400), rows):
-        lines = [LineString(line.reshape(2, 2)) for line in tool("bench").joint_map(n, 6, 7)]
+        lines = [LineString(line.reshape(2, 2)) for line in bench.joint_map(n, 6, 7)]
         assert int(found[1]) == len(list(polygonize(unary_union(lines))))
 
 
 def test_the_bench_cuts_as_many_elements_as_triangles_meet_the_square():
     _, rows = cutting("--lines", "--covers", 30, 500)
     for n, found in zip((30, 500), rows):
-        edge = tool("bench").edge_for(n)
+        edge = bench.edge_for(n)
         corner = edge * np.array([[0, 0], [1, 0], [0.5, np.sqrt(0.75)], [1.5, np.sqrt(0.75)]])
         reach = range(-int(2 / edge) - 2, int(2 / edge) + 2)
         triangles = [Polygon(corner[list(corners)] + i * corner[1] + j * corner[2])
@@ -122,7 +115,7 @@ def test_lines_of_the_bench_cross_as_often_as_asked():
     """Less the share whose middle would lie beyond a side, for both lines and four sides 8 E[max(0, u L |cos|)] = 2 L / pi."""
     n, crossings = 3000, 6
     length = np.sqrt(np.pi * crossings / (2 * n))
-    lines = tool("bench").joint_map(n, crossings, 1)[4:]
+    lines = bench.joint_map(n, crossings, 1)[4:]
     a, b = lines[:, None, :2], lines[:, None, 2:]
     c, d = lines[None, :, :2], lines[None, :, 2:]
 
@@ -136,6 +129,6 @@ def test_lines_of_the_bench_cross_as_often_as_asked():
 
 def test_growth_is_the_exponent_of_n():
     rows = [(10, 3.0), (100, 300.0), (1000, 0.0)]
-    exponents = tool("bench").growth(rows, lambda row: row[1])
+    exponents = bench.growth(rows, lambda row: row[1])
     assert np.isnan(exponents[0]) and exponents[1] == pytest.approx(2, rel=1e-12) and np.isnan(exponents[2])
-    assert tool("bench").growth([(10,), (100,)], tool("bench").n_log_n)[1] == pytest.approx(1 + np.log10(2), rel=1e-12)
+    assert bench.growth([(10,), (100,)], bench.n_log_n)[1] == pytest.approx(1 + np.log10(2), rel=1e-12)

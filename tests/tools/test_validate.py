@@ -3,18 +3,15 @@ import math
 import os
 import pathlib
 import subprocess
-import sys
 
 import numpy as np
 import pytest
+import scree
+from scree import block_files
+from scree.polygons import worst_overlap
+from scree.validation import cases, references
 
-SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
-sys.path.insert(0, str(SOURCE / "tools"))
-
-from validation import block_files, cases, references  # noqa: E402
-from validation.results import worst_overlap  # noqa: E402
-
 RADIAN = math.pi / 180
 G = 9.81
 
@@ -154,8 +151,7 @@ def test_blocks_touch_and_do_not_overlap(text, count, tmp_path):
     areas = [np.sum(p[:, 0] * np.roll(p[:, 1], -1) - np.roll(p[:, 0], -1) * p[:, 1]) / 2 for p in polygons]
     assert min(areas) > 0
     (tmp_path / "it.blk").write_text(text)
-    done = subprocess.run([SCREE, "cut", tmp_path / "it.blk", "-o", tmp_path / "again.blk"], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    scree.cut(tmp_path / "it.blk", output=tmp_path / "again.blk")
 
 
 def test_overlap_is_the_depth_of_a_corner():
@@ -167,9 +163,7 @@ def test_overlap_is_the_depth_of_a_corner():
 @pytest.mark.parametrize("path", sorted(p.relative_to(SOURCE) for pattern in ("validation/*/*", "paper/arc/*", "paper/rockfall/*")
                                         for p in (SOURCE / "input").glob(pattern) if p.suffix in (".geo", ".blk")), ids=str)
 def test_committed_geometries_do_not_overlap(path, tmp_path):
-    done = subprocess.run([SCREE, "cut", SOURCE / path, "-o", tmp_path / "it.blk"], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    polygons = outlines((tmp_path / "it.blk").read_text())
+    polygons = outlines(scree.cut(SOURCE / path, output=tmp_path / "it.blk").read_text())
     assert len(polygons) == {"m1-column": 11, "m6-roof-wedge": 5, "m7-cradle": 5}.get(path.parent.name, 2)
     assert worst_overlap(polygons) < 1e-9
 

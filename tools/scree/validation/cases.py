@@ -1,16 +1,16 @@
 """The validation cases: what runs, what is measured, the answer and its tolerance."""
 import dataclasses
 import math
-import pathlib
 
 import numpy as np
 
-from . import block_files, references
-from .results import worst_overlap
+from .. import block_files
+from ..polygons import worst_overlap
+from ..program import TREE
+from . import references
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-DECKS = ROOT / "input" / "validation"
-PAPER = ROOT / "input" / "paper"
+DECKS = TREE / "input" / "validation"
+PAPER = TREE / "input" / "paper"
 G = 9.81
 CASES = {}
 
@@ -38,6 +38,17 @@ def case(function):
     return function
 
 
+def at(r, time, values):
+    """A history at a time, between its rows."""
+    return np.interp(time, r.history.time, values)
+
+
+def largest_move(r, since=0.0):
+    """Largest way of a centroid from a share of the frames to the last."""
+    centroid = r.bodies.centroid
+    return np.linalg.norm(centroid[-1] - centroid[int(since * (len(centroid) - 1))], axis=1).max()
+
+
 def downhill(degrees):
     return np.array([math.cos(math.radians(degrees)), -math.sin(math.radians(degrees))])
 
@@ -48,7 +59,7 @@ def b1(run):
     for name, angle, mu in (("slope30", 30, 0.3), ("slope45", 45, 0.5), ("slope30-phi28", 30, math.tan(math.radians(28)))):
         r = run(DECKS / "b1-slide" / f"{name}.ana")
         yield Row(f"way in 1 s, {name}", references.slide(math.radians(angle), mu, 1.0),
-                  r.at(1.0, r.moved[:, 0] @ downhill(angle)), 1e-4)
+                  at(r, 1.0, r.measured_points.displacement[:, 0] @ downhill(angle)), 1e-4)
 
 
 @case
@@ -56,17 +67,18 @@ def b2(run):
     """Sticking."""
     for name in ("slope30", "slope29.9"):
         r = run(DECKS / "b2-stick" / f"{name}.ana")
-        yield Row(f"largest move over the edge, {name}", 0.0, np.linalg.norm(r.moved[:, 0], axis=1).max() / 0.1, 1e-6, 1.0)
+        moved = np.linalg.norm(r.measured_points.displacement[:, 0], axis=1)
+        yield Row(f"largest move over the edge, {name}", 0.0, moved.max() / 0.1, 1e-6, 1.0)
 
 
 def stopping(r, speed, along):
     """Time at which the speed would be zero, by a line through its middle part, and the way at the end."""
-    v = r.velocity[:, 0] @ along
+    v = r.measured_points.velocity[:, 0] @ along
     middle = (v < 0.9 * speed) & (v > 0.2 * speed)
     if middle.sum() < 2:
         return math.nan, math.nan
-    slope, offset = np.polyfit(r.time[middle], v[middle], 1)
-    return -offset / slope, r.moved[-1, 0] @ along
+    slope, offset = np.polyfit(r.history.time[middle], v[middle], 1)
+    return -offset / slope, r.measured_points.displacement[-1, 0] @ along
 
 
 @case
@@ -90,20 +102,20 @@ def b4(run):
 
 def impact_rows(r, expected):
     """Impact of a square on 45 degrees, and where it is at 0.15 s; it starts at (0.125, 0.475)."""
-    down, v = downhill(45), r.velocity[:, 0]
-    hit = np.argmax(np.abs(v[:, 1] + expected.g * r.time) > 0.01 * expected.speed)
-    yield Row("time of impact", expected.time, r.time[hit], 0.01)
-    yield Row("speed before", expected.speed, -r.at(r.time[hit - 1], v[:, 1]), 0.01)
+    down, v = downhill(45), r.measured_points.velocity[:, 0]
+    hit = np.argmax(np.abs(v[:, 1] + expected.g * r.history.time) > 0.01 * expected.speed)
+    yield Row("time of impact", expected.time, r.history.time[hit], 0.01)
+    yield Row("speed before", expected.speed, -at(r, r.history.time[hit - 1], v[:, 1]), 0.01)
     since = 0.15 - expected.time
     yield Row("speed along the plane after", expected.along,
-              r.at(0.15, v @ down) - expected.g * since / math.sqrt(2), 0.01)
-    rate = (r.at(0.15, r.turn[:, 1]) - r.at(0.12, r.turn[:, 1])) / 0.03
+              at(r, 0.15, v @ down) - expected.g * since / math.sqrt(2), 0.01)
+    rate = (at(r, 0.15, r.history.rotation[:, 1]) - at(r, 0.12, r.history.rotation[:, 1])) / 0.03
     yield Row("rotation rate after", expected.spin, rate, 0.01, abs(expected.spin) or expected.along / expected.edge)
     x, y, angle = expected.place((0.125, 0.475), 0.15)
-    yield Row("x moved at 0.15 s", x - 0.125, r.at(0.15, r.moved[:, 0, 0]), 0.01)
-    yield Row("y moved at 0.15 s", y - 0.475, r.at(0.15, r.moved[:, 0, 1]), 0.01)
+    yield Row("x moved at 0.15 s", x - 0.125, at(r, 0.15, r.measured_points.displacement[:, 0, 0]), 0.01)
+    yield Row("y moved at 0.15 s", y - 0.475, at(r, 0.15, r.measured_points.displacement[:, 0, 1]), 0.01)
     if angle:
-        yield Row("angle at 0.15 s", angle, r.at(0.15, r.turn[:, 1]), 0.01)
+        yield Row("angle at 0.15 s", angle, at(r, 0.15, r.history.rotation[:, 1]), 0.01)
 
 
 @case
@@ -123,7 +135,7 @@ def b7(run):
     """Bouncing."""
     for e in (0.8, 0.5):
         r = run(DECKS / "b7-bounce" / f"restitution{e}.ana")
-        height, rising = 1 + r.moved[:, 0, 1], r.velocity[:, 0, 1] > 0
+        height, rising = 1 + r.measured_points.displacement[:, 0, 1], r.measured_points.velocity[:, 0, 1] > 0
         tops = [height[i] for i in np.flatnonzero(rising[:-1] & ~rising[1:]) if height[i] > 0.005]
         for n in (1, 2, 3):
             yield Row(f"apex {n}, restitution {e}", e**(2 * n), tops[n - 1] if len(tops) >= n else 0.0, 0.02)
@@ -133,7 +145,7 @@ def b7(run):
 def b8(run):
     """Slip on a shaken base."""
     r = run(DECKS / "b8-shaken-base" / "sine.ana")
-    slip = r.moved[:, 0, 0] - r.moved[:, 1, 0]
+    slip = r.measured_points.displacement[:, 0, 0] - r.measured_points.displacement[:, 1, 0]
     end, least = references.shaken_block(0.2, 0.5 * G, 1.0, 2.0)
     yield Row("slip at 2 s", end, slip[-1], 0.01)
     yield Row("least slip", least, slip.min(), 0.01)
@@ -149,7 +161,7 @@ def b9(run):
     for height, phi in ((10, 40.1), (5, 20), (25, 40), (25, 20)):
         r = run(DECKS / "b9-modes" / f"height{height}-phi{phi:g}.ana")
         mode = references.block_mode(10, height, math.radians(phi), math.radians(40))
-        found = mode_words(r.moved[-1, 0] @ downhill(40) > 0.2, abs(r.turn[-1, 1]) > 0.1)
+        found = mode_words(r.measured_points.displacement[-1, 0] @ downhill(40) > 0.2, abs(r.history.rotation[-1, 1]) > 0.1)
         yield Row(f"height {height}, phi {phi:g}", mode_words(*mode), found)
 
 
@@ -159,19 +171,19 @@ def b10(run):
     block = references.Rocking(0.25, 1.0)
     for share in (0.2, 0.5, 0.8):
         r = run(DECKS / "b10-rocking" / f"tilt{share}.ana")
-        start, turn = share * block.alpha, r.turn[:, 1]
+        start, turn = share * block.alpha, r.history.rotation[:, 1]
         # The time as a cubic of the angle shortly before the impact, up to it.
         near = np.argmax(turn > 0.99 * start)
         found = math.nan, math.nan
         if near >= 8:
-            cubic = np.polynomial.Polynomial.fit(turn[near - 8:near], r.time[near - 8:near], 3)
+            cubic = np.polynomial.Polynomial.fit(turn[near - 8:near], r.history.time[near - 8:near], 3)
             found = cubic(start), 1 / cubic.deriv()(start)
         time, spin = block.impact(start)
         yield Row(f"time of impact, tilt {share}", time, found[0], 0.005)
         yield Row(f"rotation rate at impact, tilt {share}", spin, found[1], 0.005)
     for push in ("0.24", "0.26"):
         r = run(DECKS / "b10-rocking" / f"push{push}.ana")
-        found = "overturns" if np.abs(r.turn[:, 1]).max() > block.alpha else "stands"
+        found = "overturns" if np.abs(r.history.rotation[:, 1]).max() > block.alpha else "stands"
         yield Row(f"base at {push} g", "overturns" if float(push) > block.least_acceleration() else "stands", found)
 
 
@@ -179,17 +191,17 @@ def b10(run):
 def m1(run):
     """Column: the overlap of the lowest contacts times their stiffness carries the weight."""
     r = run(DECKS / "m1-column" / "column.ana")
-    yield Row("force on the base", 10 * 2500 * G, -1e9 * r.moved[-1, :, 1].sum(), 1e-6)
+    yield Row("force on the base", 10 * 2500 * G, -1e9 * r.measured_points.displacement[-1, :, 1].sum(), 1e-6)
 
 
 def movement(r, size):
     """Static runs: a scene falls that still moves, by a millionth of its size, in the last quarter of the steps."""
-    return "falls" if r.largest_move(since=0.75) > 1e-6 * size else "stands"
+    return "falls" if largest_move(r, since=0.75) > 1e-6 * size else "stands"
 
 
 def collapse(r, size):
     """Dynamic runs: a scene falls in which a block has moved by a twentieth of its size."""
-    return "falls" if r.largest_move() > size / 20 else "stands"
+    return "falls" if largest_move(r) > size / 20 else "stands"
 
 
 @case
@@ -240,10 +252,10 @@ def m7(run):
     """Newton's cradle: blocks of 0.5 m^2 and 2500 kg/m^3, one thrown at 1 m/s."""
     r = run(DECKS / "m7-cradle" / "row.ana")
     mass = 2500 * 0.5
-    yield Row("momentum", mass, r.momentum[-1, 0], 1e-3)
-    yield Row("energy", mass / 2, r.energy[-1], 1e-3)
-    yield Row("speed of the last block", 1.0, r.velocity[-1, 4, 0], 1e-3)
-    yield Row("largest speed of the others", 0.0, np.abs(r.velocity[-1, :4, 0]).max(), 1e-3, 1.0)
+    yield Row("momentum", mass, r.history.momentum[-1, 0], 1e-3)
+    yield Row("energy", mass / 2, r.history.energy.kinetic[-1] + r.history.energy.strain[-1], 1e-3)
+    yield Row("speed of the last block", 1.0, r.measured_points.velocity[-1, 4, 0], 1e-3)
+    yield Row("largest speed of the others", 0.0, np.abs(r.measured_points.velocity[-1, :4, 0]).max(), 1e-3, 1.0)
 
 
 @case
@@ -252,18 +264,18 @@ def m8(run):
     r = run(PAPER / "arc" / "arc.ana", settings=["contact.restitution=0"])  # the kinks of the answer are plastic
     push = math.sqrt(20)
     exact = references.ArcSlide(references.track(20, 80, 1.5), 0.2, 0.1, push)
-    top = np.argmax(r.place[:, 0, 1])
-    yield Row("arc: time of the top", 0.25 + exact.top_time, r.time[top], 0.01)
-    yield Row("arc: rise", exact.rise, r.moved[top, 0, 1], 0.01)
-    back = top + np.argmax(r.place[top:, 0, 0] < -0.15)
-    yield Row("arc: speed back on the flat", exact.speed_back, -r.velocity[back, 0, 0], 0.01)
-    yield Row("arc: change of area", 0.0, r.area[-1] / r.area[0] - 1, 1e-6, 1.0)
+    top = np.argmax(r.measured_points.position[:, 0, 1])
+    yield Row("arc: time of the top", 0.25 + exact.top_time, r.history.time[top], 0.01)
+    yield Row("arc: rise", exact.rise, r.measured_points.displacement[top, 0, 1], 0.01)
+    back = top + np.argmax(r.measured_points.position[top:, 0, 0] < -0.15)
+    yield Row("arc: speed back on the flat", exact.speed_back, -r.measured_points.velocity[back, 0, 0], 0.01)
+    yield Row("arc: change of area", 0.0, r.history.area[-1] / r.history.area[0] - 1, 1e-6, 1.0)
     r = run(PAPER / "rockfall" / "rockfall.ana")
     exact = references.SlopeImpact(0.05, 0.05, math.tan(math.radians(30)), g=10.0)
     for row in impact_rows(r, exact):
         row.quantity = f"rock fall: {row.quantity}"
         yield row
-    yield Row("rock fall: change of area", 0.0, r.area[-1] / r.area[0] - 1, 2.4e-6, 1.0)
+    yield Row("rock fall: change of area", 0.0, r.history.area[-1] / r.history.area[0] - 1, 2.4e-6, 1.0)
 
 
 @case
@@ -272,6 +284,6 @@ def m9(run):
     for n in (10, 20):
         name = f"m9-wall{n}"
         r = run(DECKS / "m9-wall" / "wall.ana", (f"{name}.blk", block_files.wall(n)), name=name)
-        yield Row(f"{n} courses: worst overlap", 0.0, worst_overlap(r.polygons), 3e-4, 1.0)
-        sideways = np.abs(r.centroid[-1, :, 0] - r.centroid[0, :, 0]).max()
+        yield Row(f"{n} courses: worst overlap", 0.0, worst_overlap(r.polygons()), 3e-4, 1.0)
+        sideways = np.abs(r.bodies.centroid[-1, :, 0] - r.bodies.centroid[0, :, 0]).max()
         yield Row(f"{n} courses: largest move sideways", 0.0, sideways, 3e-4, 1.0)

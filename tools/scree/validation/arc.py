@@ -3,7 +3,8 @@ import math
 
 import numpy as np
 
-from . import block_files, references
+from .. import block_files
+from . import references
 
 RADIUS, LENGTH, HEIGHT = 1.5, 0.2, 0.1  # m, inferred (doc/validation.md)
 PUSH_TIME, SPEED, G = 0.25, math.sqrt(20), 10.0
@@ -47,14 +48,15 @@ class Slide:
         path.write_text(geometry(points, opening))
         r = run(deck, settings=[f"deck.geometry={path}", f"step.size={dt}", "step.end_time=1.9", "output.interval=0.1",
                                 *SCHEMES[scheme], *more], name=name)
-        top = np.argmax(np.where(r.time < 1.4, r.moved[:, 0, 1], -np.inf))
-        back = np.flatnonzero((r.time > r.time[top]) & (r.place[:, 0, 0] < -LENGTH / 2 - 0.05))
-        self.top_time, self.rise = r.time[top], r.moved[top, 0, 1]
-        self.speed_back = -r.velocity[back[0], 0, 0] if back.size else math.nan
+        time, centre = r.history.time, r.measured_points
+        top = np.argmax(np.where(time < 1.4, centre.displacement[:, 0, 1], -np.inf))
+        back = np.flatnonzero((time > time[top]) & (centre.position[:, 0, 0] < -LENGTH / 2 - 0.05))
+        self.top_time, self.rise = time[top], centre.displacement[top, 0, 1]
+        self.speed_back = -centre.velocity[back[0], 0, 0] if back.size else math.nan
         weight = 2500 * LENGTH * HEIGHT * G
-        lost = r.dissipated[r.time > PUSH_TIME + 1e-9] / (weight * RISE)
+        lost = r.history.energy.dissipated[time > PUSH_TIME + 1e-9] / (weight * RISE)
         self.energy_gain = max(0.0, (lost[0] - lost).max())
         self.energy_loss = lost[-1] - lost[0]
         self.step_gain = max(0.0, -np.diff(lost).min())
         self.energy_error = np.abs(lost - lost[0]).max()
-        self.area = r.area[-1] / r.area[0] - 1
+        self.area = r.history.area[-1] / r.history.area[0] - 1

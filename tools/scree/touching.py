@@ -1,12 +1,10 @@
 """Small scenes of blocks that touch, for what contact costs and conserves: units t, m, s, kN; g 10."""
 import math
 
-import h5py
 import numpy as np
 
 from . import block_files
 from .block_files import box, turned
-from .results import Results
 
 G = 10.0
 
@@ -31,23 +29,10 @@ class Scene:
         self.E = E
 
     def run(self, run, name, settings=()):
-        """Runs it with more settings; `run` is a Runner."""
+        """Its results with more settings; `run` is a Runner."""
         deck = run.folder / f"{name}.ana"
         deck.write_text(self.deck)
-        run(deck, (f"{name}.blk", self.blocks), [f"step.size={self.dt}", *settings], name=name)
-        return Touching(run.folder / f"{name}.h5")
-
-
-class Touching(Results):
-    """The results of a scene, and what its contact took."""
-
-    def __init__(self, path):
-        super().__init__(path)
-        with h5py.File(path) as f:
-            self.overlap = f["history/overlap"][:]
-            self.contacts = f["history/contacts"][:]
-            self.solves = f["history/solves"][:].sum() / len(self.time)
-            self.friction = f["history/energy/friction"][:]
+        return run(deck, (f"{name}.blk", self.blocks), [f"step.size={self.dt}", *settings], name=name)
 
 
 def scenes():

@@ -1,0 +1,152 @@
+"""The package of tools/: results are read as the program wrote them, and runs say what the program says."""
+import os
+import pathlib
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+import scree
+
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
+T4 = SOURCE / "input" / "paper" / "rotation" / "t4.ana"
+CLASSIC = SOURCE / "tests" / "data" / "classic"
+
+
+@pytest.fixture(scope="module")
+def incline(tmp_path_factory):
+    """A block that slides on a fixed one, a frame a step."""
+    return scree.run(CLASSIC / "incline30.geo", CLASSIC / "incline30_p10.ana", settings=["output.every=1", "step.count=20"],
+                     output=tmp_path_factory.mktemp("incline") / "x.h5")
+
+
+def test_every_dataset_is_read_as_it_stands(incline):
+    with h5py.File(incline.path) as f:
+        names = []
+        f.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+        assert len(names) > 40
+        for name in names:
+            if f[name].dtype.kind in "SO":
+                continue
+            np.testing.assert_array_equal(incline[name], f[name][()], err_msg=name)
+            found = incline
+            for part in name.split("/"):
+                found = getattr(found, part)
+            np.testing.assert_array_equal(found, f[name][()])
+
+
+def test_frames_are_those_of_the_file(incline):
+    with h5py.File(incline.path) as f:
+        n = f["VTKHDF/Steps"].attrs["NSteps"]
+        points = f["VTKHDF/Points"][:, :2].reshape(n, -1, 2)
+        yy = f["VTKHDF/CellData/stress_yy"][:].reshape(n, -1)
+    assert incline.n_frames == n == 21 and incline.n_blocks == incline.n_elements == 2
+    np.testing.assert_array_equal(incline.frame_steps, np.arange(21))
+    for k in (0, 7, 20):
+        np.testing.assert_array_equal(incline.vertices(k), points[k])
+        np.testing.assert_array_equal(incline.stress(k)[:, 1], yy[k])
+    np.testing.assert_array_equal(incline.vertices(-1), points[-1])
+    np.testing.assert_allclose(incline.displacement(5), points[5] - points[0], atol=1e-12)
+    for polygon, area in zip(incline.polygons(), incline.bodies.area[-1]):
+        x, y = polygon.T
+        assert (x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2 == pytest.approx(area, rel=1e-12)
+    with pytest.raises(IndexError, match="from 0 to 20, found 21"):
+        incline.vertices(21)
+
+
+def test_contacts_of_a_frame_carry_the_block(incline):
+    """Frames have the rows that their counts say. The slope goes down to the right, and friction up it is tan 10 of what presses."""
+    count = incline.contacts.count
+    assert [len(incline.contacts_of(k)) for k in range(21)] == list(count) and count[-1] > 0
+    contacts = incline.contacts_of(20)
+    assert contacts.blocks.tolist() == [[2, 1]] * 2 and set(contacts.state) == {1}
+    left = np.column_stack([-contacts.normal[:, 1], contacts.normal[:, 0]])
+    push = (contacts.force[:, :1] * contacts.normal + contacts.force[:, 1:] * left).sum(0)
+    uphill, out = [-np.cos(np.radians(30)), np.sin(np.radians(30))], [np.sin(np.radians(30)), np.cos(np.radians(30))]
+    # rounding of the corners of the deck, 1e-9, and its turning
+    assert push @ uphill / (push @ out) == pytest.approx(np.tan(np.radians(10)), rel=1e-6)
+
+
+def test_texts_units_and_costs_are_read(incline):
+    assert incline.scene.status == "complete" and "contact" in " ".join(incline.scene.effects)
+    assert incline.history.units("area") == "length^2" and "area" in incline.history.description("area")
+    assert list(incline.cost.phase) == ["read", "set-up", "steps", "results"]
+    assert incline.seconds("steps") == incline.cost.wall_seconds[2] > 0
+    assert {"energy/kinetic", "time"} <= set(incline.history.series()) and {"energy", "time"} <= set(dir(incline.history))
+
+
+def test_what_a_run_has_not_is_said_with_what_it_has(incline):
+    with pytest.raises(AttributeError, match="expected history/energy/damping, found .*kinetic"):
+        incline.history.energy.damping
+    with pytest.raises(KeyError, match="expected history/weather"):
+        incline["history/weather"]
+    assert "damping" not in incline.history.energy and "kinetic" in incline.history.energy
+    assert scree.run(T4, output=incline.path.parent / "t4.h5").contacts_of() is None
+
+
+def test_a_file_that_was_run_again_is_not_mixed_with_the_one_that_was_read(tmp_path):
+    first = scree.run(T4, output=tmp_path / "x.h5", settings=["step.count=5"])
+    assert len(first.history.time) == 5
+    scree.run(T4, output=tmp_path / "x.h5", settings=["step.count=7"])
+    assert len(first.history.time) == 5  # it was asked for before
+    with pytest.raises(scree.ResultsError, match="has changed since it was read"):
+        first.history.area
+
+
+def test_rows_beyond_the_frames_that_count_and_those_that_not_all_series_have_are_left_out(tmp_path):
+    """As a run leaves them that was killed while it wrote."""
+    r = scree.run(T4, output=tmp_path / "x.h5", settings=["output.every=1", "step.count=6"])
+    area, time = r.bodies.area, r.history.time
+    with h5py.File(r.path, "a") as f:
+        f["VTKHDF/Steps"].attrs["NSteps"] = np.int64(5)
+        f["history/solves"].resize(4, axis=0)
+    r = scree.read(r.path)
+    np.testing.assert_array_equal(r.bodies.area, area[:5])
+    np.testing.assert_array_equal(r.history.time, time[:4])
+    assert len(r.times) == 5 and len(r.measured_points.position) == 4
+
+
+def test_files_that_are_no_results_are_refused_in_one_line(tmp_path):
+    (tmp_path / "text.h5").write_text("no HDF5")
+    with h5py.File(tmp_path / "other.h5", "w") as f:
+        f["x"] = 1
+    for name, words in (("none.h5", "expected a results file"), ("text.h5", "expected a results file"), ("other.h5", "another HDF5 file")):
+        with pytest.raises(scree.ResultsError, match=words) as refused:
+            scree.read(tmp_path / name)
+        assert len(str(refused.value).splitlines()) == 1 and name in str(refused.value)
+
+
+def test_a_run_that_fails_says_what_the_program_says(tmp_path):
+    (tmp_path / "bad.ana").write_text("1 2 x\n")
+    with pytest.raises(scree.RunFailed, match=r"bad\.ana:1: expected") as failed:
+        scree.run(tmp_path / "bad.ana")
+    assert failed.value.status == 2 and failed.value.said == f"scree: {failed.value}\n"
+    done = scree.call("run", tmp_path / "bad.ana")
+    assert done.returncode == 2 and done.stderr == failed.value.said
+
+
+def test_the_program_is_the_one_named_else_that_of_the_variable(tmp_path, monkeypatch):
+    other = tmp_path / "other"
+    other.write_text("#!/bin/sh\necho other\n")
+    other.chmod(0o755)
+    assert scree.call("--version", path=other).stdout == "other\n"
+    monkeypatch.setenv("SCREE", str(other))
+    assert scree.program() == other and scree.call("--version").stdout == "other\n"
+    monkeypatch.setenv("SCREE", str(tmp_path / "none"))
+    with pytest.raises(scree.ProgramMissing, match="none"):
+        scree.call("--version")
+
+
+def test_the_package_needs_no_installation_and_no_folder(tmp_path):
+    """From anywhere, with tools/ in the path alone; and it leaves no compiled files beside its sources."""
+    code = f"import scree; print(scree.run({str(T4)!r}, output='x.h5', settings=['step.count=2']).n_frames)"
+    done = subprocess.run([sys.executable, "-B", "-c", code], cwd=tmp_path, capture_output=True, text=True,
+                          env={**os.environ, "PYTHONPATH": str(SOURCE / "tools")})
+    assert done.returncode == 0 and int(done.stdout) >= 2, done.stderr
+
+
+@pytest.mark.parametrize("name", ["validate", "bench", "plot", "compare_shi", "paper", "dxf2geo"])
+def test_the_commands_tell_how_they_are_used_from_any_folder(name, tmp_path):
+    done = subprocess.run([SOURCE / "tools" / name, "--help"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0 and f"tools/{name}" in done.stdout, done.stderr

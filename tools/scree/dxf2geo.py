@@ -1,0 +1,524 @@
+"""Turns a DXF joint map into a geometry deck (doc/decks.md).
+
+    tools/dxf2geo MAP.dxf [-o OUT.geo] [--e0 0.001] [--sagitta S] [--layer NAME=ROLE ...]
+
+What a layer holds is told by how its name begins, in capitals or not:
+
+    BOUNDARY    boundary lines                  MEASURED    measured points
+    MATERIAL    material lines, of the block    HOLE        hole points
+                material at the end of the      any other   joint lines
+                name (MATERIAL_2)
+    FIXED       fixed lines and points
+    LOAD        load points
+
+The joint material of joint and boundary lines is the number at the end of the layer's name (JOINT_3, 3); layers without one get
+the numbers that are free, from 1, in order of name. --layer NAME=ROLE decides instead; ROLE is joint:N, boundary:N, material:N,
+fixed, load, measured, hole or skip.
+
+Lines are LINE, LWPOLYLINE, POLYLINE, ARC, CIRCLE, ELLIPSE and SPLINE; points are POINT and, on the layers of points and of what is
+fixed, the centres of CIRCLE. INSERT is exploded. Curves become chords that are nowhere farther than the sagitta from them.
+The deck goes by layers in order of name, within a layer as the drawing does.
+
+Needs Debian's python3-ezdxf and python3-numpy.
+"""
+import argparse
+import collections
+import dataclasses
+import itertools
+import logging
+import math
+import pathlib
+import re
+import sys
+
+import ezdxf
+import numpy as np
+from ezdxf.math import Vec3
+
+LINE_KINDS = ("boundary", "joint", "material")  # with a number each
+POINT_KINDS = ("load", "measured", "hole")
+ROLES = "joint:N, boundary:N, material:N, fixed, load, measured, hole or skip"
+LARGEST_NUMBER = 2**31 - 1
+DEFAULT_SAGITTA = 1e-3  # over the extent
+LEAST_SAGITTA = 1e-9    # over the extent
+FLAT = 1e-9             # largest z over the largest coordinate
+STRAIGHT = 1e-12        # largest bulge of a line
+SPLINE_FRAME_VERTEX = 16
+
+Role = collections.namedtuple("Role", "kind number")
+
+
+class MapError(Exception):
+    """One line for the user."""
+
+
+@dataclasses.dataclass
+class Shape:
+    """A line, curve or point by rows of x y z w (directions have w = 0), which affine maps leave of its kind."""
+    rows: np.ndarray
+
+    def moved(self, matrix):
+        """The shape under a map of rows. A sum in this order, not a product of matrices: equal rows stay equal to the bit."""
+        return dataclasses.replace(self, rows=sum(self.rows[:, [k]] * matrix[k] for k in range(4)))
+
+    def vertices(self, sagitta):
+        """Places x y of a chain of chords nowhere farther than the sagitta from the curve."""
+        return self.rows[:, :2]
+
+    def outline(self):
+        """Places that reach about as far as the curve."""
+        return self.vertices(math.inf)
+
+
+class Line(Shape):
+    """Rows: the ends."""
+
+
+class Point(Shape):
+    """Row: the place."""
+
+
+@dataclasses.dataclass
+class Arc(Shape):
+    """Of an ellipse: centre + u cos t + v sin t, t from 0 to the sweep. Rows: first and last place, u, v."""
+    sweep: float
+
+    def vertices(self, sagitta):
+        """Equal steps h of t: a chord is off by (1 - cos h/2) times a half diameter, its largest being that of u and v.
+        Places are first + u (cos t - 1) + v sin t, which keeps its digits where the radius is large."""
+        first, last, u, v = self.rows[:, :2]
+        radius = np.linalg.norm([u, v], 2)
+        step = 4 * math.asin(math.sqrt(min(1.0, sagitta / (2 * radius)))) if radius > 0 else math.tau
+        count = max(math.ceil(abs(self.sweep) / step), math.ceil(abs(self.sweep) / (math.pi / 2) - 1e-9))
+        t = self.sweep * np.arange(1, count)[:, None] / count
+        return np.vstack([first, first - 2 * np.sin(t / 2)**2 * u + np.sin(t) * v, last])
+
+
+@dataclasses.dataclass
+class Spline(Shape):
+    """Rational Bezier curves end to end. Rows: w x, w y, w z, w of the control points, `order` for each curve."""
+    order: int
+
+    def vertices(self, sagitta):
+        """By halving: a curve lies within its control points, so they bound its distance from the chord."""
+        curves = self.rows.reshape(-1, self.order, 4)
+        return np.vstack([curves[0, :1, :2] / curves[0, :1, 3:]] + [chords(curve, sagitta) for curve in curves])
+
+    def outline(self):
+        """The control points."""
+        return self.rows[:, :2] / self.rows[:, 3:]
+
+
+def chords(curve, sagitta):
+    """Ends of the chords of a Bezier curve."""
+    places = curve[:, :2] / curve[:, 3:]
+    away, chord = places - places[0], places[-1] - places[0]
+    share = np.clip(away @ chord / (chord @ chord), 0, 1) if chord @ chord > 0 else np.zeros(len(curve))
+    if np.hypot(*(away - share[:, None] * chord).T).max() <= sagitta:
+        return places[-1:]
+    left, right = [curve[0]], [curve[-1]]
+    while len(curve) > 1:
+        curve = (curve[1:] + curve[:-1]) / 2
+        left.append(curve[0])
+        right.append(curve[-1])
+    return np.vstack([chords(np.array(left), sagitta), chords(np.array(right[::-1]), sagitta)])
+
+
+def direction(degrees):
+    """Cosine and sine, exact at quarter turns."""
+    quarter, rest = divmod(degrees, 90)
+    c, s = math.cos(math.radians(rest)), math.sin(math.radians(rest))
+    return ((c, s), (-s, c), (-c, -s), (s, -c))[int(quarter) % 4]
+
+
+def rows_of(places, directions=()):
+    """Rows of places and directions."""
+    return np.array([[*place, 1.0] for place in places] + [[*way, 0.0] for way in directions])
+
+
+def elliptic_arc(centre, major, minor, start, end):
+    """From a start to an end in degrees; equal ones are a full turn, and so is a turn with an end that was rounded up."""
+    sweep = end - start if 0 < end - start <= 360 * (1 + 1e-6) else (end - start) % 360
+    if sweep == 0 or sweep > 360 * (1 - 1e-9):
+        sweep = 360.0
+    (c, s), (c_end, s_end) = direction(start), direction(end)
+    u, v = major * c + minor * s, minor * c - major * s
+    last = u if sweep == 360 else major * c_end + minor * s_end
+    return Arc(rows_of([centre + u, centre + last], [u, v]), math.radians(sweep))
+
+
+def bulged(start, end, bulge):
+    """The arc between two vertices of a polyline; the bulge is the tangent of a quarter of its angle."""
+    half = (end - start) / 2
+    to_centre = half + Vec3(-half.y, half.x) * ((1 - bulge**2) / (2 * bulge))
+    return Arc(rows_of([start, end], [-to_centre, Vec3(to_centre.y, -to_centre.x)]), 4 * math.atan(bulge))
+
+
+def polyline(points, bulges, closed):
+    """Lines and arcs through points."""
+    following = points[1:] + points[:1] if closed else points[1:]
+    return [bulged(a, b, bulge) if abs(bulge) > STRAIGHT and a != b else Line(rows_of([a, b]))
+            for a, b, bulge in zip(points, following, bulges)]
+
+
+def bezier_curves(spline):
+    """A B-spline as Bezier curves, by its polar form. Takes any degree, weights above 0, clamped ends or not."""
+    degree, knots = spline.degree, spline.knots()
+    weights = np.array(spline.weights() or [1.0] * spline.count)[:, None]
+    control = rows_of(spline.control_points) * weights
+
+    def polar(span, arguments):
+        level = control[span - degree: span + 1].copy()
+        for r, t in enumerate(arguments, 1):
+            for j in range(degree, r - 1, -1):
+                low, high = knots[span - degree + j], knots[span + j - r + 1]
+                level[j] = ((high - t) * level[j - 1] + (t - low) * level[j]) / (high - low)
+        return level[degree]
+
+    curves = [polar(span, [knots[span]] * (degree - k) + [knots[span + 1]] * k)
+              for span in range(degree, spline.count) if knots[span] < knots[span + 1] for k in range(degree + 1)]
+    return Spline(np.array(curves).reshape(-1, 4), degree + 1)
+
+
+def in_world(entity, shapes):
+    """Shapes in the coordinates of an entity, in those of the drawing."""
+    ocs = entity.ocs()
+    return [shape.moved(matrix_rows(ocs.matrix)) for shape in shapes] if ocs.transform else shapes
+
+
+def matrix_rows(matrix):
+    """The matrix of ezdxf, which is for rows."""
+    return np.array(list(matrix.rows()))
+
+
+def shapes_of(entity):
+    """The shapes of an entity, or a text that says why there are none."""
+    kind, dxf = entity.dxftype(), entity.dxf
+    if kind == "LINE":
+        return [Line(rows_of([dxf.start, dxf.end]))]
+    if kind == "POINT":
+        return [Point(rows_of([dxf.location]))]
+    if kind in ("ARC", "CIRCLE"):
+        across, up = Vec3(abs(dxf.radius), 0), Vec3(0, abs(dxf.radius))
+        if kind == "ARC":
+            return in_world(entity, [elliptic_arc(dxf.center, across, up, dxf.start_angle, dxf.end_angle)])
+        return in_world(entity, [elliptic_arc(dxf.center, across, up, 0, 360), Point(rows_of([dxf.center]))])
+    if kind == "ELLIPSE":
+        start, end = math.degrees(dxf.start_param), math.degrees(dxf.end_param)
+        return [elliptic_arc(dxf.center, dxf.major_axis, entity.minor_axis, start, end)]
+    if kind == "LWPOLYLINE":
+        points = entity.get_points("xyb")
+        made = polyline([Vec3(x, y, dxf.elevation) for x, y, _ in points], [bulge for *_, bulge in points], entity.closed)
+        return in_world(entity, made) or "LWPOLYLINE of less than two vertices"
+    if kind == "POLYLINE":
+        if entity.is_polygon_mesh or entity.is_poly_face_mesh:
+            return "POLYLINE that is a mesh"
+        vertices = [vertex.dxf for vertex in entity.vertices if not vertex.dxf.flags & SPLINE_FRAME_VERTEX]
+        points = [Vec3(vertex.get("location", (0, 0, 0))) for vertex in vertices]
+        if entity.is_3d_polyline:
+            return polyline(points, [0] * len(points), entity.is_closed) or "POLYLINE of less than two vertices"
+        if dxf.hasattr("elevation"):
+            points = [point.replace(z=Vec3(dxf.elevation).z) for point in points]
+        made = polyline(points, [vertex.get("bulge", 0) for vertex in vertices], entity.is_closed)
+        return in_world(entity, made) or "POLYLINE of less than two vertices"
+    if kind == "SPLINE":
+        try:
+            spline = entity.construction_tool()
+        except (ezdxf.DXFError, ArithmeticError, ValueError) as error:
+            return f"SPLINE that cannot be built ({error})"
+        if any(not weight > 0 for weight in spline.weights()):
+            return "SPLINE with weights not above 0"
+        return [bezier_curves(spline)]
+    return kind
+
+
+def attribute(entity, name, code, default):
+    """An attribute that every entity has, of those too that ezdxf does not know and only keeps."""
+    if hasattr(entity, "xtags"):
+        return next((tag.value for tags in entity.xtags.subclasses[:2] for tag in tags if tag.code == code), default)
+    return entity.dxf.get(name, default)
+
+
+class Drawing:
+    """The model space of a DXF file: what each visible layer holds, by a key that is the same in capitals or not."""
+
+    def __init__(self, path):
+        try:
+            self.document = ezdxf.readfile(path)
+            space = self.document.modelspace()
+        except Exception as error:  # a damaged file fails anywhere in ezdxf
+            reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error) or type(error).__name__
+            raise MapError(f"{path}: expected a DXF file, found: {shown(reason)}") from None
+        self.path = path
+        self.names = {layer.dxf.name.lower(): layer.dxf.name for layer in self.document.layers}
+        self.hidden = collections.Counter()          # entities by layer and why
+        self.held = collections.defaultdict(list)    # kind and shapes by layer
+        for layer, kind, shapes in self.walk(space):
+            self.held[layer].append((kind, shapes))
+        self.on_paper = sum(entity.dxftype() != "VIEWPORT" for layout in self.document.layouts
+                            if layout.is_any_paperspace for entity in layout)
+
+    def why_hidden(self, layer):
+        """Whether a layer is frozen or off."""
+        entry = self.document.layers.get(layer) if layer in self.document.layers else None
+        return "" if entry is None else "frozen" if entry.is_frozen() else "off" if entry.is_off() else ""
+
+    def walk(self, entities, outer=None, blocks=()):
+        """Layer, kind and shapes (or why there are none) of each visible entity. Layer 0 in a block is that of its INSERT."""
+        for entity in entities:
+            name, kind = attribute(entity, "layer", 8, "0"), entity.dxftype()
+            layer = name.lower() if name != "0" or outer is None else outer
+            self.names.setdefault(layer, name)
+            why = self.why_hidden(layer)
+            if attribute(entity, "invisible", 60, 0):
+                self.hidden[layer, "invisible"] += 1
+            elif why == "frozen" or why and kind != "INSERT":  # a block whose INSERT is off shows what lies on other layers
+                self.hidden[layer, why] += 1
+            elif kind == "INSERT":
+                yield from self.explode(entity, layer, blocks)
+            else:
+                yield layer, kind, shapes_of(entity)
+
+    def explode(self, insert, layer, blocks):
+        """What walk says, of an INSERT."""
+        block, name = insert.block(), insert.dxf.name
+        yield from self.walk(insert.attribs, layer, blocks)
+        if block is None or block.block.is_xref:
+            yield layer, "INSERT", f"INSERT of the {'missing' if block is None else 'external'} block '{shown(name)}'"
+            return
+        if name.lower() in blocks:
+            raise MapError(f"{self.path}: expected blocks that end, found '{shown(name)}' within itself")
+        for one in insert.multi_insert() if insert.mcount > 1 else [insert]:
+            matrix = matrix_rows(one.matrix44())
+            for inner, kind, shapes in self.walk(block, layer, (*blocks, name.lower())):
+                yield inner, kind, shapes if isinstance(shapes, str) else [shape.moved(matrix) for shape in shapes]
+
+
+def shown(text):
+    """A text of the drawing, fit for one line."""
+    return "".join(letter if letter.isprintable() else "?" for letter in str(text))
+
+
+def in_order(layer):
+    """Key of the order of names: 2 comes before 10."""
+    return [int(part) if part.isdecimal() else part for part in re.split("([0-9]+)", layer)]
+
+
+def role_by_name(name):
+    """The role that a layer's name says; number 0 where it says none."""
+    kind = next((kind for kind in ("boundary", "material", "fixed", *POINT_KINDS) if name.lower().startswith(kind)), "joint")
+    number = int("0" + re.search("[0-9]*$", name).group())
+    return Role(kind, number if kind in LINE_KINDS and number <= LARGEST_NUMBER else 0)
+
+
+def chosen_roles(words, drawing):
+    """The roles that the options --layer give, by layer."""
+    roles = {}
+    for word in words:
+        name, _, role = word.rpartition("=")
+        found = re.fullmatch("(joint|boundary|material):([0-9]{1,10})|(fixed|load|measured|hole|skip)", role.lower())
+        if not name or not found or found[2] and not 1 <= int(found[2]) <= LARGEST_NUMBER:
+            raise MapError(f"--layer: expected NAME=ROLE with ROLE one of {ROLES} (N from 1), found '{shown(word)}'")
+        if name.lower() not in drawing.names:
+            raise MapError(f"{drawing.path}: expected a layer of the name '{shown(name)}' (--layer), found "
+                           + ", ".join(f"'{shown(drawing.names[layer])}'" for layer in sorted(drawing.names, key=in_order)))
+        if name.lower() in roles:
+            raise MapError(f"--layer: expected one role for the layer '{shown(name)}', found two")
+        roles[name.lower()] = Role(found[1] or found[3], int(found[2] or 0))
+    return roles
+
+
+def wanted(role, shapes):
+    """The shapes of an entity that a layer of a role takes."""
+    points = [shape for shape in shapes if isinstance(shape, Point)]
+    curves = [shape for shape in shapes if not isinstance(shape, Point)]
+    return points if role.kind in POINT_KINDS else points or curves if role.kind == "fixed" else curves
+
+
+class Deck:
+    """The geometry deck of a drawing."""
+
+    def __init__(self, drawing, choice, e0, sagitta):
+        self.drawing, self.e0 = drawing, e0
+        self.taken = {}                        # shapes by layer, in order of name
+        self.left_out = collections.Counter()  # entities by layer and what they are
+        self.roles = {layer: choice.get(layer) or role_by_name(drawing.names[layer])
+                      for layer in sorted(drawing.held, key=in_order)}
+        for layer, role in self.roles.items():
+            self.take(layer, role)
+        self.number_layers()
+        self.sagitta = self.choose_sagitta(sagitta)
+        self.flatten()
+
+    def take(self, layer, role):
+        """Takes the shapes of a layer."""
+        taken = []
+        for kind, shapes in self.drawing.held[layer] if role.kind != "skip" else ():
+            some = [] if isinstance(shapes, str) else wanted(role, shapes)
+            if not some:
+                self.left_out[layer, shapes if isinstance(shapes, str) else
+                              f"{kind} (this layer is for {'points' if role.kind in POINT_KINDS else 'lines'})"] += 1
+            for shape in some:
+                self.expect_flat(layer, kind, shape)
+                taken.append(shape)
+        if taken:
+            self.taken[layer] = taken
+
+    def expect_flat(self, layer, kind, shape):
+        """Error for coordinates that are not finite, or a z."""
+        where = f"{kind} on layer '{shown(self.drawing.names[layer])}'"
+        if not np.isfinite(shape.rows).all():
+            raise MapError(f"{self.drawing.path}: expected finite coordinates, found {where} with others")
+        z = shape.rows[:, 2]
+        if abs(z).max() > FLAT * abs(shape.rows[:, :2]).max():
+            raise MapError(f"{self.drawing.path}: expected z = 0, found {where} with z = {z[abs(z).argmax()]:.6g}")
+
+    def number_layers(self):
+        """Gives the free numbers to the layers of joint and boundary lines without one."""
+        numbered = [layer for layer in self.taken if self.roles[layer].kind in LINE_KINDS]
+        used = {self.roles[layer].number for layer in numbered if self.roles[layer].kind != "material"}
+        free = (number for number in itertools.count(1) if number not in used)
+        for layer in numbered:
+            kind, number = self.roles[layer]
+            if number == 0 and kind == "material":
+                name = shown(self.drawing.names[layer])
+                raise MapError(f"{self.drawing.path}: expected a block material from 1 at the end of the layer's name or "
+                               f"--layer '{name}=material:N', found '{name}'")
+            self.roles[layer] = Role(kind, number or next(free))
+
+    def choose_sagitta(self, given):
+        """The sagitta that was given, or else the default of the drawing's extent: its width or height, the larger."""
+        shapes = list(itertools.chain(*self.taken.values()))
+        if not shapes:
+            raise MapError(f"{self.drawing.path}: expected lines, found {'none' if self.drawing.held else 'an empty drawing'}"
+                           + self.why_empty())
+        places = np.vstack([shape.outline() for shape in shapes])
+        round_off = 64 * np.finfo(float).eps * abs(places).max()
+        rough = max(1e-4 * np.ptp(places, axis=0).max(), round_off)
+        extent = np.ptp(np.vstack([shape.vertices(rough) for shape in shapes]), axis=0).max()
+        least = max(LEAST_SAGITTA * extent, round_off)
+        if given is not None and given < least:
+            raise MapError(f"--sagitta: expected at least {least:.6g} for this drawing of extent {extent:.6g}, found {given:.6g}")
+        return float(given or max(DEFAULT_SAGITTA * extent, least))
+
+    def why_empty(self):
+        """What was there instead of lines."""
+        there = [f"{count} on the layer '{shown(self.drawing.names[layer])}', which is {why}" if why != "invisible"
+                 else f"{count} invisible" for (layer, why), count in self.drawing.hidden.items()]
+        there += [f"{count} {what}" for (layer, what), count in self.left_out.items()]
+        return f" ({', '.join(there)})" if there else ""
+
+    def flatten(self):
+        """Lines and points of each kind, and how many of each layer."""
+        self.dropped = 0
+        self.lines, self.points = collections.defaultdict(list), collections.defaultdict(list)
+        self.counts = {}
+        for layer, shapes in self.taken.items():
+            kind, number = self.roles[layer]
+            before = len(self.lines[kind]), len(self.points[kind])
+            for shape in shapes:
+                places = shape.vertices(self.sagitta).tolist()
+                if isinstance(shape, Point):
+                    self.points[kind].append(places[0])
+                    if kind == "fixed":  # equal ends
+                        self.lines[kind].append(places[0] * 2)
+                    continue
+                for start, end in zip(places, places[1:]):
+                    if start == end:
+                        self.dropped += 1
+                    else:
+                        self.lines[kind].append(start + end + ([number] if number else []))
+            points = len(self.points[kind]) - before[1]
+            self.counts[layer] = len(self.lines[kind]) - before[0] - (points if kind == "fixed" else 0), points
+        if not self.lines["boundary"] and not self.lines["joint"]:
+            raise MapError(f"{self.drawing.path}: expected joint or boundary lines, found none"
+                           + (f" but {self.dropped} of no length" if self.dropped else "") + self.why_empty())
+
+    def mapping(self):
+        """Lines that say what each layer became."""
+        text = []
+        for layer, role in self.roles.items():
+            name = f"layer '{shown(self.drawing.names[layer])}': "
+            if role.kind == "skip":
+                text.append(f"{name}skipped, {counted(len(self.drawing.held[layer]), 'entity', 'entities')}")
+            elif layer in self.counts:
+                what = {"joint": f"joint material {role.number}", "boundary": f"boundary, joint material {role.number}",
+                        "material": f"block material {role.number}"}.get(role.kind, role.kind)
+                lines, points = self.counts[layer]
+                text.append(name + ", ".join([what] + [counted(n, one) for n, one in ((lines, "line"), (points, "point")) if n]))
+        for (layer, why), count in sorted(self.drawing.hidden.items()):
+            name, entities = shown(self.drawing.names[layer]), counted(count, "entity", "entities")
+            text.append(f"layer '{name}'" + (f": {entities} invisible, skipped" if why == "invisible" else
+                                             f" is {why}: {entities} skipped"))
+        if self.dropped:
+            text.append(f"dropped {counted(self.dropped, 'line')} of no length")
+        return text
+
+    def warnings(self):
+        """Lines that say what is lost, or will be."""
+        text = [f"left out, not understood: {count} {shown(what)} on layer '{shown(self.drawing.names[layer])}'"
+                for (layer, what), count in self.left_out.items()]
+        if self.drawing.on_paper:
+            text.append(f"left out, in paper space: {counted(self.drawing.on_paper, 'entity', 'entities')}")
+        lines = np.array([line[:4] for line in self.lines["boundary"] + self.lines["joint"]])
+        places = lines.reshape(-1, 2)
+        width, height = np.ptp(places, axis=0)
+        snap = self.e0 * 1.02 * max(height / 2, width / 2 / 1.3)  # as doc/decks.md says
+        short = int((np.hypot(*(lines[:, 2:] - lines[:, :2]).T) <= snap).sum())
+        if short:
+            text.append(f"{counted(short, 'line')} not longer than e0 w0 = {snap:.6g}, within which ends are one point: "
+                        "a smaller --e0 or a larger --sagitta keeps them apart")
+        return text
+
+    def text(self):
+        """The deck."""
+        lines = self.lines["boundary"] + self.lines["joint"]
+        name = shown(pathlib.Path(self.drawing.path).name)
+        head = [f"From {name}, chords within {self.sagitta:.6g} of the curves", *self.mapping(), *self.warnings()]
+        numbers = [(repr(self.e0), "least distance of edge and node, over the size (e0)"),
+                   (f"{len(lines)} {len(self.lines['boundary'])}", "lines, boundary lines"),
+                   (len(self.lines["material"]), "material lines"), (0, "bolts"), (len(self.lines["fixed"]), "fixed lines"),
+                   *((len(self.points[kind]), f"{kind} points") for kind in POINT_KINDS)]
+        rows = itertools.chain(lines, self.lines["material"], self.lines["fixed"], *(self.points[kind] for kind in POINT_KINDS))
+        return "".join([f"! {line}\n" for line in head] + [f"{number!s:<12} ! {what}\n" for number, what in numbers]
+                       + [" ".join(map(repr, row)) + "\n" for row in rows])
+
+
+def counted(number, one, more=None):
+    """A number of things."""
+    return f"{number} {one if number == 1 else more or one + 's'}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("map", metavar="MAP.dxf")
+    parser.add_argument("-o", "--output", metavar="OUT.geo", help="deck; default: the map with .geo, beside it")
+    parser.add_argument("--e0", type=float, default=0.001, help="least distance of edge and node, over the size; default: 0.001")
+    parser.add_argument("--sagitta", type=float, metavar="S",
+                        help="largest distance of a chord from its curve; default: 1e-3 of the drawing's extent")
+    parser.add_argument("--layer", action="append", default=[], metavar="NAME=ROLE", help="role of a layer; may be repeated")
+    given = parser.parse_args()
+    logging.disable()  # ezdxf's; what matters of it is said here
+    try:
+        if not 0 <= given.e0 < 1:
+            raise MapError(f"--e0: expected at least 0 and below 1, found {given.e0}")
+        if given.sagitta is not None and not 0 < given.sagitta < math.inf:
+            raise MapError(f"--sagitta: expected a length above 0, found {given.sagitta}")
+        output = pathlib.Path(given.output or pathlib.Path(given.map).with_suffix(".geo"))
+        if output.resolve() == pathlib.Path(given.map).resolve():
+            raise MapError(f"{output}: expected another name than the map's for the deck (-o), found the same")
+        drawing = Drawing(given.map)
+        deck = Deck(drawing, chosen_roles(given.layer, drawing), given.e0, given.sagitta)
+        try:
+            output.write_text(deck.text(), encoding="utf-8")
+        except OSError as error:
+            raise MapError(f"{output}: cannot write the deck: {error.strerror}") from None
+    except MapError as error:
+        print(f"tools/dxf2geo: {error}", file=sys.stderr)
+        return 2
+    for line in deck.mapping():
+        print(line)
+    for line in deck.warnings():
+        print(f"tools/dxf2geo: warning: {given.map}: {line}", file=sys.stderr)
+    print(output)
+    return 0

@@ -1,0 +1,21 @@
+"""What goes wrong, in one line each."""
+
+
+class ScreeError(Exception):
+    """What went wrong, for the user."""
+
+
+class ResultsError(ScreeError):
+    """Not a results file of scree, or not the one that was read."""
+
+
+class ProgramMissing(ScreeError):
+    """There is no program to run."""
+
+
+class RunFailed(ScreeError):
+    """The program ended with an error: its last words. `status` is its exit status, `said` all that it wrote to stderr."""
+
+    def __init__(self, words, status, said):
+        super().__init__(words)
+        self.status, self.said = status, said

@@ -1,0 +1,62 @@
+"""Runs cases of contact with a known answer and prints case | quantity | reference | scree | error | tolerance.
+
+    tools/validate [CASE ...] [--scree PROGRAM] [--keep FOLDER]
+
+Without a case, all of them. doc/validation.md describes the cases and where the answers are from. Exit status 0 when every
+tolerance is met, 1 on a miss or a run that fails, 2 when the program is missing.
+Needs Debian's python3-numpy and python3-h5py.
+"""
+import argparse
+import pathlib
+import sys
+
+from ..errors import ProgramMissing, RunFailed
+from ..program import Runner, work_folder
+from .cases import CASES
+
+
+def text(value):
+    return value if isinstance(value, str) else f"{value:.7g}"
+
+
+def compare(names, run):
+    """Prints the table; returns the number of misses."""
+    misses = 0
+    print(f"{'case':<5}{'quantity':<46}{'reference':>14}{'scree':>20}{'error':>10}{'tolerance':>11}{'seconds':>9}")
+    for name in names:
+        rows = CASES[name](run)
+        while True:
+            run.seconds = 0.0
+            try:
+                row = next(rows)
+            except StopIteration:
+                break
+            except RunFailed as failed:
+                print(f"{name:<5}{failed}  MISS")
+                misses += 1
+                break
+            misses += not row.met()
+            error = "" if isinstance(row.reference, str) else f"{row.error():.1e}"
+            tolerance = "" if isinstance(row.reference, str) else f"{row.tolerance:.1e}"
+            seconds = f"{run.seconds:.2f}" if run.seconds else ""
+            print(f"{name:<5}{row.quantity:<46}{text(row.reference):>14}{text(row.found):>20}{error:>10}{tolerance:>11}{seconds:>9}"
+                  f"{'  ok' if row.met() else '  MISS'}", flush=True)
+    print(f"{misses} misses" if misses else "every tolerance is met")
+    return misses
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("case", nargs="*", help=f"of {' '.join(CASES)}")
+    parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
+    parser.add_argument("--keep", type=pathlib.Path, help="folder for geometries and results; else they are not kept")
+    given = parser.parse_args()
+    unknown = [name for name in given.case if name not in CASES]
+    if unknown:
+        parser.error(f"expected cases of {' '.join(CASES)}, found {' '.join(unknown)}")
+    try:
+        with work_folder(given.keep) as folder:
+            return 1 if compare(given.case or list(CASES), Runner(folder, given.scree)) else 0
+    except ProgramMissing as problem:
+        print(f"tools/validate: {problem}", file=sys.stderr)
+        return 2
