@@ -14,8 +14,8 @@ module scree_interruption
   integer(c_intptr_t), parameter :: default_action = 0, ignored = 1 !! SIG_DFL, SIG_IGN
 
   !> The signal that came first, 0: none, and when. A handler takes no arguments of ours and can leave word nowhere else.
-  integer(c_int), volatile, save :: received = 0
-  integer(c_long), volatile, save :: came_at = 0 !! s
+  integer(c_int), volatile :: received = 0
+  integer(c_long), volatile :: came_at = 0 !! s
 
   interface
     !> C: sets what a signal does, and gives what it did.

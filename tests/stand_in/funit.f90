@@ -38,9 +38,9 @@ module funit
   end interface assertGreaterThanOrEqual
 
   ! the state of the run; a test framework has one
-  logical, save :: failed = .false.
-  integer, save :: n_tests = 0, n_failed = 0
-  character(len=120), save :: test_name = ''
+  logical :: failed = .false.
+  integer :: n_tests = 0, n_failed = 0
+  character(len=120) :: test_name = ''
 
 contains
 

@@ -1,0 +1,146 @@
+"""tools/check: what it counts and finds, on sources written for it, and on those of src/."""
+import os
+import pathlib
+import re
+
+import pytest
+from scree.house import check, fortran, measures, rooms
+
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"]) / "src"
+
+PROCEDURES = """!> A module; the word subroutine in a comment, and if (x) then
+module scree_sample
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use scree_kinds, only: dp
+  implicit none
+  private
+  interface
+    subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
+      character, intent(in) :: uplo
+    end subroutine dposv
+  end interface
+
+contains
+
+  !> Five own lines, no branch.
+  pure real(dp) function plain(a, b) result(c)
+    real(dp), intent(in) :: a, b !! both
+
+    ! a comment, if (a > b)
+    c = a + &
+        b
+  end function plain
+
+  subroutine outer(first, &
+                   second, & ! a comment within
+                   third)
+    integer, intent(in) :: first, second(:), third
+    integer :: block, where
+    character(len=:), allocatable :: text
+
+    text = 'if (a .and. b) then; "do"'//"it's .or. case ('x')"
+    rows: do block = 1, first
+      if (first > 1 .and. second(1) > 2 .or. third == 0) cycle rows
+      if (first == 2) then
+        call inner()
+      else if (first == 3) then
+        exit rows
+      else
+        where = 3
+      end if
+    end do rows
+    select case (third)
+    case (1, 2)
+      call inner()
+    case default
+      return
+    end select
+  contains
+    subroutine inner
+      do while (.true.)
+        exit
+      end do
+    end subroutine inner
+  end subroutine outer
+
+  recursive logical function last()
+    last = .not. .false.
+  end function
+
+end module scree_sample
+"""
+
+
+@pytest.fixture
+def sample(tmp_path):
+    (tmp_path / "sample.f90").write_text(PROCEDURES)
+    return tmp_path / "sample.f90"
+
+
+def test_procedures_are_counted_as_by_hand(sample):
+    """Own lines with code, without the procedures inside; 1 + branches, cases, loops, .and., .or."""
+    found = {p.name: (len(p.arguments), p.own_lines, p.complexity) for p in fortran.procedures(sample)}
+    # outer: do, if, and, or, if, else if, case = 7; `case default`, strings and the variable `where` are none
+    assert found == {"plain": (2, 5, 1), "outer": (3, 25, 8), "inner": (0, 5, 2), "last": (0, 3, 1)}
+    assert {p.full_name() for p in fortran.procedures(sample)} >= {"scree_sample.outer", "scree_sample.inner"}
+    assert fortran.modules_used(sample) == [(3, "iso_fortran_env"), (4, "scree_kinds")]
+
+
+def test_every_procedure_of_the_sources_is_found():
+    """As many as there are lines that end one, outside interfaces."""
+    for path in SOURCE.rglob("*.f90"):
+        text = re.sub(r"(?ms)^ *(abstract )?interface\b.*?^ *end interface\b", "", path.read_text())
+        assert len(fortran.procedures(path)) == len(re.findall(r"(?m)^ *end (?:subroutine|function|program)\b", text)), path
+
+
+def house(folder, uses, order="ground middle"):
+    """Sources of rooms: from a file to the modules that it uses."""
+    (folder / "CMakeLists.txt").write_text(f"project(x)\nset(scree_rooms {order})\nadd_library(x)\n")
+    for name, used in uses.items():
+        path = folder / f"{name}.f90"
+        path.parent.mkdir(exist_ok=True)
+        lines = [f"  use scree_{module}, only: x" for module in used]
+        path.write_text("\n".join([f"module scree_{path.stem}", *lines, f"end module scree_{path.stem}", ""]))
+    return rooms.arrows(folder), rooms.order_of(folder)
+
+
+def test_a_use_of_a_room_above_is_found_at_its_line(tmp_path):
+    found, order = house(tmp_path, {"ground/stone": [], "ground/sand": ["stone", "beam"], "middle/beam": ["stone"], "roof": ["beam"]})
+    assert order == ["ground", "middle", "src"]
+    assert rooms.both_ways(found) == [("ground", "middle")]
+    assert [(path.name, line) for path, line, _ in rooms.against_order(found, order)] == [("sand.f90", 3)]
+    assert list(rooms.picture(found, order)) == ["ground       -> middle 1 <->", "middle       -> ground 1 <->", "src          -> middle 1"]
+
+
+def test_a_room_that_the_list_lacks_is_named(tmp_path):
+    found, order = house(tmp_path, {"ground/stone": [], "attic/box": ["stone"]})
+    assert ["'attic'" in text for *_, text in rooms.against_order(found, order)] == [True]
+
+
+def test_a_procedure_of_a_guarded_room_may_not_be_too_complex(tmp_path):
+    for room in ("contact", "input"):
+        (tmp_path / room).mkdir()
+        (tmp_path / room / f"{room}_x.f90").write_text(f"module scree_{room}_x\ncontains\n  subroutine tangled(a)\n    integer :: a\n"
+                                                       + 15 * "    if (a > 0) a = -a\n" + f"  end subroutine\nend module scree_{room}_x\n")
+    found = measures.all_procedures(tmp_path)
+    assert [p.complexity for p in found] == [16, 16]
+    assert [(path.name, line) for path, line, _ in measures.too_complex(found, tmp_path, set())] == [("contact_x.f90", 3)]
+    assert list(measures.too_complex(found, tmp_path, {"scree_contact_x.tangled"})) == []
+    gone = list(measures.too_complex(found, tmp_path, {"scree_contact_x.tangled", "scree_contact_x.mended"}))
+    assert ["mended is no longer" in text for *_, text in gone] == [True]
+
+
+def test_layout_is_compared_but_for_the_indent_of_continuation_lines():
+    ours = ["  x = f(a, &", "    b)", "   y = 1", "  z = pack(a, .not. b)", "  call g(open(1))", "  w=2"]
+    theirs = ["  x = f(a, &", "        b)", "  y = 1", "  z = pack(a,.not. b)", "  call g(open (1))", "  w = 2"]
+    path = pathlib.Path("x.f90")
+    assert [line for _, line, _ in check.differences(path, ours, theirs)] == [3, 6]
+    assert [line for _, line, _ in check.differences(path, ["x = 1 &", "  +2"], ["x = 1 &", "  + 2"])] == [2]
+    assert len(list(check.differences(path, ours, theirs[:-1]))) == 1
+
+
+def test_the_rooms_of_the_sources_look_down_and_no_guarded_procedure_is_too_complex():
+    arrows = rooms.arrows(SOURCE)
+    assert len(arrows) > 20 and rooms.both_ways(arrows) == []
+    assert list(rooms.against_order(arrows, rooms.order_of(SOURCE))) == []
+    assert list(measures.too_complex(measures.all_procedures(SOURCE), SOURCE)) == []
