@@ -105,11 +105,13 @@ def house(folder, uses, order="ground middle"):
 
 
 def test_a_use_of_a_room_above_is_found_at_its_line(tmp_path):
-    found, order = house(tmp_path, {"ground/stone": [], "ground/sand": ["stone", "beam"], "middle/beam": ["stone"], "roof": ["beam"]})
+    found, order = house(tmp_path, {"ground/stone": [], "ground/sand": ["stone", "beam"], "middle/beam": ["stone"],
+                                    "roof": ["beam"]})
     assert order == ["ground", "middle", "src"]
     assert rooms.both_ways(found) == [("ground", "middle")]
     assert [(path.name, line) for path, line, _ in rooms.against_order(found, order)] == [("sand.f90", 3)]
-    assert list(rooms.picture(found, order)) == ["ground       -> middle 1 <->", "middle       -> ground 1 <->", "src          -> middle 1"]
+    assert list(rooms.picture(found, order)) == ["ground       -> middle 1 <->", "middle       -> ground 1 <->",
+                                                 "src          -> middle 1"]
 
 
 def test_a_room_that_the_list_lacks_is_named(tmp_path):
@@ -120,8 +122,9 @@ def test_a_room_that_the_list_lacks_is_named(tmp_path):
 def test_a_procedure_of_a_guarded_room_may_not_be_too_complex(tmp_path):
     for room in ("contact", "input"):
         (tmp_path / room).mkdir()
-        (tmp_path / room / f"{room}_x.f90").write_text(f"module scree_{room}_x\ncontains\n  subroutine tangled(a)\n    integer :: a\n"
-                                                       + 15 * "    if (a > 0) a = -a\n" + f"  end subroutine\nend module scree_{room}_x\n")
+        (tmp_path / room / f"{room}_x.f90").write_text(
+            f"module scree_{room}_x\ncontains\n  subroutine tangled(a)\n    integer :: a\n" + 15 * "    if (a > 0) a = -a\n"
+            + f"  end subroutine\nend module scree_{room}_x\n")
     found = measures.all_procedures(tmp_path)
     assert [p.complexity for p in found] == [16, 16]
     assert [(path.name, line) for path, line, _ in measures.too_complex(found, tmp_path, set())] == [("contact_x.f90", 3)]

@@ -40,13 +40,18 @@ def test_frames_are_those_of_the_file(incline):
     with h5py.File(incline.path) as f:
         n = f["VTKHDF/Steps"].attrs["NSteps"]
         points = f["VTKHDF/Points"][:, :2].reshape(n, -1, 2)
+        velocity = f["VTKHDF/PointData/velocity"][:, :2].reshape(n, -1, 2)
         yy = f["VTKHDF/CellData/stress_yy"][:].reshape(n, -1)
+        measured = f["points/place"][:][f["points/kind"][:] == 3]
     assert incline.n_frames == n == 21 and incline.n_blocks == incline.n_elements == 2
     np.testing.assert_array_equal(incline.frame_steps, np.arange(21))
     for k in (0, 7, 20):
         np.testing.assert_array_equal(incline.vertices(k), points[k])
+        np.testing.assert_array_equal(incline.velocity(k), velocity[k])
         np.testing.assert_array_equal(incline.stress(k)[:, 1], yy[k])
     np.testing.assert_array_equal(incline.vertices(-1), points[-1])
+    np.testing.assert_array_equal(incline.given_points("measured"), measured)
+    assert list(incline.block) == [1, 2] and set(incline.material) <= {1, 2}
     np.testing.assert_allclose(incline.displacement(5), points[5] - points[0], atol=1e-12)
     for polygon, area in zip(incline.polygons(), incline.bodies.area[-1]):
         x, y = polygon.T
@@ -56,7 +61,7 @@ def test_frames_are_those_of_the_file(incline):
 
 
 def test_contacts_of_a_frame_carry_the_block(incline):
-    """Frames have the rows that their counts say. The slope goes down to the right, and friction up it is tan 10 of what presses."""
+    """Frames have the rows that their counts say. The slope falls to the right, and friction up it is tan 10 of what presses."""
     count = incline.contacts.count
     assert [len(incline.contacts_of(k)) for k in range(21)] == list(count) and count[-1] > 0
     contacts = incline.contacts_of(20)
@@ -111,7 +116,8 @@ def test_files_that_are_no_results_are_refused_in_one_line(tmp_path):
     (tmp_path / "text.h5").write_text("no HDF5")
     with h5py.File(tmp_path / "other.h5", "w") as f:
         f["x"] = 1
-    for name, words in (("none.h5", "expected a results file"), ("text.h5", "expected a results file"), ("other.h5", "another HDF5 file")):
+    for name, words in (("none.h5", "expected a results file"), ("text.h5", "expected a results file"),
+                        ("other.h5", "another HDF5 file")):
         with pytest.raises(scree.ResultsError, match=words) as refused:
             scree.read(tmp_path / name)
         assert len(str(refused.value).splitlines()) == 1 and name in str(refused.value)
