@@ -3,8 +3,8 @@
 !> - A small matrix, of one element, goes to LAPACK.
 !> - A sparse matrix goes to CHOLMOD where it is symmetric and turns out to be positive definite, else to UMFPACK.
 !>
-!> A caller says how exact the solution has to be, and is told how exact it is. The residual is the largest component of b - A x over
-!> the largest magnitude of what cancels in one, each over the root of its entry on the diagonal:
+!> A caller says how exact the solution has to be, and is told how exact it is. The residual is the largest component of b - A x
+!> over the largest magnitude of what cancels in one, each over the root of its entry on the diagonal:
 !>
 !>     max_i |b - A x|_i / sqrt(a_ii)  /  max_i (|A| |x| + |b|)_i / sqrt(a_ii)
 !>

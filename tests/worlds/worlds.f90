@@ -115,7 +115,7 @@ contains
       half = (1.5_dp + 3*u(3))*[cos(angle), sin(angle)]
       write (unit, '(4(1x,es24.16e3),a)') side*u(4:5) - half, side*u(4:5) + half, ' 1'
     end do
-    write (unit, '(4(1x,es24.16e3))') -0.01_dp, 0.03_dp, side + 0.01_dp, 0.03_dp
+    write (unit, '(4(1x,es24.16e3))') [-0.01_dp, 0.03_dp, side + 0.01_dp, 0.03_dp]
     close (unit)
     call write_analysis(stem()//'.ana', groups, [granite], joint_material_t(friction_angle=30.0_dp), 0.005_dp)
     call read_world(stem()//'.geo', stem()//'.ana', world)
