@@ -148,7 +148,11 @@ contains
     call advance(run%model, next_size(scene%settings, run%state), run%cache, run%state, report, error)
     call stop_phase(run%output%timer(phase_steps))
     if (allocated(error)) then
-      error%message = 'step '//number_text(before + 1)//' from time '//rounded_text(run%state%time)//': '//error%message
+      if (run%state%step == before) then
+        error%message = 'step '//number_text(before + 1)//' from time '//rounded_text(run%state%time)//': '//error%message
+      else
+        error%message = reached(run%state)//error%message
+      end if
       return
     end if
     if (run%state%step == before) return ! a signal came
@@ -164,7 +168,7 @@ contains
       run%framed = run%state%step ! such numbers are not written
     end if
     if (allocated(error)) then
-      error%message = 'step '//number_text(run%state%step)//' to time '//rounded_text(run%state%time)//': '//error%message
+      error%message = reached(run%state)//error%message
       return
     end if
     associate (s => scene%settings, state => run%state)
@@ -172,6 +176,14 @@ contains
                      report%dt, report%iterations)
     end associate
   end subroutine run_step
+
+  !> The step that was done last, for an error that it ends with.
+  pure function reached(state)
+    type(state_t), intent(in) :: state
+    character(len=:), allocatable :: reached
+
+    reached = 'step '//number_text(state%step)//' to time '//rounded_text(state%time)//': '
+  end function reached
 
   !> Writes the series of a step, and its frame where one is due.
   subroutine write_step(scene, run, report, error)
