@@ -22,6 +22,11 @@ module scree_block_file
 
   real(dp), parameter :: most_joints = 999999999.0_dp !! highest number of a joint material, nine digits as of all numbers of things
 
+  !> How many things a block file has of each kind.
+  type :: counts_t
+    integer :: blocks = 0, rows = 0, fixed = 0, loads = 0, measured = 0
+  end type counts_t
+
 contains
 
   !> Reads a block file into the scene. Errors: what is not as the layout says, with its line.
@@ -29,31 +34,66 @@ contains
     type(deck_t), intent(inout) :: deck
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
-    integer :: i, n_blocks, n_bolts, n_fixed, n_loads, n_measured, n_points, n_rows
+    type(counts_t) :: n
     integer, allocatable :: first(:), last(:), line(:), material(:), row_line(:)
     real(dp), allocatable :: row(:, :)
-    logical, allocatable :: spare(:)
     logical :: typed
+    integer :: n_points
 
-    call next_count(deck, 'blocks', 3, n_blocks, error, least=1)
+    call read_counts(deck, n, error)
     if (allocated(error)) return
-    call next_index(deck, 'the number of bolts', n_bolts, error)
+    allocate (first(n%blocks), last(n%blocks), material(n%blocks), line(n%blocks))
+    call read_ranges(deck, n%rows, first, last, line, material, error)
     if (allocated(error)) return
-    if (n_bolts > 0) then
-      call expect(deck, '0 bolts, as bolts are not simulated', number_text(n_bolts), error)
+    n_points = n%fixed + n%loads + n%measured
+    typed = numbers_left(deck) == 3*n%rows + 4*n_points .and. n_points > 0
+    allocate (row(3, n%rows), row_line(n%rows))
+    call read_rows(deck, first, last, row, row_line, error)
+    if (allocated(error)) return
+    call take_polygons(first, last, line, material, row, row_line, scene%blocks)
+    call read_points(deck, typed, 'fixed', n%fixed, n%blocks, scene%fixed_points, error)
+    if (allocated(error)) return
+    call read_points(deck, typed, 'load', n%loads, n%blocks, scene%load_points, error)
+    if (allocated(error)) return
+    call read_points(deck, typed, 'measured', n%measured, n%blocks, scene%measured_points, error)
+    if (allocated(error)) return
+    call expect_end(deck, error)
+  end subroutine read_block_file
+
+  !> Reads how many things there are of each kind.
+  subroutine read_counts(deck, n, error)
+    type(deck_t), intent(inout) :: deck
+    type(counts_t), intent(out) :: n
+    type(error_t), allocatable, intent(out) :: error
+    integer :: bolts
+
+    call next_count(deck, 'blocks', 3, n%blocks, error, least=1)
+    if (allocated(error)) return
+    call next_index(deck, 'the number of bolts', bolts, error)
+    if (allocated(error)) return
+    if (bolts > 0) then
+      call expect(deck, '0 bolts, as bolts are not simulated', number_text(bolts), error)
       return
     end if
-    call next_count(deck, 'vertex rows', 3, n_rows, error, least=1)
+    call next_count(deck, 'vertex rows', 3, n%rows, error, least=1)
     if (allocated(error)) return
-    call next_count(deck, 'fixed points', 3, n_fixed, error)
+    call next_count(deck, 'fixed points', 3, n%fixed, error)
     if (allocated(error)) return
-    call next_count(deck, 'load points', 3, n_loads, error)
+    call next_count(deck, 'load points', 3, n%loads, error)
     if (allocated(error)) return
-    call next_count(deck, 'measured points', 3, n_measured, error)
-    if (allocated(error)) return
+    call next_count(deck, 'measured points', 3, n%measured, error)
+  end subroutine read_counts
 
-    allocate (first(n_blocks), last(n_blocks), material(n_blocks), line(n_blocks))
-    do i = 1, n_blocks
+  !> Reads material, first and last vertex row of each block.
+  subroutine read_ranges(deck, n_rows, first, last, line, material, error)
+    type(deck_t), intent(inout) :: deck
+    integer, intent(in) :: n_rows
+    integer, intent(out) :: first(:), last(:), line(:), material(:) !! (n_blocks)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: before, i
+
+    before = 0
+    do i = 1, size(first)
       call next_index(deck, 'the material of block '//number_text(i), material(i), error, least=1)
       if (allocated(error)) return
       line(i) = deck%line(deck%at)
@@ -62,22 +102,29 @@ contains
       call next_index(deck, 'the last vertex row of block '//number_text(i)//' (a block has three or more)', last(i), &
                       error, least=first(i) + 2, most=n_rows)
       if (allocated(error)) return
-      if (i > 1) then
-        if (first(i) <= last(i - 1)) then
-          call expect(deck, 'rows of block '//number_text(i)//' after those of the block before', &
-                      number_text(first(i)), error)
-          return
-        end if
+      if (first(i) <= before) then
+        call expect(deck, 'rows of block '//number_text(i)//' after those of the block before', number_text(first(i)), error)
+        return
       end if
+      before = last(i)
     end do
-    n_points = n_fixed + n_loads + n_measured
-    typed = numbers_left(deck) == 3*n_rows + 4*n_points .and. n_points > 0
-    allocate (row(3, n_rows), row_line(n_rows))
-    allocate (spare(n_rows), source=.true.)
-    do i = 1, n_blocks
+  end subroutine read_ranges
+
+  !> Reads the vertex rows. Of those between blocks, which Shi's programs use for themselves, anything goes.
+  subroutine read_rows(deck, first, last, row, row_line, error)
+    type(deck_t), intent(inout) :: deck
+    integer, intent(in) :: first(:), last(:)      !! (n_blocks)
+    real(dp), intent(out) :: row(:, :)            !! (3, n_rows) jm x y
+    integer, intent(out) :: row_line(:)           !! (n_rows)
+    type(error_t), allocatable, intent(out) :: error
+    logical :: spare(size(row_line))
+    integer :: i
+
+    spare = .true.
+    do i = 1, size(first)
       spare(first(i):last(i)) = .false.
     end do
-    do i = 1, n_rows
+    do i = 1, size(row_line)
       call next_reals(deck, 'jm x y of a vertex row', row(:, i), error)
       if (allocated(error)) return
       row_line(i) = deck%line(deck%at)
@@ -87,15 +134,7 @@ contains
         return
       end if
     end do
-    call take_polygons(first, last, line, material, row, row_line, scene%blocks)
-    call read_points(deck, typed, 'fixed', n_fixed, n_blocks, scene%fixed_points, error)
-    if (allocated(error)) return
-    call read_points(deck, typed, 'load', n_loads, n_blocks, scene%load_points, error)
-    if (allocated(error)) return
-    call read_points(deck, typed, 'measured', n_measured, n_blocks, scene%measured_points, error)
-    if (allocated(error)) return
-    call expect_end(deck, error)
-  end subroutine read_block_file
+  end subroutine read_rows
 
   !> Whether a block file may take the place of a file: it holds nothing, or is one by its counts.
   logical function may_replace_blocks(path)

@@ -194,7 +194,7 @@ contains
     call store_text(results, 'status', 'running', error, room=300)
   end subroutine open_results
 
-  !> Datasets of the frames: the polygons once, places and fields to grow.
+  !> Datasets of the frames: the polygons once, places and fields to grow. After an error nothing more is made.
   subroutine make_frames(results, layout, error)
     type(results_t), intent(inout) :: results
     type(layout_t), intent(in) :: layout
@@ -203,68 +203,48 @@ contains
 
     associate (n_v => results%n_vertices, n_e => results%n_elements)
       call fixed('NumberOfPoints', [real(n_v, dp)])
-      if (allocated(error)) return
       call fixed('NumberOfCells', [real(n_e, dp)])
-      if (allocated(error)) return
       call fixed('NumberOfConnectivityIds', [real(size(layout%corner), dp)])
-      if (allocated(error)) return
       call fixed('Connectivity', real(layout%corner - 1, dp))
-      if (allocated(error)) return
       call fixed('Offsets', real(layout%first - 1, dp))
-      if (allocated(error)) return
-      call fixed_rows(results%file, '/VTKHDF/Types', [integer ::], .true., '', '', [(real(vtk_polygon, dp), i=1, n_e)], &
-                      error, byte=.true.)
-      if (allocated(error)) return
+      call fixed('Types', [(real(vtk_polygon, dp), i=1, n_e)], byte=.true.)
       call fixed('CellData/block', real(layout%block, dp))
-      if (allocated(error)) return
       call fixed('CellData/material', real(layout%material, dp))
-      if (allocated(error)) return
       frames = max(1, min(results%expected_frames, chunk_bytes/(24*n_v)))
       call grow('Points', [3], .false., 'length', 'place of each vertex', n_v*frames, results%points)
-      if (allocated(error)) return
       call grow('PointData/displacement', [3], .false., 'length', 'displacement since the start', n_v*frames, &
                 results%point_field(1))
-      if (allocated(error)) return
       call grow('PointData/velocity', [3], .false., 'length/time', 'velocity', n_v*frames, results%point_field(2))
-      if (allocated(error)) return
       do i = 1, size(cell_fields)
         call grow('CellData/'//trim(cell_fields(i)), [integer ::], .false., 'force/length^2', &
                   'Cauchy stress, tension positive', n_e*frames, results%cell_field(i))
-        if (allocated(error)) return
-      end do
+        end do
     end associate
     call grow_step('Values', results%time)
-    if (allocated(error)) return
     call grow_step('PartOffsets', results%offset(1))
-    if (allocated(error)) return
     call grow_step('NumberOfParts', results%offset(2))
-    if (allocated(error)) return
     call grow_step('PointOffsets', results%offset(3))
-    if (allocated(error)) return
     call grow_step('CellOffsets', results%offset(4))
-    if (allocated(error)) return
     call grow_step('ConnectivityIdOffsets', results%offset(5))
-    if (allocated(error)) return
     do i = 1, size(point_fields)
       call grow_step('PointDataOffsets/'//trim(point_fields(i)), results%point_offset(i))
-      if (allocated(error)) return
     end do
     do i = 1, size(cell_fields)
       call grow_step('CellDataOffsets/'//trim(cell_fields(i)), results%cell_offset(i))
-      if (allocated(error)) return
     end do
     call grow_step('CellDataOffsets/block', results%cell_offset(size(cell_fields) + 1))
-    if (allocated(error)) return
     call grow_step('CellDataOffsets/material', results%cell_offset(size(cell_fields) + 2))
 
   contains
 
     !> Whole numbers that never change.
-    subroutine fixed(name, values)
+    subroutine fixed(name, values, byte)
       character(len=*), intent(in) :: name
       real(dp), intent(in) :: values(:)
+      logical, intent(in), optional :: byte !! of one byte each
 
-      call fixed_rows(results%file, '/VTKHDF/'//name, [integer ::], .true., '', '', values, error)
+      if (allocated(error)) return
+      call fixed_rows(results%file, '/VTKHDF/'//name, [integer ::], .true., '', '', values, error, byte)
       if (allocated(error)) error%message = results%path//': '//error%message
     end subroutine fixed
 
@@ -275,6 +255,7 @@ contains
       logical, intent(in) :: whole
       type(rows_t), intent(out) :: rows
 
+      if (allocated(error)) return
       call create_rows(results%file, '/VTKHDF/'//name, shape, whole, units, description, chunk_rows, rows, error)
       if (allocated(error)) error%message = results%path//': '//error%message
     end subroutine grow
@@ -602,13 +583,7 @@ contains
     if (results%file < 0) return
     call release_space(results, bytes_of_waiting(results) + closing_bytes, error)
     if (.not. allocated(error)) call append_waiting(results, error)
-    if (.not. allocated(error)) call write_words(results%file, '/cost/phase', costs%phase, error)
-    if (.not. allocated(error)) &
-      call fixed_rows(results%file, '/cost/calls', [integer ::], .true., '1', 'calls', real(costs%calls, dp), error)
-    if (.not. allocated(error)) &
-      call fixed_rows(results%file, '/cost/wall_seconds', [integer ::], .false., 's', 'wall-clock time', costs%wall, error)
-    if (.not. allocated(error)) call fixed_rows(results%file, '/cost/processor_seconds', [integer ::], .false., 's', &
-                                                'processor time', costs%processor, error)
+    if (.not. allocated(error)) call write_costs(results%file, costs, error)
     if (allocated(error) .and. any(status_text == [character(len=8) :: 'complete', 'cut'])) then
       call store_text(results, 'status', 'stopped: '//error%message, status_error)
     else
@@ -631,5 +606,20 @@ contains
       code = c_truncate(results%path//c_null_char, int(length + results%held_bytes, c_int64_t))
     end if
   end subroutine close_results
+
+  !> The table of costs.
+  subroutine write_costs(file, costs, error)
+    integer(hid_t), intent(in) :: file
+    type(cost_row_t), intent(in) :: costs(:)
+    type(error_t), allocatable, intent(out) :: error
+
+    call write_words(file, '/cost/phase', costs%phase, error)
+    if (allocated(error)) return
+    call fixed_rows(file, '/cost/calls', [integer ::], .true., '1', 'calls', real(costs%calls, dp), error)
+    if (allocated(error)) return
+    call fixed_rows(file, '/cost/wall_seconds', [integer ::], .false., 's', 'wall-clock time', costs%wall, error)
+    if (allocated(error)) return
+    call fixed_rows(file, '/cost/processor_seconds', [integer ::], .false., 's', 'processor time', costs%processor, error)
+  end subroutine write_costs
 
 end module scree_results_file
