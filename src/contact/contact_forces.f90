@@ -71,7 +71,7 @@ contains
     integer, intent(in) :: pair
     integer, intent(in) :: contacts(:)    !! closed, of the pair
     real(dp), intent(in) :: d(:)          !! (n_unknowns)
-    logical, intent(in) :: symmetric      !! the elements' operator is; where the geometry bends, that of contacts keeps it so
+    logical, intent(in) :: symmetric      !! the operator is to be, but for friction, where the geometry bends
     type(pair_term_t), intent(inout) :: term
     real(dp) :: of(4, 3), shear(n), shear_end(n)
     integer :: i, k, m
@@ -95,7 +95,7 @@ contains
         if (contact%entrance(active)%pair /= pair) cycle
         if (abs(of(4, 3)) > 0) call add_change(term, shear, of(4, 3)*shear_end)
         call add_pair_force(term, of(1, 3)*shear)
-        term%symmetric = term%symmetric .and. .not. rubs(model%outlines, try, contact%entrance(active))
+        term%symmetric = term%symmetric .and. symmetric .and. .not. rubs(model%outlines, try, contact%entrance(active))
       end associate
     end do
   end subroutine add_contacts_of_pair

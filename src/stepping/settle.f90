@@ -1,8 +1,8 @@
 !> The iteration of a step: corrections d <- d + K^-1 (forces out of balance) until the deformation settles.
 !>
 !> K is the secant operator of Zhang et al. 2019 or the tangent. Written as a correction, the secant has the iterates
-!> of the paper (K_s d = f) without its round-off floor of eps E dt^2 / (rho l^2). With small strain the forces are
-!> linear in d, and the residual of a correction says whether it is the solution.
+!> of the paper (K_s d = f) without its round-off floor of eps E dt^2 / (rho l^2). With small strain the
+!> forces are linear in d, and the residual of a correction says whether it is the solution.
 !>
 !> What shares and touches nothing is settled alone. All other elements are settled together: deformation outside, and inside it the
 !> open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
@@ -169,7 +169,7 @@ contains
         if (outcome%settled) call hold(model, group, d, contacts, outcome%settled)
       end if
       if (outcome%settled) return
-      if (model%settings%iterate == iterate_hybrid) group%rule%tangent = change < near_solution
+      if (model%settings%iterate == iterate_hybrid .and. .not. group%frozen) group%rule%tangent = change < near_solution
     end do
     call reject_unsettled(cache, worst, outcome)
   end subroutine settle_together
@@ -190,6 +190,9 @@ contains
   end subroutine begin_open_close
 
   !> Sums up the equations at `d`; of the last linearisation, where contacts settle for that first.
+  !>
+  !> The operator of contacts keeps the symmetry of a secant. Not where the secant stays: the forces are then linear, and contacts
+  !> need their exact changes to settle.
   subroutine assemble(model, cache, state, group, contacts, d)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -220,14 +223,14 @@ contains
     end do
     if (.not. group%in_contact) return
     if (.not. group%frozen) group%linear_at = d
-    call add_contacts(model, contacts, group%symmetric, d, cache%equations)
+    call add_contacts(model, contacts, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen), d, cache%equations)
   end subroutine assemble
 
   !> Adds what contacts do to the pairs of elements that they act between.
   subroutine add_contacts(model, contacts, symmetric, d, equations)
     type(model_t), intent(in) :: model
     type(contact_try_t), intent(in) :: contacts
-    logical, intent(in) :: symmetric              !! the elements' operator is
+    logical, intent(in) :: symmetric              !! their operator is to be
     real(dp), intent(in) :: d(:)
     type(equations_t), intent(inout) :: equations
     type(closed_contacts_t) :: closed

@@ -32,6 +32,14 @@ def test_merged_and_nested_iterations_have_one_solution(name, run):
     assert (np.abs(merged.history.rotation).max() > 0.3) == (name in ("slide over an edge", "fall and bounce", "meet in flight"))
 
 
+def test_contacts_settle_for_a_secant_that_stays(run):
+    """Nested, by the secant alone: no step is cut, and the path is that of the hybrid method."""
+    hybrid, secant = (SCENES["slide over an edge"].run(run, method, ["contact.coupling=nested", f"iteration.method={method}"])
+                      for method in ("hybrid", "secant"))
+    assert secant.time == pytest.approx(hybrid.time)
+    np.testing.assert_allclose(secant.moved, hybrid.moved, atol=1e-8 * np.abs(hybrid.moved).max())
+
+
 @pytest.mark.parametrize("name", ["slide on a slope", "meet in flight"])
 def test_multipliers_leave_what_is_asked_whatever_the_stiffness(name, run):
     """Overlap below the bound, 1e-10; over three decades of stiffness one path, to a thousand times the bound."""
