@@ -27,7 +27,7 @@ contains
     type(contact_try_t) :: contacts
     real(dp), allocatable :: at_rest(:, :)
 
-    allocate (contact(0), candidate(2, 0), memory%contact(0), memory%pair(2, 0))
+    allocate (contact(0), candidate(2, 0), memory%contact(0))
     if (.not. allocated(state%contacts%contact)) return
     memory%inside = state%contacts%inside
     allocate (at_rest(2, size(model%outlines%start)), source=0.0_dp)

@@ -1,55 +1,121 @@
-!> Contact that gives back in a step all that it takes: the mean of a spring's force over the way from the gaps at the beginning
-!> of the step to those at its end, each line of two for the part of the way on which its gap is the larger (doc/theory.md).
+!> Contact that gives back in a step all that it takes.
+!>
+!> A contact presses with the mean of a spring's force over the way from the gaps at the beginning of the step to those at its end,
+!> each entrance of two for the part of the way on which its gap is the larger (doc/theory.md). It slides by Coulomb's rules.
 module scree_conserving_contact
+  use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
+  use scree_contacts, only: contact_law_t, contact_t, state_open
+  use scree_coulomb_contact, only: act_on, judge_closed, set_state
   use scree_kinds, only: dp
   implicit none
   private
-  public :: mean_depths
+  public :: deepest_gap, inherit_overlap, judge_conserving, press_conserving
 
 contains
 
-  !> Mean overlap of each line over a straight way of the gaps, while its gap is the larger, and its changes with the gaps at the
-  !> end: (mean, d/dg1, d/dg2).
-  pure function mean_depths(n_entrances, start_gap, gap) result(mean)
+  !> Forces across the entrances of a contact: the stiffness times the mean overlap over a straight way of the gaps, of each entrance
+  !> while its gap is the larger.
+  pure function press_conserving(stiffness, n_entrances, start, now) result(force)
+    real(dp), intent(in) :: stiffness              !! force/length
     integer, intent(in) :: n_entrances
-    real(dp), intent(in) :: start_gap(2), gap(2) !! length
-    real(dp) :: mean(3, 2)
+    type(entrance_start_t), intent(in) :: start(2)
+    type(gap_and_slip_t), intent(in) :: now(2)
+    type(contact_force_t) :: force
     real(dp) :: ahead(2), turn, depth
     integer :: k
 
-    mean = 0.0_dp
-    turn = 0.0_dp ! share of the way on which the line that is ahead at the end is not
+    turn = 0.0_dp ! share of the way on which the entrance that is ahead at the end is not
+    ahead = 0.0_dp
     k = 1
     if (n_entrances == 2) then
-      if (gap(2) > gap(1)) k = 2
-      ahead = [start_gap(k) - start_gap(3 - k), gap(k) - gap(3 - k)]
+      if (now(2)%gap > now(1)%gap) k = 2
+      ahead = [start(k)%gap - start(3 - k)%gap, now(k)%gap - now(3 - k)%gap]
       if (ahead(1) < 0) turn = ahead(1)/(ahead(1) - ahead(2))
     end if
-    mean([1, 1 + k], k) = mean_depth(start_gap(k), gap(k), turn, 1.0_dp)
-    if (.not. turn > 0) return
-    mean([1, 4 - k], 3 - k) = mean_depth(start_gap(3 - k), gap(3 - k), 0.0_dp, turn)
-    depth = -(start_gap(k) + turn*(gap(k) - start_gap(k)))
-    if (depth <= 0) return
-    depth = -depth*ahead(1)/(ahead(1) - ahead(2))**2 ! times what the turn changes by with the gaps
-    mean(2:, k) = mean(2:, k) + merge(depth, -depth, [1, 2] == k)
-    mean(2:, 3 - k) = mean(2:, 3 - k) - merge(depth, -depth, [1, 2] == k)
-  end function mean_depths
+    call mean_depth(start(k)%gap, now(k)%gap, turn, 1.0_dp, force%across(k), force%across_by_gap(k, k))
+    if (turn > 0) then
+      call mean_depth(start(3 - k)%gap, now(3 - k)%gap, 0.0_dp, turn, force%across(3 - k), force%across_by_gap(3 - k, 3 - k))
+      depth = -(start(k)%gap + turn*(now(k)%gap - start(k)%gap))
+      if (depth > 0) then
+        depth = -depth*ahead(1)/(ahead(1) - ahead(2))**2 ! times what the turn changes by with the gaps
+        force%across_by_gap(:, k) = force%across_by_gap(:, k) + merge(depth, -depth, [1, 2] == k)
+        force%across_by_gap(:, 3 - k) = force%across_by_gap(:, 3 - k) - merge(depth, -depth, [1, 2] == k)
+      end if
+    end if
+    force%across = stiffness*force%across
+    force%across_by_gap = stiffness*force%across_by_gap
+  end function press_conserving
 
-  !> What a line adds to the mean overlap between two shares of a straight way of its gap, and its change with the gap at the end.
-  pure function mean_depth(start_gap, gap, first, last) result(mean)
+  !> What an entrance adds to the mean overlap between two shares of a straight way of its gap, and its change with the gap at the end.
+  pure subroutine mean_depth(start_gap, gap, first, last, mean, change)
     real(dp), intent(in) :: start_gap, gap !! length
     real(dp), intent(in) :: first, last
-    real(dp) :: mean(2)
+    real(dp), intent(out) :: mean, change
     real(dp) :: from, to
 
     mean = 0.0_dp
+    change = 0.0_dp
     if (min(start_gap, gap) >= 0) return
     from = first
     to = last
     if (start_gap > 0) from = max(from, start_gap/(start_gap - gap))
     if (gap > 0) to = min(to, start_gap/(start_gap - gap))
     if (to <= from) return
-    mean = -(to - from)*[start_gap + 0.5_dp*(from + to)*(gap - start_gap), 0.5_dp*(from + to)]
-  end function mean_depth
+    mean = -(to - from)*(start_gap + 0.5_dp*(from + to)*(gap - start_gap))
+    change = -(to - from)*(0.5_dp*(from + to))
+  end subroutine mean_depth
+
+  !> Lets a contact begin with the energy of the one whose place it takes: the springs of its entrances rest so that the larger of
+  !> the overlaps' gaps is the same.
+  pure subroutine inherit_overlap(contact, gap)
+    type(contact_t), intent(inout) :: contact
+    real(dp), intent(inout) :: gap(2) !! of its entrances from where their springs rest, length
+    real(dp) :: inherited, shift
+    integer :: k, largest
+
+    if (contact%inherits < 0) return
+    inherited = min(-contact%inherits, 0.0_dp)
+    largest = maxloc(gap(:contact%n_entrances), 1)
+    if (gap(largest) >= 0 .and. inherited >= 0) return
+    do k = 1, contact%n_entrances
+      shift = gap(k) - inherited
+      if (k /= largest) shift = max(shift, 0.0_dp)
+      contact%entrance(k)%rest = contact%entrance(k)%rest + shift
+      gap(k) = gap(k) - shift
+    end do
+    contact%inherits = -1.0_dp
+  end subroutine inherit_overlap
+
+  !> Judges a contact: it is closed while its entrances press together, on the one that presses more.
+  pure subroutine judge_conserving(law, start, now, force, doubt, contact, changes)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_start_t), intent(in) :: start(2)
+    type(gap_and_slip_t), intent(in) :: now(2)
+    type(contact_force_t), intent(in) :: force
+    real(dp), intent(in) :: doubt          !! force that changes no state
+    type(contact_t), intent(inout) :: contact
+    integer, intent(inout) :: changes      !! of states, counted on
+    real(dp) :: pressing
+    integer :: k, state
+
+    k = 1
+    if (contact%n_entrances == 2) then
+      k = maxloc(force%across, 1)
+      if (abs(force%across(2) - force%across(1)) <= doubt) k = contact%active
+    end if
+    pressing = sum(force%across)
+    call act_on(k, contact, changes)
+    state = state_open
+    if (pressing > 0) call judge_closed(law, start(k), now(k), pressing, doubt, contact%entrance(k), state)
+    call set_state(state, abs(pressing) > doubt, contact%entrance(k), changes)
+  end subroutine judge_conserving
+
+  !> Gap whose spring holds the energy of a closed contact: the larger of its entrances', while they overlap.
+  pure real(dp) function deepest_gap(n_entrances, now)
+    integer, intent(in) :: n_entrances
+    type(gap_and_slip_t), intent(in) :: now(2)
+
+    deepest_gap = maxval(now(:n_entrances)%gap)
+  end function deepest_gap
 
 end module scree_conserving_contact

@@ -1,6 +1,7 @@
 !> Which vertices are near which edges: a search in a grid, with room to move, and whether a step outran it.
 module scree_contact_search
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
+  use scree_contact_rules, only: corners_turn
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_search_t, outlines_t, parallel
   use scree_interpolation, only: displacement_matrix
@@ -182,7 +183,7 @@ contains
         if (beyond > 0) farthest(3) = max(farthest(3), (beyond/try%local(i) &
                                                         + min(try%margin/try%local(i), try%law%leap))/try%law%leap)
       end do
-      if (try%law%by_name) return
+      if (.not. corners_turn(try%law)) return
       do i = 1, size(outlines%start)
         associate (next => outlines%next(i))
           if (.not. (may_touch(i) .or. may_touch(next))) cycle

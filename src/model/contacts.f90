@@ -3,10 +3,13 @@ module scree_contacts
   use scree_kinds, only: dp
   implicit none
   private
-  public :: contact_law_t, contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, overlap_t
+  public :: contact_law_t, contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, overlap_t, shi_law_t
 
   !> Edges whose directions differ by less are parallel, rad (Shi: h1).
   real(dp), parameter, public :: parallel = 3*acos(-1.0_dp)/180
+
+  !> Whose rules contacts follow.
+  integer, parameter, public :: rules_coulomb = 1, rules_conserving = 2, rules_shi = 3
 
   !> State of a contact (Shi: m0).
   integer, parameter, public :: state_open = 0, state_sliding = 1, state_locked = 2
@@ -24,42 +27,42 @@ module scree_contacts
     integer, allocatable :: of_block(:) !! (n)
   end type outlines_t
 
-  !> A vertex of one body and the line of an edge of another, and what the contact remembers.
+  !> The line of an edge that a vertex of another body has to cross to enter, and what the contact remembers of it.
   type :: entrance_t
-    integer :: vertex = 0               !! of the outlines
-    integer :: edge = 0                 !! of the outlines
-    integer :: pair = 0                 !! of elements, its number
+    integer :: vertex = 0                !! of the outlines
+    integer :: edge = 0                  !! of the outlines
+    integer :: joint = 1                 !! joint material of the edge
+    integer :: pair = 0                  !! number of the pair of elements that vertex and edge belong to
     integer :: state = state_open
-    real(dp) :: direction = 1.0_dp      !! of sliding: 1 along the edge, -1 back
-    real(dp) :: anchor = 0.0_dp         !! share of the edge at which the shear spring holds the vertex
-    real(dp) :: rest = 0.0_dp           !! gap at which the spring across has no force: below 0 where it was found inside, length
-    real(dp) :: multiplier(2) = 0.0_dp        !! forces across and along that the springs need not make up (multipliers)
-    real(dp) :: length = 0.0_dp         !! of the joint that the contact stands for, where cohesion or strength need it
-    logical :: bonded = .false.         !! cohesion and tensile strength are not lost
-    real(dp) :: lagged_friction = 0.0_dp           !! friction of the iteration before, where the law lags, force
+    real(dp) :: direction = 1.0_dp       !! of sliding: 1 along the edge, -1 back
+    real(dp) :: anchor = 0.0_dp          !! share of the edge at which the shear spring holds the vertex
+    real(dp) :: rest = 0.0_dp            !! gap at which the spring across has no force; a vertex found inside has one below 0, length
+    real(dp) :: multiplier(2) = 0.0_dp   !! forces across and along that the springs need not make up
+    real(dp) :: length = 0.0_dp          !! of the joint that the contact stands for, where it has cohesion or strength
+    logical :: bonded = .false.          !! cohesion and tensile strength are not lost
+    real(dp) :: lagged_friction = 0.0_dp !! friction of the iteration before, by Shi's rules, force
   end type entrance_t
 
-  !> A place where two bodies may touch: a vertex at an edge, or two vertices with two entrance lines of which the
-  !> vertices have to cross both to enter (Shi 1988).
+  !> A place where two bodies may touch: a vertex at an edge has one entrance; two convex corners have two, and enter each other
+  !> only across both (Shi 1988).
   type :: contact_t
     integer :: n_entrances = 1
-    integer :: active = 1               !! line that acts
+    integer :: active = 1               !! entrance that acts
     real(dp) :: force(2) = 0.0_dp       !! at the end of the last step, pressing and along the edge, per unit thickness
     real(dp) :: pressed = 0.0_dp        !! overlap of its spring then, length
-    real(dp) :: inherits = -1.0_dp      !! overlap that its spring takes over from one of other pairs; below 0: none, length
+    real(dp) :: inherits = -1.0_dp      !! overlap of the contact whose place it takes, where it conserves energy; below 0: none, length
     type(entrance_t) :: entrance(2)
   end type contact_t
 
   !> What contacts hand on from step to step.
   type :: contact_memory_t
     type(contact_t), allocatable :: contact(:)
-    integer, allocatable :: pair(:, :)      !! (2, n_pairs) elements that the equations couple, the smaller number first
-    integer, allocatable :: inside(:, :)    !! (2, n) vertices and the edges that they are inside of since the run began
+    integer, allocatable :: inside(:, :)    !! (2, n) vertices, each with the edge that it has been inside of since the run began
     real(dp) :: stiffness(2) = 0.0_dp       !! across a contact and along it, force/length per unit thickness
-    real(dp) :: margin = 0.0_dp             !! of the way that a vertex may go, beyond what its velocity makes, length
-    real(dp) :: swing = 0.0_dp              !! of the angle that a corner may turn, beyond what its velocity makes, rad
+    real(dp) :: margin = 0.0_dp             !! way that the search adds to what the velocity of a vertex makes, length
+    real(dp) :: swing = 0.0_dp              !! angle that the search adds to what a corner turns by its velocity, rad
     real(dp) :: penetration = 0.0_dp        !! largest at the end of the last step, length
-    real(dp) :: pressed = 0.0_dp            !! largest of a spring then, length
+    real(dp) :: pressed = 0.0_dp            !! largest overlap of a spring then, length
     real(dp) :: gap = 0.0_dp                !! largest of a closed contact then, length
     integer :: count(3) = 0                 !! contacts open, sliding, locked then
   end type contact_memory_t
@@ -80,8 +83,22 @@ module scree_contacts
     logical :: crossing = .false. !! no vertex of either is inside the other: they cross like swords
   end type overlap_t
 
+  !> Numbers of Shi's own rules.
+  type :: shi_law_t
+    real(dp) :: closing = 0.0_dp             !! overlap at which an open contact closes (s0), length
+    real(dp) :: opening = 0.0_dp             !! gap at which a closed one opens (f0), length
+    real(dp) :: touching = -huge(1.0_dp)     !! gap up to which contacts are closed when a run begins, length
+    real(dp) :: backlash = 0.0_dp            !! slip back at which a sliding contact locks, length
+    real(dp) :: search_gap = 0.0_dp          !! up to which contacts are found (d0); 0: as far as vertices move, length
+    real(dp) :: search_depth = 0.0_dp        !! overlap up to which they are found (d9), length
+    real(dp) :: guard = 0.0_dp               !! added to the square of an edge on which an anchor is placed, length^2
+    real(dp) :: allowed_gap = 0.0_dp         !! of closed contacts, to which the stiffness adapts (2 g2 w0); 0: it does not, length
+    real(dp) :: allowed_penetration = 0.0_dp !! likewise (g3 w0), length
+  end type shi_law_t
+
   !> What holds of all contacts.
   type :: contact_law_t
+    integer :: rules = rules_coulomb        !! whose apply; `contact_rules` alone asks
     real(dp) :: normal_stiffness = 0.0_dp   !! p, force/length per unit thickness (Shi: g0)
     real(dp) :: shear_stiffness = 0.0_dp    !! p over the shear ratio (Shi: h2)
     real(dp), allocatable :: friction(:)    !! (n_joints) tangent of the friction angle
@@ -90,21 +107,8 @@ module scree_contacts
     real(dp) :: penetration = huge(1.0_dp)  !! that multipliers leave; huge: springs alone, length
     real(dp) :: restitution = -1.0_dp       !! share of the velocity that an impact gives back; below 0: as the springs have it
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
-    logical :: conserving = .false.         !! forces that give back in a step all that they take
-    real(dp) :: closing = 0.0_dp            !! overlap at which an open contact closes (Shi: s0), length
-    real(dp) :: opening = 0.0_dp            !! gap at which a closed one opens (Shi: f0), length
-    real(dp) :: touching = -huge(1.0_dp)    !! gap up to which contacts are closed when a run begins, length
-    logical :: lags = .false.               !! sliding lags an iteration behind, and asks for none of its own (Shi: df18, df22)
-    real(dp) :: backlash = 0.0_dp           !! slip back at which a contact that lags locks, length
-    logical :: adapts = .false.             !! the stiffness follows gaps and overlaps from step to step (Shi: spri)
-    real(dp) :: allowed_gap = 0.0_dp        !! of closed contacts then (Shi: 2 g2 w0), length
-    real(dp) :: allowed_penetration = 0.0_dp !! likewise (Shi: g3 w0), length
-    logical :: by_name = .false.            !! contacts are found and handed on as Shi's programs do (df04 to df07)
-    real(dp) :: outside = 0.0_dp            !! gap up to which all are found (Shi: d0); 0: as they move, length
-    real(dp) :: deepest = 0.0_dp            !! penetration likewise (Shi: d9), length
-    real(dp) :: guard = 0.0_dp              !! by name: added to the square of an edge on which an anchor is placed, length^2
     real(dp) :: leap = 0.25_dp              !! of the edges about, that a vertex may move beyond what its velocity makes
-    integer :: most_stalled = 8             !! iterations that leave as many states changing, before the step is cut
+    type(shi_law_t) :: shi
   end type contact_law_t
 
 end module scree_contacts

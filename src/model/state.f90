@@ -40,6 +40,7 @@ module scree_state
     real(dp), allocatable :: stress(:, :)      !! (3, n_elements) xx, yy, xy, tension positive, force/length^2
     real(dp), allocatable :: deformation(:, :) !! (4, n_elements) F since the start: xx, yx, xy, yy
     real(dp), allocatable :: rotation(:)       !! (n_blocks) accumulated, rad
+    integer, allocatable :: pair(:, :)         !! (2, n_pairs) elements that the equations of the last step coupled
     type(contact_memory_t) :: contacts
     type(books_t) :: books
   end type state_t

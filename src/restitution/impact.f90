@@ -1,8 +1,10 @@
 !> Impacts with restitution: the velocities at the end of a step are found for themselves. No closed contact approaches, and one
 !> that came with the velocity v leaves with e v (Moreau 1988).
 module scree_impact
-  use scree_contact_forces, only: pushes
-  use scree_contacts, only: state_open
+  use scree_contact_quantities, only: contact_force_t
+  use scree_contact_rules, only: gaps_and_slips, press_across
+  use scree_contact_try, only: contact_try_t, of_elements
+  use scree_contacts, only: rules_coulomb, state_open
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_green_strain, only: green_strain, strain_operator
   use scree_integrator, only: still_displacement
@@ -11,7 +13,6 @@ module scree_impact
   use scree_state, only: state_t
   use scree_stiffness, only: small_strain
   use scree_system, only: element_unknowns
-  use scree_contact_try, only: gaps_and_slips, of_elements, contact_try_t
   implicit none
   private
   public :: element_in_impact, keep_rigid, rebound_contacts
@@ -27,15 +28,12 @@ module scree_impact
 
 contains
 
-  !> The contacts for the velocities at the end of the step, which follow from a displacement of their own: how fast each one
-  !> approached, and how it would be at rest.
+  !> The contacts that the velocities at the end of the step obey. These velocities follow from a displacement of their own; in it
+  !> every contact that takes part is to leave with a share of the velocity with which it came.
   !>
-  !> An impact counts at the end of the step that is nearer in time: what meets in its second half takes part in the next.
-  !> What touched at the beginning takes part too, whether it opens or not: it bears until the impact that lifts it.
-  !> Multipliers are to leave an error of the velocities below the share `unmet` of the fastest approach, of what meets or
-  !> would without the forces of the step: at rest nothing else is a measure.
-  !> The coefficient of restitution is a notion of rigid bodies: one of a single element takes an impact as such.
-  pure subroutine rebound_contacts(model, cache, state, rule, d, try, rebound)
+  !> An impact counts at the end of the step that is nearer in time: what meets in the second half of a step takes part in the next.
+  !> What touched at the beginning takes part too, whether it opens or not, as it bears until the impact that lifts it.
+  subroutine rebound_contacts(model, cache, state, rule, d, try, rebound)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state        !! at the beginning of the step
@@ -43,23 +41,43 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
     type(contact_try_t), intent(in) :: try
     type(contact_try_t), intent(out) :: rebound
-    real(dp) :: way !! displacement that a unit of velocity makes, time
-    real(dp) :: approach, fastest, theta(4), v(n), both(2, 2), push(3, 2)
-    integer :: i, k
+    real(dp) :: time    !! displacement that a unit of velocity makes
+    real(dp) :: fastest !! approach, length/time
+    integer :: i
 
-    way = rule%displacement_weight*rule%dt/rule%velocity_weight
+    time = rule%displacement_weight*rule%dt/rule%velocity_weight
     rebound%law = try%law
     rebound%contact = try%contact
     rebound%pair = try%pair
     rebound%geometry = try%geometry
-    rebound%start_share = 0*try%start_share
-    rebound%start_gap = 0*try%start_gap
-    allocate (rebound%kept(2, size(try%contact)), source=.true.)
+    allocate (rebound%start(2, size(try%contact)))
+    rebound%start%closed = .true.
     rebound%reference = still_displacement(rule, state%velocity, state%acceleration)
-    rebound%moved = merge(d, 0.0_dp, try%bends)
+    rebound%moved = merge(0.0_dp, d, try%linear)
     rebound%weight = rule%operator_weight
     fastest = 0.0_dp
     do i = 1, size(try%contact)
+      call enter_impact(i)
+    end do
+    call stiffen_elements(model, cache, state, rule, d, time, rebound)
+    rebound%law%rules = rules_coulomb
+    rebound%law%normal_stiffness = unyielding*maxval(cache%element%mass)/time**2
+    rebound%law%shear_stiffness = rebound%law%normal_stiffness
+    rebound%law%penetration = unmet*time*fastest
+    if (rebound%law%penetration <= 0) rebound%law%penetration = huge(time)
+
+  contains
+
+    !> Lets contact i take part, with the gap that leaves it the velocity it is to have, or opens it.
+    !>
+    !> Multipliers are to leave an error of the velocities below the share `unmet` of the fastest approach, of what meets or would
+    !> without the forces of the step: at rest there is no other measure.
+    subroutine enter_impact(i)
+      integer, intent(in) :: i
+      type(contact_force_t) :: force
+      real(dp) :: approach, v(n)
+      integer :: k
+
       k = entrance_in_impact(i)
       associate (contact => rebound%contact(i), geometry => rebound%geometry(1, i))
         contact%entrance(1) = contact%entrance(max(k, 1))
@@ -73,37 +91,18 @@ contains
         if (k == 0) then
           contact%entrance(1)%state = state_open
           geometry%gap = sqrt(huge(1.0_dp)) ! its force is a number still
-        else
-          v = of_elements(model, try%pair(:, try%contact(i)%entrance(k)%pair), state%velocity)
-          approach = dot_product(geometry%normal, v)
-          fastest = max(fastest, unmet*sum(abs(geometry%shear*v)), unmet*sum(abs(geometry%normal*v)), -approach)
-          geometry%gap = try%law%restitution*way*min(approach, 0.0_dp)
-          both = gaps_and_slips(model, try, i, d)
-          push = pushes(try, i, both(1, :))
-          fastest = max(fastest, way*push(1, k)*sum(1/cache%element(try%pair(:, contact%entrance(1)%pair))%mass))
+          return
         end if
+        v = of_elements(model, try%pair(:, contact%entrance(1)%pair), state%velocity)
+        approach = dot_product(geometry%normal, v)
+        fastest = max(fastest, unmet*sum(abs(geometry%shear*v)), unmet*sum(abs(geometry%normal*v)), -approach)
+        geometry%gap = try%law%restitution*time*min(approach, 0.0_dp)
+        force = press_across(try, i, gaps_and_slips(model, try, i, d))
+        fastest = max(fastest, time*force%across(k)*sum(1/cache%element(try%pair(:, contact%entrance(1)%pair))%mass))
       end associate
-    end do
-    allocate (rebound%rigidity(model%n_elements))
-    allocate (rebound%stress(3, model%n_elements))
-    do i = 1, model%n_elements
-      rebound%rigidity(i) = merge(rigid*cache%element(i)%mass/way**2, 0.0_dp, model%elements%alone(i))
-      theta = matmul(cache%element(i)%kinematics%gradient, d(model%elements%unknown(:, i)))
-      rebound%stress(:, i) = state%stress(:, i) + rule%stress_weight*matmul(cache%element(i)%elasticity, &
-        merge(green_strain(theta), small_strain(theta), model%effects%large_deformation))
-    end do
-    rebound%law%conserving = .false.
-    rebound%law%lags = .false.
-    rebound%law%closing = 0.0_dp
-    rebound%law%opening = 0.0_dp
-    rebound%law%normal_stiffness = unyielding*maxval(cache%element%mass)/way**2
-    rebound%law%shear_stiffness = rebound%law%normal_stiffness
-    rebound%law%penetration = unmet*way*fastest
-    if (rebound%law%penetration <= 0) rebound%law%penetration = huge(way)
+    end subroutine enter_impact
 
-  contains
-
-    !> The line of a contact that takes part, 0 where none does.
+    !> The entrance of a contact that takes part, 0 where none does.
     pure integer function entrance_in_impact(i) result(k)
       integer, intent(in) :: i
       real(dp) :: approach
@@ -112,12 +111,34 @@ contains
       associate (contact => try%contact(i))
         k = contact%active
         approach = dot_product(try%geometry(k, i)%normal, of_elements(model, try%pair(:, contact%entrance(k)%pair), state%velocity))
-        late = .not. try%kept(k, i) .and. approach < 0 .and. try%start_gap(k, i) > -way*approach
-        if (contact%entrance(k)%state == state_open .or. late) k = findloc(try%kept(:contact%n_entrances, i), .true., 1)
+        late = .not. try%start(k, i)%closed .and. approach < 0 .and. try%start(k, i)%gap > -time*approach
+        if (contact%entrance(k)%state == state_open .or. late) k = findloc(try%start(:contact%n_entrances, i)%closed, .true., 1)
       end associate
     end function entrance_in_impact
 
   end subroutine rebound_contacts
+
+  !> Makes elements that share no unknown rigid, as the coefficient of restitution is a notion of rigid bodies.
+  pure subroutine stiffen_elements(model, cache, state, rule, d, time, rebound)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state        !! at the beginning of the step
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
+    real(dp), intent(in) :: time              !! displacement that a unit of velocity makes
+    type(contact_try_t), intent(inout) :: rebound
+    real(dp) :: theta(4)
+    integer :: e
+
+    allocate (rebound%rigidity(model%n_elements))
+    allocate (rebound%stress(3, model%n_elements))
+    do e = 1, model%n_elements
+      rebound%rigidity(e) = merge(rigid*cache%element(e)%mass/time**2, 0.0_dp, model%elements%alone(e))
+      theta = matmul(cache%element(e)%kinematics%gradient, d(model%elements%unknown(:, e)))
+      rebound%stress(:, e) = state%stress(:, e) + rule%stress_weight*matmul(cache%element(e)%elasticity, &
+        merge(green_strain(theta), small_strain(theta), model%effects%large_deformation))
+    end do
+  end subroutine stiffen_elements
 
   !> An element in an impact: one that shares no unknown keeps the stress that the step gave it.
   pure function element_in_impact(model, cache, try, e) result(own)

@@ -3,7 +3,8 @@ module scree_set_up
   use scree_body_overlap, only: find_overlaps
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
   use scree_block_input, only: block_area, block_moments, block_size, block_source, blocks_t
-  use scree_contacts, only: contact_law_t, contact_memory_t, outlines_t, overlap_t
+  use scree_contact_rules, only: rests_inside
+  use scree_contacts, only: outlines_t, overlap_t, rules_conserving, rules_coulomb, rules_shi, shi_law_t
   use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh, covered_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_interpolation, only: kinematics_of, kinematics_t, rigid_velocity
@@ -26,7 +27,6 @@ module scree_set_up
 
   real(dp), parameter :: most_triangles = 5e7_dp !! more would not fit the memory
   real(dp), parameter :: allowed_penetration = 2e-4_dp  !! of the extent, where the stiffness of contacts adapts (Shi: g3 w0)
-  integer, parameter :: most_solves = 8            !! for the states of contacts that lag, before the step is cut (Shi)
   real(dp), parameter :: shortest_return = 5e-8_dp !! of the extent: slip back at which sliding that lags ends (Shi: 1e-7 w0)
   !> Where contacts are found as Shi's programs do, of the extent: gap over the displacement ratio, and the least; overlap over
   !> that gap; and what is added to the square of an edge (Shi: d0 = 2.5 g2 w0, d9 = 0.3 d0, 3 g3 w0, 1e-9 w0).
@@ -70,7 +70,7 @@ contains
       end associate
       return
     end if
-    allocate (state%contacts%contact(0), state%contacts%pair(2, 0))
+    allocate (state%contacts%contact(0))
     state%contacts%stiffness = [model%effects%contact%normal_stiffness, model%effects%contact%shear_stiffness]
     if (model%n_elements == model%n_blocks) then
       call find_overlaps(model%outlines, state%vertex, model%overlaps, state%contacts%inside)
@@ -79,7 +79,7 @@ contains
       if (allocated(error)) return
       allocate (state%contacts%inside(2, 0))
     end if
-    if (scene%settings%shi) call search_as_shi(scene, model%effects%contact, state%contacts)
+    if (.not. rests_inside(model%effects%contact)) state%contacts%inside = reshape([integer ::], [2, 0])
     if (scene%settings%chooses_step) model%effects%contact%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up
 
@@ -98,20 +98,28 @@ contains
     if (.not. allocated(error)) call find_overlaps(outlines, vertex, overlaps, inside)
   end subroutine find_overlaps_under_mesh
 
-  !> Lets contacts be found and handed on as Shi's programs do; at their distances where the scene has a displacement ratio.
-  pure subroutine search_as_shi(scene, law, contacts)
+  !> Numbers of Shi's rules of contact: shares of the model, half of whose size he calls w0. The search has its own distances where the
+  !> scene has a displacement ratio (g2).
+  pure type(shi_law_t) function shi_law_of(scene) result(law)
     type(scene_t), intent(in) :: scene
-    type(contact_law_t), intent(inout) :: law
-    type(contact_memory_t), intent(inout) :: contacts
 
-    law%by_name = .true.
-    contacts%inside = reshape([integer ::], [2, 0]) ! his springs press where they overlap
-    law%guard = search_guard*scene%extent
-    if (.not. scene%displacement_ratio > 0) return
-    law%outside = max(search_share*scene%displacement_ratio, search_least)*scene%extent
-    law%deepest = max(search_inside*law%outside, search_least*scene%extent)
-    if (law%touching > 0) law%touching = law%touching*2*law%outside/scene%extent
-  end subroutine search_as_shi
+    associate (settings => scene%settings, extent => scene%extent)
+      law%closing = settings%closing
+      law%opening = settings%opening
+      law%backlash = shortest_return*extent
+      law%guard = search_guard*extent
+      if (scene%displacement_ratio > 0) then
+        law%search_gap = max(search_share*scene%displacement_ratio, search_least)*extent
+        law%search_depth = max(search_inside*law%search_gap, search_least*extent)
+      end if
+      if (scene%carried > 0) then
+        law%touching = settings%closing
+        if (law%search_gap > 0) law%touching = law%touching*2*law%search_gap/extent
+      end if
+      if (settings%adapts_stiffness) law%allowed_gap = scene%displacement_ratio*extent
+      law%allowed_penetration = allowed_penetration*extent
+    end associate
+  end function shi_law_of
 
   !> Bodies and their state at rest, in coordinates about the middle of the scene.
   subroutine make_system(scene, blocks, system, state, quality, error)
@@ -164,6 +172,7 @@ contains
     allocate (state%stress(3, system%n_elements), state%deformation(4, system%n_elements))
     allocate (state%velocity(system%n_unknowns), state%acceleration(system%n_unknowns), source=0.0_dp)
     allocate (state%rotation(system%n_blocks), source=0.0_dp)
+    allocate (state%pair(2, 0))
     do e = 1, system%n_elements
       element = kinematics_of(system, state, e)
       associate (material => scene%block_material(system%elements%material(e)))
@@ -403,20 +412,10 @@ contains
         effects%contact%normal_stiffness = s%contact_stiffness
         effects%contact%shear_stiffness = s%contact_stiffness/s%shear_ratio
         effects%contact%penetration = s%overlap
-        effects%contact%adapts = s%adapts_stiffness
-        effects%contact%allowed_gap = scene%displacement_ratio*scene%extent
-        effects%contact%allowed_penetration = allowed_penetration*scene%extent
         effects%contact%restitution = s%restitution
         effects%contact%viscosity = s%viscosity
-        effects%contact%conserving = s%conserving
-        effects%contact%closing = s%closing
-        effects%contact%opening = s%opening
-        effects%contact%lags = s%lags
-        if (s%lags) then
-          effects%contact%backlash = shortest_return*scene%extent
-          effects%contact%most_stalled = most_solves - 1
-        end if
-        if (s%closing > 0 .and. scene%carried > 0) effects%contact%touching = s%closing
+        effects%contact%rules = merge(rules_shi, merge(rules_conserving, rules_coulomb, s%conserving), s%lags)
+        effects%contact%shi = shi_law_of(scene)
         effects%contact%friction = [tan(joint%friction_angle*degree), (0.0_dp, e=1, 1)]
         effects%contact%cohesion = [joint%cohesion, (0.0_dp, e=1, 1)]
         effects%contact%strength = [joint%tensile_strength, (0.0_dp, e=1, 1)]

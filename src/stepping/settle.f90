@@ -7,17 +7,19 @@
 !> What shares and touches nothing is settled alone. All other elements are settled together: deformation outside, and inside it the
 !> open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
 module scree_settle
-  use scree_contact_forces, only: add_contacts_of_pair, closed_contacts, closed_contacts_t
-  use scree_contact_try, only: contact_try_t, gaps_and_slips, place_contacts
+  use scree_contact_quantities, only: gap_and_slip_t
+  use scree_contact_rules, only: gaps_and_slips, iteration_rules, iteration_rules_t, place
+  use scree_contact_try, only: contact_try_t
   use scree_effects, only: add_element_effects
-  use scree_element_term, only: pair_term_t, step_rule_t, term_t
-  use scree_equations, only: add_equations, add_pair, begin_equations, equations_t, members, out_of_balance, solve_equations, &
+  use scree_element_term, only: step_rule_t, term_t
+  use scree_equations, only: add_equations, begin_equations, equations_t, members, out_of_balance, solve_equations, &
                              weakest_element, wholly_held
   use scree_errors, only: error_t
   use scree_impact, only: element_in_impact, keep_rigid
   use scree_kinds, only: dp
   use scree_model, only: cache_t, element_cache_t, model_t
-  use scree_open_close, only: hold_contacts, judge_contacts, return_anchors
+  use scree_open_close, only: hold_contacts, judge_contacts, judge_prediction, return_anchors
+  use scree_pair_effects, only: add_pair_effects
   use scree_scene, only: iterate_hybrid, iterate_newton, test_residual
   use scree_state, only: state_t
   use scree_step_try, only: outcome_t, reject
@@ -39,6 +41,7 @@ module scree_settle
     integer, allocatable :: member(:)         !! elements
     type(step_rule_t) :: rule
     logical :: in_contact = .false.
+    type(iteration_rules_t) :: open_close     !! how contacts are judged
     logical :: nested = .false.               !! contacts settle for each operator of the deformation
     logical :: symmetric = .true.             !! the elements' operator is
     logical :: frozen = .false.               !! they have not yet: the operator stays
@@ -72,7 +75,7 @@ contains
         group%member = members(cache%equations, i)
         group%rule = rule
         group%in_contact = .false.
-        if (allocated(contacts%pair)) group%in_contact = size(contacts%pair, 2) > 0
+        if (allocated(model%effects%contact)) group%in_contact = size(contacts%pair, 2) > 0
         call settle_together(model, cache, state, group, contacts, d, outcome)
       end if
       if (.not. outcome%settled) return
@@ -163,7 +166,7 @@ contains
       call find_change(model, cache, group, d, change, worst)
       outcome%settled = is_settled(model, change, residual)
       if (group%in_contact) then
-        if (contacts%law%lags .and. state%step == 0 .and. i == 1) outcome%settled = .false. ! the first of a run: as Shi's
+        if (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1) outcome%settled = .false.
         call judge(model, cache, state, group, contacts, d, outcome)
         if (allocated(outcome%trouble%what)) return
         if (outcome%settled) call hold(model, group, d, contacts, outcome%settled)
@@ -185,8 +188,9 @@ contains
 
     group%nested = model%settings%nested .and. model%effects%large_deformation
     if (group%nested) allocate (group%term(size(group%member)))
-    if (contacts%bends) call place_contacts(model, cache, state, group%rule%operator_weight, d, contacts)
-    if (.not. contacts%law%lags) call judge_contacts(model, d, .true., contacts)
+    if (.not. contacts%linear) call place(model, cache, state, d, contacts)
+    group%open_close = iteration_rules(contacts%law)
+    if (group%open_close%judges_prediction) call judge_prediction(model, d, contacts)
   end subroutine begin_open_close
 
   !> Sums up the equations at `d`; of the last linearisation, where contacts settle for that first.
@@ -221,32 +225,10 @@ contains
         call add_equations(cache%equations, group%number, k, cache%element(e)%kinematics%span, term)
       end associate
     end do
-    if (.not. group%in_contact) return
-    if (.not. group%frozen) group%linear_at = d
-    call add_contacts(model, contacts, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen), d, cache%equations)
+    if (group%in_contact .and. .not. group%frozen) group%linear_at = d
+    call add_pair_effects(model, contacts, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen), d, &
+                          cache%equations)
   end subroutine assemble
-
-  !> Adds what contacts do to the pairs of elements that they act between.
-  subroutine add_contacts(model, contacts, symmetric, d, equations)
-    type(model_t), intent(in) :: model
-    type(contact_try_t), intent(in) :: contacts
-    logical, intent(in) :: symmetric              !! their operator is to be
-    real(dp), intent(in) :: d(:)
-    type(equations_t), intent(inout) :: equations
-    type(closed_contacts_t) :: closed
-    type(pair_term_t) :: term
-    integer :: p
-
-    closed = closed_contacts(contacts)
-    do p = 1, size(closed%first) - 1
-      associate (of_pair => closed%contact(closed%first(p):closed%first(p + 1) - 1))
-        if (size(of_pair) == 0) cycle
-        term = pair_term_t()
-        call add_contacts_of_pair(model, contacts, p, of_pair, d, symmetric, term)
-        call add_pair(equations, p, term)
-      end associate
-    end do
-  end subroutine add_contacts
 
   !> Adds the effects to one element, which in an impact keeps its stress.
   pure subroutine add_element(model, cache, state, contacts, e, d, rule, term)
@@ -298,22 +280,22 @@ contains
     type(outcome_t), intent(inout) :: outcome
     integer :: before(2, size(contacts%contact)) !! states of their entrances before the judgement
 
-    if (group%stalled == contacts%law%most_stalled) before = states_of(contacts)
-    if (group%nested) call judge_contacts(model, d, .false., contacts)
+    if (group%stalled == group%open_close%most_stalled) before = states_of(contacts)
+    if (group%nested) call judge_contacts(model, d, contacts)
     group%frozen = group%nested .and. contacts%changes > 0
     if (.not. group%frozen) then
-      if (contacts%bends) call place_contacts(model, cache, state, group%rule%operator_weight, d, contacts)
-      call judge_contacts(model, d, .false., contacts)
+      if (.not. contacts%linear) call place(model, cache, state, d, contacts)
+      call judge_contacts(model, d, contacts)
     end if
     outcome%judged = reshape([outcome%judged, contacts%count, contacts%changes], [4, size(outcome%judged, 2) + 1])
     if (contacts%changes == 0) return
     outcome%settled = .false.
-    if (contacts%changes < group%fewest .and. .not. contacts%law%lags) then
+    if (contacts%changes < group%fewest .and. group%open_close%counts_progress) then
       group%fewest = contacts%changes
     else
       group%stalled = group%stalled + 1
     end if
-    if (group%stalled > contacts%law%most_stalled) call reject_contacts(model, state, contacts, before, d, outcome)
+    if (group%stalled > group%open_close%most_stalled) call reject_contacts(model, state, contacts, before, d, outcome)
   end subroutine judge
 
   !> Lets contacts hold what has settled, by multipliers and where they closed; it has not where they change by that.
@@ -445,15 +427,16 @@ contains
     real(dp), intent(in) :: d(:)
     type(outcome_t), intent(inout) :: outcome
     integer :: now(2, size(before, 2)), i, worst
-    real(dp) :: both(2, 2), deepest, gap
+    type(gap_and_slip_t) :: apart(2)
+    real(dp) :: deepest, gap
 
     now = states_of(contacts)
     deepest = -huge(deepest)
     worst = 0
     do i = 1, size(now, 2)
       if (all(now(:, i) == before(:, i))) cycle
-      both = gaps_and_slips(model, contacts, i, d)
-      gap = maxval(both(1, :contacts%contact(i)%n_entrances))
+      apart = gaps_and_slips(model, contacts, i, d)
+      gap = maxval(apart(:contacts%contact(i)%n_entrances)%gap)
       if (-gap <= deepest) cycle
       deepest = -gap
       worst = i

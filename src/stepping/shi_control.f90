@@ -1,18 +1,15 @@
-!> The step size and the contact stiffness that Shi's programs choose for themselves ("step" and "spri" of df), for comparison.
-!>
-!> Both are off unless asked for: a stiffness that follows the overlap lets what should rest on friction slide.
+!> The step size that Shi's programs choose for themselves ("step" of df), for comparison.
 module scree_shi_control
-  use scree_contacts, only: contact_law_t, contact_memory_t
+  use scree_contacts, only: contact_memory_t
   use scree_kinds, only: dp
   use scree_scene, only: scene_t
   use scree_state, only: state_t
   use scree_system, only: system_t
   implicit none
   private
-  public :: adapt_stiffness, first_size, following_size
+  public :: first_size, following_size
 
   real(dp), parameter :: growth = 1.3_dp    !! of a step over the one before, at most
-  real(dp), parameter :: softening = 3.0_dp !! of contacts after a step, at most
 
 contains
 
@@ -79,15 +76,5 @@ contains
         largest_load = max(largest_load, maxval(norm2(scene%load_table(i)%value, 1)))
     end do
   end function largest_load
-
-  !> Contact stiffness after a step: such that gaps and overlaps of closed contacts would be those allowed, but no softer
-  !> than a third of what it was.
-  pure subroutine adapt_stiffness(law, apart, stiffness)
-    type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: apart(2)        !! largest gap and overlap of a closed contact, length
-    real(dp), intent(inout) :: stiffness(2) !! across a contact and along it, force/length per unit thickness
-
-    stiffness = max(apart(1)/law%allowed_gap, apart(2)/law%allowed_penetration, 1/softening)*stiffness
-  end subroutine adapt_stiffness
 
 end module scree_shi_control

@@ -1,15 +1,15 @@
 !> Whether a step that settled may be accepted: what moved farther than contacts were looked for, or than a step may; what contacts
 !> overlap; what is lost.
 module scree_step_checks
+  use scree_contact_acceptance, only: farthest_apart
   use scree_contact_search, only: outran
-  use scree_contact_try, only: farthest_apart
+  use scree_contact_rules, only: looks_as_far_as_it_moves, stiffness_adapts, stiffness_after
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_polygon, only: twice_area
   use scree_regions, only: first_vertex_of, last_vertex_of
-  use scree_shi_control, only: adapt_stiffness
   use scree_state, only: state_t
   use scree_step_try, only: outcome_t, reject, remedy_stiffer, remedy_wider, try_t
   use scree_trouble, only: new_trouble, words_of
@@ -47,7 +47,7 @@ contains
     type(outcome_t), intent(inout) :: outcome
     real(dp) :: beyond(3)
 
-    if (try%contacts%law%outside > 0) return
+    if (.not. looks_as_far_as_it_moves(try%contacts%law)) return
     beyond = outran(model, cache, state, try%contacts, try%d)
     if (beyond(3) > 1) then
       call reject_fastest(model, cache, state, 'a vertex leapt over what is near it, or turned too far', &
@@ -99,11 +99,10 @@ contains
     type(outcome_t), intent(inout) :: outcome
     real(dp) :: apart(2), stiffness(2)
 
-    if (.not. try%contacts%law%adapts .or. try%stiffened == most_stiffenings) return
+    if (.not. stiffness_adapts(try%contacts%law) .or. try%stiffened == most_stiffenings) return
     apart = farthest_apart(model, try%contacts, try%d)
-    if (apart(2) <= too_deep*try%contacts%law%allowed_penetration) return
-    stiffness = [try%contacts%law%normal_stiffness, try%contacts%law%shear_stiffness]
-    call adapt_stiffness(try%contacts%law, apart, stiffness)
+    if (apart(2) <= too_deep*try%contacts%law%shi%allowed_penetration) return
+    stiffness = stiffness_after(try%contacts%law, apart(1), apart(2))
     try%contacts%law%normal_stiffness = stiffening*stiffness(1)
     try%contacts%law%shear_stiffness = stiffening*stiffness(2)
     try%stiffened = try%stiffened + 1

@@ -1,7 +1,10 @@
 !> One accepted step: large deformation outside (Zhang et al. 2019, Fig. 9).
 module scree_time_stepper
   use scree_constraints, only: constraints_t, complete_unknowns
+  use scree_contact_acceptance, only: accept_contacts
+  use scree_contact_beginning, only: begin_again, begin_contacts
   use scree_contact_detection, only: find_contacts
+  use scree_contact_rules, only: goes_on_after_cut
   use scree_contact_search, only: at_outlines
   use scree_effects, only: refresh_elements
   use scree_energy, only: close_books, loss_of_step, work_of_step
@@ -12,9 +15,8 @@ module scree_time_stepper
   use scree_interruption, only: stop_signal
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_open_close, only: accept_contacts, begin_again, begin_contacts
+  use scree_pair_effects, only: list_coupled_pairs
   use scree_settle, only: settle
-  use scree_shi_control, only: adapt_stiffness
   use scree_state, only: state_t
   use scree_step_checks, only: check_state, check_try
   use scree_step_constraints, only: constraints_of_step
@@ -84,6 +86,7 @@ contains
     type(try_t), intent(out) :: try
 
     try%dt = dt
+    allocate (try%contacts%contact(0))
     if (.not. allocated(model%effects%contact)) return
     try%contacts%law = model%effects%contact
     try%contacts%law%normal_stiffness = state%contacts%stiffness(1)
@@ -105,7 +108,11 @@ contains
     try%rule = step_rule_for(model%settings, state%step, state%time, try%dt)
     try%remedy = remedy_shorter
     try%shorter = merge(shorter_cut, cut, model%settings%chooses_step)
-    if (allocated(model%effects%contact)) call begin_contact(model, cache, state, rejected > 0, try)
+    if (rejected > 0 .and. goes_on_after_cut(try%contacts%law)) then
+      call begin_again(try%rule, try%contacts)
+    else
+      call begin_pairs(model, cache, state, try)
+    end if
     call constraints_of_step(model, cache, state, state%time + try%dt, constraints, error)
     if (allocated(error)) return
     call constrain_equations(cache%equations, constraints)
@@ -113,23 +120,20 @@ contains
     call complete_unknowns(constraints, try%d, homogeneous=.false.)
   end subroutine begin_try
 
-  !> Contacts of a try, and the equations that they couple. Shi's programs go on with those of the try before.
-  subroutine begin_contact(model, cache, state, again, try)
+  !> Contacts of a try, and all pairs of elements that something acts between.
+  subroutine begin_pairs(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
-    logical, intent(in) :: again              !! the step was tried before
     type(try_t), intent(inout) :: try
 
-    if (again .and. try%contacts%law%lags .and. try%contacts%law%outside > 0) then
-      call begin_again(try%rule, try%contacts)
-      return
-    end if
-    call find_contacts(model%outlines, state%vertex, try%dt*at_outlines(model, cache, state, state%velocity), &
-                       model%n_elements > model%n_blocks, state%contacts, cache%search, try%contacts)
+    if (allocated(model%effects%contact)) &
+      call find_contacts(model%outlines, state%vertex, try%dt*at_outlines(model, cache, state, state%velocity), &
+                         model%n_elements > model%n_blocks, state%contacts, cache%search, try%contacts)
+    call list_coupled_pairs(model, state, try%contacts)
     call group_elements(model%elements, try%contacts%pair, cache%equations)
-    call begin_contacts(model, cache, state, try%rule, try%contacts)
-  end subroutine begin_contact
+    if (allocated(model%effects%contact)) call begin_contacts(model, cache, state, try%rule, try%contacts)
+  end subroutine begin_pairs
 
   !> Finds the displacement whose velocities the contacts give back, where the scene asks for restitution.
   subroutine rebound(model, cache, state, try, outcome)
@@ -179,9 +183,8 @@ contains
     if (allocated(model%effects%contact)) then
       call accept_contacts(model, try%d, try%contacts, state%contacts, state%books%contact_springs, friction)
       state%books%friction = state%books%friction + friction
-      if (try%contacts%law%adapts) &
-        call adapt_stiffness(try%contacts%law, [state%contacts%gap, state%contacts%penetration], state%contacts%stiffness)
     end if
+    state%pair = try%contacts%pair
     call update_state(model, cache, try%rule, try%d, try%motion, state)
     call refresh_elements(model, state, cache)
     call close_books(model, cache, state)

@@ -1,0 +1,113 @@
+!> What contacts remember of an accepted step, and how far they are apart.
+module scree_contact_acceptance
+  use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
+  use scree_contact_rules, only: gap_and_slip, gaps_and_slips, press, remember_overlap, remember_slide, stiffness_after
+  use scree_contact_try, only: contact_try_t
+  use scree_contacts, only: contact_law_t, contact_memory_t, contact_t, state_locked, state_open, state_sliding
+  use scree_kinds, only: dp
+  use scree_model, only: model_t
+  implicit none
+  private
+  public :: accept_contacts, farthest_apart
+
+  !> A closed contact at the end of a step.
+  type :: closed_t
+    real(dp) :: gap = 0.0_dp    !! from where its spring rests, length
+    real(dp) :: energy = 0.0_dp !! of its springs, force length per unit thickness
+    real(dp) :: work = 0.0_dp   !! lost in friction in the step, likewise
+  end type closed_t
+
+contains
+
+  !> Hands on states, anchors, bonds and overlaps of an accepted step, and books the energy of springs and friction.
+  pure subroutine accept_contacts(model, d, try, memory, energy, friction)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
+    type(contact_try_t), intent(in) :: try
+    type(contact_memory_t), intent(inout) :: memory
+    real(dp), intent(out) :: energy           !! of the springs at the end, force length per unit thickness
+    real(dp), intent(out) :: friction         !! work lost in sliding in the step, likewise
+    type(gap_and_slip_t) :: now(2)
+    type(closed_t) :: closed
+    logical :: held_together(size(try%pair, 2)) !! by a bond that is locked
+    integer :: i
+
+    memory%contact = try%contact
+    memory%inside = try%inside
+    memory%count = try%count
+    memory%margin = 0.5_dp*try%margin
+    memory%swing = 0.5_dp*try%swing
+    memory%gap = 0.0_dp
+    memory%penetration = 0.0_dp
+    memory%pressed = 0.0_dp
+    energy = 0.0_dp
+    friction = 0.0_dp
+    held_together = .false.
+    do i = 1, size(memory%contact)
+      associate (entrance => memory%contact(i)%entrance(memory%contact(i)%active))
+        if (entrance%bonded .and. entrance%state == state_locked) held_together(entrance%pair) = .true.
+      end associate
+    end do
+    do i = 1, size(memory%contact)
+      associate (contact => memory%contact(i), entrance => memory%contact(i)%entrance(memory%contact(i)%active))
+        contact%force = 0.0_dp
+        contact%pressed = 0.0_dp
+        now = gaps_and_slips(model, try, i, d)
+        if (entrance%state == state_open) then
+          entrance%bonded = .false.
+          entrance%multiplier = 0.0_dp
+          if (entrance%rest < 0) memory%penetration = max(memory%penetration, -(entrance%rest + now(contact%active)%gap))
+        else
+          call accept_closed(try%law, press(try, i, now), now, held_together(entrance%pair), contact, closed)
+          memory%gap = max(memory%gap, closed%gap)
+          memory%penetration = max(memory%penetration, -(entrance%rest + closed%gap))
+          memory%pressed = max(memory%pressed, -closed%gap)
+          energy = energy + closed%energy
+          friction = friction + closed%work
+        end if
+      end associate
+    end do
+    memory%stiffness = stiffness_after(try%law, memory%gap, memory%penetration)
+  end subroutine accept_contacts
+
+  !> Hands on a closed contact: its force, its overlap, and what it remembers of sliding.
+  pure subroutine accept_closed(law, force, now, holds, contact, closed)
+    type(contact_law_t), intent(in) :: law
+    type(contact_force_t), intent(in) :: force
+    type(gap_and_slip_t), intent(in) :: now(2)
+    logical, intent(in) :: holds            !! a bond between its two elements is locked
+    type(contact_t), intent(inout) :: contact
+    type(closed_t), intent(out) :: closed
+    real(dp) :: slip, strained
+
+    associate (k => contact%active)
+      contact%force = [sum(force%across), force%along]
+      slip = now(k)%slip
+      if (contact%entrance(k)%state == state_sliding) &
+        call remember_slide(law, force, now(k), holds, contact%entrance(k), slip, closed%work)
+    end associate
+    call remember_overlap(law, contact, now, closed%gap, strained)
+    contact%pressed = max(0.0_dp, -closed%gap)
+    closed%energy = 0.5_dp*(law%normal_stiffness*strained**2 + law%shear_stiffness*slip**2)
+  end subroutine accept_closed
+
+  !> Largest gap and overlap of a closed contact at `d`, length.
+  pure function farthest_apart(model, try, d) result(farthest)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: try
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    real(dp) :: farthest(2)
+    type(gap_and_slip_t) :: now
+    integer :: i
+
+    farthest = 0.0_dp
+    do i = 1, size(try%contact)
+      associate (contact => try%contact(i))
+        if (contact%entrance(contact%active)%state == state_open) cycle
+        now = gap_and_slip(model, try, i, contact%active, d)
+        farthest = max(farthest, [now%gap, -now%gap])
+      end associate
+    end do
+  end function farthest_apart
+
+end module scree_contact_acceptance

@@ -1,0 +1,299 @@
+!> What the contacts of a step take over from those of the step before (Shi's df06).
+!>
+!> Contacts are told by their pairs of a vertex and an edge. Where a contact before had one of the pairs of an entrance line, the line
+!> goes on with its state, anchor, rest and bond.
+module scree_contact_memory
+  use scree_contact_pairs, only: entrance_of_pair, list_entrances
+  use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
+  use scree_corner_meeting, only: encounter_t, line_t
+  use scree_corners, only: along_edge, gap_at, survey_t
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: acted_before, contact_as_shi, contact_over_edges, inherited_overlap, past_t, recall_contacts
+
+  real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
+
+  !> The contacts of the step before, to be looked up.
+  type :: past_t
+    type(contact_t), allocatable :: contact(:)
+    integer, allocatable :: number(:)   !! 2 k - 1 and 2 k are the entrances of contact k
+    real(dp), allocatable :: key(:)     !! of their pairs of vertex and edge, sorted
+    real(dp), allocatable :: pressed(:) !! (n_blocks) largest overlap of the springs of each block, length
+    integer :: n_vertices = 0           !! of the outlines
+  end type past_t
+
+contains
+
+  !> Makes the memory of contacts ready to be looked up.
+  pure subroutine recall_contacts(outlines, memory, past)
+    type(outlines_t), intent(in) :: outlines
+    type(contact_memory_t), intent(in) :: memory
+    type(past_t), intent(out) :: past
+    integer :: k
+
+    past%contact = memory%contact
+    past%n_vertices = size(outlines%start)
+    call list_entrances(past%contact, past%n_vertices, past%number, past%key)
+    allocate (past%pressed(size(outlines%first) - 1), source=0.0_dp)
+    do k = 1, size(past%contact)
+      associate (contact => past%contact(k), entrance => past%contact(k)%entrance(past%contact(k)%active), &
+                 block => outlines%block)
+        past%pressed(block(entrance%vertex)) = max(past%pressed(block(entrance%vertex)), contact%pressed)
+        past%pressed(block(entrance%edge)) = max(past%pressed(block(entrance%edge)), contact%pressed)
+      end associate
+    end do
+  end subroutine recall_contacts
+
+  !> Number of the entrance of a pair of vertex and edge; 0 where there was none.
+  pure integer function entrance_before(past, vertex, edge)
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: vertex, edge
+
+    entrance_before = entrance_of_pair(past%number, past%key, vertex, edge, past%n_vertices)
+  end function entrance_before
+
+  !> Whether the entrance of a pair of vertex and edge was there and acted.
+  pure logical function acted_before(past, vertex, edge)
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: vertex, edge
+    integer :: before
+
+    before = entrance_before(past, vertex, edge)
+    acted_before = .false.
+    if (before > 0) acted_before = past%contact((before + 1)/2)%active == 2 - modulo(before, 2)
+  end function acted_before
+
+  !> The contact of an encounter, each of its lines at the pair that fits best. Without a vertex where an element would touch itself.
+  pure function contact_over_edges(outlines, survey, past, encounter) result(contact)
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    type(encounter_t), intent(in) :: encounter
+    type(contact_t) :: contact
+    integer :: k
+
+    contact%n_entrances = encounter%n_lines
+    do k = 1, contact%n_entrances
+      contact%entrance(k) = best_entrance(outlines, survey, past, encounter%line(k))
+      if (contact%entrance(k)%vertex == 0) return
+    end do
+    contact%active = entrance_ahead(survey, contact)
+    call rest_inside(outlines%block, survey, past, contact%entrance(contact%active))
+  end function contact_over_edges
+
+  !> The pair of a line whose entrance was closed before, or else the one whose vertex lies best within its edge, with what the pairs
+  !> remember.
+  pure type(entrance_t) function best_entrance(outlines, survey, past, line) result(best)
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    type(line_t), intent(in) :: line
+    real(dp) :: at, inside, most, slip
+    integer :: before, k, known
+
+    most = -huge(most)
+    known = 0
+    slip = 0.0_dp
+    do k = 1, line%n
+      if (outlines%element(line%vertex(k)) == outlines%element(line%edge(k))) cycle
+      associate (length => survey%length(line%edge(k)))
+        at = along_edge(survey, line%vertex(k), line%edge(k))
+        inside = min(at, length - at)
+        before = entrance_before(past, line%vertex(k), line%edge(k))
+        if (before > 0) then
+          associate (was => past%contact((before + 1)/2)%entrance(2 - modulo(before, 2)))
+            if (known == 0 .or. was%state /= state_open) then
+              known = before
+              slip = at - was%anchor*length
+            end if
+            if (inside >= -beyond*length) inside = merge(huge(inside), 0.5_dp*huge(inside), was%state /= state_open)
+          end associate
+        end if
+        if (inside <= most) cycle
+        most = inside
+        best%vertex = line%vertex(k)
+        best%edge = line%edge(k)
+        best%anchor = at/length
+      end associate
+    end do
+    if (best%vertex == 0) return
+    best%joint = outlines%joint(best%edge)
+    if (known > 0) call go_on(survey, past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)), slip, best)
+  end function best_entrance
+
+  !> Lets an entrance go on where another was: with the same slip, and its spring pressed by as much.
+  pure subroutine go_on(survey, was, slip, entrance)
+    type(survey_t), intent(in) :: survey
+    type(entrance_t), intent(in) :: was
+    real(dp), intent(in) :: slip               !! from the anchor, length
+    type(entrance_t), intent(inout) :: entrance
+    real(dp) :: gap
+
+    call recall(was, entrance)
+    gap = gap_at(survey, entrance%vertex, entrance%edge)
+    if (entrance%state /= state_open) then
+      entrance%anchor = entrance%anchor - slip/survey%length(entrance%edge)
+      if (entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) &
+        entrance%rest = min(0.0_dp, gap - min(0.0_dp, gap_at(survey, was%vertex, was%edge) - was%rest))
+    end if
+    if (gap >= entrance%rest) entrance%rest = min(0.0_dp, gap) ! what has come out stays out
+  end subroutine go_on
+
+  !> Hands on what an entrance remembers but for its anchor.
+  pure subroutine recall(was, entrance)
+    type(entrance_t), intent(in) :: was
+    type(entrance_t), intent(inout) :: entrance
+
+    entrance%state = was%state
+    entrance%rest = was%rest
+    entrance%direction = was%direction
+    entrance%multiplier = was%multiplier
+    entrance%length = was%length
+    entrance%bonded = was%bonded
+    entrance%lagged_friction = was%lagged_friction
+  end subroutine recall
+
+  !> The entrance that a contact begins with: the one that is closed, or else the one with the larger gap.
+  pure integer function entrance_ahead(survey, contact) result(k)
+    type(survey_t), intent(in) :: survey
+    type(contact_t), intent(in) :: contact
+
+    k = 1
+    if (contact%n_entrances == 1) return
+    associate (a => contact%entrance(1), b => contact%entrance(2))
+      if (a%state /= state_open .neqv. b%state /= state_open) then
+        if (a%state == state_open) k = 2
+      else if (gap_at(survey, a%vertex, a%edge) < gap_at(survey, b%vertex, b%edge)) then
+        k = 2
+      end if
+    end associate
+  end function entrance_ahead
+
+  !> Lets the spring of an entrance that is found inside rest there, so that it brings no energy. Where other springs of its blocks are
+  !> pressed, this one is pressed as much from the beginning.
+  pure subroutine rest_inside(block, survey, past, entrance)
+    integer, intent(in) :: block(:)            !! of the edges
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    type(entrance_t), intent(inout) :: entrance
+
+    if (entrance%state /= state_open .or. entrance_before(past, entrance%vertex, entrance%edge) > 0) return
+    entrance%rest = min(0.0_dp, gap_at(survey, entrance%vertex, entrance%edge) &
+                                + max(past%pressed(block(entrance%vertex)), past%pressed(block(entrance%edge))))
+  end subroutine rest_inside
+
+  !> Overlap of the spring of a contact before whose place a contact takes: one that had a pair of the encounter closed, and was not
+  !> made of the same entrances. Below 0 where there is none; 0 where the contact is found inside.
+  pure real(dp) function inherited_overlap(survey, past, encounter, contact) result(overlap)
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    type(encounter_t), intent(in) :: encounter
+    type(contact_t), intent(in) :: contact
+    integer :: k
+
+    overlap = -1.0_dp
+    do k = 1, encounter%n_lines
+      overlap = max(overlap, inherited_by_line(survey, past, encounter%line(k), contact))
+    end do
+  end function inherited_overlap
+
+  !> Likewise of one line.
+  pure real(dp) function inherited_by_line(survey, past, line, contact) result(overlap)
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    type(line_t), intent(in) :: line
+    type(contact_t), intent(in) :: contact
+    integer :: before, k
+
+    associate (active => contact%entrance(contact%active))
+      overlap = merge(0.0_dp, -1.0_dp, active%state == state_open .and. gap_at(survey, active%vertex, active%edge) < 0)
+    end associate
+    do k = 1, line%n
+      before = entrance_before(past, line%vertex(k), line%edge(k))
+      if (before == 0) cycle
+      associate (was => past%contact((before + 1)/2))
+        if (has_same_entrances(was, contact)) then
+          overlap = -1.0_dp
+        else if (was%entrance(2 - modulo(before, 2))%state /= state_open) then
+          overlap = max(overlap, was%pressed)
+        end if
+      end associate
+    end do
+  end function inherited_by_line
+
+  !> Whether two contacts are made of the same pairs of vertex and edge.
+  pure logical function has_same_entrances(a, b) result(same)
+    type(contact_t), intent(in) :: a, b
+    integer :: k
+
+    same = a%n_entrances == b%n_entrances
+    if (.not. same) return
+    do k = 1, a%n_entrances
+      same = same .and. a%entrance(k)%vertex == b%entrance(k)%vertex .and. a%entrance(k)%edge == b%entrance(k)%edge
+    end do
+  end function has_same_entrances
+
+  !> The contact of an encounter as Shi's programs hand it on (df05, df06). Two corners have no friction: they slide at most. Without
+  !> a vertex where an element would touch itself.
+  pure function contact_as_shi(outlines, survey, past, guard, encounter) result(contact)
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    real(dp), intent(in) :: guard   !! added to the square of an edge on which an anchor is placed, length^2
+    type(encounter_t), intent(in) :: encounter
+    type(contact_t) :: contact
+    integer :: k
+
+    contact%n_entrances = encounter%n_lines
+    do k = 1, contact%n_entrances
+      contact%entrance(k) = first_entrance(outlines, survey, past, guard, encounter%line(k))
+      if (contact%entrance(k)%vertex == 0) return
+    end do
+    if (contact%n_entrances == 2) contact%entrance%state = min(contact%entrance%state, state_sliding)
+    contact%active = entrance_ahead(survey, contact)
+  end function contact_as_shi
+
+  !> The first pair of a line where its vertex lies within its edge, else the last, with what the pairs remember. Only the same
+  !> pair, and locked, keeps its anchor (Shi: df05, df06).
+  pure type(entrance_t) function first_entrance(outlines, survey, past, guard, line) result(first)
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    real(dp), intent(in) :: guard   !! length^2
+    type(line_t), intent(in) :: line
+    real(dp) :: left
+    integer :: before, k, known
+    logical :: within
+
+    known = 0
+    within = .false.
+    do k = 1, line%n
+      if (outlines%element(line%vertex(k)) == outlines%element(line%edge(k))) cycle
+      before = entrance_before(past, line%vertex(k), line%edge(k))
+      if (before > 0) known = before
+      if (within) cycle
+      first%vertex = line%vertex(k)
+      first%edge = line%edge(k)
+      associate (x1 => survey%start(:, line%vertex(k)), x2 => survey%start(:, line%edge(k)), x3 => survey%finish(:, line%edge(k)))
+        within = k == 1 .and. dot_product(x2 - x1, x3 - x1) <= 0
+      end associate
+    end do
+    if (first%vertex == 0) return
+    first%joint = outlines%joint(first%edge)
+    associate (length => survey%length(first%edge))
+      left = length - along_edge(survey, first%vertex, first%edge)
+      first%anchor = 1 - left*length/(length**2 + guard)
+    end associate
+    if (known == 0) return
+    associate (was => past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)))
+      call recall(was, first)
+      if (was%state == state_locked .and. was%vertex == first%vertex) then
+        first%anchor = was%anchor
+      else if (was%state /= state_open .and. past%contact((known + 1)/2)%n_entrances == 2) then
+        first%state = state_locked
+      end if
+    end associate
+  end function first_entrance
+
+end module scree_contact_memory

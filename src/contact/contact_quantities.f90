@@ -1,0 +1,31 @@
+!> The quantities that the rules of contact speak of.
+module scree_contact_quantities
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: contact_force_t, entrance_start_t, gap_and_slip_t
+
+  !> Where a vertex is from the line of an edge.
+  type :: gap_and_slip_t
+    real(dp) :: gap = 0.0_dp         !! from where the spring across rests, length
+    real(dp) :: slip = 0.0_dp        !! from the anchor along the edge, length
+    real(dp) :: edge_length = 1.0_dp !! length
+  end type gap_and_slip_t
+
+  !> An entrance at the beginning of the step.
+  type :: entrance_start_t
+    real(dp) :: gap = 0.0_dp     !! length
+    real(dp) :: share = 0.0_dp   !! of the edge, at the foot of the vertex
+    logical :: closed = .false.
+  end type entrance_start_t
+
+  !> The force of a contact per unit thickness, and what it changes by with the gaps of both entrances and the slip of that which acts.
+  type :: contact_force_t
+    real(dp) :: across(2) = 0.0_dp           !! each entrance, pressing where positive
+    real(dp) :: along = 0.0_dp               !! the entrance that acts
+    real(dp) :: across_by_gap(2, 2) = 0.0_dp !! (gap of either, entrance) force/length
+    real(dp) :: along_by_gap(2) = 0.0_dp     !! force/length
+    real(dp) :: along_by_slip = 0.0_dp       !! force/length
+  end type contact_force_t
+
+end module scree_contact_quantities

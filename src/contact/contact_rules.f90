@@ -1,0 +1,507 @@
+!> Whose rules contacts follow: the only file that asks.
+!>
+!> There are three schools, each with kernels in a file of its own (`coulomb_contact`, `conserving_contact`, `shi_contact`), and five
+!> verbs that each of them has:
+!>
+!> - `pair`      what is near and what contacts remember  -> a contact of the step
+!> - `place`     displacement                             -> gap and slip, and the rows that they change by
+!> - `press`     gap and slip                             -> force, and what it changes by
+!> - `judge`     gap, slip and force                      -> state
+!> - `remember`  the accepted step                        -> anchor, bond, friction work, overlap
+!>
+!> What else a step has to know of the rules is a question with a name (`iteration_rules`, `looks_as_far_as_it_moves`, ...).
+module scree_contact_rules
+  use scree_conserving_contact, only: deepest_gap, inherit_overlap, judge_conserving, press_conserving
+  use scree_contact_geometry, only: geometry_of
+  use scree_contact_memory, only: contact_as_shi, contact_over_edges, inherited_overlap, past_t
+  use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
+  use scree_contact_try, only: contact_try_t, of_elements
+  use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, &
+                            state_open, state_sliding
+  use scree_corner_meeting, only: encounter_t, meet_as_shi, meet_by_entrances, meeting_t
+  use scree_corners, only: survey_t, tilt
+  use scree_coulomb_contact, only: add_friction, anchor_where_crossed, judge_coulomb, press_springs, slide_coulomb
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_shi_contact, only: adapted_stiffness, add_edge, anchor_where_closed, anchored_rows, close_touching, judge_shi, slide_shi
+  use scree_state, only: state_t
+  use scree_system, only: element_unknowns
+  implicit none
+  private
+  ! pair
+  public :: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair, rests_inside, set_reach
+  ! place
+  public :: begin_contact, gap_and_slip, gaps_and_slips, place, put_anchors
+  ! press
+  public :: press, press_across, pressing_of, rows_along, rubs
+  ! judge
+  public :: anchors_return, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, judge
+  ! remember
+  public :: remember_overlap, remember_slide, stiffness_adapts, stiffness_after
+
+  integer, parameter :: n = 2*element_unknowns
+
+  !> How the open-close iteration goes.
+  type :: iteration_rules_t
+    logical :: judges_prediction = .true.      !! contacts are judged once before the first solution
+    logical :: repeats_first_of_run = .false.  !! the first solution of a run is followed by another, settled or not
+    logical :: counts_progress = .true.        !! iterations that leave fewer states changing are not counted as stalled
+    integer :: most_stalled = 8                !! iterations, before the step is cut
+  end type iteration_rules_t
+
+  !> Solutions that Shi's programs make before they cut the step.
+  integer, parameter :: most_solutions = 8
+
+contains
+
+  !> How the open-close iteration goes by the rules.
+  pure type(iteration_rules_t) function iteration_rules(law)
+    type(contact_law_t), intent(in) :: law
+
+    select case (law%rules)
+    case (rules_shi)
+      iteration_rules = iteration_rules_t(judges_prediction=.false., repeats_first_of_run=.true., counts_progress=.false., &
+                                          most_stalled=most_solutions - 1)
+    case default
+      iteration_rules = iteration_rules_t()
+    end select
+  end function iteration_rules
+
+  !> Whether the search sees as far as vertices move in the step, and a step may outrun it; else it sees to a set gap.
+  pure logical function looks_as_far_as_it_moves(law)
+    type(contact_law_t), intent(in) :: law
+
+    select case (law%rules)
+    case (rules_shi)
+      looks_as_far_as_it_moves = .not. law%shi%search_gap > 0
+    case default
+      looks_as_far_as_it_moves = .true.
+    end select
+  end function looks_as_far_as_it_moves
+
+  !> Sets how far the search looks about each vertex, where that is not as far as it moves.
+  pure subroutine set_reach(law, near)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(inout) :: near(:) !! length
+
+    select case (law%rules)
+    case (rules_shi)
+      if (law%shi%search_gap > 0) near = 0.5_dp*law%shi%search_gap
+    end select
+  end subroutine set_reach
+
+  !> Overlap up to which a vertex over an edge is found, length.
+  pure real(dp) function deepest_search(law)
+    type(contact_law_t), intent(in) :: law
+
+    deepest_search = huge(1.0_dp)
+    select case (law%rules)
+    case (rules_shi)
+      if (law%shi%search_gap > 0) deepest_search = law%shi%search_depth
+    end select
+  end function deepest_search
+
+  !> Whether corners that turn in the step meet what they do not face at its beginning.
+  pure logical function corners_turn(law)
+    type(contact_law_t), intent(in) :: law
+
+    select case (law%rules)
+    case (rules_shi)
+      corners_turn = .false.
+    case default
+      corners_turn = .true.
+    end select
+  end function corners_turn
+
+  !> Whether what is found inside rests there without force; else springs press what overlaps when a run begins.
+  pure logical function rests_inside(law)
+    type(contact_law_t), intent(in) :: law
+
+    select case (law%rules)
+    case (rules_shi)
+      rests_inside = .false.
+    case default
+      rests_inside = .true.
+    end select
+  end function rests_inside
+
+  !> How the corners at vertices i and j can meet.
+  pure type(meeting_t) function meet(law, survey, i, j)
+    type(contact_law_t), intent(in) :: law
+    type(survey_t), intent(in) :: survey
+    integer, intent(in) :: i, j
+
+    select case (law%rules)
+    case (rules_shi)
+      meet = meet_as_shi(survey%corner(i), survey%corner(j))
+    case default
+      meet = meet_by_entrances(survey%corner(i), survey%corner(j), tilt(survey, i, j))
+    end select
+  end function meet
+
+  !> The contact of an encounter, with what those before remember. An entrance without a vertex: there is none.
+  pure type(contact_t) function pair(law, outlines, survey, past, encounter) result(contact)
+    type(contact_law_t), intent(in) :: law
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    type(encounter_t), intent(in) :: encounter
+
+    select case (law%rules)
+    case (rules_shi)
+      contact = contact_as_shi(outlines, survey, past, law%shi%guard, encounter)
+    case (rules_conserving)
+      contact = contact_over_edges(outlines, survey, past, encounter)
+      if (all(contact%entrance(:contact%n_entrances)%vertex > 0)) &
+        contact%inherits = inherited_overlap(survey, past, encounter, contact)
+    case default
+      contact = contact_over_edges(outlines, survey, past, encounter)
+    end select
+  end function pair
+
+  !> Whether slip is measured from the anchor, and is linear in the displacements of the step (Shi, with small strain).
+  pure logical function is_anchored(try)
+    type(contact_try_t), intent(in) :: try
+
+    select case (try%law%rules)
+    case (rules_shi)
+      is_anchored = try%linear
+    case default
+      is_anchored = .false.
+    end select
+  end function is_anchored
+
+  !> Places the entrances of all contacts at a displacement.
+  pure subroutine place(model, cache, state, d, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: d(:)                  !! (n_unknowns)
+    type(contact_try_t), intent(inout) :: try
+    integer :: i, k
+    logical :: anchored
+
+    anchored = is_anchored(try)
+    do i = 1, size(try%contact)
+      do k = 1, try%contact(i)%n_entrances
+        associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
+          geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, .not. try%linear, try%weight, d)
+          geometry%gap = geometry%gap - entrance%rest
+          if (anchored) call add_edge(model, cache, state, try%pair(:, entrance%pair), entrance, geometry)
+        end associate
+      end do
+    end do
+    try%reference = d
+  end subroutine place
+
+  !> Begins a contact that is placed at the start of the step: with the overlap that it inherits, and closed where it touches when a run
+  !> begins.
+  pure subroutine begin_contact(first_of_run, i, try)
+    logical, intent(in) :: first_of_run
+    integer, intent(in) :: i
+    type(contact_try_t), intent(inout) :: try
+    real(dp) :: gap(2)
+    integer :: k
+
+    associate (contact => try%contact(i), geometry => try%geometry(:, i), start => try%start(:, i))
+      gap = [geometry(1)%gap, geometry(2)%gap]
+      select case (try%law%rules)
+      case (rules_shi)
+        if (first_of_run) call close_touching(try%law%shi%touching, gap, is_anchored(try), contact)
+      case (rules_conserving)
+        call inherit_overlap(contact, gap)
+        call open_slipped_off(gap, contact)
+      case default
+        call open_slipped_off(gap, contact)
+      end select
+      do k = 1, 2
+        geometry(k)%gap = gap(k)
+        start(k)%gap = gap(k)
+        start(k)%share = geometry(k)%along/geometry(k)%edge_length
+        start(k)%closed = contact%entrance(k)%state /= state_open
+      end do
+    end associate
+  end subroutine begin_contact
+
+  !> Opens a corner of two entrances that has slipped off the one that does not act.
+  pure subroutine open_slipped_off(gap, contact)
+    real(dp), intent(in) :: gap(2) !! length
+    type(contact_t), intent(inout) :: contact
+
+    if (contact%n_entrances == 2 .and. gap(3 - contact%active) > 0) contact%entrance(contact%active)%state = state_open
+  end subroutine open_slipped_off
+
+  !> Puts the anchors of a contact's open entrances where the displacement takes their vertices over the edge (Shi: df22).
+  pure subroutine put_anchors(model, d, i, try)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    integer, intent(in) :: i
+    type(contact_try_t), intent(inout) :: try
+    integer :: k
+
+    if (.not. is_anchored(try)) return
+    do k = 1, try%contact(i)%n_entrances
+      associate (entrance => try%contact(i)%entrance(k))
+        if (entrance%state == state_open) &
+          entrance%anchor = anchor_where_closed(try%geometry(k, i), of_elements(model, try%pair(:, entrance%pair), d))
+      end associate
+    end do
+  end subroutine put_anchors
+
+  !> Gaps and slips of the entrances of contact i at `d`.
+  pure function gaps_and_slips(model, try, i, d) result(now)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+    real(dp), intent(in) :: d(:)
+    type(gap_and_slip_t) :: now(2)
+    integer :: k
+
+    do k = 1, try%contact(i)%n_entrances
+      now(k) = gap_and_slip(model, try, i, k, d)
+    end do
+  end function gaps_and_slips
+
+  !> Gap of entrance k and slip from its anchor at `d`, linear about the reference.
+  pure type(gap_and_slip_t) function gap_and_slip(model, try, i, k, d) result(now)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i, k
+    real(dp), intent(in) :: d(:)
+    real(dp) :: change(n), rows(n, 2)
+
+    associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
+      change = of_elements(model, try%pair(:, entrance%pair), d) - of_elements(model, try%pair(:, entrance%pair), try%reference)
+      now%edge_length = geometry%edge_length
+      now%gap = geometry%gap + dot_product(geometry%normal_end, change)
+      if (is_anchored(try)) then
+        rows = anchored_rows(geometry, entrance%anchor)
+        now%slip = geometry%along + dot_product(rows(:, 2), change) - entrance%anchor*geometry%edge_length
+      else
+        now%slip = geometry%slid + dot_product(geometry%shear_end, change) &
+                   + (try%start(k, i)%share - entrance%anchor)*geometry%edge_length
+      end if
+    end associate
+  end function gap_and_slip
+
+  !> Forces across the entrances of contact i, as if it were closed.
+  pure type(contact_force_t) function press_across(try, i, now) result(force)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+    type(gap_and_slip_t), intent(in) :: now(2)
+
+    select case (try%law%rules)
+    case (rules_conserving)
+      force = press_conserving(try%law%normal_stiffness, try%contact(i)%n_entrances, try%start(:, i), now)
+    case default
+      force = press_springs(try%law%normal_stiffness, try%dashpot, try%contact(i), try%start(:, i), now)
+    end select
+  end function press_across
+
+  !> Force of contact i, which is closed. The entrance that does not act presses only where both conserve energy together.
+  pure type(contact_force_t) function press(try, i, now) result(force)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+    type(gap_and_slip_t), intent(in) :: now(2)
+
+    force = press_across(try, i, now)
+    associate (law => try%law, active => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
+      select case (law%rules)
+      case (rules_conserving)
+        continue
+      case default
+        force%across(3 - active) = 0.0_dp
+        force%across_by_gap(:, 3 - active) = 0.0_dp
+      end select
+      if (entrance%state == state_locked) then
+        force%along = entrance%multiplier(2) - law%shear_stiffness*now(active)%slip
+        force%along_by_slip = -law%shear_stiffness
+        return
+      end if
+      select case (law%rules)
+      case (rules_shi)
+        force%along = -entrance%direction*entrance%lagged_friction
+      case default
+        call add_friction(law, entrance, force)
+      end select
+    end associate
+  end function press
+
+  !> Rows along which contact i rubs, and of what its slip changes by.
+  pure subroutine rows_along(try, i, row, change)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+    real(dp), intent(out) :: row(n), change(n)
+    real(dp) :: rows(n, 2)
+
+    associate (active => try%contact(i)%active, geometry => try%geometry(try%contact(i)%active, i))
+      if (is_anchored(try)) then ! friction acts at the anchor (Shi: df18)
+        rows = anchored_rows(geometry, try%contact(i)%entrance(active)%anchor)
+        row = rows(:, merge(2, 1, try%contact(i)%entrance(active)%state == state_locked))
+        change = row
+      else
+        row = geometry%shear
+        change = geometry%shear_end
+      end if
+    end associate
+  end subroutine rows_along
+
+  !> Whether an entrance slides with a force that follows the one across: what it adds to the equations is then not symmetric.
+  pure logical function rubs(law, entrance)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+
+    select case (law%rules)
+    case (rules_shi)
+      rubs = .false.
+    case default
+      rubs = entrance%state == state_sliding .and. law%friction(entrance%joint) > 0
+    end select
+  end function rubs
+
+  !> Force that a contact presses with at least, by which faint forces are told.
+  pure real(dp) function pressing_of(law, n_entrances, force) result(pressing)
+    type(contact_law_t), intent(in) :: law
+    integer, intent(in) :: n_entrances
+    type(contact_force_t), intent(in) :: force
+
+    pressing = max(minval(force%across(:n_entrances)), 0.0_dp)
+    select case (law%rules)
+    case (rules_conserving)
+      pressing = max(pressing, sum(force%across))
+    end select
+  end function pressing_of
+
+  !> Whether a faint force changes no state.
+  pure logical function forgives_faint_forces(law)
+    type(contact_law_t), intent(in) :: law
+
+    select case (law%rules)
+    case (rules_shi)
+      forgives_faint_forces = .false.
+    case default
+      forgives_faint_forces = .true.
+    end select
+  end function forgives_faint_forces
+
+  !> Judges contact i: which entrance acts, and its state.
+  pure subroutine judge(now, force, doubt, i, try)
+    type(gap_and_slip_t), intent(in) :: now(2)
+    type(contact_force_t), intent(in) :: force !! as of `press_across`
+    real(dp), intent(in) :: doubt              !! force that changes no state
+    integer, intent(in) :: i
+    type(contact_try_t), intent(inout) :: try
+    logical :: was_open
+
+    associate (law => try%law, start => try%start(:, i), contact => try%contact(i))
+      select case (law%rules)
+      case (rules_shi)
+        was_open = contact%entrance(contact%active)%state == state_open
+        call judge_shi(law, now, force, contact, try%changes)
+        if (was_open .and. .not. is_anchored(try)) call anchor_what_closed(start, now, contact)
+      case (rules_conserving)
+        call judge_conserving(law, start, now, force, doubt, contact, try%changes)
+      case default
+        call judge_coulomb(law, start, now, force, doubt, contact, try%changes)
+      end select
+    end associate
+  end subroutine judge
+
+  !> Puts the anchor of a contact that was open, and is closed now.
+  pure subroutine anchor_what_closed(start, now, contact)
+    type(entrance_start_t), intent(in) :: start(2)
+    type(gap_and_slip_t), intent(in) :: now(2)
+    type(contact_t), intent(inout) :: contact
+    real(dp) :: slip
+
+    associate (k => contact%active)
+      if (contact%entrance(k)%state == state_open) return
+      slip = now(k)%slip
+      call anchor_where_crossed(start(k), now(k), contact%entrance(k), slip)
+    end associate
+  end subroutine anchor_what_closed
+
+  !> Whether anchors of what closed move back to where the step began, where shear would pull a vertex on along its way.
+  pure logical function anchors_return(law)
+    type(contact_law_t), intent(in) :: law
+
+    select case (law%rules)
+    case (rules_shi)
+      anchors_return = .false.
+    case default
+      anchors_return = .true.
+    end select
+  end function anchors_return
+
+  !> Whether a step that is tried again begins with the contacts in the states that the try before left (Shi), else as the step found
+  !> them.
+  pure logical function goes_on_after_cut(law)
+    type(contact_law_t), intent(in) :: law
+
+    select case (law%rules)
+    case (rules_shi)
+      goes_on_after_cut = law%shi%search_gap > 0
+    case default
+      goes_on_after_cut = .false.
+    end select
+  end function goes_on_after_cut
+
+  !> What an entrance remembers of sliding in an accepted step: anchor, bond, and the slip that its spring keeps.
+  pure subroutine remember_slide(law, force, now, holds, entrance, slip, work)
+    type(contact_law_t), intent(in) :: law
+    type(contact_force_t), intent(in) :: force
+    type(gap_and_slip_t), intent(in) :: now
+    logical, intent(in) :: holds         !! another bond between the two elements is locked
+    type(entrance_t), intent(inout) :: entrance
+    real(dp), intent(out) :: slip        !! that the spring keeps, length
+    real(dp), intent(out) :: work        !! lost in friction, force length
+
+    slip = now%slip
+    select case (law%rules)
+    case (rules_shi)
+      call slide_shi(law, force%along, now%edge_length, entrance, slip, work)
+    case default
+      call slide_coulomb(law, force%along, now%edge_length, holds, entrance, slip, work)
+    end select
+  end subroutine remember_slide
+
+  !> Gap of a closed contact whose spring presses, and what of it the spring has energy of.
+  pure subroutine remember_overlap(law, contact, now, gap, strained)
+    type(contact_law_t), intent(in) :: law
+    type(contact_t), intent(in) :: contact
+    type(gap_and_slip_t), intent(in) :: now(2)
+    real(dp), intent(out) :: gap, strained !! length
+
+    select case (law%rules)
+    case (rules_conserving)
+      gap = deepest_gap(contact%n_entrances, now)
+      strained = min(gap, 0.0_dp)
+    case default
+      gap = now(contact%active)%gap
+      strained = gap
+    end select
+  end subroutine remember_overlap
+
+  !> Whether the stiffness follows gaps and overlaps from step to step (Shi: spri).
+  pure logical function stiffness_adapts(law)
+    type(contact_law_t), intent(in) :: law
+
+    select case (law%rules)
+    case (rules_shi)
+      stiffness_adapts = law%shi%allowed_gap > 0
+    case default
+      stiffness_adapts = .false.
+    end select
+  end function stiffness_adapts
+
+  !> Stiffness across and along after a step with this largest gap and overlap of a closed contact.
+  pure function stiffness_after(law, gap, overlap) result(stiffness)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: gap, overlap !! length
+    real(dp) :: stiffness(2)             !! force/length per unit thickness
+
+    stiffness = [law%normal_stiffness, law%shear_stiffness]
+    if (stiffness_adapts(law)) stiffness = adapted_stiffness(law%shi, gap, overlap, stiffness)
+  end function stiffness_after
+
+end module scree_contact_rules

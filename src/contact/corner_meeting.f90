@@ -1,0 +1,187 @@
+!> How two corners that are near each other can meet: which vertex by which edge (Shi's df05).
+!>
+!> One convex corner cannot enter another but across both of two entrance lines. The region that is closed to the relative position
+!> of the vertices is the sum of the one corner and the other one turned round; the entrance lines are its sides. Where the region is
+!> a half plane, edges are parallel and one line is enough. A convex corner in a hollow one can meet either edge.
+module scree_corner_meeting
+  use scree_contacts, only: parallel
+  use scree_corners, only: corner_t, edges_lead_away, pi, turn
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: encounter_of_edge, encounter_t, line_t, meet_as_shi, meet_by_entrances, meeting_t
+
+  real(dp), parameter :: nearly = 0.3_dp*parallel !! edges that differ by less: those at the more upright corner act (Shi: 0.3 h1)
+  real(dp), parameter :: flat = 1e-3_dp           !! a corner that is hollow by less is none, rad
+
+  !> An entrance line: pairs of a vertex and an edge, of which the best is taken.
+  type :: line_t
+    integer :: n = 0
+    integer :: vertex(4) = 0
+    integer :: edge(4) = 0
+  end type line_t
+
+  !> A contact that may be: with one entrance line or two.
+  type :: encounter_t
+    integer :: n_lines = 1
+    type(line_t) :: line(2)
+  end type encounter_t
+
+  !> What two corners may come to.
+  type :: meeting_t
+    integer :: n = 0
+    type(encounter_t) :: encounter(2)
+    logical :: beside(2) = .false. !! the first corner may meet the sides of the second; the second those of the first
+  end type meeting_t
+
+contains
+
+  !> How corners a and b meet across entrance lines, where `tilt` is how far they may turn towards each other in the step.
+  pure function meet_by_entrances(a, b, tilt) result(meeting)
+    type(corner_t), intent(in) :: a, b
+    real(dp), intent(in) :: tilt !! rad
+    type(meeting_t) :: meeting
+    real(dp) :: between
+
+    between = angle_between(a, b)
+    if (max(a%angle, b%angle) <= pi + flat) then
+      meeting = meet_convex(a, b, between, tilt)
+    else if (b%angle > pi + flat .and. a%angle <= pi + parallel) then
+      meeting = meet_hollow(a, b, abs(between), tilt)
+    else
+      meeting = meet_hollow(b, a, abs(between), tilt)
+      meeting%beside = meeting%beside(2:1:-1)
+    end if
+  end function meet_by_entrances
+
+  !> Angle by which corner b is turned from where it would face corner a.
+  pure real(dp) function angle_between(a, b)
+    type(corner_t), intent(in) :: a, b
+
+    angle_between = turn(a%from + a%angle/2 + pi - b%from - b%angle/2)
+  end function angle_between
+
+  !> How two convex corners meet. Those that cannot meet tip to tip may meet each other's sides.
+  pure function meet_convex(a, b, between, tilt) result(meeting)
+    type(corner_t), intent(in) :: a, b
+    real(dp), intent(in) :: between, tilt !! rad
+    type(meeting_t) :: meeting
+    logical :: low(2), high(2)            ! which vertices have the entrance line on either side
+    real(dp) :: width
+
+    width = abs(between) + (a%angle + b%angle)/2
+    low = [-b%angle/2 <= between - a%angle/2 + parallel, between - a%angle/2 <= -b%angle/2 + parallel]
+    high = [b%angle/2 >= between + a%angle/2 - parallel, between + a%angle/2 >= b%angle/2 - parallel]
+    if (width > pi + tilt) then
+      meeting%beside = .true.
+      return
+    end if
+    meeting%n = 1
+    associate (encounter => meeting%encounter(1))
+      if (width >= pi - parallel) then
+        encounter%line(1) = line_of([a%vertex, b%vertex, a%vertex, b%vertex], [b%vertex, a%vertex, b%before, a%before], [low, high])
+      else
+        encounter%n_lines = 2
+        encounter%line(1) = line_of([a%vertex, b%vertex], [b%vertex, a%vertex], low)
+        encounter%line(2) = line_of([a%vertex, b%vertex], [b%before, a%before], high)
+      end if
+    end associate
+  end function meet_convex
+
+  !> How corner a meets the hollow corner b: at either edge, or beside it.
+  pure function meet_hollow(a, b, between, tilt) result(meeting)
+    type(corner_t), intent(in) :: a, b
+    real(dp), intent(in) :: between, tilt !! rad
+    type(meeting_t) :: meeting
+
+    if (between + a%angle/2 > pi - b%angle/2 + tilt) then
+      meeting%beside(1) = .true.
+    else
+      call add_edge(a%vertex, b%vertex, meeting)
+      call add_edge(a%vertex, b%before, meeting)
+    end if
+  end function meet_hollow
+
+  !> How corners a and b meet by Shi's rules (df04, df05): the convex one at either edge of a hollow one, as far as it fits on them; of
+  !> parallel edges one or both; else the upright corner chooses between edges that are nearly parallel.
+  pure function meet_as_shi(a, b) result(meeting)
+    type(corner_t), intent(in) :: a, b
+    type(meeting_t) :: meeting
+    integer :: low(2), high(2)
+    real(dp) :: between, upright, width
+
+    between = angle_between(a, b)
+    width = abs(between) + (a%angle + b%angle)/2
+    if (max(a%angle, b%angle) > pi + flat) then
+      if (a%angle <= pi + flat) then
+        call meet_edges_that_fit(a, b, meeting)
+      else
+        call meet_edges_that_fit(b, a, meeting)
+      end if
+    else if (width > pi + parallel) then
+      return
+    else if (width >= pi - parallel) then
+      if ((a%angle + b%angle)/2 - between >= pi - parallel) call add_line([a%vertex, b%vertex], [b%before, a%vertex], meeting)
+      if ((a%angle + b%angle)/2 + between >= pi - parallel) call add_line([b%vertex, a%vertex], [a%before, b%vertex], meeting)
+    else
+      upright = abs(sin(b%from + b%angle/2)) - abs(sin(a%from + a%angle/2))
+      low = merge([a%vertex, b%vertex], [b%vertex, a%vertex], &
+                  between - a%angle/2 + b%angle/2 >= merge(-nearly, nearly, upright >= 0))
+      high = merge([b%vertex, a%before], [a%vertex, b%before], &
+                   between + a%angle/2 - b%angle/2 >= merge(-nearly, nearly, upright <= 0))
+      call add_edge(low(1), low(2), meeting)
+      meeting%encounter(1)%n_lines = 2
+      meeting%encounter(1)%line(2) = line_of(high(:1), high(2:), [.true.])
+    end if
+  end function meet_as_shi
+
+  !> Adds the edges of the hollow corner b that corner a fits on.
+  pure subroutine meet_edges_that_fit(a, b, meeting)
+    type(corner_t), intent(in) :: a, b
+    type(meeting_t), intent(inout) :: meeting
+
+    if (edges_lead_away(a, b%from, parallel)) call add_edge(a%vertex, b%vertex, meeting)
+    if (edges_lead_away(a, b%into, parallel)) call add_edge(a%vertex, b%before, meeting)
+  end subroutine meet_edges_that_fit
+
+  !> A contact of a vertex at an edge.
+  pure function encounter_of_edge(vertex, edge) result(encounter)
+    integer, intent(in) :: vertex, edge
+    type(encounter_t) :: encounter
+
+    encounter%line(1) = line_of([vertex], [edge], [.true.])
+  end function encounter_of_edge
+
+  !> Adds a contact of a vertex at an edge.
+  pure subroutine add_edge(vertex, edge, meeting)
+    integer, intent(in) :: vertex, edge
+    type(meeting_t), intent(inout) :: meeting
+
+    call add_line([vertex], [edge], meeting)
+  end subroutine add_edge
+
+  !> Adds a contact with one entrance line.
+  pure subroutine add_line(vertex, edge, meeting)
+    integer, intent(in) :: vertex(:), edge(:)
+    type(meeting_t), intent(inout) :: meeting
+
+    meeting%n = meeting%n + 1
+    meeting%encounter(meeting%n)%line(1) = line_of(vertex, edge, spread(.true., 1, size(vertex)))
+  end subroutine add_line
+
+  !> An entrance line of some of the pairs.
+  pure function line_of(vertex, edge, of_it) result(line)
+    integer, intent(in) :: vertex(:), edge(:)
+    logical, intent(in) :: of_it(:)
+    type(line_t) :: line
+    integer :: k
+
+    do k = 1, size(vertex)
+      if (.not. of_it(k)) cycle
+      line%n = line%n + 1
+      line%vertex(line%n) = vertex(k)
+      line%edge(line%n) = edge(k)
+    end do
+  end function line_of
+
+end module scree_corner_meeting

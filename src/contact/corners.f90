@@ -1,0 +1,113 @@
+!> Where the outlines run as a step begins, their corners, and how far vertices may move.
+module scree_corners
+  use scree_contact_geometry, only: gap_of
+  use scree_contacts, only: outlines_t, parallel
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: along_edge, corner_t, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn
+
+  real(dp), parameter, public :: pi = acos(-1.0_dp)
+  real(dp), parameter :: no_corner = 1e-9_dp !! an angle below is that of the end of a crack, a whole turn
+
+  !> Corner at a vertex, seen from inside: from its edge counter-clockwise to the one before.
+  type :: corner_t
+    integer :: vertex = 0        !! which begins the edge of the same number
+    integer :: before = 0        !! edge that ends there
+    real(dp) :: from = 0.0_dp    !! direction of its edge, rad
+    real(dp) :: into = 0.0_dp    !! direction of the edge before, rad
+    real(dp) :: angle = 0.0_dp   !! rad, up to a whole turn
+  end type corner_t
+
+  !> Edges, corners and reaches of all outlines.
+  type :: survey_t
+    real(dp), allocatable :: start(:, :)  !! (2, n) where each edge begins, length
+    real(dp), allocatable :: finish(:, :) !! (2, n) where it ends, length
+    real(dp), allocatable :: length(:)    !! (n) of each edge
+    real(dp), allocatable :: local(:)     !! (n) shorter edge at each vertex and at what is near it, length
+    real(dp), allocatable :: near(:)      !! (n) how far each vertex may move in the step, length
+    real(dp), allocatable :: turning(:)   !! (n) how far the corner at each vertex may turn in the step, rad
+    type(corner_t), allocatable :: corner(:)
+  end type survey_t
+
+contains
+
+  !> Surveys the edges of outlines whose elements have their vertices at `position`.
+  pure subroutine survey_edges(outlines, position, survey)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
+    type(survey_t), intent(out) :: survey
+
+    survey%start = position(:, outlines%start)
+    survey%finish = position(:, outlines%finish)
+    survey%length = norm2(survey%finish - survey%start, 1)
+    survey%local = min(survey%length, survey%length(outlines%previous))
+  end subroutine survey_edges
+
+  !> Finds the corners of surveyed edges.
+  pure subroutine find_corners(previous, survey)
+    integer, intent(in) :: previous(:)     !! (n) edge that ends at each vertex
+    type(survey_t), intent(inout) :: survey
+    real(dp) :: own(2), back(2)
+    integer :: i
+
+    allocate (survey%corner(size(previous)))
+    do i = 1, size(previous)
+      associate (corner => survey%corner(i), before => previous(i))
+        own = survey%finish(:, i) - survey%start(:, i)
+        back = survey%start(:, before) - survey%finish(:, before)
+        corner%vertex = i
+        corner%before = before
+        corner%from = atan2(own(2), own(1))
+        corner%angle = modulo(atan2(back(2), back(1)) - corner%from, 2*pi)
+        if (corner%angle < no_corner) corner%angle = 2*pi
+      end associate
+    end do
+    survey%corner%into = survey%corner(previous)%from
+  end subroutine find_corners
+
+  !> Whether both edges of a corner lead away from an edge of this direction, so that the corner fits on it.
+  pure logical function edges_lead_away(corner, edge, tilt)
+    type(corner_t), intent(in) :: corner
+    real(dp), intent(in) :: edge  !! direction, rad
+    real(dp), intent(in) :: tilt  !! by which corner and edge may be out of place, rad
+    real(dp) :: lowest
+
+    lowest = turn(corner%from + corner%angle/2 - edge + pi/2) ! against the outer normal of the edge, at edge - pi/2
+    edges_lead_away = abs(lowest) + corner%angle/2 <= pi/2 + tilt
+  end function edges_lead_away
+
+  !> Angle by which the corners at two vertices may be out of place and yet meet in the step.
+  pure real(dp) function tilt(survey, i, j)
+    type(survey_t), intent(in) :: survey
+    integer, intent(in) :: i, j
+
+    tilt = parallel + survey%turning(i) + survey%turning(j)
+  end function tilt
+
+  !> Distance of the foot of vertex i on edge j from the start of the edge.
+  pure real(dp) function along_edge(survey, i, j)
+    type(survey_t), intent(in) :: survey
+    integer, intent(in) :: i, j
+
+    associate (x1 => survey%start(:, i), x2 => survey%start(:, j), x3 => survey%finish(:, j))
+      along_edge = dot_product(x1 - x2, x3 - x2)/survey%length(j)
+    end associate
+  end function along_edge
+
+  !> Gap of vertex i at the line of edge j.
+  pure real(dp) function gap_at(survey, i, j)
+    type(survey_t), intent(in) :: survey
+    integer, intent(in) :: i, j
+
+    gap_at = gap_of(survey%start(:, i), survey%start(:, j), survey%finish(:, j))
+  end function gap_at
+
+  !> The same angle between -pi and pi.
+  pure real(dp) function turn(angle)
+    real(dp), intent(in) :: angle
+
+    turn = modulo(angle + pi, 2*pi) - pi
+  end function turn
+
+end module scree_corners

@@ -1,0 +1,225 @@
+!> Contact by Coulomb's rules: springs across and along, friction of the same solution (Shi's df22, with states of one solution).
+!>
+!> A closed contact has a spring p across the line of its entrance and, locked, a spring k along it that holds the vertex at its
+!> anchor:
+!>
+!>     N = h - p g - c (g - g0)/dt   pressing where positive; closed where N > 0, or above the strength of its bond
+!>     T = h' - k s                  s: slip from the anchor
+!>     |T| <= N tan phi + c l        else it slides: T = -+(N tan phi + c l), and the anchor follows
+!>
+!> The forces h and h' are zero but with multipliers (augmented Lagrangian).
+module scree_coulomb_contact
+  use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
+  use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: act_on, add_friction, anchor_where_crossed, bond, judge_closed, judge_coulomb, press_springs, set_state, slide_coulomb
+
+contains
+
+  !> Force of a bond: a strength of the joint times the length that the contact stands for.
+  pure real(dp) function bond(entrance, strength)
+    type(entrance_t), intent(in) :: entrance
+    real(dp), intent(in) :: strength !! force/length^2
+
+    bond = 0.0_dp
+    if (entrance%bonded) bond = strength*entrance%length
+  end function bond
+
+  !> Forces across the entrances of a contact by spring, multiplier and dashpot, each as if it were the one that acts.
+  pure function press_springs(stiffness, dashpot, contact, start, now) result(force)
+    real(dp), intent(in) :: stiffness           !! force/length
+    real(dp), intent(in) :: dashpot             !! viscosity over the size of the step, force/length
+    type(contact_t), intent(in) :: contact
+    type(entrance_start_t), intent(in) :: start(2)
+    type(gap_and_slip_t), intent(in) :: now(2)
+    type(contact_force_t) :: force
+    integer :: k
+
+    do k = 1, contact%n_entrances
+      force%across(k) = contact%entrance(k)%multiplier(1) - stiffness*now(k)%gap &
+                        - dashpot*(now(k)%gap - min(start(k)%gap, 0.0_dp))
+      force%across_by_gap(k, k) = -stiffness - dashpot
+    end do
+  end function press_springs
+
+  !> Adds the friction of a sliding contact that presses with the forces of the same solution. A bond that is pulled has none.
+  pure subroutine add_friction(law, entrance, force)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance       !! that acts
+    type(contact_force_t), intent(inout) :: force  !! with those across the entrances that press
+
+    force%along_by_slip = 0.0_dp
+    force%along = law%friction(entrance%joint)*(force%across(1) + force%across(2)) + bond(entrance, law%cohesion(entrance%joint))
+    force%along_by_gap = law%friction(entrance%joint)*(force%across_by_gap(:, 1) + force%across_by_gap(:, 2))
+    force%along = -entrance%direction*force%along
+    force%along_by_gap = -entrance%direction*force%along_by_gap
+    if (entrance%bonded .and. entrance%direction*force%along > 0) then
+      force%along = 0.0_dp
+      force%along_by_gap = 0.0_dp
+    end if
+  end subroutine add_friction
+
+  !> Judges a contact: which entrance acts, and in which state it is.
+  pure subroutine judge_coulomb(law, start, now, force, doubt, contact, changes)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_start_t), intent(in) :: start(2)
+    type(gap_and_slip_t), intent(in) :: now(2)
+    type(contact_force_t), intent(in) :: force
+    real(dp), intent(in) :: doubt          !! force that changes no state
+    type(contact_t), intent(inout) :: contact
+    integer, intent(inout) :: changes      !! of states, counted on
+    integer :: k, state
+
+    k = 1
+    if (contact%n_entrances == 2) k = entrance_that_acts(contact%active, start, now, force%across, doubt)
+    call act_on(k, contact, changes)
+    state = state_open
+    if (is_closed(law, contact%entrance(k), force%across(k))) &
+      call judge_closed(law, start(k), now(k), force%across(k), doubt, contact%entrance(k), state)
+    call set_state(state, abs(force%across(k)) > doubt, contact%entrance(k), changes)
+  end subroutine judge_coulomb
+
+  !> Which of the two entrances of a corner acts: the one that is crossed least, or was crossed last.
+  !>
+  !> What pressed when the step began presses on, as if its edge did not end: a corner that slips off in the step is held to its
+  !> end. If it were let go where it leaves the other line, its force would jump, and some steps would have no solution.
+  pure integer function entrance_that_acts(active, start, now, across, doubt) result(k)
+    integer, intent(in) :: active
+    type(entrance_start_t), intent(in) :: start(2)
+    type(gap_and_slip_t), intent(in) :: now(2)
+    real(dp), intent(in) :: across(2), doubt !! force
+
+    k = 1
+    if (start(active)%closed .and. across(active) > 0) then
+      k = active
+    else if (minval(across) < 0) then
+      if (across(2) < across(1)) k = 2
+    else
+      k = crossed_last(merge(0.0_dp, [start(1)%gap, start(2)%gap], start%closed), [now(1)%gap, now(2)%gap])
+    end if
+    if (abs(across(2) - across(1)) <= doubt) k = active
+  end function entrance_that_acts
+
+  !> Which of two lines, both crossed at the end of the step, was crossed last: there the vertices entered.
+  pure integer function crossed_last(from, to)
+    real(dp), intent(in) :: from(2), to(2) !! gaps at the beginning and at the end of the step, length
+
+    if (maxval(from) > 0) then
+      crossed_last = maxloc(max(from, 0.0_dp)/(max(from, 0.0_dp) + abs(to) + tiny(to)), 1)
+    else
+      crossed_last = maxloc(from, 1)
+    end if
+  end function crossed_last
+
+  !> Lets entrance k of a contact act. The one that it leaves opens, which is a change where it was closed.
+  pure subroutine act_on(k, contact, changes)
+    integer, intent(in) :: k
+    type(contact_t), intent(inout) :: contact
+    integer, intent(inout) :: changes
+
+    if (k == contact%active) return
+    if (contact%entrance(contact%active)%state /= state_open) changes = changes + 1
+    contact%entrance(contact%active)%state = state_open
+    contact%active = k
+  end subroutine act_on
+
+  !> Whether an entrance that presses, or is pulled, with a force is closed.
+  pure logical function is_closed(law, entrance, across)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+    real(dp), intent(in) :: across !! force
+
+    if (entrance%state == state_open) then
+      is_closed = across >= 0
+    else
+      is_closed = across >= -bond(entrance, law%strength(entrance%joint))
+    end if
+  end function is_closed
+
+  !> Judges the friction of an entrance that is closed. One that was open when the step began first gets an anchor.
+  pure subroutine judge_closed(law, start, now, pressing, doubt, entrance, state)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_start_t), intent(in) :: start
+    type(gap_and_slip_t), intent(in) :: now
+    real(dp), intent(in) :: pressing, doubt !! force
+    type(entrance_t), intent(inout) :: entrance
+    integer, intent(out) :: state
+    real(dp) :: slip
+
+    slip = now%slip
+    if (entrance%state == state_open) call anchor_where_crossed(start, now, entrance, slip)
+    call judge_friction(law, slip, pressing, doubt, entrance, state)
+  end subroutine judge_closed
+
+  !> Puts the anchor of an entrance that closes where its vertex first crossed the line in the step; one that was closed when the step
+  !> began, or is bonded, keeps its own.
+  !>
+  !> An anchor that moved on with every iteration would hold back what it follows, and the iteration would creep.
+  pure subroutine anchor_where_crossed(start, now, entrance, slip)
+    type(entrance_start_t), intent(in) :: start
+    type(gap_and_slip_t), intent(in) :: now
+    type(entrance_t), intent(inout) :: entrance
+    real(dp), intent(inout) :: slip !! from the anchor, length
+    real(dp) :: along
+
+    if (.not. start%gap > 0 .or. start%closed .or. entrance%bonded) return
+    along = slip + entrance%anchor*now%edge_length
+    entrance%anchor = start%share + min(1.0_dp, start%gap/max(start%gap - now%gap, tiny(start%gap))) &
+                                    *(along/now%edge_length - start%share)
+    slip = along - entrance%anchor*now%edge_length
+  end subroutine anchor_where_crossed
+
+  !> Whether a closed entrance slides or is locked, and which way it slides, by the normal force of the same solution.
+  pure subroutine judge_friction(law, slip, pressing, doubt, entrance, state)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: slip            !! length
+    real(dp), intent(in) :: pressing, doubt !! force
+    type(entrance_t), intent(inout) :: entrance
+    integer, intent(out) :: state
+    real(dp) :: limit, shear
+
+    shear = entrance%multiplier(2) - law%shear_stiffness*slip
+    limit = max(0.0_dp, law%friction(entrance%joint)*pressing + bond(entrance, law%cohesion(entrance%joint)))
+    if (entrance%state == state_sliding .and. limit > 0 .and. entrance%direction*shear > 0) then
+      state = state_locked ! it turned back; whether it slides there the next iteration tells
+    else if (entrance%state /= state_open .and. abs(abs(shear) - limit) <= doubt) then
+      state = entrance%state
+    else
+      state = merge(state_locked, state_sliding, abs(shear) < limit)
+    end if
+    if (state == state_sliding) entrance%direction = sign(1.0_dp, -shear)
+  end subroutine judge_friction
+
+  !> Gives an entrance its state. A change counts where it closes or opens by more than a faint force, and between sliding and locked.
+  pure subroutine set_state(state, felt, entrance, changes)
+    integer, intent(in) :: state
+    logical, intent(in) :: felt         !! the force is more than faint
+    type(entrance_t), intent(inout) :: entrance
+    integer, intent(inout) :: changes
+
+    if (state /= entrance%state .and. (felt .or. min(state, entrance%state) /= state_open)) changes = changes + 1
+    entrance%state = state
+  end subroutine set_state
+
+  !> What an entrance remembers of sliding: its anchor follows, but for what its spring keeps, and a bond that yields breaks unless its
+  !> joint holds elsewhere. A bond without shear strength has none to lose.
+  pure subroutine slide_coulomb(law, shear, edge_length, holds, entrance, slip, work)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: shear        !! force
+    real(dp), intent(in) :: edge_length  !! length
+    logical, intent(in) :: holds         !! another bond between the two elements is locked
+    type(entrance_t), intent(inout) :: entrance
+    real(dp), intent(inout) :: slip      !! of the step, then what the spring keeps of it, length
+    real(dp), intent(out) :: work        !! lost in friction, force length
+    real(dp) :: kept
+
+    kept = (entrance%multiplier(2) - shear)/law%shear_stiffness
+    work = abs(shear*(slip - kept))
+    entrance%anchor = entrance%anchor + (slip - kept)/edge_length
+    slip = kept
+    entrance%bonded = entrance%bonded .and. (holds .or. .not. abs(shear) > 0)
+  end subroutine slide_coulomb
+
+end module scree_coulomb_contact
