@@ -44,7 +44,9 @@ contains
     real(dp) :: depth                            !! overlap up to which a vertex over an edge is looked at, length
     integer :: k, n_found
 
-    call survey_outlines(outlines, position, predicted, self_contact, memory, search, survey, try)
+    call survey_edges(outlines, position, survey)
+    call find_corners(outlines%previous, survey)
+    call look_around()
     call recall_contacts(outlines, memory, past)
     may_rest = looks_as_far_as_it_moves(try%law)
     depth = deepest_search(try%law)
@@ -65,6 +67,29 @@ contains
     try%turning = survey%turning
 
   contains
+
+    !> Lists which vertices are near which edges, by how far these may move and turn in the step.
+    subroutine look_around()
+      integer :: i, j, k
+
+      allocate (survey%turning(size(survey%length)), source=0.0_dp)
+      if (corners_turn(try%law)) then
+        survey%turning = min(most_turning, 1.2_dp*norm2(predicted(:, outlines%next) - predicted, 1)/survey%length + try%swing)
+        survey%turning = max(survey%turning, survey%turning(outlines%previous))
+      end if
+      survey%near = reach_of(predicted, survey%local, memory%pressed, try)
+      call find_nearby(outlines, position, survey%near, self_contact, search, try%nearby)
+      try%nearby = reshape([try%nearby, memory%inside], [2, size(try%nearby, 2) + size(memory%inside, 2)])
+      do k = 1, size(try%nearby, 2) ! a large block takes the measure of a small one beside it
+        i = try%nearby(1, k)
+        j = try%nearby(2, k)
+        associate (local => survey%local)
+          local([j, outlines%next(j)]) = min(local([j, outlines%next(j)]), local(i))
+          local(i) = min(local(i), survey%length(j))
+        end associate
+      end do
+      survey%near = reach_of(predicted, survey%local, memory%pressed, try)
+    end subroutine look_around
 
     !> Contacts of vertex i near edge j: at one of its ends with the corner there, else over it.
     subroutine look_at(i, j)
@@ -143,39 +168,6 @@ contains
     end function is_inside
 
   end subroutine find_contacts
-
-  !> Surveys the outlines as a step begins, and lists which vertices are near which edges.
-  subroutine survey_outlines(outlines, position, predicted, self_contact, memory, search, survey, try)
-    type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: position(:, :)       !! (2, n_vertices) of the elements, length
-    real(dp), intent(in) :: predicted(:, :)      !! (2, n) displacement of the vertices of the outlines, by their velocity, length
-    logical, intent(in) :: self_contact          !! a body may touch itself
-    type(contact_memory_t), intent(in) :: memory
-    type(contact_search_t), intent(inout) :: search
-    type(survey_t), intent(out) :: survey
-    type(contact_try_t), intent(inout) :: try    !! with law, margin and swing; gets who is near whom
-    integer :: i, j, k
-
-    call survey_edges(outlines, position, survey)
-    call find_corners(outlines%previous, survey)
-    survey%turning = spread(0.0_dp, 1, size(survey%length))
-    if (corners_turn(try%law)) then
-      survey%turning = min(most_turning, 1.2_dp*norm2(predicted(:, outlines%next) - predicted, 1)/survey%length + try%swing)
-      survey%turning = max(survey%turning, survey%turning(outlines%previous))
-    end if
-    survey%near = reach_of(predicted, survey%local, memory%pressed, try)
-    call find_nearby(outlines, position, survey%near, self_contact, search, try%nearby)
-    try%nearby = reshape([try%nearby, memory%inside], [2, size(try%nearby, 2) + size(memory%inside, 2)])
-    do k = 1, size(try%nearby, 2) ! a large block takes the measure of a small one beside it
-      i = try%nearby(1, k)
-      j = try%nearby(2, k)
-      associate (local => survey%local)
-        local([j, outlines%next(j)]) = min(local([j, outlines%next(j)]), local(i))
-        local(i) = min(local(i), survey%length(j))
-      end associate
-    end do
-    survey%near = reach_of(predicted, survey%local, memory%pressed, try)
-  end subroutine survey_outlines
 
   !> How far vertices may move in the step, with the length of the edges about them.
   !>

@@ -1,14 +1,14 @@
-!> Gap and slip of a vertex at the line of an edge, and what they change with.
+!> Gap and slip of a vertex at the line of an edge, and how they change with the unknowns.
 !>
 !> Vertex y1, edge from y2 to y3, t along it, n out of the body of the edge, L its length:
 !>
 !>     gap    g = n.(y1 - y2)         open where positive
 !>     along  a = t.(y1 - y2)         share of the edge  w = a/L
 !>     dg = n.D,   D = d1 - (1-w) d2 - w d3       exact
-!>     ds = t.(d1 - d(X1))                        X1: the place of the edge's body that the vertex is at
+!>     ds = t.(d1 - d(X1))                        X1: the point of the edge's body that the vertex is at
 !>
-!> The normal forces of a contact act on one line, at the vertex and at the foot of it on the edge; the shear forces at the
-!> vertex and at the place of the edge's body that the vertex is at. Both pairs are free of torque.
+!> The normal forces of a contact act on one line, at the vertex and at its foot on the edge. The shear forces act at the vertex and
+!> at the point of the edge's body that the vertex is at. Neither pair of forces has a torque.
 !>
 !> Over a step that the integrator balances in its middle the row of the gap is its mean derivative: with e = y3 - y2,
 !> r = y1 - y2 in the middle, L0 and L1 the lengths and c = g L, the gap changes by exactly
@@ -29,7 +29,7 @@ module scree_contact_geometry
 
   integer, parameter :: n = element_unknowns
 
-  !> One line of a contact about a reference displacement: g(d) = gap + normal.(d - reference), and so slid.
+  !> An entrance about a reference displacement: g(d) = gap + normal.(d - reference), and so slid.
   type :: entrance_geometry_t
     real(dp) :: gap = 0.0_dp            !! length
     real(dp) :: along = 0.0_dp          !! from the start of the edge to the foot of the vertex when the step began, length
@@ -63,19 +63,18 @@ contains
     gap_of = ((b(2) - a(2))*(position(1) - a(1)) - (b(1) - a(1))*(position(2) - a(2)))/norm2(b - a)
   end function gap_of
 
-  !> Geometry of a line at displacement `d` of the elements.
+  !> Geometry of an entrance at displacement `d` of the elements.
   !>
-  !> `large`: gap and share are those of the places that `d` moves the vertices to, and the forces act in the configuration
-  !> that the share `weight` of it makes. Else everything is linear about the beginning of the step, as Shi's.
-  pure function geometry_of(model, cache, state, pair, entrance, large, weight, d) result(geometry)
+  !> With a weight, gap and slip are those of the positions that `d` moves the vertices to, and the forces act in the configuration
+  !> that this share of `d` makes. Without, everything is linear about the beginning of the step, as Shi's.
+  pure function geometry_of(model, cache, state, pair, entrance, d, weight) result(geometry)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
     type(cache_t), intent(in) :: cache
     integer, intent(in) :: pair(2)                   !! elements in the order of the unknowns
     type(entrance_t), intent(in) :: entrance
-    logical, intent(in) :: large
-    real(dp), intent(in) :: weight
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    real(dp), intent(in), optional :: weight
     type(entrance_geometry_t) :: geometry
     real(dp), dimension(2, n) :: T1, T2, T3
     real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal
@@ -96,7 +95,7 @@ contains
     call frame_of_edge(x2, x3, t, normal, geometry%edge_length)
     geometry%gap = gap_of(x1, x2, x3)
     geometry%along = dot_product(t, x1 - x2)
-    if (large) then
+    if (present(weight)) then
       call put_rows(1.0_dp, 1.0_dp, geometry%normal_end, geometry%shear_end)
       call put_rows(2*weight - 1, 1.0_dp, geometry%normal, geometry%shear)
       call move(t, geometry)
@@ -113,8 +112,8 @@ contains
 
     !> Adds to gap, slip and length what they change by on the way to `d`.
     !>
-    !> Written with the turn of the edge, which is exactly zero for one at rest: the difference of two gaps or two places along
-    !> a long edge would be rounded to the length of the edge, and the spring of a pebble on it to more than its weight.
+    !> It is written with the turn of the edge, which is exactly zero for an edge at rest. The difference of two gaps, or of two
+    !> positions along a long edge, would be rounded to the length of the edge, and the spring of a pebble on it to more than its weight.
     pure subroutine move(t, geometry)
       real(dp), intent(inout) :: t(2)                  !! direction of the edge
       type(entrance_geometry_t), intent(inout) :: geometry !! at the beginning of the step

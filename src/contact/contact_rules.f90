@@ -185,7 +185,11 @@ contains
     do i = 1, size(try%contact)
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
-          geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, .not. try%linear, try%weight, d)
+          if (try%linear) then
+            geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, d)
+          else
+            geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, d, try%weight)
+          end if
           geometry%gap = geometry%gap - entrance%rest
           if (anchored) call add_edge(model, cache, state, try%pair(:, entrance%pair), entrance, geometry)
         end associate
