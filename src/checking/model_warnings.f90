@@ -1,5 +1,6 @@
 !> What of the facts of a model is likely a mistake: units, signs, what nothing holds.
 module scree_model_warnings
+  use scree_contact_rules, only: may_make_energy
   use scree_kinds, only: dp
   use scree_likely_units, only: doubt_of_stiffness, doubt_of_weight
   use scree_model_facts, only: facts_t, list_text, n_sides, side_name
@@ -50,8 +51,8 @@ contains
       call add('expected a fixed point, found none: all '//number_text(facts%n_blocks)//' blocks fall')
     if (size(facts%sliver) > 0) &
       call add('expected no block thinner than 1/100 of its length or sharper than 3 degrees, found '//list_text(facts%sliver))
-    if (scene%settings%lags .and. scene%settings%strain == strain_small .and. scene%carried > 0) &
-      call add('expected contact.friction=''current'' in a dynamic run of small strain, found ''lagging'': '// &
+    if (may_make_energy(scene%settings%rules) .and. scene%settings%strain == strain_small .and. scene%carried > 0) &
+      call add('expected contact.rules=''coulomb'' in a dynamic run of small strain, found ''shi'': '// &
                'Shi''s contact can make energy without bound there, the more the stiffer its springs')
     if (any(facts%side%force > 0)) &
       call add('expected support where the initial stress pushes, found free edges '//side_text(facts))

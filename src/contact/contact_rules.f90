@@ -35,7 +35,7 @@ module scree_contact_rules
   ! press
   public :: press, press_across, pressing_of, rows_along, rubs
   ! judge
-  public :: anchors_return, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, judge
+  public :: anchors_return, may_make_energy, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, judge
   ! remember
   public :: remember_overlap, remember_slide, stiffness_adapts, stiffness_after
 
@@ -485,6 +485,18 @@ contains
       strained = gap
     end select
   end subroutine remember_overlap
+
+  !> Whether contacts can make energy in a dynamic run of small strain, the more the stiffer their springs.
+  pure logical function may_make_energy(rules)
+    integer, intent(in) :: rules
+
+    select case (rules)
+    case (rules_shi)
+      may_make_energy = .true.
+    case default
+      may_make_energy = .false.
+    end select
+  end function may_make_energy
 
   !> Whether the stiffness follows gaps and overlaps from step to step (Shi: spri).
   pure logical function stiffness_adapts(law)

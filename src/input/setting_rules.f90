@@ -43,8 +43,8 @@ module scree_setting_rules
     setting_rule_t('step.control', 'shi', 'step.travel', is_positive, .false., 'it keeps that displacement'), &
     setting_rule_t('iteration.method, iteration.test, iteration.tolerance', '', 'method.strain', '|green|', .true., &
                    'small strain is linear, and its first solution exact'), &
-    setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.energy, '// &
-                   'contact.initial, contact.closing, contact.opening, contact.friction, contact.adapt, contact.coupling', '', &
+    setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.rules, '// &
+                   'contact.initial, contact.adapt, contact.coupling', '', &
                    'contact.method', '|penalty|augmented|', .true., 'nothing touches'), &
     setting_rule_t('contact.overlap', '', 'contact.method', '|augmented|', .true., 'springs alone have no such bound'), &
     setting_rule_t('contact.restitution', '', 'k01', is_positive, .true., 'a static step hands no velocity on'), &
@@ -52,37 +52,30 @@ module scree_setting_rules
                    'steps as long as the displacement lets them miss when an impact is, and make energy in it'), &
     setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|', .true., &
                    'small strain needs no iteration to nest in'), &
-    setting_rule_t('contact.energy', 'conserving', 'method.preset', '|none|', .false., 'Shi''s contact dissipates'), &
-    setting_rule_t('contact.energy', 'conserving', 'integrator.scheme', '|energy_momentum|', .false., &
+    setting_rule_t('contact.rules', 'conserving', 'method.preset', '|none|', .false., 'Shi''s contact dissipates'), &
+    setting_rule_t('contact.rules', 'conserving', 'integrator.scheme', '|energy_momentum|', .false., &
                    'no other form keeps what contact gives back'), &
-    setting_rule_t('contact.energy', 'conserving', 'contact.method', '|penalty|', .false., 'multipliers store no energy'), &
-    setting_rule_t('contact.energy', 'conserving', 'contact.restitution', is_not_given, .false., &
+    setting_rule_t('contact.rules', 'conserving', 'contact.method', '|penalty|', .false., 'multipliers store no energy'), &
+    setting_rule_t('contact.rules', 'conserving', 'contact.restitution', is_not_given, .false., &
                    'springs give the energy of an impact back, and restitution once more'), &
-    setting_rule_t('contact.energy', 'conserving', 'contact.viscosity', is_not_given, .false., &
+    setting_rule_t('contact.rules', 'conserving', 'contact.viscosity', is_not_given, .false., &
                    'a dashpot takes what it should keep'), &
-    setting_rule_t('contact.energy', 'conserving', 'contact.friction', '|current|', .false., &
-                   'friction that lags works against the force of another state'), &
-    setting_rule_t('contact.energy', 'conserving', 'contact.adapt', '|none|', .false., &
+    setting_rule_t('contact.rules', 'conserving', 'contact.adapt', '|none|', .false., &
                    'a loaded spring whose stiffness changes makes or takes energy'), &
-    setting_rule_t('contact.energy', 'conserving', 'method.mass', '|constant|', .false., 'a mass that changes keeps no energy'), &
-    setting_rule_t('contact.energy', 'conserving', 'integrator.transport', '|field|', .false., &
+    setting_rule_t('contact.rules', 'conserving', 'method.mass', '|constant|', .false., 'a mass that changes keeps no energy'), &
+    setting_rule_t('contact.rules', 'conserving', 'integrator.transport', '|field|', .false., &
                    'rates of a block hand another energy on than that of its field'), &
-    setting_rule_t('contact.closing, contact.opening', '', 'method.preset', '|shi|', .false., &
-                   'a spring that acts at once over such a tolerance brings energy: it is for comparison with his programs'), &
-    setting_rule_t('contact.friction', 'lagging', 'method.preset', '|shi|', .false., &
-                   'on stiff springs it makes energy without bound: it is for comparison with his programs'), &
-    setting_rule_t('contact.friction', 'lagging', 'contact.method', '|penalty|', .false., &
-                   'multipliers need the force of the same solution'), &
-    setting_rule_t('contact.friction', 'lagging', 'contact.opening', is_positive, .false., &
-                   'contacts that bear nothing would open and close by turns'), &
-    setting_rule_t('contact.friction', 'lagging', 'contact.coupling', '|merged|', .false., &
-                   'contacts that wait for the next iteration do not settle within one'), &
-    setting_rule_t('contact.friction', 'lagging', 'contact.restitution', is_not_given, .false., &
+    setting_rule_t('contact.rules', 'shi', 'method.preset', '|shi|', .false., &
+                   'on stiff springs they make energy without bound: they are for comparison with his programs'), &
+    setting_rule_t('contact.rules', 'shi', 'contact.method', '|penalty|', .false., &
+                   'multipliers need the friction of the same solution'), &
+    setting_rule_t('contact.rules', 'shi', 'contact.coupling', '|merged|', .false., &
+                   'contacts whose friction lags do not settle within an iteration'), &
+    setting_rule_t('contact.rules', 'shi', 'contact.restitution', is_not_given, .false., &
                    'an impact has no iteration before it to take its friction from'), &
-    setting_rule_t('contact.adapt', 'shi', 'contact.method', '|penalty|', .false., 'multipliers leave no overlap to follow'), &
-    setting_rule_t('contact.adapt', 'shi', 'g2', is_positive, .false., 'it allows gaps in proportion to g2'), &
-    setting_rule_t('contact.adapt', 'shi', 'method.preset', '|shi|', .false., &
+    setting_rule_t('contact.adapt', 'shi', 'contact.rules', '|shi|', .false., &
                    'a loaded spring whose stiffness changes makes energy: it is for comparison with his programs'), &
+    setting_rule_t('contact.adapt', 'shi', 'g2', is_positive, .false., 'it allows gaps in proportion to g2'), &
     setting_rule_t('contact.adapt', 'shi', 'integrator.scheme', '|newmark|', .false., 'the other form would keep that energy'), &
     setting_rule_t('fixed_points.stiffness', '', 'fixed_points.method', '|penalty|', .true., &
                    'exact fixed points have no springs'), &

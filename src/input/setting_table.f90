@@ -5,6 +5,7 @@ module scree_setting_table
   use scree_deck_text, only: beyond_arithmetic, comma_remark, in_quotes, word_is_real, word_is_whole
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
+  use scree_old_settings, only: name_now
   use scree_scene, only: word_t
   use scree_text, only: real_of, real_text
   implicit none
@@ -51,7 +52,7 @@ contains
     end do
   end function blank_words
 
-  !> Gives a word its value. Errors: an unknown name, one twice, a value of the wrong kind or range.
+  !> Gives a word its value. Errors: an unknown name or one of yesterday, one twice, a value of the wrong kind or range.
   subroutine put_word(table, where, given, words, error)
     type(setting_t), intent(in) :: table(:)
     character(len=*), intent(in) :: where       !! begins the text of an error
@@ -68,6 +69,10 @@ contains
       return
     end if
     row = findloc(table%group == group .and. table%name == name, .true., 1)
+    if (row == 0 .and. len(name_now(given%name, given%value)) > 0) then
+      call fail(error, status_bad_input, where//name_now(given%name, given%value))
+      return
+    end if
     if (row == 0) then
       call fail(error, status_bad_input, where//'expected one of the names '//known_names(table, group)// &
                 ' in &'//group//', found '//in_quotes(name))

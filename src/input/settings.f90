@@ -3,6 +3,7 @@
 !>
 !> To add one, write its row here and its component in `settings_t`.
 module scree_settings
+  use scree_contacts, only: rules_coulomb, rules_shi
   use scree_deck_text, only: deck_t, in_quotes
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
@@ -36,7 +37,7 @@ contains
     call visit_step(row, scene)
     call visit_iteration(row, scene%settings)
     call visit_contact(row, scene)
-    call visit_contact_states(row, scene)
+    call visit_contact_states(row, scene%settings)
     call visit_points(row, scene%settings)
     call visit_ground(row, scene%settings)
     call visit_output(row, scene%settings)
@@ -181,30 +182,20 @@ contains
   end subroutine visit_contact
 
   !> When contacts open, close and slide.
-  subroutine visit_contact_states(row, scene)
+  subroutine visit_contact_states(row, s)
     type(setting_rows_t), intent(inout) :: row
-    type(scene_t), intent(inout) :: scene
+    type(settings_t), intent(inout) :: s
 
-    associate (s => scene%settings)
-      call row%choice(setting_t('contact', 'energy', 'forces of the end of a step, or those that conserve energy', &
-                                choices='|dissipating|conserving|'), s%conserving, .false.)
-      call row%real(setting_t('contact', 'closing', &
-                              'overlap at which a contact closes; in a dynamic run, gap up to which it begins closed', 'length', &
-                              0.0_dp, default='0; with preset shi 1e-4 of the size of the model'), &
-                    s%closing, merge(1e-4_dp*scene%extent, 0.0_dp, s%shi))
-      call row%real(setting_t('contact', 'opening', 'gap at which a closed contact opens', 'length', 0.0_dp, &
-                              default='0; with preset shi 1e-7 of the size of the model'), &
-                    s%opening, merge(1e-7_dp*scene%extent, 0.0_dp, s%shi))
-      call row%choice(setting_t('contact', 'friction', 'of the normal force of the same solution, or of the iteration before', &
-                                choices='|current|lagging|', default='current; lagging with preset shi'), &
-                      s%lags, s%shi .and. s%contact == contact_penalty)
-      call row%choice(setting_t('contact', 'adapt', &
-                                'stiffness that stays, or follows gaps and overlaps as in Shi''s programs', &
-                                choices='|none|shi|'), s%adapts_stiffness, .false.)
-      call row%choice(setting_t('contact', 'coupling', &
-                                'contacts and deformation in one iteration, or contacts settled in each of deformation', &
-                                choices='|merged|nested|'), s%nested, .false.)
-    end associate
+    call row%choice(setting_t('contact', 'rules', &
+                              'Coulomb''s; the same, in forces that conserve energy; or those of Shi''s programs', &
+                              choices='|coulomb|conserving|shi|', default='coulomb; shi with preset shi and method penalty'), &
+                    s%rules, merge(rules_shi, rules_coulomb, s%shi .and. s%contact == contact_penalty))
+    call row%choice(setting_t('contact', 'adapt', &
+                              'stiffness that stays, or follows gaps and overlaps as in Shi''s programs', &
+                              choices='|none|shi|'), s%adapts_stiffness, .false.)
+    call row%choice(setting_t('contact', 'coupling', &
+                              'contacts and deformation in one iteration, or contacts settled in each of deformation', &
+                              choices='|merged|nested|'), s%nested, .false.)
   end subroutine visit_contact_states
 
   !> Fixed points and load points.

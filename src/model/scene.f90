@@ -3,6 +3,7 @@
 !> A scene never changes once it is read. The choices that Shi's numbers have no place for are named constants here, in the
 !> order of their words in `settings.f90`, which gives each setting its name in the deck, default, unit and range.
 module scree_scene
+  use scree_contacts, only: rules_coulomb
   use scree_kinds, only: dp
   use scree_mesh, only: mesh_t
   implicit none
@@ -122,10 +123,7 @@ module scree_scene
     real(dp) :: initial_overlap = 0.02_dp   !! of blocks when the run begins, over the size of the smaller, at most
     real(dp) :: restitution = -1.0_dp       !! of impacts; below 0: as the springs have it
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
-    logical :: conserving = .false.         !! contact forces that conserve energy
-    real(dp) :: closing = 0.0_dp            !! overlap at which an open contact closes, length
-    real(dp) :: opening = 0.0_dp            !! gap at which a closed one opens, length
-    logical :: lags = .false.               !! sliding lags an iteration behind
+    integer :: rules = rules_coulomb        !! of contact
     logical :: adapts_stiffness = .false.   !! of contacts, by Shi's rules
     logical :: nested = .false.             !! the open-close iteration runs inside each iteration of the deformation
     integer :: fixed = fixed_exact

@@ -4,7 +4,7 @@ module scree_set_up
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
   use scree_block_input, only: block_area, block_moments, block_size, block_source, blocks_t
   use scree_contact_rules, only: rests_inside
-  use scree_contacts, only: outlines_t, overlap_t, rules_conserving, rules_coulomb, rules_shi, shi_law_t
+  use scree_contacts, only: outlines_t, overlap_t, shi_law_t
   use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh, covered_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_interpolation, only: kinematics_of, kinematics_t, rigid_velocity
@@ -27,6 +27,8 @@ module scree_set_up
 
   real(dp), parameter :: most_triangles = 5e7_dp !! more would not fit the memory
   real(dp), parameter :: allowed_penetration = 2e-4_dp  !! of the extent, where the stiffness of contacts adapts (Shi: g3 w0)
+  !> Of the extent, where contacts follow Shi's rules: overlap that closes, and gap that opens (Shi: s0, 2e-4 w0; f0, 2e-7 w0).
+  real(dp), parameter :: closing_share = 1e-4_dp, opening_share = 1e-7_dp
   real(dp), parameter :: shortest_return = 5e-8_dp !! of the extent: slip back at which sliding that lags ends (Shi: 1e-7 w0)
   !> Where contacts are found as Shi's programs do, of the extent: gap over the displacement ratio, and the least; overlap over
   !> that gap; and what is added to the square of an edge (Shi: d0 = 2.5 g2 w0, d9 = 0.3 d0, 3 g3 w0, 1e-9 w0).
@@ -104,8 +106,8 @@ contains
     type(scene_t), intent(in) :: scene
 
     associate (settings => scene%settings, extent => scene%extent)
-      law%closing = settings%closing
-      law%opening = settings%opening
+      law%closing = closing_share*extent
+      law%opening = opening_share*extent
       law%backlash = shortest_return*extent
       law%guard = search_guard*extent
       if (scene%displacement_ratio > 0) then
@@ -113,7 +115,7 @@ contains
         law%search_depth = max(search_inside*law%search_gap, search_least*extent)
       end if
       if (scene%carried > 0) then
-        law%touching = settings%closing
+        law%touching = law%closing
         if (law%search_gap > 0) law%touching = law%touching*2*law%search_gap/extent
       end if
       if (settings%adapts_stiffness) law%allowed_gap = scene%displacement_ratio*extent
@@ -414,7 +416,7 @@ contains
         effects%contact%penetration = s%overlap
         effects%contact%restitution = s%restitution
         effects%contact%viscosity = s%viscosity
-        effects%contact%rules = merge(rules_shi, merge(rules_conserving, rules_coulomb, s%conserving), s%lags)
+        effects%contact%rules = s%rules
         effects%contact%shi = shi_law_of(scene)
         effects%contact%friction = [tan(joint%friction_angle*degree), (0.0_dp, e=1, 1)]
         effects%contact%cohesion = [joint%cohesion, (0.0_dp, e=1, 1)]

@@ -76,7 +76,7 @@ def test_however_they_overlap_nothing_is_thrown(scene, held, mode, tmp_path):
     assert f.history.overlap.max() < 1.02e-2
 
 
-@pytest.mark.parametrize("way", ["\n&contact energy='conserving' /\n&integrator beta=0.5 /",
+@pytest.mark.parametrize("way", ["\n&contact rules='conserving' /\n&integrator beta=0.5 /",
                                   "\n&contact restitution=0 /", "\n&contact method='augmented', overlap=1e-6 /"])
 def test_an_overlap_brings_no_energy_to_other_ways_of_contact(way, tmp_path):
     f = settle(tmp_path, stack(1e-2, 0.25), {0}, 1.0, "nmm green", steps=100, more=way)

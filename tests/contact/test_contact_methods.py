@@ -90,7 +90,7 @@ def test_conserving_contact_keeps_energy_on_corners(name, run):
     The first step dissipates what the start excites; seen after it: 1e-10.
     """
     scene = tumbling()[name]
-    r = scene.run(run, "r", ["integrator.beta=0.5", "contact.energy=conserving"])
+    r = scene.run(run, "r", ["integrator.beta=0.5", "contact.rules=conserving"])
     assert np.abs(r.history.energy.dissipated - r.history.energy.dissipated[0]).max() < 1e-9 * scene.scale
     assert np.abs(r.history.rotation).max() > 1
 
@@ -155,7 +155,7 @@ def test_a_rigid_block_that_loses_nothing_turns_at_the_top():
     assert rotation == pytest.approx(0.0104, abs=1e-4)
 
 
-WAYS = {"multipliers": "contact.method=augmented", "viscosity": "contact.viscosity=1e3", "conserving": "contact.energy=conserving",
+WAYS = {"multipliers": "contact.method=augmented", "viscosity": "contact.viscosity=1e3", "conserving": "contact.rules=conserving",
         "nested": "contact.coupling=nested", "tangent": "iteration.method=newton", "residual": "iteration.test=residual",
         "springs of fixed points": "fixed_points.method=penalty"}
 

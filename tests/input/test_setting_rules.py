@@ -9,14 +9,14 @@ GEOMETRY = "0.001\n4 4\n0\n0\n1\n0\n1\n0\n0 0 1 0 1\n1 0 1 1 1\n1 1 0 1 1\n0 1 0
 NUMBERS = {"k01": "1", "g2": "0.05"}
 # What a rule needs beside itself so that it is the only one broken.
 COMPANY = {
-    "contact.energy='conserving'": ["method.strain=green"],
-    "contact.friction='lagging'": ["method.preset=shi", "method.strain=green"],
+    "contact.rules='conserving'": ["method.strain=green"],
+    "contact.rules='shi'": ["method.preset=shi", "method.strain=green"],
     "contact.adapt='shi'": ["method.preset=shi", "method.strain=green", "integrator.scheme=newmark"],
     "cover.": ["method.model=nmm"],
     "integrator.gamma": ["method.strain=green"],
     "integrator.start='acceleration'": ["method.strain=green"],
 }
-SAMPLES = {"contact.energy": "dissipating", "cover.mesh": "mesh.msh", "cover.origin": "0 0", "acceleration.table": "0 0 0 1 0 0",
+SAMPLES = {"contact.rules": "coulomb", "cover.mesh": "mesh.msh", "cover.origin": "0 0", "acceleration.table": "0 0 0 1 0 0",
            "acceleration.file": "quake.txt"}
 
 
@@ -100,10 +100,10 @@ def test_every_line_of_the_table_refuses_what_breaks_it(subject, condition, numb
 
 def test_conserving_contact_is_refused_with_an_adapting_stiffness(tmp_path):
     """It gained 20 % of the energy in a step, and 32 m g h in a bounce."""
-    deck(tmp_path, ["method.strain=green", "contact.energy=conserving", "contact.adapt=shi"])
+    deck(tmp_path, ["method.strain=green", "contact.rules=conserving", "contact.adapt=shi"])
     done = check(tmp_path)
     assert done.returncode == 2
-    assert "a.ana:5: expected contact.energy='conserving' only with contact.adapt='none'" in done.stderr
+    assert "a.ana:5: expected contact.rules='conserving' only with contact.adapt='none'" in done.stderr
     assert "found contact.adapt='shi'" in done.stderr
 
 
@@ -122,7 +122,7 @@ def test_the_command_line_wins_over_what_it_makes_idle(given, option, gone, tmp_
 
 
 def test_the_command_line_does_not_win_over_a_contradiction(tmp_path):
-    deck(tmp_path, ["method.strain=green", "contact.energy=conserving"])
+    deck(tmp_path, ["method.strain=green", "contact.rules=conserving"])
     done = check(tmp_path, "--set", "contact.restitution=1")
     assert done.returncode == 2 and "without contact.restitution" in done.stderr, done.stderr
 

@@ -12,7 +12,7 @@ RISE = SPEED**2 / (2 * G)  # without any loss: h, 1 m
 SCHEMES = {
     "plastic": ["integrator.scheme=energy_momentum", "integrator.beta=1.0", "contact.restitution=0.0"],
     "springs": ["integrator.scheme=energy_momentum", "integrator.beta=1.0"],
-    "conserving": ["integrator.scheme=energy_momentum", "integrator.beta=0.5", "contact.energy=conserving"],
+    "conserving": ["integrator.scheme=energy_momentum", "integrator.beta=0.5", "contact.rules=conserving"],
     "beta 0.8": ["integrator.scheme=newmark", "integrator.beta=0.8", "integrator.gamma=0.5"],
     "small": ["method.strain=small", "integrator.scheme=newmark", "integrator.beta=1.0", "integrator.gamma=0.5"],
 }
