@@ -52,6 +52,8 @@ module scree_setting_rules
                    'steps as long as the displacement lets them miss when an impact is, and make energy in it'), &
     setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|', .true., &
                    'small strain needs no iteration to nest in'), &
+    setting_rule_t('contact.adapt', 'shi', 'contact.rules', '|shi|', .false., &
+                   'a loaded spring whose stiffness changes makes energy: it is for comparison with his programs'), &
     setting_rule_t('contact.rules', 'conserving', 'method.preset', '|none|', .false., 'Shi''s contact dissipates'), &
     setting_rule_t('contact.rules', 'conserving', 'integrator.scheme', '|energy_momentum|', .false., &
                    'no other form keeps what contact gives back'), &
@@ -60,8 +62,6 @@ module scree_setting_rules
                    'springs give the energy of an impact back, and restitution once more'), &
     setting_rule_t('contact.rules', 'conserving', 'contact.viscosity', is_not_given, .false., &
                    'a dashpot takes what it should keep'), &
-    setting_rule_t('contact.rules', 'conserving', 'contact.adapt', '|none|', .false., &
-                   'a loaded spring whose stiffness changes makes or takes energy'), &
     setting_rule_t('contact.rules', 'conserving', 'method.mass', '|constant|', .false., 'a mass that changes keeps no energy'), &
     setting_rule_t('contact.rules', 'conserving', 'integrator.transport', '|field|', .false., &
                    'rates of a block hand another energy on than that of its field'), &
@@ -73,8 +73,6 @@ module scree_setting_rules
                    'contacts whose friction lags do not settle within an iteration'), &
     setting_rule_t('contact.rules', 'shi', 'contact.restitution', is_not_given, .false., &
                    'an impact has no iteration before it to take its friction from'), &
-    setting_rule_t('contact.adapt', 'shi', 'contact.rules', '|shi|', .false., &
-                   'a loaded spring whose stiffness changes makes energy: it is for comparison with his programs'), &
     setting_rule_t('contact.adapt', 'shi', 'g2', is_positive, .false., 'it allows gaps in proportion to g2'), &
     setting_rule_t('contact.adapt', 'shi', 'integrator.scheme', '|newmark|', .false., 'the other form would keep that energy'), &
     setting_rule_t('fixed_points.stiffness', '', 'fixed_points.method', '|penalty|', .true., &
