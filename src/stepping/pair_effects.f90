@@ -35,7 +35,7 @@ contains
   subroutine add_pair_effects(model, contacts, symmetric, d, equations)
     type(model_t), intent(in) :: model
     type(contact_try_t), intent(in) :: contacts
-    logical, intent(in) :: symmetric            !! the elements' operator is
+    logical, intent(in) :: symmetric            !! the operator is to be, but for friction
     real(dp), intent(in) :: d(:)                !! (n_unknowns) of the step so far
     type(equations_t), intent(inout) :: equations
     type(closed_contacts_t) :: closed

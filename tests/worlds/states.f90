@@ -27,6 +27,7 @@ contains
     if (.not. same([a%deformation], [b%deformation])) name = 'deformation'
     if (.not. same(a%rotation, b%rotation)) name = 'rotation'
     if (.not. same(numbers_of(a%books), numbers_of(b%books))) name = 'books'
+    if (.not. same_whole([a%pair], [b%pair])) name = 'pairs'
     if (len(name) == 0) name = difference_of_contacts(a%contacts, b%contacts)
   end function first_difference
 
@@ -42,7 +43,6 @@ contains
     if (any(a%count /= b%count)) name = 'count of contacts'
     if (allocated(a%contact) .neqv. allocated(b%contact)) name = 'contacts'
     if (.not. (allocated(a%contact) .and. allocated(b%contact))) return
-    if (.not. same_whole([a%pair], [b%pair])) name = 'pairs'
     if (.not. same_whole([a%inside], [b%inside])) name = 'inside'
     if (size(a%contact) /= size(b%contact)) then
       name = 'number of contacts'
@@ -60,8 +60,8 @@ contains
     integer, allocatable :: numbers(:)
 
     associate (entrance => contact%entrance(:contact%n_entrances))
-      numbers = [contact%n_entrances, contact%active, entrance%vertex, entrance%edge, entrance%pair, entrance%state, &
-                 merge(1, 0, entrance%bonded)]
+      numbers = [contact%n_entrances, contact%active, entrance%vertex, entrance%edge, entrance%joint, entrance%pair, &
+                 entrance%state, merge(1, 0, entrance%bonded)]
     end associate
   end function whole_numbers_of
 
