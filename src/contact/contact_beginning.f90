@@ -27,6 +27,8 @@ contains
     try%linear = .not. model%effects%large_deformation
     try%weight = rule%operator_weight
     try%dashpot = try%law%viscosity/rule%dt
+    try%count = 0
+    try%changes = 0
     if (state%step == 0) call bond_contacts(model%outlines, state%vertex, try)
     if (allocated(try%geometry)) deallocate (try%geometry, try%start)
     allocate (try%geometry(2, size(try%contact)), try%start(2, size(try%contact)))
