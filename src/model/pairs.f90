@@ -23,14 +23,32 @@ contains
   !> their pattern.
   pure function list_pairs(needed, before) result(pairs)
     integer, intent(in) :: needed(:, :)   !! (2, n)
-    integer, intent(in) :: before(:, :)   !! (2, n)
+    integer, intent(in) :: before(:, :)   !! (2, n) in order
     integer, allocatable :: pairs(:, :)   !! (2, n_pairs)
     integer, allocatable :: fewest(:, :)
+    integer :: i
+    logical :: known
 
-    pairs = sorted_pairs(reshape([needed, before], [2, size(needed, 2) + size(before, 2)]))
     fewest = sorted_pairs(needed)
+    known = .true.
+    do i = 1, size(fewest, 2)
+      known = known .and. holds(before, fewest(:, i))
+    end do
+    if (known) then
+      pairs = before
+    else
+      pairs = sorted_pairs(reshape([fewest, before], [2, size(fewest, 2) + size(before, 2)]))
+    end if
     if (size(pairs, 2) > idle*size(fewest, 2)) pairs = fewest
   end function list_pairs
+
+  !> Whether pairs in order hold one.
+  pure logical function holds(pairs, pair)
+    integer, intent(in) :: pairs(:, :), pair(2)
+
+    holds = .false.
+    if (size(pairs, 2) > 0) holds = all(pairs(:, number_of_pair(pairs, pair)) == pair)
+  end function holds
 
   !> Pairs in order, each once.
   pure function sorted_pairs(pair) result(sorted)

@@ -14,9 +14,16 @@ module scree_pair_effects
   use scree_state, only: state_t
   implicit none
   private
-  public :: add_pair_effects, list_coupled_pairs
+  public :: add_pair_effects, couples_pairs, list_coupled_pairs
 
 contains
+
+  !> Whether a scene calls for an effect between two elements.
+  pure logical function couples_pairs(model)
+    type(model_t), intent(in) :: model
+
+    couples_pairs = allocated(model%effects%contact)
+  end function couples_pairs
 
   !> Lists the pairs of elements that something acts between in a step. Contacts are told the number of theirs.
   pure subroutine list_coupled_pairs(model, state, contacts)
@@ -42,6 +49,7 @@ contains
     type(pair_term_t) :: term
     integer :: p
 
+    if (.not. couples_pairs(model)) return
     closed = closed_contacts(contacts)
     do p = 1, size(contacts%pair, 2)
       associate (of_pair => closed%contact(closed%first(p):closed%first(p + 1) - 1))

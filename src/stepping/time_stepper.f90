@@ -15,7 +15,7 @@ module scree_time_stepper
   use scree_interruption, only: stop_signal
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_pair_effects, only: list_coupled_pairs
+  use scree_pair_effects, only: couples_pairs, list_coupled_pairs
   use scree_settle, only: settle
   use scree_state, only: state_t
   use scree_step_checks, only: check_state, check_try
@@ -127,6 +127,7 @@ contains
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
 
+    if (.not. couples_pairs(model)) return
     if (allocated(model%effects%contact)) &
       call find_contacts(model%outlines, state%vertex, try%dt*at_outlines(model, cache, state, state%velocity), &
                          model%n_elements > model%n_blocks, state%contacts, cache%search, try%contacts)
@@ -184,7 +185,7 @@ contains
       call accept_contacts(model, try%d, try%contacts, state%contacts, state%books%contact_springs, friction)
       state%books%friction = state%books%friction + friction
     end if
-    state%pair = try%contacts%pair
+    if (couples_pairs(model)) state%pair = try%contacts%pair
     call update_state(model, cache, try%rule, try%d, try%motion, state)
     call refresh_elements(model, state, cache)
     call close_books(model, cache, state)
