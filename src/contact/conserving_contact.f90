@@ -13,8 +13,8 @@ module scree_conserving_contact
 
 contains
 
-  !> Forces across the entrances of a contact: the stiffness times the mean overlap over a straight way of the gaps, of each entrance
-  !> while its gap is the larger.
+  !> Forces across the entrances of a contact: the stiffness times the mean overlap over a straight way of the gaps, of each
+  !> entrance while its gap is the larger.
   pure function press_conserving(stiffness, n_entrances, start, now) result(force)
     real(dp), intent(in) :: stiffness              !! force/length
     integer, intent(in) :: n_entrances
@@ -46,7 +46,8 @@ contains
     force%across_by_gap = stiffness*force%across_by_gap
   end function press_conserving
 
-  !> What an entrance adds to the mean overlap between two shares of a straight way of its gap, and its change with the gap at the end.
+  !> What an entrance adds to the mean overlap between two shares of a straight way of its gap, and its change with the gap at the
+  !> end.
   pure subroutine mean_depth(start_gap, gap, first, last, mean, change)
     real(dp), intent(in) :: start_gap, gap !! length
     real(dp), intent(in) :: first, last

@@ -113,7 +113,8 @@ contains
     !> Adds to gap, slip and length what they change by on the way to `d`.
     !>
     !> It is written with the turn of the edge, which is exactly zero for an edge at rest. The difference of two gaps, or of two
-    !> positions along a long edge, would be rounded to the length of the edge, and the spring of a pebble on it to more than its weight.
+    !> positions along a long edge, would be rounded to the length of the edge, and the spring of a pebble on it to more than its
+    !> weight.
     pure subroutine move(t, geometry)
       real(dp), intent(inout) :: t(2)                  !! direction of the edge
       type(entrance_geometry_t), intent(inout) :: geometry !! at the beginning of the step

@@ -1,7 +1,7 @@
 !> What the contacts of a step take over from those of the step before (Shi's df06).
 !>
-!> Contacts are told by their pairs of a vertex and an edge. Where a contact before had one of the pairs of an entrance line, the line
-!> goes on with its state, anchor, rest and bond.
+!> Contacts are told by their pairs of a vertex and an edge. Where a contact before had one of the pairs of an entrance line, the
+!> line goes on with its state, anchor, rest and bond.
 module scree_contact_memory
   use scree_contact_pairs, only: entrance_of_pair, list_entrances
   use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
@@ -64,7 +64,8 @@ contains
     if (before > 0) acted_before = past%contact((before + 1)/2)%active == 2 - modulo(before, 2)
   end function acted_before
 
-  !> The contact of an encounter, each of its lines at the pair that fits best. Without a vertex where an element would touch itself.
+  !> The contact of an encounter, each of its lines at the pair that fits best. Without a vertex where an element would touch
+  !> itself.
   pure function contact_over_edges(outlines, survey, past, encounter) result(contact)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
@@ -82,8 +83,8 @@ contains
     call rest_inside(outlines%block, survey, past, contact%entrance(contact%active))
   end function contact_over_edges
 
-  !> The pair of a line whose entrance was closed before, or else the one whose vertex lies best within its edge, with what the pairs
-  !> remember.
+  !> The pair of a line whose entrance was closed before, or else the one whose vertex lies best within its edge, with what the
+  !> pairs remember.
   pure type(entrance_t) function best_entrance(outlines, survey, past, line) result(best)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
@@ -170,8 +171,8 @@ contains
     end associate
   end function entrance_ahead
 
-  !> Lets the spring of an entrance that is found inside rest there, so that it brings no energy. Where other springs of its blocks are
-  !> pressed, this one is pressed as much from the beginning.
+  !> Lets the spring of an entrance that is found inside rest there, so that it brings no energy. Where other springs of its blocks
+  !> are pressed, this one is pressed as much from the beginning.
   pure subroutine rest_inside(block, survey, past, entrance)
     integer, intent(in) :: block(:)            !! of the edges
     type(survey_t), intent(in) :: survey
@@ -234,8 +235,8 @@ contains
     end do
   end function has_same_entrances
 
-  !> The contact of an encounter as Shi's programs hand it on (df05, df06). Two corners have no friction: they slide at most. Without
-  !> a vertex where an element would touch itself.
+  !> The contact of an encounter as Shi's programs hand it on (df05, df06). Two corners have no friction: they slide at most.
+  !> Without a vertex where an element would touch itself.
   pure function contact_as_shi(outlines, survey, past, guard, encounter) result(contact)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey

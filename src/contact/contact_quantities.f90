@@ -19,7 +19,8 @@ module scree_contact_quantities
     logical :: closed = .false.
   end type entrance_start_t
 
-  !> The force of a contact per unit thickness, and what it changes by with the gaps of both entrances and the slip of that which acts.
+  !> The force of a contact per unit thickness, and what it changes by with the gaps of both entrances and the slip of that which
+  !> acts.
   type :: contact_force_t
     real(dp) :: across(2) = 0.0_dp           !! each entrance, pressing where positive
     real(dp) :: along = 0.0_dp               !! the entrance that acts

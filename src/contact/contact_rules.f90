@@ -1,7 +1,7 @@
 !> Whose rules contacts follow: the only file that asks.
 !>
-!> There are three schools, each with kernels in a file of its own (`coulomb_contact`, `conserving_contact`, `shi_contact`), and five
-!> verbs that each of them has:
+!> There are three schools, each with kernels in a file of its own (`coulomb_contact`, `conserving_contact`, `shi_contact`), and
+!> five verbs that each of them has:
 !>
 !> - `pair`      what is near and what contacts remember  -> a contact of the step
 !> - `place`     displacement                             -> gap and slip, and the rows that they change by
@@ -198,8 +198,8 @@ contains
     try%reference = d
   end subroutine place
 
-  !> Begins a contact that is placed at the start of the step: with the overlap that it inherits, and closed where it touches when a run
-  !> begins.
+  !> Begins a contact that is placed at the start of the step: with the overlap that it inherits, and closed where it touches when a
+  !> run begins.
   pure subroutine begin_contact(first_of_run, i, try)
     logical, intent(in) :: first_of_run
     integer, intent(in) :: i
@@ -437,8 +437,8 @@ contains
     end select
   end function anchors_return
 
-  !> Whether a step that is tried again begins with the contacts in the states that the try before left (Shi), else as the step found
-  !> them.
+  !> Whether a step that is tried again begins with the contacts in the states that the try before left (Shi), else as the step
+  !> found them.
   pure logical function goes_on_after_cut(law)
     type(contact_law_t), intent(in) :: law
 

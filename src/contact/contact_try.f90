@@ -24,7 +24,7 @@ module scree_contact_try
     real(dp), allocatable :: turning(:)                  !! (n) how far the corner at each vertex may turn in the step, rad
     real(dp) :: margin = 0.0_dp                          !! of the way, beyond what velocity makes, length
     real(dp) :: swing = 0.0_dp                           !! of the turn, beyond what velocity makes, rad
-    logical :: linear = .true.                           !! gap and slip are linear in the displacements; else they follow the motion
+    logical :: linear = .true.                           !! gap and slip are, in displacements; else they follow the motion
     real(dp) :: weight = 1.0_dp                          !! of the displacement in the configuration where forces act
     real(dp) :: dashpot = 0.0_dp                         !! viscosity over the size of the step, force/length
     type(entrance_start_t), allocatable :: start(:, :)   !! (2, n)

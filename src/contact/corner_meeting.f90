@@ -1,8 +1,8 @@
 !> How two corners that are near each other can meet: which vertex by which edge (Shi's df05).
 !>
 !> One convex corner cannot enter another but across both of two entrance lines. The region that is closed to the relative position
-!> of the vertices is the sum of the one corner and the other one turned round; the entrance lines are its sides. Where the region is
-!> a half plane, edges are parallel and one line is enough. A convex corner in a hollow one can meet either edge.
+!> of the vertices is the sum of the one corner and the other one turned round; the entrance lines are its sides. Where the region
+!> is a half plane, edges are parallel and one line is enough. A convex corner in a hollow one can meet either edge.
 module scree_corner_meeting
   use scree_contacts, only: parallel
   use scree_corners, only: corner_t, edges_lead_away, pi, turn
@@ -102,8 +102,8 @@ contains
     end if
   end function meet_hollow
 
-  !> How corners a and b meet by Shi's rules (df04, df05): the convex one at either edge of a hollow one, as far as it fits on them; of
-  !> parallel edges one or both; else the upright corner chooses between edges that are nearly parallel.
+  !> How corners a and b meet by Shi's rules (df04, df05): the convex one at either edge of a hollow one, as far as it fits on them;
+  !> of parallel edges one or both; else the upright corner chooses between edges that are nearly parallel.
   pure function meet_as_shi(a, b) result(meeting)
     type(corner_t), intent(in) :: a, b
     type(meeting_t) :: meeting

@@ -153,8 +153,8 @@ contains
     call judge_friction(law, slip, pressing, doubt, entrance, state)
   end subroutine judge_closed
 
-  !> Puts the anchor of an entrance that closes where its vertex first crossed the line in the step; one that was closed when the step
-  !> began, or is bonded, keeps its own.
+  !> Puts the anchor of an entrance that closes where its vertex first crossed the line in the step; one that was closed when the
+  !> step began, or is bonded, keeps its own.
   !>
   !> An anchor that moved on with every iteration would hold back what it follows, and the iteration would creep.
   pure subroutine anchor_where_crossed(start, now, entrance, slip)
@@ -192,7 +192,8 @@ contains
     if (state == state_sliding) entrance%direction = sign(1.0_dp, -shear)
   end subroutine judge_friction
 
-  !> Gives an entrance its state. A change counts where it closes or opens by more than a faint force, and between sliding and locked.
+  !> Gives an entrance its state. A change counts where it closes or opens by more than a faint force, and between sliding and
+  !> locked.
   pure subroutine set_state(state, felt, entrance, changes)
     integer, intent(in) :: state
     logical, intent(in) :: felt         !! the force is more than faint
@@ -203,8 +204,8 @@ contains
     entrance%state = state
   end subroutine set_state
 
-  !> What an entrance remembers of sliding: its anchor follows, but for what its spring keeps, and a bond that yields breaks unless its
-  !> joint holds elsewhere. A bond without shear strength has none to lose.
+  !> What an entrance remembers of sliding: its anchor follows, but for what its spring keeps, and a bond that yields breaks unless
+  !> its joint holds elsewhere. A bond without shear strength has none to lose.
   pure subroutine slide_coulomb(law, shear, edge_length, holds, entrance, slip, work)
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: shear        !! force

@@ -41,8 +41,8 @@ contains
     call count_states(try)
   end subroutine judge_contacts
 
-  !> Judges the contacts of a prediction. It only closes: what was closed is taken to stay as it was, and what closes to be locked, if
-  !> its joint has any shear strength.
+  !> Judges the contacts of a prediction. It only closes: what was closed is taken to stay as it was, and what closes to be locked,
+  !> if its joint has any shear strength.
   pure subroutine judge_prediction(model, d, try)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)

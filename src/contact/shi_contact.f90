@@ -22,8 +22,8 @@ module scree_shi_contact
 
 contains
 
-  !> Makes the geometry of an entrance Shi's, at the beginning of the step: it gets what slip from an anchor needs, and its gap is the
-  !> area between vertex and edge over the length that the edge has then (df18, df22).
+  !> Makes the geometry of an entrance Shi's, at the beginning of the step: it gets what slip from an anchor needs, and its gap is
+  !> the area between vertex and edge over the length that the edge has then (df18, df22).
   pure subroutine add_edge(model, cache, state, pair, entrance, geometry)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
@@ -65,8 +65,8 @@ contains
     rows(:, 2) = rows(:, 1) + slip*geometry%edge(1, :) + geometry%gap/geometry%edge_length*geometry%edge(2, :)
   end function anchored_rows
 
-  !> Anchor of an open entrance, as a share of the edge: where the vertex meets the line in the step, or where it begins the step if it
-  !> is inside then (Shi: df22). It is not linear in the displacement.
+  !> Anchor of an open entrance, as a share of the edge: where the vertex meets the line in the step, or where it begins the step if
+  !> it is inside then (Shi: df22). It is not linear in the displacement.
   pure real(dp) function anchor_where_closed(geometry, moved) result(anchor)
     type(entrance_geometry_t), intent(in) :: geometry !! at the beginning of the step
     real(dp), intent(in) :: moved(2*n)            !! unknowns of both elements
@@ -97,7 +97,8 @@ contains
     contact%entrance(k)%state = merge(state_sliding, state_locked, anchored .and. contact%n_entrances == 2)
   end subroutine close_touching
 
-  !> Judges a contact (df22): the entrance with the larger gap acts. A contact that turns from one entrance to the other stays as it was.
+  !> Judges a contact (df22): the entrance with the larger gap acts. A contact that turns from one entrance to the other stays as it
+  !> was.
   !>
   !> A change between sliding and locked asks for no other solution, and counts as none.
   pure subroutine judge_shi(law, now, force, contact, changes)

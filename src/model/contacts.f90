@@ -36,7 +36,7 @@ module scree_contacts
     integer :: state = state_open
     real(dp) :: direction = 1.0_dp       !! of sliding: 1 along the edge, -1 back
     real(dp) :: anchor = 0.0_dp          !! share of the edge at which the shear spring holds the vertex
-    real(dp) :: rest = 0.0_dp            !! gap at which the spring across has no force; a vertex found inside has one below 0, length
+    real(dp) :: rest = 0.0_dp            !! gap without force across; below 0 for a vertex that was found inside, length
     real(dp) :: multiplier(2) = 0.0_dp   !! forces across and along that the springs need not make up
     real(dp) :: length = 0.0_dp          !! of the joint that the contact stands for, where it has cohesion or strength
     logical :: bonded = .false.          !! cohesion and tensile strength are not lost
@@ -50,7 +50,7 @@ module scree_contacts
     integer :: active = 1               !! entrance that acts
     real(dp) :: force(2) = 0.0_dp       !! at the end of the last step, pressing and along the edge, per unit thickness
     real(dp) :: pressed = 0.0_dp        !! overlap of its spring then, length
-    real(dp) :: inherits = -1.0_dp      !! overlap of the contact whose place it takes, where it conserves energy; below 0: none, length
+    real(dp) :: inherits = -1.0_dp      !! overlap of the contact whose place it takes, by conserving rules; below 0: none, length
     type(entrance_t) :: entrance(2)
   end type contact_t
 

@@ -1,6 +1,6 @@
 !> Blocks that overlap when a run begins: said, and refused where they do by more than the deck allows.
 !>
-!> Contacts that are found inside rest there (`contact_detection`): an overlap that is allowed stays without force until the
+!> Contacts that are found inside rest there (`contact_memory`): an overlap that is allowed stays without force until the
 !> blocks part, and no block gains energy from it.
 module scree_initial_overlaps
   use scree_block_input, only: block_source, blocks_t

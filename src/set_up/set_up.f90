@@ -100,8 +100,8 @@ contains
     if (.not. allocated(error)) call find_overlaps(outlines, vertex, overlaps, inside)
   end subroutine find_overlaps_under_mesh
 
-  !> Numbers of Shi's rules of contact: shares of the model, half of whose size he calls w0. The search has its own distances where the
-  !> scene has a displacement ratio (g2).
+  !> Numbers of Shi's rules of contact: shares of the model, half of whose size he calls w0. The search has its own distances where
+  !> the scene has a displacement ratio (g2).
   pure type(shi_law_t) function shi_law_of(scene) result(law)
     type(scene_t), intent(in) :: scene
 
