@@ -218,7 +218,7 @@ contains
       do i = 1, size(cell_fields)
         call grow('CellData/'//trim(cell_fields(i)), [integer ::], .false., 'force/length^2', &
                   'Cauchy stress, tension positive', n_e*frames, results%cell_field(i))
-        end do
+      end do
     end associate
     call grow_step('Values', results%time)
     call grow_step('PartOffsets', results%offset(1))

@@ -62,58 +62,59 @@ contains
     real(dp), intent(inout) :: d(:)                !! (n_unknowns) prediction, then solution
     type(outcome_t), intent(inout) :: outcome
     type(group_t) :: group
-    type(step_rule_t) :: rule
     integer :: i
 
-    rule = step_rule
-    rule%tangent = model%settings%iterate == iterate_newton
     do i = 1, cache%equations%n_groups
-      if (cache%equations%first(i + 1) - cache%equations%first(i) == 1) then
-        call settle_alone(model, cache, state, i, rule, contacts, d, outcome)
+      group%number = i
+      group%member = members(cache%equations, i)
+      group%rule = step_rule
+      group%rule%tangent = model%settings%iterate == iterate_newton
+      group%in_contact = touches(model, contacts) .and. size(group%member) > 1
+      if (wholly_held(cache%equations, i) .and. .not. group%in_contact) then
+        call check_areas(model, cache, group%member, d, outcome)
+      else if (size(group%member) == 1) then
+        call settle_alone(model, cache, state, group, contacts, d, outcome)
       else
-        group%number = i
-        group%member = members(cache%equations, i)
-        group%rule = rule
-        group%in_contact = .false.
-        if (allocated(model%effects%contact)) group%in_contact = size(contacts%pair, 2) > 0
+        if (group%in_contact) call begin_open_close(model, cache, state, group, contacts, d)
         call settle_together(model, cache, state, group, contacts, d, outcome)
       end if
       if (.not. outcome%settled) return
     end do
   end subroutine settle
 
+  !> Whether any elements may touch in the try.
+  pure logical function touches(model, contacts)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: contacts
+
+    touches = .false.
+    if (allocated(model%effects%contact)) touches = size(contacts%pair, 2) > 0
+  end function touches
+
   !> Settles an element that shares and touches nothing.
-  subroutine settle_alone(model, cache, state, number, step_rule, contacts, d, outcome)
+  subroutine settle_alone(model, cache, state, group, contacts, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
-    integer, intent(in) :: number                 !! of its group in the equations
-    type(step_rule_t), intent(in) :: step_rule
+    type(group_t), intent(inout) :: group         !! the element alone
     type(contact_try_t), intent(in) :: contacts   !! whether it is in an impact
     real(dp), intent(inout) :: d(:)               !! (n_unknowns)
     type(outcome_t), intent(inout) :: outcome
-    type(step_rule_t) :: rule
     type(term_t) :: term
     real(dp) :: change, residual
     integer :: e, i
 
-    e = cache%equations%member(cache%equations%first(number))
-    rule = step_rule
-    outcome%settled = wholly_held(cache%equations, number)
-    if (outcome%settled) then
-      call check_area(model, cache, e, d, outcome)
-      return
-    end if
+    e = group%member(1)
     do i = 1, model%settings%most_iterations
-      call begin_equations(cache%equations, number)
-      call add_element(model, cache, state, contacts, e, d, rule, term)
+      call begin_equations(cache%equations, group%number)
+      term = term_of(model, cache, state, contacts, e, d, group%rule)
       if (allocated(contacts%rigidity)) call keep_rigid(model, cache, contacts, e, d, term)
-      call add_equations(cache%equations, number, 1, cache%element(e)%kinematics%span, term)
+      call add_equations(cache%equations, group%number, 1, cache%element(e)%kinematics%span, term)
       if (settles_by_residual(model)) then
-        outcome%settled = is_balanced(model, cache, number)
+        outcome%settled = is_balanced(model, cache, group%number)
         if (outcome%settled) return
       end if
-      call correct(model, cache, number, d, residual, outcome)
+      call correct(model, cache, group%number, d, residual, outcome)
       outcome%iterations = max(outcome%iterations, i)
       if (allocated(outcome%trouble%what)) return
       call check_area(model, cache, e, d, outcome)
@@ -123,7 +124,7 @@ contains
       end associate
       outcome%settled = is_settled(model, change, residual)
       if (outcome%settled) return
-      if (model%settings%iterate == iterate_hybrid) rule%tangent = change < near_solution
+      if (model%settings%iterate == iterate_hybrid) group%rule%tangent = change < near_solution
     end do
     call reject_unsettled(cache, e, outcome)
   end subroutine settle_alone
@@ -140,23 +141,13 @@ contains
     real(dp) :: change, residual
     integer :: i, worst
 
-    outcome%settled = wholly_held(cache%equations, group%number) .and. .not. group%in_contact
-    if (outcome%settled) then
-      call check_areas(model, cache, group%member, d, outcome)
-      return
-    end if
-    if (group%in_contact) call begin_open_close(model, cache, state, group, contacts, d)
     worst = group%member(1)
     do i = 1, merge(4, 1, group%in_contact)*model%settings%most_iterations
       call assemble(model, cache, state, group, contacts, d)
-      if (settles_by_residual(model)) then
-        outcome%settled = is_balanced(model, cache, group%number) &
-                      .and. .not. (group%in_contact .and. contacts%changes > 0 .and. i > 1)
-        if (outcome%settled .and. group%in_contact) then
-          call hold(model, group, d, contacts, outcome%settled)
-          if (.not. outcome%settled) cycle
-        end if
+      if (balances(model, cache, group, contacts, i)) then
+        call hold(model, group, d, contacts, outcome%settled)
         if (outcome%settled) return
+        cycle
       end if
       call correct(model, cache, group%number, d, residual, outcome)
       outcome%iterations = max(outcome%iterations, i)
@@ -168,10 +159,9 @@ contains
       if (group%in_contact) then
         if (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1) outcome%settled = .false.
         call judge(model, cache, state, group, contacts, d, outcome)
-        if (allocated(outcome%trouble%what)) return
-        if (outcome%settled) call hold(model, group, d, contacts, outcome%settled)
       end if
-      if (outcome%settled) return
+      if (outcome%settled) call hold(model, group, d, contacts, outcome%settled)
+      if (outcome%settled .or. allocated(outcome%trouble%what)) return
       if (model%settings%iterate == iterate_hybrid .and. .not. group%frozen) group%rule%tangent = change < near_solution
     end do
     call reject_unsettled(cache, worst, outcome)
@@ -217,7 +207,7 @@ contains
             term%force = term%force - matmul(term%matrix, d(ids) - group%linear_at(ids))
           end associate
         else
-          call add_element(model, cache, state, contacts, e, d, group%rule, term)
+          term = term_of(model, cache, state, contacts, e, d, group%rule)
           group%symmetric = group%symmetric .and. term%symmetric
           if (allocated(contacts%rigidity)) call keep_rigid(model, cache, contacts, e, d, term)
           if (group%nested) group%term(k) = term
@@ -230,8 +220,8 @@ contains
                           cache%equations)
   end subroutine assemble
 
-  !> Adds the effects to one element, which in an impact keeps its stress.
-  pure subroutine add_element(model, cache, state, contacts, e, d, rule, term)
+  !> What the effects add to one element, which in an impact keeps its stress.
+  pure type(term_t) function term_of(model, cache, state, contacts, e, d, rule) result(term)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
@@ -239,7 +229,6 @@ contains
     integer, intent(in) :: e
     real(dp), intent(in) :: d(:)
     type(step_rule_t), intent(in) :: rule
-    type(term_t), intent(out) :: term
 
     associate (unknown => d(model%elements%unknown(:, e)))
       if (allocated(contacts%rigidity)) then
@@ -248,7 +237,7 @@ contains
         call add_element_effects(model, cache%element(e), state, e, unknown, rule, term)
       end if
     end associate
-  end subroutine add_element
+  end function term_of
 
   !> Solves for a correction and adds it to `d`.
   subroutine correct(model, cache, number, d, residual, outcome)
@@ -306,6 +295,8 @@ contains
     type(contact_try_t), intent(inout) :: contacts
     logical, intent(out) :: settled
 
+    settled = .true.
+    if (.not. group%in_contact) return
     call hold_contacts(model, d, contacts, settled)
     if (settled) call return_anchors(model, d, contacts, settled)
     group%stalled = 0
@@ -328,6 +319,19 @@ contains
     balance = out_of_balance(cache%equations, number)
     is_balanced = balance(1) <= model%settings%tolerance .or. balance(2) <= round_off
   end function is_balanced
+
+  !> Whether the balance of forces at `d` says that the group has settled, in the i-th iteration.
+  pure logical function balances(model, cache, group, contacts, i)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(group_t), intent(in) :: group
+    type(contact_try_t), intent(in) :: contacts
+    integer, intent(in) :: i
+
+    balances = .false.
+    if (.not. settles_by_residual(model)) return
+    balances = is_balanced(model, cache, group%number) .and. .not. (group%in_contact .and. contacts%changes > 0 .and. i > 1)
+  end function balances
 
   !> Whether the deformation has settled by its last change, or with small strain by the residual of its correction.
   pure logical function is_settled(model, change, residual)
