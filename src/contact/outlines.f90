@@ -50,6 +50,7 @@ contains
     outlines%finish = after(outlines%start)
     outlines%joint = shape%joint(outlines%start)
     call group_by_block(outlines)
+    allocate (outlines%inside(2, 0))
 
     order = [(i, i=1, n)]
     x = vertex(1, outlines%start)

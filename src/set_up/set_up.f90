@@ -82,6 +82,7 @@ contains
       allocate (state%contacts%inside(2, 0))
     end if
     if (.not. rests_inside(model%effects%contact)) state%contacts%inside = reshape([integer ::], [2, 0])
+    model%outlines%inside = state%contacts%inside
     if (scene%settings%chooses_step) model%effects%contact%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up
 
