@@ -25,7 +25,7 @@ module scree_contacts
     integer, allocatable :: joint(:)    !! (n) joint material of the edge
     integer, allocatable :: first(:)    !! (n_blocks+1) block b has the edges of_block(first(b):first(b+1)-1)
     integer, allocatable :: of_block(:) !! (n)
-    integer, allocatable :: inside(:, :) !! (2, m) vertices inside of bodies when the run begins, each with the edge that it is behind
+    integer, allocatable :: inside(:, :) !! (2, m) vertices inside of bodies at the start, each with the edge behind which it is
   end type outlines_t
 
   !> The line of an edge that a vertex of another body has to cross to enter, and what the contact remembers of it.
