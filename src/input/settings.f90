@@ -369,6 +369,10 @@ contains
                   ': expected steps (n5) or an end_time in &step, found 0 steps')
       else if (s%frame_interval > 0 .and. s%frame_interval < s%least_step) then ! steps end at frames
         call contradict('output.interval', 'output.interval at least step.least, '//value_of('step.least'))
+      else if (s%restitution >= 0 .and. s%scheme == scheme_newmark .and. s%beta < 1) then ! a step hands on its acceleration
+        call fail(error, status_bad_input, given_at(scene%words, 'contact.restitution')//': expected contact.restitution with '// &
+                  'integrator.beta=1 or scheme=energy_momentum (else the push of an impact acts in the next step too), found '// &
+                  'beta='//value_of('integrator.beta'))
       end if
     end associate
 

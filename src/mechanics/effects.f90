@@ -1,7 +1,7 @@
 !> The effects of a scene. This file is the only one that asks which are present.
 module scree_effects
   use scree_base_acceleration, only: add_base_acceleration, work_of_base
-  use scree_element_term, only: step_rule_t, term_t
+  use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_fixed_point, only: add_fixed_springs, moved_supports, spring_energy, work_of_springs
   use scree_gravity, only: add_gravity, gravity_energy
   use scree_green_strain, only: add_green_strain
@@ -17,7 +17,7 @@ module scree_effects
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_element_effects, energy_of_fixed_springs, energy_of_weight, loss_by_damping, refresh_elements, &
+  public :: add_drag, add_element_effects, energy_of_fixed_springs, energy_of_weight, loss_by_damping, refresh_elements, &
             work_of_loads, work_of_supports
 
   integer, parameter :: n = element_unknowns
@@ -78,6 +78,17 @@ contains
       end if
     end associate
   end subroutine add_element_effects
+
+  !> Adds the forces on one element that its velocity alone makes.
+  pure subroutine add_drag(model, own, velocity, term)
+    type(model_t), intent(in) :: model
+    type(element_cache_t), intent(in) :: own   !! of the element
+    real(dp), intent(in) :: velocity(n)        !! rates of its unknowns
+    type(term_t), intent(inout) :: term
+
+    if (allocated(model%effects%mass_damping)) &
+      call add_force(term, -model%effects%mass_damping%rate*matmul(own%mass_matrix, velocity))
+  end subroutine add_drag
 
   !> Work of the point loads on one element, and of the inertia force of the ground, in a step.
   pure real(dp) function work_of_loads(model, own, state, e, unknown, rule) result(work)

@@ -5,10 +5,10 @@ module scree_energy
   use scree_inertia, only: kinetic_energy, momentum
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_state, only: state_t
+  use scree_state, only: books_t, state_t
   implicit none
   private
-  public :: close_books, loss_of_step, work_of_step
+  public :: close_books, loss_of_step, stored_energy, work_of_step
 
 contains
 
@@ -38,6 +38,13 @@ contains
       books%fixed_springs = energy_of_fixed_springs(model, state)
     end associate
   end subroutine close_books
+
+  !> All energy that a state has.
+  pure real(dp) function stored_energy(books) result(energy)
+    type(books_t), intent(in) :: books
+
+    energy = books%kinetic + books%strain + books%gravity + books%fixed_springs + books%contact_springs
+  end function stored_energy
 
   !> Energy of a stress in a unit of area, sigma D^-1 sigma / 2.
   pure real(dp) function strain_energy(D, stress)

@@ -2,6 +2,7 @@
 module scree_run_records
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: state_open
+  use scree_energy, only: stored_energy
   use scree_errors, only: error_t
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
@@ -162,9 +163,7 @@ contains
     call put(records%fixed_springs, [state%books%fixed_springs])
     call put(records%work, [state%books%work])
     call put(records%damping, [state%books%damping])
-    call put(records%dissipated, [state%books%at_start + state%books%work - state%books%kinetic - state%books%strain &
-        - state%books%gravity &
-                                  - state%books%fixed_springs - state%books%contact_springs])
+    call put(records%dissipated, [state%books%at_start + state%books%work - stored_energy(state%books)])
     call put(records%iterations, [real(report%iterations, dp)])
     call put(records%solves, [real(report%solves, dp)])
     call put(records%rejected, [real(report%rejected, dp)])

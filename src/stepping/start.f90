@@ -10,9 +10,9 @@
 module scree_start
   use scree_cache, only: rebuild_cache
   use scree_constraints, only: constraints_t
-  use scree_effects, only: add_element_effects, refresh_elements
+  use scree_effects, only: add_drag, add_element_effects, refresh_elements
   use scree_element_term, only: add_force, step_rule_t, term_t
-  use scree_energy, only: close_books
+  use scree_energy, only: close_books, stored_energy
   use scree_equations, only: add_equations, begin_equations, constrain_equations, members, solve_equations, weakest_element
   use scree_errors, only: error_t
   use scree_kinds, only: dp
@@ -49,9 +49,7 @@ contains
     if (allocated(error)) return
     call refresh_elements(model, state, cache)
     call close_books(model, cache, state)
-    associate (books => state%books)
-      books%at_start = books%kinetic + books%strain + books%gravity + books%fixed_springs
-    end associate
+    state%books%at_start = stored_energy(state%books)
     state%pace%size = model%settings%step_size
   end subroutine begin_run
 
@@ -108,9 +106,7 @@ contains
     do e = 1, model%n_elements
       call add_element_effects(model, cache%element(e), at_rest, e, 0*state%velocity(model%elements%unknown(:, e)), &
                                rule, forces(e))
-      if (allocated(model%effects%mass_damping)) &
-        call add_force(forces(e), -model%effects%mass_damping%rate*matmul(cache%element(e)%mass_matrix, &
-                                                                    state%velocity(model%elements%unknown(:, e))))
+      call add_drag(model, cache%element(e), state%velocity(model%elements%unknown(:, e)), forces(e))
       penalty = max(penalty, stiffer*cache%element(e)%mass/cache%element(e)%elasticity(1, 1)) ! rho l^2 / E, time^2
     end do
 

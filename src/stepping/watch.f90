@@ -4,6 +4,7 @@
 !> suspicious, once for each kind, and ends the run where it is nonsense.
 module scree_watch
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use scree_energy, only: stored_energy
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_gravity, only: gravity_energy
   use scree_green_strain, only: least_stable_stretch, least_stretch
@@ -76,7 +77,7 @@ contains
     type(trouble_t) :: trouble
     integer :: e
 
-    if (all(ieee_is_finite([state%books%kinetic, state%books%strain, state%books%gravity, state%books%fixed_springs]))) return
+    if (ieee_is_finite(stored_energy(state%books))) return
     trouble%what = 'velocity or stress is beyond all numbers'
     trouble%advice = 'a smaller step.size, and check density, E and loads'
     do e = 1, model%n_elements
