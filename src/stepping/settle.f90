@@ -88,7 +88,7 @@ contains
     type(contact_try_t), intent(in) :: contacts
 
     touches = .false.
-    if (allocated(model%effects%contact)) touches = size(contacts%pair, 2) > 0
+    if (allocated(model%effects%contact)) touches = size(contacts%contact) > 0
   end function touches
 
   !> Settles an element that shares and touches nothing.
