@@ -120,23 +120,29 @@ contains
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
     real(dp), dimension(size(b)) :: change, magnitude, rest, root
-    integer :: i, j
+    real(dp) :: part
+    integer :: i, j, k
 
     residual = huge(residual)
-    associate (A => matrix%value(:matrix%n, :matrix%n))
-      root = [(root_of_entry(A(j, j), A(:, j)), j=1, matrix%n)]
-      call solve_dense(A, b, matrix%symmetric, x, error)
+    associate (A => matrix%value, n => matrix%n)
+      do j = 1, n
+        root(j) = root_of_entry(A(j, j), A(:n, j))
+      end do
+      call solve_dense(A(:n, :n), b, matrix%symmetric, x, error)
       do i = 0, most_refinements
         if (allocated(error)) return
         rest = b
         magnitude = abs(b)
-        do j = 1, matrix%n
-          rest = rest - A(:, j)*x(j)
-          magnitude = magnitude + abs(A(:, j)*x(j))
+        do j = 1, n
+          do k = 1, n
+            part = A(k, j)*x(j)
+            rest(k) = rest(k) - part
+            magnitude(k) = magnitude(k) + abs(part)
+          end do
         end do
         residual = residual_of(rest, magnitude, root)
         if (residual <= tolerance .or. i == most_refinements) exit
-        call solve_dense(A, rest, matrix%symmetric, change, error)
+        call solve_dense(A(:n, :n), rest, matrix%symmetric, change, error)
         x = x + change
       end do
     end associate
