@@ -18,6 +18,7 @@ module scree_effects
   implicit none
   private
   public :: add_drag, add_element_effects, energy_of_fixed_springs, energy_of_weight, loss_by_damping, refresh_elements, &
+      supports_move, &
             work_of_loads, work_of_supports
 
   integer, parameter :: n = element_unknowns
@@ -108,7 +109,15 @@ contains
     end associate
   end function work_of_loads
 
-  !> Work that moving supports do on one element in a step.
+  !> Whether any support moves in the run.
+  pure logical function supports_move(model)
+    type(model_t), intent(in) :: model
+
+    supports_move = .false.
+    if (allocated(model%effects%fixed_point)) supports_move = moved_supports(model%effects%fixed_point)
+  end function supports_move
+
+  !> Work that moving supports, of which there are some, do on one element in a step.
   !>
   !> An exact support has no force of its own; what the other forces lack at the solution is its reaction.
   pure real(dp) function work_of_supports(model, own, state, e, unknown, rule) result(work)
@@ -120,9 +129,6 @@ contains
     type(step_rule_t), intent(in) :: rule
     type(term_t) :: term
 
-    work = 0.0_dp
-    if (.not. allocated(model%effects%fixed_point)) return
-    if (.not. moved_supports(model%effects%fixed_point)) return
     if (model%effects%fixed_point%by_springs) then
       work = work_of_springs(model%effects%fixed_point, e, state%point, state%time, rule%dt, own%kinematics, unknown)
     else

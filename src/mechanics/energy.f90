@@ -1,6 +1,7 @@
 !> The books of energy and momentum, per unit thickness.
 module scree_energy
-  use scree_effects, only: energy_of_fixed_springs, energy_of_weight, loss_by_damping, work_of_loads, work_of_supports
+  use scree_effects, only: energy_of_fixed_springs, energy_of_weight, loss_by_damping, supports_move, work_of_loads, &
+      work_of_supports
   use scree_element_term, only: step_rule_t
   use scree_inertia, only: kinetic_energy, momentum
   use scree_kinds, only: dp
@@ -76,14 +77,16 @@ contains
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
     real(dp) :: supports
+    logical :: moving
     integer :: e
 
     work = 0.0_dp
     supports = 0.0_dp
+    moving = supports_move(model)
     do e = 1, model%n_elements
       associate (unknown => d(model%elements%unknown(:, e)))
         work = work + work_of_loads(model, cache%element(e), state, e, unknown, rule)
-        supports = supports + work_of_supports(model, cache%element(e), state, e, unknown, rule)
+        if (moving) supports = supports + work_of_supports(model, cache%element(e), state, e, unknown, rule)
       end associate
     end do
     work = work + supports

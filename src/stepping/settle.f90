@@ -12,7 +12,7 @@ module scree_settle
   use scree_contact_try, only: contact_try_t
   use scree_effects, only: add_element_effects
   use scree_element_term, only: step_rule_t, term_t
-  use scree_equations, only: add_equations, begin_equations, equations_t, members, out_of_balance, solve_equations, &
+  use scree_equations, only: add_equations, begin_equations, out_of_balance, solve_equations, &
                              weakest_element, wholly_held
   use scree_errors, only: error_t
   use scree_impact, only: element_in_impact, keep_rigid
@@ -66,7 +66,9 @@ contains
 
     do i = 1, cache%equations%n_groups
       group%number = i
-      group%member = members(cache%equations, i)
+      associate (equations => cache%equations)
+        group%member = equations%member(equations%first(i):equations%first(i + 1) - 1)
+      end associate
       group%rule = step_rule
       group%rule%tangent = model%settings%iterate == iterate_newton
       group%in_contact = touches(model, contacts) .and. size(group%member) > 1
