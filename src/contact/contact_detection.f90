@@ -78,10 +78,8 @@ contains
         survey%turning = max(survey%turning, survey%turning(outlines%previous))
       end if
       survey%near = reach_of(predicted, survey%local, memory%pressed, try)
-      call find_nearby(outlines, position, survey%near, self_contact, search, try%nearby)
-      ! what is inside is near, however deep; so is what was when the run began, where two edges may take turns to be the nearer
-      try%nearby = reshape([try%nearby, outlines%inside, memory%inside], &
-                           [2, size(try%nearby, 2) + size(outlines%inside, 2) + size(memory%inside, 2)])
+      call find_nearby(outlines, position, survey%near, survey%local, self_contact, search, try%nearby)
+      try%nearby = reshape([try%nearby, memory%inside], [2, size(try%nearby, 2) + size(memory%inside, 2)])
       do k = 1, size(try%nearby, 2) ! a large block takes the measure of a small one beside it
         i = try%nearby(1, k)
         j = try%nearby(2, k)

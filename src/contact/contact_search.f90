@@ -12,7 +12,7 @@ module scree_contact_search
   use scree_state, only: state_t
   implicit none
   private
-  public :: at_outlines, edge_lengths, find_nearby, most_turning, outran
+  public :: at_outlines, find_nearby, most_turning, outran
 
   real(dp), parameter :: most_turning = acos(-1.0_dp)/6 !! of a corner in a step, rad
   real(dp), parameter :: room = 0.02_dp           !! of the edges about, that is looked at beyond the reach of contacts
@@ -20,31 +20,45 @@ module scree_contact_search
 contains
 
   !> Pairs of a vertex and an edge that are no farther apart than contacts of either reach and some room, so that a vertex inside
-  !> a body is found too, in the order of the edges; a search is made where what an earlier one listed may not do. The pairs do
-  !> not tell when it was made.
-  subroutine find_nearby(outlines, position, near, self_contact, search, nearby)
+  !> a body is found too, in the order of the edges; then those that were inside when the run began and lie deeper. A search is made
+  !> where what an earlier one listed may not do. The pairs do not tell when it was made.
+  subroutine find_nearby(outlines, position, near, local, self_contact, search, nearby)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)          !! (2, n_vertices), length
     real(dp), intent(in) :: near(:)                 !! (n) how far a contact of each vertex reaches, length
+    real(dp), intent(in) :: local(:)                !! (n) shorter edge at each vertex, length
     logical, intent(in) :: self_contact             !! a body may touch itself
     type(contact_search_t), intent(inout) :: search
     integer, allocatable, intent(out) :: nearby(:, :) !! (2, n)
     real(dp) :: wide(size(near))
+    logical :: deep(size(outlines%inside, 2))
     logical, allocatable :: is_near(:)
+
+    wide = near + room*local
+    if (.not. still_holds(outlines, position, wide, search)) call list_candidates(outlines, position, wide, self_contact, search)
+    is_near = are_near(outlines, position, wide, search%candidate)
+    deep = .not. are_near(outlines, position, wide, outlines%inside)
+    nearby = reshape([pack(search%candidate, spread(is_near, 1, 2)), pack(outlines%inside, spread(deep, 1, 2))], &
+                     [2, count(is_near) + count(deep)])
+  end subroutine find_nearby
+
+  !> Whether vertex and edge of each pair are near each other.
+  pure function are_near(outlines, position, wide, pair) result(is_near)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :)          !! (2, n_vertices), length
+    real(dp), intent(in) :: wide(:)                 !! (n) how far from each vertex pairs are near, length
+    integer, intent(in) :: pair(:, :)               !! (2, m)
+    logical :: is_near(size(pair, 2))
     integer :: k
 
-    wide = near + room*shorter_edges(outlines, position)
-    if (.not. still_holds(outlines, position, wide, search)) call list_candidates(outlines, position, wide, self_contact, search)
-    allocate (is_near(size(search%candidate, 2)))
     do k = 1, size(is_near)
-      associate (i => search%candidate(1, k), j => search%candidate(2, k))
+      associate (i => pair(1, k), j => pair(2, k))
         is_near(k) = distance_to_segment(position(:, outlines%start(i)), position(:, outlines%start(j)), &
                                          position(:, outlines%finish(j))) &
                      <= wide(i) + max(wide(j), wide(outlines%next(j)))
       end associate
     end do
-    nearby = reshape(pack(search%candidate, spread(is_near, 1, 2)), [2, count(is_near)])
-  end subroutine find_nearby
+  end function are_near
 
   !> Whether no pair can be near that the search did not list: no vertex has left its room, nor any edge.
   pure logical function still_holds(outlines, position, wide, search)
@@ -121,25 +135,6 @@ contains
     if (outlines%block(i) == outlines%block(j)) &
       may_meet = self_contact .and. outlines%element(i) /= outlines%element(j) .and. i /= outlines%next(j)
   end function may_meet
-
-  !> Length of the shorter edge at each vertex.
-  pure function shorter_edges(outlines, position) result(shorter)
-    type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: position(:, :)  !! (2, n_vertices), length
-    real(dp) :: shorter(size(outlines%start))
-
-    shorter = edge_lengths(outlines, position)
-    shorter = min(shorter, shorter(outlines%previous))
-  end function shorter_edges
-
-  !> Length of each edge.
-  pure function edge_lengths(outlines, position) result(length)
-    type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: position(:, :)  !! (2, n_vertices), length
-    real(dp) :: length(size(outlines%start))
-
-    length = norm2(position(:, outlines%finish) - position(:, outlines%start), 1)
-  end function edge_lengths
 
   !> What the vertices of the outlines have of a field that is `value` at the unknowns: displacement or velocity.
   pure function at_outlines(model, cache, state, value) result(there)
