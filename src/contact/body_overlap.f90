@@ -155,7 +155,7 @@ contains
     integer, intent(in) :: other(:)          !! edges of the other
     integer, intent(in) :: which             !! of the two bodies of the overlap has the edges `near`
     type(body_overlap_t), intent(inout) :: overlap
-    real(dp) :: t(2), normal(2), length, along(size(overlap%corner)), middle(2), x(2), y(2)
+    real(dp) :: t(2), normal(2), length, along(size(overlap%corner)), middle(2), way(2), x(2), y(2)
     integer :: k, m, n, on(size(overlap%corner)), next
 
     do k = 1, size(near)
@@ -183,8 +183,9 @@ contains
           middle = 0.5_dp*(overlap%corner(m)%position + overlap%corner(next)%position)
           if (.not. is_in(outlines, position, other, middle, overlap%rounding) .or. runs_along(middle, -t)) cycle
           if (which == 1 .or. .not. runs_along(middle, t)) then
-            overlap%corner(next)%swept = overlap%corner(next)%swept + x(1)*y(2) - x(2)*y(1)
-            overlap%corner(next)%way = overlap%corner(next)%way + y - x
+            way = y - x
+            overlap%corner(next)%swept = overlap%corner(next)%swept + x(1)*way(2) - x(2)*way(1) ! x y' - y x', and nothing cancels
+            overlap%corner(next)%way = overlap%corner(next)%way + way
           end if
           if (overlap%corner(m)%piece == overlap%corner(next)%piece) cycle
           where (overlap%corner%piece == overlap%corner(m)%piece) overlap%corner%piece = overlap%corner(next)%piece
