@@ -3,7 +3,10 @@ import numpy as np
 
 
 def worst_overlap(polygons):
-    """Depth of the deepest corner of a polygon in another: its distance from the outline."""
+    """Depth of the deepest corner of a polygon, of any shape, in another: its distance from the outline.
+
+    Convex ones that sink into each other side by side, with corners on the lines of sides, are for `deepest_overlap`.
+    """
     corners = np.concatenate(polygons)
     owner = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
     worst = 0.0
@@ -19,3 +22,35 @@ def worst_overlap(polygons):
         depth = np.linalg.norm(p - a - share[..., None] * side, axis=2).min(1) if near.any() else np.zeros(0)
         worst = max(worst, depth[inside].max(initial=0.0))
     return worst
+
+
+def boxes_that_meet(low, high):
+    """Pairs (n, 2) of boxes, by their lower left and upper right corners (b, 2), that have a place in common."""
+    order = np.argsort(low[:, 0], kind="stable")
+    following = np.searchsorted(low[order, 0], high[order, 0], side="right") - np.arange(len(order)) - 1
+    first = np.repeat(np.arange(len(order)), following)
+    second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(following) - following, following)
+    a, b = order[first], order[second]
+    meet = (low[a, 1] <= high[b, 1]) & (low[b, 1] <= high[a, 1])
+    return np.column_stack([a[meet], b[meet]])
+
+
+def deepest_overlap(polygons):
+    """The least way that parts two convex polygons, of the two that overlap most; 0 where none do. Corners run counter-clockwise.
+
+    The least way is across an edge of one of them: of all their edges the one whose line the other reaches behind the least.
+    """
+    most = max(map(len, polygons))
+    corners = np.array([np.concatenate([p, np.repeat(p[-1:], most - len(p), axis=0)]) for p in map(np.asarray, polygons)], float)
+    sides = np.roll(corners, -1, axis=1) - corners
+    length = np.linalg.norm(sides, axis=2)
+    real = length > 0  # not between the copies of the last corner, which make all have as many
+    outward = np.stack([sides[..., 1], -sides[..., 0]], axis=2) / np.where(real, length, 1)[..., None]
+    pairs = boxes_that_meet(corners.min(1), corners.max(1))
+    if not len(pairs):
+        return 0.0
+    depth = np.full(len(pairs), np.inf)
+    for a, b in (pairs.T, pairs.T[::-1]):
+        behind = np.einsum("pkx,pckx->pkc", outward[a], corners[a][:, None] - corners[b][:, :, None]).max(2)
+        depth = np.minimum(depth, np.where(real[a], behind, np.inf).min(1))
+    return max(0.0, float(depth.max()))
