@@ -60,14 +60,24 @@ def overhang(factor, count=4, height=0.25):
     return block_file(f"Harmonic overhang of {count} blocks, factor {factor:g}", blocks, held(table, 1))
 
 
-def wall(n):
-    """Running bond: n courses of blocks 1 x 1, each second one with half blocks at its ends, n wide, on a fixed base."""
-    base = box(-1, n + 1, -1, 0)
-    blocks = [(1, base)]
+def running_bond(n):
+    """Corners of n courses of blocks 1 x 1, each second one with half blocks at its ends, n wide, the base first."""
+    blocks = [box(-1, n + 1, -1, 0)]
     for course in range(n):
         ends = np.arange(n + 1.0) if course % 2 == 0 else np.concatenate([[0], np.arange(n) + 0.5, [n]])
-        blocks += [(2, box(a, b, course, course + 1)) for a, b in zip(ends[:-1], ends[1:])]
-    return block_file(f"Wall in running bond, {n} courses", blocks, held(base, 1))
+        blocks += [box(a, b, course, course + 1) for a, b in zip(ends[:-1], ends[1:])]
+    return blocks
+
+
+def on_base(title, blocks):
+    """Block file of blocks of material 2 on a fixed base of material 1, the first of them."""
+    base, *others = blocks
+    return block_file(title, [(1, base), *((2, corners) for corners in others)], held(base, 1))
+
+
+def wall(n):
+    """Running bond of n courses on a fixed base."""
+    return on_base(f"Wall in running bond, {n} courses", running_bond(n))
 
 
 def columns(example, run=30.0, depth=20.0):

@@ -1,0 +1,1 @@
+"""What scree costs (`tools/bench`)."""
