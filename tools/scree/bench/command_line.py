@@ -6,6 +6,7 @@
     tools/bench rock     [--kinds dda ...] [--seeds 0 1 2]
     tools/bench slope    [--decks g4 reg big] [--motions dynamic static]
                          [--set GROUP.NAME=VALUE] [--step 0.005] [--end SECONDS] [--limit 600] [--json FILE] [--keep FOLDER]
+    tools/bench peers    [--scenes wall10 column100 pyramid10] [--programs scree box2d ...] [--accuracies default fine]
     tools/bench accuracy [--turns 20]
     tools/bench cutting  [--lines 1000 10000 100000] [--covers 10000 100000 1000000] [--crossings 6] [--seed 1]
     tools/bench reading  [--blocks 1000 10000 100000]
@@ -16,14 +17,17 @@
 Each takes --scree PROGRAM.
 
 wall, column, pyramid, rock, slope: what steps of many blocks cost. A wall in running bond of so many courses, and a pyramid of 5 mm
-blocks with so many in its lowest course, stand from the start; a column of so many blocks of 5 cm, four times as high as wide, is put up
-on a base steeper than its friction and collapses; rock cut at random and slopes drawn by `scree joints` get their weight at once.
-Units kg, m, s, N. A row has the steps asked for and made, tries that were cut, systems solved, matrices factorised and
-iterations with their factors where the results tell, judgements of all contacts, the time that was reached, seconds of the processor
-in the steps, the deepest overlap, the most energy that a step made over the work that the weight of all could do across their height,
-the farthest that a block went, and the peak of memory. The ratio is that of the seconds to one factorisation by CHOLMOD of a matrix
-in which all blocks that touch at the start are coupled, timed beside the run; growth is the exponent of the number of blocks. A run that
-takes longer than the limit is asked to stop.
+blocks with so many in its lowest course, stand from the start; a column of so many blocks of 5 cm, four times as high as wide, is
+put up on a base steeper than its friction and collapses; rock cut at random and slopes drawn by `scree joints` get their weight at
+once. Units kg, m, s, N. A row has the steps asked for and made, tries that were cut, systems solved, matrices factorised and
+iterations with their factors where the results tell, judgements of all contacts, the time that was reached, seconds of the
+processor in the steps, the deepest overlap, the most energy that a step made over the work that the weight of all could do across
+their height, the farthest that a block went, and the peak of memory. The ratio is that of the seconds to one factorisation by
+CHOLMOD of a matrix in which all blocks that touch at the start are coupled, timed beside the run; growth is the exponent of the
+number of blocks. A run that takes longer than the limit is asked to stop.
+
+peers: the same walls, column and pyramid by other programs too, from PyPI, where they are installed (doc/performance.md), each at
+its default accuracy and at a fine one. Overlap is measured by one routine for all, from the places of the blocks.
 
 accuracy: the turning triangle by several methods and step sizes, error beside time. The error is the larger of those in volume
 and angle after one turn; the ratio is that of the time of a step to the first row's. Times are those of the phase `steps` of the
@@ -53,7 +57,7 @@ import sys
 from .. import touching
 from ..errors import ScreeError
 from ..program import program, work_folder
-from . import settling
+from . import peers, settling
 from .accuracy import accuracy
 from .contact import contact, rules
 from .cutting import cutting, reading
@@ -84,7 +88,8 @@ def any_scree():
 def many_blocks():
     """Options of the cases of many blocks."""
     options = argparse.ArgumentParser(add_help=False, parents=[any_scree()])
-    options.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE", help="a setting of every run; may be repeated")
+    options.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE",
+                         help="a setting of every run; may be repeated")
     options.add_argument("--step", type=above_zero, default=0.005, metavar="SECONDS", help="size of a step, as asked for")
     options.add_argument("--limit", type=above_zero, default=600.0, metavar="SECONDS", help="after which a run is asked to stop")
     options.add_argument("--json", metavar="FILE", help="writes the rows there too")
@@ -113,6 +118,14 @@ def add_settling(cases, options):
     case.add_argument("--motions", nargs="+", choices=["dynamic", "static"], default=["dynamic", "static"])
     case.add_argument("--end", type=above_zero, default=0.5, metavar="SECONDS", help="of the motion")
     case.set_defaults(case=settling.settling, name="slope")
+    case = cases.add_parser("peers", parents=[options], help="the same scenes by other programs")
+    case.add_argument("--scenes", nargs="+", type=peers.scene_named, default=list(map(peers.scene_named, peers.SCENES)),
+                      metavar="SCENE", help="wall, column or pyramid and its size, as wall20")
+    case.add_argument("--programs", nargs="+", choices=peers.PROGRAMS, default=list(peers.PROGRAMS))
+    case.add_argument("--accuracies", nargs="+", choices=peers.ACCURACIES, default=list(peers.ACCURACIES),
+                      help="of the other programs")
+    case.add_argument("--end", type=above_zero, default=1.0, metavar="SECONDS", help="of the motion")
+    case.set_defaults(case=peers.peers, name="peers")
 
 
 def add_others(cases, options):

@@ -1,6 +1,6 @@
 """Scenes of many blocks, in sizes, for what a step of contact costs; units kg, m, s, N.
 
-A scene of boxes on a fixed base (wall, column, pyramid) is a list of their corners; those of rock are decks.
+A scene of boxes on a fixed base (wall, column, pyramid) is known to other programs too (`peers`); those of rock are decks.
 """
 import dataclasses
 import math
