@@ -1,7 +1,7 @@
 """What scree costs.
 
-    tools/bench wall     [--sizes 10 20 40] [--edge 1]           many blocks, a row a size:
-    tools/bench column   [--sizes 100] [--edge 0.05]
+    tools/bench wall     [--sizes 10 20 40 80] [--edge 1]        many blocks, a row a size:
+    tools/bench column   [--sizes 100 400] [--edge 0.05]
     tools/bench pyramid  [--sizes 10 20 30] [--edge 0.005]
     tools/bench rock     [--kinds dda ...] [--seeds 0 1 2]
     tools/bench slope    [--decks g4 reg big] [--motions dynamic static]
@@ -100,8 +100,8 @@ def many_blocks():
 def add_settling(cases, options):
     """The cases of many blocks."""
     for name, sizes, edge, end, what in (
-            ("wall", [10, 20, 40], 1, 1, "courses of a wall that stands"),
-            ("column", [100], 0.05, 1, "blocks of a column that collapses"),
+            ("wall", [10, 20, 40, 80], 1, 1, "courses of a wall that stands"),
+            ("column", [100, 400], 0.05, 1, "blocks of a column that collapses"),
             ("pyramid", [10, 20, 30], 0.005, 1, "blocks in the lowest course of a pyramid that stands")):
         case = cases.add_parser(name, parents=[options], help=what)
         case.add_argument("--sizes", type=counts, nargs="+", default=sizes, metavar="N", help=what)

@@ -43,13 +43,13 @@ def work_of(r):
 def figures(r, scene, step):
     """What the results of a run say, a row of the table."""
     history, place = r.history, r.bodies.centroid
-    steps = len(history.time)
+    steps, overlap = len(history.time), float(history.overlap.max(initial=0.0))
     return {
         "scene": scene.name, "series": scene.series, "blocks": r.n_blocks, "edge": scene.edge, "step": step, "end": scene.end,
         "steps_asked": scene.steps(step), "steps": steps, "time": float(history.time[-1]) if steps else 0.0,
         "cuts": int(history.rejected.sum()), "solves": int(history.solves.sum()), **work_of(r),
         "judgements": int(history.open_close_iterations.sum()), "seconds": r.seconds("steps", "processor"),
-        "overlap": float(history.overlap.max(initial=0.0)), "energy_gain": largest_gain(r, scene),
+        "overlap": overlap, "overlap_of_edge": overlap / scene.edge, "energy_gain": largest_gain(r, scene),
         "kinetic_at_end": float(history.energy.kinetic[-1]) if steps else None,
         "travel": float(np.linalg.norm(place[-1] - place[0], axis=1).max()),
         "status": r.scene.status, "ended": "" if r.scene.status == "complete" else r.scene.status.split(":")[0]}
