@@ -76,9 +76,9 @@ contains
     if (allocated(error)) then
       status = 'stopped: '//error%message
       if (error%status > status_signal) status = 'interrupted'
-      call end_output(run%output, status, close_error)
+      call end_output(run%output, run%cache, status, close_error)
     else
-      call end_output(run%output, trim(merge('complete', 'cut     ', options%runs)), error)
+      call end_output(run%output, run%cache, trim(merge('complete', 'cut     ', options%runs)), error)
       if (.not. allocated(error)) call tell(run%progress, 'results: '//options%results_path)
     end if
   end subroutine simulate

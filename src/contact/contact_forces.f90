@@ -4,7 +4,7 @@ module scree_contact_forces
   use scree_contact_rules, only: gaps_and_slips, press, rows_along, rubs
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: state_open
-  use scree_element_term, only: add_change, add_pair_force, pair_term_t
+  use scree_element_term, only: add_change, add_friction_change, add_pair_force, pair_term_t
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_system, only: element_unknowns
@@ -78,7 +78,8 @@ contains
             if (contact%entrance(m)%pair /= pair) cycle ! what entrances of other elements change by with each other is left out
             change = merge(geometry(m)%normal, geometry(m)%normal_end, symmetric)
             if (abs(force%across_by_gap(m, k)) > 0) call add_change(term, geometry(k)%normal, force%across_by_gap(m, k)*change)
-            if (k == active .and. abs(force%along_by_gap(m)) > 0) call add_change(term, row, force%along_by_gap(m)*change)
+            if (k == active .and. abs(force%along_by_gap(m)) > 0) &
+              call add_friction_change(term, row, force%along_by_gap(m)*change)
           end do
           call add_pair_force(term, force%across(k)*geometry(k)%normal)
         end do

@@ -4,7 +4,7 @@ module scree_element_term
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_change, add_force, add_pair_force, pair_term_t, step_rule_t, term_t
+  public :: add_change, add_force, add_friction_change, add_pair_force, pair_term_t, step_rule_t, term_t
 
   integer, parameter :: n = element_unknowns
 
@@ -21,6 +21,7 @@ module scree_element_term
   type :: pair_term_t
     logical :: symmetric = .true.         !! the matrix is, but for round-off; what adds one that is not says so
     real(dp) :: matrix(2*n, 2*n) = 0.0_dp !! operator of this iteration, force/length per unit thickness
+    real(dp) :: friction(2*n, 2*n) = 0.0_dp !! of it, what friction changes by with the forces across
     real(dp) :: force(2*n) = 0.0_dp       !! out of balance
     real(dp) :: scale(2*n) = 0.0_dp       !! sum of the magnitudes of the forces
   end type pair_term_t
@@ -63,6 +64,19 @@ contains
     term%force = term%force + force
     term%scale = term%scale + abs(force)
   end subroutine add_pair_force
+
+  !> Adds what friction along `row` changes by with the unknowns of both elements, by the forces across that it follows.
+  pure subroutine add_friction_change(term, row, change)
+    type(pair_term_t), intent(inout) :: term
+    real(dp), intent(in) :: row(2*n), change(2*n)
+    integer :: j
+
+    call add_change(term, row, change)
+    do j = 1, 2*n
+      term%friction(:, j) = term%friction(:, j) - change(j)*row
+    end do
+    term%symmetric = .false.
+  end subroutine add_friction_change
 
   !> Adds what a force along `row` changes by with the unknowns of both elements: `change` of a unit along the row.
   pure subroutine add_change(term, row, change)

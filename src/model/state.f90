@@ -1,6 +1,7 @@
 !> What a step changes. A run goes on from the model and this alone.
 module scree_state
   use scree_contacts, only: contact_memory_t
+  use scree_factored, only: factored_t
   use scree_kinds, only: dp
   implicit none
   private
@@ -41,6 +42,7 @@ module scree_state
     real(dp), allocatable :: deformation(:, :) !! (4, n_elements) F since the start: xx, yx, xy, yy
     real(dp), allocatable :: rotation(:)       !! (n_blocks) accumulated, rad
     integer, allocatable :: pair(:, :)         !! (2, n_pairs) elements that the equations of the last step coupled
+    type(factored_t) :: factored               !! matrix whose factor the solutions of the next step go on from
     type(contact_memory_t) :: contacts
     type(books_t) :: books
   end type state_t

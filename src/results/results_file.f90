@@ -29,7 +29,7 @@ module scree_results_file
   end interface
 
   public :: add_frame, check_targets, close_results, cost_row_t, declare_series, layout_t, open_results, put_series, results_t, &
-            store_rows, store_text, store_words
+            store_rows, store_text, store_words, work_row_t
 
   integer, parameter :: vtk_polygon = 7
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
@@ -65,6 +65,12 @@ module scree_results_file
     real(dp) :: wall = 0.0_dp               !! s
     real(dp) :: processor = 0.0_dp          !! s
   end type cost_row_t
+
+  !> One line of the table of work.
+  type :: work_row_t
+    character(len=32) :: kind
+    integer :: count = 0
+  end type work_row_t
 
   !> The open file.
   type :: results_t
@@ -570,10 +576,11 @@ contains
   !>
   !> The status has its room in the file, so a full disk cannot keep it out: it says of a run that was complete that it stopped
   !> there. A file that never came to the disk is taken away.
-  subroutine close_results(results, status_text, costs, error)
+  subroutine close_results(results, status_text, costs, work, error)
     type(results_t), intent(inout) :: results
     character(len=*), intent(in) :: status_text  !! complete, cut, interrupted, or stopped: reason
     type(cost_row_t), intent(in) :: costs(:)
+    type(work_row_t), intent(in) :: work(:)
     type(error_t), allocatable, intent(out) :: error
     type(error_t), allocatable :: status_error
     integer(hsize_t) :: length
@@ -583,7 +590,7 @@ contains
     if (results%file < 0) return
     call release_space(results, bytes_of_waiting(results) + closing_bytes, error)
     if (.not. allocated(error)) call append_waiting(results, error)
-    if (.not. allocated(error)) call write_costs(results%file, costs, error)
+    if (.not. allocated(error)) call write_costs(results%file, costs, work, error)
     if (allocated(error) .and. any(status_text == [character(len=8) :: 'complete', 'cut'])) then
       call store_text(results, 'status', 'stopped: '//error%message, status_error)
     else
@@ -607,10 +614,11 @@ contains
     end if
   end subroutine close_results
 
-  !> The table of costs.
-  subroutine write_costs(file, costs, error)
+  !> The tables of costs and of work.
+  subroutine write_costs(file, costs, work, error)
     integer(hid_t), intent(in) :: file
     type(cost_row_t), intent(in) :: costs(:)
+    type(work_row_t), intent(in) :: work(:)
     type(error_t), allocatable, intent(out) :: error
 
     call write_words(file, '/cost/phase', costs%phase, error)
@@ -620,6 +628,10 @@ contains
     call fixed_rows(file, '/cost/wall_seconds', [integer ::], .false., 's', 'wall-clock time', costs%wall, error)
     if (allocated(error)) return
     call fixed_rows(file, '/cost/processor_seconds', [integer ::], .false., 's', 'processor time', costs%processor, error)
+    if (allocated(error)) return
+    call write_words(file, '/cost/work', work%kind, error)
+    if (allocated(error)) return
+    call fixed_rows(file, '/cost/count', [integer ::], .true., '1', 'how often', real(work%count, dp), error)
   end subroutine write_costs
 
 end module scree_results_file

@@ -3,14 +3,16 @@ module scree_run_output
   use, intrinsic :: iso_fortran_env, only: compiler_version
   use scree_blas, only: blas_kernel
   use scree_classic_output, only: add_classic_frame, begin_classic_output
+  use scree_equations, only: work_of_solutions
   use scree_errors, only: error_t
   use scree_interpolation, only: displacement_matrix
   use scree_keyholes, only: polygons_of
   use scree_kinds, only: dp
+  use scree_linear_solver, only: solver_work_t
   use scree_model, only: cache_t, model_t
   use scree_regions, only: first_vertex_of, joint_between, last_vertex_of
   use scree_results_file, only: add_frame, close_results, cost_row_t, layout_t, open_results, results_t, store_rows, store_text, &
-                                store_words
+                                store_words, work_row_t
   use scree_run_records, only: declare_records, put_frame_records, put_step_records, records_t
   use scree_scene, only: effect_t, model_nmm, run_options_t, scene_t
   use scree_state, only: state_t
@@ -92,12 +94,17 @@ contains
   end subroutine put_frame
 
   !> Writes how the run ended and what it cost, and closes the file.
-  subroutine end_output(output, status, error)
+  subroutine end_output(output, cache, status, error)
     type(run_output_t), intent(inout) :: output
+    type(cache_t), intent(in) :: cache           !! whose equations were solved
     character(len=*), intent(in) :: status
     type(error_t), allocatable, intent(out) :: error
+    type(solver_work_t) :: work
 
-    call close_results(output%file, status, costs(output%timer), error)
+    work = work_of_solutions(cache%equations)
+    call close_results(output%file, status, costs(output%timer), [work_row_t('factors by CHOLMOD', work%symmetric_factors), &
+                       work_row_t('factors by UMFPACK', work%other_factors), &
+                       work_row_t('iterations of GMRES', work%iterations)], error)
   end subroutine end_output
 
   !> Starts the classic output: the polygons of the frames.

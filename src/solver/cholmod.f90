@@ -4,7 +4,6 @@ module scree_cholmod
   use scree_cholmod_layout, only: common_bytes, final_ll_at, print_at
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp
-  use scree_sparse_matrix, only: sparse_matrix_t
   implicit none
   private
   public :: cholmod_t, factorise_by_cholmod, release_cholmod, solve_by_cholmod
@@ -13,6 +12,7 @@ module scree_cholmod
   type :: cholmod_t
     integer(c_int8_t), pointer :: common(:) => null()
     type(c_ptr) :: factor = c_null_ptr
+    type(c_ptr) :: solution = c_null_ptr, permuted = c_null_ptr, work = c_null_ptr !! kept between solutions
   end type cholmod_t
 
   !> cholmod_sparse
@@ -59,12 +59,13 @@ module scree_cholmod
       type(c_ptr), value :: L, common
     end function cholmod_factorize
 
-    type(c_ptr) function cholmod_solve(system, L, b, common) bind(c)
+    integer(c_int) function cholmod_solve2(system, L, b, b_set, x, x_set, y, e, common) bind(c)
       import :: c_dense_t, c_int, c_ptr
       integer(c_int), value :: system
-      type(c_ptr), value :: L, common
+      type(c_ptr), value :: L, b_set, x_set, common
       type(c_dense_t), intent(in) :: b
-    end function cholmod_solve
+      type(c_ptr), intent(inout) :: x, y, e
+    end function cholmod_solve2
 
     integer(c_int) function cholmod_free_factor(L, common) bind(c)
       import :: c_int, c_ptr
@@ -81,12 +82,14 @@ module scree_cholmod
 
 contains
 
-  !> Factorises A by its lower triangle; `definite` is false where A is not positive definite.
+  !> Factorises the symmetric matrix with these values, in compressed columns, by its lower triangle; `definite` is false where it
+  !> is not positive definite.
   !>
-  !> The analysis is made once. Errors: no memory for it.
-  subroutine factorise_by_cholmod(self, matrix, definite, error)
+  !> The analysis is made once, and is of the pattern alone. Errors: no memory for it.
+  subroutine factorise_by_cholmod(self, first, row, value, definite, error)
     type(cholmod_t), intent(inout) :: self
-    type(sparse_matrix_t), intent(in), target :: matrix
+    integer(c_int), intent(in), target, contiguous :: first(:), row(:) !! (n+1), (n_entries), from 0
+    real(c_double), intent(in), target, contiguous :: value(:)         !! (n_entries)
     logical, intent(out) :: definite
     type(error_t), allocatable, intent(out) :: error
     type(c_sparse_t) :: A
@@ -97,9 +100,9 @@ contains
     definite = .false.
     call start(self)
     common = c_loc(self%common)
-    associate (n => int(matrix%n, c_size_t))
-      A = c_sparse_t(n, n, size(matrix%row, kind=c_size_t), c_loc(matrix%first), c_loc(matrix%row), c_null_ptr, &
-                     c_loc(matrix%value), c_null_ptr, lower_triangle, 0_c_int, real_numbers, 0_c_int, 1_c_int, 1_c_int)
+    associate (n => size(first, kind=c_size_t) - 1)
+      A = c_sparse_t(n, n, size(row, kind=c_size_t), c_loc(first), c_loc(row), c_null_ptr, c_loc(value), c_null_ptr, &
+                     lower_triangle, 0_c_int, real_numbers, 0_c_int, 1_c_int, 1_c_int)
     end associate
     if (.not. c_associated(self%factor)) self%factor = cholmod_analyze(A, common)
     if (.not. c_associated(self%factor)) then
@@ -113,29 +116,27 @@ contains
 
   !> Solves A x = b with the factor of the last matrix. Errors: no memory.
   subroutine solve_by_cholmod(self, b, x, error)
-    type(cholmod_t), intent(in) :: self
+    type(cholmod_t), intent(inout) :: self
     real(dp), intent(in), target, contiguous :: b(:)
     real(dp), intent(out) :: x(:)
     type(error_t), allocatable, intent(out) :: error
     type(c_dense_t) :: rhs
     type(c_dense_t), pointer :: solution
-    type(c_ptr) :: result
     real(c_double), pointer :: values(:)
-    integer(c_int) :: ignored
+    integer(c_int) :: ok
 
-    x = 0.0_dp
     associate (n => size(b, kind=c_size_t))
       rhs = c_dense_t(n, 1_c_size_t, n, n, c_loc(b), c_null_ptr, real_numbers, 0_c_int)
     end associate
-    result = cholmod_solve(system_A, self%factor, rhs, c_loc(self%common))
-    if (.not. c_associated(result)) then
+    ok = cholmod_solve2(system_A, self%factor, rhs, c_null_ptr, self%solution, c_null_ptr, self%permuted, self%work, &
+                        c_loc(self%common))
+    if (ok == 0) then
       call fail(error, status_run_failed, 'CHOLMOD has no memory for the solution')
       return
     end if
-    call c_f_pointer(result, solution)
+    call c_f_pointer(self%solution, solution)
     call c_f_pointer(solution%x, values, [size(x)])
     x = values
-    ignored = cholmod_free_dense(result, c_loc(self%common))
   end subroutine solve_by_cholmod
 
   !> Starts the library once, silent (what goes wrong is said by the caller), and asks for L L^T: its L D L^T would
@@ -162,6 +163,9 @@ contains
 
     if (.not. associated(self%common)) return
     ignored = cholmod_free_factor(self%factor, c_loc(self%common))
+    ignored = cholmod_free_dense(self%solution, c_loc(self%common))
+    ignored = cholmod_free_dense(self%permuted, c_loc(self%common))
+    ignored = cholmod_free_dense(self%work, c_loc(self%common))
     ignored = cholmod_finish(c_loc(self%common))
     self%factor = c_null_ptr
     deallocate (self%common)

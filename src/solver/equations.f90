@@ -8,14 +8,17 @@ module scree_equations
   use scree_constraints, only: constraints_t, reduce_element, reduction_t
   use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
+  use scree_factored, only: factored_t
   use scree_kinds, only: dp
-  use scree_linear_solver, only: linear_solver_t, release_solver, small_matrix_t, solve
+  use scree_linear_solver, only: forget_pattern, keep_matrix, linear_solver_t, recall_matrix, release_solver, small_matrix_t, &
+                                 solve, solve_with_kept_factor, solver_work_t
   use scree_sparse_matrix, only: add_element, build_pattern, clear_matrix, diagonal, sparse_matrix_t
   use scree_system, only: element_unknowns, elements_t
   implicit none
   private
-  public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, group_elements, members, out_of_balance, &
-            release_equations, set_up_equations, solve_equations, weakest_element, wholly_held
+  public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, group_elements, keep_factored, &
+            members, out_of_balance, recall_factored, release_equations, set_up_equations, solve_equations, weakest_element, &
+            wholly_held, work_of_solutions
 
   integer, parameter :: n = element_unknowns
 
@@ -82,7 +85,7 @@ contains
       equations%first = [equations%first, size(alone) + 1]
       if (.not. allocated(equations%shared)) then
         allocate (equations%shared)
-        allocate (equations%shared%rows(0, 0))
+        allocate (equations%shared%rows(0, 0), equations%shared%unknown(0))
       end if
     end if
     equations%n_groups = size(equations%first) - 1
@@ -164,14 +167,27 @@ contains
       rows(:size(list), k) = row(list)
     end do
     associate (shared => equations%shared)
-      shared%unknown = pack([(u, u=1, size(row))], row > 0)
+      list = pack([(u, u=1, size(row))], row > 0)
+      if (.not. same(list, shared%unknown)) call release_solver(shared%solver)
+      shared%unknown = list
       if (all(shape(rows) == shape(shared%rows))) then
         if (all(rows == shared%rows)) return
       end if
       shared%rows = rows
       call build_pattern(n_rows, rows, shared%matrix)
-      call release_solver(shared%solver)
+      call forget_pattern(shared%solver)
     end associate
+
+  contains
+
+    !> Whether two lists are the same.
+    pure logical function same(a, b)
+      integer, intent(in) :: a(:), b(:)
+
+      same = size(a) == size(b)
+      if (same) same = all(a == b)
+    end function same
+
   end subroutine number_rows
 
   !> Free unknowns that the `k`-th member of the shared group contributes to; after the members come the pairs.
@@ -272,10 +288,11 @@ contains
       if (allocated(reduction%Z)) then
         call add(reduction%free, matmul(term%force, reduction%Z), matmul(term%scale, abs(reduction%Z)))
         call add_element(equations%shared%matrix, n_members + p, &
-                         matmul(transpose(reduction%Z), matmul(term%matrix, reduction%Z)), term%symmetric)
+                         matmul(transpose(reduction%Z), matmul(term%matrix, reduction%Z)), term%symmetric, &
+                         matmul(transpose(reduction%Z), matmul(term%friction, reduction%Z)))
       else
         call add(equations%pair(:, p), term%force, term%scale)
-        call add_element(equations%shared%matrix, n_members + p, term%matrix, term%symmetric)
+        call add_element(equations%shared%matrix, n_members + p, term%matrix, term%symmetric, term%friction)
       end if
     end associate
 
@@ -320,10 +337,11 @@ contains
   !> Solves for the correction of a group, to a residual below `tolerance` (as `solve` measures it), and adds it to `d`.
   !>
   !> Errors: a singular matrix.
-  subroutine solve_equations(equations, group, tolerance, d, residual, error)
+  subroutine solve_equations(equations, group, tolerance, keeps_factor, d, residual, error)
     type(equations_t), intent(inout) :: equations
     integer, intent(in) :: group
     real(dp), intent(in) :: tolerance
+    logical, intent(in) :: keeps_factor    !! that of a matrix before may do
     real(dp), intent(inout) :: d(:)        !! (n_unknowns)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
@@ -338,7 +356,7 @@ contains
       return
     end if
     if (is_shared(equations, group)) then
-      call solve_shared(equations, tolerance, d, residual, error)
+      call solve_shared(equations, tolerance, keeps_factor, d, residual, error)
       return
     end if
     e = equations%member(equations%first(group))
@@ -357,9 +375,10 @@ contains
   end subroutine solve_equations
 
   !> Solves for the correction of the shared group.
-  subroutine solve_shared(equations, tolerance, d, residual, error)
+  subroutine solve_shared(equations, tolerance, keeps_factor, d, residual, error)
     type(equations_t), intent(inout) :: equations
     real(dp), intent(in) :: tolerance
+    logical, intent(in) :: keeps_factor
     real(dp), intent(inout) :: d(:)        !! (n_unknowns)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
@@ -370,7 +389,11 @@ contains
 
     associate (shared => equations%shared)
       allocate (x(size(shared%unknown)))
-      call solve(shared%solver, shared%matrix, equations%force(shared%unknown), tolerance, x, residual, error)
+      if (keeps_factor) then
+        call solve_with_kept_factor(shared%solver, shared%matrix, equations%force(shared%unknown), tolerance, x, residual, error)
+      else
+        call solve(shared%solver, shared%matrix, equations%force(shared%unknown), tolerance, x, residual, error)
+      end if
       if (allocated(error)) return
       equations%correction(shared%unknown) = x
     end associate
@@ -385,6 +408,31 @@ contains
     end do
     where (moved) d = d + equations%correction
   end subroutine solve_shared
+
+  !> What the solutions of the shared group took so far.
+  pure type(solver_work_t) function work_of_solutions(equations) result(work)
+    type(equations_t), intent(in) :: equations
+
+    if (allocated(equations%shared)) work = equations%shared%solver%work
+  end function work_of_solutions
+
+  !> Hands on the matrix whose factor the solutions went on from, so that a run can go on with the same bits.
+  pure subroutine keep_factored(equations, factored)
+    type(equations_t), intent(inout) :: equations
+    type(factored_t), intent(inout) :: factored
+
+    if (allocated(equations%shared)) call keep_matrix(equations%shared%solver, equations%shared%unknown, factored)
+  end subroutine keep_factored
+
+  !> Takes up the matrix that was handed on, where the equations have not kept its factor. Errors: no memory.
+  subroutine recall_factored(equations, factored, error)
+    type(equations_t), intent(inout) :: equations
+    type(factored_t), intent(in) :: factored
+    type(error_t), allocatable, intent(out) :: error
+
+    if (is_shared(equations, equations%n_groups)) &
+      call recall_matrix(equations%shared%solver, equations%shared%unknown, factored, error)
+  end subroutine recall_factored
 
   !> The element of a group with the least stiffness on the diagonal, or one that is no number: where a matrix that cannot be solved
   !> is looked at first. 0 where the group has no free unknown.

@@ -1,7 +1,9 @@
 !> Solution of A x = b. This file is the only one that knows how: another strategy is written here.
 !>
 !> - A small matrix, of one element, goes to LAPACK.
-!> - A sparse matrix goes to CHOLMOD where it is symmetric and turns out to be positive definite, else to UMFPACK.
+!> - A sparse matrix is solved by GMRES on the factor that CHOLMOD has of the symmetric matrix beside it, or beside one before it: a
+!>   factor costs as much as 20 to 40 solutions with it, and contacts change few rows from one matrix to the next.
+!> - Or by factors of its own: of CHOLMOD where it is symmetric and turns out to be positive definite, else of UMFPACK.
 !>
 !> A caller says how exact the solution has to be, and is told how exact it is. The residual is the largest component of b - A x
 !> over the largest magnitude of what cancels in one, each over the root of its entry on the diagonal:
@@ -16,23 +18,44 @@ module scree_linear_solver
   use scree_cholmod, only: cholmod_t, factorise_by_cholmod, release_cholmod, solve_by_cholmod
   use scree_dense_solver, only: largest_dense, solve_dense
   use scree_errors, only: error_t, fail, status_run_failed
+  use scree_factored, only: factored_t
+  use scree_gmres, only: gmres_t, solve_by_gmres
   use scree_kinds, only: dp
-  use scree_sparse_matrix, only: products, root_of_diagonal, root_of_entry, sparse_matrix_t
+  use scree_sparse_matrix, only: diagonal, products, root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_matrix
   use scree_text, only: rounded_text
   use scree_umfpack, only: factorise_by_umfpack, release_umfpack, solve_by_umfpack, umfpack_t
   implicit none
   private
-  public :: linear_solver_t, release_solver, small_matrix_t, solve
+  public :: factorise, forget_pattern, keep_matrix, linear_solver_t, recall_matrix, release_solver, small_matrix_t, solve, &
+            solve_with_factors, solve_with_kept_factor, solver_work_t
 
   integer, parameter :: most_refinements = 2
+  !> Iterations of GMRES with the factor of a matrix before, and with a new one, which takes 4 to 13. A factor costs as much as 30
+  !> whatever the size (walls of 106 to 1621 blocks).
+  integer, parameter :: most_with_old = 40, most_with_new = 40
+  integer, parameter :: most_spent = 60       !! iterations that a factor has cost, but for two of each solution, after which it is old
+  integer, parameter :: most_changed = 120    !! rows that have changed: more take more iterations than a new factor
+  real(dp), parameter :: changed = 1e-2_dp    !! share of the diagonal by which they have
+  real(dp), parameter :: finer = 1e-3_dp                      !! share of the tolerance to which an iteration goes on
+  real(dp), parameter :: round_off = 50*epsilon(1.0_dp)       !! residual below which it does not
 
-  !> What is kept between solutions with matrices of one pattern: analyses, and memory of factors. No solution depends on those
-  !> before it.
+  !> What solutions took so far.
+  type :: solver_work_t
+    integer :: symmetric_factors = 0 !! by CHOLMOD
+    integer :: other_factors = 0     !! by UMFPACK
+    integer :: iterations = 0        !! of GMRES
+  end type solver_work_t
+
+  !> What is kept between solutions with matrices of the same rows: analyses, memory, and a factor to go on from.
   type :: linear_solver_t
     private
     type(cholmod_t) :: cholmod
     type(umfpack_t) :: umfpack
-    logical :: definite = .false. !! the last matrix was: CHOLMOD has its factor
+    type(gmres_t) :: gmres
+    logical :: definite = .false.   !! the last matrix was: CHOLMOD has its factor, else UMFPACK
+    type(factored_t) :: kept        !! has the pattern of CHOLMOD's analysis, and values where CHOLMOD has a factor
+    logical :: newly_kept = .false. !! since the last was handed on
+    type(solver_work_t), public :: work
   end type linear_solver_t
 
   !> The matrix of one element, on its free unknowns.
@@ -49,11 +72,88 @@ module scree_linear_solver
 
 contains
 
-  !> Solves A x = b to a residual below `tolerance`.
+  !> Solves A x = b to a residual below `tolerance`, with factors of A.
   !>
-  !> The pattern of A is that of the last solution, or `release_solver` was called. Errors: a singular matrix, no memory, a residual
+  !> The pattern of A is that of the last solution, or `forget_pattern` was called. Errors: a singular matrix, no memory, a residual
   !> that refinement does not take below the tolerance.
   subroutine solve_sparse(solver, matrix, b, tolerance, x, residual, error)
+    type(linear_solver_t), intent(inout) :: solver
+    type(sparse_matrix_t), intent(in) :: matrix
+    real(dp), intent(in) :: b(:)         !! (n)
+    real(dp), intent(in) :: tolerance
+    real(dp), intent(out) :: x(:)        !! (n)
+    real(dp), intent(out) :: residual
+    type(error_t), allocatable, intent(out) :: error
+
+    residual = huge(residual)
+    call factorise(solver, matrix, error)
+    if (allocated(error)) return
+    call refine(solver, matrix, b, tolerance, x, residual, error)
+  end subroutine solve_sparse
+
+  !> Solves A x = b to a residual below `tolerance`, with the factor of an earlier matrix where that does.
+  !>
+  !> Which matrix that is shows in the last bits of x (`keep_matrix`, `recall_matrix`). Where GMRES takes too many iterations from
+  !> there, the symmetric matrix beside A is factorised; where that is not definite or does not do either, A itself. Pattern and
+  !> errors as of `solve_sparse`.
+  subroutine solve_with_kept_factor(solver, matrix, b, tolerance, x, residual, error)
+    type(linear_solver_t), intent(inout) :: solver
+    type(sparse_matrix_t), intent(in) :: matrix
+    real(dp), intent(in) :: b(:)         !! (n)
+    real(dp), intent(in) :: tolerance
+    real(dp), intent(out) :: x(:)        !! (n)
+    real(dp), intent(out) :: residual
+    type(error_t), allocatable, intent(out) :: error
+    logical :: definite
+
+    if (may_do(solver%kept, matrix)) then
+      call iterate(solver, matrix, b, tolerance, most_with_old, x, residual, error)
+      if (allocated(error) .or. residual <= tolerance) return
+    end if
+    call factorise_beside(solver, matrix, definite, error)
+    if (allocated(error)) return
+    if (definite) then
+      call iterate(solver, matrix, b, tolerance, most_with_new, x, residual, error)
+      if (allocated(error) .or. residual <= tolerance) return
+    end if
+    call factorise_itself(solver, matrix, error)
+    if (allocated(error)) return
+    call refine(solver, matrix, b, tolerance, x, residual, error)
+  end subroutine solve_with_kept_factor
+
+  !> Solves by GMRES with the factor that is kept, as far as it gets: the residual tells. It goes on to a share of the tolerance, as
+  !> its error is in all components, where that of a direct solution is round-off of each.
+  subroutine iterate(solver, matrix, b, tolerance, most, x, residual, error)
+    type(linear_solver_t), intent(inout) :: solver
+    type(sparse_matrix_t), intent(in) :: matrix
+    real(dp), intent(in) :: b(:)         !! (n)
+    real(dp), intent(in) :: tolerance
+    integer, intent(in) :: most          !! iterations
+    real(dp), intent(out) :: x(:)        !! (n)
+    real(dp), intent(out) :: residual
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: root(size(b)), product(2, size(b)), goal
+    integer :: n_iterations
+
+    residual = huge(residual)
+    root = root_of_diagonal(matrix)
+    call solve_by_cholmod(solver%cholmod, b, x, error)
+    if (allocated(error)) return
+    product = products(matrix, x)
+    residual = residual_of(b - product(1, :), abs(b) + product(2, :), root)
+    goal = max(finer*tolerance, round_off)
+    if (residual <= goal) return
+    goal = goal*maxval((abs(b) + product(2, :))/root)*sqrt(real(size(b), dp))
+    call solve_by_gmres(solver%gmres, matrix, solver%cholmod, b, root, goal, most, x, product(1, :), n_iterations, error)
+    if (allocated(error)) return
+    product = products(matrix, x)
+    residual = residual_of(b - product(1, :), abs(b) + product(2, :), root)
+    solver%work%iterations = solver%work%iterations + n_iterations
+    solver%kept%spent = solver%kept%spent + max(0, n_iterations - 2)
+  end subroutine iterate
+
+  !> Solves with the factors of the matrix, and refines the solution with them until its residual is below the tolerance.
+  subroutine refine(solver, matrix, b, tolerance, x, residual, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
@@ -67,39 +167,99 @@ contains
 
     residual = huge(residual)
     root = root_of_diagonal(matrix)
-    call factorise(solver, matrix, error)
-    if (allocated(error)) return
-    call apply(solver, matrix, b, x, error)
+    call solve_with_factors(solver, matrix, b, x, error)
     do i = 0, most_refinements
       if (allocated(error)) return
       product = products(matrix, x)
       rest = b - product(1, :)
       residual = residual_of(rest, abs(b) + product(2, :), root)
       if (residual <= tolerance .or. i == most_refinements) exit
-      call apply(solver, matrix, rest, change, error)
+      call solve_with_factors(solver, matrix, rest, change, error)
       x = x + change
     end do
     call check_residual(residual, tolerance, error)
-  end subroutine solve_sparse
+  end subroutine refine
 
-  !> Factorises a sparse matrix.
+  !> Factorises a sparse matrix. Pattern as of `solve_sparse`; errors: a singular matrix, no memory.
   subroutine factorise(solver, matrix, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     type(error_t), allocatable, intent(out) :: error
 
     solver%definite = .false.
-    if (matrix%symmetric) call factorise_by_cholmod(solver%cholmod, matrix, solver%definite, error)
+    if (matrix%symmetric) call factorise_beside(solver, matrix, solver%definite, error)
     if (solver%definite .or. allocated(error)) return
-    call factorise_by_umfpack(solver%umfpack, matrix, error)
+    call factorise_itself(solver, matrix, error)
   end subroutine factorise
 
-  !> Solves with the factors of the matrix.
-  subroutine apply(solver, matrix, b, x, error)
-    type(linear_solver_t), intent(in) :: solver
+  !> Factorises the symmetric matrix beside one, and keeps it where it is definite.
+  subroutine factorise_beside(solver, matrix, definite, error)
+    type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
-    real(dp), intent(in) :: b(:)
-    real(dp), intent(out) :: x(:)
+    logical, intent(out) :: definite
+    type(error_t), allocatable, intent(out) :: error
+    type(factored_t) :: symmetric
+
+    symmetric = symmetric_matrix(matrix)
+    if (.not. same_pattern(solver%kept, symmetric)) call release_cholmod(solver%cholmod)
+    solver%kept = symmetric
+    solver%newly_kept = .true.
+    call factorise_kept(solver, definite, error)
+  end subroutine factorise_beside
+
+  !> Factorises the matrix that is kept. One that is not definite is kept no longer.
+  subroutine factorise_kept(solver, definite, error)
+    type(linear_solver_t), intent(inout) :: solver
+    logical, intent(out) :: definite
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (kept => solver%kept)
+      call factorise_by_cholmod(solver%cholmod, kept%first, kept%row, kept%value, definite, error)
+      solver%work%symmetric_factors = solver%work%symmetric_factors + 1
+      if (.not. definite) deallocate (kept%value)
+    end associate
+  end subroutine factorise_kept
+
+  !> Factorises a matrix by UMFPACK.
+  subroutine factorise_itself(solver, matrix, error)
+    type(linear_solver_t), intent(inout) :: solver
+    type(sparse_matrix_t), intent(in) :: matrix
+    type(error_t), allocatable, intent(out) :: error
+
+    solver%definite = .false.
+    solver%work%other_factors = solver%work%other_factors + 1
+    call factorise_by_umfpack(solver%umfpack, matrix, error)
+  end subroutine factorise_itself
+
+  !> Whether two matrices have the same pattern.
+  pure logical function same_pattern(a, b)
+    type(factored_t), intent(in) :: a, b
+
+    same_pattern = allocated(a%row)
+    if (.not. same_pattern) return
+    same_pattern = size(a%first) == size(b%first) .and. size(a%row) == size(b%row)
+    if (same_pattern) same_pattern = all(a%first == b%first)
+    if (same_pattern) same_pattern = all(a%row == b%row)
+  end function same_pattern
+
+  !> Whether to go on from the factor that is kept: it has not cost as much as a new one would have saved, and few rows have changed.
+  pure logical function may_do(kept, matrix)
+    type(factored_t), intent(in) :: kept
+    type(sparse_matrix_t), intent(in) :: matrix
+
+    may_do = allocated(kept%value)
+    if (.not. may_do) return
+    may_do = kept%spent <= most_spent
+    if (may_do) may_do = count(abs(diagonal(matrix) - kept%value(kept%first(:matrix%n) + 1)) > changed*diagonal(matrix)) &
+                         <= most_changed
+  end function may_do
+
+  !> Solves with the factors of the matrix that was factorised last. Errors: no memory.
+  subroutine solve_with_factors(solver, matrix, b, x, error)
+    type(linear_solver_t), intent(inout) :: solver
+    type(sparse_matrix_t), intent(in) :: matrix
+    real(dp), intent(in) :: b(:)         !! (n)
+    real(dp), intent(out) :: x(:)        !! (n)
     type(error_t), allocatable, intent(out) :: error
 
     if (solver%definite) then
@@ -107,7 +267,40 @@ contains
     else
       call solve_by_umfpack(solver%umfpack, matrix, b, x, error)
     end if
-  end subroutine apply
+  end subroutine solve_with_factors
+
+  !> Hands on the matrix whose factor is kept, where it is another than was handed on before; none where none is kept.
+  pure subroutine keep_matrix(solver, unknown, factored)
+    type(linear_solver_t), intent(inout) :: solver
+    integer, intent(in) :: unknown(:)    !! (n) of each row
+    type(factored_t), intent(inout) :: factored
+
+    if (.not. allocated(solver%kept%value)) factored = factored_t()
+    if (solver%newly_kept .and. allocated(solver%kept%value)) then
+      factored = solver%kept
+      factored%unknown = unknown
+    end if
+    factored%spent = solver%kept%spent
+    solver%newly_kept = .false.
+  end subroutine keep_matrix
+
+  !> Takes up the factor of a matrix that was handed on, where none is kept and that one is of these unknowns.
+  !>
+  !> Errors: no memory.
+  subroutine recall_matrix(solver, unknown, factored, error)
+    type(linear_solver_t), intent(inout) :: solver
+    integer, intent(in) :: unknown(:)    !! (n) of each row
+    type(factored_t), intent(in) :: factored
+    type(error_t), allocatable, intent(out) :: error
+    logical :: ignored
+
+    if (allocated(solver%kept%value) .or. .not. allocated(factored%value)) return
+    if (size(unknown) /= size(factored%unknown)) return
+    if (any(unknown /= factored%unknown)) return
+    call release_cholmod(solver%cholmod)
+    solver%kept = factored
+    call factorise_kept(solver, ignored, error)
+  end subroutine recall_matrix
 
   !> Solves A x = b to a residual below `tolerance`, for one element.
   !>
@@ -177,12 +370,20 @@ contains
                                         'solution leaves a share of '//rounded_text(residual)//' of the forces out of balance)')
   end subroutine check_residual
 
-  !> Gives the memory back; the next solution analyses its matrix anew.
+  !> Lets the next matrix have another pattern, with the same rows; the factor that is kept stays.
+  subroutine forget_pattern(solver)
+    type(linear_solver_t), intent(inout) :: solver
+
+    call release_umfpack(solver%umfpack)
+  end subroutine forget_pattern
+
+  !> Gives the memory back, and keeps nothing; the next solution analyses its matrix anew.
   subroutine release_solver(solver)
     type(linear_solver_t), intent(inout) :: solver
 
     call release_cholmod(solver%cholmod)
     call release_umfpack(solver%umfpack)
+    solver%kept = factored_t()
   end subroutine release_solver
 
 end module scree_linear_solver

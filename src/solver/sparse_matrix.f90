@@ -1,14 +1,15 @@
 !> A square sparse matrix in compressed columns, assembled from dense element matrices.
 !>
 !> Both triangles are stored, sorted: UMFPACK takes them as they are, CHOLMOD reads the lower one. What is added says whether it is
-!> symmetric, and so the matrix knows whether it is.
+!> symmetric, and so the matrix knows whether it is; where it is not, it knows the symmetric matrix beside it that a factor is made of.
 module scree_sparse_matrix
   use, intrinsic :: iso_c_binding, only: c_double, c_int
+  use scree_factored, only: factored_t
   use scree_kinds, only: dp
   implicit none
   private
-  public :: add_element, build_pattern, clear_matrix, diagonal, products, root_of_diagonal, root_of_entry, &
-            sparse_matrix_t, times
+  public :: add_element, build_pattern, clear_matrix, diagonal, multiply, products, root_of_diagonal, root_of_entry, &
+            sparse_matrix_t, symmetric_matrix, times
 
   !> The matrix, and where each entry of each element goes. Columns and rows count from 0, as the C libraries want.
   type :: sparse_matrix_t
@@ -17,6 +18,7 @@ module scree_sparse_matrix
     integer(c_int), allocatable :: first(:)    !! (n+1) column j owns entries first(j):first(j+1)-1, from 0
     integer(c_int), allocatable :: row(:)      !! (n_entries) from 0
     real(c_double), allocatable :: value(:)    !! (n_entries)
+    real(c_double), allocatable :: skewed(:)   !! (n_entries) of these, without which the matrix is symmetric; where it is not
     integer, allocatable :: on_diagonal(:)     !! (n) entry (from 1) of each row on the diagonal
     integer, allocatable :: place_first(:)     !! (n_elements+1) element e owns place(place_first(e):place_first(e+1)-1)
     integer, allocatable :: place(:)           !! entry (from 1) of each entry of the element matrices, by columns
@@ -158,24 +160,65 @@ contains
   end subroutine clear_matrix
 
   !> Adds the dense matrix of element `e`.
-  pure subroutine add_element(matrix, e, dense, symmetric)
+  !>
+  !> Where it is not symmetric, the symmetric matrix beside it is the symmetric part of what is left without `rest`. Friction is
+  !> such a rest: it follows the force across a contact, and with half of it on either side a matrix is seldom definite.
+  pure subroutine add_element(matrix, e, dense, symmetric, rest)
     type(sparse_matrix_t), intent(inout) :: matrix
     integer, intent(in) :: e
     real(dp), intent(in) :: dense(:, :) !! (m, m) of the element's rows
     logical, intent(in) :: symmetric    !! but for round-off
+    real(dp), intent(in), optional :: rest(:, :) !! (m, m) of it
+
+    call scatter(matrix%place(matrix%place_first(e):), dense, matrix%value)
+    if (symmetric) return
+    if (.not. allocated(matrix%skewed)) allocate (matrix%skewed(size(matrix%value)))
+    if (matrix%symmetric) matrix%skewed = 0.0_dp
+    matrix%symmetric = .false.
+    if (present(rest)) then
+      call scatter(matrix%place(matrix%place_first(e):), &
+                   rest + 0.5_dp*(dense - rest - transpose(dense - rest)), matrix%skewed)
+    else
+      call scatter(matrix%place(matrix%place_first(e):), 0.5_dp*(dense - transpose(dense)), matrix%skewed)
+    end if
+  end subroutine add_element
+
+  !> Adds the entries of a dense matrix to values, each at its place.
+  pure subroutine scatter(place, dense, value)
+    integer, intent(in) :: place(:)
+    real(dp), intent(in) :: dense(:, :)
+    real(dp), intent(inout) :: value(:)
     integer :: at, i, j
 
-    matrix%symmetric = matrix%symmetric .and. symmetric
-    at = matrix%place_first(e)
+    at = 0
     do j = 1, size(dense, 2)
       do i = 1, size(dense, 1)
-        associate (value => matrix%value(matrix%place(at)))
-          value = value + dense(i, j)
-        end associate
         at = at + 1
+        value(place(at)) = value(place(at)) + dense(i, j)
       end do
     end do
-  end subroutine add_element
+  end subroutine scatter
+
+  !> The lower triangle of the symmetric matrix beside one, which is that itself where it is symmetric.
+  pure function symmetric_matrix(matrix) result(lower)
+    type(sparse_matrix_t), intent(in) :: matrix
+    type(factored_t) :: lower
+    integer :: j, k, m
+
+    m = (size(matrix%row) + matrix%n)/2 ! the pattern is symmetric, with a diagonal
+    allocate (lower%first(matrix%n + 1), lower%row(m), lower%value(m))
+    m = 0
+    do j = 1, matrix%n
+      lower%first(j) = m
+      do k = matrix%on_diagonal(j), matrix%first(j + 1)
+        m = m + 1
+        lower%row(m) = matrix%row(k)
+        lower%value(m) = matrix%value(k)
+        if (.not. matrix%symmetric) lower%value(m) = lower%value(m) - matrix%skewed(k)
+      end do
+    end do
+    lower%first(matrix%n + 1) = m
+  end function symmetric_matrix
 
   !> The diagonal.
   pure function diagonal(matrix)
@@ -207,11 +250,11 @@ contains
     root_of_entry = sqrt(root_of_entry)
   end function root_of_entry
 
-  !> A x.
-  pure function times(matrix, x) result(y)
+  !> y = A x.
+  pure subroutine multiply(matrix, x, y)
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: x(:)
-    real(dp) :: y(size(x))
+    real(dp), intent(out) :: y(:)
     integer :: j, k
 
     y = 0.0_dp
@@ -220,6 +263,15 @@ contains
         y(matrix%row(k) + 1) = y(matrix%row(k) + 1) + matrix%value(k)*x(j)
       end do
     end do
+  end subroutine multiply
+
+  !> A x.
+  pure function times(matrix, x) result(y)
+    type(sparse_matrix_t), intent(in) :: matrix
+    real(dp), intent(in) :: x(:)
+    real(dp) :: y(size(x))
+
+    call multiply(matrix, x, y)
   end function times
 
   !> A x and |A| |x|.

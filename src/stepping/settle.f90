@@ -252,7 +252,7 @@ contains
     type(error_t), allocatable :: error
     integer :: e
 
-    call solve_equations(cache%equations, number, linear_tolerance(model), d, residual, error)
+    call solve_equations(cache%equations, number, linear_tolerance(model), .not. model%settings%shi, d, residual, error)
     outcome%solves = outcome%solves + 1
     if (.not. allocated(error)) return
     e = weakest_element(cache%equations, number)

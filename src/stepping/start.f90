@@ -13,7 +13,8 @@ module scree_start
   use scree_effects, only: add_drag, add_element_effects, refresh_elements
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_energy, only: close_books, stored_energy
-  use scree_equations, only: add_equations, begin_equations, constrain_equations, members, solve_equations, weakest_element
+  use scree_equations, only: add_equations, begin_equations, constrain_equations, keep_factored, members, solve_equations, &
+                             weakest_element
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -48,6 +49,7 @@ contains
     call begin_motion(model, cache, state, error)
     if (allocated(error)) return
     call refresh_elements(model, state, cache)
+    call keep_factored(cache%equations, state%factored)
     call close_books(model, cache, state)
     state%books%at_start = stored_energy(state%books)
     state%pace%size = model%settings%step_size
@@ -166,7 +168,7 @@ contains
       do k = 1, size(list)
         call add_equations(cache%equations, group, k, cache%element(list(k))%kinematics%span, terms(list(k)))
       end do
-      call solve_equations(cache%equations, group, settled, x, residual, error)
+      call solve_equations(cache%equations, group, settled, .false., x, residual, error)
       if (.not. allocated(error)) cycle
       e = weakest_element(cache%equations, group)
       error%message = 'the start: '//words_of(new_trouble(error%message, 'another integrator.start, and check density and '// &

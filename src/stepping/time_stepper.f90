@@ -8,7 +8,7 @@ module scree_time_stepper
   use scree_contact_search, only: at_outlines
   use scree_effects, only: refresh_elements
   use scree_energy, only: close_books, loss_of_step, work_of_step
-  use scree_equations, only: constrain_equations, group_elements
+  use scree_equations, only: constrain_equations, group_elements, keep_factored, recall_factored
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_impact, only: rebound_contacts
   use scree_integrator, only: step_rule_for
@@ -116,6 +116,8 @@ contains
     call constraints_of_step(model, cache, state, state%time + try%dt, constraints, error)
     if (allocated(error)) return
     call constrain_equations(cache%equations, constraints)
+    call recall_factored(cache%equations, state%factored, error)
+    if (allocated(error)) return
     try%d = try%dt*state%velocity
     call complete_unknowns(constraints, try%d, homogeneous=.false.)
   end subroutine begin_try
@@ -186,6 +188,7 @@ contains
       state%books%friction = state%books%friction + friction
     end if
     if (couples_pairs(model)) state%pair = try%contacts%pair
+    call keep_factored(cache%equations, state%factored)
     call update_state(model, cache, try%rule, try%d, try%motion, state)
     call refresh_elements(model, state, cache)
     call close_books(model, cache, state)

@@ -28,6 +28,13 @@ contains
     if (.not. same(a%rotation, b%rotation)) name = 'rotation'
     if (.not. same(numbers_of(a%books), numbers_of(b%books))) name = 'books'
     if (.not. same_whole([a%pair], [b%pair])) name = 'pairs'
+    if (allocated(a%factored%value) .neqv. allocated(b%factored%value)) name = 'whether a factor is kept'
+    if (allocated(a%factored%value) .and. allocated(b%factored%value)) then
+      if (.not. same_whole([a%factored%unknown, a%factored%first, a%factored%row, a%factored%spent], &
+                           [b%factored%unknown, b%factored%first, b%factored%row, b%factored%spent])) &
+        name = 'pattern of the factored matrix'
+      if (.not. same(a%factored%value, b%factored%value)) name = 'factored matrix'
+    end if
     if (len(name) == 0) name = difference_of_contacts(a%contacts, b%contacts)
   end function first_difference
 
