@@ -1,4 +1,4 @@
-!> The BLAS that is linked: OpenBLAS is kept to one thread and asked for its kernel; any other is left alone.
+!> The BLAS that is linked: OpenBLAS is kept to one thread, as is OpenMP in CHOLMOD, and asked for its kernel; any other is left alone.
 !>
 !> OpenBLAS chooses a kernel for the processor that it runs on, and each sums in an order of its own: results agree to the bit
 !> where kernel and program are the same, and to round-off elsewhere. Its routines are looked for when the program runs, so that
@@ -8,7 +8,7 @@ module scree_blas
                                          c_null_ptr, c_ptr
   implicit none
   private
-  public :: blas_kernel, keep_blas_to_one_thread
+  public :: blas_kernel, keep_to_one_thread
 
   integer, parameter :: longest = 64 !! letters of a kernel's name
 
@@ -36,16 +36,28 @@ module scree_blas
 
 contains
 
-  !> The blocks of these matrices are too small for two threads to gain by, and with one sums have the same order in every run.
-  subroutine keep_blas_to_one_thread()
-    procedure(set_number), pointer :: set_threads
+  !> Keeps the libraries to one thread.
+  !>
+  !> The blocks of these matrices are too small for two threads to gain by, and with one sums have the same order in every run. CHOLMOD
+  !> opens regions of four threads whatever their number is set to, and these wait for each other longer than they work: half of
+  !> the time of a factor of 10 000 unknowns. Regions that may not be active have one.
+  subroutine keep_to_one_thread()
+    call set_where_loaded('openblas_set_num_threads', 1_c_int)
+    call set_where_loaded('omp_set_max_active_levels', 0_c_int)
+  end subroutine keep_to_one_thread
+
+  !> Calls a routine with a number, where the program has it.
+  subroutine set_where_loaded(routine, number)
+    character(len=*), intent(in) :: routine
+    integer(c_int), intent(in) :: number
+    procedure(set_number), pointer :: set
     type(c_funptr) :: address
 
-    address = dlsym(c_null_ptr, 'openblas_set_num_threads'//c_null_char)
+    address = dlsym(c_null_ptr, routine//c_null_char)
     if (.not. c_associated(address)) return
-    call c_f_procpointer(address, set_threads)
-    call set_threads(1_c_int)
-  end subroutine keep_blas_to_one_thread
+    call c_f_procpointer(address, set)
+    call set(number)
+  end subroutine set_where_loaded
 
   !> The library and the kernel that it chose for this processor; where it is not OpenBLAS, that.
   function blas_kernel() result(name)

@@ -4,7 +4,7 @@
 !> group with one sparse matrix, which only they make, with what acts between pairs of them.
 module scree_equations
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-  use scree_blas, only: keep_blas_to_one_thread
+  use scree_blas, only: keep_to_one_thread
   use scree_constraints, only: constraints_t, reduce_element, reduction_t
   use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
@@ -56,7 +56,7 @@ contains
     integer, intent(in) :: n_unknowns
     type(equations_t), intent(out) :: equations
 
-    call keep_blas_to_one_thread()
+    call keep_to_one_thread()
     equations%unknown = elements%unknown
     allocate (equations%reduction(size(elements%alone)))
     call group_elements(elements, reshape([integer ::], [2, 0]), equations)
