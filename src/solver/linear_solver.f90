@@ -2,7 +2,7 @@
 !>
 !> - A small matrix, of one element, goes to LAPACK.
 !> - A sparse matrix is solved by GMRES on the factor that CHOLMOD has of the symmetric matrix beside it, or beside one before it: a
-!>   factor costs as much as 20 to 40 solutions with it, and contacts change few rows from one matrix to the next.
+!>   factor costs as much as 10 solutions with it, and contacts change few rows from one matrix to the next.
 !> - Or by factors of its own: of CHOLMOD where it is symmetric and turns out to be positive definite, else of UMFPACK.
 !>
 !> A caller says how exact the solution has to be, and is told how exact it is. The residual is the largest component of b - A x
@@ -30,11 +30,11 @@ module scree_linear_solver
             solve_with_factors, solve_with_kept_factor, solver_work_t
 
   integer, parameter :: most_refinements = 2
-  !> Iterations of GMRES with the factor of a matrix before, and with a new one, which takes 4 to 13. A factor costs as much as 30
-  !> whatever the size (walls of 106 to 1621 blocks).
-  integer, parameter :: most_with_old = 40, most_with_new = 40
-  integer, parameter :: most_spent = 60       !! iterations that a factor has cost, but for two of each solution, after which it is old
-  integer, parameter :: most_changed = 120    !! rows that have changed: more take more iterations than a new factor
+  !> Iterations of GMRES with the factor of a matrix before, and with a new one, which takes 4 to 13. A factor costs as much as 10
+  !> whatever the size (walls of 106 to 1621 blocks), a row that has changed up to a sixth of one.
+  integer, parameter :: most_with_old = 25, most_with_new = 40
+  integer, parameter :: most_spent = 30       !! iterations that a factor has cost, but for two of each solution, after which it is old
+  integer, parameter :: most_changed = 60     !! rows that have changed, after which it is, too
   real(dp), parameter :: changed = 1e-2_dp    !! share of the diagonal by which they have
   real(dp), parameter :: finer = 1e-3_dp                      !! share of the tolerance to which an iteration goes on
   real(dp), parameter :: round_off = 50*epsilon(1.0_dp)       !! residual below which it does not
