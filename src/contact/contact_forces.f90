@@ -4,7 +4,7 @@ module scree_contact_forces
   use scree_contact_rules, only: gaps_and_slips, press, rows_along, rubs
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: state_open
-  use scree_element_term, only: add_change, add_friction_change, add_pair_force, pair_term_t
+  use scree_element_term, only: add_change, add_friction_change, add_pair_force, leave_symmetry, pair_term_t
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_system, only: element_unknowns
@@ -86,7 +86,7 @@ contains
         if (contact%entrance(active)%pair /= pair) cycle
         if (abs(force%along_by_slip) > 0) call add_change(term, row, force%along_by_slip*row_change)
         call add_pair_force(term, force%along*row)
-        term%symmetric = term%symmetric .and. symmetric .and. .not. rubs(try%law, contact%entrance(active))
+        if (.not. symmetric .or. rubs(try%law, contact%entrance(active))) call leave_symmetry(term)
       end associate
     end do
   end subroutine add_contacts_of_pair

@@ -22,7 +22,7 @@ module scree_contact_geometry
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
-  use scree_system, only: element_unknowns
+  use scree_system, only: element_unknowns, values_of
   implicit none
   private
   public :: frame_of_edge, gap_of, geometry_of, entrance_geometry_t
@@ -89,9 +89,9 @@ contains
     T1 = displacement_matrix(cache%element(body)%kinematics, x1)
     T2 = displacement_matrix(cache%element(edge_body)%kinematics, x2)
     T3 = displacement_matrix(cache%element(edge_body)%kinematics, x3)
-    u1 = matmul(T1, d(model%elements%unknown(:, body)))
-    u2 = matmul(T2, d(model%elements%unknown(:, edge_body)))
-    u3 = matmul(T3, d(model%elements%unknown(:, edge_body)))
+    u1 = matmul(T1, values_of(model%elements, body, d))
+    u2 = matmul(T2, values_of(model%elements, edge_body, d))
+    u3 = matmul(T3, values_of(model%elements, edge_body, d))
     call frame_of_edge(x2, x3, t, normal, geometry%edge_length)
     geometry%gap = gap_of(x1, x2, x3)
     geometry%along = dot_product(t, x1 - x2)
@@ -103,7 +103,7 @@ contains
       call put_rows(0.0_dp, 0.0_dp, geometry%normal, geometry%shear)
       geometry%normal_end = geometry%normal
       geometry%shear_end = geometry%shear
-      of_link = [d(model%elements%unknown(:, pair(1))), d(model%elements%unknown(:, pair(2)))]
+      of_link = [values_of(model%elements, pair(1), d), values_of(model%elements, pair(2), d)]
       geometry%gap = geometry%gap + dot_product(geometry%normal, of_link)
       geometry%slid = dot_product(geometry%shear, of_link)
     end if
@@ -147,7 +147,7 @@ contains
       on_edge = 0.5_dp*sum(1/length)*[-apart(2), apart(1)] - sum(moment)/(product(length)*sum(length))*edge
       t = edge/norm2(edge)
       F = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp] &
-          + part*matmul(cache%element(edge_body)%kinematics%gradient, d(model%elements%unknown(:, edge_body)))
+          + part*matmul(cache%element(edge_body)%kinematics%gradient, values_of(model%elements, edge_body, d))
       T_there = displacement_matrix(cache%element(edge_body)%kinematics, x2 + [F(4)*apart(1) - F(3)*apart(2), &
                                                                        F(1)*apart(2) - F(2)*apart(1)]/(F(1)*F(4) - F(2)*F(3)))
       at = merge(0, n, body == pair(1))

@@ -10,6 +10,7 @@ module scree_contact_search
   use scree_polygon, only: distance_to_segment
   use scree_sorting, only: sort_by
   use scree_state, only: state_t
+  use scree_system, only: values_of
   implicit none
   private
   public :: at_outlines, find_nearby, most_turning, outran
@@ -148,7 +149,7 @@ contains
     do i = 1, size(there, 2)
       associate (e => model%outlines%element(i))
         there(:, i) = matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, model%outlines%start(i))), &
-                             value(model%elements%unknown(:, e)))
+                             values_of(model%elements, e, value))
       end associate
     end do
   end function at_outlines

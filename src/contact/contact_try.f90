@@ -5,7 +5,7 @@ module scree_contact_try
   use scree_contacts, only: contact_law_t, contact_t
   use scree_kinds, only: dp
   use scree_model, only: model_t
-  use scree_system, only: element_unknowns
+  use scree_system, only: element_unknowns, values_of
   implicit none
   private
   public :: contact_try_t, of_elements
@@ -46,8 +46,8 @@ contains
     real(dp), intent(in) :: d(:) !! (n_unknowns)
     real(dp) :: of_elements(n)
 
-    of_elements(:n/2) = d(model%elements%unknown(:, pair(1)))
-    of_elements(n/2 + 1:) = d(model%elements%unknown(:, pair(2)))
+    of_elements(:n/2) = values_of(model%elements, pair(1), d)
+    of_elements(n/2 + 1:) = values_of(model%elements, pair(2), d)
   end function of_elements
 
 end module scree_contact_try

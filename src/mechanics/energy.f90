@@ -7,6 +7,7 @@ module scree_energy
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: books_t, state_t
+  use scree_system, only: values_of
   implicit none
   private
   public :: close_books, loss_of_step, stored_energy, work_of_step
@@ -27,7 +28,7 @@ contains
       books%gravity = 0.0_dp
       books%momentum = 0.0_dp
       do e = 1, model%n_elements
-        associate (velocity => state%velocity(model%elements%unknown(:, e)), own => cache%element(e))
+        associate (velocity => values_of(model%elements, e, state%velocity), own => cache%element(e))
           books%kinetic = books%kinetic + kinetic_energy(own%mass_matrix, velocity)
           books%strain = books%strain + own%kinematics%area*strain_energy(own%elasticity, state%stress(:, e))
           books%gravity = books%gravity + energy_of_weight(model, own, e)
@@ -84,7 +85,7 @@ contains
     supports = 0.0_dp
     moving = supports_move(model)
     do e = 1, model%n_elements
-      associate (unknown => d(model%elements%unknown(:, e)))
+      associate (unknown => values_of(model%elements, e, d))
         work = work + work_of_loads(model, cache%element(e), state, e, unknown, rule)
         if (moving) supports = supports + work_of_supports(model, cache%element(e), state, e, unknown, rule)
       end associate
@@ -102,7 +103,7 @@ contains
 
     loss = 0.0_dp
     do e = 1, model%n_elements
-      loss = loss + loss_by_damping(model, cache%element(e), d(model%elements%unknown(:, e)), rule)
+      loss = loss + loss_by_damping(model, cache%element(e), values_of(model%elements, e, d), rule)
     end do
   end function loss_of_step
 

@@ -4,7 +4,8 @@ module scree_element_term
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_change, add_force, add_friction_change, add_pair_force, pair_term_t, step_rule_t, term_t
+  public :: add_change, add_force, add_friction_change, add_pair_force, clear_pair_term, leave_symmetry, pair_term_t, step_rule_t, &
+            term_t
 
   integer, parameter :: n = element_unknowns
 
@@ -19,9 +20,9 @@ module scree_element_term
 
   !> Matrix and forces between two elements, summed over what acts between them: the unknowns of the first, then of the second.
   type :: pair_term_t
-    logical :: symmetric = .true.         !! the matrix is, but for round-off; what adds one that is not says so
+    logical :: symmetric = .true.         !! the matrix is, but for round-off; what adds one that is not says so (`leave_symmetry`)
     real(dp) :: matrix(2*n, 2*n) = 0.0_dp !! operator of this iteration, force/length per unit thickness
-    real(dp) :: friction(2*n, 2*n) = 0.0_dp !! of it, what friction changes by with the forces across
+    real(dp) :: friction(2*n, 2*n)        !! of it, what friction changes by with the forces across; where it is not symmetric
     real(dp) :: force(2*n) = 0.0_dp       !! out of balance
     real(dp) :: scale(2*n) = 0.0_dp       !! sum of the magnitudes of the forces
   end type pair_term_t
@@ -71,12 +72,30 @@ contains
     real(dp), intent(in) :: row(2*n), change(2*n)
     integer :: j
 
+    call leave_symmetry(term)
     call add_change(term, row, change)
     do j = 1, 2*n
       term%friction(:, j) = term%friction(:, j) - change(j)*row
     end do
-    term%symmetric = .false.
   end subroutine add_friction_change
+
+  !> Clears the sums of a pair.
+  pure subroutine clear_pair_term(term)
+    type(pair_term_t), intent(inout) :: term
+
+    term%symmetric = .true.
+    term%matrix = 0.0_dp
+    term%force = 0.0_dp
+    term%scale = 0.0_dp
+  end subroutine clear_pair_term
+
+  !> Says that the matrix of a pair is not symmetric.
+  pure subroutine leave_symmetry(term)
+    type(pair_term_t), intent(inout) :: term
+
+    if (term%symmetric) term%friction = 0.0_dp
+    term%symmetric = .false.
+  end subroutine leave_symmetry
 
   !> Adds what a force along `row` changes by with the unknowns of both elements: `change` of a unit along the row.
   pure subroutine add_change(term, row, change)

@@ -5,7 +5,7 @@ module scree_system
   use scree_regions, only: regions_t
   implicit none
   private
-  public :: elements_t, extension_t, points_t, system_t
+  public :: elements_t, extension_t, points_t, system_t, values_of
 
   integer, parameter, public :: element_unknowns = 6 !! of a DDA block, and of three constant covers
 
@@ -49,5 +49,21 @@ module scree_system
     type(outlines_t) :: outlines          !! of the bodies, where they may touch
     type(overlap_t), allocatable :: overlaps(:) !! of bodies at the start, where they may touch
   end type system_t
+
+contains
+
+  !> Values of the unknowns of an element. (The array with a vector of subscripts would be copied to the heap first, and this is asked
+  !> often.)
+  pure function values_of(elements, e, d) result(values)
+    type(elements_t), intent(in) :: elements
+    integer, intent(in) :: e
+    real(dp), intent(in) :: d(:) !! (n_unknowns)
+    real(dp) :: values(element_unknowns)
+    integer :: i
+
+    do i = 1, element_unknowns
+      values(i) = d(elements%unknown(i, e))
+    end do
+  end function values_of
 
 end module scree_system

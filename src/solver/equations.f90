@@ -12,7 +12,7 @@ module scree_equations
   use scree_kinds, only: dp
   use scree_linear_solver, only: forget_pattern, keep_matrix, linear_solver_t, recall_matrix, release_solver, small_matrix_t, &
                                  solve, solve_with_kept_factor, solver_work_t
-  use scree_sparse_matrix, only: add_element, build_pattern, clear_matrix, diagonal, sparse_matrix_t
+  use scree_sparse_matrix, only: add_element, add_rest, build_pattern, clear_matrix, diagonal, sparse_matrix_t
   use scree_system, only: element_unknowns, elements_t
   implicit none
   private
@@ -288,11 +288,13 @@ contains
       if (allocated(reduction%Z)) then
         call add(reduction%free, matmul(term%force, reduction%Z), matmul(term%scale, abs(reduction%Z)))
         call add_element(equations%shared%matrix, n_members + p, &
-                         matmul(transpose(reduction%Z), matmul(term%matrix, reduction%Z)), term%symmetric, &
-                         matmul(transpose(reduction%Z), matmul(term%friction, reduction%Z)))
+                         matmul(transpose(reduction%Z), matmul(term%matrix, reduction%Z)), term%symmetric)
+        if (.not. term%symmetric) call add_rest(equations%shared%matrix, n_members + p, &
+                                                matmul(transpose(reduction%Z), matmul(term%friction, reduction%Z)))
       else
         call add(equations%pair(:, p), term%force, term%scale)
-        call add_element(equations%shared%matrix, n_members + p, term%matrix, term%symmetric, term%friction)
+        call add_element(equations%shared%matrix, n_members + p, term%matrix, term%symmetric)
+        if (.not. term%symmetric) call add_rest(equations%shared%matrix, n_members + p, term%friction)
       end if
     end associate
 

@@ -8,7 +8,7 @@ module scree_sparse_matrix
   use scree_kinds, only: dp
   implicit none
   private
-  public :: add_element, build_pattern, clear_matrix, diagonal, multiply, products, root_of_diagonal, root_of_entry, &
+  public :: add_element, add_rest, build_pattern, clear_matrix, diagonal, multiply, products, root_of_diagonal, root_of_entry, &
             sparse_matrix_t, symmetric_matrix, times
 
   !> The matrix, and where each entry of each element goes. Columns and rows count from 0, as the C libraries want.
@@ -159,29 +159,32 @@ contains
     matrix%symmetric = .true.
   end subroutine clear_matrix
 
-  !> Adds the dense matrix of element `e`.
-  !>
-  !> Where it is not symmetric, the symmetric matrix beside it is the symmetric part of what is left without `rest`. Friction is
-  !> such a rest: it follows the force across a contact, and with half of it on either side a matrix is seldom definite.
-  pure subroutine add_element(matrix, e, dense, symmetric, rest)
+  !> Adds the dense matrix of element `e`. Where it is not symmetric, the symmetric matrix beside it has its symmetric part.
+  pure subroutine add_element(matrix, e, dense, symmetric)
     type(sparse_matrix_t), intent(inout) :: matrix
     integer, intent(in) :: e
     real(dp), intent(in) :: dense(:, :) !! (m, m) of the element's rows
     logical, intent(in) :: symmetric    !! but for round-off
-    real(dp), intent(in), optional :: rest(:, :) !! (m, m) of it
 
     call scatter(matrix%place(matrix%place_first(e):), dense, matrix%value)
     if (symmetric) return
     if (.not. allocated(matrix%skewed)) allocate (matrix%skewed(size(matrix%value)))
     if (matrix%symmetric) matrix%skewed = 0.0_dp
     matrix%symmetric = .false.
-    if (present(rest)) then
-      call scatter(matrix%place(matrix%place_first(e):), &
-                   rest + 0.5_dp*(dense - rest - transpose(dense - rest)), matrix%skewed)
-    else
-      call scatter(matrix%place(matrix%place_first(e):), 0.5_dp*(dense - transpose(dense)), matrix%skewed)
-    end if
+    call scatter(matrix%place(matrix%place_first(e):), 0.5_dp*(dense - transpose(dense)), matrix%skewed)
   end subroutine add_element
+
+  !> Leaves a part of what was added of element `e`, and not symmetric, out of the symmetric matrix beside it.
+  !>
+  !> Friction is such a part: it follows the force across a contact. With half of it on either side of the diagonal a matrix is seldom
+  !> definite, and solutions take two to four times as many iterations from it.
+  pure subroutine add_rest(matrix, e, rest)
+    type(sparse_matrix_t), intent(inout) :: matrix
+    integer, intent(in) :: e
+    real(dp), intent(in) :: rest(:, :)  !! (m, m) of the element's rows
+
+    call scatter(matrix%place(matrix%place_first(e):), 0.5_dp*(rest + transpose(rest)), matrix%skewed)
+  end subroutine add_rest
 
   !> Adds the entries of a dense matrix to values, each at its place.
   pure subroutine scatter(place, dense, value)

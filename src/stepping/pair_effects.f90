@@ -6,7 +6,7 @@ module scree_pair_effects
   use scree_contact_forces, only: add_contacts_of_pair, closed_contacts, closed_contacts_t
   use scree_contact_pairs, only: number_pairs, pairs_of_contacts
   use scree_contact_try, only: contact_try_t
-  use scree_element_term, only: pair_term_t
+  use scree_element_term, only: clear_pair_term, pair_term_t
   use scree_equations, only: add_pair, equations_t
   use scree_kinds, only: dp
   use scree_model, only: model_t
@@ -54,7 +54,7 @@ contains
     do p = 1, size(contacts%pair, 2)
       associate (of_pair => closed%contact(closed%first(p):closed%first(p + 1) - 1))
         if (size(of_pair) == 0) cycle
-        term = pair_term_t()
+        call clear_pair_term(term)
         call add_contacts_of_pair(model, contacts, p, of_pair, d, symmetric, term)
         call add_pair(equations, p, term)
       end associate

@@ -23,6 +23,7 @@ module scree_settle
   use scree_scene, only: iterate_hybrid, iterate_newton, test_residual
   use scree_state, only: state_t
   use scree_step_try, only: outcome_t, reject
+  use scree_system, only: values_of
   use scree_text, only: number_text
   implicit none
   private
@@ -232,7 +233,7 @@ contains
     real(dp), intent(in) :: d(:)
     type(step_rule_t), intent(in) :: rule
 
-    associate (unknown => d(model%elements%unknown(:, e)))
+    associate (unknown => values_of(model%elements, e, d))
       if (allocated(contacts%rigidity)) then
         call add_element_effects(model, element_in_impact(model, cache, contacts, e), state, e, unknown, rule, term)
       else
@@ -406,7 +407,7 @@ contains
     type(outcome_t), intent(inout) :: outcome
     real(dp) :: theta(4), ratio
 
-    theta = matmul(cache%element(e)%kinematics%gradient, d(model%elements%unknown(:, e)))
+    theta = matmul(cache%element(e)%kinematics%gradient, values_of(model%elements, e, d))
     ratio = (1 + theta(1))*(1 + theta(4)) - theta(2)*theta(3)
     if (ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp) return ! not so for NaN
     call reject(outcome, 'the iteration ran away (its area changed by more than a factor of 5)', &

@@ -12,6 +12,7 @@ module scree_step_checks
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_state, only: state_t
   use scree_step_try, only: outcome_t, reject, remedy_stiffer, remedy_wider, try_t
+  use scree_system, only: values_of
   use scree_trouble, only: new_trouble, words_of
   implicit none
   private
@@ -125,7 +126,7 @@ contains
     element = 1
     do e = 1, model%n_elements
       do i = first_vertex_of(model%elements%shape, e), last_vertex_of(model%elements%shape, e)
-        way = norm2(matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, i)), d(model%elements%unknown(:, e))))
+        way = norm2(matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, i)), values_of(model%elements, e, d)))
         if (way <= farthest) cycle
         farthest = way
         element = e

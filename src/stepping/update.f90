@@ -10,6 +10,7 @@ module scree_update
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_state, only: state_t
   use scree_stiffness, only: small_strain
+  use scree_system, only: element_unknowns, values_of
   implicit none
   private
   public :: update_state
@@ -24,7 +25,7 @@ contains
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
     real(dp), intent(in) :: d_motion(:)           !! (n_unknowns) that the rates follow from
     type(state_t), intent(inout) :: state
-    real(dp) :: theta(4), F(4), mean(4, model%n_blocks), turned(4, model%n_elements)
+    real(dp) :: theta(4), F(4), own(element_unknowns), mean(4, model%n_blocks), turned(4, model%n_elements)
     integer :: e, i
 
     call end_rates(rule, d_motion, state%velocity, state%acceleration)
@@ -32,21 +33,23 @@ contains
     do e = 1, model%n_elements
       associate (ids => model%elements%unknown(:, e), element => cache%element(e)%kinematics, shape => model%elements%shape, &
                  block => model%elements%block(e))
-        theta = matmul(element%gradient, d(ids))
+        own = values_of(model%elements, e, d)
+        theta = matmul(element%gradient, own)
         turned(:, e) = 0.0_dp
         if (model%effects%turns_exactly) turned(:, e) = whole_turn(theta)
         F = deformation_gradient(theta + turned(:, e))
         call update_stress(model%effects%large_deformation, cache%element(e)%elasticity, theta, state%stress(:, e))
-        call move(element, d(ids), turned(:, e), state%vertex(:, first_vertex_of(shape, e):last_vertex_of(shape, e)))
+        call move(element, own, turned(:, e), state%vertex(:, first_vertex_of(shape, e):last_vertex_of(shape, e)))
         state%deformation(:, e) = matrix_product(F, state%deformation(:, e))
-        state%velocity(ids) = carried_rates(model%model, model%effects%transport, F, state%velocity(ids))
-        state%acceleration(ids) = carried_rates(model%model, model%effects%transport, F, state%acceleration(ids))
+        state%velocity(ids) = carried_rates(model%model, model%effects%transport, F, values_of(model%elements, e, state%velocity))
+        state%acceleration(ids) = carried_rates(model%model, model%effects%transport, F, &
+                                                values_of(model%elements, e, state%acceleration))
         mean(:, block) = mean(:, block) + element%area*F
       end associate
     end do
     do i = 1, size(model%points%element)
       e = model%points%element(i)
-      call move(cache%element(e)%kinematics, d(model%elements%unknown(:, e)), turned(:, e), state%point(:, i:i))
+      call move(cache%element(e)%kinematics, values_of(model%elements, e, d), turned(:, e), state%point(:, i:i))
     end do
     if (size(state%cover, 2) > 0) state%cover = state%cover + reshape(d, shape(state%cover)) ! a DDA block has no nodes
     do i = 1, model%n_blocks

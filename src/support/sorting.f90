@@ -8,35 +8,46 @@ module scree_sorting
 contains
 
   !> Sorts numbers ascending and takes a list with them; equal ones stay in their order (merge sort).
-  pure recursive subroutine sort_by(x, list)
-    real(dp), intent(inout) :: x(:)
-    integer, intent(inout) :: list(:)  !! of the same size
-    real(dp) :: sorted_x(size(x))
-    integer :: sorted(size(x)), from, k, left, middle, right
+  pure subroutine sort_by(x, list)
+    real(dp), intent(inout), contiguous :: x(:)
+    integer, intent(inout), contiguous :: list(:)  !! of the same size
+    real(dp) :: lower_x(size(x)/2)
+    integer :: lower(size(x)/2)
+
+    call sort_part(x, list, lower_x, lower)
+  end subroutine sort_by
+
+  !> Sorts a part: its halves, and merges them where they are not in order.
+  pure recursive subroutine sort_part(x, list, lower_x, lower)
+    real(dp), intent(inout), contiguous :: x(:)
+    integer, intent(inout), contiguous :: list(:)
+    real(dp), intent(inout) :: lower_x(:) !! room for the lower half
+    integer, intent(inout) :: lower(:)
+    integer :: k, left, middle, right
 
     if (size(x) < 2) return
     middle = size(x)/2
-    call sort_by(x(:middle), list(:middle))
-    call sort_by(x(middle + 1:), list(middle + 1:))
+    call sort_part(x(:middle), list(:middle), lower_x, lower)
+    call sort_part(x(middle + 1:), list(middle + 1:), lower_x, lower)
+    if (.not. x(middle + 1) < x(middle)) return
+    lower_x(:middle) = x(:middle)
+    lower(:middle) = list(:middle)
     left = 1
     right = middle + 1
     do k = 1, size(x)
-      from = left
-      if (left > middle) then
-        from = right
-      else if (right <= size(x)) then
-        if (x(right) < x(left)) from = right
+      if (left > middle) return ! what is left of the upper half is in place
+      if (right <= size(x)) then
+        if (x(right) < lower_x(left)) then
+          x(k) = x(right)
+          list(k) = list(right)
+          right = right + 1
+          cycle
+        end if
       end if
-      sorted_x(k) = x(from)
-      sorted(k) = list(from)
-      if (from <= middle) then
-        left = left + 1
-      else
-        right = right + 1
-      end if
+      x(k) = lower_x(left)
+      list(k) = lower(left)
+      left = left + 1
     end do
-    x = sorted_x
-    list = sorted
-  end subroutine sort_by
+  end subroutine sort_part
 
 end module scree_sorting
