@@ -3,7 +3,7 @@ module scree_contact_pairs
   use scree_contacts, only: contact_t
   use scree_kinds, only: dp
   use scree_pairs, only: number_of_pair, pair_key, pair_of
-  use scree_sorting, only: sort_by
+  use scree_sorting, only: order_of_pairs
   implicit none
   private
   public :: drop_repeats, entrance_of_pair, list_entrances, number_pairs, pairs_of_contacts
@@ -16,18 +16,23 @@ contains
     integer, intent(in) :: n                          !! vertices of the outlines
     integer, allocatable, intent(out) :: number(:)    !! 2 k - 1 and 2 k are the entrances of contact k
     real(dp), allocatable, intent(out) :: key(:)
+    integer, allocatable :: edge(:), order(:), vertex(:)
     integer :: i, k, m
 
-    allocate (number(sum(contact%n_entrances)), key(sum(contact%n_entrances)))
+    m = sum(contact%n_entrances)
+    allocate (number(m), vertex(m), edge(m))
     m = 0
     do i = 1, size(contact)
       do k = 1, contact(i)%n_entrances
         m = m + 1
         number(m) = 2*i - 2 + k
-        key(m) = pair_key(contact(i)%entrance(k)%vertex, contact(i)%entrance(k)%edge, n)
+        vertex(m) = contact(i)%entrance(k)%vertex
+        edge(m) = contact(i)%entrance(k)%edge
       end do
     end do
-    call sort_by(key, number)
+    order = order_of_pairs(vertex, edge)
+    number = number(order)
+    key = pair_key(vertex(order), edge(order), n)
   end subroutine list_entrances
 
   !> Number of the entrance of a pair in a list that `list_entrances` made; 0 where there is none.

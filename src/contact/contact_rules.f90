@@ -15,7 +15,7 @@ module scree_contact_rules
   use scree_contact_geometry, only: geometry_of
   use scree_contact_memory, only: contact_as_shi, contact_over_edges, inherited_overlap, past_t
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
-  use scree_contact_try, only: contact_try_t, of_elements
+  use scree_contact_try, only: beyond_reference, contact_try_t, of_elements
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, &
                             state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, meet_as_shi, meet_by_entrances, meeting_t
@@ -275,7 +275,7 @@ contains
     real(dp) :: change(n), rows(n, 2)
 
     associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
-      change = of_elements(model, try%pair(:, entrance%pair), d) - of_elements(model, try%pair(:, entrance%pair), try%reference)
+      change = beyond_reference(model, try%pair(:, entrance%pair), d, try%reference)
       now%edge_length = geometry%edge_length
       now%gap = geometry%gap + dot_product(geometry%normal_end, change)
       if (is_anchored(try)) then

@@ -8,7 +8,7 @@ module scree_contact_search
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_polygon, only: distance_to_segment
-  use scree_sorting, only: sort_by
+  use scree_sorting, only: order_of_pairs
   use scree_state, only: state_t
   use scree_system, only: values_of
   implicit none
@@ -85,8 +85,8 @@ contains
     logical, intent(in) :: self_contact
     type(contact_search_t), intent(inout) :: search
     type(cell_grid_t) :: grid
-    real(dp), allocatable :: key(:), vertex(:, :)
-    integer, allocatable :: list(:, :), order(:)
+    real(dp), allocatable :: vertex(:, :)
+    integer, allocatable :: list(:, :)
     integer :: seen(size(wide)), range(2, 2)
     integer :: c, column, i, j, k, n, row
     real(dp) :: reach
@@ -120,10 +120,7 @@ contains
         end do
       end associate
     end do
-    order = [(k, k=1, n)]
-    key = real(list(2, :n), dp)*size(wide) + list(1, :n)
-    call sort_by(key, order)
-    search%candidate = list(:, order)
+    search%candidate = list(:, order_of_pairs(list(2, :n), list(1, :n)))
   end subroutine list_candidates
 
   !> Whether a vertex and an edge may touch: of two bodies, or of one that may touch itself.

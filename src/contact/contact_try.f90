@@ -8,7 +8,7 @@ module scree_contact_try
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: contact_try_t, of_elements
+  public :: beyond_reference, contact_try_t, of_elements
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -49,5 +49,21 @@ contains
     of_elements(:n/2) = values_of(model%elements, pair(1), d)
     of_elements(n/2 + 1:) = values_of(model%elements, pair(2), d)
   end function of_elements
+
+  !> How far the unknowns of two elements are from a reference.
+  pure function beyond_reference(model, pair, d, reference) result(change)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: pair(2)
+    real(dp), intent(in) :: d(:), reference(:) !! (n_unknowns)
+    real(dp) :: change(n)
+    integer :: i
+
+    do i = 1, n/2
+      associate (first => model%elements%unknown(i, pair(1)), second => model%elements%unknown(i, pair(2)))
+        change(i) = d(first) - reference(first)
+        change(n/2 + i) = d(second) - reference(second)
+      end associate
+    end do
+  end function beyond_reference
 
 end module scree_contact_try

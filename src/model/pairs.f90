@@ -1,7 +1,7 @@
 !> Pairs of elements that the equations couple: what acts between two bodies acts between the elements of a pair.
 module scree_pairs
   use scree_kinds, only: dp
-  use scree_sorting, only: sort_by
+  use scree_sorting, only: order_of_pairs
   implicit none
   private
   public :: list_pairs, number_of_pair, pair_key, pair_of
@@ -54,16 +54,14 @@ contains
   pure function sorted_pairs(pair) result(sorted)
     integer, intent(in) :: pair(:, :)
     integer, allocatable :: sorted(:, :)
-    real(dp) :: key(size(pair, 2))
-    integer :: order(size(pair, 2)), i, n_elements
+    integer :: order(size(pair, 2)), i
     logical :: new(size(pair, 2))
 
-    order = [(i, i=1, size(order))]
-    n_elements = maxval(pair)
-    key = [(pair_key(pair(1, i), pair(2, i), n_elements), i=1, size(order))]
-    call sort_by(key, order)
+    order = order_of_pairs(pair(1, :), pair(2, :))
     new = .true.
-    new(2:) = key(2:) > key(:size(key) - 1) + 0.5_dp
+    do i = 2, size(order)
+      new(i) = any(pair(:, order(i)) /= pair(:, order(i - 1)))
+    end do
     sorted = pair(:, pack(order, new))
   end function sorted_pairs
 
@@ -85,7 +83,7 @@ contains
   end function number_of_pair
 
   !> One number for two whole numbers, the second up to n; exact while their product is below 9e15.
-  pure real(dp) function pair_key(first, second, n)
+  elemental real(dp) function pair_key(first, second, n)
     integer, intent(in) :: first, second, n
 
     pair_key = real(first, dp)*n + second

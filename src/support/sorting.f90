@@ -3,7 +3,7 @@ module scree_sorting
   use scree_kinds, only: dp
   implicit none
   private
-  public :: sort_by
+  public :: order_of_pairs, sort_by
 
 contains
 
@@ -49,5 +49,44 @@ contains
       left = left + 1
     end do
   end subroutine sort_part
+
+  !> Order of pairs of whole numbers from 1, ascending by the first and then by the second; equal ones stay in their order.
+  !>
+  !> They are counted by the second, then by the first, as a radix sort does: the time grows with their number and the largest.
+  pure function order_of_pairs(first, second) result(order)
+    integer, intent(in) :: first(:), second(:) !! (n)
+    integer, allocatable :: order(:)
+    integer :: i
+
+    order = [(i, i=1, size(first))]
+    call sort_by_number(second, order)
+    call sort_by_number(first, order)
+  end function order_of_pairs
+
+  !> Sorts a list of items by their numbers, which are counted; equal ones stay in their order.
+  pure subroutine sort_by_number(number, list)
+    integer, intent(in) :: number(:)    !! from 1, of each item
+    integer, intent(inout) :: list(:)
+    integer, allocatable :: first(:), sorted(:)
+    integer :: i
+
+    if (size(list) == 0) return
+    allocate (first(maxval(number) + 1), source=0)
+    do i = 1, size(list)
+      first(number(list(i)) + 1) = first(number(list(i)) + 1) + 1
+    end do
+    first(1) = 1
+    do i = 2, size(first)
+      first(i) = first(i) + first(i - 1)
+    end do
+    allocate (sorted(size(list)))
+    do i = 1, size(list)
+      associate (at => first(number(list(i))))
+        sorted(at) = list(i)
+        at = at + 1
+      end associate
+    end do
+    list = sorted
+  end subroutine sort_by_number
 
 end module scree_sorting
