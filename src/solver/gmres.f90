@@ -14,7 +14,7 @@ module scree_gmres
   private
   public :: gmres_t, solve_by_gmres
 
-  integer, parameter :: patient = 6           !! iterations before their rate is judged
+  integer, parameter :: patient = 10          !! iterations before their rate is judged
   real(dp), parameter :: hopeful = 2.0_dp     !! times as many as allowed are foreseen where an iteration gives up: the last are fast
 
   !> Memory of the iteration, kept between solutions.
