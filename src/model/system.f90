@@ -52,8 +52,8 @@ module scree_system
 
 contains
 
-  !> Values of the unknowns of an element. (The array with a vector of subscripts would be copied to the heap first, and this is asked
-  !> often.)
+  !> Values of the unknowns of an element. An array with a vector of subscripts would be copied to the heap first, and this is asked
+  !> often.
   pure function values_of(elements, e, d) result(values)
     type(elements_t), intent(in) :: elements
     integer, intent(in) :: e

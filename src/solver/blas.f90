@@ -1,4 +1,5 @@
-!> The BLAS that is linked: OpenBLAS is kept to one thread, as is OpenMP in CHOLMOD, and asked for its kernel; any other is left alone.
+!> The BLAS that is linked: OpenBLAS is kept to one thread and asked for its kernel; any other is left alone. OpenMP in CHOLMOD is
+!> kept to one thread, too.
 !>
 !> OpenBLAS chooses a kernel for the processor that it runs on, and each sums in an order of its own: results agree to the bit
 !> where kernel and program are the same, and to round-off elsewhere. Its routines are looked for when the program runs, so that
@@ -38,9 +39,9 @@ contains
 
   !> Keeps the libraries to one thread.
   !>
-  !> The blocks of these matrices are too small for two threads to gain by, and with one sums have the same order in every run. CHOLMOD
-  !> opens regions of four threads whatever their number is set to, and these wait for each other longer than they work: half of
-  !> the time of a factor of 10 000 unknowns. Regions that may not be active have one.
+  !> The blocks of these matrices are too small for two threads to gain by, and with one sums have the same order in every run.
+  !> CHOLMOD opens regions of four threads whatever their number is set to, and these wait for each other longer than they work:
+  !> half of the time of a factor of 10 000 unknowns. Regions that may not be active have one.
   subroutine keep_to_one_thread()
     call set_where_loaded('openblas_set_num_threads', 1_c_int)
     call set_where_loaded('omp_set_max_active_levels', 0_c_int)

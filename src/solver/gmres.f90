@@ -15,7 +15,7 @@ module scree_gmres
   public :: gmres_t, solve_by_gmres
 
   integer, parameter :: patient = 10          !! iterations before their rate is judged
-  real(dp), parameter :: hopeful = 2.0_dp     !! times as many as allowed are foreseen where an iteration gives up: the last are fast
+  real(dp), parameter :: hopeful = 2.0_dp     !! times as many as allowed are foreseen where it gives up: the last are fast
 
   !> Memory of the iteration, kept between solutions.
   type :: gmres_t
@@ -92,7 +92,8 @@ contains
     end associate
   end subroutine solve_by_gmres
 
-  !> Whether the iteration, that took a norm from `first` to `now` in k steps, would at this rate take far more than `most` to `goal`.
+  !> Whether the iteration, that took a norm from `first` to `now` in k steps, would at this rate take far more than `most` to the
+  !> goal.
   pure logical function seems_endless(now, first, goal, k, most)
     real(dp), intent(in) :: now, first, goal
     integer, intent(in) :: k, most

@@ -33,7 +33,7 @@ module scree_linear_solver
   !> Iterations of GMRES with the factor of a matrix before, and with a new one, which takes 4 to 13. A factor costs as much as 10
   !> whatever the size (walls of 106 to 1621 blocks), a row that has changed up to a sixth of one.
   integer, parameter :: most_with_old = 25, most_with_new = 40
-  integer, parameter :: most_spent = 30       !! iterations that a factor has cost, but for two of each solution, after which it is old
+  integer, parameter :: most_spent = 30       !! iterations with a factor, but for two of each solution, after which it is old
   integer, parameter :: most_changed = 60     !! rows that have changed, after which it is, too
   real(dp), parameter :: changed = 1e-2_dp    !! share of the diagonal by which they have
   real(dp), parameter :: finer = 1e-3_dp                      !! share of the tolerance to which an iteration goes on
@@ -242,7 +242,7 @@ contains
     if (same_pattern) same_pattern = all(a%row == b%row)
   end function same_pattern
 
-  !> Whether to go on from the factor that is kept: it has not cost as much as a new one would have saved, and few rows have changed.
+  !> Whether to go on from the factor that is kept: it has not cost more than a new one would, and few rows have changed.
   pure logical function may_do(kept, matrix)
     type(factored_t), intent(in) :: kept
     type(sparse_matrix_t), intent(in) :: matrix

@@ -1,7 +1,8 @@
 !> A square sparse matrix in compressed columns, assembled from dense element matrices.
 !>
 !> Both triangles are stored, sorted: UMFPACK takes them as they are, CHOLMOD reads the lower one. What is added says whether it is
-!> symmetric, and so the matrix knows whether it is; where it is not, it knows the symmetric matrix beside it that a factor is made of.
+!> symmetric, and so the matrix knows whether it is; where it is not, it knows the symmetric matrix beside it that a factor is made
+!> of.
 module scree_sparse_matrix
   use, intrinsic :: iso_c_binding, only: c_double, c_int
   use scree_factored, only: factored_t
@@ -176,8 +177,8 @@ contains
 
   !> Leaves a part of what was added of element `e`, and not symmetric, out of the symmetric matrix beside it.
   !>
-  !> Friction is such a part: it follows the force across a contact. With half of it on either side of the diagonal a matrix is seldom
-  !> definite, and solutions take two to four times as many iterations from it.
+  !> Friction is such a part: it follows the force across a contact. With half of it on either side of the diagonal a matrix is
+  !> seldom definite, and solutions take two to four times as many iterations from it.
   pure subroutine add_rest(matrix, e, rest)
     type(sparse_matrix_t), intent(inout) :: matrix
     integer, intent(in) :: e
