@@ -423,17 +423,15 @@ contains
     type(equations_t), intent(inout) :: equations
     type(factored_t), intent(inout) :: factored
 
-    if (allocated(equations%shared)) call keep_matrix(equations%shared%solver, equations%shared%unknown, factored)
+    if (is_shared(equations, equations%n_groups)) call keep_matrix(equations%shared%solver, equations%shared%unknown, factored)
   end subroutine keep_factored
 
-  !> Takes up the matrix that was handed on, where the equations have not kept its factor. Errors: no memory.
-  subroutine recall_factored(equations, factored, error)
+  !> Goes on from the matrix that was handed on, whatever was factorised since.
+  subroutine recall_factored(equations, factored)
     type(equations_t), intent(inout) :: equations
     type(factored_t), intent(in) :: factored
-    type(error_t), allocatable, intent(out) :: error
 
-    if (is_shared(equations, equations%n_groups)) &
-      call recall_matrix(equations%shared%solver, equations%shared%unknown, factored, error)
+    if (is_shared(equations, equations%n_groups)) call recall_matrix(equations%shared%solver, equations%shared%unknown, factored)
   end subroutine recall_factored
 
   !> The element of a group with the least stiffness on the diagonal, or one that is no number: where a matrix that cannot be solved

@@ -36,8 +36,7 @@ module scree_linear_solver
   integer, parameter :: most_spent = 30       !! iterations with a factor, but for two of each solution, after which it is old
   integer, parameter :: most_changed = 60     !! rows that have changed, after which it is, too
   real(dp), parameter :: changed = 1e-2_dp    !! share of the diagonal by which they have
-  real(dp), parameter :: finer = 1e-3_dp                      !! share of the tolerance to which an iteration goes on
-  real(dp), parameter :: round_off = 50*epsilon(1.0_dp)       !! residual below which it does not
+  real(dp), parameter :: least_left = 1e-12_dp !! share of the norm of b that an iteration goes on to
 
   !> What solutions took so far.
   type :: solver_work_t
@@ -53,7 +52,8 @@ module scree_linear_solver
     type(umfpack_t) :: umfpack
     type(gmres_t) :: gmres
     logical :: definite = .false.   !! the last matrix was: CHOLMOD has its factor, else UMFPACK
-    type(factored_t) :: kept        !! has the pattern of CHOLMOD's analysis, and values where CHOLMOD has a factor
+    type(factored_t) :: kept        !! has the pattern of CHOLMOD's analysis, and values where there is a matrix to go on from
+    logical :: factorised = .false. !! CHOLMOD has the factor of what is kept
     logical :: newly_kept = .false. !! since the last was handed on
     type(solver_work_t), public :: work
   end type linear_solver_t
@@ -107,32 +107,37 @@ contains
     logical :: definite
 
     if (may_do(solver%kept, matrix)) then
+      if (.not. solver%factorised) call factorise_kept(solver, definite, error)
+      if (allocated(error)) return
       call iterate(solver, matrix, b, tolerance, most_with_old, x, residual, error)
       if (allocated(error) .or. residual <= tolerance) return
     end if
     call factorise_beside(solver, matrix, definite, error)
     if (allocated(error)) return
-    if (definite) then
+    if (definite .and. .not. matrix%symmetric) then
       call iterate(solver, matrix, b, tolerance, most_with_new, x, residual, error)
       if (allocated(error) .or. residual <= tolerance) return
     end if
-    call factorise_itself(solver, matrix, error)
+    solver%definite = definite .and. matrix%symmetric
+    if (.not. solver%definite) call factorise_itself(solver, matrix, error)
     if (allocated(error)) return
     call refine(solver, matrix, b, tolerance, x, residual, error)
   end subroutine solve_with_kept_factor
 
-  !> Solves by GMRES with the factor that is kept, as far as it gets: the residual tells. It goes on to a share of the tolerance, as
-  !> its error is in all components, where that of a direct solution is round-off of each.
+  !> Solves by GMRES with the factor that is kept; the residual is huge where it does not get there.
+  !>
+  !> It goes on until next to nothing of b is left. The residual alone would not do: the factor of another matrix gives soft modes
+  !> displacements so large that, beside what cancels in these, all of b looks like round-off.
   subroutine iterate(solver, matrix, b, tolerance, most, x, residual, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
-    real(dp), intent(in) :: tolerance
+    real(dp), intent(in) :: tolerance    !! share of the norm of b that may be left
     integer, intent(in) :: most          !! iterations
     real(dp), intent(out) :: x(:)        !! (n)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: root(size(b)), product(2, size(b)), goal
+    real(dp) :: root(size(b)), product(2, size(b)), norm
     integer :: n_iterations
 
     residual = huge(residual)
@@ -141,15 +146,16 @@ contains
     if (allocated(error)) return
     product = products(matrix, x)
     residual = residual_of(b - product(1, :), abs(b) + product(2, :), root)
-    goal = max(finer*tolerance, round_off)
-    if (residual <= goal) return
-    goal = goal*maxval((abs(b) + product(2, :))/root)*sqrt(real(size(b), dp))
-    call solve_by_gmres(solver%gmres, matrix, solver%cholmod, b, root, goal, most, x, product(1, :), n_iterations, error)
+    norm = norm2(b/root)
+    if (norm2((b - product(1, :))/root) <= least_left*norm) return
+    call solve_by_gmres(solver%gmres, matrix, solver%cholmod, b, root, least_left*norm, most, x, product(1, :), n_iterations, &
+                        error)
     if (allocated(error)) return
-    product = products(matrix, x)
-    residual = residual_of(b - product(1, :), abs(b) + product(2, :), root)
     solver%work%iterations = solver%work%iterations + n_iterations
     solver%kept%spent = solver%kept%spent + max(0, n_iterations - 2)
+    product = products(matrix, x)
+    residual = residual_of(b - product(1, :), abs(b) + product(2, :), root)
+    if (norm2((b - product(1, :))/root) > tolerance*norm) residual = huge(residual)
   end subroutine iterate
 
   !> Solves with the factors of the matrix, and refines the solution with them until its residual is below the tolerance.
@@ -216,6 +222,7 @@ contains
     associate (kept => solver%kept)
       call factorise_by_cholmod(solver%cholmod, kept%first, kept%row, kept%value, definite, error)
       solver%work%symmetric_factors = solver%work%symmetric_factors + 1
+      solver%factorised = definite
       if (.not. definite) deallocate (kept%value)
     end associate
   end subroutine factorise_kept
@@ -284,22 +291,25 @@ contains
     solver%newly_kept = .false.
   end subroutine keep_matrix
 
-  !> Takes up the factor of a matrix that was handed on, where none is kept and that one is of these unknowns.
-  !>
-  !> Errors: no memory.
-  subroutine recall_matrix(solver, unknown, factored, error)
+  !> Goes on from the matrix that was handed on, where it is of these unknowns: what a try that is rejected has factorised is
+  !> forgotten. Its factor is made when a solution needs it, where none is kept.
+  subroutine recall_matrix(solver, unknown, factored)
     type(linear_solver_t), intent(inout) :: solver
     integer, intent(in) :: unknown(:)    !! (n) of each row
     type(factored_t), intent(in) :: factored
-    type(error_t), allocatable, intent(out) :: error
-    logical :: ignored
 
-    if (allocated(solver%kept%value) .or. .not. allocated(factored%value)) return
+    if (.not. solver%newly_kept .and. allocated(solver%kept%value)) then
+      solver%kept%spent = factored%spent
+      return
+    end if
+    solver%newly_kept = .false.
+    if (allocated(solver%kept%value)) deallocate (solver%kept%value)
+    if (.not. allocated(factored%value)) return
     if (size(unknown) /= size(factored%unknown)) return
     if (any(unknown /= factored%unknown)) return
-    call release_cholmod(solver%cholmod)
+    if (.not. same_pattern(solver%kept, factored)) call release_cholmod(solver%cholmod)
     solver%kept = factored
-    call factorise_kept(solver, ignored, error)
+    solver%factorised = .false.
   end subroutine recall_matrix
 
   !> Solves A x = b to a residual below `tolerance`, for one element.
@@ -384,6 +394,8 @@ contains
     call release_cholmod(solver%cholmod)
     call release_umfpack(solver%umfpack)
     solver%kept = factored_t()
+    solver%factorised = .false.
+    solver%newly_kept = .false.
   end subroutine release_solver
 
 end module scree_linear_solver

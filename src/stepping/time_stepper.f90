@@ -116,8 +116,7 @@ contains
     call constraints_of_step(model, cache, state, state%time + try%dt, constraints, error)
     if (allocated(error)) return
     call constrain_equations(cache%equations, constraints)
-    call recall_factored(cache%equations, state%factored, error)
-    if (allocated(error)) return
+    call recall_factored(cache%equations, state%factored)
     try%d = try%dt*state%velocity
     call complete_unknowns(constraints, try%d, homogeneous=.false.)
   end subroutine begin_try
