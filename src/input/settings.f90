@@ -38,7 +38,7 @@ contains
     call visit_iteration(row, scene%settings)
     call visit_contact(row, scene)
     call visit_contact_states(row, scene%settings)
-    call visit_points(row, scene%settings)
+    call visit_points(row, scene)
     call visit_ground(row, scene%settings)
     call visit_output(row, scene%settings)
   end subroutine visit_settings
@@ -164,8 +164,9 @@ contains
       call row%choice(setting_t('contact', 'method', 'springs, springs and multipliers, or no contact between bodies', &
                                 choices='|penalty|augmented|none|'), s%contact, contact_penalty)
       call row%real(setting_t('contact', 'stiffness', 'of a spring across a contact, per unit thickness', 'force/length', 0.0_dp, &
-                              open=.true., default='g0 of the deck, or 50 times the largest E'), &
-                    s%contact_stiffness, merge(scene%contact_stiffness, 50*largest_modulus(scene), scene%contact_stiffness > 0))
+                              open=.true., default='g0 of the deck, or 5 times the largest E; 50 times with preset shi'), &
+                    s%contact_stiffness, merge(scene%contact_stiffness, merge(50, 5, s%shi)*largest_modulus(scene), &
+                                               scene%contact_stiffness > 0))
       call row%real(setting_t('contact', 'shear_ratio', 'stiffness across a contact over that along it', '1', 0.0_dp, &
                               open=.true.), s%shear_ratio, 2.5_dp)
       call row%real(setting_t('contact', 'overlap', 'largest that method augmented leaves', 'length', 0.0_dp, open=.true., &
@@ -199,17 +200,22 @@ contains
   end subroutine visit_contact_states
 
   !> Fixed points and load points.
-  subroutine visit_points(row, s)
+  subroutine visit_points(row, scene)
     type(setting_rows_t), intent(inout) :: row
-    type(settings_t), intent(inout) :: s
+    type(scene_t), intent(inout) :: scene
+    logical :: with_contact
 
-    call row%choice(setting_t('fixed_points', 'method', 'fixed points: eliminated, or held by springs', &
-                              choices='|exact|penalty|', default='exact; penalty with preset shi'), &
-                    s%fixed, merge(fixed_penalty, fixed_exact, s%shi))
-    call row%real(setting_t('fixed_points', 'stiffness', 'of the springs, per unit thickness', 'force/length', 0.0_dp, &
-                            open=.true., default='100 times that of contact'), s%fixed_stiffness, 100*s%contact_stiffness)
-    call row%reals(setting_t('loads', 'force', 'fx fy of each load point, constant, per unit thickness; Shi''s order has tables', &
-                             'force'), s%load_force)
+    with_contact = scene%contact_stiffness > 0 .or. row%given('contact.stiffness')
+    associate (s => scene%settings)
+      call row%choice(setting_t('fixed_points', 'method', 'fixed points: eliminated, or held by springs', &
+                                choices='|exact|penalty|', default='exact; penalty with preset shi'), &
+                      s%fixed, merge(fixed_penalty, fixed_exact, s%shi))
+      call row%real(setting_t('fixed_points', 'stiffness', 'of the springs, per unit thickness', 'force/length', 0.0_dp, &
+                              open=.true., default='100 times that of contact where it is given, else 5000 times the largest E'), &
+                    s%fixed_stiffness, merge(100*s%contact_stiffness, 5000*largest_modulus(scene), with_contact))
+      call row%reals(setting_t('loads', 'force', 'fx fy of each load point, constant, per unit thickness; Shi''s order has '// &
+                               'tables', 'force'), s%load_force)
+    end associate
   end subroutine visit_points
 
   !> How the ground moves, and what damps the motion.

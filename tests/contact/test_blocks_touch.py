@@ -223,14 +223,15 @@ def test_threads_do_not_change_a_bit(tmp_path, monkeypatch):
 
 def test_a_closed_joint_carries_as_if_there_was_none(tmp_path):
     """Under its weight a meshed square with a joint inside, or right through it, shortens as the whole one: but for what the
-    springs give (overlap over shortening, 4e-4) and the freedom that the cut adds to the field, 2e-3."""
+    springs of 50 E give (overlap over shortening, 4e-4) and the freedom that the cut adds to the field, 2e-3."""
     def shortening(name, joint):
         lines = ["0 0 1 0 1", "1 0 1 1 1", "1 1 0 1 1", "0 1 0 0 1", *joint]
         (tmp_path / f"{name}.geo").write_text("\n".join(["0.001", f"{len(lines)} 4", "0 0 2 0 1 0", *lines, "0 0 0 0", "1 0 1 0",
                                                          "0.5 1", ""]))
         (tmp_path / f"{name}.ana").write_text("0 100 1 1 0.05 0.05\n2500 25000 1e8 0.25 0 0 0 0 0 0 0 0 0\n45 0 0\n"
                                               f"&deck geometry='{name}.geo', dialect='short' /\n"
-                                              "&method model='nmm', plane='strain' /\n&cover edge=0.12, angle=10 /\n")
+                                              "&method model='nmm', plane='strain' /\n&cover edge=0.12, angle=10 /\n"
+                                              "&contact stiffness=5e9 /\n")
         f = scree.run(tmp_path / f"{name}.ana", timeout=300)
         assert not joint or f.history.contacts[-1, 1:].sum() > 6
         return -f.measured_points.displacement[-1, 0, 1]
@@ -244,14 +245,14 @@ def test_a_closed_joint_carries_as_if_there_was_none(tmp_path):
 @pytest.mark.parametrize("seed", [0, 2])
 def test_rock_cut_at_random_takes_sudden_gravity_and_gains_no_energy(kind, seed, tmp_path):
     """Slivers, tips beside tips, corners that slip off corners: springs and friction take energy, and nothing is thrown out. No
-    overlap is more than the weight of all, put at once on one spring of 50 E, makes."""
+    overlap is more than the weight of all, put at once on one spring of 5 E, makes."""
     deck = touching.jointed_rock(tmp_path, kind, seed, steps=6)
     f = scree.run(deck, timeout=300)
     lost, fall = f.history.energy.dissipated, G * f.history.time[-1]**2 / 2
     weight = touching.ROCK_DENSITY * G * touching.ROCK_SIZE**2
     assert len(f.bodies.area[0]) > 15
     assert np.diff(lost).min() > -1e-6 * weight * fall
-    assert f.history.overlap.max() < 2 * weight / (50 * touching.ROCK_E)
+    assert f.history.overlap.max() < 2 * weight / (5 * touching.ROCK_E)
     assert np.linalg.norm(f.bodies.centroid[-1] - f.bodies.centroid[0], axis=1).max() < 2 * fall
 
 

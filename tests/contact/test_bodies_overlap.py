@@ -60,9 +60,10 @@ def test_blocks_that_overlap_rest_where_they_are_without_energy(depth, shift, si
     assert f.history.time[-1] == pytest.approx(2 * size**0.5)
     assert gained(f, size) < 1e-6
     moved = (f.bodies.centroid[-1] - f.bodies.centroid[0]) / size
-    assert np.abs(moved).max() < 1e-5  # what the springs give is 4e-8, the columns 6e-6
+    assert np.abs(moved).max() < 1e-5  # what the springs give is 7e-7, the columns 6e-6
     assert f.history.energy.kinetic[-1] < 1e-9 * weight_by_height(size)
-    assert f.history.overlap[-1] / size == pytest.approx(depth, abs=1e-7)
+    borne = 2 * 2.5 * G / (2 * 5 * E)  # by one of two springs of 5 E: below both boxes; beside each other they bear up to 3/4 more
+    assert depth <= f.history.overlap[-1] / size * (1 + 1e-9) < depth + 1.75 * borne
 
 
 @pytest.mark.parametrize("mode", MODES)
