@@ -21,7 +21,7 @@ module scree_setting_rules
     character(len=180) :: names  !! group.name; several between ', '
     character(len=15) :: value   !! the choice that the rule is about; '': whatever the deck gives
     character(len=40) :: other   !! group.name, several between ' or '; or g2 or k01 of the numbers of the deck
-    character(len=19) :: allowed !! choices between bars, or one of the conditions above
+    character(len=25) :: allowed !! choices between bars, or one of the conditions above
     logical :: idle              !! the rule broken, the settings do nothing; else they do harm
     character(len=102) :: why
   end type setting_rule_t
@@ -36,9 +36,11 @@ module scree_setting_rules
     setting_rule_t('cover.least', '', 'cover.edge or cover.mesh', is_given, .true., 'it is a share of the triangles of a mesh'), &
     setting_rule_t('integrator.scheme', 'energy_momentum', 'method.strain', '|green|', .false., &
                    'the energy that it keeps is that of Green strain'), &
-    setting_rule_t('integrator.gamma', '', 'integrator.scheme', '|newmark|', .true., 'the other form has none'), &
-    setting_rule_t('integrator.start', 'acceleration', 'integrator.scheme', '|newmark|', .true., &
-                   'the other form has no acceleration from step to step'), &
+    setting_rule_t('integrator.scheme', 'energy_decaying', 'method.strain', '|green|', .false., &
+                   'the energy that decays is that of Green strain'), &
+    setting_rule_t('integrator.gamma', '', 'integrator.scheme', '|newmark|', .true., 'the other forms have one of their own'), &
+    setting_rule_t('integrator.start', 'acceleration', 'integrator.scheme', '|newmark|energy_decaying|', .true., &
+                   'energy_momentum has no acceleration from step to step'), &
     setting_rule_t('integrator.transport', 'rates', 'method.model', '|dda|', .false., 'covers carry a velocity field'), &
     setting_rule_t('step.control', 'shi', 'step.travel', is_positive, .false., 'it keeps that displacement'), &
     setting_rule_t('iteration.method, iteration.test, iteration.tolerance', '', 'method.strain', '|green|', .true., &

@@ -3,14 +3,15 @@
 !>
 !> To add one, write its row here and its component in `settings_t`.
 module scree_settings
-  use scree_contacts, only: rules_coulomb, rules_shi
+  use scree_contacts, only: rules_conserving, rules_coulomb, rules_shi
   use scree_deck_text, only: deck_t, in_quotes
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
   use scree_named_groups, only: group_begins, groups_end, groups_t, name_has_value, next_item, start_groups, wrong_item
   use scree_scene, only: &
     contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, mass_constant, &
-    mass_follows_area, model_dda, model_nmm, plane_stress, scene_t, scheme_energy_momentum, scheme_newmark, settings_t, &
+    mass_follows_area, model_dda, model_nmm, plane_stress, scene_t, scheme_energy_decaying, scheme_energy_momentum, &
+    scheme_newmark, settings_t, &
     start_dissipative, start_zero, strain_green, strain_small, test_theta, transport_field, transport_rates, word_t
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
   use scree_setting_table, only: blank_words, given_at, index_of, known_groups, put_word, setting_t
@@ -95,14 +96,15 @@ contains
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
-    call row%choice(setting_t('integrator', 'scheme', 'integrator', choices='|newmark|energy_momentum|', &
-                              default='energy_momentum with Green strain, else newmark'), &
-                    s%scheme, merge(scheme_energy_momentum, scheme_newmark, s%strain == strain_green))
-    call row%real(setting_t('integrator', 'beta', 'weight of the new acceleration in the velocity; 1/2 + chi of energy_momentum', &
+    call row%choice(setting_t('integrator', 'scheme', 'integrator', choices='|newmark|energy_momentum|energy_decaying|', &
+                              default='energy_decaying with Green strain, energy_momentum with that and rules conserving or '// &
+                              'restitution, else newmark'), s%scheme, default_scheme(s))
+    call row%real(setting_t('integrator', 'beta', 'weight of the new acceleration in the velocity; 1/2 + chi of energy_...', &
                             '1', 0.5_dp, 1.0_dp), s%beta, 1.0_dp)
     call row%real(setting_t('integrator', 'gamma', 'weight of the new acceleration in the displacement', '1', 0.0_dp, &
-                            open=.true., default='1/2 without beta, else (beta + 1/2)^2/4'), &
-                  s%gamma, merge((s%beta + 0.5_dp)**2/4, 0.5_dp, row%given('integrator.beta')), when=s%scheme == scheme_newmark)
+                            open=.true., default='(beta + 1/2)^2/4; 1/2 with beta 1 and preset shi or restitution'), &
+                  s%gamma, merge(0.5_dp, (s%beta + 0.5_dp)**2/4, .not. s%beta < 1 .and. (s%shi .or. s%restitution >= 0)), &
+                  when=s%scheme == scheme_newmark)
     call row%choice(setting_t('integrator', 'start', 'first step: as it comes, with beta 1, or from a consistent state', &
                               choices='|zero|dissipative|acceleration|consistent|', &
                               default='dissipative where beta < 1, else zero'), &
@@ -111,6 +113,16 @@ contains
                               choices='|field|rates|', default='field with Green strain, else rates'), &
                     s%transport, merge(transport_field, transport_rates, s%strain == strain_green .or. s%model == model_nmm))
   end subroutine visit_integrator
+
+  !> Stiff contacts are to die out in a scene that is left to itself; but energy that is asked to stay stays, and the velocities
+  !> that an impact leaves are those of its restitution.
+  pure integer function default_scheme(s) result(scheme)
+    type(settings_t), intent(in) :: s
+
+    scheme = scheme_newmark
+    if (s%strain /= strain_green) return
+    scheme = merge(scheme_energy_momentum, scheme_energy_decaying, s%rules == rules_conserving .or. s%restitution >= 0)
+  end function default_scheme
 
   !> The size of a step and the end of the run.
   subroutine visit_step(row, scene)

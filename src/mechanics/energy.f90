@@ -4,6 +4,7 @@ module scree_energy
       work_of_supports
   use scree_element_term, only: step_rule_t
   use scree_inertia, only: kinetic_energy, momentum
+  use scree_integrator, only: held_weight
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: books_t, state_t
@@ -26,10 +27,13 @@ contains
       books%kinetic = 0.0_dp
       books%strain = 0.0_dp
       books%gravity = 0.0_dp
+      books%held = 0.0_dp
       books%momentum = 0.0_dp
       do e = 1, model%n_elements
-        associate (velocity => values_of(model%elements, e, state%velocity), own => cache%element(e))
+        associate (velocity => values_of(model%elements, e, state%velocity), own => cache%element(e), &
+                   change => state%pace%last*values_of(model%elements, e, state%acceleration))
           books%kinetic = books%kinetic + kinetic_energy(own%mass_matrix, velocity)
+          books%held = books%held + kinetic_energy(own%mass_matrix, change)
           books%strain = books%strain + own%kinematics%area*strain_energy(own%elasticity, state%stress(:, e))
           books%gravity = books%gravity + energy_of_weight(model, own, e)
           p = momentum(own%kinematics, own%mass, velocity)
@@ -37,6 +41,7 @@ contains
           books%momentum = books%momentum + p
         end associate
       end do
+      books%held = held_weight(model%settings)*books%held
       books%fixed_springs = energy_of_fixed_springs(model, state)
     end associate
   end subroutine close_books
@@ -45,7 +50,7 @@ contains
   pure real(dp) function stored_energy(books) result(energy)
     type(books_t), intent(in) :: books
 
-    energy = books%kinetic + books%strain + books%gravity + books%fixed_springs + books%contact_springs
+    energy = books%kinetic + books%strain + books%gravity + books%fixed_springs + books%contact_springs + books%held
   end function stored_energy
 
   !> Energy of a stress in a unit of area, sigma D^-1 sigma / 2.

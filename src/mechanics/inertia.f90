@@ -37,7 +37,7 @@ contains
 
     associate (gamma => rule%displacement_weight)
       c = 1/(gamma*rule%dt**2)
-      carried = c*rule%dt*velocity + (0.5_dp - gamma)/gamma*acceleration
+      carried = c*rule%dt*velocity + rule%carried_weight/gamma*acceleration
     end associate
     term%matrix = term%matrix + c*M
     call add_force(term, matmul(M, carried))

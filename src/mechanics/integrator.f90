@@ -1,4 +1,4 @@
-!> The integrators: four weights, and the velocity and acceleration at the end of a step.
+!> The integrators: five weights, and the velocity and acceleration at the end of a step.
 !>
 !> Newmark in the letters of Zhang et al. 2019 (their beta weighs the velocity, their gamma the displacement):
 !>
@@ -7,40 +7,43 @@
 !>
 !> beta 1, gamma 1/2 is Shi's step. The energy-momentum form takes its kinematics, so that v1 = 2 d/dt - v0 and
 !> M a1 is M (v1 - v0)/dt, but balances it with the mid-step operator B0 + A/2 and the stress sigma0 + (1/2 + chi) D E:
-!> the torque about the mid-step configuration vanishes, and energy changes by -chi E.D.E (doc/theory.md).
+!> the torque about the mid-step configuration vanishes, and energy changes by -chi E.D.E (doc/theory.md). The energy-decaying form
+!> is the same with gamma 1/2 + chi^2/4, so that what is stiffer than the step can follow dies out.
 !>
 !> The velocity feels the loads of a step about its end less (beta - 1/2) dt: they act with their mean over dt there. A static
 !> step begins at rest whatever was before, and Shi's takes no mean: they feel the loads of their end.
 module scree_integrator
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
-  use scree_scene, only: scheme_energy_momentum, settings_t, start_dissipative
+  use scree_scene, only: scheme_energy_decaying, scheme_newmark, settings_t, start_dissipative
   implicit none
   private
-  public :: end_rates, step_rule_for, still_displacement
+  public :: end_rates, held_weight, step_rule_for, still_displacement
 
 contains
 
   !> Weights of the step of size `dt` that begins at `time`.
-  pure function step_rule_for(settings, step, time, dt) result(rule)
+  !>
+  !> The excess of gamma over beta/2 weighs the change of a dt, the impulse of a step, so that it takes no energy to change the
+  !> step and gives none.
+  pure function step_rule_for(settings, step, time, before, dt) result(rule)
     type(settings_t), intent(in) :: settings
-    integer, intent(in) :: step      !! steps done before it; the first may have to dissipate
-    real(dp), intent(in) :: time, dt
+    integer, intent(in) :: step       !! steps done before it; the first may have to dissipate
+    real(dp), intent(in) :: time
+    real(dp), intent(in) :: before    !! size of the step before it, time
+    real(dp), intent(in) :: dt        !! time
     type(step_rule_t) :: rule
-    logical :: dissipative
 
-    dissipative = step == 0 .and. settings%start == start_dissipative
+    if (step == 0 .and. settings%start == start_dissipative) then
+      if (settings%scheme /= scheme_newmark) rule%operator_weight = 0.5_dp
+    else
+      rule = weights_of(settings)
+    end if
     rule%dt = dt
     rule%end_time = time + dt
-    if (settings%scheme == scheme_energy_momentum) then
-      rule%operator_weight = 0.5_dp
-      rule%stress_weight = merge(1.0_dp, settings%beta, dissipative) ! 1/2 + chi
-    else
-      if (.not. dissipative) then
-        rule%velocity_weight = settings%beta
-        rule%displacement_weight = settings%gamma
-      end if
-    end if
+    associate (beta => rule%velocity_weight, gamma => rule%displacement_weight)
+      rule%carried_weight = 0.5_dp - gamma - (gamma - 0.5_dp*beta)*(before/dt - 1)
+    end associate
     if (settings%loads_at_end) then
       rule%load_from = rule%end_time
       rule%load_to = rule%end_time
@@ -50,6 +53,31 @@ contains
     end if
   end function step_rule_for
 
+  !> The weights of a scheme.
+  pure type(step_rule_t) function weights_of(settings) result(rule)
+    type(settings_t), intent(in) :: settings
+
+    select case (settings%scheme)
+    case (scheme_newmark)
+      rule%velocity_weight = settings%beta
+      rule%displacement_weight = settings%gamma
+    case default
+      rule%operator_weight = 0.5_dp
+      rule%stress_weight = settings%beta ! 1/2 + chi
+      if (settings%scheme == scheme_energy_decaying) rule%displacement_weight = 0.5_dp + (settings%beta - 0.5_dp)**2/4
+    end select
+  end function weights_of
+
+  !> Excess of gamma over beta/2: that share of M (a dt)^2/2 is held by the integrator, and may come back (doc/theory.md,
+  !> section 3).
+  pure real(dp) function held_weight(settings)
+    type(settings_t), intent(in) :: settings
+    type(step_rule_t) :: rule
+
+    rule = weights_of(settings)
+    held_weight = rule%displacement_weight - 0.5_dp*rule%velocity_weight
+  end function held_weight
+
   !> Rates at the end of a step from its displacement.
   elemental subroutine end_rates(rule, displacement, velocity, acceleration)
     type(step_rule_t), intent(in) :: rule
@@ -58,7 +86,7 @@ contains
     real(dp) :: new
 
     associate (beta => rule%velocity_weight, gamma => rule%displacement_weight, dt => rule%dt)
-      new = (displacement - velocity*dt)/(gamma*dt**2) - (0.5_dp - gamma)/gamma*acceleration
+      new = (displacement - velocity*dt)/(gamma*dt**2) - rule%carried_weight/gamma*acceleration
       velocity = velocity + ((1 - beta)*acceleration + beta*new)*dt
       acceleration = new
     end associate
@@ -72,7 +100,7 @@ contains
 
     associate (beta => rule%velocity_weight, gamma => rule%displacement_weight, dt => rule%dt)
       new = -(velocity/dt + (1 - beta)*acceleration)/beta
-      displacement = velocity*dt + ((0.5_dp - gamma)*acceleration + gamma*new)*dt**2
+      displacement = velocity*dt + (rule%carried_weight*acceleration + gamma*new)*dt**2
     end associate
   end function still_displacement
 

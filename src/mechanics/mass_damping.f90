@@ -30,7 +30,7 @@ contains
     associate (beta => rule%velocity_weight, gamma => rule%displacement_weight, dt => rule%dt)
       at_end = 2 - 2*beta
       c = (at_end*beta/gamma + 1 - at_end)/dt
-      carried = at_end*((1 - beta/gamma)*velocity + (1 - 0.5_dp*beta/gamma)*dt*acceleration)
+      carried = at_end*((1 - beta/gamma)*velocity + (1 - beta - rule%carried_weight*beta/gamma)*dt*acceleration)
     end associate
     term%matrix = term%matrix + self%rate*c*M
     call add_force(term, -self%rate*matmul(M, carried))

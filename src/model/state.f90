@@ -14,6 +14,7 @@ module scree_state
     real(dp) :: gravity = 0.0_dp         !! weight times height above y = 0
     real(dp) :: fixed_springs = 0.0_dp   !! of springs that hold fixed points
     real(dp) :: contact_springs = 0.0_dp
+    real(dp) :: held = 0.0_dp            !! by the integrator, out of sudden changes of velocity
     real(dp) :: at_start = 0.0_dp        !! all of these when the run began
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports since then
     real(dp) :: damping = 0.0_dp         !! that mass damping took since then
@@ -24,6 +25,7 @@ module scree_state
   !> How the steps go: what their control keeps from one to the next.
   type :: pace_t
     real(dp) :: size = 0.0_dp            !! that the next step may have, time
+    real(dp) :: last = 0.0_dp            !! size of the last step, time
     integer :: easy = 0                  !! steps since the last cut
     integer :: frames = 0                !! after the first; with a spacing, the last multiple of it that was passed
   end type pace_t

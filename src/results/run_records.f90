@@ -4,6 +4,7 @@ module scree_run_records
   use scree_contacts, only: state_open
   use scree_energy, only: stored_energy
   use scree_errors, only: error_t
+  use scree_integrator, only: held_weight
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -18,7 +19,7 @@ module scree_run_records
   !> Handles of the series; 0 where an effect is absent.
   type :: records_t
     integer :: time = 0, step_size = 0, area = 0, rotation = 0, momentum = 0
-    integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, damping = 0, dissipated = 0
+    integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, damping = 0, held = 0, dissipated = 0
     integer :: iterations = 0, solves = 0, rejected = 0
     integer :: contacts = 0, open_close = 0, judged = 0, judged_step = 0, overlap = 0, spring = 0, friction = 0
     integer :: touch_count = 0, touch_blocks = 0, touch_state = 0, touch_place = 0, touch_normal = 0, touch_force = 0
@@ -56,6 +57,9 @@ contains
     end if
     call a_step('energy/work', [integer ::], energy_unit, 'work of loads, the moving ground and moving supports since the start', &
                 records%work)
+    if (abs(held_weight(model%settings)) > 0) &
+      call a_step('energy/held', [integer ::], energy_unit, 'energy that the integrator holds out of changes of velocity', &
+                  records%held)
     if (allocated(model%effects%mass_damping)) &
       call a_step('energy/damping', [integer ::], energy_unit, 'energy that mass damping took since the start', records%damping)
     call a_step('energy/dissipated', [integer ::], energy_unit, &
@@ -162,6 +166,7 @@ contains
     call put(records%gravity, [state%books%gravity])
     call put(records%fixed_springs, [state%books%fixed_springs])
     call put(records%work, [state%books%work])
+    call put(records%held, [state%books%held])
     call put(records%damping, [state%books%damping])
     call put(records%dissipated, [state%books%at_start + state%books%work - stored_energy(state%books)])
     call put(records%iterations, [real(report%iterations, dp)])

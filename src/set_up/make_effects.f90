@@ -6,7 +6,8 @@ module scree_make_effects
   use scree_kinds, only: dp
   use scree_material, only: elasticity
   use scree_model, only: effects_t
-  use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, scene_t, scheme_energy_momentum, &
+  use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, scene_t, scheme_energy_decaying, &
+      scheme_energy_momentum, &
                          strain_green, time_table_t
   use scree_state, only: state_t
   use scree_system, only: fixed_point, load_point, measured_point, system_t
@@ -75,11 +76,14 @@ contains
         do i = 1, size(scene%block_material)
           effects%elasticity(:, :, i) = elasticity(scene%block_material(i), settings%plane)
         end do
-        if (settings%scheme == scheme_energy_momentum) then
+        select case (settings%scheme)
+        case (scheme_energy_momentum)
           call name('inertia', 'every scene; the energy-momentum form of the step')
-        else
+        case (scheme_energy_decaying)
+          call name('inertia', 'every scene; the energy-decaying form of the step')
+        case default
           call name('inertia', 'every scene; the Newmark form of the step')
-        end if
+        end select
         effects%large_deformation = settings%strain == strain_green
         if (effects%large_deformation) then
           call name('large deformation', "strain='green' in &method")

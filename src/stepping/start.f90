@@ -50,6 +50,7 @@ contains
     if (allocated(error)) return
     call refresh_elements(model, state, cache)
     call keep_factored(cache%equations, state%factored)
+    state%pace%last = model%settings%step_size
     call close_books(model, cache, state)
     state%books%at_start = stored_energy(state%books)
     state%pace%size = model%settings%step_size

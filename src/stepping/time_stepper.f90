@@ -105,7 +105,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(constraints_t) :: constraints
 
-    try%rule = step_rule_for(model%settings, state%step, state%time, try%dt)
+    try%rule = step_rule_for(model%settings, state%step, state%time, state%pace%last, try%dt)
     try%remedy = remedy_shorter
     try%shorter = merge(shorter_cut, cut, model%settings%chooses_step)
     if (rejected > 0 .and. goes_on_after_cut(try%contacts%law)) then

@@ -58,6 +58,7 @@ contains
     state%velocity = model%effects%carried*state%velocity
     state%acceleration = model%effects%carried*state%acceleration
     state%time = state%time + rule%dt
+    state%pace%last = rule%dt
     state%step = state%step + 1
   end subroutine update_state
 

@@ -217,7 +217,7 @@ contains
     type(state_t), intent(in) :: state
     integer :: e
 
-    energy = state%books%strain + state%books%fixed_springs + state%books%contact_springs
+    energy = state%books%strain + state%books%fixed_springs + state%books%contact_springs + state%books%held
     do e = 1, model%n_elements
       energy = energy + kinetic_energy(cache%element(e)%mass_matrix, &
           state%velocity(model%elements%unknown(:, e)))/cache%element(e)%mass_ratio

@@ -4,9 +4,9 @@ import pytest
 import scree
 
 ALPHA, G, DENSITY = 0.8, 9.81, 2.5
-BODIES = {"dda": "&method model='dda' /", "nmm": "&method model='nmm' /\n&cover edge=0.7 /",
-          "green": "&method model='nmm', strain='green' /\n&cover edge=0.7 /"}
-STEPS = {"beta 1": "", "beta 0.8": "&integrator beta=0.8 /", "beta 1/2": "&integrator beta=0.5 /",
+BODIES = {"dda": "&integrator gamma=0.5 /", "nmm": "&method model='nmm' /\n&cover edge=0.7 /\n&integrator gamma=0.5 /",
+          "green": "&method model='nmm', strain='green' /\n&cover edge=0.7 /\n&integrator scheme='energy_momentum' /"}
+STEPS = {"beta 1": "&integrator gamma=0.5 /", "quiet": "", "beta 0.8": "&integrator beta=0.8 /", "beta 1/2": "&integrator beta=0.5 /",
          "acceleration at the start": "&integrator beta=0.5, start='acceleration' /"}
 
 

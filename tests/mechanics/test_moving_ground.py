@@ -6,9 +6,9 @@ import scree
 GEOMETRY = "1e-3 4 4 0 0 0 0 1 0\n0 0 2 0 1\n2 0 2 1 1\n2 1 0 1 1\n0 1 0 0 1\n1.5 0.25\n"
 CLAMPED = "1e-3 4 4 0 0 2 0 1 0\n0 0 2 0 1\n2 0 2 1 1\n2 1 0 1 1\n0 1 0 0 1\n0.1 0.1 0.1 0.1\n0.1 0.9 0.1 0.9\n1.5 0.25\n"
 DENSITY = 2.5
-BODIES = {"dda": "&method model='dda' /", "nmm": "&method model='nmm' /\n&cover edge=0.7 /",
-          "green": "&method model='nmm', strain='green' /\n&cover edge=0.7 /"}
-STEPS = {"shi": "", "trapezoidal": "&integrator beta=0.5, gamma=0.25, scheme='newmark' /",
+BODIES = {"dda": "&integrator gamma=0.5 /", "nmm": "&method model='nmm' /\n&cover edge=0.7 /\n&integrator gamma=0.5 /",
+          "green": "&method model='nmm', strain='green' /\n&cover edge=0.7 /\n&integrator scheme='energy_momentum' /"}
+STEPS = {"shi": "&integrator gamma=0.5 /", "quiet": "", "trapezoidal": "&integrator beta=0.5, gamma=0.25, scheme='newmark' /",
          "damped": "&integrator beta=0.8, scheme='newmark' /"}
 
 

@@ -14,7 +14,7 @@ G = 10.0
 def fall(folder, *settings):
     """The free fall of one block: histories of time and step size, rejected tries, drop at the end."""
     f = scree.run(CLASSIC / "freefall.geo", CLASSIC / "freefall.ana", output=folder / "x.h5",
-                  settings=["output.every=1", *settings])
+                  settings=["output.every=1", "integrator.gamma=0.5", *settings])
     y = f.bodies.centroid[:, 0, 1]
     return f.history.time, f.history.step_size, f.history.rejected, y[0] - y
 

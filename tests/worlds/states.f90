@@ -88,8 +88,8 @@ contains
     type(books_t), intent(in) :: books
     real(dp), allocatable :: numbers(:)
 
-    numbers = [books%kinetic, books%strain, books%gravity, books%fixed_springs, books%contact_springs, books%at_start, books%work, &
-               books%damping, books%friction, books%momentum]
+    numbers = [books%kinetic, books%strain, books%gravity, books%fixed_springs, books%contact_springs, books%held, books%at_start, &
+               books%work, books%damping, books%friction, books%momentum]
   end function numbers_of
 
   !> Whether two lists of numbers are the same to the bit.
