@@ -115,6 +115,9 @@ contains
     call add('fixed points', number_text(sum(facts%fixed_points))//' in '// &
              list_text(pack([(i, i=1, facts%n_blocks)], facts%fixed_points > 0)))
     call add('touch nothing that is held', list_text(facts%unheld))
+    if (facts%face_stiffness > 0) &
+      call add('stiffness of contact', short_text(scene%settings%contact_stiffness)//' force/length'//joints_text(scene)// &
+               '; a mass of blocks has '//short_text(facts%modulus)//' of the modulus of its rock')
     if (facts%column%strain > 0) then
       call add('strain under own weight', short_text(facts%column%strain)//' in block '//number_text(facts%column%block)// &
                ' under '//short_text(facts%column%height)//' length, '//short_text(facts%column%stress)//' force/length^2')
@@ -140,6 +143,20 @@ contains
     end subroutine add
 
   end function lines_of
+
+  !> The stiffness of joint materials in words, where the scene has some.
+  pure function joints_text(scene) result(text)
+    type(scene_t), intent(in) :: scene
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    if (.not. allocated(scene%settings%joint_kn)) return
+    do i = 1, size(scene%settings%joint_kn)
+      if (scene%settings%joint_kn(i) > 0) &
+        text = text//', joint material '//number_text(i)//' '//short_text(scene%settings%joint_kn(i))//' force/length^3'
+    end do
+  end function joints_text
 
   !> A block in words.
   pure function block_text(block)

@@ -55,7 +55,9 @@ module scree_model_facts
     integer, allocatable :: fixed_points(:)     !! (n_blocks) in each
     integer, allocatable :: unheld(:)           !! numbers of blocks that touch nothing that leads to a fixed point
     type(column_t) :: column                    !! compressed most by own weight
-    real(dp) :: penetration = 0.0_dp            !! that two contacts take to bear that column, length
+    real(dp) :: face_stiffness = 0.0_dp         !! of the softest joint as wide as that block, or two contacts, force/length
+    real(dp) :: modulus = 1.0_dp                !! of a mass of such blocks, over that of its rock
+    real(dp) :: penetration = 0.0_dp            !! that such a joint takes to bear that column, length
     type(side_t) :: side(n_sides)               !! in the order of their names
     real(dp) :: fall = 0.0_dp                   !! in a step, from rest, length
   end type facts_t
@@ -94,10 +96,29 @@ contains
     end associate
     facts%column = worst_column(blocks, scene%block_material, &
                                 model%model == model_dda .and. facts%fixed_points >= holds_whole)
-    if (allocated(model%effects%contact)) &
-      facts%penetration = facts%column%stress*facts%column%width/(2*model%effects%contact%normal_stiffness)
+    if (allocated(model%effects%contact)) call soften(scene, model, facts)
     call push_free_sides(scene, model, state, free_lengths(model, state, candidate), facts%side)
   end subroutine facts_of
+
+  !> How much softer joints make a mass of blocks, and how far they close under its weight.
+  !>
+  !> A block of width w and a joint of stiffness K = kn w, or two contacts a face, are springs in series: E_mass/E = K/(E + K), the
+  !> same for all widths where K is that of contacts.
+  pure subroutine soften(scene, model, facts)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(facts_t), intent(inout) :: facts
+    real(dp) :: kn(size(facts%joint_material)), width, young
+
+    width = sqrt(facts%largest%area)
+    if (facts%column%width > 0) width = facts%column%width
+    kn = 0.0_dp
+    if (allocated(scene%settings%joint_kn)) kn = scene%settings%joint_kn(facts%joint_material)
+    facts%face_stiffness = minval(merge(kn*width, 2*model%effects%contact%normal_stiffness, kn > 0))
+    young = maxval(scene%block_material(facts%block_material)%young)
+    facts%modulus = facts%face_stiffness/(young + facts%face_stiffness)
+    facts%penetration = facts%column%stress*facts%column%width/facts%face_stiffness
+  end subroutine soften
 
   !> Smallest and largest block, shortest edge, slivers.
   pure subroutine measure_blocks(blocks, facts)

@@ -46,7 +46,7 @@ contains
     if (facts%penetration > most_penetration*facts%column%width) &
       call add('expected contacts to bear own weight with an overlap of at most '//short_text(100*most_penetration)// &
                ' % of the block, found '//short_text(100*facts%penetration/facts%column%width)//' % of block '// &
-               number_text(facts%column%block)//': contact.stiffness too small?')
+               number_text(facts%column%block)//': contact.stiffness or joints.kn too small?')
     if (facts%has_weight .and. all(facts%fixed_points == 0)) &
       call add('expected a fixed point, found none: all '//number_text(facts%n_blocks)//' blocks fall')
     if (size(facts%sliver) > 0) &

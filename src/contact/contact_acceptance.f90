@@ -88,7 +88,7 @@ contains
     end associate
     call remember_overlap(law, contact, now, closed%gap, strained)
     contact%pressed = max(0.0_dp, -closed%gap)
-    closed%energy = 0.5_dp*(law%normal_stiffness*strained**2 + law%shear_stiffness*slip**2)
+    closed%energy = 0.5_dp*dot_product(contact%entrance(contact%active)%stiffness, [strained, slip]**2)
   end subroutine accept_closed
 
   !> Largest gap and overlap of a closed contact at `d`, length.

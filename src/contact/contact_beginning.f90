@@ -1,10 +1,10 @@
 !> The contacts as a step finds them (Shi's df07).
 module scree_contact_beginning
-  use scree_contact_geometry, only: frame_of_edge
   use scree_contact_rules, only: begin_contact, place
   use scree_contact_try, only: contact_try_t
-  use scree_contacts, only: entrance_t, outlines_t, parallel
+  use scree_contacts, only: outlines_t
   use scree_element_term, only: step_rule_t
+  use scree_joint_stiffness, only: bonded_length, stiffen_contact
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
@@ -30,6 +30,9 @@ contains
     try%count = 0
     try%changes = 0
     if (state%step == 0) call bond_contacts(model%outlines, state%vertex, try)
+    do i = 1, size(try%contact)
+      call stiffen_contact(model%outlines, state%vertex, try%law, try%contact(i))
+    end do
     if (allocated(try%geometry)) deallocate (try%geometry, try%start)
     allocate (try%geometry(2, size(try%contact)), try%start(2, size(try%contact)))
     at_rest = 0.0_dp
@@ -43,11 +46,14 @@ contains
   pure subroutine begin_again(rule, try)
     type(step_rule_t), intent(in) :: rule
     type(contact_try_t), intent(inout) :: try
-    integer :: k
+    integer :: i, k
 
     try%dashpot = try%law%viscosity/rule%dt
-    do k = 1, 2
-      try%contact%entrance(k)%lagged_friction = 0.0_dp
+    do i = 1, size(try%contact)
+      do k = 1, 2
+        try%contact(i)%entrance(k)%lagged_friction = 0.0_dp
+        try%contact(i)%entrance(k)%stiffness = [try%law%normal_stiffness, try%law%shear_stiffness]
+      end do
     end do
   end subroutine begin_again
 
@@ -62,31 +68,11 @@ contains
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k), joint => outlines%joint(try%contact(i)%entrance(k)%edge))
           if (try%law%cohesion(joint) > 0 .or. try%law%strength(joint) > 0) &
-            entrance%length = length_of_contact(outlines, position, entrance)
+            entrance%length = bonded_length(outlines, position, entrance)
           entrance%bonded = entrance%length > 0
         end associate
       end do
     end do
   end subroutine bond_contacts
-
-  !> Length of the joint that a contact stands for: half of what its edge and each parallel one at the vertex have in common.
-  pure real(dp) function length_of_contact(outlines, position, entrance) result(length)
-    type(outlines_t), intent(in) :: outlines
-    real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
-    type(entrance_t), intent(in) :: entrance
-    real(dp) :: t(2), normal(2), own(2), other, at, ends(2)
-    integer :: edge, i
-
-    call frame_of_edge(position(:, outlines%start(entrance%edge)), position(:, outlines%finish(entrance%edge)), t, normal, other)
-    length = 0.0_dp
-    do i = 1, 2
-      edge = merge(entrance%vertex, outlines%previous(entrance%vertex), i == 1)
-      own = position(:, outlines%finish(edge)) - position(:, outlines%start(edge))
-      if (dot_product(own, t) > -cos(parallel)*norm2(own)) cycle
-      at = dot_product(t, position(:, outlines%start(edge)) - position(:, outlines%start(entrance%edge)))
-      ends = [at + dot_product(t, own), at]
-      length = length + 0.5_dp*max(0.0_dp, min(other, ends(2)) - max(0.0_dp, ends(1)))
-    end do
-  end function length_of_contact
 
 end module scree_contact_beginning

@@ -150,6 +150,7 @@ contains
     entrance%rest = was%rest
     entrance%direction = was%direction
     entrance%multiplier = was%multiplier
+    entrance%stiffness = was%stiffness
     entrance%length = was%length
     entrance%bonded = was%bonded
     entrance%lagged_friction = was%lagged_friction

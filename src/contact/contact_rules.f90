@@ -296,9 +296,9 @@ contains
 
     select case (try%law%rules)
     case (rules_conserving)
-      force = press_conserving(try%law%normal_stiffness, try%contact(i)%n_entrances, try%start(:, i), now)
+      force = press_conserving(try%contact(i)%entrance(1)%stiffness(1), try%contact(i)%n_entrances, try%start(:, i), now)
     case default
-      force = press_springs(try%law%normal_stiffness, try%dashpot, try%contact(i), try%start(:, i), now)
+      force = press_springs(try%contact(i)%entrance(1)%stiffness(1), try%dashpot, try%contact(i), try%start(:, i), now)
     end select
   end function press_across
 
@@ -318,8 +318,8 @@ contains
         force%across_by_gap(:, 3 - active) = 0.0_dp
       end select
       if (entrance%state == state_locked) then
-        force%along = entrance%multiplier(2) - law%shear_stiffness*now(active)%slip
-        force%along_by_slip = -law%shear_stiffness
+        force%along = entrance%multiplier(2) - entrance%stiffness(2)*now(active)%slip
+        force%along_by_slip = -entrance%stiffness(2)
         return
       end if
       select case (law%rules)
@@ -465,7 +465,7 @@ contains
     case (rules_shi)
       call slide_shi(law, force%along, now%edge_length, entrance, slip, work)
     case default
-      call slide_coulomb(law, force%along, now%edge_length, holds, entrance, slip, work)
+      call slide_coulomb(force%along, now%edge_length, holds, entrance, slip, work)
     end select
   end subroutine remember_slide
 

@@ -180,7 +180,7 @@ contains
     integer, intent(out) :: state
     real(dp) :: limit, shear
 
-    shear = entrance%multiplier(2) - law%shear_stiffness*slip
+    shear = entrance%multiplier(2) - entrance%stiffness(2)*slip
     limit = max(0.0_dp, law%friction(entrance%joint)*pressing + bond(entrance, law%cohesion(entrance%joint)))
     if (entrance%state == state_sliding .and. limit > 0 .and. entrance%direction*shear > 0) then
       state = state_locked ! it turned back; whether it slides there the next iteration tells
@@ -206,8 +206,7 @@ contains
 
   !> What an entrance remembers of sliding: its anchor follows, but for what its spring keeps, and a bond that yields breaks unless
   !> its joint holds elsewhere. A bond without shear strength has none to lose.
-  pure subroutine slide_coulomb(law, shear, edge_length, holds, entrance, slip, work)
-    type(contact_law_t), intent(in) :: law
+  pure subroutine slide_coulomb(shear, edge_length, holds, entrance, slip, work)
     real(dp), intent(in) :: shear        !! force
     real(dp), intent(in) :: edge_length  !! length
     logical, intent(in) :: holds         !! another bond between the two elements is locked
@@ -216,7 +215,7 @@ contains
     real(dp), intent(out) :: work        !! lost in friction, force length
     real(dp) :: kept
 
-    kept = (entrance%multiplier(2) - shear)/law%shear_stiffness
+    kept = (entrance%multiplier(2) - shear)/entrance%stiffness(2)
     work = abs(shear*(slip - kept))
     entrance%anchor = entrance%anchor + (slip - kept)/edge_length
     slip = kept

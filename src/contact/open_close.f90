@@ -90,7 +90,7 @@ contains
     if (.not. forgives_faint_forces(try%law)) return
     do i = 1, size(try%contact)
       doubt(i) = faint*minval(largest(bodies_of(model%outlines%block, try%contact(i)))) &
-                 + try%law%normal_stiffness*rounding_of(model, d, try, i)
+                 + try%contact(i)%entrance(1)%stiffness(1)*rounding_of(model, d, try, i)
     end do
   end subroutine press_all
 

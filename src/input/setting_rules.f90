@@ -52,6 +52,10 @@ module scree_setting_rules
     setting_rule_t('contact.restitution', '', 'k01', is_positive, .true., 'a static step hands no velocity on'), &
     setting_rule_t('contact.restitution', '', 'step.control', '|fixed|', .false., &
                    'steps as long as the displacement lets them miss when an impact is, and make energy in it'), &
+    setting_rule_t('joints.kn, joints.ks', '', 'contact.method', '|penalty|augmented|', .true., 'nothing touches'), &
+    setting_rule_t('joints.kn, joints.ks', '', 'contact.rules', '|coulomb|conserving|', .false., &
+                   'contact by Shi''s rules has one stiffness for all'), &
+    setting_rule_t('joints.ks', '', 'joints.kn', is_given, .true., 'a joint that gives along it gives across it'), &
     setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|', .true., &
                    'small strain needs no iteration to nest in'), &
     setting_rule_t('contact.adapt', 'shi', 'contact.rules', '|shi|', .false., &

@@ -39,6 +39,7 @@ contains
     call visit_iteration(row, scene%settings)
     call visit_contact(row, scene)
     call visit_contact_states(row, scene%settings)
+    call visit_joints(row, scene%settings)
     call visit_points(row, scene)
     call visit_ground(row, scene%settings)
     call visit_output(row, scene%settings)
@@ -211,6 +212,17 @@ contains
                               choices='|merged|nested|'), s%nested, .false.)
   end subroutine visit_contact_states
 
+  !> What the joint materials are beside their row of the deck.
+  subroutine visit_joints(row, s)
+    type(setting_rows_t), intent(inout) :: row
+    type(settings_t), intent(inout) :: s
+
+    call row%reals(setting_t('joints', 'kn', 'stiffness across a joint, one number for each joint material; 0: that of contact', &
+                             'force/length^3', 0.0_dp), s%joint_kn)
+    call row%reals(setting_t('joints', 'ks', 'likewise along a joint; without it kn over contact.shear_ratio', &
+                             'force/length^3', 0.0_dp), s%joint_ks)
+  end subroutine visit_joints
+
   !> Fixed points and load points.
   subroutine visit_points(row, scene)
     type(setting_rows_t), intent(inout) :: row
@@ -380,6 +392,8 @@ contains
         if (count([(origin(i:i) == ' ', i=1, len(origin))]) /= 1) call contradict('cover.origin', 'two numbers')
       end if
       if (allocated(error)) return
+      call check_joints(scene, error)
+      if (allocated(error)) return
       if (s%least_step > s%step_size) then
         call contradict('step.least', 'step.least at most step.size')
       else if (.not. s%end_time > 0) then
@@ -412,6 +426,38 @@ contains
     end function value_of
 
   end subroutine check_numbers
+
+  !> Error where joint stiffness is not one number for each joint material, or only along or only across one.
+  subroutine check_joints(scene, error)
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    integer :: n
+
+    associate (s => scene%settings)
+      if (.not. allocated(s%joint_kn)) return
+      n = 0
+      if (allocated(scene%joint_material)) n = size(scene%joint_material)
+      if (size(s%joint_kn) /= n) then
+        call wrong_joints('joints.kn', number_text(n)//' numbers, one for each joint material', number_text(size(s%joint_kn)))
+      else if (allocated(s%joint_ks)) then
+        if (size(s%joint_ks) /= n) then
+          call wrong_joints('joints.ks', number_text(n)//' numbers, one for each joint material', number_text(size(s%joint_ks)))
+        else if (any(s%joint_kn > 0 .neqv. s%joint_ks > 0)) then
+          call wrong_joints('joints.ks', 'above 0 where joints.kn is, and 0 where that is', 'other')
+        end if
+      end if
+    end associate
+
+  contains
+
+    !> Error at the place a list came from.
+    subroutine wrong_joints(name, expected, found)
+      character(len=*), intent(in) :: name, expected, found
+
+      call fail(error, status_bad_input, given_at(scene%words, name)//': expected '//name//' with '//expected//', found '//found)
+    end subroutine wrong_joints
+
+  end subroutine check_joints
 
   !> The largest modulus E of the block materials, 0 without any; force/length^2.
   pure real(dp) function largest_modulus(scene)

@@ -39,6 +39,7 @@ module scree_contacts
     real(dp) :: anchor = 0.0_dp          !! share of the edge at which the shear spring holds the vertex
     real(dp) :: rest = 0.0_dp            !! gap without force across; below 0 for a vertex that was found inside, length
     real(dp) :: multiplier(2) = 0.0_dp   !! forces across and along that the springs need not make up
+    real(dp) :: stiffness(2) = 0.0_dp    !! across and along, of both entrances of a contact, force/length per unit thickness
     real(dp) :: length = 0.0_dp          !! of the joint that the contact stands for, where it has cohesion or strength
     logical :: bonded = .false.          !! cohesion and tensile strength are not lost
     real(dp) :: lagged_friction = 0.0_dp !! friction of the iteration before, by Shi's rules, force
@@ -100,8 +101,9 @@ module scree_contacts
   !> What holds of all contacts.
   type :: contact_law_t
     integer :: rules = rules_coulomb        !! whose apply; `contact_rules` alone asks
-    real(dp) :: normal_stiffness = 0.0_dp   !! p, force/length per unit thickness (Shi: g0)
+    real(dp) :: normal_stiffness = 0.0_dp   !! p, where the joint has none, force/length per unit thickness (Shi: g0)
     real(dp) :: shear_stiffness = 0.0_dp    !! p over the shear ratio (Shi: h2)
+    real(dp), allocatable :: joint_stiffness(:, :) !! (2, n_joints) kn, ks, 0: none; where the scene has some, force/length^3
     real(dp), allocatable :: friction(:)    !! (n_joints) tangent of the friction angle
     real(dp), allocatable :: cohesion(:)    !! (n_joints) force/length^2
     real(dp), allocatable :: strength(:)    !! (n_joints) in tension, force/length^2

@@ -125,6 +125,8 @@ module scree_scene
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
     integer :: rules = rules_coulomb        !! of contact
     logical :: adapts_stiffness = .false.   !! of contacts, by Shi's rules
+    real(dp), allocatable :: joint_kn(:)    !! (n_joints) stiffness across; 0: that of a contact, force/length^3
+    real(dp), allocatable :: joint_ks(:)    !! (n_joints) likewise along; not there: that across over the shear ratio
     logical :: nested = .false.             !! the open-close iteration runs inside each iteration of the deformation
     integer :: fixed = fixed_exact
     real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness

@@ -63,6 +63,9 @@ contains
     rebound%law%rules = rules_coulomb
     rebound%law%normal_stiffness = unyielding*maxval(cache%element%mass)/time**2
     rebound%law%shear_stiffness = rebound%law%normal_stiffness
+    do i = 1, size(rebound%contact)
+      rebound%contact(i)%entrance(1)%stiffness = rebound%law%normal_stiffness
+    end do
     rebound%law%penetration = unmet*time*fastest
     if (rebound%law%penetration <= 0) rebound%law%penetration = huge(time)
 

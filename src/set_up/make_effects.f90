@@ -7,8 +7,7 @@ module scree_make_effects
   use scree_material, only: elasticity
   use scree_model, only: effects_t
   use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, scene_t, scheme_energy_decaying, &
-      scheme_energy_momentum, &
-                         strain_green, time_table_t
+                         scheme_energy_momentum, settings_t, strain_green, time_table_t
   use scree_state, only: state_t
   use scree_system, only: fixed_point, load_point, measured_point, system_t
   use scree_text, only: number_text, real_text
@@ -191,16 +190,16 @@ contains
       associate (s => scene%settings, joint => scene%joint_material)
         if (s%contact == contact_none) return
         if (system%n_blocks > 1) then
-          call name('contact', number_text(system%n_blocks)//' blocks; springs of '//real_text(s%contact_stiffness)// &
-                    ' force/length across')
+          call name('contact', number_text(system%n_blocks)//' blocks; springs of '//springs_text(s))
         else if (cracked .and. system%n_elements > 1) then
-          call name('contact', 'a joint inside a block; springs of '//real_text(s%contact_stiffness)//' force/length across')
+          call name('contact', 'a joint inside a block; springs of '//springs_text(s))
         else
           return
         end if
         allocate (effects%contact)
         effects%contact%normal_stiffness = s%contact_stiffness
         effects%contact%shear_stiffness = s%contact_stiffness/s%shear_ratio
+        if (allocated(s%joint_kn)) effects%contact%joint_stiffness = joint_stiffness_of(s)
         effects%contact%penetration = s%overlap
         effects%contact%restitution = s%restitution
         effects%contact%viscosity = s%viscosity
@@ -211,6 +210,27 @@ contains
         effects%contact%strength = [joint%tensile_strength, 0.0_dp]
       end associate
     end subroutine let_touch
+
+    !> Stiffness across and along each joint material, and of none.
+    pure function joint_stiffness_of(s) result(stiffness)
+      type(settings_t), intent(in) :: s
+      real(dp) :: stiffness(2, size(s%joint_kn) + 1)
+
+      stiffness = 0.0_dp
+      stiffness(1, :size(s%joint_kn)) = s%joint_kn
+      stiffness(2, :size(s%joint_kn)) = s%joint_kn/s%shear_ratio
+      if (allocated(s%joint_ks)) stiffness(2, :size(s%joint_kn)) = s%joint_ks
+    end function joint_stiffness_of
+
+    !> The springs of contacts in words.
+    function springs_text(s) result(text)
+      type(settings_t), intent(in) :: s
+      character(len=:), allocatable :: text
+
+      text = real_text(s%contact_stiffness)//' force/length across'
+      if (allocated(s%joint_kn)) text = text//'; stiffness of its own for '//number_text(count(s%joint_kn > 0))// &
+                                        ' joint materials'
+    end function springs_text
 
     !> Load points that have a force at some time.
     subroutine load_points()

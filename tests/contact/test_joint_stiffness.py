@@ -1,0 +1,76 @@
+"""Joints with a stiffness of their own, through the program, against springs in series."""
+import numpy as np
+import pytest
+from test_blocks_touch import MODES, box, run
+
+E, KN, KS = 1e8, 4e8, 1e8
+ROCK = (2500.0, 25000.0, E, 0.0)  # a joint between blocks of 1 m gives a quarter of what they do
+STATIC = {"carried": 0, "steps": 60, "dt": 1.0}
+
+
+def joints(kn=KN, ks=KS):
+    return f"\n&joints kn={kn!r}, ks={ks!r} /"
+
+
+def split(corners, n, side):
+    """A box whose bottom (0) or top (2) side has n edges."""
+    a, b = corners[side], corners[(side + 1) % 4]
+    between = [a + (b - a) * i / n for i in range(1, n)]
+    return np.array([*corners[:side + 1], *between, *corners[side + 1:]])
+
+
+def column(folder, blocks, groups, size=1.0, young=E, **options):
+    """Boxes on each other, the first held; how far the middle of each has sunk."""
+    fixed = [(*x, 1) for x in blocks[0]]
+    f = run(folder, [b * size for b in blocks], groups, rock=(2500.0, 25000.0, young * size, 0.0), phi=30.0,
+            fixed=[(x * size, y * size, b) for x, y, b in fixed], **{**STATIC, **options})
+    return f.bodies.centroid[0, :, 1] - f.bodies.centroid[-1, :, 1], f
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("mode", MODES)
+def test_a_column_sinks_as_blocks_and_joints_in_series(mode, size, tmp_path):
+    """Under weights w of boxes of edge l: joint i bears W_i and gives W_i/(kn l), a box gives (W_i + w/2)/E where W_i stands on it.
+    So 1/E_eff = 1/E + 1/(kn l). What is left is the square of the strain, 1e-3, and what a box of constant strain has for its
+    own weight."""
+    n, w = 4, 25000.0 * size**2
+    sunk, _ = column(tmp_path, [box(-1, -1, 3, 1), *(box(0, i, 1, 1) for i in range(n))], MODES[mode] + joints(KN, KS), size)
+    above = w * np.arange(n - 1, -1, -1)
+    squeezed = (above + w / 2) / (E * size)                  # of each box
+    opened = (above + w) / (KN * size)                       # of the joint below each box
+    expected = np.cumsum(opened) + np.cumsum(squeezed) - squeezed / 2
+    np.testing.assert_allclose(sunk[1:], expected, rtol=3e-3)
+    assert opened.sum() > 0.2 * squeezed.sum()               # else nothing was proved
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_joint_shears_by_its_own_stiffness(mode, tmp_path):
+    """A load T along a joint of length l moves what lies on it by T/(ks l). Its middle, at h/2, moves by its own shear T/(2 G l)
+    and the tilt T (h/2)/(kn l^3/4) on its two contacts, too."""
+    blocks, T, height, length = [box(-1, -1, 4, 1), box(0, 0, 2, 0.2)], 2500.0 * 0.4 * 2, 0.2, 2.0
+    for kn in (KN, 9 * KN):
+        _, f = column(tmp_path, blocks, MODES[mode] + joints(kn) + "\n&acceleration table=0 -2 0  1e9 -2 0 /")
+        moved = f.bodies.centroid[-1, 1, 0] - f.bodies.centroid[0, 1, 0]
+        expected = T / (KS * length) + T / (E * length) * height / 2 + T * height**2 / (kn * length**3)
+        assert moved == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("below,above", [(1, 1), (1, 2), (2, 1), (1, 3), (3, 1), (2, 2), (3, 3), (2, 3), (4, 3)])
+def test_the_number_of_contacts_does_not_matter(below, above, mode, tmp_path):
+    """A joint whose sides have 1 to 4 edges, whose ends may or may not meet: 2 to 6 contacts, and W/(kn l) all the same."""
+    floor, block = box(0, -1, 1, 1), box(0, 0, 1, 1)
+    sunk, f = column(tmp_path, [split(floor, below, 2), split(block, above, 0)], MODES[mode] + joints())
+    closed = f.history.contacts[-1, 1:].sum()
+    assert closed == below + above - (np.gcd(below, above) - 1)
+    assert sunk[1] == pytest.approx(25000.0 / KN + 25000.0 / (4 * E), rel=1e-3)
+
+
+@pytest.mark.parametrize("edge", [0.17, 0.25, 0.6])
+@pytest.mark.parametrize("strain", ["small", "green"])
+def test_the_mesh_does_not_matter(strain, edge, tmp_path):
+    """The same between stiff boxes, under meshes that cut both sides of the joint alike."""
+    groups = f"&method model='nmm', strain='{strain}' /\n&cover edge={edge} /" + joints()
+    sunk, f = column(tmp_path, [box(0, -1, 1, 1), box(0, 0, 1, 1)], groups, young=1e13)
+    assert sunk[1] == pytest.approx(25000.0 / KN, rel=1e-3)
+    assert f.history.contacts[-1, 1:].sum() > 2
