@@ -10,7 +10,7 @@ module scree_contact_memory
   use scree_kinds, only: dp
   implicit none
   private
-  public :: acted_before, contact_as_shi, contact_over_edges, inherited_overlap, past_t, recall_contacts
+  public :: acted_before, contact_as_shi, contact_over_edges, inherit, past_t, recall_contacts
 
   real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
 
@@ -185,44 +185,54 @@ contains
                                 + max(past%pressed(block(entrance%vertex)), past%pressed(block(entrance%edge))))
   end subroutine rest_inside
 
-  !> Overlap of the spring of a contact before whose place a contact takes: one that had a pair of the encounter closed, and was not
-  !> made of the same entrances. Below 0 where there is none; 0 where the contact is found inside.
-  pure real(dp) function inherited_overlap(survey, past, encounter, contact) result(overlap)
+  !> Lets a contact inherit the overlap and the stiffness of the spring of a contact before whose place it takes: one that had a pair
+  !> of the encounter closed, and was not made of the same entrances. Overlap below 0: there is none; 0: it is found inside.
+  pure subroutine inherit(survey, past, encounter, contact)
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(encounter_t), intent(in) :: encounter
-    type(contact_t), intent(in) :: contact
+    type(contact_t), intent(inout) :: contact
     integer :: k
 
-    overlap = -1.0_dp
+    contact%inherits = -1.0_dp
     do k = 1, encounter%n_lines
-      overlap = max(overlap, inherited_by_line(survey, past, encounter%line(k), contact))
+      call inherit_by_line(survey, past, encounter%line(k), contact)
     end do
-  end function inherited_overlap
+  end subroutine inherit
 
-  !> Likewise of one line.
-  pure real(dp) function inherited_by_line(survey, past, line, contact) result(overlap)
+  !> Likewise of one line, where its overlap is the larger.
+  pure subroutine inherit_by_line(survey, past, line, contact)
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(line_t), intent(in) :: line
-    type(contact_t), intent(in) :: contact
-    integer :: before, k
+    type(contact_t), intent(inout) :: contact
+    real(dp) :: overlap
+    integer :: before, heir, k
 
     associate (active => contact%entrance(contact%active))
       overlap = merge(0.0_dp, -1.0_dp, active%state == state_open .and. gap_at(survey, active%vertex, active%edge) < 0)
     end associate
+    heir = 0
     do k = 1, line%n
       before = entrance_before(past, line%vertex(k), line%edge(k))
       if (before == 0) cycle
       associate (was => past%contact((before + 1)/2))
         if (has_same_entrances(was, contact)) then
           overlap = -1.0_dp
-        else if (was%entrance(2 - modulo(before, 2))%state /= state_open) then
-          overlap = max(overlap, was%pressed)
+          heir = 0
+        else if (was%entrance(2 - modulo(before, 2))%state /= state_open .and. was%pressed >= overlap) then
+          overlap = was%pressed
+          heir = (before + 1)/2
         end if
       end associate
     end do
-  end function inherited_by_line
+    if (overlap <= contact%inherits) return
+    contact%inherits = overlap
+    if (heir == 0) return
+    do k = 1, 2
+      contact%entrance(k)%stiffness = past%contact(heir)%entrance(1)%stiffness
+    end do
+  end subroutine inherit_by_line
 
   !> Whether two contacts are made of the same pairs of vertex and edge.
   pure logical function has_same_entrances(a, b) result(same)

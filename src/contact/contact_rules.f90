@@ -13,7 +13,7 @@
 module scree_contact_rules
   use scree_conserving_contact, only: deepest_gap, inherit_overlap, judge_conserving, press_conserving
   use scree_contact_geometry, only: geometry_of
-  use scree_contact_memory, only: contact_as_shi, contact_over_edges, inherited_overlap, past_t
+  use scree_contact_memory, only: contact_as_shi, contact_over_edges, inherit, past_t
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_try, only: beyond_reference, contact_try_t, of_elements
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, &
@@ -153,7 +153,7 @@ contains
     case (rules_conserving)
       contact = contact_over_edges(outlines, survey, past, encounter)
       if (all(contact%entrance(:contact%n_entrances)%vertex > 0)) &
-        contact%inherits = inherited_overlap(survey, past, encounter, contact)
+        call inherit(survey, past, encounter, contact)
     case default
       contact = contact_over_edges(outlines, survey, past, encounter)
     end select

@@ -19,8 +19,8 @@ module scree_joint_stiffness
 
 contains
 
-  !> Gives a contact its stiffness across and along. Where its joint has one of its own it keeps that with which it closed: a
-  !> loaded spring whose stiffness changes would make energy.
+  !> Gives a contact its stiffness across and along. Where its joint has one of its own it keeps that with which it closed, or
+  !> that it inherits: a loaded spring whose stiffness changes would make energy.
   pure subroutine stiffen_contact(outlines, position, law, contact)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
@@ -32,7 +32,7 @@ contains
     stiffness = [law%normal_stiffness, law%shear_stiffness]
     if (allocated(law%joint_stiffness)) then
       associate (active => contact%entrance(contact%active))
-        if (active%state /= state_open .and. law%joint_stiffness(1, active%joint) > 0) then
+        if ((active%state /= state_open .or. contact%inherits > 0) .and. law%joint_stiffness(1, active%joint) > 0) then
           stiffness = active%stiffness
         else
           do k = 1, contact%n_entrances
