@@ -27,6 +27,8 @@ contains
     try%linear = .not. model%effects%large_deformation
     try%weight = rule%operator_weight
     try%dashpot = try%law%viscosity/rule%dt
+    try%hardening = 1.0_dp
+    try%left = huge(try%left)
     try%count = 0
     try%changes = 0
     if (state%step == 0) call bond_contacts(model%outlines, state%vertex, try)

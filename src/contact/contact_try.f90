@@ -26,6 +26,8 @@ module scree_contact_try
     real(dp) :: swing = 0.0_dp                           !! of the turn, beyond what velocity makes, rad
     logical :: linear = .true.                           !! gap and slip are, in displacements; else they follow the motion
     real(dp) :: weight = 1.0_dp                          !! of the displacement in the configuration where forces act
+    real(dp) :: hardening = 1.0_dp                       !! of the springs across in this step, so that multipliers follow faster
+    real(dp) :: left = huge(1.0_dp)                      !! largest gap or overlap above the bound of multipliers, length
     real(dp) :: dashpot = 0.0_dp                         !! viscosity over the size of the step, force/length
     type(entrance_start_t), allocatable :: start(:, :)   !! (2, n)
     type(entrance_geometry_t), allocatable :: geometry(:, :) !! (2, n), gaps from where the springs rest

@@ -18,6 +18,8 @@ module scree_open_close
 
   !> A force below this share of the largest contact force on the body that has the smaller changes no state.
   real(dp), parameter :: faint = 1e-8_dp
+  !> Share of an overlap that multipliers leave of it when they follow fast enough, and how much harder springs become where not.
+  real(dp), parameter :: shrinking = 0.75_dp, harder = 10.0_dp
   !> A change of a gap below this share of what cancels in it is round-off.
   real(dp), parameter :: round_off = 8*epsilon(1.0_dp)
 
@@ -137,6 +139,9 @@ contains
   end subroutine count_states
 
   !> Lets multipliers take the forces of closed contacts over, where an overlap or a gap above the bound is left.
+  !>
+  !> Where what is left does not shrink fast enough, as blocks have more inertia in a short step than soft springs can move, the
+  !> springs become harder for the rest of the step (Bertsekas 1982, 2.2).
   pure subroutine hold_contacts(model, d, try, enough)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
@@ -144,10 +149,11 @@ contains
     logical, intent(out) :: enough            !! none is left
     type(contact_force_t) :: force
     type(gap_and_slip_t) :: now(2)
-    real(dp) :: pair(2)
+    real(dp) :: left, pair(2)
     integer :: i
 
     enough = .true.
+    left = 0.0_dp
     if (try%law%penetration >= huge(try%law%penetration)) return
     do i = 1, size(try%contact)
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
@@ -156,12 +162,29 @@ contains
         force = press(try, i, now)
         ! the force of the dashpot is no part of the overlap's
         pair = [force%across(k) + try%dashpot*(now(k)%gap - min(try%start(k, i)%gap, 0.0_dp)), force%along]
-        enough = enough .and. (abs(now(k)%gap) <= try%law%penetration &
-                               .or. maxval(abs(pair - entrance%multiplier)) <= faint*abs(pair(1)))
+        if (abs(now(k)%gap) > try%law%penetration .and. maxval(abs(pair - entrance%multiplier)) > faint*abs(pair(1))) then
+          enough = .false.
+          left = max(left, abs(now(k)%gap))
+        end if
         entrance%multiplier = pair
       end associate
     end do
+    if (left > shrinking*try%left) call harden(try)
+    try%left = left
   end subroutine hold_contacts
+
+  !> Makes all springs across harder for the rest of the step; harder springs along would make friction settle worse.
+  pure subroutine harden(try)
+    type(contact_try_t), intent(inout) :: try
+    integer :: i, k
+
+    try%hardening = harder*try%hardening
+    do i = 1, size(try%contact)
+      do k = 1, 2
+        try%contact(i)%entrance(k)%stiffness(1) = harder*try%contact(i)%entrance(k)%stiffness(1)
+      end do
+    end do
+  end subroutine harden
 
   !> Moves anchors back to where their vertices were when the step began, where these closed in the step and do not get to them:
   !> shear would pull them on along their way and do work.

@@ -183,8 +183,8 @@ contains
       call row%real(setting_t('contact', 'shear_ratio', 'stiffness across a contact over that along it', '1', 0.0_dp, &
                               open=.true.), s%shear_ratio, 2.5_dp)
       call row%real(setting_t('contact', 'overlap', 'largest that method augmented leaves', 'length', 0.0_dp, open=.true., &
-                              default='1e-9 of the size of the model'), &
-                    s%overlap, 1e-9_dp*scene%extent, when=s%contact == contact_augmented)
+                              default='1e-7 of the size of the model'), &
+                    s%overlap, 1e-7_dp*scene%extent, when=s%contact == contact_augmented)
       call row%real(setting_t('contact', 'initial', &
                               'depth to which blocks may overlap at the start, over the size of the smaller', '1', &
                               0.0_dp, 1.0_dp), s%initial_overlap, 0.02_dp)
