@@ -61,14 +61,14 @@ def test_multipliers_leave_what_is_asked_whatever_the_stiffness(name, run):
 @pytest.mark.parametrize("dt", [1e-3, 1e-5, 1e-7])
 def test_multipliers_hold_in_steps_that_are_short_for_their_springs(dt, strain, run):
     """A square of mass 2.5 meets a floor at 1 m/s on springs of 1e4: at steps below 16 ms it has more inertia than they move in a
-    step, at 0.1 us 2.5e10 times more. No step is cut, and none takes more than thirty solutions: an update of multipliers leaves
-    less than three quarters of an overlap, or the springs become ten times harder."""
+    step, at 0.1 us 2.5e10 times more. No step is cut, and none takes more than fifty solutions: an update of multipliers leaves
+    less than three quarters of an overlap, or the springs become ten times harder; from dt to 1e-3 dt are 24 updates of two."""
     scene = touching.Scene([box(-4, 4, -1, 0), box(0, 1, 0.2 * dt, 1 + 0.2 * dt)], 1e7, 20, 3, dt, 25.0, velocity=(0, -1, 0))
     r = scene.run(run, "r", [f"method.strain={strain}", "contact.method=augmented", "contact.stiffness=1e4",
                              f"contact.overlap={1e-3 * dt}"])
     assert (r.history.contacts[:, 1:].sum(1) == 2).any()
     assert r.history.overlap.max() <= 1e-3 * dt
-    assert r.history.rejected.sum() == 0 and r.history.solves.max() <= 30
+    assert r.history.rejected.sum() == 0 and r.history.solves.max() <= 50
 
 
 @pytest.mark.parametrize("beta", [0.5, 1.0])
