@@ -1,0 +1,340 @@
+!> The solution of a friction problem that Newton's iteration does not find: through the interior.
+!>
+!> Each spring has pairs of which one is zero in the solution, and none is below zero:
+!>
+!>     y w = 0      y: what presses, less the strength of a bond;  w = y - (what would press if it were closed)
+!>     a s = 0      a = mu y - T: how far its shear is from the limit ahead;  s: how far it would be beyond
+!>     b r = 0      b = mu y + T, and so behind
+!>
+!> An iteration keeps all of them above zero, and takes them down together: each solves the equations as if the products were a
+!> small number, which it takes from what a first try, at zero, would leave (Mehrotra 1992). There is no theorem for it, as friction
+!> makes the problem unsymmetric; it needs some 20 matrices, whatever their size, for steps where Newton's iteration runs in
+!> circles (doc/theory.md).
+module scree_friction_interior
+  use scree_errors, only: error_t
+  use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, friction_problem_t, obey_law, &
+                                    rates_of, spring_t
+  use scree_kinds, only: dp
+  use scree_linear_solver, only: apply, factorise, linear_solver_t, release_solver
+  use scree_sparse_matrix, only: sparse_matrix_t, times
+  implicit none
+  private
+  public :: solve_from_inside
+
+  !> Share of the way to the first of the pairs that gets to zero.
+  real(dp), parameter :: short_of = 0.98_dp
+  !> A step shorter than this is taken again towards the middle of the interior.
+  real(dp), parameter :: too_short = 0.1_dp
+  integer, parameter :: most_iterations = 45
+
+  !> The pairs of one spring, forces.
+  type :: pairs_t
+    logical :: rubs = .false.          !! it has friction, or cohesion
+    logical :: presses = .true.        !! y and w are a pair: but for a bond without friction
+    real(dp) :: y = 1.0_dp, w = 1.0_dp
+    real(dp) :: a = 1.0_dp, s = 1.0_dp
+    real(dp) :: b = 1.0_dp, r = 1.0_dp
+    real(dp) :: shear = 0.0_dp         !! T
+    real(dp) :: too_much(2) = 0.0_dp   !! what w and T are above what their equations say
+  end type pairs_t
+
+  !> A step of the pairs, or what their products are to be.
+  type :: change_t
+    real(dp) :: y = 0.0_dp, w = 0.0_dp, a = 0.0_dp, s = 0.0_dp, b = 0.0_dp, r = 0.0_dp, shear = 0.0_dp
+  end type change_t
+
+contains
+
+  !> Solves a friction problem, to a share `tolerance` of the largest force that presses. Where it does not, `found` is false.
+  subroutine solve_from_inside(problem, at_first, tolerance, x, state, found, factors)
+    type(friction_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: at_first      !! what the pairs begin with over the largest force
+    real(dp), intent(in) :: tolerance
+    real(dp), intent(inout) :: x(:)       !! (n) start, then solution
+    integer, intent(out) :: state(:)      !! (m) of the springs in the solution
+    logical, intent(out) :: found
+    integer, intent(out) :: factors       !! of matrices
+    type(pairs_t) :: pairs(size(state))
+    type(change_t), dimension(size(state)) :: change, aim
+    type(sparse_matrix_t) :: matrix
+    type(linear_solver_t) :: solver
+    type(error_t), allocatable :: error
+    real(dp) :: dx(size(x)), rest(size(x)), left, way, middle, product
+
+    call begin_pairs(problem, at_first, x, pairs)
+    do factors = 0, most_iterations
+      call find_state(problem, x, state, left)
+      found = left <= tolerance
+      if (found) exit
+      call find_rest(problem, x, pairs, rest)
+      matrix = problem%matrix
+      call add_springs(problem, change_of_pairs(problem%spring, pairs), matrix)
+      call factorise(solver, matrix, error)
+      if (allocated(error)) exit
+      middle = mean_product(pairs)
+      aim = change_t()
+      call step()
+      if (allocated(error)) exit
+      product = mean_product(moved(problem%spring, pairs, change, longest(pairs, change)))
+      product = middle*min(1.0_dp, max(1e-8_dp, (product/middle)**3))
+      aim%y = product - change%y*change%w
+      aim%a = product - change%a*change%s
+      aim%b = product - change%b*change%r
+      call step()
+      if (allocated(error)) exit
+      if (way < too_short) then
+        aim%y = 0.5_dp*middle
+        aim%a = 0.5_dp*middle
+        aim%b = 0.5_dp*middle
+        call step()
+        if (allocated(error)) exit
+      end if
+      way = min(1.0_dp, short_of*way)
+      x = x + way*dx
+      pairs = moved(problem%spring, pairs, change, way)
+    end do
+    call release_solver(solver)
+
+  contains
+
+    !> The step to these products, and how long it may be.
+    subroutine step()
+      real(dp) :: force(size(x)), rate(2)
+      type(change_t) :: still
+      integer :: i
+
+      force = rest
+      do i = 1, size(pairs)
+        still = answer(problem%spring(i), pairs(i), aim(i), 0.0_dp, 0.0_dp)
+        call add_spring_force(problem, i, [merge(0.0_dp, still%y, problem%spring(i)%bonded), still%shear], force)
+      end do
+      call apply(solver, matrix, force, dx, error)
+      if (allocated(error)) return
+      do i = 1, size(pairs)
+        rate = rates_of(problem, i, dx)
+        change(i) = answer(problem%spring(i), pairs(i), aim(i), rate(1), rate(2))
+      end do
+      way = longest(pairs, change)
+    end subroutine step
+
+  end subroutine solve_from_inside
+
+  !> Begins the pairs above zero at `x`.
+  subroutine begin_pairs(problem, at_first, x, pairs)
+    type(friction_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: at_first
+    real(dp), intent(in) :: x(:)
+    type(pairs_t), intent(out) :: pairs(:)
+    real(dp) :: closed(2, size(pairs)), first, beyond
+    integer :: i
+
+    do i = 1, size(pairs)
+      closed(:, i) = closed_forces(problem, i, x)
+    end do
+    first = at_first*max(maxval(abs(closed(1, :))), sum(abs(problem%force)/problem%span), tiny(1.0_dp))
+    do i = 1, size(pairs)
+      associate (own => pairs(i), spring => problem%spring(i))
+        own%rubs = spring%friction > 0 .or. spring%cohesion > 0
+        own%presses = .not. (spring%bonded .and. .not. spring%friction > 0)
+        if (own%presses) then
+          own%y = positive(closed(1, i) + strength(spring))
+          own%w = own%y - (closed(1, i) + strength(spring))
+        end if
+        if (.not. own%rubs) cycle
+        own%shear = 0.9_dp*limit(spring, own%y)*closed(2, i)/(abs(closed(2, i)) + limit(spring, own%y))
+        own%a = limit(spring, own%y) - own%shear
+        own%b = limit(spring, own%y) + own%shear
+        beyond = closed(2, i) - own%shear
+        own%s = positive(beyond)
+        own%r = own%s - beyond
+      end associate
+    end do
+
+  contains
+
+    !> The number above zero that leaves the product first**2 with that by which it exceeds another.
+    pure real(dp) function positive(number)
+      real(dp), intent(in) :: number
+
+      positive = 0.5_dp*(abs(number) + sqrt(number**2 + 4*first**2))
+      if (number < 0) positive = first**2/positive
+    end function positive
+
+  end subroutine begin_pairs
+
+  !> What y exceeds the pressing force by: the strength of a bond without shear.
+  pure real(dp) function strength(spring)
+    type(spring_t), intent(in) :: spring
+
+    strength = 0.0_dp
+    if (spring%friction > 0) strength = spring%cohesion/spring%friction
+  end function strength
+
+  !> Limit of the shear.
+  pure real(dp) function limit(spring, y)
+    type(spring_t), intent(in) :: spring
+    real(dp), intent(in) :: y
+
+    limit = spring%friction*y
+    if (.not. spring%friction > 0) limit = spring%cohesion
+  end function limit
+
+  !> States of the springs at `x`, and the forces that they leave out of balance over the largest that presses.
+  subroutine find_state(problem, x, state, left)
+    type(friction_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: x(:)
+    integer, intent(out) :: state(:)
+    real(dp), intent(out) :: left
+    real(dp) :: rest(size(x)), closed(2), force(2), largest
+    integer :: i
+
+    rest = problem%force - times(problem%matrix, x)
+    largest = tiny(largest)
+    do i = 1, size(state)
+      closed = closed_forces(problem, i, x)
+      call obey_law(problem%spring(i), closed, state(i), force)
+      largest = max(largest, force(1))
+      call add_spring_force(problem, i, force, rest)
+    end do
+    left = maxval(abs(rest)/problem%span)/largest
+    if (.not. left <= huge(left)) left = huge(left) ! NaN
+  end subroutine find_state
+
+  !> Forces out of balance with those of the pairs, and what the pairs are too much by.
+  subroutine find_rest(problem, x, pairs, rest)
+    type(friction_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: x(:)
+    type(pairs_t), intent(inout) :: pairs(:)
+    real(dp), intent(out) :: rest(:)
+    real(dp) :: closed(2)
+    integer :: i
+
+    rest = problem%force - times(problem%matrix, x)
+    do i = 1, size(pairs)
+      associate (own => pairs(i), spring => problem%spring(i))
+        closed = closed_forces(problem, i, x)
+        own%too_much(1) = own%w - own%y + closed(1) + strength(spring)
+        own%too_much(2) = own%shear - closed(2) + own%s - own%r
+        call add_spring_force(problem, i, [merge(closed(1), own%y, spring%bonded), own%shear], rest)
+      end associate
+    end do
+  end subroutine find_rest
+
+  !> What the forces of springs change by: (force across or along, change across or along), force/length.
+  pure function change_of_pairs(spring, pairs) result(change)
+    type(spring_t), intent(in) :: spring(:)
+    type(pairs_t), intent(in) :: pairs(:)
+    real(dp) :: change(2, 2, size(pairs))
+    real(dp) :: across
+    integer :: i
+
+    change = 0.0_dp
+    do i = 1, size(pairs)
+      associate (own => pairs(i))
+        across = spring(i)%stiffness*own%y/(own%w + own%y)
+        if (.not. own%presses) across = 0.0_dp
+        change(1, 1, i) = merge(spring(i)%stiffness, across, spring(i)%bonded)
+        if (.not. own%rubs) cycle
+        change(2, 1, i) = -coupling(spring(i), own)/yielding(own)*across
+        change(2, 2, i) = spring(i)%shear_stiffness/yielding(own)
+      end associate
+    end do
+  end function change_of_pairs
+
+  !> By how much more a spring slips than if it were locked.
+  pure real(dp) function yielding(pairs)
+    type(pairs_t), intent(in) :: pairs
+
+    yielding = 1 + pairs%s/pairs%a + pairs%r/pairs%b
+  end function yielding
+
+  !> What the excess of shear changes by with y.
+  pure real(dp) function coupling(spring, pairs)
+    type(spring_t), intent(in) :: spring
+    type(pairs_t), intent(in) :: pairs
+
+    coupling = spring%friction*(pairs%r/pairs%b - pairs%s/pairs%a)
+  end function coupling
+
+  !> Change of the pairs with a displacement across and along, to products `aim`.
+  elemental type(change_t) function answer(spring, pairs, aim, across, along) result(change)
+    type(spring_t), intent(in) :: spring
+    type(pairs_t), intent(in) :: pairs
+    type(change_t), intent(in) :: aim
+    real(dp), intent(in) :: across, along !! length
+    real(dp) :: limit_change
+
+    associate (own => pairs)
+      if (own%presses) then
+        change%y = (aim%y - own%y*own%w + own%y*(own%too_much(1) - spring%stiffness*across))/(own%w + own%y)
+        change%w = change%y + spring%stiffness*across - own%too_much(1)
+      end if
+      if (.not. own%rubs) return
+      limit_change = spring%friction*change%y
+      change%shear = (-own%too_much(2) - spring%shear_stiffness*along - (aim%a/own%a - own%s) + (aim%b/own%b - own%r) &
+                      - coupling(spring, own)*change%y)/yielding(own)
+      change%a = limit_change - change%shear
+      change%b = limit_change + change%shear
+      change%s = (aim%a - own%a*own%s - own%s*change%a)/own%a
+      change%r = (aim%b - own%b*own%r - own%r*change%b)/own%b
+    end associate
+  end function answer
+
+  !> Share of a change at which the first number gets to zero.
+  pure real(dp) function longest(pairs, change) result(share)
+    type(pairs_t), intent(in) :: pairs(:)
+    type(change_t), intent(in) :: change(:)
+    integer :: i
+
+    share = 1.0_dp
+    do i = 1, size(pairs)
+      if (pairs(i)%presses) share = min(share, to_zero(pairs(i)%y, change(i)%y), to_zero(pairs(i)%w, change(i)%w))
+      if (pairs(i)%rubs) share = min(share, to_zero(pairs(i)%a, change(i)%a), to_zero(pairs(i)%s, change(i)%s), &
+                                     to_zero(pairs(i)%b, change(i)%b), to_zero(pairs(i)%r, change(i)%r))
+    end do
+  end function longest
+
+  !> Share of a change that takes a number to zero.
+  pure real(dp) function to_zero(number, change)
+    real(dp), intent(in) :: number, change
+
+    to_zero = 1.0_dp
+    if (change < -number) to_zero = -number/change
+  end function to_zero
+
+  !> Pairs after a share of a change. Of a and b the smaller is kept exactly, as their sum is known.
+  elemental type(pairs_t) function moved(spring, pairs, change, share)
+    type(spring_t), intent(in) :: spring
+    type(pairs_t), intent(in) :: pairs
+    type(change_t), intent(in) :: change
+    real(dp), intent(in) :: share
+
+    moved = pairs
+    if (moved%presses) then
+      moved%y = pairs%y + share*change%y
+      moved%w = pairs%w + share*change%w
+    end if
+    if (.not. moved%rubs) return
+    moved%a = pairs%a + share*change%a
+    moved%b = pairs%b + share*change%b
+    moved%s = pairs%s + share*change%s
+    moved%r = pairs%r + share*change%r
+    if (moved%a < moved%b) then
+      moved%shear = limit(spring, moved%y) - moved%a
+      moved%b = 2*limit(spring, moved%y) - moved%a
+    else
+      moved%shear = moved%b - limit(spring, moved%y)
+      moved%a = 2*limit(spring, moved%y) - moved%b
+    end if
+  end function moved
+
+  !> Mean of the products.
+  pure real(dp) function mean_product(pairs)
+    type(pairs_t), intent(in) :: pairs(:)
+    integer :: n
+
+    n = count(pairs%presses) + 2*count(pairs%rubs)
+    mean_product = (sum(pairs%y*pairs%w, pairs%presses) + sum(pairs%a*pairs%s + pairs%b*pairs%r, pairs%rubs))/max(1, n)
+  end function mean_product
+
+end module scree_friction_interior

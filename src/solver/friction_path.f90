@@ -1,0 +1,350 @@
+!> The solution of a friction problem that Newton's iteration does not find: along a path, one spring at a time.
+!>
+!> From any x0 the path  F(x) = (1 - t) F(x0)  leads to a solution at t = 1. F is linear in pieces, and so the path is straight in
+!> each; where it meets the face to another piece one spring changes its state, and the matrix by one row and column. Where the
+!> determinant changes its sign with that, t turns back: the path goes on, where Newton's iteration with or without a line
+!> search is lost (Eaves 1976; Ralph 1994).
+!>
+!> The directions come from the factors of a matrix on the way, and those of a small one for the springs that have changed since
+!> (Woodbury).
+module scree_friction_path
+  use scree_errors, only: error_t
+  use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, friction_problem_t, obey_law, &
+                                    rates_of, spring_back, spring_forth, spring_locked, spring_open, spring_pulled, spring_t
+  use scree_kinds, only: dp
+  use scree_linear_solver, only: apply, factorise, linear_solver_t, release_solver
+  use scree_sparse_matrix, only: sparse_matrix_t, times
+  implicit none
+  private
+  public :: follow_path
+
+  !> Springs that change before a matrix is factorised anew.
+  integer, parameter :: most_changed = 48
+  !> The start is moved by this share of the largest overlap: in a symmetric scene several springs would meet their faces at once.
+  real(dp), parameter :: off_symmetry = 1e-8_dp
+  real(dp), parameter :: golden = 0.6180339887498949_dp !! parts the unknowns from each other
+
+  !> The path so far.
+  type :: path_t
+    real(dp), allocatable :: x(:)                   !! (n)
+    real(dp) :: t = 0.0_dp
+    real(dp) :: sense = 1.0_dp                      !! of t
+    integer, allocatable :: state(:)                !! (m)
+    real(dp), allocatable :: pressing(:), shear(:)  !! (m) forces as if closed and locked
+    real(dp), allocatable :: pressing_rate(:), shear_rate(:) !! (m) by t
+    real(dp), allocatable :: start_force(:)         !! (n) F(x0)
+    real(dp), allocatable :: direction(:)           !! (n) of x by t
+    ! the matrix that has factors
+    type(sparse_matrix_t) :: matrix
+    type(linear_solver_t) :: solver
+    integer :: factors = 0                          !! so far
+    integer, allocatable :: base_state(:)           !! (m) of its springs
+    real(dp), allocatable :: base_direction(:)      !! (n)
+    integer :: n_changed = 0
+    integer :: changed(most_changed) = 0            !! springs that are not, or were not, in their base state
+    real(dp), allocatable :: answer(:, :)           !! (n, 2 most_changed) of the matrix to unit forces across and along them
+    real(dp) :: influence(2*most_changed, 2*most_changed) = 0.0_dp !! what those forces move their rows by
+  end type path_t
+
+  interface
+    !> LAPACK: LU factorisation with partial pivoting and solution.
+    subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
+      import :: dp
+      integer, intent(in) :: n, nrhs, lda, ldb
+      real(dp), intent(inout) :: a(lda, *), b(ldb, *)
+      integer, intent(out) :: ipiv(*), info
+    end subroutine dgesv
+  end interface
+
+contains
+
+  !> Follows the path from `x` to a solution. Where it ends elsewhere, `found` is false and `x` and `state` mean nothing.
+  subroutine follow_path(problem, most, x, state, found, factors)
+    type(friction_problem_t), intent(in) :: problem
+    integer, intent(in) :: most                !! pieces to cross
+    real(dp), intent(inout) :: x(:)            !! (n)
+    integer, intent(out) :: state(:)           !! (m) at the solution
+    logical, intent(out) :: found
+    integer, intent(out) :: factors            !! of matrices
+    type(path_t) :: path
+    real(dp) :: way
+    integer :: i, pieces, to
+    logical :: goes_on
+
+    found = .false.
+    pieces = 0
+    call begin_path(problem, x, path, goes_on)
+    do while (goes_on)
+      call find_face(problem, path, way, i, to)
+      found = path%sense > 0 .and. path%t + way >= 1
+      if (found) way = 1 - path%t
+      if (.not. found .and. i == 0) exit
+      call go(path, way)
+      if (found) exit
+      pieces = pieces + 1
+      if (pieces > most) exit
+      call cross(problem, path, i, to, goes_on)
+    end do
+    x = path%x
+    state = path%state
+    factors = path%factors
+    call release_solver(path%solver)
+  end subroutine follow_path
+
+  !> Begins the path near `x`.
+  subroutine begin_path(problem, x, path, goes_on)
+    type(friction_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: x(:)
+    type(path_t), intent(inout) :: path
+    logical, intent(out) :: goes_on
+    real(dp) :: closed(2), force(2), overlap
+    integer :: i, m, n
+
+    n = size(x)
+    m = size(problem%spring)
+    allocate (path%pressing(m), path%shear(m), path%pressing_rate(m), path%shear_rate(m), path%state(m), &
+              path%answer(n, 2*most_changed))
+    overlap = maxval(abs(problem%spring%pressing)/problem%spring%stiffness)
+    path%x = x + off_symmetry*overlap*[(modulo(golden*i, 1.0_dp) - 0.5_dp, i=1, n)]/problem%span
+    path%start_force = problem%force - times(problem%matrix, path%x)
+    do i = 1, m
+      closed = closed_forces(problem, i, path%x)
+      call obey_law(problem%spring(i), closed, path%state(i), force)
+      call add_spring_force(problem, i, force, path%start_force)
+    end do
+    call rebase(problem, path, goes_on)
+    if (goes_on) call find_direction(problem, path, goes_on)
+  end subroutine begin_path
+
+  !> Factorises the matrix of the present piece.
+  subroutine rebase(problem, path, done)
+    type(friction_problem_t), intent(in) :: problem
+    type(path_t), intent(inout) :: path
+    logical, intent(out) :: done
+    type(error_t), allocatable :: error
+    real(dp) :: change(2, 2, size(path%state)), closed(2)
+    integer :: i
+
+    path%matrix = problem%matrix
+    do i = 1, size(path%state)
+      change(:, :, i) = change_of_state(problem%spring(i), path%state(i))
+    end do
+    call add_springs(problem, change, path%matrix)
+    call factorise(path%solver, path%matrix, error)
+    path%factors = path%factors + 1
+    done = .not. allocated(error)
+    if (.not. done) return
+    if (.not. allocated(path%base_direction)) allocate (path%base_direction(size(path%x)))
+    call apply(path%solver, path%matrix, path%start_force, path%base_direction, error)
+    done = .not. allocated(error)
+    path%base_state = path%state
+    path%n_changed = 0
+    do i = 1, size(path%state)
+      closed = closed_forces(problem, i, path%x)
+      path%pressing(i) = closed(1)
+      path%shear(i) = closed(2)
+    end do
+  end subroutine rebase
+
+  !> What the forces of a spring change by: (force across or along, change across or along), force/length.
+  pure function change_of_state(spring, state) result(change)
+    type(spring_t), intent(in) :: spring
+    integer, intent(in) :: state
+    real(dp) :: change(2, 2)
+
+    change = 0.0_dp
+    if (state == spring_open) return
+    change(1, 1) = spring%stiffness
+    select case (state)
+    case (spring_locked)
+      change(2, 2) = spring%shear_stiffness
+    case (spring_forth)
+      change(2, 1) = -spring%friction*spring%stiffness
+    case (spring_back)
+      change(2, 1) = spring%friction*spring%stiffness
+    end select
+  end function change_of_state
+
+  !> Direction in the present piece, and what the forces of the springs change by on it.
+  subroutine find_direction(problem, path, done)
+    type(friction_problem_t), intent(in) :: problem
+    type(path_t), intent(inout) :: path
+    logical, intent(out) :: done
+    real(dp) :: change(2, 2), moved(2)
+    real(dp) :: A(2*path%n_changed, 2*path%n_changed), force(2*path%n_changed, 1)
+    integer :: i, info, k, pivot(2*path%n_changed)
+
+    done = .true.
+    path%direction = path%base_direction
+    associate (m => path%n_changed)
+      if (m > 0) then
+        do k = 1, m
+          associate (s => path%changed(k))
+            change = change_of_state(problem%spring(s), path%state(s)) - change_of_state(problem%spring(s), path%base_state(s))
+          end associate
+          A(2*k - 1:2*k, :) = matmul(change, path%influence(2*k - 1:2*k, :2*m))
+          moved = rates_of(problem, path%changed(k), path%base_direction)
+          force(2*k - 1:2*k, 1) = matmul(change, moved)
+        end do
+        do k = 1, 2*m
+          A(k, k) = A(k, k) + 1.0_dp
+        end do
+        call dgesv(2*m, 1, A, 2*m, pivot, force, 2*m, info)
+        done = info == 0
+        path%direction = path%direction - matmul(path%answer(:, :2*m), force(:, 1))
+      end if
+    end associate
+    do i = 1, size(path%state)
+      moved = rates_of(problem, i, path%direction)
+      path%pressing_rate(i) = -problem%spring(i)%stiffness*moved(1)
+      path%shear_rate(i) = -problem%spring(i)%shear_stiffness*moved(2)
+    end do
+  end subroutine find_direction
+
+  !> The next face on the way: how far, of which spring (0: none), and the state behind it.
+  pure subroutine find_face(problem, path, way, spring, to)
+    type(friction_problem_t), intent(in) :: problem
+    type(path_t), intent(in) :: path
+    real(dp), intent(out) :: way !! in t
+    integer, intent(out) :: spring, to
+    real(dp) :: left(2), rate(2), own
+    integer :: behind(2), i, k
+
+    way = huge(way)
+    spring = 0
+    to = spring_open
+    do i = 1, size(path%state)
+      call faces_of(problem%spring(i), path%state(i), path%pressing(i), path%shear(i), path%sense*path%pressing_rate(i), &
+                    path%sense*path%shear_rate(i), left, rate, behind)
+      do k = 1, 2
+        if (.not. rate(k) < 0) cycle
+        own = max(left(k), 0.0_dp)/(-rate(k))
+        if (own >= way) cycle
+        way = own
+        spring = i
+        to = behind(k)
+      end do
+    end do
+  end subroutine find_face
+
+  !> How far the forces of a spring are from its faces, how fast that changes, and which states are behind them.
+  pure subroutine faces_of(spring, state, pressing, shear, pressing_rate, shear_rate, left, rate, behind)
+    type(spring_t), intent(in) :: spring
+    integer, intent(in) :: state
+    real(dp), intent(in) :: pressing, shear             !! force
+    real(dp), intent(in) :: pressing_rate, shear_rate   !! force
+    real(dp), intent(out) :: left(2), rate(2)           !! force
+    integer, intent(out) :: behind(2)
+    real(dp) :: limit, limit_rate, turn
+
+    left = 0.0_dp
+    rate = 0.0_dp
+    behind = state
+    limit = spring%friction*pressing + spring%cohesion
+    limit_rate = spring%friction*pressing_rate
+    turn = merge(1.0_dp, -1.0_dp, state == spring_back)
+    select case (state)
+    case (spring_open)
+      left(1) = -pressing
+      rate(1) = -pressing_rate
+      behind(1) = closing_state()
+    case (spring_forth, spring_back)
+      if (spring%bonded) then
+        left(1) = limit
+        rate(1) = limit_rate
+        behind(1) = spring_pulled
+      else
+        left(1) = pressing
+        rate(1) = pressing_rate
+        behind(1) = spring_open
+      end if
+      if (spring%friction > 0 .or. spring%cohesion > 0) then
+        left(2) = turn*shear - limit
+        rate(2) = turn*shear_rate - limit_rate
+        behind(2) = spring_locked
+      end if
+    case (spring_locked)
+      left = limit - [shear, -shear]
+      rate = limit_rate - [shear_rate, -shear_rate]
+      behind = [spring_back, spring_forth]
+    case (spring_pulled)
+      left(1) = -limit
+      rate(1) = -limit_rate
+      behind(1) = closing_state()
+    end select
+
+  contains
+
+    !> State of a spring that begins to rub: its limit grows from nothing.
+    pure integer function closing_state()
+      closing_state = merge(spring_back, spring_forth, shear > 0 .or. (.not. shear < 0 .and. shear_rate > 0))
+    end function closing_state
+
+  end subroutine faces_of
+
+  !> Goes along the direction.
+  pure subroutine go(path, way)
+    type(path_t), intent(inout) :: path
+    real(dp), intent(in) :: way !! in t
+
+    path%x = path%x + path%sense*way*path%direction
+    path%t = path%t + path%sense*way
+    path%pressing = path%pressing + path%sense*way*path%pressing_rate
+    path%shear = path%shear + path%sense*way*path%shear_rate
+  end subroutine go
+
+  !> Crosses the face to another state of a spring, and finds the direction behind it, which leads away from the face.
+  subroutine cross(problem, path, i, to, done)
+    type(friction_problem_t), intent(in) :: problem
+    type(path_t), intent(inout) :: path
+    integer, intent(in) :: i, to
+    logical, intent(out) :: done
+    real(dp) :: left(2), rate(2)
+    integer :: behind(2), from, k
+
+    from = path%state(i)
+    path%state(i) = to
+    call register(problem, path, i, done)
+    if (done) call find_direction(problem, path, done)
+    if (.not. done) return
+    call faces_of(problem%spring(i), to, path%pressing(i), path%shear(i), path%pressing_rate(i), path%shear_rate(i), &
+                  left, rate, behind)
+    k = max(1, findloc(behind == from, .true., 1))
+    path%sense = sign(1.0_dp, rate(k))
+  end subroutine cross
+
+  !> Makes spring i one of those that have changed.
+  subroutine register(problem, path, i, done)
+    type(friction_problem_t), intent(in) :: problem
+    type(path_t), intent(inout) :: path
+    integer, intent(in) :: i
+    logical, intent(out) :: done
+    type(error_t), allocatable :: error
+    real(dp) :: unit(size(path%x))
+    integer :: c, k, m
+
+    done = .true.
+    if (any(path%changed(:path%n_changed) == i)) return
+    if (path%n_changed == most_changed) then
+      call rebase(problem, path, done)
+      return
+    end if
+    m = path%n_changed + 1
+    path%n_changed = m
+    path%changed(m) = i
+    do c = 2*m - 1, 2*m
+      unit = 0.0_dp
+      call add_spring_force(problem, i, merge([1.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], c == 2*m - 1), unit)
+      call apply(path%solver, path%matrix, unit, path%answer(:, c), error)
+      done = .not. allocated(error)
+      if (.not. done) return
+      do k = 1, m
+        path%influence(2*k - 1:2*k, c) = rates_of(problem, path%changed(k), path%answer(:, c))
+      end do
+    end do
+    do c = 1, 2*m - 2
+      path%influence(2*m - 1:2*m, c) = rates_of(problem, i, path%answer(:, c))
+    end do
+  end subroutine register
+
+end module scree_friction_path

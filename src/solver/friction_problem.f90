@@ -1,0 +1,141 @@
+!> Linear equations with springs that only press, and rub: what a step of bodies in contact comes to while the lines that vertices
+!> may not cross, and the anchors of shear springs, stay where they are.
+!>
+!>     f - A x + sum_i (N_i n_i + T_i t_i) = 0
+!>     N_i = max(0, N0_i - p_i n'_i.x)                          pressing
+!>     T_i = T0_i - k_i t'_i.x, held within +-max(0, mu_i N_i + c_i)   rubbing
+!>
+!> The left side is continuous and linear in pieces: a piece for each choice of states, open, sliding or locked, of its springs.
+!> As inertia is in A, it has a solution. That is a solution of complementarity with friction, not of a minimum: pieces may have
+!> matrices of negative determinant, where Newton's iteration runs in circles.
+module scree_friction_problem
+  use scree_kinds, only: dp
+  use scree_sparse_matrix, only: add_element, sparse_matrix_t
+  implicit none
+  private
+  public :: add_spring_force, add_springs, closed_forces, friction_problem_t, obey_law, place_springs, rates_of, spring_t
+
+  !> State of a spring: open; sliding along its row or back; locked; or bonded and pulled, without friction.
+  integer, parameter, public :: spring_open = 0, spring_forth = 1, spring_back = 2, spring_locked = 3, spring_pulled = 4
+
+  !> What a spring is, but for its rows.
+  type :: spring_t
+    integer :: slot = 0                   !! its place among the element matrices of the pattern
+    real(dp) :: pressing = 0.0_dp         !! N0, force
+    real(dp) :: stiffness = 0.0_dp        !! p, force/length
+    real(dp) :: shear = 0.0_dp            !! T0, force
+    real(dp) :: shear_stiffness = 0.0_dp  !! k, force/length
+    real(dp) :: friction = 0.0_dp         !! mu
+    real(dp) :: cohesion = 0.0_dp         !! c, force
+    logical :: bonded = .false.           !! it pulls too: N is not held above 0
+  end type spring_t
+
+  !> The equations. Rows of springs are short; unused places have row 1 and value 0.
+  type :: friction_problem_t
+    type(sparse_matrix_t) :: matrix                !! A, on a pattern that has room for the springs
+    logical :: symmetric = .true.                  !! n' is n, t' is t
+    real(dp), allocatable :: force(:)              !! (n) f
+    real(dp), allocatable :: span(:)               !! (n) displacement that a unit of each unknown makes
+    type(spring_t), allocatable :: spring(:)       !! (m)
+    integer, allocatable :: length(:)              !! (m) of the rows of each spring
+    integer, allocatable :: row(:, :)              !! (w, m) unknowns of each spring
+    real(dp), allocatable :: normal(:, :)          !! (w, m) n
+    real(dp), allocatable :: shear(:, :)           !! (w, m) t
+    real(dp), allocatable :: normal_change(:, :)   !! (w, m) n'
+    real(dp), allocatable :: shear_change(:, :)    !! (w, m) t'
+  end type friction_problem_t
+
+contains
+
+  !> Forces of spring i across and along at `x` as if it were closed and locked.
+  pure function closed_forces(problem, i, x) result(force)
+    type(friction_problem_t), intent(in) :: problem
+    integer, intent(in) :: i
+    real(dp), intent(in) :: x(:)  !! (n)
+    real(dp) :: force(2)
+
+    associate (spring => problem%spring(i))
+      force = [spring%pressing, spring%shear] - [spring%stiffness, spring%shear_stiffness]*rates_of(problem, i, x)
+    end associate
+  end function closed_forces
+
+  !> What the rows of spring i change by with `x`, across and along.
+  pure function rates_of(problem, i, x) result(rate)
+    type(friction_problem_t), intent(in) :: problem
+    integer, intent(in) :: i
+    real(dp), intent(in) :: x(:) !! (n)
+    real(dp) :: rate(2)
+    integer :: k
+
+    rate = 0.0_dp
+    do k = 1, problem%length(i)
+      rate = rate + [problem%normal_change(k, i), problem%shear_change(k, i)]*x(problem%row(k, i))
+    end do
+  end function rates_of
+
+  !> State and forces, across and along, of a spring.
+  pure subroutine obey_law(spring, closed, state, force)
+    type(spring_t), intent(in) :: spring
+    real(dp), intent(in) :: closed(2)  !! as if closed and locked, force
+    integer, intent(out) :: state
+    real(dp), intent(out) :: force(2)
+    real(dp) :: limit
+
+    state = spring_open
+    force = 0.0_dp
+    if (closed(1) < 0 .and. .not. spring%bonded) return
+    limit = spring%friction*closed(1) + spring%cohesion
+    state = spring_locked
+    force = closed
+    if (abs(closed(2)) < limit) return
+    state = merge(spring_back, spring_forth, closed(2) > 0)
+    if (limit < 0) state = spring_pulled
+    force(2) = sign(max(0.0_dp, limit), closed(2))
+  end subroutine obey_law
+
+  !> Adds forces of spring i, across and along, to forces on the unknowns.
+  pure subroutine add_spring_force(problem, i, force, sum)
+    type(friction_problem_t), intent(in) :: problem
+    integer, intent(in) :: i
+    real(dp), intent(in) :: force(2)
+    real(dp), intent(inout) :: sum(:) !! (n) force
+    integer :: k
+
+    do k = 1, problem%length(i)
+      associate (own => sum(problem%row(k, i)))
+        own = own + force(1)*problem%normal(k, i) + force(2)*problem%shear(k, i)
+      end associate
+    end do
+  end subroutine add_spring_force
+
+  !> Adds what the forces of the springs change by to a matrix of the problem's pattern.
+  pure subroutine add_springs(problem, change, matrix)
+    type(friction_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: change(:, :, :)  !! (force across or along, change across or along, m) force/length
+    type(sparse_matrix_t), intent(inout) :: matrix
+    real(dp) :: dense(size(problem%row, 1), size(problem%row, 1)), across, along
+    integer :: i, k
+
+    do i = 1, size(problem%spring)
+      associate (w => problem%length(i))
+        do k = 1, w
+          across = change(1, 1, i)*problem%normal_change(k, i)
+          along = change(2, 1, i)*problem%normal_change(k, i) + change(2, 2, i)*problem%shear_change(k, i)
+          dense(:w, k) = across*problem%normal(:w, i) + along*problem%shear(:w, i)
+        end do
+        call add_element(matrix, problem%spring(i)%slot, dense(:w, :w), problem%symmetric .and. .not. abs(change(2, 1, i)) > 0)
+      end associate
+    end do
+  end subroutine add_springs
+
+  !> Gives the problem room for m springs with rows up to w unknowns.
+  pure subroutine place_springs(problem, m, w)
+    type(friction_problem_t), intent(inout) :: problem
+    integer, intent(in) :: m, w
+
+    allocate (problem%spring(m), problem%length(m))
+    allocate (problem%row(w, m), source=1)
+    allocate (problem%normal(w, m), problem%shear(w, m), problem%normal_change(w, m), problem%shear_change(w, m), source=0.0_dp)
+  end subroutine place_springs
+
+end module scree_friction_problem

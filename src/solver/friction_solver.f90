@@ -1,0 +1,43 @@
+!> Solution of a friction problem by what settles it where Newton's iteration runs in circles.
+!>
+!> The interior is quick, but may end at a fold of its way; the path goes round folds, one spring at a time, and is short from
+!> there. Where neither gets through, the interior is begun nearer to its walls, then farther from them.
+module scree_friction_solver
+  use scree_friction_interior, only: solve_from_inside
+  use scree_friction_path, only: follow_path
+  use scree_friction_problem, only: friction_problem_t
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: solve_friction
+
+  !> What the interior begins with, over the largest force.
+  real(dp), parameter :: at_first(*) = [0.3_dp, 0.01_dp, 3.0_dp]
+  !> Pieces that a path may cross.
+  integer, parameter :: most_pieces = 600
+
+contains
+
+  !> Solves a friction problem, to a share `tolerance` of the largest force that presses.
+  subroutine solve_friction(problem, tolerance, x, state, found, factors)
+    type(friction_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: tolerance
+    real(dp), allocatable, intent(out) :: x(:) !! (n); means nothing where none was found
+    integer, intent(out) :: state(:)           !! (m) of the springs
+    logical, intent(out) :: found
+    integer, intent(out) :: factors            !! of matrices that were factorised
+    integer :: i, own
+
+    factors = 0
+    do i = 1, size(at_first)
+      x = 0.0_dp*problem%force
+      call solve_from_inside(problem, at_first(i), tolerance, x, state, found, own)
+      factors = factors + own
+      if (found) return
+      call follow_path(problem, most_pieces, x, state, found, own)
+      factors = factors + own
+      if (found) return
+    end do
+  end subroutine solve_friction
+
+end module scree_friction_solver
