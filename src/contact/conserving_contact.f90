@@ -9,7 +9,10 @@ module scree_conserving_contact
   use scree_kinds, only: dp
   implicit none
   private
-  public :: deepest_gap, inherit_overlap, judge_conserving, press_conserving
+  public :: deepest_gap, inherit_overlap, judge_conserving, press_conserving, spring_of_conserving
+
+  !> A mean force yields by up to half the stiffness; by less than this share of it, it is hardly one of a spring.
+  real(dp), parameter :: like_a_spring = 0.1_dp
 
 contains
 
@@ -45,6 +48,25 @@ contains
     force%across = stiffness*force%across
     force%across_by_gap = stiffness*force%across_by_gap
   end function press_conserving
+
+  !> Force of entrance k and what it yields by, as of a spring that only presses: about these gaps where it yields there like one,
+  !> else as if the gap had been crossed when the step began.
+  pure subroutine spring_of_conserving(stiffness, n_entrances, k, start, now, pressing, yielding)
+    real(dp), intent(in) :: stiffness              !! force/length
+    integer, intent(in) :: n_entrances, k
+    type(entrance_start_t), intent(in) :: start(2)
+    type(gap_and_slip_t), intent(in) :: now(2)
+    real(dp), intent(out) :: pressing              !! force
+    real(dp), intent(out) :: yielding              !! force/length
+    type(contact_force_t) :: force
+
+    force = press_conserving(stiffness, n_entrances, start, now)
+    pressing = sum(force%across)
+    yielding = -force%across_by_gap(k, k)
+    if (yielding > like_a_spring*stiffness) return
+    pressing = -0.5_dp*stiffness*(now(k)%gap + min(start(k)%gap, 0.0_dp))
+    yielding = 0.5_dp*stiffness
+  end subroutine spring_of_conserving
 
   !> What an entrance adds to the mean overlap between two shares of a straight way of its gap, and its change with the gap at the
   !> end.
@@ -88,8 +110,9 @@ contains
   end subroutine inherit_overlap
 
   !> Judges a contact: it is closed while its entrances press together, on the one that presses more.
-  pure subroutine judge_conserving(law, start, now, force, doubt, contact, changes)
+  pure subroutine judge_conserving(law, lines_stay, start, now, force, doubt, contact, changes)
     type(contact_law_t), intent(in) :: law
+    logical, intent(in) :: lines_stay      !! the entrance that acts, and its anchor
     type(entrance_start_t), intent(in) :: start(2)
     type(gap_and_slip_t), intent(in) :: now(2)
     type(contact_force_t), intent(in) :: force
@@ -102,12 +125,12 @@ contains
     k = 1
     if (contact%n_entrances == 2) then
       k = maxloc(force%across, 1)
-      if (abs(force%across(2) - force%across(1)) <= doubt) k = contact%active
+      if (abs(force%across(2) - force%across(1)) <= doubt .or. lines_stay) k = contact%active
     end if
     pressing = sum(force%across)
     call act_on(k, contact, changes)
     state = state_open
-    if (pressing > 0) call judge_closed(law, start(k), now(k), pressing, doubt, contact%entrance(k), state)
+    if (pressing > 0) call judge_closed(law, lines_stay, start(k), now(k), pressing, doubt, contact%entrance(k), state)
     call set_state(state, abs(pressing) > doubt, contact%entrance(k), changes)
   end subroutine judge_conserving
 

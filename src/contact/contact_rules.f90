@@ -11,7 +11,7 @@
 !>
 !> What else a step has to know of the rules is a question with a name (`iteration_rules`, `looks_as_far_as_it_moves`, ...).
 module scree_contact_rules
-  use scree_conserving_contact, only: deepest_gap, inherit_overlap, judge_conserving, press_conserving
+  use scree_conserving_contact, only: deepest_gap, inherit_overlap, judge_conserving, press_conserving, spring_of_conserving
   use scree_contact_geometry, only: geometry_of
   use scree_contact_memory, only: contact_as_shi, contact_over_edges, inherit, past_t
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
@@ -33,9 +33,10 @@ module scree_contact_rules
   ! place
   public :: begin_contact, gap_and_slip, gaps_and_slips, place, put_anchors
   ! press
-  public :: press, press_across, pressing_of, rows_along, rubs
+  public :: press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
-  public :: anchors_return, may_make_energy, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, judge
+  public :: anchor_what_closes, anchors_return, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, &
+            judge, may_make_energy
   ! remember
   public :: remember_overlap, remember_slide, stiffness_adapts, stiffness_after
 
@@ -46,7 +47,8 @@ module scree_contact_rules
     logical :: judges_prediction = .true.      !! contacts are judged once before the first solution
     logical :: repeats_first_of_run = .false.  !! the first solution of a run is followed by another, settled or not
     logical :: counts_progress = .true.        !! iterations that leave fewer states changing are not counted as stalled
-    integer :: most_stalled = 8                !! iterations, before the step is cut
+    integer :: most_stalled = 4                !! iterations, before it is given up
+    logical :: settles_always = .true.         !! as a friction problem, and by the balance of forces; else the step is cut
   end type iteration_rules_t
 
   !> Solutions that Shi's programs make before they cut the step.
@@ -61,7 +63,7 @@ contains
     select case (law%rules)
     case (rules_shi)
       iteration_rules = iteration_rules_t(judges_prediction=.false., repeats_first_of_run=.true., counts_progress=.false., &
-                                          most_stalled=most_solutions - 1)
+                                          most_stalled=most_solutions - 1, settles_always=.false.)
     case default
       iteration_rules = iteration_rules_t()
     end select
@@ -302,6 +304,27 @@ contains
     end select
   end function press_across
 
+  !> The entrance of contact i that acts as a spring that only presses: its force, and what it yields by.
+  pure subroutine spring_of(try, i, now, pressing, yielding)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+    type(gap_and_slip_t), intent(in) :: now(2)
+    real(dp), intent(out) :: pressing !! force
+    real(dp), intent(out) :: yielding !! force/length
+    type(contact_force_t) :: force
+
+    associate (k => try%contact(i)%active)
+      select case (try%law%rules)
+      case (rules_conserving)
+        call spring_of_conserving(try%law%normal_stiffness, try%contact(i)%n_entrances, k, try%start(:, i), now, pressing, yielding)
+      case default
+        force = press_across(try, i, now)
+        pressing = force%across(k)
+        yielding = -force%across_by_gap(k, k)
+      end select
+    end associate
+  end subroutine spring_of
+
   !> Force of contact i, which is closed. The entrance that does not act presses only where both conserve energy together.
   pure type(contact_force_t) function press(try, i, now) result(force)
     type(contact_try_t), intent(in) :: try
@@ -404,9 +427,9 @@ contains
         call judge_shi(law, now, force, contact, try%changes)
         if (was_open .and. .not. is_anchored(try)) call anchor_what_closed(start, now, contact)
       case (rules_conserving)
-        call judge_conserving(law, start, now, force, doubt, contact, try%changes)
+        call judge_conserving(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
       case default
-        call judge_coulomb(law, start, now, force, doubt, contact, try%changes)
+        call judge_coulomb(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
       end select
     end associate
   end subroutine judge
@@ -424,6 +447,18 @@ contains
       call anchor_where_crossed(start(k), now(k), contact%entrance(k), slip)
     end associate
   end subroutine anchor_what_closed
+
+  !> Puts the anchor of a contact that is open where it would close on the way to gaps and slips, which are then measured from it.
+  pure subroutine anchor_what_closes(try, i, now)
+    type(contact_try_t), intent(inout) :: try
+    integer, intent(in) :: i
+    type(gap_and_slip_t), intent(inout) :: now(2)
+
+    associate (k => try%contact(i)%active)
+      if (try%contact(i)%entrance(k)%state /= state_open .or. try%lines_stay) return
+      call anchor_where_crossed(try%start(k, i), now(k), try%contact(i)%entrance(k), now(k)%slip)
+    end associate
+  end subroutine anchor_what_closes
 
   !> Whether anchors of what closed move back to where the step began, where shear would pull a vertex on along its way.
   pure logical function anchors_return(law)

@@ -35,6 +35,7 @@ module scree_contact_try
     real(dp), allocatable :: rigidity(:)                 !! (n_elements) in an impact: against deforming, force/length
     real(dp), allocatable :: stress(:, :)                !! (3, n_elements) in an impact: of rigid ones, force/length^2
     real(dp), allocatable :: moved(:)                    !! (n_unknowns) displacement to the impact; 0 with small strain
+    logical :: lines_stay = .false.                      !! entrances that act, and anchors, as they are
     integer :: count(3) = 0                              !! contacts open, sliding, locked
     integer :: changes = 0                               !! of states, in the last judgement
   end type contact_try_t

@@ -62,8 +62,9 @@ contains
   end subroutine add_friction
 
   !> Judges a contact: which entrance acts, and in which state it is.
-  pure subroutine judge_coulomb(law, start, now, force, doubt, contact, changes)
+  pure subroutine judge_coulomb(law, lines_stay, start, now, force, doubt, contact, changes)
     type(contact_law_t), intent(in) :: law
+    logical, intent(in) :: lines_stay      !! the entrance that acts, and its anchor
     type(entrance_start_t), intent(in) :: start(2)
     type(gap_and_slip_t), intent(in) :: now(2)
     type(contact_force_t), intent(in) :: force
@@ -74,10 +75,11 @@ contains
 
     k = 1
     if (contact%n_entrances == 2) k = entrance_that_acts(contact%active, start, now, force%across, doubt)
+    if (lines_stay) k = contact%active
     call act_on(k, contact, changes)
     state = state_open
     if (is_closed(law, contact%entrance(k), force%across(k))) &
-      call judge_closed(law, start(k), now(k), force%across(k), doubt, contact%entrance(k), state)
+      call judge_closed(law, lines_stay, start(k), now(k), force%across(k), doubt, contact%entrance(k), state)
     call set_state(state, abs(force%across(k)) > doubt, contact%entrance(k), changes)
   end subroutine judge_coulomb
 
@@ -139,8 +141,9 @@ contains
   end function is_closed
 
   !> Judges the friction of an entrance that is closed. One that was open when the step began first gets an anchor.
-  pure subroutine judge_closed(law, start, now, pressing, doubt, entrance, state)
+  pure subroutine judge_closed(law, anchor_stays, start, now, pressing, doubt, entrance, state)
     type(contact_law_t), intent(in) :: law
+    logical, intent(in) :: anchor_stays
     type(entrance_start_t), intent(in) :: start
     type(gap_and_slip_t), intent(in) :: now
     real(dp), intent(in) :: pressing, doubt !! force
@@ -149,14 +152,15 @@ contains
     real(dp) :: slip
 
     slip = now%slip
-    if (entrance%state == state_open) call anchor_where_crossed(start, now, entrance, slip)
+    if (entrance%state == state_open .and. .not. anchor_stays) call anchor_where_crossed(start, now, entrance, slip)
     call judge_friction(law, slip, pressing, doubt, entrance, state)
   end subroutine judge_closed
 
   !> Puts the anchor of an entrance that closes where its vertex first crossed the line in the step; one that was closed when the
   !> step began, or is bonded, keeps its own.
   !>
-  !> An anchor that moved on with every iteration would hold back what it follows, and the iteration would creep.
+  !> One that has gone back to where the step began stays there. An anchor that moved on with every iteration would hold back what
+  !> it follows, and the iteration would creep.
   pure subroutine anchor_where_crossed(start, now, entrance, slip)
     type(entrance_start_t), intent(in) :: start
     type(gap_and_slip_t), intent(in) :: now
@@ -164,7 +168,7 @@ contains
     real(dp), intent(inout) :: slip !! from the anchor, length
     real(dp) :: along
 
-    if (.not. start%gap > 0 .or. start%closed .or. entrance%bonded) return
+    if (.not. start%gap > 0 .or. start%closed .or. start%returned .or. entrance%bonded) return
     along = slip + entrance%anchor*now%edge_length
     entrance%anchor = start%share + min(1.0_dp, start%gap/max(start%gap - now%gap, tiny(start%gap))) &
                                     *(along/now%edge_length - start%share)

@@ -210,6 +210,7 @@ contains
         if (.not. force%along*moved > 0 .or. .not. abs(entrance%anchor - start%share) > 0) cycle
         entrance%anchor = start%share
         entrance%multiplier(2) = 0.0_dp
+        start%returned = .true.
         enough = .false.
       end associate
     end do

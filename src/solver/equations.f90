@@ -9,6 +9,7 @@ module scree_equations
   use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
   use scree_factored, only: factored_t
+  use scree_friction_problem, only: friction_problem_t, place_springs
   use scree_kinds, only: dp
   use scree_linear_solver, only: forget_pattern, keep_matrix, linear_solver_t, recall_matrix, release_solver, small_matrix_t, &
                                  solve, solve_with_kept_factor, solver_work_t
@@ -17,8 +18,8 @@ module scree_equations
   implicit none
   private
   public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, group_elements, keep_factored, &
-            members, out_of_balance, recall_factored, release_equations, set_up_equations, solve_equations, weakest_element, &
-            wholly_held, work_of_solutions
+            members, move_shared, out_of_balance, place_row, recall_factored, release_equations, set_up_equations, &
+            share_out_of_balance, shared_problem, solve_equations, weakest_element, wholly_held, work_of_solutions
 
   integer, parameter :: n = element_unknowns
 
@@ -336,6 +337,21 @@ contains
     share = force/[scale, noise]
   end function out_of_balance
 
+  !> Largest share of the forces that balance on an element that is out of balance there.
+  pure real(dp) function share_out_of_balance(equations, group) result(share)
+    type(equations_t), intent(in) :: equations
+    integer, intent(in) :: group
+    integer :: k
+
+    share = 0.0_dp
+    do k = equations%first(group), equations%first(group + 1) - 1
+      associate (ids => equations%unknown(:, equations%member(k)))
+        share = max(share, maxval(abs(equations%force(ids))/equations%span(ids)) &
+                    /max(maxval(equations%scale(ids)/equations%span(ids)), tiny(share)))
+      end associate
+    end do
+  end function share_out_of_balance
+
   !> Solves for the correction of a group, to a residual below `tolerance` (as `solve` measures it), and adds it to `d`.
   !>
   !> Errors: a singular matrix.
@@ -385,9 +401,6 @@ contains
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
     real(dp), allocatable :: x(:)
-    logical :: moved(size(d))
-    integer, allocatable :: member(:)
-    integer :: e, k
 
     associate (shared => equations%shared)
       allocate (x(size(shared%unknown)))
@@ -396,9 +409,20 @@ contains
       else
         call solve(shared%solver, shared%matrix, equations%force(shared%unknown), tolerance, x, residual, error)
       end if
-      if (allocated(error)) return
-      equations%correction(shared%unknown) = x
     end associate
+    if (.not. allocated(error)) call move_shared(equations, x, d)
+  end subroutine solve_shared
+
+  !> Adds a correction of the free unknowns of the shared group to `d`.
+  subroutine move_shared(equations, x, d)
+    type(equations_t), intent(inout) :: equations
+    real(dp), intent(in) :: x(:)           !! (n_rows)
+    real(dp), intent(inout) :: d(:)        !! (n_unknowns)
+    logical :: moved(size(d))
+    integer, allocatable :: member(:)
+    integer :: e, k
+
+    equations%correction(equations%shared%unknown) = x
     member = members(equations, equations%n_groups)
     moved = .false. ! an unknown that elements share moves once
     do k = 1, size(member)
@@ -409,7 +433,47 @@ contains
       end associate
     end do
     where (moved) d = d + equations%correction
-  end subroutine solve_shared
+  end subroutine move_shared
+
+  !> The equations of the shared group as they are summed up, with room for `m` springs between pairs of elements.
+  subroutine shared_problem(equations, m, problem)
+    type(equations_t), intent(in) :: equations
+    integer, intent(in) :: m
+    type(friction_problem_t), intent(out) :: problem
+
+    associate (shared => equations%shared)
+      problem%matrix = shared%matrix
+      problem%force = equations%force(shared%unknown)
+      problem%span = equations%span(shared%unknown)
+      call place_springs(problem, m, size(shared%rows, 1))
+    end associate
+  end subroutine shared_problem
+
+  !> Places the rows of spring i, which acts between the elements of pair `p`, in a problem of the shared group.
+  subroutine place_row(equations, p, i, row, problem)
+    type(equations_t), intent(in) :: equations
+    integer, intent(in) :: p, i
+    real(dp), intent(in) :: row(2*n, 4) !! force across and along, change across and along, on the unknowns of the pair
+    type(friction_problem_t), intent(inout) :: problem
+    real(dp), allocatable :: reduced(:, :)
+    integer :: w
+
+    problem%spring(i)%slot = equations%first(equations%n_groups + 1) - equations%first(equations%n_groups) + p
+    associate (reduction => equations%pair_reduction(p), rows => equations%shared%rows(:, problem%spring(i)%slot))
+      if (allocated(reduction%Z)) then
+        reduced = matmul(transpose(reduction%Z), row)
+      else
+        reduced = row
+      end if
+      w = size(reduced, 1)
+      problem%length(i) = w
+      problem%row(:w, i) = rows(:w)
+      problem%normal(:w, i) = reduced(:, 1)
+      problem%shear(:w, i) = reduced(:, 2)
+      problem%normal_change(:w, i) = reduced(:, 3)
+      problem%shear_change(:w, i) = reduced(:, 4)
+    end associate
+  end subroutine place_row
 
   !> What the solutions of the shared group took so far.
   pure type(solver_work_t) function work_of_solutions(equations) result(work)

@@ -8,13 +8,17 @@
 !> open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
 module scree_settle
   use scree_contact_quantities, only: gap_and_slip_t
+  use scree_contact_problem, only: pose_problem, take_states
   use scree_contact_rules, only: gaps_and_slips, iteration_rules, iteration_rules_t, place
   use scree_contact_try, only: contact_try_t
   use scree_effects, only: add_element_effects
   use scree_element_term, only: step_rule_t, term_t
-  use scree_equations, only: add_equations, begin_equations, out_of_balance, solve_equations, &
+  use scree_equations, only: add_equations, begin_equations, move_shared, out_of_balance, &
+                             share_out_of_balance, solve_equations, &
                              weakest_element, wholly_held
   use scree_errors, only: error_t
+  use scree_friction_problem, only: friction_problem_t
+  use scree_friction_solver, only: solve_friction
   use scree_impact, only: element_in_impact, keep_rigid
   use scree_kinds, only: dp
   use scree_model, only: cache_t, element_cache_t, model_t
@@ -36,6 +40,13 @@ module scree_settle
   !> An area that changes by more than this factor in a step is no iterate worth going on with.
   real(dp), parameter :: largest_area_change = 5.0_dp
 
+  !> Friction problems in a step, after which entrances and anchors stay; and at most.
+  integer, parameter :: free_rounds = 6, most_rounds = 20
+  !> Times that contacts may hold in a step what has settled.
+  integer, parameter :: most_holds = 100
+  !> Forces that judgement leaves out of balance on an element, over all that balance on it: less is none.
+  real(dp), parameter :: accepted_share = 1e-8_dp
+
   !> Elements that are settled together, and how far they are.
   type :: group_t
     integer :: number = 0                     !! among the groups of the equations
@@ -49,6 +60,9 @@ module scree_settle
     type(term_t), allocatable :: term(:)      !! of the members at the last linearisation, where it may stay
     real(dp), allocatable :: linear_at(:)     !! (n_unknowns) displacement then
     integer :: fewest = huge(1), stalled = 0  !! changes of states, and iterations since that got fewer
+    real(dp), allocatable :: sound(:)         !! (n_unknowns) displacement that the iteration, or its last round, began with
+    integer :: rounds = 0                     !! friction problems that were solved
+    logical :: in_doubt = .false.             !! all has settled but for contacts that the judgement changed
   end type group_t
 
 contains
@@ -132,8 +146,31 @@ contains
     call reject_unsettled(cache, e, outcome)
   end subroutine settle_alone
 
-  !> Settles elements that share unknowns or touch.
+  !> Settles elements that share unknowns or touch. Where contacts hold what has settled by multipliers, or by anchors that move, it
+  !> settles anew.
   subroutine settle_together(model, cache, state, group, contacts, d, outcome)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(inout) :: d(:)               !! (n_unknowns)
+    type(outcome_t), intent(inout) :: outcome
+    logical :: held
+    integer :: i
+
+    do i = 1, most_holds
+      call iterate(model, cache, state, group, contacts, d, outcome)
+      if (.not. (outcome%settled .and. group%in_contact)) return
+      call hold(model, group, d, contacts, held)
+      if (held) return
+    end do
+    call reject(outcome, 'the multipliers of contacts did not settle in '//number_text(most_holds)//' rounds', &
+                'a larger contact.overlap, or another contact.stiffness', 0)
+  end subroutine settle_together
+
+  !> Iterates until the deformation and the states of contacts have settled.
+  subroutine iterate(model, cache, state, group, contacts, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
@@ -144,31 +181,30 @@ contains
     real(dp) :: change, residual
     integer :: i, worst
 
+    outcome%settled = .false.
     worst = group%member(1)
     do i = 1, merge(4, 1, group%in_contact)*model%settings%most_iterations
       call assemble(model, cache, state, group, contacts, d)
-      if (balances(model, cache, group, contacts, i)) then
-        call hold(model, group, d, contacts, outcome%settled)
-        if (outcome%settled) return
-        cycle
-      end if
-      call correct(model, cache, group%number, d, residual, outcome)
+      outcome%settled = balances(model, cache, group, contacts, i)
+      if (outcome%settled) return
       outcome%iterations = max(outcome%iterations, i)
+      call correct(model, cache, group%number, d, residual, outcome)
       if (allocated(outcome%trouble%what)) return
       call check_areas(model, cache, group%member, d, outcome)
-      if (allocated(outcome%trouble%what)) return
-      call find_change(model, cache, group, d, change, worst)
-      outcome%settled = is_settled(model, change, residual)
-      if (group%in_contact) then
-        if (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1) outcome%settled = .false.
-        call judge(model, cache, state, group, contacts, d, outcome)
+      if (allocated(outcome%trouble%what)) then
+        call settle_stalled(model, cache, state, group, contacts, d, outcome)
+        if (allocated(outcome%trouble%what)) return
+        cycle
       end if
-      if (outcome%settled) call hold(model, group, d, contacts, outcome%settled)
+      call find_change(model, cache, group, d, change, worst)
+      outcome%settled = is_settled(model, change, residual) &
+                        .and. .not. (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1)
+      if (group%in_contact) call judge(model, cache, state, group, contacts, d, outcome)
       if (outcome%settled .or. allocated(outcome%trouble%what)) return
       if (model%settings%iterate == iterate_hybrid .and. .not. group%frozen) group%rule%tangent = change < near_solution
     end do
     call reject_unsettled(cache, worst, outcome)
-  end subroutine settle_together
+  end subroutine iterate
 
   !> Contacts at the prediction, and what their iteration begins with.
   subroutine begin_open_close(model, cache, state, group, contacts, d)
@@ -183,6 +219,7 @@ contains
     if (group%nested) allocate (group%term(size(group%member)))
     if (.not. contacts%linear) call place(model, cache, state, d, contacts)
     group%open_close = iteration_rules(contacts%law)
+    group%sound = d
     if (group%open_close%judges_prediction) call judge_prediction(model, d, contacts)
   end subroutine begin_open_close
 
@@ -191,6 +228,21 @@ contains
   !> The operator of contacts keeps the symmetry of a secant. Not where the secant stays: the forces are then linear, and contacts
   !> need their exact changes to settle.
   subroutine assemble(model, cache, state, group, contacts, d)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    type(contact_try_t), intent(in) :: contacts
+    real(dp), intent(in) :: d(:)
+
+    call add_elements(model, cache, state, group, contacts, d)
+    if (group%in_contact .and. .not. group%frozen) group%linear_at = d
+    call add_pair_effects(model, contacts, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen), d, &
+                          cache%equations)
+  end subroutine assemble
+
+  !> Begins the equations with what the elements add.
+  subroutine add_elements(model, cache, state, group, contacts, d)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
@@ -218,10 +270,7 @@ contains
         call add_equations(cache%equations, group%number, k, cache%element(e)%kinematics%span, term)
       end associate
     end do
-    if (group%in_contact .and. .not. group%frozen) group%linear_at = d
-    call add_pair_effects(model, contacts, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen), d, &
-                          cache%equations)
-  end subroutine assemble
+  end subroutine add_elements
 
   !> What the effects add to one element, which in an impact keeps its stress.
   pure type(term_t) function term_of(model, cache, state, contacts, e, d, rule) result(term)
@@ -264,11 +313,11 @@ contains
   !> Judges the contacts after a correction, and rejects the try where they go round in circles.
   subroutine judge(model, cache, state, group, contacts, d, outcome)
     type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
+    type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     type(group_t), intent(inout) :: group
     type(contact_try_t), intent(inout) :: contacts
-    real(dp), intent(in) :: d(:)
+    real(dp), intent(inout) :: d(:)
     type(outcome_t), intent(inout) :: outcome
     integer :: before(2, size(contacts%contact)) !! states of their entrances before the judgement
 
@@ -280,6 +329,7 @@ contains
       call judge_contacts(model, d, contacts)
     end if
     outcome%judged = reshape([outcome%judged, contacts%count, contacts%changes], [4, size(outcome%judged, 2) + 1])
+    group%in_doubt = outcome%settled .and. contacts%changes > 0 .and. group%open_close%settles_always
     if (contacts%changes == 0) return
     outcome%settled = .false.
     if (contacts%changes < group%fewest .and. group%open_close%counts_progress) then
@@ -287,22 +337,76 @@ contains
     else
       group%stalled = group%stalled + 1
     end if
-    if (group%stalled > group%open_close%most_stalled) call reject_contacts(model, state, contacts, before, d, outcome)
+    if (group%stalled <= group%open_close%most_stalled) return
+    call reject_contacts(model, state, contacts, before, d, outcome)
+    call settle_stalled(model, cache, state, group, contacts, d, outcome)
   end subroutine judge
 
-  !> Lets contacts hold what has settled, by multipliers and where they closed; it has not where they change by that.
-  subroutine hold(model, group, d, contacts, settled)
+  !> Settles contacts that run in circles as a friction problem, at the entrances, anchors and bonds that they have where the last
+  !> such round ended or the step began. Where it may not, or that fails, the trouble of the outcome stays.
+  subroutine settle_stalled(model, cache, state, group, contacts, d, outcome)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(inout) :: d(:)
+    type(outcome_t), intent(inout) :: outcome
+    type(friction_problem_t) :: problem
+    real(dp), allocatable :: x(:)
+    integer :: factors, spring(size(contacts%contact))
+    logical :: found
+
+    if (.not. (group%in_contact .and. group%open_close%settles_always .and. group%rounds < most_rounds)) return
+    d = group%sound
+    call judge_at(model, cache, state, group, d, contacts)
+    call add_elements(model, cache, state, group, contacts, d)
+    call pose_problem(model, contacts, d, cache%equations, problem)
+    call solve_friction(problem, accepted_share, x, spring, found, factors)
+    outcome%solves = outcome%solves + factors
+    if (.not. found) return
+    call take_states(spring, contacts)
+    call move_shared(cache%equations, x, d)
+    outcome%settled = .true.
+    call check_areas(model, cache, group%member, d, outcome)
+    if (.not. outcome%settled) return
+    deallocate (outcome%trouble%what)
+    group%sound = d
+    group%rounds = group%rounds + 1
+    contacts%lines_stay = group%rounds >= free_rounds
+    group%stalled = 0
+    group%fewest = huge(1)
+    call judge_at(model, cache, state, group, d, contacts)
+    group%in_doubt = contacts%linear
+    outcome%settled = .false.
+  end subroutine settle_stalled
+
+  !> Judges the contacts at `d`, placed there where they may be.
+  subroutine judge_at(model, cache, state, group, d, contacts)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(in) :: group
+    real(dp), intent(in) :: d(:)
+    type(contact_try_t), intent(inout) :: contacts
+
+    if (.not. (contacts%linear .or. group%frozen)) call place(model, cache, state, d, contacts)
+    call judge_contacts(model, d, contacts)
+  end subroutine judge_at
+
+  !> Lets contacts hold what has settled, by multipliers and where they closed; it is `held` where none changes by that.
+  subroutine hold(model, group, d, contacts, held)
     type(model_t), intent(in) :: model
     type(group_t), intent(inout) :: group
     real(dp), intent(in) :: d(:)
     type(contact_try_t), intent(inout) :: contacts
-    logical, intent(out) :: settled
+    logical, intent(out) :: held
 
-    settled = .true.
-    if (.not. group%in_contact) return
-    call hold_contacts(model, d, contacts, settled)
-    if (settled) call return_anchors(model, d, contacts, settled)
+    call hold_contacts(model, d, contacts, held)
+    if (held) call return_anchors(model, d, contacts, held)
     group%stalled = 0
+    group%rounds = 0
+    group%in_doubt = .false.
   end subroutine hold
 
   !> Whether the balance of forces tells that an iteration has settled; with small strain the residual of the correction does.
@@ -332,7 +436,8 @@ contains
     integer, intent(in) :: i
 
     balances = .false.
-    if (.not. settles_by_residual(model)) return
+    if (group%in_doubt) balances = share_out_of_balance(cache%equations, group%number) <= accepted_share
+    if (balances .or. .not. settles_by_residual(model)) return
     balances = is_balanced(model, cache, group%number) .and. .not. (group%in_contact .and. contacts%changes > 0 .and. i > 1)
   end function balances
 

@@ -1,0 +1,79 @@
+!> The contacts of a step as springs of a friction problem, and back: their lines, anchors and bonds stay.
+module scree_contact_problem
+  use scree_contact_quantities, only: gap_and_slip_t
+  use scree_contact_rules, only: anchor_what_closes, gaps_and_slips, rows_along, spring_of
+  use scree_contact_try, only: contact_try_t
+  use scree_contacts, only: state_locked, state_open, state_sliding
+  use scree_coulomb_contact, only: bond
+  use scree_equations, only: equations_t, place_row, shared_problem
+  use scree_friction_problem, only: friction_problem_t, spring_back, spring_forth, spring_locked, spring_open, &
+                                    spring_pulled
+  use scree_kinds, only: dp
+  use scree_model, only: model_t
+  use scree_system, only: element_unknowns
+  implicit none
+  private
+  public :: pose_problem, take_states
+
+  integer, parameter :: n = 2*element_unknowns
+
+contains
+
+  !> Poses the problem of the step at `d`, for a correction of it, with the entrances that act. The equations hold what
+  !> the elements add.
+  !>
+  !> Contacts that are open get the anchors that they would close at.
+  subroutine pose_problem(model, try, d, equations, problem)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(inout) :: try
+    real(dp), intent(in) :: d(:)             !! (n_unknowns)
+    type(equations_t), intent(in) :: equations
+    type(friction_problem_t), intent(out) :: problem
+    type(gap_and_slip_t) :: now(2)
+    real(dp) :: row(n, 4)
+    integer :: i
+
+    call shared_problem(equations, size(try%contact), problem)
+    do i = 1, size(try%contact)
+      now = gaps_and_slips(model, try, i, d)
+      call anchor_what_closes(try, i, now)
+      associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active), &
+                 spring => problem%spring(i))
+        call spring_of(try, i, now, spring%pressing, spring%stiffness)
+        spring%shear = entrance%multiplier(2) - try%law%shear_stiffness*now(k)%slip
+        spring%shear_stiffness = try%law%shear_stiffness
+        spring%friction = try%law%friction(entrance%joint)
+        spring%cohesion = bond(entrance, try%law%cohesion(entrance%joint))
+        spring%bonded = entrance%bonded .and. entrance%state /= state_open
+        row(:, 1) = try%geometry(k, i)%normal
+        row(:, 3) = try%geometry(k, i)%normal_end
+        call rows_along(try, i, row(:, 2), row(:, 4))
+        call place_row(equations, entrance%pair, i, row, problem)
+      end associate
+    end do
+    problem%symmetric = all(abs(problem%normal - problem%normal_change) <= 0) .and. &
+                        all(abs(problem%shear - problem%shear_change) <= 0)
+  end subroutine pose_problem
+
+  !> Gives the contacts the states of the problem's springs.
+  pure subroutine take_states(state, try)
+    integer, intent(in) :: state(:)
+    type(contact_try_t), intent(inout) :: try
+    integer :: i
+
+    do i = 1, size(try%contact)
+      associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
+        select case (state(i))
+        case (spring_open)
+          entrance%state = state_open
+        case (spring_locked)
+          entrance%state = state_locked
+        case (spring_forth, spring_back, spring_pulled)
+          entrance%state = state_sliding
+          entrance%direction = merge(1.0_dp, -1.0_dp, state(i) == spring_forth)
+        end select
+      end associate
+    end do
+  end subroutine take_states
+
+end module scree_contact_problem
