@@ -40,8 +40,8 @@ contains
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active), &
                  spring => problem%spring(i))
         call spring_of(try, i, now, spring%pressing, spring%stiffness)
-        spring%shear = entrance%multiplier(2) - try%law%shear_stiffness*now(k)%slip
-        spring%shear_stiffness = try%law%shear_stiffness
+        spring%shear = entrance%multiplier(2) - entrance%stiffness(2)*now(k)%slip
+        spring%shear_stiffness = entrance%stiffness(2)
         spring%friction = try%law%friction(entrance%joint)
         spring%cohesion = bond(entrance, try%law%cohesion(entrance%joint))
         spring%bonded = entrance%bonded .and. entrance%state /= state_open

@@ -316,7 +316,8 @@ contains
     associate (k => try%contact(i)%active)
       select case (try%law%rules)
       case (rules_conserving)
-        call spring_of_conserving(try%law%normal_stiffness, try%contact(i)%n_entrances, k, try%start(:, i), now, pressing, yielding)
+        call spring_of_conserving(try%contact(i)%entrance(k)%stiffness(1), try%contact(i)%n_entrances, k, try%start(:, i), now, &
+                                  pressing, yielding)
       case default
         force = press_across(try, i, now)
         pressing = force%across(k)

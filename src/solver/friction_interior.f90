@@ -15,7 +15,7 @@ module scree_friction_interior
   use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, friction_problem_t, obey_law, &
                                     rates_of, spring_t
   use scree_kinds, only: dp
-  use scree_linear_solver, only: apply, factorise, linear_solver_t, release_solver
+  use scree_linear_solver, only: factorise, linear_solver_t, release_solver, solve_with_factors
   use scree_sparse_matrix, only: sparse_matrix_t, times
   implicit none
   private
@@ -108,7 +108,7 @@ contains
         still = answer(problem%spring(i), pairs(i), aim(i), 0.0_dp, 0.0_dp)
         call add_spring_force(problem, i, [merge(0.0_dp, still%y, problem%spring(i)%bonded), still%shear], force)
       end do
-      call apply(solver, matrix, force, dx, error)
+      call solve_with_factors(solver, matrix, force, dx, error)
       if (allocated(error)) return
       do i = 1, size(pairs)
         rate = rates_of(problem, i, dx)

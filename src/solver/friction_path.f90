@@ -12,7 +12,7 @@ module scree_friction_path
   use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, friction_problem_t, obey_law, &
                                     rates_of, spring_back, spring_forth, spring_locked, spring_open, spring_pulled, spring_t
   use scree_kinds, only: dp
-  use scree_linear_solver, only: apply, factorise, linear_solver_t, release_solver
+  use scree_linear_solver, only: factorise, linear_solver_t, release_solver, solve_with_factors
   use scree_sparse_matrix, only: sparse_matrix_t, times
   implicit none
   private
@@ -135,7 +135,7 @@ contains
     done = .not. allocated(error)
     if (.not. done) return
     if (.not. allocated(path%base_direction)) allocate (path%base_direction(size(path%x)))
-    call apply(path%solver, path%matrix, path%start_force, path%base_direction, error)
+    call solve_with_factors(path%solver, path%matrix, path%start_force, path%base_direction, error)
     done = .not. allocated(error)
     path%base_state = path%state
     path%n_changed = 0
@@ -335,7 +335,7 @@ contains
     do c = 2*m - 1, 2*m
       unit = 0.0_dp
       call add_spring_force(problem, i, merge([1.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], c == 2*m - 1), unit)
-      call apply(path%solver, path%matrix, unit, path%answer(:, c), error)
+      call solve_with_factors(path%solver, path%matrix, unit, path%answer(:, c), error)
       done = .not. allocated(error)
       if (.not. done) return
       do k = 1, m
