@@ -1,7 +1,8 @@
-"""The answers of tools/validate, and the geometries that it writes; without runs."""
+"""The answers of tools/validate, the geometries that it writes, and what it says."""
 import math
 import os
 import pathlib
+import re
 import subprocess
 
 import numpy as np
@@ -185,3 +186,10 @@ def test_the_tool_says_what_is_wrong(tmp_path):
     wrong.chmod(0o755)
     done = subprocess.run([tool, "b1", "m4", "--scree", wrong], capture_output=True, text=True)
     assert done.returncode == 1 and done.stdout.count("out of order  MISS") == 2
+
+
+def test_a_setting_reaches_every_run_and_solves_are_counted():
+    done = subprocess.run([SOURCE / "tools" / "validate", "b3"], capture_output=True, text=True)
+    assert done.returncode == 0 and int(re.search(r"(\d+) solves", done.stdout)[1]) > 0
+    done = subprocess.run([SOURCE / "tools" / "validate", "b3", "--set", "contact.method=none"], capture_output=True, text=True)
+    assert done.returncode == 1 and "2 misses, 750 solves" in done.stdout  # falls freely, a solve a step

@@ -73,10 +73,12 @@ def work_folder(keep=None):
 
 
 class Runner:
-    """Runs decks into a folder, each to a name, and adds up the seconds that they take."""
+    """Runs decks into a folder, each to a name, with settings for all before those of each; adds up the seconds that they take and
+    the systems that they solve."""
 
-    def __init__(self, folder, path=None):
-        self.folder, self.path, self.seconds = pathlib.Path(folder), program(path), 0.0
+    def __init__(self, folder, path=None, settings=()):
+        self.folder, self.path, self.settings = pathlib.Path(folder), program(path), settings
+        self.seconds, self.solves = 0.0, 0
 
     def __call__(self, deck, geometry=None, settings=(), name=None):
         """Runs an analysis deck; the geometry as (name, text) where the deck names none."""
@@ -87,6 +89,8 @@ class Runner:
         output = self.folder / f"{name or deck.parent.name + '-' + deck.stem}.h5"
         start = time.perf_counter()
         try:
-            return run(*decks, output=output, settings=settings, path=self.path)
+            results = run(*decks, output=output, settings=[*self.settings, *settings], path=self.path)
+            self.solves += int(results.history.solves.sum())
+            return results
         finally:
             self.seconds += time.perf_counter() - start

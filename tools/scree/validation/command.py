@@ -1,9 +1,9 @@
 """Runs cases of contact with a known answer and prints case | quantity | reference | scree | error | tolerance.
 
-    tools/validate [CASE ...] [--scree PROGRAM] [--keep FOLDER]
+    tools/validate [CASE ...] [--set GROUP.NAME=VALUE] [--scree PROGRAM] [--keep FOLDER]
 
-Without a case, all of them. doc/validation.md describes the cases and where the answers are from. Exit status 0 when every
-tolerance is met, 1 on a miss or a run that fails, 2 when the program is missing.
+Without a case, all of them. A setting is for every run. doc/validation.md describes the cases and where the answers are from. Exit
+status 0 when every tolerance is met, 1 on a miss or a run that fails, 2 when the program is missing.
 Needs Debian's python3-numpy and python3-h5py.
 """
 import argparse
@@ -20,8 +20,8 @@ def text(value):
 
 
 def compare(names, run):
-    """Prints the table; returns the number of misses."""
-    misses = 0
+    """Prints the table, and what all of it took; returns the number of misses."""
+    misses, seconds_of_all = 0, 0.0
     print(f"{'case':<5}{'quantity':<46}{'reference':>14}{'scree':>20}{'error':>10}{'tolerance':>11}{'seconds':>9}")
     for name in names:
         rows = CASES[name](run)
@@ -35,19 +35,23 @@ def compare(names, run):
                 print(f"{name:<5}{failed}  MISS")
                 misses += 1
                 break
+            finally:
+                seconds_of_all += run.seconds
             misses += not row.met()
             error = "" if isinstance(row.reference, str) else f"{row.error():.1e}"
             tolerance = "" if isinstance(row.reference, str) else f"{row.tolerance:.1e}"
             seconds = f"{run.seconds:.2f}" if run.seconds else ""
             print(f"{name:<5}{row.quantity:<46}{text(row.reference):>14}{text(row.found):>20}{error:>10}{tolerance:>11}{seconds:>9}"
                   f"{'  ok' if row.met() else '  MISS'}", flush=True)
-    print(f"{misses} misses" if misses else "every tolerance is met")
+    print(f"{misses} misses" if misses else "every tolerance is met", f"{run.solves} solves", f"{seconds_of_all:.1f} s", sep=", ")
     return misses
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("case", nargs="*", help=f"of {' '.join(CASES)}")
+    parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE",
+                        help="a setting of every run, unless its case has another; may be repeated")
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
     parser.add_argument("--keep", type=pathlib.Path, help="folder for geometries and results; else they are not kept")
     given = parser.parse_args()
@@ -56,7 +60,7 @@ def main():
         parser.error(f"expected cases of {' '.join(CASES)}, found {' '.join(unknown)}")
     try:
         with work_folder(given.keep) as folder:
-            return 1 if compare(given.case or list(CASES), Runner(folder, given.scree)) else 0
+            return 1 if compare(given.case or list(CASES), Runner(folder, given.scree, given.set)) else 0
     except ProgramMissing as problem:
         print(f"tools/validate: {problem}", file=sys.stderr)
         return 2
