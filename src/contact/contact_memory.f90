@@ -185,8 +185,8 @@ contains
                                 + max(past%pressed(block(entrance%vertex)), past%pressed(block(entrance%edge))))
   end subroutine rest_inside
 
-  !> Lets a contact inherit the overlap and the stiffness of the spring of a contact before whose place it takes: one that had a pair
-  !> of the encounter closed, and was not made of the same entrances. Overlap below 0: there is none; 0: it is found inside.
+  !> Lets a contact inherit the overlap and the stiffness of the spring of a contact before whose place it takes: one that had a
+  !> pair of the encounter closed, and was not made of the same entrances. Overlap below 0: there is none; 0: it is found inside.
   pure subroutine inherit(survey, past, encounter, contact)
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
