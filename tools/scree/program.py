@@ -73,12 +73,12 @@ def work_folder(keep=None):
 
 
 class Runner:
-    """Runs decks into a folder, each to a name, with settings for all before those of each; adds up the seconds that they take and
-    the systems that they solve."""
+    """Runs decks into a folder, each to a name, with settings for all before those of each; adds up the seconds that they take, and
+    the systems that they solve and the seconds of the processor that their steps take."""
 
     def __init__(self, folder, path=None, settings=()):
         self.folder, self.path, self.settings = pathlib.Path(folder), program(path), settings
-        self.seconds, self.solves = 0.0, 0
+        self.seconds, self.solves, self.processor_seconds = 0.0, 0, 0.0
 
     def __call__(self, deck, geometry=None, settings=(), name=None):
         """Runs an analysis deck; the geometry as (name, text) where the deck names none."""
@@ -91,6 +91,7 @@ class Runner:
         try:
             results = run(*decks, output=output, settings=[*self.settings, *settings], path=self.path)
             self.solves += int(results.history.solves.sum())
+            self.processor_seconds += results.seconds("steps", "processor")
             return results
         finally:
             self.seconds += time.perf_counter() - start
