@@ -22,7 +22,7 @@ module scree_friction_interior
   public :: solve_from_inside
 
   !> Share of the way to the first of the pairs that gets to zero.
-  real(dp), parameter :: short_of = 0.98_dp
+  real(dp), parameter :: short_of = 0.95_dp
   !> A step shorter than this is taken again towards the middle of the interior.
   real(dp), parameter :: too_short = 0.1_dp
   integer, parameter :: most_iterations = 45

@@ -1,7 +1,7 @@
 !> Solution of a friction problem by what settles it where Newton's iteration runs in circles.
 !>
 !> The interior is quick, but may end at a fold of its way; the path goes round folds, one spring at a time, and is short from
-!> there. Where neither gets through, the interior is begun nearer to its walls, then farther from them.
+!> there. Where neither gets through, the interior is begun nearer to its walls.
 module scree_friction_solver
   use scree_friction_interior, only: solve_from_inside
   use scree_friction_path, only: follow_path
@@ -12,15 +12,18 @@ module scree_friction_solver
   public :: solve_friction
 
   !> What the interior begins with, over the largest force.
-  real(dp), parameter :: at_first(*) = [0.3_dp, 0.01_dp, 3.0_dp]
-  !> Pieces that a path may cross.
-  integer, parameter :: most_pieces = 600
+  real(dp), parameter :: at_first(*) = [3.0_dp, 0.01_dp, 0.3_dp]
+  !> Pieces that a path may cross, and one from near the solution.
+  integer, parameter :: most_pieces = 600, most_near = 150
 
 contains
 
   !> Solves a friction problem, to a share `tolerance` of the largest force that presses.
-  subroutine solve_friction(problem, tolerance, x, state, found, factors)
+  !>
+  !> Near the solution, as of a problem that differs in few springs, the path is short and is tried first.
+  subroutine solve_friction(problem, near, tolerance, x, state, found, factors)
     type(friction_problem_t), intent(in) :: problem
+    logical, intent(in) :: near                !! zero is near the solution
     real(dp), intent(in) :: tolerance
     real(dp), allocatable, intent(out) :: x(:) !! (n); means nothing where none was found
     integer, intent(out) :: state(:)           !! (m) of the springs
@@ -29,6 +32,11 @@ contains
     integer :: i, own
 
     factors = 0
+    if (near) then
+      x = 0.0_dp*problem%force
+      call follow_path(problem, most_near, x, state, found, factors)
+      if (found) return
+    end if
     do i = 1, size(at_first)
       x = 0.0_dp*problem%force
       call solve_from_inside(problem, at_first(i), tolerance, x, state, found, own)

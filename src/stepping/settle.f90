@@ -41,7 +41,7 @@ module scree_settle
   real(dp), parameter :: largest_area_change = 5.0_dp
 
   !> Friction problems in a step, after which entrances and anchors stay; and at most.
-  integer, parameter :: free_rounds = 6, most_rounds = 20
+  integer, parameter :: free_rounds = 3, most_rounds = 20
   !> Times that contacts may hold in a step what has settled.
   integer, parameter :: most_holds = 100
   !> Forces that judgement leaves out of balance on an element, over all that balance on it: less is none.
@@ -362,7 +362,7 @@ contains
     call judge_at(model, cache, state, group, d, contacts)
     call add_elements(model, cache, state, group, contacts, d)
     call pose_problem(model, contacts, d, cache%equations, problem)
-    call solve_friction(problem, accepted_share, x, spring, found, factors)
+    call solve_friction(problem, group%rounds > 0, accepted_share, x, spring, found, factors)
     outcome%solves = outcome%solves + factors
     if (.not. found) return
     call take_states(spring, contacts)
