@@ -61,6 +61,7 @@ module scree_settle
     real(dp), allocatable :: linear_at(:)     !! (n_unknowns) displacement then
     integer :: fewest = huge(1), stalled = 0  !! changes of states, and iterations since that got fewer
     real(dp), allocatable :: sound(:)         !! (n_unknowns) displacement that the iteration, or its last round, began with
+    logical :: near = .false.                 !! to the solution: a friction problem ended there
     integer :: rounds = 0                     !! friction problems that were solved
     logical :: in_doubt = .false.             !! all has settled but for contacts that the judgement changed
   end type group_t
@@ -362,7 +363,7 @@ contains
     call judge_at(model, cache, state, group, d, contacts)
     call add_elements(model, cache, state, group, contacts, d)
     call pose_problem(model, contacts, d, cache%equations, problem)
-    call solve_friction(problem, group%rounds > 0, accepted_share, x, spring, found, factors)
+    call solve_friction(problem, group%near, accepted_share, x, spring, found, factors)
     outcome%solves = outcome%solves + factors
     if (.not. found) return
     call take_states(spring, contacts)
@@ -372,6 +373,7 @@ contains
     if (.not. outcome%settled) return
     deallocate (outcome%trouble%what)
     group%sound = d
+    group%near = .true.
     group%rounds = group%rounds + 1
     contacts%lines_stay = group%rounds >= free_rounds
     group%stalled = 0
