@@ -9,12 +9,12 @@ module scree_open_close
                                  put_anchors
   use scree_contact_try, only: contact_try_t, of_elements
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
-  use scree_coulomb_contact, only: bond
+  use scree_coulomb_contact, only: act_on, bond
   use scree_kinds, only: dp
   use scree_model, only: model_t
   implicit none
   private
-  public :: hold_contacts, judge_contacts, judge_prediction, return_anchors
+  public :: hold_contacts, judge_contacts, keep_lines, judge_prediction, return_anchors
 
   !> A force below this share of the largest contact force on the body that has the smaller changes no state.
   real(dp), parameter :: faint = 1e-8_dp
@@ -185,6 +185,23 @@ contains
       end do
     end do
   end subroutine harden
+
+  !> Lets entrances and anchors stay as they are from here on. A line that its vertex was behind when the step began, without a force,
+  !> does not: the overlap would bring energy. There the other entrance acts.
+  pure subroutine keep_lines(try)
+    type(contact_try_t), intent(inout) :: try
+    integer :: i, ignored
+
+    try%lines_stay = .true.
+    ignored = 0
+    do i = 1, size(try%contact)
+      associate (contact => try%contact(i), start => try%start(:, i))
+        if (contact%n_entrances == 1 .or. start(contact%active)%closed) cycle
+        if (start(contact%active)%gap < 0 .and. start(3 - contact%active)%gap > start(contact%active)%gap) &
+          call act_on(3 - contact%active, contact, ignored)
+      end associate
+    end do
+  end subroutine keep_lines
 
   !> Moves anchors back to where their vertices were when the step began, where these closed in the step and do not get to them:
   !> shear would pull them on along their way and do work.

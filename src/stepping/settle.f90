@@ -22,7 +22,7 @@ module scree_settle
   use scree_impact, only: element_in_impact, keep_rigid
   use scree_kinds, only: dp
   use scree_model, only: cache_t, element_cache_t, model_t
-  use scree_open_close, only: hold_contacts, judge_contacts, judge_prediction, return_anchors
+  use scree_open_close, only: hold_contacts, judge_contacts, judge_prediction, keep_lines, return_anchors
   use scree_pair_effects, only: add_pair_effects
   use scree_scene, only: iterate_hybrid, iterate_newton, test_residual
   use scree_state, only: state_t
@@ -375,7 +375,7 @@ contains
     group%sound = d
     group%near = .true.
     group%rounds = group%rounds + 1
-    contacts%lines_stay = group%rounds >= free_rounds
+    if (group%rounds == free_rounds) call keep_lines(contacts)
     group%stalled = 0
     group%fewest = huge(1)
     call judge_at(model, cache, state, group, d, contacts)
