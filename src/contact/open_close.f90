@@ -186,8 +186,8 @@ contains
     end do
   end subroutine harden
 
-  !> Lets entrances and anchors stay as they are from here on. A line that its vertex was behind when the step began, without a force,
-  !> does not: the overlap would bring energy. There the other entrance acts.
+  !> Lets entrances and anchors stay as they are from here on. A line that its vertex was behind when the step began, without a
+  !> force, does not: the overlap would bring energy. There the other entrance acts.
   pure subroutine keep_lines(try)
     type(contact_try_t), intent(inout) :: try
     integer :: i, ignored
