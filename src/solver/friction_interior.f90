@@ -45,7 +45,7 @@ module scree_friction_interior
 
 contains
 
-  !> Solves a friction problem, to a share `tolerance` of the largest force that presses. Where it does not, `found` is false.
+  !> Solves a friction problem, to a share `tolerance` of the largest force. Where it does not, `found` is false.
   subroutine solve_from_inside(problem, at_first, tolerance, x, state, found, factors)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: at_first      !! what the pairs begin with over the largest force
@@ -179,7 +179,7 @@ contains
     if (.not. spring%friction > 0) limit = spring%cohesion
   end function limit
 
-  !> States of the springs at `x`, and the forces that they leave out of balance over the largest that presses.
+  !> States of the springs at `x`, and the forces that they leave out of balance over the largest that acts.
   subroutine find_state(problem, x, state, left)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: x(:)
@@ -189,7 +189,7 @@ contains
     integer :: i
 
     rest = problem%force - times(problem%matrix, x)
-    largest = tiny(largest)
+    largest = max(maxval(abs(problem%force)/problem%span), tiny(largest))
     do i = 1, size(state)
       closed = closed_forces(problem, i, x)
       call obey_law(problem%spring(i), closed, state(i), force)

@@ -43,7 +43,7 @@ module scree_friction_path
     integer :: n_changed = 0
     integer :: changed(most_changed) = 0            !! springs that are not, or were not, in their base state
     real(dp), allocatable :: answer(:, :)           !! (n, 2 most_changed) of the matrix to unit forces across and along them
-    real(dp) :: influence(2*most_changed, 2*most_changed) = 0.0_dp !! what those forces move their rows by
+    real(dp), allocatable :: influence(:, :)        !! (2 most_changed, 2 most_changed) what those forces move their rows by
   end type path_t
 
   interface
@@ -103,7 +103,7 @@ contains
     n = size(x)
     m = size(problem%spring)
     allocate (path%pressing(m), path%shear(m), path%pressing_rate(m), path%shear_rate(m), path%state(m), &
-              path%answer(n, 2*most_changed))
+              path%answer(n, 2*most_changed), path%influence(2*most_changed, 2*most_changed))
     overlap = maxval(abs(problem%spring%pressing)/problem%spring%stiffness)
     path%x = x + off_symmetry*overlap*[(modulo(golden*i, 1.0_dp) - 0.5_dp, i=1, n)]/problem%span
     path%start_force = problem%force - times(problem%matrix, path%x)

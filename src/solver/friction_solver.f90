@@ -18,7 +18,7 @@ module scree_friction_solver
 
 contains
 
-  !> Solves a friction problem, to a share `tolerance` of the largest force that presses.
+  !> Solves a friction problem, to a share `tolerance` of the largest force.
   !>
   !> Near the solution, as of a problem that differs in few springs, the path is short and is tried first.
   subroutine solve_friction(problem, near, tolerance, x, state, found, factors)
