@@ -4,7 +4,7 @@ module scree_dense_solver
   use scree_kinds, only: dp
   implicit none
   private
-  public :: solve_dense
+  public :: dgesv, solve_dense
 
   integer, parameter, public :: largest_dense = 12 !! unknowns, so that the work space is on the stack
 

@@ -8,6 +8,7 @@
 !> The directions come from the factors of a matrix on the way, and those of a small one for the springs that have changed since
 !> (Woodbury).
 module scree_friction_path
+  use scree_dense_solver, only: dgesv
   use scree_errors, only: error_t
   use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, friction_problem_t, obey_law, &
                                     rates_of, spring_back, spring_forth, spring_locked, spring_open, spring_pulled, spring_t
@@ -45,16 +46,6 @@ module scree_friction_path
     real(dp), allocatable :: answer(:, :)           !! (n, 2 most_changed) of the matrix to unit forces across and along them
     real(dp), allocatable :: influence(:, :)        !! (2 most_changed, 2 most_changed) what those forces move their rows by
   end type path_t
-
-  interface
-    !> LAPACK: LU factorisation with partial pivoting and solution.
-    subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
-      import :: dp
-      integer, intent(in) :: n, nrhs, lda, ldb
-      real(dp), intent(inout) :: a(lda, *), b(ldb, *)
-      integer, intent(out) :: ipiv(*), info
-    end subroutine dgesv
-  end interface
 
 contains
 

@@ -325,10 +325,7 @@ contains
     if (group%stalled == group%open_close%most_stalled) before = states_of(contacts)
     if (group%nested) call judge_contacts(model, d, contacts)
     group%frozen = group%nested .and. contacts%changes > 0
-    if (.not. group%frozen) then
-      if (.not. contacts%linear) call place(model, cache, state, d, contacts)
-      call judge_contacts(model, d, contacts)
-    end if
+    if (.not. group%frozen) call judge_at(model, cache, state, group, d, contacts)
     outcome%judged = reshape([outcome%judged, contacts%count, contacts%changes], [4, size(outcome%judged, 2) + 1])
     group%in_doubt = outcome%settled .and. contacts%changes > 0 .and. group%open_close%settles_always
     if (contacts%changes == 0) return
