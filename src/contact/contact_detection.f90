@@ -61,7 +61,7 @@ contains
     end do
     call drop_repeats(size(outlines%start), found, n_found)
     try%contact = found(:n_found)
-    try%inside = pairs_inside(found(:n_found))
+    try%inside = pairs_inside(found(:n_found), survey%local)
     try%near = survey%near
     try%local = survey%local
     try%turning = survey%turning
@@ -205,21 +205,27 @@ contains
     end associate
   end function has_entered
 
-  !> Vertices that rest behind an edge, each with that edge.
-  pure function pairs_inside(contact) result(pair)
+  !> Vertices that rest so deep behind an edge that a search may not see them at rest, each with that edge.
+  pure function pairs_inside(contact, local) result(pair)
     type(contact_t), intent(in) :: contact(:)
+    real(dp), intent(in) :: local(:)    !! (n) shorter edge at each vertex, length
     integer, allocatable :: pair(:, :)
-    integer :: i, k, m, n
+    logical :: rests(2, size(contact))
+    integer :: i, k, m
 
-    n = 0
-    do i = 1, size(contact)
-      n = n + count(contact(i)%entrance(:contact(i)%n_entrances)%rest < 0)
-    end do
-    allocate (pair(2, n))
-    m = 0
+    rests = .false.
     do i = 1, size(contact)
       do k = 1, contact(i)%n_entrances
-        if (.not. contact(i)%entrance(k)%rest < 0) cycle
+        associate (entrance => contact(i)%entrance(k))
+          rests(k, i) = entrance%rest < -0.5_dp*at_rest*local(entrance%vertex)
+        end associate
+      end do
+    end do
+    allocate (pair(2, count(rests)))
+    m = 0
+    do i = 1, size(contact)
+      do k = 1, 2
+        if (.not. rests(k, i)) cycle
         m = m + 1
         pair(:, m) = [contact(i)%entrance(k)%vertex, contact(i)%entrance(k)%edge]
       end do

@@ -3,7 +3,7 @@
 !> Contacts are told by their pairs of a vertex and an edge. Where a contact before had one of the pairs of an entrance line, the
 !> line goes on with its state, anchor, rest and bond.
 module scree_contact_memory
-  use scree_contact_pairs, only: entrance_of_pair, list_entrances
+  use scree_contact_pairs, only: entrance_of_pair, has_same_entrances, list_entrances
   use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
   use scree_corners, only: along_edge, gap_at, survey_t
@@ -233,18 +233,6 @@ contains
       contact%entrance(k)%stiffness = past%contact(heir)%entrance(1)%stiffness
     end do
   end subroutine inherit_by_line
-
-  !> Whether two contacts are made of the same pairs of vertex and edge.
-  pure logical function has_same_entrances(a, b) result(same)
-    type(contact_t), intent(in) :: a, b
-    integer :: k
-
-    same = a%n_entrances == b%n_entrances
-    if (.not. same) return
-    do k = 1, a%n_entrances
-      same = same .and. a%entrance(k)%vertex == b%entrance(k)%vertex .and. a%entrance(k)%edge == b%entrance(k)%edge
-    end do
-  end function has_same_entrances
 
   !> The contact of an encounter as Shi's programs hand it on (df05, df06). Two corners have no friction: they slide at most.
   !> Without a vertex where an element would touch itself.

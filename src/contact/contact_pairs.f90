@@ -6,7 +6,7 @@ module scree_contact_pairs
   use scree_sorting, only: order_of_pairs
   implicit none
   private
-  public :: drop_repeats, entrance_of_pair, list_entrances, number_pairs, pairs_of_contacts
+  public :: drop_repeats, entrance_of_pair, has_same_entrances, list_entrances, number_pairs, pairs_of_contacts
 
 contains
 
@@ -60,7 +60,8 @@ contains
     if (.not. abs(key(low) - wanted) > 0.5_dp) entrance_of_pair = number(low)
   end function entrance_of_pair
 
-  !> Drops contacts of one entrance that another contact has too, as of an edge so short that both its ends are near.
+  !> Drops contacts of one entrance that another contact has too, as of an edge so short that both its ends are near, and those that
+  !> another is the same as.
   pure subroutine drop_repeats(n, contact, n_contacts)
     integer, intent(in) :: n                          !! vertices of the outlines
     type(contact_t), intent(inout) :: contact(:)
@@ -79,12 +80,26 @@ contains
           keep(b) = .false.
         else if (contact(a)%n_entrances == 1) then
           keep(a) = .false.
+        else if (has_same_entrances(contact(a), contact(b))) then
+          keep(max(a, b)) = .false.
         end if
       end associate
     end do
     n_contacts = count(keep)
     contact(:n_contacts) = pack(contact(:size(keep)), keep)
   end subroutine drop_repeats
+
+  !> Whether two contacts are made of the same pairs of vertex and edge.
+  pure logical function has_same_entrances(a, b) result(same)
+    type(contact_t), intent(in) :: a, b
+    integer :: k
+
+    same = a%n_entrances == b%n_entrances
+    if (.not. same) return
+    do k = 1, a%n_entrances
+      same = same .and. a%entrance(k)%vertex == b%entrance(k)%vertex .and. a%entrance(k)%edge == b%entrance(k)%edge
+    end do
+  end function has_same_entrances
 
   !> Pairs of elements that contacts act between.
   pure function pairs_of_contacts(element, contact) result(pair)
