@@ -18,6 +18,7 @@ module scree_contact_quantities
     real(dp) :: share = 0.0_dp   !! of the edge, at the foot of the vertex
     logical :: closed = .false.
     logical :: returned = .false. !! in this step the anchor went back to that share, to stay
+    real(dp) :: multiplier(2) = 0.0_dp !! forces across and along that the springs need not make up
   end type entrance_start_t
 
   !> The force of a contact per unit thickness, and what it changes by with the gaps of both entrances and the slip of that which

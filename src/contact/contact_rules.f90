@@ -226,6 +226,7 @@ contains
         start(k)%gap = gap(k)
         start(k)%share = geometry(k)%along/geometry(k)%edge_length
         start(k)%closed = contact%entrance(k)%state /= state_open
+        start(k)%multiplier = contact%entrance(k)%multiplier
       end do
     end associate
   end subroutine begin_contact

@@ -32,9 +32,6 @@ module scree_contact_try
     type(entrance_start_t), allocatable :: start(:, :)   !! (2, n)
     type(entrance_geometry_t), allocatable :: geometry(:, :) !! (2, n), gaps from where the springs rest
     real(dp), allocatable :: reference(:)                !! (n_unknowns) displacement that the geometry is of
-    real(dp), allocatable :: rigidity(:)                 !! (n_elements) in an impact: against deforming, force/length
-    real(dp), allocatable :: stress(:, :)                !! (3, n_elements) in an impact: of rigid ones, force/length^2
-    real(dp), allocatable :: moved(:)                    !! (n_unknowns) displacement to the impact; 0 with small strain
     logical :: lines_stay = .false.                      !! entrances that act, and anchors, as they are
     integer :: count(3) = 0                              !! contacts open, sliding, locked
     integer :: changes = 0                               !! of states, in the last judgement

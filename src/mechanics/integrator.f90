@@ -18,7 +18,7 @@ module scree_integrator
   use scree_scene, only: scheme_energy_decaying, scheme_newmark, settings_t, start_dissipative
   implicit none
   private
-  public :: end_rates, held_weight, step_rule_for, still_displacement
+  public :: end_rates, held_weight, step_rule_for
 
 contains
 
@@ -91,17 +91,5 @@ contains
       acceleration = new
     end associate
   end subroutine end_rates
-
-  !> Displacement of a step that ends at rest.
-  elemental real(dp) function still_displacement(rule, velocity, acceleration) result(displacement)
-    type(step_rule_t), intent(in) :: rule
-    real(dp), intent(in) :: velocity, acceleration !! at the beginning
-    real(dp) :: new
-
-    associate (beta => rule%velocity_weight, gamma => rule%displacement_weight, dt => rule%dt)
-      new = -(velocity/dt + (1 - beta)*acceleration)/beta
-      displacement = velocity*dt + (rule%carried_weight*acceleration + gamma*new)*dt**2
-    end associate
-  end function still_displacement
 
 end module scree_integrator

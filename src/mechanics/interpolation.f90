@@ -16,7 +16,7 @@ module scree_interpolation
   use scree_system, only: element_unknowns, system_t
   implicit none
   private
-  public :: carried_rates, displacement_matrix, kinematics_t, kinematics_of, rigid_velocity
+  public :: carried_rates, displacement_matrix, kinematics_t, kinematics_of, rigid_modes, rigid_velocity
 
   integer, parameter :: n = element_unknowns
 
@@ -124,6 +124,34 @@ contains
       end do
     end if
   end function rigid_velocity
+
+  !> Rates of the unknowns of element `e`, where a displacement brings it, in unit motions: along x, along y, and turning about a
+  !> place.
+  pure function rigid_modes(system, state, e, element, displacement, about) result(modes)
+    class(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: e
+    type(kinematics_t), intent(in) :: element
+    real(dp), intent(in) :: displacement(n) !! of the unknowns
+    real(dp), intent(in) :: about(2)        !! length
+    real(dp) :: modes(n, 3), arm(2), F(4)
+    integer :: k
+
+    modes = 0.0_dp
+    if (system%model == model_dda) then
+      F = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp] + matmul(element%gradient, displacement)
+      arm = element%centroid + displacement(1:2) - about
+      modes(1, 1) = 1.0_dp
+      modes(2, 2) = 1.0_dp
+      modes(:, 3) = [-arm(2), arm(1), 0.5_dp*(F(1) + F(4)), -F(2), F(3), F(1) - F(4)]
+    else
+      do k = 1, 3
+        arm = state%cover(:, system%elements%cover(k, e)) + displacement(2*k - 1:2*k) - about
+        modes(2*k - 1, :) = [1.0_dp, 0.0_dp, -arm(2)]
+        modes(2*k, :) = [0.0_dp, 1.0_dp, arm(1)]
+      end do
+    end if
+  end function rigid_modes
 
   !> Rates of the unknowns (velocity or acceleration) of one element in the new configuration.
   !>

@@ -1,183 +1,615 @@
-!> Impacts with restitution: the velocities at the end of a step are found for themselves. No closed contact approaches, and one
-!> that came with the velocity v leaves with e v (Moreau 1988).
+!> Impacts: what bodies do that come together in a step.
+!>
+!> Springs give back of an impact what its phase in the step has it. So where contacts closed in a step whose bodies came together,
+!> the step is made with the impact in two parts, and springs have none in it:
+!>
+!> - Where the bodies go. The forces Q that the impact has in the step, of what closed, and those that it added to contacts that
+!>   pressed before, act in it once more as the impulse gamma dt Q on the rigid motion of the bodies, when it begins (`push_apart`).
+!>   Contacts keep what loads press them with and what they bore before; what closed rests where this brings it. So the bodies come
+!>   to the same places, and deform by their loads alone.
+!> - How fast they leave. Without that impulse their motion q- at the end is the one before the impact, and impulses bring it to the
+!>   one after (`rebound`). Stress and strain rates stay.
+!>
+!> The energy that may come back is what these impulses take, less D, the work of the loads over the way that Q barred,
+!>
+!>     D = -gamma dt Q.G (q- - q0)
+!>
+!> with q0 the motion when the step began. So a step with an impact makes no energy where the step itself makes none (doc/theory.md,
+!> section 4).
 module scree_impact
-  use scree_contact_quantities, only: contact_force_t
-  use scree_contact_rules, only: gaps_and_slips, press_across
+  use scree_contact_quantities, only: gap_and_slip_t
+  use scree_contact_rules, only: gap_and_slip, gaps_and_slips, place, press
   use scree_contact_try, only: contact_try_t, of_elements
-  use scree_contacts, only: rules_coulomb, state_open
-  use scree_element_term, only: add_force, step_rule_t, term_t
-  use scree_green_strain, only: green_strain, strain_operator
-  use scree_integrator, only: still_displacement
+  use scree_contacts, only: state_locked, state_open, state_sliding
+  use scree_element_term, only: step_rule_t
+  use scree_impulses, only: apply, energy_of, impulse_problem_t, impulses_t, restore, solve_compression, velocity_at
+  use scree_integrator, only: end_rates
   use scree_kinds, only: dp
-  use scree_model, only: cache_t, element_cache_t, model_t
+  use scree_model, only: cache_t, model_t
+  use scree_rigid_bodies, only: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t
   use scree_state, only: state_t
-  use scree_stiffness, only: small_strain
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: element_in_impact, keep_rigid, rebound_contacts
+  public :: impact_t, push_apart, rebound
 
-  integer, parameter :: n = 2*element_unknowns
+  !> A contact that bears at the beginning of the step or at its end.
+  type :: bearing_t
+    integer :: contact = 0                   !! of the try
+    integer :: block(2) = 0                  !! of vertex and edge
+    integer :: island = 0                    !! of contacts with bodies in common that are free to move; 0: no impact there
+    real(dp) :: force(2) = 0.0_dp            !! across and along, at the end
+    real(dp) :: before(2) = 0.0_dp           !! at the beginning
+    logical :: closes = .false.              !! in this step, of bodies that come together
+    logical :: reached = .false.             !! by the impact, or it closes
+    real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
+    real(dp) :: impulse(2) = 0.0_dp          !! gamma dt Q, force time
+    real(dp) :: kept = 0.0_dp                !! force across that loads press with, of what closes
+  end type bearing_t
 
-  !> Stiffness against inertia of a body that takes an impact as a rigid one.
-  real(dp), parameter :: rigid = 1e5_dp
-  !> Stiffness against inertia of the contacts then.
-  real(dp), parameter :: unyielding = 1e3_dp
-  !> Share of the fastest approach, or its square of the velocities, that velocities after an impact may be wrong by.
-  real(dp), parameter :: unmet = 1e-6_dp
+  !> An impact in a step.
+  type :: impact_t
+    type(bearing_t), allocatable :: bearing(:) !! none without an impact
+    logical, allocatable :: among(:)         !! (n_elements) of bodies that it reaches
+    real(dp), allocatable :: push(:)         !! (n_unknowns) added to the velocity when the step begins
+    real(dp), allocatable :: change(:)       !! (n_unknowns) added to the velocity at its end
+    real(dp) :: friction = 0.0_dp            !! work that it took, force length per unit thickness
+  end type impact_t
+
+  !> An approach below this share of what cancels in it is round-off.
+  real(dp), parameter :: round_off = 64*epsilon(1.0_dp)
+  !> An impact reaches a contact that it presses by more than this share of the largest force of what closes.
+  real(dp), parameter :: felt = 1e-2_dp
+
+  !> A gap so wide that nothing presses across it, length; its force is a number still.
+  real(dp), parameter :: away = sqrt(huge(1.0_dp))
+
+  integer, parameter :: n = element_unknowns
 
 contains
 
-  !> The contacts that the velocities at the end of the step obey. These velocities follow from a displacement of their own; in it
-  !> every contact that takes part is to leave with a share of the velocity with which it came.
-  !>
-  !> An impact counts at the end of the step that is nearer in time: what meets in the second half of a step takes part in the next.
-  !> What touched at the beginning takes part too, whether it opens or not, as it bears until the impact that lifts it.
-  subroutine rebound_contacts(model, cache, state, rule, d, try, rebound)
+  !> Finds the impacts of a step that has settled, and what it has to be made with again.
+  pure subroutine push_apart(model, cache, state, rule, d, try, impact)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state        !! at the beginning of the step
+    type(state_t), intent(in) :: state           !! at the beginning of the step
     type(step_rule_t), intent(in) :: rule
-    real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
-    type(contact_try_t), intent(in) :: try
-    type(contact_try_t), intent(out) :: rebound
-    real(dp) :: time    !! displacement that a unit of velocity makes
-    real(dp) :: fastest !! approach, length/time
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns) of the step
+    type(contact_try_t), intent(inout) :: try    !! as the step has left it, then as it is to be made again
+    type(impact_t), intent(out) :: impact
+    type(bearing_t), allocatable :: bearing(:), own(:)
     integer :: i
 
-    time = rule%displacement_weight*rule%dt/rule%velocity_weight
-    rebound%law = try%law
-    rebound%contact = try%contact
-    rebound%pair = try%pair
-    rebound%geometry = try%geometry
-    allocate (rebound%start(2, size(try%contact)))
-    rebound%start%closed = .true.
-    rebound%reference = still_displacement(rule, state%velocity, state%acceleration)
-    rebound%moved = merge(0.0_dp, d, try%linear)
-    rebound%weight = rule%operator_weight
-    fastest = 0.0_dp
+    allocate (impact%bearing(0))
+    if (.not. any_closes(try)) return
+    call list_bearings(model, d, try, bearing)
+    call find_approaches(model, cache, state, rule, d, try, bearing)
+    if (.not. any(bearing%closes)) return
+    call find_islands(held_blocks(model, state), bearing)
+    impact%bearing = pack(bearing, bearing%island > 0)
+    call find_impulses(rule, impact%bearing)
+    allocate (impact%push(model%n_unknowns), impact%change(model%n_unknowns), source=0.0_dp)
+    allocate (impact%among(model%n_elements), source=.false.)
+    do i = 1, maxval(impact%bearing%island)
+      own = pack(impact%bearing, impact%bearing%island == i)
+      if (size(own) == 0) cycle
+      call push_island(model, cache, state, rule, d, own, try, impact)
+      impact%bearing = unpack(own, impact%bearing%island == i, impact%bearing)
+    end do
+    impact%bearing = pack(impact%bearing, impact%bearing%island > 0)
+  end subroutine push_apart
+
+  !> Whether a contact that presses was open when the step began.
+  pure logical function any_closes(try)
+    type(contact_try_t), intent(in) :: try
+    integer :: i
+
+    any_closes = .true.
     do i = 1, size(try%contact)
-      call enter_impact(i)
+      if (has_closed(try, i)) return
     end do
-    call stiffen_elements(model, cache, state, rule, d, time, rebound)
-    rebound%law%rules = rules_coulomb
-    rebound%law%normal_stiffness = unyielding*maxval(cache%element%mass)/time**2
-    rebound%law%shear_stiffness = rebound%law%normal_stiffness
-    do i = 1, size(rebound%contact)
-      rebound%contact(i)%entrance(1)%stiffness = rebound%law%normal_stiffness
-    end do
-    rebound%law%penetration = unmet*time*fastest
-    if (rebound%law%penetration <= 0) rebound%law%penetration = huge(time)
+    any_closes = .false.
+  end function any_closes
 
-  contains
-
-    !> Lets contact i take part, with the gap that leaves it the velocity it is to have, or opens it.
-    !>
-    !> Multipliers are to leave an error of the velocities below the share `unmet` of the fastest approach, of what meets or would
-    !> without the forces of the step: at rest there is no other measure.
-    subroutine enter_impact(i)
-      integer, intent(in) :: i
-      type(contact_force_t) :: force
-      real(dp) :: approach, v(n)
-      integer :: k
-
-      k = entrance_in_impact(i)
-      associate (contact => rebound%contact(i), geometry => rebound%geometry(1, i))
-        contact%entrance(1) = contact%entrance(max(k, 1))
-        contact%n_entrances = 1
-        contact%active = 1
-        contact%entrance(1)%anchor = 0.0_dp
-        contact%entrance(1)%multiplier = 0.0_dp
-        geometry = try%geometry(max(k, 1), i)
-        geometry%along = 0.0_dp
-        geometry%slid = 0.0_dp
-        if (k == 0) then
-          contact%entrance(1)%state = state_open
-          geometry%gap = sqrt(huge(1.0_dp)) ! its force is a number still
-          return
-        end if
-        v = of_elements(model, try%pair(:, contact%entrance(1)%pair), state%velocity)
-        approach = dot_product(geometry%normal, v)
-        fastest = max(fastest, unmet*sum(abs(geometry%shear*v)), unmet*sum(abs(geometry%normal*v)), -approach)
-        geometry%gap = try%law%restitution*time*min(approach, 0.0_dp)
-        force = press_across(try, i, gaps_and_slips(model, try, i, d))
-        fastest = max(fastest, time*force%across(k)*sum(1/cache%element(try%pair(:, contact%entrance(1)%pair))%mass))
-      end associate
-    end subroutine enter_impact
-
-    !> The entrance of a contact that takes part, 0 where none does.
-    pure integer function entrance_in_impact(i) result(k)
-      integer, intent(in) :: i
-      real(dp) :: approach
-      logical :: late
-
-      associate (contact => try%contact(i))
-        k = contact%active
-        approach = dot_product(try%geometry(k, i)%normal, of_elements(model, try%pair(:, contact%entrance(k)%pair), state%velocity))
-        late = .not. try%start(k, i)%closed .and. approach < 0 .and. try%start(k, i)%gap > -time*approach
-        if (contact%entrance(k)%state == state_open .or. late) k = findloc(try%start(:contact%n_entrances, i)%closed, .true., 1)
-      end associate
-    end function entrance_in_impact
-
-  end subroutine rebound_contacts
-
-  !> Makes elements that share no unknown rigid, as the coefficient of restitution is a notion of rigid bodies.
-  pure subroutine stiffen_elements(model, cache, state, rule, d, time, rebound)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state        !! at the beginning of the step
-    type(step_rule_t), intent(in) :: rule
-    real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
-    real(dp), intent(in) :: time              !! displacement that a unit of velocity makes
-    type(contact_try_t), intent(inout) :: rebound
-    real(dp) :: theta(4)
-    integer :: e
-
-    allocate (rebound%rigidity(model%n_elements))
-    allocate (rebound%stress(3, model%n_elements))
-    do e = 1, model%n_elements
-      rebound%rigidity(e) = merge(rigid*cache%element(e)%mass/time**2, 0.0_dp, model%elements%alone(e))
-      theta = matmul(cache%element(e)%kinematics%gradient, d(model%elements%unknown(:, e)))
-      rebound%stress(:, e) = state%stress(:, e) + rule%stress_weight*matmul(cache%element(e)%elasticity, &
-        merge(green_strain(theta), small_strain(theta), model%effects%large_deformation))
-    end do
-  end subroutine stiffen_elements
-
-  !> An element in an impact: one that shares no unknown keeps the stress that the step gave it.
-  pure function element_in_impact(model, cache, try, e) result(own)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
+  !> Whether contact i presses, and was open when the step began.
+  pure logical function has_closed(try, i)
     type(contact_try_t), intent(in) :: try
-    integer, intent(in) :: e
-    type(element_cache_t) :: own
+    integer, intent(in) :: i
 
-    own = cache%element(e)
-    if (.not. model%elements%alone(e)) return
-    own%stress = try%stress(:, e)
-    own%elasticity = 0.0_dp
-  end function element_in_impact
-
-  !> Adds what keeps an element from deforming in an impact.
-  !>
-  !> What is resisted is the strain rate of the displaced element, F^T L F, which is zero for any rigid motion of it; the
-  !> forces have no torque about the places where those of the contacts act.
-  pure subroutine keep_rigid(model, cache, try, e, d, term)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(contact_try_t), intent(in) :: try
-    integer, intent(in) :: e
-    real(dp), intent(in) :: d(:)                  !! (n_unknowns)
-    type(term_t), intent(inout) :: term
-    real(dp) :: theta(4), matrix(element_unknowns, element_unknowns)
-
-    associate (ids => model%elements%unknown(:, e), G => cache%element(e)%kinematics%gradient)
-      theta = matmul(G, try%moved(ids))
-      matrix = try%rigidity(e)*cache%element(e)%kinematics%area*matmul(transpose(matmul(strain_operator(theta, try%weight), G)), &
-                                                              matmul(strain_operator(theta, 1.0_dp), G))
-      call add_force(term, -matmul(matrix, d(ids) - try%reference(ids)))
+    associate (contact => try%contact(i))
+      has_closed = contact%entrance(contact%active)%state /= state_open .and. .not. any(try%start(:contact%n_entrances, i)%closed)
     end associate
-    term%matrix = term%matrix + matrix
-    term%symmetric = term%symmetric .and. all(abs(theta) <= 0.0_dp)
-  end subroutine keep_rigid
+  end function has_closed
+
+  !> Lists the contacts that bear at the beginning of the step or at its end, with their forces then, and all of blocks with a
+  !> contact that has closed.
+  pure subroutine list_bearings(model, d, try, bearing)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
+    type(contact_try_t), intent(in) :: try
+    type(bearing_t), allocatable, intent(out) :: bearing(:)
+    type(bearing_t) :: all_of_them(size(try%contact))
+    logical :: met(model%n_blocks)
+    integer :: i, k
+
+    met = .false.
+    do i = 1, size(try%contact)
+      if (has_closed(try, i)) met(blocks_of(model, try, i)) = .true.
+    end do
+    k = 0
+    do i = 1, size(try%contact)
+      associate (contact => try%contact(i), law => try%law, entrance => try%contact(i)%entrance(try%contact(i)%active), &
+                 start => try%start(try%contact(i)%active, i))
+        if (entrance%state == state_open .and. .not. start%closed .and. .not. any(met(blocks_of(model, try, i)))) cycle
+        k = k + 1
+        associate (own => all_of_them(k))
+          own%contact = i
+          own%block = blocks_of(model, try, i)
+          if (entrance%state /= state_open) own%force = force_of(model, try, i, d)
+          if (start%closed) then
+            own%before(1) = max(0.0_dp, start%multiplier(1) - entrance%stiffness(1)*start%gap)
+            own%before(2) = start%multiplier(2) &
+                            - entrance%stiffness(2)*(start%share - entrance%anchor)*try%geometry(contact%active, i)%edge_length
+            own%before(2) = sign(min(abs(own%before(2)), law%friction(entrance%joint)*own%before(1)), own%before(2))
+          end if
+          if (entrance%bonded) own%before = own%force ! a bond bears all that comes
+        end associate
+      end associate
+    end do
+    bearing = all_of_them(:k)
+  end subroutine list_bearings
+
+  !> Blocks of vertex and edge of contact i.
+  pure function blocks_of(model, try, i) result(block)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+    integer :: block(2)
+
+    associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
+      block = model%outlines%block([entrance%vertex, entrance%edge])
+    end associate
+  end function blocks_of
+
+  !> Forces of contact i across and along.
+  pure function force_of(model, try, i, d) result(force)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+    real(dp), intent(in) :: d(:)
+    real(dp) :: force(2)
+
+    associate (all_of_it => press(try, i, gaps_and_slips(model, try, i, d)))
+      force = [sum(all_of_it%across), all_of_it%along]
+    end associate
+  end function force_of
+
+  !> Finds which contacts close with bodies that come together, and when in the step: those that press, and those that would if the
+  !> bodies did not deform.
+  pure subroutine find_approaches(model, cache, state, rule, d, try, bearing)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
+    type(contact_try_t), intent(in) :: try
+    type(bearing_t), allocatable, intent(inout) :: bearing(:)
+    type(rigid_bodies_t) :: bodies
+    type(impulse_problem_t) :: problem
+    type(gap_and_slip_t) :: now
+    logical :: stays(size(bearing))
+    real(dp), allocatable :: motion(:, :), way(:, :)
+    integer, allocatable :: open(:)
+    real(dp) :: approach, across(3, 2), deformed(2)
+    integer :: i, k
+
+    stays = [(any(try%start(:try%contact(bearing(i)%contact)%n_entrances, bearing(i)%contact)%closed), i=1, size(bearing))]
+    open = pack([(i, i=1, size(bearing))], .not. stays)
+    call set_up_problem(model, cache, state, d, try, bearing(open), bodies, problem)
+    motion = motion_of(model, cache, state, bodies, state%velocity)
+    way = motion_of(model, cache, state, bodies, d)
+    do k = 1, size(open)
+      associate (own => bearing(open(k)), active => try%contact(bearing(open(k))%contact)%active)
+        across = problem%row(:, :, 1, k)*motion(:, problem%body(:, k))
+        approach = -sum(across)
+        now = gap_and_slip(model, try, own%contact, active, d)
+        deformed = dot_product(try%geometry(active, own%contact)%normal, of_elements(model, pair_of(try, own%contact), d)) &
+                   - velocity_at(problem, way, k)
+        own%closes = (own%force(1) > 0 .or. now%gap < deformed(1)) .and. approach > round_off*sum(abs(across))
+        own%reached = own%closes
+        if (own%closes) own%met_at = min(1.0_dp, max(0.0_dp, try%start(active, own%contact)%gap)/(approach*rule%dt))
+        stays(open(k)) = own%closes .or. own%force(1) > 0
+      end associate
+    end do
+    bearing = pack(bearing, stays)
+  end subroutine find_approaches
+
+  !> Tells the impacts apart: contacts of one island have bodies in common that are free to move. 0: no impact reaches it.
+  !>
+  !> From what closes an impact goes on by every contact that it presses by more than a share of the largest force of what closes
+  !> there. All contacts of the bodies that it gets to belong to it, as these may not come closer by it.
+  pure subroutine find_islands(held, bearing)
+    logical, intent(in) :: held(:)               !! (n_blocks)
+    type(bearing_t), intent(inout) :: bearing(:)
+    real(dp) :: strongest(size(held))            !! force of what closes in the island of a label
+    integer :: label(size(held)), i
+    logical :: grows
+
+    label = 0
+    strongest = 0.0_dp
+    do i = 1, size(bearing)
+      if (bearing(i)%closes) call join(held, bearing(i)%block, bearing(i)%force(1), label, strongest)
+    end do
+    grows = .true.
+    do while (grows)
+      grows = .false.
+      do i = 1, size(bearing)
+        associate (own => bearing(i))
+          if (own%reached .or. own%force(1) <= own%before(1)) cycle
+          if (own%force(1) - own%before(1) < felt*strength(held, own%block, label, strongest)) cycle
+          own%reached = .true.
+          call join(held, own%block, 0.0_dp, label, strongest)
+          grows = .true.
+        end associate
+      end do
+    end do
+    bearing%island = [(merge(1, 0, strength(held, bearing(i)%block, label, strongest) > 0), i=1, size(bearing))]
+    do i = 1, size(bearing)
+      if (bearing(i)%island > 0) call join(held, bearing(i)%block, 0.0_dp, label, strongest)
+    end do
+    do i = 1, size(bearing)
+      if (bearing(i)%island > 0) bearing(i)%island = maxval(pack(label(bearing(i)%block), .not. held(bearing(i)%block)))
+    end do
+  end subroutine find_islands
+
+  !> Largest force of what closes in the islands of two blocks; 0 where there is none.
+  pure real(dp) function strength(held, block, label, strongest)
+    logical, intent(in) :: held(:)               !! (n_blocks)
+    integer, intent(in) :: block(2), label(:)    !! (n_blocks)
+    real(dp), intent(in) :: strongest(:)         !! (n_blocks)
+    integer :: side
+
+    strength = 0.0_dp
+    do side = 1, 2
+      if (held(block(side)) .or. label(block(side)) == 0) cycle
+      strength = max(strength, strongest(label(block(side))))
+    end do
+  end function strength
+
+  !> Makes one island of those of two blocks, between which this force acts.
+  pure subroutine join(held, block, force, label, strongest)
+    logical, intent(in) :: held(:)               !! (n_blocks)
+    integer, intent(in) :: block(2)
+    real(dp), intent(in) :: force
+    integer, intent(inout) :: label(:)           !! (n_blocks)
+    real(dp), intent(inout) :: strongest(:)      !! (n_blocks)
+    integer :: gone, side, whole
+
+    whole = 0
+    do side = 1, 2
+      if (held(block(side))) cycle
+      if (label(block(side)) == 0) label(block(side)) = block(side)
+      gone = label(block(side))
+      if (whole == 0) whole = gone
+      strongest(whole) = max(strongest(whole), strongest(gone), force)
+      where (label == gone) label = whole
+    end do
+  end subroutine join
+
+  !> Finds the impulses that are the impact's in the step: of what closes all, of what it reaches what comes on top. What opened
+  !> bore until its bodies met others.
+  pure subroutine find_impulses(rule, bearing)
+    type(step_rule_t), intent(in) :: rule
+    type(bearing_t), intent(inout) :: bearing(:)
+    real(dp) :: share
+    integer :: i, k
+
+    do i = 1, size(bearing)
+      associate (own => bearing(i))
+        if (own%closes) then
+          own%impulse = own%force
+        else if (own%reached) then
+          own%impulse = own%force - own%before
+        else if (.not. own%force(1) > 0) then
+          share = 0.0_dp
+          do k = 1, size(bearing)
+            if (.not. bearing(k)%closes) cycle
+            if (any(own%block(1) == bearing(k)%block .or. own%block(2) == bearing(k)%block)) &
+              share = merge(min(share, bearing(k)%met_at), bearing(k)%met_at, share > 0)
+          end do
+          own%impulse = -share*own%before
+        end if
+        own%impulse = rule%displacement_weight*rule%dt*own%impulse
+      end associate
+    end do
+  end subroutine find_impulses
+
+  !> Pushes the bodies of an island when the step begins. What closes has no part in the step then, and what it reaches keeps what
+  !> it bore and what loads press it with. Where loads alone bring bodies together it is no impact, and they are left to springs.
+  pure subroutine push_island(model, cache, state, rule, d, bearing, try, impact)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
+    type(bearing_t), intent(inout) :: bearing(:)
+    type(contact_try_t), intent(inout) :: try
+    type(impact_t), intent(inout) :: impact
+    type(rigid_bodies_t) :: bodies
+    type(impulse_problem_t) :: problem
+    type(impulses_t) :: impulses
+    real(dp), dimension(size(d)) :: velocity, acceleration
+    real(dp), allocatable, dimension(:, :) :: before, by_loads, pushed, way
+    real(dp) :: along_way(2), available, loss(size(bearing)), rest, taken
+    integer :: i
+
+    call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
+    velocity = state%velocity
+    acceleration = state%acceleration
+    call end_rates(rule, d, velocity, acceleration)
+    allocate (pushed(3, size(bodies%block)), source=0.0_dp)
+    do i = 1, size(bearing)
+      call apply(problem, i, bearing(i)%impulse, pushed)
+    end do
+    before = motion_of(model, cache, state, bodies, velocity) - rule%velocity_weight/rule%displacement_weight*pushed
+    by_loads = before - motion_of(model, cache, state, bodies, state%velocity)
+    call set_least(bearing, by_loads, problem)
+    call solve_compression(problem, by_loads, impulses)
+    do i = 1, size(bearing)
+      associate (own => bearing(i))
+        loss(i) = max(0.0_dp, own%force(1) - merge(0.0_dp, own%before(1), own%closes) &
+                              - impulses%P(1, i)/(rule%velocity_weight*rule%dt))
+        if (own%closes) own%kept = own%force(1) - loss(i)
+      end associate
+    end do
+    call set_least(bearing, before, problem)
+    call solve_compression(problem, before, impulses)
+    call find_energy(problem, bearing, by_loads, try, impulses, taken, rest, available)
+    if (.not. available > 0) then
+      bearing%island = 0
+      return
+    end if
+
+    way = motion_of(model, cache, state, bodies, d)
+    do i = 1, size(bearing)
+      associate (own => bearing(i), geometry => try%geometry(try%contact(bearing(i)%contact)%active, bearing(i)%contact))
+        if (own%closes) then
+          call release(own%contact, [0.0_dp, 0.0_dp], away, try)
+          try%contact(own%contact)%entrance%state = state_open
+        else if (own%reached) then
+          along_way = velocity_at(problem, way, i)
+          call release(own%contact, own%force*loss(i)/own%force(1), max(0.0_dp, &
+                       dot_product(geometry%normal, of_elements(model, pair_of(try, own%contact), d)) - along_way(1)), try)
+        end if
+      end associate
+    end do
+    call add_motion(model, cache, state, bodies, pushed, impact%push)
+    do i = 1, size(bodies%block)
+      impact%among(bodies%first(i):bodies%last(i)) = .true.
+    end do
+  end subroutine push_island
+
+  !> Finds the velocities after the impacts of a step that was made with what they push. Where bodies that others drive take more
+  !> than there is, it is no impact.
+  pure subroutine rebound(model, cache, state, rule, d, without, try, impact, possible)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state           !! at the beginning of the step
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns) of the step
+    type(contact_try_t), intent(in) :: without   !! the try as the step has it without the impact
+    type(contact_try_t), intent(inout) :: try    !! of the step that was made with it
+    type(impact_t), intent(inout) :: impact
+    logical, intent(out) :: possible
+    real(dp), dimension(size(d)) :: velocity, acceleration
+    integer :: i
+
+    velocity = state%velocity + impact%push
+    acceleration = state%acceleration
+    call end_rates(rule, d, velocity, acceleration)
+    velocity = velocity - impact%push
+    impact%change = -impact%push
+    call close_contacts(model, cache, state, d, without, impact, try)
+    possible = .true.
+    do i = 1, maxval(impact%bearing%island)
+      if (any(impact%bearing%island == i)) call rebound_island(model, cache, state, d, velocity, &
+                                                         pack(impact%bearing, impact%bearing%island == i), try, impact, possible)
+    end do
+  end subroutine rebound
+
+  !> Likewise of one island.
+  pure subroutine rebound_island(model, cache, state, d, velocity, bearing, try, impact, possible)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
+    real(dp), intent(in) :: velocity(:)          !! (n_unknowns) before the impact
+    type(bearing_t), intent(in) :: bearing(:)
+    type(contact_try_t), intent(in) :: try
+    type(impact_t), intent(inout) :: impact
+    logical, intent(inout) :: possible
+    type(rigid_bodies_t) :: bodies
+    type(impulse_problem_t) :: problem
+    type(impulses_t) :: impulses
+    real(dp), allocatable, dimension(:, :) :: before, by_loads
+    real(dp) :: available, rest, taken
+    integer :: i
+
+    call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
+    before = motion_of(model, cache, state, bodies, velocity)
+    by_loads = before - motion_of(model, cache, state, bodies, state%velocity)
+    call set_least(bearing, before, problem)
+    call solve_compression(problem, before, impulses)
+    call find_energy(problem, bearing, by_loads, try, impulses, taken, rest, available)
+    possible = possible .and. available > 0
+    call restore(problem, share_given_back(try%law%restitution, taken, rest, min(available, taken - rest)), impulses)
+    do i = 1, size(bearing)
+      impact%friction = impact%friction - 0.5_dp*impulses%P(2, i)*dot_product([0.0_dp, 1.0_dp], &
+                          velocity_at(problem, before + impulses%motion, i))
+    end do
+    call add_motion(model, cache, state, bodies, impulses%motion - before, impact%change)
+  end subroutine rebound_island
+
+  !> Finds what energy compression took that may come back.
+  pure subroutine find_energy(problem, bearing, by_loads, try, impulses, taken, rest, available)
+    type(impulse_problem_t), intent(in) :: problem
+    type(bearing_t), intent(in) :: bearing(:)
+    real(dp), intent(in) :: by_loads(:, :)       !! (3, n_bodies) motion that loads made in the step
+    type(contact_try_t), intent(in) :: try
+    type(impulses_t), intent(in) :: impulses     !! of compression
+    real(dp), intent(out) :: taken, rest         !! of `energy_of`
+    real(dp), intent(out) :: available           !! less D and what springs keep, force length
+    integer :: i
+
+    call energy_of(problem, impulses, taken, rest)
+    available = taken - rest
+    do i = 1, size(bearing)
+      associate (stiffness => try%contact(bearing(i)%contact)%entrance(1)%stiffness(1))
+        available = available + dot_product(bearing(i)%impulse, velocity_at(problem, by_loads, i)) &
+                    - bearing(i)%kept**2/(2*stiffness)
+      end associate
+    end do
+  end subroutine find_energy
+
+  !> Share s of the impulses of compression that gives back e^2 of the energy that is there, s rest + s^2 taken = e^2 available; at
+  !> most e.
+  pure real(dp) function share_given_back(e, taken, rest, available) result(s)
+    real(dp), intent(in) :: e
+    real(dp), intent(in) :: taken, rest          !! of `energy_of`
+    real(dp), intent(in) :: available            !! force length
+
+    s = 0.0_dp
+    if (taken > 0) s = min(e, (-rest + sqrt(rest**2 + 4*taken*e**2*max(0.0_dp, available)))/(2*taken))
+  end function share_given_back
+
+  !> Elements of the entrance of contact i that acts, in the order of the unknowns.
+  pure function pair_of(try, i) result(pair)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+    integer :: pair(2)
+
+    pair = try%pair(:, try%contact(i)%entrance(try%contact(i)%active)%pair)
+  end function pair_of
+
+  !> Bodies of contacts, and how these see their motion: with the rows of the end of the step, along which impulses have no torque.
+  pure subroutine set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
+    type(contact_try_t), intent(in) :: try
+    type(bearing_t), intent(in) :: bearing(:)
+    type(rigid_bodies_t), intent(out) :: bodies
+    type(impulse_problem_t), intent(out) :: problem
+    logical :: takes_part(model%n_blocks)
+    real(dp) :: modes(n, 3)
+    integer :: i, side
+
+    takes_part = .false.
+    do i = 1, size(bearing)
+      takes_part(bearing(i)%block) = .true.
+    end do
+    call find_bodies(model, cache, state, merge(0.0_dp, d, try%linear), takes_part, bodies)
+    allocate (problem%body(2, size(bearing)), problem%row(3, 2, 2, size(bearing)), &
+              problem%answer(3, 2, 2, size(bearing)), problem%friction(size(bearing)), &
+              problem%least(size(bearing)), problem%glued(size(bearing)))
+    problem%least = 0.0_dp
+    do i = 1, size(bearing)
+      associate (contact => try%contact(bearing(i)%contact), pair => pair_of(try, bearing(i)%contact), &
+                 geometry => try%geometry(try%contact(bearing(i)%contact)%active, bearing(i)%contact))
+        problem%friction(i) = try%law%friction(contact%entrance(contact%active)%joint)
+        problem%glued(i) = contact%entrance(contact%active)%bonded
+        do side = 1, 2
+          problem%body(side, i) = bodies%number(model%elements%block(pair(side)))
+          modes = modes_of(model, cache, state, bodies, pair(side))
+          problem%row(:, side, 1, i) = matmul(geometry%normal_end((side - 1)*n + 1:side*n), modes)
+          problem%row(:, side, 2, i) = matmul(geometry%shear_end((side - 1)*n + 1:side*n), modes)
+          problem%answer(:, side, :, i) = matmul(bodies%mobility(:, :, problem%body(side, i)), problem%row(:, side, :, i))
+        end do
+      end associate
+    end do
+  end subroutine set_up_problem
+
+  !> Sets the least velocity across that compression leaves: none of approach where the impact acts, elsewhere what there was.
+  pure subroutine set_least(bearing, motion, problem)
+    type(bearing_t), intent(in) :: bearing(:)
+    real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies)
+    type(impulse_problem_t), intent(inout) :: problem
+    real(dp) :: velocity(2)
+    integer :: i
+
+    do i = 1, size(bearing)
+      velocity = velocity_at(problem, motion, i)
+      problem%least(i) = min(0.0_dp, velocity(1))
+      if (bearing(i)%reached) problem%least(i) = 0.0_dp
+      if (problem%glued(i)) problem%least(i) = velocity(1)
+    end do
+  end subroutine set_least
+
+  !> Lets contact i lose force at the end of the step as it is: multipliers first, then springs, which rest deeper.
+  pure subroutine release(i, loss, deeper, try)
+    integer, intent(in) :: i
+    real(dp), intent(in) :: loss(2)              !! of force across and along
+    real(dp), intent(in) :: deeper               !! that the contact gets than it is, length
+    type(contact_try_t), intent(inout) :: try
+    real(dp) :: less(2), shift
+
+    associate (k => try%contact(i)%active)
+      associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i), start => try%start(k, i))
+        less = merge(sign(min(abs(loss), abs(entrance%multiplier)), loss), 0.0_dp, entrance%multiplier*loss > 0)
+        entrance%multiplier = entrance%multiplier - less
+        less = loss - less
+        shift = less(1)/entrance%stiffness(1) + deeper
+        entrance%rest = entrance%rest - shift
+        geometry%gap = geometry%gap + shift
+        start%gap = start%gap + shift
+        if (entrance%state == state_locked) &
+          entrance%anchor = entrance%anchor - less(2)/(entrance%stiffness(2)*geometry%edge_length)
+      end associate
+    end associate
+  end subroutine release
+
+  !> Closes what closes in the impact where the step has brought it, held there by as much as loads press it with.
+  pure subroutine close_contacts(model, cache, state, d, before, impact, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
+    type(contact_try_t), intent(in) :: before    !! as the step has it without the impact
+    type(impact_t), intent(inout) :: impact
+    type(contact_try_t), intent(inout) :: try
+    type(gap_and_slip_t) :: now
+    logical :: touches(size(impact%bearing))
+    integer :: i
+
+    do i = 1, size(impact%bearing)
+      associate (c => impact%bearing(i)%contact)
+        if (.not. impact%bearing(i)%closes) cycle
+        try%contact(c) = before%contact(c)
+        try%start(:, c) = before%start(:, c)
+        try%geometry(:, c) = before%geometry(:, c)
+      end associate
+    end do
+    if (.not. try%linear) call place(model, cache, state, d, try)
+    touches = .true.
+    do i = 1, size(impact%bearing)
+      if (.not. impact%bearing(i)%closes) cycle
+      associate (c => impact%bearing(i)%contact, kept => impact%bearing(i)%kept, law => try%law)
+        now = gap_and_slip(model, try, c, try%contact(c)%active, d)
+        associate (entrance => try%contact(c)%entrance(try%contact(c)%active), geometry => try%geometry(try%contact(c)%active, c))
+          touches(i) = now%gap < 0
+          entrance%state = state_open
+          if (.not. touches(i)) cycle
+          entrance%state = merge(state_locked, state_sliding, law%friction(entrance%joint) > 0)
+          entrance%multiplier = 0.0_dp
+          entrance%rest = entrance%rest + now%gap + kept/entrance%stiffness(1)
+          entrance%anchor = entrance%anchor + now%slip/now%edge_length
+          geometry%gap = geometry%gap - now%gap - kept/entrance%stiffness(1)
+          try%count(1 + [state_open, entrance%state]) = try%count(1 + [state_open, entrance%state]) + [-1, 1]
+        end associate
+      end associate
+    end do
+    impact%bearing = pack(impact%bearing, touches .or. impact%bearing%impulse(1) > 0)
+  end subroutine close_contacts
 
 end module scree_impact

@@ -19,9 +19,8 @@ module scree_settle
   use scree_errors, only: error_t
   use scree_friction_problem, only: friction_problem_t
   use scree_friction_solver, only: solve_friction
-  use scree_impact, only: element_in_impact, keep_rigid
   use scree_kinds, only: dp
-  use scree_model, only: cache_t, element_cache_t, model_t
+  use scree_model, only: cache_t, model_t
   use scree_open_close, only: hold_contacts, judge_contacts, judge_prediction, keep_lines, return_anchors
   use scree_pair_effects, only: add_pair_effects
   use scree_scene, only: iterate_hybrid, iterate_newton, test_residual
@@ -68,8 +67,8 @@ module scree_settle
 
 contains
 
-  !> Settles every group of elements. Where one does not, the try says which, where and why.
-  subroutine settle(model, cache, state, step_rule, contacts, d, outcome)
+  !> Settles every group of elements, or those with some of them. Where one does not, the try says which, where and why.
+  subroutine settle(model, cache, state, step_rule, contacts, d, outcome, among)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state             !! at the beginning of the step
@@ -77,6 +76,7 @@ contains
     type(contact_try_t), intent(inout) :: contacts !! as the step finds them, then in their states
     real(dp), intent(inout) :: d(:)                !! (n_unknowns) prediction, then solution
     type(outcome_t), intent(inout) :: outcome
+    logical, intent(in), optional :: among(:)      !! (n_elements) groups without any of these stay as they are
     type(group_t) :: group
     integer :: i
 
@@ -85,13 +85,16 @@ contains
       associate (equations => cache%equations)
         group%member = equations%member(equations%first(i):equations%first(i + 1) - 1)
       end associate
+      if (present(among)) then
+        if (.not. any(among(group%member))) cycle
+      end if
       group%rule = step_rule
       group%rule%tangent = model%settings%iterate == iterate_newton
       group%in_contact = touches(model, contacts) .and. size(group%member) > 1
       if (wholly_held(cache%equations, i) .and. .not. group%in_contact) then
         call check_areas(model, cache, group%member, d, outcome)
       else if (size(group%member) == 1) then
-        call settle_alone(model, cache, state, group, contacts, d, outcome)
+        call settle_alone(model, cache, state, group, d, outcome)
       else
         if (group%in_contact) call begin_open_close(model, cache, state, group, contacts, d)
         call settle_together(model, cache, state, group, contacts, d, outcome)
@@ -110,12 +113,11 @@ contains
   end function touches
 
   !> Settles an element that shares and touches nothing.
-  subroutine settle_alone(model, cache, state, group, contacts, d, outcome)
+  subroutine settle_alone(model, cache, state, group, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     type(group_t), intent(inout) :: group         !! the element alone
-    type(contact_try_t), intent(in) :: contacts   !! whether it is in an impact
     real(dp), intent(inout) :: d(:)               !! (n_unknowns)
     type(outcome_t), intent(inout) :: outcome
     type(term_t) :: term
@@ -125,8 +127,7 @@ contains
     e = group%member(1)
     do i = 1, model%settings%most_iterations
       call begin_equations(cache%equations, group%number)
-      term = term_of(model, cache, state, contacts, e, d, group%rule)
-      if (allocated(contacts%rigidity)) call keep_rigid(model, cache, contacts, e, d, term)
+      call add_element_effects(model, cache%element(e), state, e, values_of(model%elements, e, d), group%rule, term)
       call add_equations(cache%equations, group%number, 1, cache%element(e)%kinematics%span, term)
       if (settles_by_residual(model)) then
         outcome%settled = is_balanced(model, cache, group%number)
@@ -263,34 +264,14 @@ contains
             term%force = term%force - matmul(term%matrix, d(ids) - group%linear_at(ids))
           end associate
         else
-          term = term_of(model, cache, state, contacts, e, d, group%rule)
+          call add_element_effects(model, cache%element(e), state, e, values_of(model%elements, e, d), group%rule, term)
           group%symmetric = group%symmetric .and. term%symmetric
-          if (allocated(contacts%rigidity)) call keep_rigid(model, cache, contacts, e, d, term)
           if (group%nested) group%term(k) = term
         end if
         call add_equations(cache%equations, group%number, k, cache%element(e)%kinematics%span, term)
       end associate
     end do
   end subroutine add_elements
-
-  !> What the effects add to one element, which in an impact keeps its stress.
-  pure type(term_t) function term_of(model, cache, state, contacts, e, d, rule) result(term)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state
-    type(contact_try_t), intent(in) :: contacts
-    integer, intent(in) :: e
-    real(dp), intent(in) :: d(:)
-    type(step_rule_t), intent(in) :: rule
-
-    associate (unknown => values_of(model%elements, e, d))
-      if (allocated(contacts%rigidity)) then
-        call add_element_effects(model, element_in_impact(model, cache, contacts, e), state, e, unknown, rule, term)
-      else
-        call add_element_effects(model, cache%element(e), state, e, unknown, rule, term)
-      end if
-    end associate
-  end function term_of
 
   !> Solves for a correction and adds it to `d`.
   subroutine correct(model, cache, number, d, residual, outcome)

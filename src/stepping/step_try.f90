@@ -2,6 +2,7 @@
 module scree_step_try
   use scree_contact_try, only: contact_try_t
   use scree_element_term, only: step_rule_t
+  use scree_impact, only: impact_t
   use scree_kinds, only: dp
   use scree_trouble, only: new_trouble, trouble_t
   implicit none
@@ -26,7 +27,7 @@ module scree_step_try
     real(dp) :: dt = 0.0_dp              !! time
     type(step_rule_t) :: rule
     real(dp), allocatable :: d(:)        !! (n_unknowns) displacement of the step
-    real(dp), allocatable :: motion(:)   !! (n_unknowns) displacement that the rates at the end follow from
+    type(impact_t) :: impact             !! at its end
     type(contact_try_t) :: contacts
     integer :: remedy = remedy_shorter   !! where it has not settled
     real(dp) :: shorter = 1.0_dp         !! share of the step that the next one takes then

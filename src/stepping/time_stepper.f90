@@ -10,7 +10,7 @@ module scree_time_stepper
   use scree_energy, only: close_books, loss_of_step, work_of_step
   use scree_equations, only: constrain_equations, group_elements, keep_factored, recall_factored
   use scree_errors, only: error_t, fail, status_run_failed
-  use scree_impact, only: rebound_contacts
+  use scree_impact, only: push_apart, rebound
   use scree_integrator, only: step_rule_for
   use scree_interruption, only: stop_signal
   use scree_kinds, only: dp
@@ -23,7 +23,6 @@ module scree_time_stepper
   use scree_step_try, only: begin_outcome, outcome_t, remedy_shorter, remedy_stiffer, remedy_wider, try_t
   use scree_text, only: rounded_text
   use scree_trouble, only: words_of
-  use scree_contact_try, only: contact_try_t
   use scree_update, only: update_state
   implicit none
   private
@@ -66,12 +65,12 @@ contains
       if (allocated(error)) return
       call settle(model, cache, state, try%rule, try%contacts, try%d, outcome)
       if (outcome%settled) call check_try(model, cache, state, try, outcome)
-      if (outcome%settled) call rebound(model, cache, state, try, outcome)
       if (outcome%settled) exit tries
       call mend(model, try, outcome, error)
       if (allocated(error)) return
       if (outcome%rejected > 0 .and. stop_signal() > 0) return
     end do tries
+    call make_impact(model, cache, state, try, outcome)
     report = step_report_t(try%dt, outcome%iterations, outcome%solves, outcome%judged, outcome%rejected, try%travel, &
                            work_of_step(model, cache, state, try%rule, try%d))
     call accept(model, try, report%work, cache, state)
@@ -137,21 +136,37 @@ contains
     if (allocated(model%effects%contact)) call begin_contacts(model, cache, state, try%rule, try%contacts)
   end subroutine begin_pairs
 
-  !> Finds the displacement whose velocities the contacts give back, where the scene asks for restitution.
-  subroutine rebound(model, cache, state, try, outcome)
+  !> Makes the step once more where bodies came together in it, with their impact, unless this is left to springs.
+  subroutine make_impact(model, cache, state, try, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
     type(outcome_t), intent(inout) :: outcome
-    type(contact_try_t) :: impact
+    type(try_t) :: again
+    type(outcome_t) :: outcome_again
+    type(state_t) :: pushed
+    logical :: possible
 
-    try%motion = try%d
     if (.not. allocated(model%effects%contact)) return
     if (model%effects%contact%restitution < 0 .or. all(try%contacts%count(2:) == 0)) return
-    call rebound_contacts(model, cache, state, try%rule, try%d, try%contacts, impact)
-    call settle(model, cache, state, try%rule, impact, try%motion, outcome)
-  end subroutine rebound
+    again = try
+    call push_apart(model, cache, state, try%rule, try%d, again%contacts, again%impact)
+    if (size(again%impact%bearing) == 0) return
+    pushed = state
+    pushed%velocity = pushed%velocity + again%impact%push
+    outcome_again = outcome
+    call settle(model, cache, pushed, try%rule, again%contacts, again%d, outcome_again, again%impact%among)
+    if (outcome_again%settled) call check_try(model, cache, state, again, outcome_again)
+    possible = outcome_again%settled
+    if (possible) &
+      call rebound(model, cache, state, try%rule, again%d, try%contacts, again%contacts, again%impact, possible)
+    outcome%solves = outcome_again%solves
+    outcome%judged = outcome_again%judged
+    if (.not. possible) return
+    outcome%iterations = max(outcome%iterations, outcome_again%iterations)
+    try = again
+  end subroutine make_impact
 
   !> Makes the next try shorter, where that is what the rejected one asks for.
   !>
@@ -184,11 +199,11 @@ contains
     state%books%damping = state%books%damping + loss_of_step(model, cache, try%rule, try%d)
     if (allocated(model%effects%contact)) then
       call accept_contacts(model, try%d, try%contacts, state%contacts, state%books%contact_springs, friction)
-      state%books%friction = state%books%friction + friction
+      state%books%friction = state%books%friction + friction + try%impact%friction
     end if
     if (couples_pairs(model)) state%pair = try%contacts%pair
     call keep_factored(cache%equations, state%factored)
-    call update_state(model, cache, try%rule, try%d, try%motion, state)
+    call update_state(model, cache, try%rule, try%d, try%impact, state)
     call refresh_elements(model, state, cache)
     call close_books(model, cache, state)
   end subroutine accept

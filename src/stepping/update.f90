@@ -1,6 +1,7 @@
 !> What an accepted step changes: positions, stress, deformation, rotation and the rates (Shi's df25, df26).
 module scree_update
   use scree_element_term, only: step_rule_t
+  use scree_impact, only: impact_t
   use scree_integrator, only: end_rates
   use scree_interpolation, only: carried_rates, displacement_matrix, kinematics_t
   use scree_green_strain, only: green_strain
@@ -18,17 +19,19 @@ module scree_update
 contains
 
   !> Moves `state` to the end of the step with unknowns `d`.
-  pure subroutine update_state(model, cache, rule, d, d_motion, state)
+  pure subroutine update_state(model, cache, rule, d, impact, state)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
-    real(dp), intent(in) :: d_motion(:)           !! (n_unknowns) that the rates follow from
+    type(impact_t), intent(in) :: impact          !! at its end
     type(state_t), intent(inout) :: state
     real(dp) :: theta(4), F(4), own(element_unknowns), mean(4, model%n_blocks), turned(4, model%n_elements)
     integer :: e, i
 
-    call end_rates(rule, d_motion, state%velocity, state%acceleration)
+    if (allocated(impact%push)) state%velocity = state%velocity + impact%push
+    call end_rates(rule, d, state%velocity, state%acceleration)
+    if (allocated(impact%change)) state%velocity = state%velocity + impact%change
     mean = 0.0_dp
     do e = 1, model%n_elements
       associate (ids => model%elements%unknown(:, e), element => cache%element(e)%kinematics, shape => model%elements%shape, &

@@ -1,0 +1,239 @@
+!> Impulses of bodies that meet, by Poisson's hypothesis.
+!>
+!> Bodies b with the mobility of their rigid motion q, contacts i with the rows G of their velocity across (n, positive where they
+!> part) and along (t). An impact has two phases (Poisson 1838; Routh 1860; with many contacts and friction Glocker & Pfeiffer
+!> 1995):
+!>
+!>     compression   qc = q- + M^-1 G^T P,     0 <= Pn  _|_  Gn qc - b >= 0,             |Pt| <= mu Pn  against  Gt qc
+!>     restitution   q+ = qc + M^-1 G^T P',    0 <= Pn' - s Pn  _|_  Gn q+ - b >= 0,     |Pt'| <= mu Pn'  against  Gt q+
+!>
+!> With b <= 0 what kinetic energy changes by is P.Gqc - P.G M^-1 G^T P/2 < 0 in compression and at most s^2 of that in restitution,
+!>
+!>     K+ - Kc <= s P.G qc + s^2 P.G M^-1 G^T P/2 <= s^2 (K- - Kc)
+!>
+!> as friction and b make P.Gqc <= 0, and P' = s P is one of those that the phase of restitution chooses from. Without friction
+!> s = 1 gives back exactly what compression took, whatever the number of contacts. With friction that is lost what it took in
+!> compression, and it takes more in restitution.
+!>
+!> Both phases are projected Gauss-Seidel, each contact brought to its own law in turn (Moreau 1988; Jean 1999), made faster by
+!> conjugate directions (Silcowitz, Niebe & Erleben 2010). It always ends: impulses of its last sweep are feasible, and what an
+!> approach is wrong by then is met again in the next step.
+module scree_impulses
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: apply, energy_of, impulse_problem_t, impulses_t, restore, solve_compression, velocity_at
+
+  !> Share of the fastest approach that velocities may be wrong by.
+  real(dp), parameter :: met = 1e-8_dp
+  !> Sweeps before impulses are taken as they are.
+  integer, parameter :: most_sweeps = 200
+
+  !> Who meets, and how.
+  type :: impulse_problem_t
+    integer, allocatable :: body(:, :)         !! (2, n) of each contact
+    real(dp), allocatable :: row(:, :, :, :)   !! (3, 2, 2, n) of the motion of either body, for velocity across and along
+    real(dp), allocatable :: answer(:, :, :, :) !! (3, 2, 2, n) change of the motion of either body by a unit of impulse
+    real(dp), allocatable :: friction(:)       !! (n)
+    real(dp), allocatable :: least(:)          !! (n) b, velocity across that compression leaves at least, length/time
+    logical, allocatable :: glued(:)           !! (n) a bond holds both ways
+  end type impulse_problem_t
+
+  !> Impulses of the contacts, and the motion of the bodies with them.
+  type :: impulses_t
+    real(dp), allocatable :: P(:, :)           !! (2, n) across and along, force time
+    real(dp), allocatable :: motion(:, :)      !! (3, n_bodies)
+  end type impulses_t
+
+contains
+
+  !> Velocities across and along contact i.
+  pure function velocity_at(problem, motion, i) result(velocity)
+    type(impulse_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: motion(:, :)       !! (3, n_bodies)
+    integer, intent(in) :: i
+    real(dp) :: velocity(2)
+    integer :: k
+
+    do k = 1, 2
+      velocity(k) = along(problem%row(:, :, k, i), motion, problem%body(:, i))
+    end do
+  end function velocity_at
+
+  !> Velocity along the row of two bodies.
+  pure real(dp) function along(row, motion, body)
+    real(dp), intent(in) :: row(3, 2)
+    real(dp), intent(in) :: motion(:, :)       !! (3, n_bodies)
+    integer, intent(in) :: body(2)
+    integer :: side
+
+    along = 0.0_dp
+    do side = 1, 2
+      associate (b => body(side))
+        along = along + row(1, side)*motion(1, b) + row(2, side)*motion(2, b) + row(3, side)*motion(3, b)
+      end associate
+    end do
+  end function along
+
+  !> Changes the motion by an impulse of contact i, across or along.
+  pure subroutine push(problem, i, k, impulse, motion)
+    type(impulse_problem_t), intent(in) :: problem
+    integer, intent(in) :: i, k                !! k: 1 across, 2 along
+    real(dp), intent(in) :: impulse            !! force time
+    real(dp), intent(inout) :: motion(:, :)    !! (3, n_bodies)
+    integer :: side
+
+    do side = 1, 2
+      associate (b => problem%body(side, i))
+        motion(1, b) = motion(1, b) + impulse*problem%answer(1, side, k, i)
+        motion(2, b) = motion(2, b) + impulse*problem%answer(2, side, k, i)
+        motion(3, b) = motion(3, b) + impulse*problem%answer(3, side, k, i)
+      end associate
+    end do
+  end subroutine push
+
+  !> Changes the motion by an impulse of contact i.
+  pure subroutine apply(problem, i, impulse, motion)
+    type(impulse_problem_t), intent(in) :: problem
+    integer, intent(in) :: i
+    real(dp), intent(in) :: impulse(2)         !! across and along, force time
+    real(dp), intent(inout) :: motion(:, :)    !! (3, n_bodies)
+    integer :: k
+
+    do k = 1, 2
+      call push(problem, i, k, impulse(k), motion)
+    end do
+  end subroutine apply
+
+  !> Compression: impulses that end every approach.
+  pure subroutine solve_compression(problem, motion, compressed)
+    type(impulse_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: motion(:, :)       !! (3, n_bodies) before the impact
+    type(impulses_t), intent(out) :: compressed
+    integer :: i
+
+    compressed%motion = motion
+    allocate (compressed%P(2, size(problem%least)), source=0.0_dp)
+    call relax(problem, [(0.0_dp, i=1, size(problem%least))], compressed)
+  end subroutine solve_compression
+
+  !> Kinetic energy that compression took, by the impulses alone; and the work of the impulses of compression in the motion at its
+  !> end.
+  pure subroutine energy_of(problem, compressed, taken, rest)
+    type(impulse_problem_t), intent(in) :: problem
+    type(impulses_t), intent(in) :: compressed
+    real(dp), intent(out) :: taken             !! P.G M^-1 G^T P/2, force length
+    real(dp), intent(out) :: rest              !! P.G qc, force length
+    real(dp) :: change(3, size(compressed%motion, 2))
+    integer :: i
+
+    change = 0.0_dp
+    rest = 0.0_dp
+    taken = 0.0_dp
+    do i = 1, size(problem%least)
+      rest = rest + dot_product(compressed%P(:, i), velocity_at(problem, compressed%motion, i))
+      call apply(problem, i, compressed%P(:, i), change)
+    end do
+    do i = 1, size(problem%least)
+      taken = taken + 0.5_dp*dot_product(compressed%P(:, i), velocity_at(problem, change, i))
+    end do
+  end subroutine energy_of
+
+  !> Restitution: at least the share `s` of the impulses of compression across, once more.
+  pure subroutine restore(problem, s, impulses)
+    type(impulse_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: s
+    type(impulses_t), intent(inout) :: impulses !! of compression, then of both phases
+    type(impulses_t) :: again
+    integer :: i
+
+    if (.not. s > 0) return
+    again%motion = impulses%motion
+    again%P = s*impulses%P
+    do i = 1, size(problem%least)
+      call apply(problem, i, again%P(:, i), again%motion)
+    end do
+    call relax(problem, again%P(1, :), again)
+    impulses%P = impulses%P + again%P
+    impulses%motion = again%motion
+  end subroutine restore
+
+  !> Lets all contacts come to their laws by sweeps in conjugate directions.
+  pure subroutine relax(problem, floor, impulses)
+    type(impulse_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: floor(:)           !! (n) least impulse across, force time
+    type(impulses_t), intent(inout) :: impulses
+    real(dp), dimension(2, size(floor)) :: before, change, direction
+    real(dp) :: resistance(2, size(floor))     !! velocity that a unit of impulse makes
+    real(dp) :: fastest, wrong, length, length_before, share
+    integer :: i, sweep
+
+    if (size(floor) == 0) return
+    fastest = 0.0_dp
+    do i = 1, size(floor)
+      resistance(:, i) = resistance_of(problem, i)
+      associate (velocity => velocity_at(problem, impulses%motion, i))
+        fastest = max(fastest, problem%least(i) - velocity(1), resistance(1, i)*floor(i))
+      end associate
+    end do
+    direction = 0.0_dp
+    length_before = 0.0_dp
+    do sweep = 1, most_sweeps
+      before = impulses%P
+      do i = 1, size(floor)
+        call settle_contact(problem, i, floor(i), resistance(:, i), impulses)
+      end do
+      change = impulses%P - before
+      wrong = maxval(resistance*abs(change))
+      if (wrong <= met*fastest) return
+      length = sum(resistance*change**2)
+      share = 0.0_dp
+      if (sweep > 1 .and. length < length_before) share = length/length_before
+      length_before = length
+      direction = share*direction
+      if (share > 0 .and. sweep < most_sweeps) then
+        do i = 1, size(floor)
+          impulses%P(:, i) = impulses%P(:, i) + direction(:, i)
+          call apply(problem, i, direction(:, i), impulses%motion)
+        end do
+      end if
+      direction = direction + change
+    end do
+  end subroutine relax
+
+  !> Velocity across, and along, that a unit of impulse there makes.
+  pure function resistance_of(problem, i) result(resistance)
+    type(impulse_problem_t), intent(in) :: problem
+    integer, intent(in) :: i
+    real(dp) :: resistance(2)
+    integer :: k
+
+    resistance = [(sum(problem%row(:, :, k, i)*problem%answer(:, :, k, i)), k=1, 2)]
+  end function resistance_of
+
+  !> Brings contact i to its law: no approach, then friction.
+  pure subroutine settle_contact(problem, i, floor, resistance, impulses)
+    type(impulse_problem_t), intent(in) :: problem
+    integer, intent(in) :: i
+    real(dp), intent(in) :: floor, resistance(2)
+    type(impulses_t), intent(inout) :: impulses
+    real(dp) :: limit, new
+
+    associate (body => problem%body(:, i), P => impulses%P(:, i))
+      if (resistance(1) > 0) then
+        new = P(1) + (problem%least(i) - along(problem%row(:, :, 1, i), impulses%motion, body))/resistance(1)
+        if (.not. problem%glued(i)) new = max(new, floor)
+        call push(problem, i, 1, new - P(1), impulses%motion)
+        P(1) = new
+      end if
+      limit = problem%friction(i)*max(P(1), 0.0_dp)
+      if (problem%glued(i)) limit = huge(limit)
+      if (resistance(2) > 0 .and. (limit > 0 .or. abs(P(2)) > 0)) then
+        new = max(-limit, min(limit, P(2) - along(problem%row(:, :, 2, i), impulses%motion, body)/resistance(2)))
+        call push(problem, i, 2, new - P(2), impulses%motion)
+        P(2) = new
+      end if
+    end associate
+  end subroutine settle_contact
+
+end module scree_impulses

@@ -1,0 +1,224 @@
+!> Bodies that take an impact: their motion as rigid ones.
+!>
+!> The rates v of a body's unknowns are a rigid motion q = (velocity of its centre, rotation rate) and a deformation that is
+!> orthogonal to every rigid one in its mass matrix M. With R the rates that units of q make,
+!>
+!>     v = R q + w,   q = (R^T M R)^-1 R^T M v,   R^T M w = 0,   v.M v/2 = q.(R^T M R) q/2 + w.M w/2
+!>
+!> so that impulses which change q alone leave strain rates and their energy as they are. A body of many manifold elements moves as
+!> one.
+module scree_rigid_bodies
+  use scree_interpolation, only: displacement_matrix, rigid_modes
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_state, only: state_t
+  use scree_system, only: element_unknowns, fixed_point
+  implicit none
+  private
+  public :: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t
+
+  !> Bodies in the configuration that contacts of a step act in.
+  type :: rigid_bodies_t
+    integer, allocatable :: block(:)            !! (n)
+    integer, allocatable :: number(:)           !! (n_blocks) of the body that a block is, 0: none
+    integer, allocatable :: first(:), last(:)   !! (n) elements of the body
+    integer, allocatable :: held_by(:, :)       !! (2, n) fixed points in different places, 0: none
+    real(dp), allocatable :: moved(:)           !! (n_unknowns) displacement to the configuration
+    real(dp), allocatable :: centre(:, :)       !! (2, n) of mass, length
+    real(dp), allocatable :: mass(:, :)         !! (3, n) mass twice, and inertia about the centre; per unit thickness
+    real(dp), allocatable :: mobility(:, :, :)  !! (3, 3, n) change of q by a unit of impulse; 0 for a body that is held
+  end type rigid_bodies_t
+
+contains
+
+  !> Finds how bodies move as rigid ones.
+  !>
+  !> A body with a fixed point turns about it, and one with two of them does not move, whether they are exact or springs.
+  pure subroutine find_bodies(model, cache, state, moved, takes_part, bodies)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state        !! at the beginning of the step
+    real(dp), intent(in) :: moved(:)          !! (n_unknowns) displacement to where contacts act
+    logical, intent(in) :: takes_part(:)      !! (n_blocks)
+    type(rigid_bodies_t), intent(out) :: bodies
+    integer :: b, e, n
+
+    bodies%block = pack([(b, b=1, model%n_blocks)], takes_part)
+    n = size(bodies%block)
+    bodies%moved = moved
+    allocate (bodies%number(model%n_blocks), source=0)
+    bodies%number(bodies%block) = [(b, b=1, n)]
+    allocate (bodies%first(n), bodies%last(n), source=0)
+    allocate (bodies%centre(2, n), bodies%mass(3, n), bodies%mobility(3, 3, n), source=0.0_dp)
+    do e = 1, model%n_elements
+      b = bodies%number(model%elements%block(e))
+      if (b == 0) cycle
+      if (bodies%first(b) == 0) bodies%first(b) = e
+      bodies%last(b) = e
+      associate (own => cache%element(e), d => moved(model%elements%unknown(:, e)))
+        bodies%mass(1:2, b) = bodies%mass(1:2, b) + own%mass
+        bodies%centre(:, b) = bodies%centre(:, b) + own%mass*(own%kinematics%centroid + matmul(own%kinematics%at_centroid, d))
+      end associate
+    end do
+    do b = 1, n
+      bodies%centre(:, b) = bodies%centre(:, b)/bodies%mass(1, b)
+      do e = bodies%first(b), bodies%last(b)
+        associate (turn => modes_of(model, cache, state, bodies, e))
+          bodies%mass(3, b) = bodies%mass(3, b) + dot_product(turn(:, 3), matmul(cache%element(e)%mass_matrix, turn(:, 3)))
+        end associate
+      end do
+      bodies%mobility(1, 1, b) = 1/bodies%mass(1, b)
+      bodies%mobility(2, 2, b) = 1/bodies%mass(2, b)
+      bodies%mobility(3, 3, b) = 1/bodies%mass(3, b)
+    end do
+    call hold(model, cache, state, bodies)
+  end subroutine find_bodies
+
+  !> Blocks that fixed points in two places hold.
+  pure function held_blocks(model, state) result(held)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    logical :: held(model%n_blocks)
+    integer :: by(2, model%n_blocks)
+
+    by = holding_points(model, state)
+    held = by(2, :) > 0
+  end function held_blocks
+
+  !> Two fixed points of each block in different places; 0 where there are none.
+  pure function holding_points(model, state) result(by)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    integer :: by(2, model%n_blocks), b, i
+
+    by = 0
+    do i = 1, size(model%points%element)
+      if (model%points%kind(i) /= fixed_point) cycle
+      b = model%elements%block(model%points%element(i))
+      if (by(1, b) == 0) then
+        by(1, b) = i
+      else if (by(2, b) == 0 .and. norm2(state%point(:, i) - state%point(:, by(1, b))) > 0) then
+        by(2, b) = i
+      end if
+    end do
+  end function holding_points
+
+  !> Takes from bodies with fixed points what these hold.
+  pure subroutine hold(model, cache, state, bodies)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(rigid_bodies_t), intent(inout) :: bodies
+    real(dp) :: turn(3)
+    integer :: b, by(2, model%n_blocks), k
+
+    by = holding_points(model, state)
+    bodies%held_by = by(:, bodies%block)
+    do b = 1, size(bodies%block)
+      if (bodies%held_by(2, b) > 0) then
+        bodies%mobility(:, :, b) = 0.0_dp
+      else if (bodies%held_by(1, b) > 0) then
+        associate (arm => bodies%centre(:, b) - state%point(:, bodies%held_by(1, b)) &
+                   - moved_point(model, cache, state, bodies%held_by(1, b), bodies%moved))
+          turn = [-arm(2), arm(1), 1.0_dp]
+        end associate
+        do k = 1, 3
+          bodies%mobility(:, k, b) = turn*turn(k)/sum(bodies%mass(:, b)*turn**2)
+        end do
+      end if
+    end do
+  end subroutine hold
+
+  !> What unknowns, or their rates, move a point by.
+  pure function moved_point(model, cache, state, i, unknown) result(moved)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: i
+    real(dp), intent(in) :: unknown(:)        !! (n_unknowns)
+    real(dp) :: moved(2)
+
+    associate (e => model%points%element(i))
+      moved = matmul(displacement_matrix(cache%element(e)%kinematics, state%point(:, i)), unknown(model%elements%unknown(:, e)))
+    end associate
+  end function moved_point
+
+  !> Rates of the unknowns of element `e` in unit motions of its body: along x, along y, and turning about its centre.
+  pure function modes_of(model, cache, state, bodies, e) result(modes)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(rigid_bodies_t), intent(in) :: bodies
+    integer, intent(in) :: e
+    real(dp) :: modes(element_unknowns, 3)
+
+    modes = rigid_modes(model, state, e, cache%element(e)%kinematics, bodies%moved(model%elements%unknown(:, e)), &
+                        bodies%centre(:, bodies%number(model%elements%block(e))))
+  end function modes_of
+
+  !> Rigid motions q (3, n) of the bodies in a field of rates; of those that are held, the motion of their fixed points.
+  pure function motion_of(model, cache, state, bodies, rates) result(motion)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(rigid_bodies_t), intent(in) :: bodies
+    real(dp), intent(in) :: rates(:)          !! (n_unknowns)
+    real(dp) :: motion(3, size(bodies%block))
+    integer :: b, e
+
+    motion = 0.0_dp
+    do b = 1, size(bodies%block)
+      do e = bodies%first(b), bodies%last(b)
+        motion(:, b) = motion(:, b) + matmul(matmul(cache%element(e)%mass_matrix, rates(model%elements%unknown(:, e))), &
+                                             modes_of(model, cache, state, bodies, e))
+      end do
+      motion(:, b) = motion(:, b)/bodies%mass(:, b)
+      if (bodies%held_by(2, b) > 0) motion(:, b) = motion_of_held(model, cache, state, bodies, b, rates)
+    end do
+  end function motion_of
+
+  !> Rigid motion of a body that is held, by two of its fixed points.
+  pure function motion_of_held(model, cache, state, bodies, b, rates) result(motion)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(rigid_bodies_t), intent(in) :: bodies
+    integer, intent(in) :: b
+    real(dp), intent(in) :: rates(:)          !! (n_unknowns)
+    real(dp) :: motion(3), position(2, 2), moving(2, 2), apart(2), arm(2)
+    integer :: k
+
+    do k = 1, 2
+      associate (i => bodies%held_by(k, b))
+        position(:, k) = state%point(:, i) + moved_point(model, cache, state, i, bodies%moved)
+        moving(:, k) = moved_point(model, cache, state, i, rates)
+      end associate
+    end do
+    apart = position(:, 2) - position(:, 1)
+    motion(3) = dot_product([-apart(2), apart(1)], moving(:, 2) - moving(:, 1))/sum(apart**2)
+    arm = bodies%centre(:, b) - position(:, 1)
+    motion(1:2) = moving(:, 1) + motion(3)*[-arm(2), arm(1)]
+  end function motion_of_held
+
+  !> Adds rigid motions of the bodies to a field of rates.
+  pure subroutine add_motion(model, cache, state, bodies, motion, rates)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(rigid_bodies_t), intent(in) :: bodies
+    real(dp), intent(in) :: motion(:, :)      !! (3, n)
+    real(dp), intent(inout) :: rates(:)       !! (n_unknowns)
+    real(dp) :: before(size(rates))
+    integer :: b, e
+
+    before = rates
+    do b = 1, size(bodies%block)
+      do e = bodies%first(b), bodies%last(b)
+        associate (ids => model%elements%unknown(:, e))
+          rates(ids) = before(ids) + matmul(modes_of(model, cache, state, bodies, e), motion(:, b)) ! elements share covers
+        end associate
+      end do
+    end do
+  end subroutine add_motion
+
+end module scree_rigid_bodies

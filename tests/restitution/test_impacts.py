@@ -1,0 +1,104 @@
+"""Impacts whatever the size of the step: what bodies keep of their energy, and what an impact leaves alone."""
+import math
+
+import numpy as np
+import pytest
+import scree
+from scree.block_files import block_file, box
+
+G = 9.81
+MODES = {"dda": "", "green": "&method strain='green' /", "nmm": "&method model='nmm' /\n&cover edge=0.2 /",
+         "dissipating": "&integrator beta=1, gamma=0.5625 /", "trapezoidal": "&integrator beta=0.5 /"}
+STEPS = np.geomspace(4e-4, 1e-2, 5)
+
+
+def run(folder, blocks, groups, dt, time, fixed, weight=2500 * G, velocity=(0, 0, 0), young=1e10, phi=0.0):
+    """Runs block 1, which has fixed points, and others of material 2."""
+    (folder / "a.blk").write_text(block_file("impacts", [(min(k, 1) + 1, x) for k, x in enumerate(blocks)], fixed))
+    (folder / "a.ana").write_text("\n".join([
+        f"1 {math.ceil(time / dt)} 2 1 0.05 {dt}", f"2500 0 {young} 0.25 {'0 ' * 9}",
+        f"2500 {weight} {young} 0.25 {'0 ' * 6} {' '.join(map(str, velocity))}", f"{phi} 0 0",
+        "&deck geometry='a.blk', dialect='short' /", "&output every=1 /", groups, ""]))
+    done = scree.call("run", folder / "a.ana", "-o", folder / "a.h5", "--quiet")
+    assert done.returncode == 0, done.stderr
+    return scree.read(folder / "a.h5")
+
+
+def turned(corners, angle, height):
+    c, s = math.cos(angle), math.sin(angle)
+    corners = (corners - corners.mean(0)) @ np.array([[c, s], [-s, c]])
+    return corners + [0, height - corners[:, 1].min()]
+
+
+def total(f):
+    energy = f.history.energy
+    return sum(getattr(energy, name) for name in ("kinetic", "strain", "contact", "gravity") if hasattr(energy, name))
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("mode", MODES)
+def test_a_square_that_falls_flat_keeps_the_square_of_restitution_at_any_step(mode, e, tmp_path):
+    """By 1 m: e^2 of m g h is left, and springs, strain and the phase of the step take no part. What is measured is the height that its
+    velocity after the first bounce will take it to; a step may miss the time of the impact by dt, dt g/v = 2 % of h at 10 ms."""
+    for dt in STEPS:
+        f = run(tmp_path, [box(-2, 2, -1, 0), turned(box(0, 0.5, 0, 0.5), 0, 1)], f"&contact restitution={e} /\n{MODES[mode]}", dt, 0.55,
+                [(-1.9, -0.9, 1), (1.9, -0.9, 1)])
+        height = f.bodies.centroid[-1, 1, 1] - 0.25 + f.bodies.velocity[-1, 1, 1]**2 / (2 * G)
+        assert height == pytest.approx(e**2, abs=2e-3 + 0.1 * dt), (mode, dt)
+        assert f.history.rejected.sum() == 0
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+def test_the_energy_of_a_corner_impact_does_not_depend_on_the_step(e, tmp_path):
+    """Square of side a turned by 30 degrees, no friction: with r the arm of the corner across, I = m a^2/6, an impulse gives back e^2 of what
+    it takes, m v^2/2 (1 - e^2)/(1 + m r^2/I) lost. No step makes energy. What it turns by in the step of the impact is of the order of dt."""
+    a, angle = 0.5, math.pi / 6
+    r = a / 2**0.5 * math.cos(math.pi / 4 + angle)
+    lost = (1 - e**2) / (1 + 6 * r**2 / a**2)
+    for dt in STEPS:
+        f = run(tmp_path, [box(-2, 2, -1, 0), turned(box(0, a, 0, a), angle, 1)],
+                f"&contact restitution={e} /\n&method strain='green' /", dt, 0.47, [(-1.9, -0.9, 1), (1.9, -0.9, 1)])
+        energy = total(f)
+        scale = 2500 * a**2 * G
+        assert np.diff(energy).max() < 1e-7 * scale
+        assert (energy[0] - energy[-1]) / scale == pytest.approx(lost, abs=0.01 + 12 * dt), dt
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("dt, steps", [(1e-2, 300), (1e-3, 1500)])
+@pytest.mark.parametrize("mode", ["dda", "green"])
+def test_a_resting_column_carries_its_load(mode, dt, steps, e, tmp_path):
+    """Three soft blocks, loaded at once: the stress of each is the weight above its middle, when damping has taken the swing."""
+    blocks = [box(-1, 2, -1, 0), *[box(0, 1, k, k + 1) for k in range(3)]]
+    f = run(tmp_path, blocks, f"&contact restitution={e} /\n{MODES[mode]}\n&damping mass=20 /", dt, steps * dt,
+            [(-0.9, -0.9, 1), (1.9, -0.9, 1)], young=1e7, phi=30)
+    load = 2500 * G * np.array([2.5, 1.5, 0.5])
+    np.testing.assert_allclose(f.bodies.stress[-1, 1:, 1], -load, rtol=0.01)
+
+
+def test_impacts_elsewhere_leave_a_vibrating_block_as_it_is(tmp_path):
+    """A block 20 m off that swings by its initial stress: to the bit, whether two others meet or not."""
+    (tmp_path / "a.ana").write_text("\n".join([
+        "1 150 3 1 0.05 0.0005", f"2.5 0 1e5 0.25 {'0 ' * 9}", f"2.5 25 1e5 0.25 {'0 ' * 9}", f"2.5 0 1e5 0.25 100 {'0 ' * 8}", "30 0 0",
+        "&deck dialect='short' /", "&integrator beta=0.5 /", "&method strain='green' /", "&output every=1 /", "&contact restitution=0.5 /", ""]))
+    stress = []
+    for height in (0.01, 50):
+        (tmp_path / "a.blk").write_text(block_file("far", [(1, box(-1, 2, -1, 0)), (2, box(0, 1, height, 1 + height)),
+                                                           (3, box(20, 21, 0, 1))], [(-0.9, -0.9, 1), (1.9, -0.9, 1)]))
+        done = scree.call("run", tmp_path / "a.blk", tmp_path / "a.ana", "-o", tmp_path / "a.h5", "--quiet")
+        assert done.returncode == 0, done.stderr
+        f = scree.read(tmp_path / "a.h5")
+        stress.append(f.bodies.stress[:, 2])
+    assert f.history.contacts[:, 1:].sum() == 0
+    np.testing.assert_allclose(stress[0], stress[1], rtol=0, atol=1e-10)
+    assert np.abs(stress[0][-50:]).max() > 50
+
+
+def test_the_default_is_plastic_and_springs_are_asked_for(tmp_path):
+    drop = [box(-2, 2, -1, 0), turned(box(0, 0.5, 0, 0.5), 0, 0.1)]
+    fixed = [(-1.9, -0.9, 1), (1.9, -0.9, 1)]
+    plastic = run(tmp_path, drop, "", 1e-3, 0.3, fixed)
+    asked = run(tmp_path, drop, "&contact restitution=0 /", 1e-3, 0.3, fixed)
+    assert (plastic.bodies.centroid == asked.bodies.centroid).all()
+    springs = run(tmp_path, drop, "&contact impact='springs' /", 1e-3, 0.3, fixed)
+    assert np.abs(plastic.bodies.velocity[-1, 1]).max() < 1e-3 < springs.bodies.velocity[:, 1, 1].max()
