@@ -25,7 +25,7 @@ module scree_impulses
   public :: apply, energy_of, impulse_problem_t, impulses_t, restore, solve_compression, velocity_at
 
   !> Share of the fastest approach that velocities may be wrong by.
-  real(dp), parameter :: met = 1e-8_dp
+  real(dp), parameter :: met = 1e-12_dp
   !> Sweeps before impulses are taken as they are.
   integer, parameter :: most_sweeps = 200
 
