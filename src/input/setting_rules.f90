@@ -45,7 +45,7 @@ module scree_setting_rules
     setting_rule_t('step.control', 'shi', 'step.travel', is_positive, .false., 'it keeps that displacement'), &
     setting_rule_t('iteration.method, iteration.test, iteration.tolerance', '', 'method.strain', '|green|', .true., &
                    'small strain is linear, and its first solution exact'), &
-    setting_rule_t('contact.shear_ratio, contact.impact, contact.restitution, contact.viscosity, contact.rules, '// &
+    setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.rules, '// &
                    'contact.initial, contact.adapt, contact.coupling', '', &
                    'contact.method', '|penalty|augmented|', .true., 'nothing touches'), &
     setting_rule_t('contact.overlap', '', 'contact.method', '|augmented|', .true., 'springs alone have no such bound'), &
@@ -64,7 +64,7 @@ module scree_setting_rules
     setting_rule_t('contact.rules', 'conserving', 'integrator.scheme', '|energy_momentum|', .false., &
                    'no other form keeps what contact gives back'), &
     setting_rule_t('contact.rules', 'conserving', 'contact.method', '|penalty|', .false., 'multipliers store no energy'), &
-    setting_rule_t('contact.rules', 'conserving', 'contact.impact', '|springs|', .false., &
+    setting_rule_t('contact.rules', 'conserving', 'contact.restitution', is_not_given, .false., &
                    'springs give the energy of an impact back, and restitution once more'), &
     setting_rule_t('contact.rules', 'conserving', 'contact.viscosity', is_not_given, .false., &
                    'a dashpot takes what it should keep'), &
@@ -77,12 +77,8 @@ module scree_setting_rules
                    'multipliers need the friction of the same solution'), &
     setting_rule_t('contact.rules', 'shi', 'contact.coupling', '|merged|', .false., &
                    'contacts whose friction lags do not settle within an iteration'), &
-    setting_rule_t('contact.rules', 'shi', 'contact.impact', '|springs|', .false., &
+    setting_rule_t('contact.rules', 'shi', 'contact.restitution', is_not_given, .false., &
                    'an impact has no iteration before it to take its friction from'), &
-    setting_rule_t('contact.restitution', '', 'contact.impact', '|restitution|', .true., 'springs have none'), &
-    setting_rule_t('contact.impact', 'restitution', 'k01', is_positive, .true., 'a static step hands no velocity on'), &
-    setting_rule_t('contact.impact', 'restitution', 'step.control', '|fixed|', .false., &
-                   'steps as long as the displacement lets them miss when an impact is'), &
     setting_rule_t('contact.adapt', 'shi', 'g2', is_positive, .false., 'it allows gaps in proportion to g2'), &
     setting_rule_t('contact.adapt', 'shi', 'integrator.scheme', '|newmark|', .false., 'the other form would keep that energy'), &
     setting_rule_t('fixed_points.stiffness', '', 'fixed_points.method', '|penalty|', .true., &

@@ -9,8 +9,8 @@ module scree_settings
   use scree_kinds, only: dp
   use scree_named_groups, only: group_begins, groups_end, groups_t, name_has_value, next_item, start_groups, wrong_item
   use scree_scene, only: &
-    contact_augmented, contact_none, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, &
-    mass_constant, mass_follows_area, model_dda, model_nmm, plane_stress, scene_t, scheme_energy_decaying, scheme_energy_momentum, &
+    contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, mass_constant, &
+    mass_follows_area, model_dda, model_nmm, plane_stress, scene_t, scheme_energy_decaying, scheme_energy_momentum, &
     scheme_newmark, settings_t, &
     start_dissipative, start_zero, strain_green, strain_small, test_theta, transport_field, transport_rates, word_t
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
@@ -39,7 +39,6 @@ contains
     call visit_iteration(row, scene%settings)
     call visit_contact(row, scene)
     call visit_contact_states(row, scene%settings)
-    call visit_impacts(row, scene)
     call visit_joints(row, scene%settings)
     call visit_points(row, scene)
     call visit_ground(row, scene%settings)
@@ -189,6 +188,8 @@ contains
       call row%real(setting_t('contact', 'initial', &
                               'depth to which blocks may overlap at the start, over the size of the smaller', '1', &
                               0.0_dp, 1.0_dp), s%initial_overlap, 0.02_dp)
+      call row%real(setting_t('contact', 'restitution', 'velocity after an impact over that before', '1', 0.0_dp, 1.0_dp, &
+                              default='none: what the springs give back'), s%restitution)
       call row%real(setting_t('contact', 'viscosity', 'of a dashpot across a closed contact, per unit thickness', &
                               'force time/length', 0.0_dp), s%viscosity)
     end associate
@@ -210,24 +211,6 @@ contains
                               'contacts and deformation in one iteration, or contacts settled in each of deformation', &
                               choices='|merged|nested|'), s%nested, .false.)
   end subroutine visit_contact_states
-
-  !> What bodies do that come together. A static step hands no velocity on, and has no impacts.
-  subroutine visit_impacts(row, scene)
-    type(setting_rows_t), intent(inout) :: row
-    type(scene_t), intent(inout) :: scene
-
-    associate (s => scene%settings)
-      call row%choice(setting_t('contact', 'impact', &
-                                'velocities after an impact: by restitution, or what the springs of contacts give back', &
-                                choices='|restitution|springs|', &
-                                default='restitution; springs where static, preset shi, not coulomb'), &
-                      s%springs_rebound, &
-                      .not. row%given('contact.restitution') .and. (s%shi .or. s%rules /= rules_coulomb .or. s%chooses_step &
-                                                                   .or. .not. scene%carried > 0))
-      call row%real(setting_t('contact', 'restitution', 'velocity after an impact over that before', '1', 0.0_dp, 1.0_dp), &
-                    s%restitution, 0.0_dp, when=.not. s%springs_rebound .and. s%contact /= contact_none)
-    end associate
-  end subroutine visit_impacts
 
   !> What the joint materials are beside their row of the deck.
   subroutine visit_joints(row, s)

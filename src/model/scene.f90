@@ -121,8 +121,7 @@ module scree_scene
     real(dp) :: shear_ratio = 2.5_dp        !! of that to the stiffness along it
     real(dp) :: overlap = huge(1.0_dp)      !! that multipliers leave; huge: springs alone, length
     real(dp) :: initial_overlap = 0.02_dp   !! of blocks when the run begins, over the size of the smaller, at most
-    logical :: springs_rebound = .false.    !! impacts are left to springs
-    real(dp) :: restitution = 0.0_dp        !! of other impacts
+    real(dp) :: restitution = -1.0_dp       !! of impacts; below 0: as the springs have it
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
     integer :: rules = rules_coulomb        !! of contact
     logical :: adapts_stiffness = .false.   !! of contacts, by Shi's rules

@@ -201,7 +201,7 @@ contains
         effects%contact%shear_stiffness = s%contact_stiffness/s%shear_ratio
         if (allocated(s%joint_kn)) effects%contact%joint_stiffness = joint_stiffness_of(s)
         effects%contact%penetration = s%overlap
-        if (.not. s%springs_rebound) effects%contact%restitution = s%restitution
+        effects%contact%restitution = s%restitution
         effects%contact%viscosity = s%viscosity
         effects%contact%rules = s%rules
         effects%contact%shi = shi_law_of(scene)

@@ -237,19 +237,18 @@ contains
     type(contact_try_t), intent(in) :: contacts
     real(dp), intent(in) :: d(:)
 
-    call add_elements(model, cache, state, group, contacts, d)
+    call add_elements(model, cache, state, group, d)
     if (group%in_contact .and. .not. group%frozen) group%linear_at = d
     call add_pair_effects(model, contacts, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen), d, &
                           cache%equations)
   end subroutine assemble
 
   !> Begins the equations with what the elements add.
-  subroutine add_elements(model, cache, state, group, contacts, d)
+  subroutine add_elements(model, cache, state, group, d)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     type(group_t), intent(inout) :: group
-    type(contact_try_t), intent(in) :: contacts
     real(dp), intent(in) :: d(:)
     type(term_t) :: term
     integer :: k
@@ -339,7 +338,7 @@ contains
     if (.not. (group%in_contact .and. group%open_close%settles_always .and. group%rounds < most_rounds)) return
     d = group%sound
     call judge_at(model, cache, state, group, d, contacts)
-    call add_elements(model, cache, state, group, contacts, d)
+    call add_elements(model, cache, state, group, d)
     call pose_problem(model, contacts, d, cache%equations, problem)
     call solve_friction(problem, group%near, accepted_share, x, spring, found, factors)
     outcome%solves = outcome%solves + factors
