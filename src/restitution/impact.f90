@@ -36,6 +36,7 @@ module scree_impact
   !> A contact that bears at the beginning of the step or at its end.
   type :: bearing_t
     integer :: contact = 0                   !! of the try
+    integer :: vertex = 0
     integer :: block(2) = 0                  !! of vertex and edge
     integer :: island = 0                    !! of contacts with bodies in common that are free to move; 0: no impact there
     real(dp) :: force(2) = 0.0_dp            !! across and along, at the end
@@ -44,6 +45,7 @@ module scree_impact
     logical :: reached = .false.             !! by the impact, or it closes
     real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
     real(dp) :: impulse(2) = 0.0_dp          !! gamma dt Q, force time
+    real(dp) :: borne(2) = 0.0_dp            !! impulse until its bodies met others, of what opens; force time
     real(dp) :: kept = 0.0_dp                !! force across that loads press with, of what closes
   end type bearing_t
 
@@ -144,6 +146,7 @@ contains
         k = k + 1
         associate (own => all_of_them(k))
           own%contact = i
+          own%vertex = entrance%vertex
           own%block = blocks_of(model, try, i)
           if (entrance%state /= state_open) own%force = force_of(model, try, i, d)
           if (start%closed) then
@@ -301,8 +304,7 @@ contains
   pure subroutine find_impulses(rule, bearing)
     type(step_rule_t), intent(in) :: rule
     type(bearing_t), intent(inout) :: bearing(:)
-    real(dp) :: share
-    integer :: i, k
+    integer :: i
 
     do i = 1, size(bearing)
       associate (own => bearing(i))
@@ -311,18 +313,27 @@ contains
         else if (own%reached) then
           own%impulse = own%force - own%before
         else if (.not. own%force(1) > 0) then
-          share = 0.0_dp
-          do k = 1, size(bearing)
-            if (.not. bearing(k)%closes) cycle
-            if (any(own%block(1) == bearing(k)%block .or. own%block(2) == bearing(k)%block)) &
-              share = merge(min(share, bearing(k)%met_at), bearing(k)%met_at, share > 0)
-          end do
-          own%impulse = -share*own%before
+          own%borne = rule%velocity_weight*rule%dt*share_until_met(bearing, own)*own%before
         end if
         own%impulse = rule%displacement_weight*rule%dt*own%impulse
       end associate
     end do
   end subroutine find_impulses
+
+  !> Share of the step until a contact that opens is lifted: by what closes at its vertex, else by the first that closes at its bodies.
+  pure real(dp) function share_until_met(bearing, own) result(share)
+    type(bearing_t), intent(in) :: bearing(:)
+    type(bearing_t), intent(in) :: own
+    logical, dimension(size(bearing)) :: nearby, same_vertex
+    integer :: k
+
+    nearby = [(bearing(k)%closes .and. bearing(k)%island == own%island .and. &
+               any(own%block(1) == bearing(k)%block .or. own%block(2) == bearing(k)%block), k=1, size(bearing))]
+    same_vertex = nearby .and. bearing%vertex == own%vertex
+    if (any(same_vertex)) nearby = same_vertex
+    share = 0.0_dp
+    if (any(nearby)) share = minval(bearing%met_at, mask=nearby)
+  end function share_until_met
 
   !> Pushes the bodies of an island when the step begins. What closes has no part in the step then, and what it reaches keeps what
   !> it bore and what loads press it with. Where loads alone bring bodies together it is no impact, and they are left to springs.
@@ -362,6 +373,7 @@ contains
         if (own%closes) own%kept = own%force(1) - loss(i)
       end associate
     end do
+    call bear_until_met(problem, bearing, before)
     call set_least(bearing, before, problem)
     call solve_compression(problem, before, impulses)
     call find_energy(problem, bearing, by_loads, try, impulses, taken, rest, available)
@@ -431,13 +443,15 @@ contains
     type(rigid_bodies_t) :: bodies
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
-    real(dp), allocatable, dimension(:, :) :: before, by_loads
+    real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step
     real(dp) :: available, rest, taken
     integer :: i
 
     call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
-    before = motion_of(model, cache, state, bodies, velocity)
-    by_loads = before - motion_of(model, cache, state, bodies, state%velocity)
+    of_step = motion_of(model, cache, state, bodies, velocity)
+    by_loads = of_step - motion_of(model, cache, state, bodies, state%velocity)
+    before = of_step
+    call bear_until_met(problem, bearing, before)
     call set_least(bearing, before, problem)
     call solve_compression(problem, before, impulses)
     call find_energy(problem, bearing, by_loads, try, impulses, taken, rest, available)
@@ -447,8 +461,20 @@ contains
       impact%friction = impact%friction - 0.5_dp*impulses%P(2, i)*dot_product([0.0_dp, 1.0_dp], &
                           velocity_at(problem, before + impulses%motion, i))
     end do
-    call add_motion(model, cache, state, bodies, impulses%motion - before, impact%change)
+    call add_motion(model, cache, state, bodies, impulses%motion - of_step, impact%change)
   end subroutine rebound_island
+
+  !> Adds to the motion before an impact what contacts that opened bore until then.
+  pure subroutine bear_until_met(problem, bearing, motion)
+    type(impulse_problem_t), intent(in) :: problem
+    type(bearing_t), intent(in) :: bearing(:)
+    real(dp), intent(inout) :: motion(:, :)      !! (3, n_bodies)
+    integer :: i
+
+    do i = 1, size(bearing)
+      call apply(problem, i, bearing(i)%borne, motion)
+    end do
+  end subroutine bear_until_met
 
   !> Finds what energy compression took that may come back.
   pure subroutine find_energy(problem, bearing, by_loads, try, impulses, taken, rest, available)
