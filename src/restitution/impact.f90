@@ -63,6 +63,9 @@ module scree_impact
   !> An impact reaches a contact that it presses by more than this share of the largest force of what closes.
   real(dp), parameter :: felt = 1e-2_dp
 
+  !> Impacts within this share of the step of the first of them are one.
+  real(dp), parameter :: together = 1e-6_dp
+
   !> A gap so wide that nothing presses across it, length; its force is a number still.
   real(dp), parameter :: away = sqrt(huge(1.0_dp))
 
@@ -313,7 +316,8 @@ contains
         else if (own%reached) then
           own%impulse = own%force - own%before
         else if (.not. own%force(1) > 0) then
-          own%borne = rule%velocity_weight*rule%dt*share_until_met(bearing, own)*own%before
+          own%met_at = share_until_met(bearing, own)
+          own%borne = rule%velocity_weight*rule%dt*own%met_at*own%before
         end if
         own%impulse = rule%displacement_weight*rule%dt*own%impulse
       end associate
@@ -350,7 +354,7 @@ contains
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
     real(dp), dimension(size(d)) :: velocity, acceleration
-    real(dp), allocatable, dimension(:, :) :: before, by_loads, pushed, way
+    real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step, pushed, way
     real(dp) :: along_way(2), available, loss(size(bearing)), rest, taken
     integer :: i
 
@@ -362,8 +366,9 @@ contains
     do i = 1, size(bearing)
       call apply(problem, i, bearing(i)%impulse, pushed)
     end do
-    before = motion_of(model, cache, state, bodies, velocity) - rule%velocity_weight/rule%displacement_weight*pushed
-    by_loads = before - motion_of(model, cache, state, bodies, state%velocity)
+    of_step = motion_of(model, cache, state, bodies, velocity) - rule%velocity_weight/rule%displacement_weight*pushed
+    before = of_step
+    by_loads = of_step - motion_of(model, cache, state, bodies, state%velocity)
     call set_least(bearing, by_loads, problem)
     call solve_compression(problem, by_loads, impulses)
     do i = 1, size(bearing)
@@ -375,8 +380,8 @@ contains
     end do
     call bear_until_met(problem, bearing, before)
     call set_least(bearing, before, problem)
-    call solve_compression(problem, before, impulses)
-    call find_energy(problem, bearing, by_loads, try, impulses, taken, rest, available)
+    call compress_in_turn(bearing, before, problem, impulses)
+    call find_energy(problem, bearing, by_loads, of_step + before, try, impulses, taken, rest, available)
     if (.not. available > 0) then
       bearing%island = 0
       return
@@ -453,8 +458,8 @@ contains
     before = of_step
     call bear_until_met(problem, bearing, before)
     call set_least(bearing, before, problem)
-    call solve_compression(problem, before, impulses)
-    call find_energy(problem, bearing, by_loads, try, impulses, taken, rest, available)
+    call compress_in_turn(bearing, before, problem, impulses)
+    call find_energy(problem, bearing, by_loads, of_step + before, try, impulses, taken, rest, available)
     possible = possible .and. available > 0
     call restore(problem, share_given_back(try%law%restitution, taken, rest, min(available, taken - rest)), impulses)
     do i = 1, size(bearing)
@@ -463,6 +468,32 @@ contains
     end do
     call add_motion(model, cache, state, bodies, impulses%motion - of_step, impact%change)
   end subroutine rebound_island
+
+  !> Compression of an island, one impact after the other: what closes later has no part in it yet.
+  pure subroutine compress_in_turn(bearing, motion, problem, impulses)
+    type(bearing_t), intent(in) :: bearing(:)
+    real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies) before the first
+    type(impulse_problem_t), intent(inout) :: problem
+    type(impulses_t), intent(out) :: impulses    !! of all, with the motion after the last
+    type(impulses_t) :: own
+    logical :: ahead(size(bearing))
+    real(dp) :: at, least(size(bearing))
+
+    least = problem%least
+    allocate (impulses%P(2, size(bearing)), source=0.0_dp)
+    impulses%motion = motion
+    ahead = bearing%closes
+    do
+      if (.not. any(ahead)) exit
+      at = minval(bearing%met_at, mask=ahead) + together
+      ahead = ahead .and. bearing%met_at > at
+      problem%least = merge(-away, least, ahead)
+      call solve_compression(problem, impulses%motion, own)
+      impulses%P = impulses%P + own%P
+      impulses%motion = own%motion
+    end do
+    problem%least = least
+  end subroutine compress_in_turn
 
   !> Adds to the motion before an impact what contacts that opened bore until then.
   pure subroutine bear_until_met(problem, bearing, motion)
@@ -477,10 +508,11 @@ contains
   end subroutine bear_until_met
 
   !> Finds what energy compression took that may come back.
-  pure subroutine find_energy(problem, bearing, by_loads, try, impulses, taken, rest, available)
+  pure subroutine find_energy(problem, bearing, by_loads, twice_mean, try, impulses, taken, rest, available)
     type(impulse_problem_t), intent(in) :: problem
     type(bearing_t), intent(in) :: bearing(:)
     real(dp), intent(in) :: by_loads(:, :)       !! (3, n_bodies) motion that loads made in the step
+    real(dp), intent(in) :: twice_mean(:, :)     !! (3, n_bodies) motion without and with what contacts that opened bore
     type(contact_try_t), intent(in) :: try
     type(impulses_t), intent(in) :: impulses     !! of compression
     real(dp), intent(out) :: taken, rest         !! of `energy_of`
@@ -492,7 +524,7 @@ contains
     do i = 1, size(bearing)
       associate (stiffness => try%contact(bearing(i)%contact)%entrance(1)%stiffness(1))
         available = available + dot_product(bearing(i)%impulse, velocity_at(problem, by_loads, i)) &
-                    - bearing(i)%kept**2/(2*stiffness)
+                    - 0.5_dp*dot_product(bearing(i)%borne, velocity_at(problem, twice_mean, i)) - bearing(i)%kept**2/(2*stiffness)
       end associate
     end do
   end subroutine find_energy
@@ -623,7 +655,7 @@ contains
       associate (c => impact%bearing(i)%contact, kept => impact%bearing(i)%kept, law => try%law)
         now = gap_and_slip(model, try, c, try%contact(c)%active, d)
         associate (entrance => try%contact(c)%entrance(try%contact(c)%active), geometry => try%geometry(try%contact(c)%active, c))
-          touches(i) = now%gap < 0
+          touches(i) = now%gap < 0 .or. kept > 0
           entrance%state = state_open
           if (.not. touches(i)) cycle
           entrance%state = merge(state_locked, state_sliding, law%friction(entrance%joint) > 0)
