@@ -362,10 +362,7 @@ contains
     velocity = state%velocity
     acceleration = state%acceleration
     call end_rates(rule, d, velocity, acceleration)
-    allocate (pushed(3, size(bodies%block)), source=0.0_dp)
-    do i = 1, size(bearing)
-      call apply(problem, i, bearing(i)%impulse, pushed)
-    end do
+    pushed = pushed_by(model, cache, state, try, bearing, bodies)
     of_step = motion_of(model, cache, state, bodies, velocity) - rule%velocity_weight/rule%displacement_weight*pushed
     before = of_step
     by_loads = of_step - motion_of(model, cache, state, bodies, state%velocity)
@@ -449,8 +446,8 @@ contains
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
     real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step
-    real(dp) :: available, rest, taken
-    integer :: i
+    real(dp) :: available, rest, rigid(size(d)), taken
+    integer :: e, i
 
     call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
     of_step = motion_of(model, cache, state, bodies, velocity)
@@ -467,6 +464,15 @@ contains
                           velocity_at(problem, before + impulses%motion, i))
     end do
     call add_motion(model, cache, state, bodies, impulses%motion - of_step, impact%change)
+    rigid = 0.0_dp
+    call add_motion(model, cache, state, bodies, of_step, rigid)
+    do i = 1, size(bodies%block)
+      e = bodies%first(i)
+      if (bodies%last(i) > e .or. bodies%held_by(1, i) > 0) cycle
+      associate (ids => model%elements%unknown(:, e))
+        impact%change(ids) = impact%change(ids) - (1 - try%law%restitution)*(velocity(ids) - rigid(ids))
+      end associate
+    end do
   end subroutine rebound_island
 
   !> Compression of an island, one impact after the other: what closes later has no part in it yet.
@@ -539,6 +545,32 @@ contains
     s = 0.0_dp
     if (taken > 0) s = min(e, (-rest + sqrt(rest**2 + 4*taken*e**2*max(0.0_dp, available)))/(2*taken))
   end function share_given_back
+
+  !> Motion that the forces of the impact make in the step, along the rows that they act on: of its middle.
+  pure function pushed_by(model, cache, state, try, bearing, bodies) result(motion)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(contact_try_t), intent(in) :: try
+    type(bearing_t), intent(in) :: bearing(:)
+    type(rigid_bodies_t), intent(in) :: bodies
+    real(dp) :: motion(3, size(bodies%block))
+    real(dp) :: force(2*n)                       !! on the unknowns of the pair, times time
+    integer :: b, i, pair(2), side
+
+    motion = 0.0_dp
+    do i = 1, size(bearing)
+      pair = pair_of(try, bearing(i)%contact)
+      associate (geometry => try%geometry(try%contact(bearing(i)%contact)%active, bearing(i)%contact))
+        force = bearing(i)%impulse(1)*geometry%normal + bearing(i)%impulse(2)*geometry%shear
+      end associate
+      do side = 1, 2
+        b = bodies%number(model%elements%block(pair(side)))
+        motion(:, b) = motion(:, b) + matmul(bodies%mobility(:, :, b), matmul(force((side - 1)*n + 1:side*n), &
+                                                                          modes_of(model, cache, state, bodies, pair(side))))
+      end do
+    end do
+  end function pushed_by
 
   !> Elements of the entrance of contact i that acts, in the order of the unknowns.
   pure function pair_of(try, i) result(pair)

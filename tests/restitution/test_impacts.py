@@ -60,8 +60,8 @@ def test_the_energy_of_a_corner_impact_does_not_depend_on_the_step(e, tmp_path):
                 f"&contact restitution={e} /\n&method strain='green' /", dt, 0.47, [(-1.9, -0.9, 1), (1.9, -0.9, 1)])
         energy = total(f)
         scale = 2500 * a**2 * G
-        assert np.diff(energy).max() < 1e-7 * scale
-        assert (energy[0] - energy[-1]) / scale == pytest.approx(lost, abs=0.01 + 12 * dt), dt
+        assert np.diff(energy).max() < 1e-9 * scale
+        assert (energy[0] - energy[-1]) / scale == pytest.approx(lost, abs=0.01 + 3 * dt), dt
 
 
 @pytest.mark.parametrize("e", [0.0, 0.3, 1.0])
@@ -94,11 +94,10 @@ def test_impacts_elsewhere_leave_a_vibrating_block_as_it_is(tmp_path):
     assert np.abs(stress[0][-50:]).max() > 50
 
 
-def test_the_default_is_plastic_and_springs_are_asked_for(tmp_path):
+def test_impacts_are_left_to_springs_unless_restitution_is_asked_for(tmp_path):
+    """A square that falls by 0.1 m: without the setting it bounces by what its phase in the step has it; with 0 it stays."""
     drop = [box(-2, 2, -1, 0), turned(box(0, 0.5, 0, 0.5), 0, 0.1)]
     fixed = [(-1.9, -0.9, 1), (1.9, -0.9, 1)]
-    plastic = run(tmp_path, drop, "", 1e-3, 0.3, fixed)
-    asked = run(tmp_path, drop, "&contact restitution=0 /", 1e-3, 0.3, fixed)
-    assert (plastic.bodies.centroid == asked.bodies.centroid).all()
-    springs = run(tmp_path, drop, "&contact impact='springs' /", 1e-3, 0.3, fixed)
+    plastic = run(tmp_path, drop, "&contact restitution=0 /", 1e-3, 0.3, fixed)
+    springs = run(tmp_path, drop, "", 1e-3, 0.3, fixed)
     assert np.abs(plastic.bodies.velocity[-1, 1]).max() < 1e-3 < springs.bodies.velocity[:, 1, 1].max()
