@@ -8,7 +8,7 @@
 !>   Contacts keep what loads press them with and what they bore before; what closed rests where this brings it. So the bodies come
 !>   to the same places, and deform by their loads alone.
 !> - How fast they leave. Without that impulse their motion q- at the end is the one before the impact, and impulses bring it to the
-!>   one after (`rebound`). Stress and strain rates stay.
+!>   one after (`rebound`). Stress stays.
 !>
 !> The energy that may come back is what these impulses take, less D, the work of the loads over the way that Q barred,
 !>
@@ -26,7 +26,8 @@ module scree_impact
   use scree_integrator, only: end_rates
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_rigid_bodies, only: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t
+  use scree_rigid_bodies, only: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t, &
+                                take_deformation
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
   implicit none
@@ -446,8 +447,8 @@ contains
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
     real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step
-    real(dp) :: available, rest, rigid(size(d)), taken
-    integer :: e, i
+    real(dp) :: available, rest, taken
+    integer :: i
 
     call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
     of_step = motion_of(model, cache, state, bodies, velocity)
@@ -464,15 +465,7 @@ contains
                           velocity_at(problem, before + impulses%motion, i))
     end do
     call add_motion(model, cache, state, bodies, impulses%motion - of_step, impact%change)
-    rigid = 0.0_dp
-    call add_motion(model, cache, state, bodies, of_step, rigid)
-    do i = 1, size(bodies%block)
-      e = bodies%first(i)
-      if (bodies%last(i) > e .or. bodies%held_by(1, i) > 0) cycle
-      associate (ids => model%elements%unknown(:, e))
-        impact%change(ids) = impact%change(ids) - (1 - try%law%restitution)*(velocity(ids) - rigid(ids))
-      end associate
-    end do
+    call take_deformation(model, cache, state, bodies, 1 - try%law%restitution, of_step, velocity, impact%change)
   end subroutine rebound_island
 
   !> Compression of an island, one impact after the other: what closes later has no part in it yet.

@@ -15,7 +15,7 @@ module scree_rigid_bodies
   use scree_system, only: element_unknowns, fixed_point
   implicit none
   private
-  public :: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t
+  public :: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t, take_deformation
 
   !> Bodies in the configuration that contacts of a step act in.
   type :: rigid_bodies_t
@@ -220,5 +220,26 @@ contains
       end do
     end do
   end subroutine add_motion
+
+  !> Takes a share of the rates of deformation from bodies of one element that nothing holds. Their strain is constant, so what a
+  !> step makes of them is no wave that could go on: it rings at the infinite frequency of the integrator.
+  pure subroutine take_deformation(model, cache, state, bodies, share, motion, rates, change)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(rigid_bodies_t), intent(in) :: bodies
+    real(dp), intent(in) :: share
+    real(dp), intent(in) :: motion(:, :)      !! (3, n) of `rates`
+    real(dp), intent(in) :: rates(:)          !! (n_unknowns)
+    real(dp), intent(inout) :: change(:)      !! (n_unknowns) of the rates
+    integer :: b
+
+    do b = 1, size(bodies%block)
+      if (bodies%last(b) > bodies%first(b) .or. bodies%held_by(1, b) > 0) cycle
+      associate (e => bodies%first(b), ids => model%elements%unknown(:, bodies%first(b)))
+        change(ids) = change(ids) - share*(rates(ids) - matmul(modes_of(model, cache, state, bodies, e), motion(:, b)))
+      end associate
+    end do
+  end subroutine take_deformation
 
 end module scree_rigid_bodies
