@@ -680,7 +680,7 @@ contains
       associate (c => impact%bearing(i)%contact, kept => impact%bearing(i)%kept, law => try%law)
         now = gap_and_slip(model, try, c, try%contact(c)%active, d)
         associate (entrance => try%contact(c)%entrance(try%contact(c)%active), geometry => try%geometry(try%contact(c)%active, c))
-          touches(i) = now%gap < 0 .or. kept > 0
+          touches(i) = now%gap < 0 .or. (kept > 0 .and. .not. law%restitution > 0) ! plastic ones do not part
           entrance%state = state_open
           if (.not. touches(i)) cycle
           entrance%state = merge(state_locked, state_sliding, law%friction(entrance%joint) > 0)

@@ -51,17 +51,20 @@ def test_a_square_that_falls_flat_keeps_the_square_of_restitution_at_any_step(mo
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
 def test_the_energy_of_a_corner_impact_does_not_depend_on_the_step(e, tmp_path):
     """Square of side a turned by 30 degrees, no friction: with r the arm of the corner across, I = m a^2/6, an impulse gives back e^2 of what
-    it takes, m v^2/2 (1 - e^2)/(1 + m r^2/I) lost. No step makes energy. What it turns by in the step of the impact is of the order of dt."""
+    it takes, m v^2/2 (1 - e^2)/(1 + m r^2/I) lost. No step makes energy. The impact acts where the step ends, and has turned the square by
+    up to its rate dt by then: the arm is that much another."""
     a, angle = 0.5, math.pi / 6
-    r = a / 2**0.5 * math.cos(math.pi / 4 + angle)
+    r, speed = a / 2**0.5 * math.cos(math.pi / 4 + angle), math.sqrt(2 * G)
     lost = (1 - e**2) / (1 + 6 * r**2 / a**2)
+    rate = (1 + e) * speed * r / (r**2 + a**2 / 6)
+    by_turn = lost * 12 * r / a**2 / (1 + 6 * r**2 / a**2) * a / 2**0.5 * math.sin(math.pi / 4 + angle)
     for dt in STEPS:
         f = run(tmp_path, [box(-2, 2, -1, 0), turned(box(0, a, 0, a), angle, 1)],
                 f"&contact restitution={e} /\n&method strain='green' /", dt, 0.47, [(-1.9, -0.9, 1), (1.9, -0.9, 1)])
         energy = total(f)
         scale = 2500 * a**2 * G
         assert np.diff(energy).max() < 1e-9 * scale
-        assert (energy[0] - energy[-1]) / scale == pytest.approx(lost, abs=0.01 + 3 * dt), dt
+        assert (energy[0] - energy[-1]) / scale == pytest.approx(lost, abs=0.01 + 1.3 * by_turn * rate * dt), dt
 
 
 @pytest.mark.parametrize("e", [0.0, 0.3, 1.0])
@@ -98,6 +101,6 @@ def test_impacts_are_left_to_springs_unless_restitution_is_asked_for(tmp_path):
     """A square that falls by 0.1 m: without the setting it bounces by what its phase in the step has it; with 0 it stays."""
     drop = [box(-2, 2, -1, 0), turned(box(0, 0.5, 0, 0.5), 0, 0.1)]
     fixed = [(-1.9, -0.9, 1), (1.9, -0.9, 1)]
-    plastic = run(tmp_path, drop, "&contact restitution=0 /", 1e-3, 0.3, fixed)
-    springs = run(tmp_path, drop, "", 1e-3, 0.3, fixed)
-    assert np.abs(plastic.bodies.velocity[-1, 1]).max() < 1e-3 < springs.bodies.velocity[:, 1, 1].max()
+    plastic = run(tmp_path, drop, "&contact restitution=0 /", 1e-3, 0.3, fixed).bodies.velocity[:, 1, :2]
+    springs = run(tmp_path, drop, "", 1e-3, 0.3, fixed).bodies.velocity[:, 1, :2]
+    assert np.abs(plastic[-1]).max() < 1e-3 < springs[:, 1].max()
