@@ -48,8 +48,7 @@ module scree_contact_rules
     logical :: repeats_first_of_run = .false.  !! the first solution of a run is followed by another, settled or not
     logical :: counts_progress = .true.        !! iterations that leave fewer states changing are not counted as stalled
     integer :: most_stalled = 4                !! iterations, before it is given up
-    !> as a friction problem, and by the balance of forces; else the step is cut. With restitution cuts resolve impacts in time.
-    logical :: settles_always = .true.
+    logical :: settles_always = .true.         !! as a friction problem, and by the balance of forces; else the step is cut
   end type iteration_rules_t
 
   !> Solutions that Shi's programs make before they cut the step.
@@ -66,7 +65,7 @@ contains
       iteration_rules = iteration_rules_t(judges_prediction=.false., repeats_first_of_run=.true., counts_progress=.false., &
                                           most_stalled=most_solutions - 1, settles_always=.false.)
     case default
-      iteration_rules = iteration_rules_t(settles_always=law%restitution < 0)
+      iteration_rules = iteration_rules_t()
     end select
   end function iteration_rules
 
