@@ -325,7 +325,8 @@ contains
     end do
   end subroutine find_impulses
 
-  !> Share of the step until a contact that opens is lifted: by what closes at its vertex, else by the first that closes at its bodies.
+  !> Share of the step until a contact that opens is lifted: by what closes at its vertex, else by the first that closes at its
+  !> bodies.
   pure real(dp) function share_until_met(bearing, own) result(share)
     type(bearing_t), intent(in) :: bearing(:)
     type(bearing_t), intent(in) :: own
