@@ -45,6 +45,7 @@ module scree_impact
     logical :: closes = .false.              !! in this step, of bodies that come together
     logical :: reached = .false.             !! by the impact, or it closes
     real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
+    real(dp) :: moment = 0.0_dp              !! way of the approach in a moment, length: a gap below it is none
     real(dp) :: impulse(2) = 0.0_dp          !! gamma dt Q, force time
     real(dp) :: borne(2) = 0.0_dp            !! impulse until its bodies met others, of what opens; force time
     real(dp) :: kept = 0.0_dp                !! force across that loads press with, of what closes
@@ -64,7 +65,7 @@ module scree_impact
   !> An impact reaches a contact that it presses by more than this share of the largest force of what closes.
   real(dp), parameter :: felt = 1e-2_dp
 
-  !> Impacts within this share of the step of the first of them are one.
+  !> Impacts within this share of the step of the first of them are one, also where the step ends between them.
   real(dp), parameter :: together = 1e-6_dp
 
   !> A gap so wide that nothing presses across it, length; its force is a number still.
@@ -192,7 +193,7 @@ contains
   end function force_of
 
   !> Finds which contacts close with bodies that come together, and when in the step: those that press, and those that would if the
-  !> bodies did not deform.
+  !> bodies did not deform, or within the next moment.
   pure subroutine find_approaches(model, cache, state, rule, d, try, bearing)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -222,7 +223,8 @@ contains
         now = gap_and_slip(model, try, own%contact, active, d)
         deformed = dot_product(try%geometry(active, own%contact)%normal, of_elements(model, pair_of(try, own%contact), d)) &
                    - velocity_at(problem, way, k)
-        own%closes = (own%force(1) > 0 .or. now%gap < deformed(1)) .and. approach > round_off*sum(abs(across))
+        own%moment = together*max(0.0_dp, approach)*rule%dt
+        own%closes = (own%force(1) > 0 .or. now%gap < deformed(1) + own%moment) .and. approach > round_off*sum(abs(across))
         own%reached = own%closes
         if (own%closes) own%met_at = min(1.0_dp, max(0.0_dp, try%start(active, own%contact)%gap)/(approach*rule%dt))
         stays(open(k)) = own%closes .or. own%force(1) > 0
@@ -663,7 +665,7 @@ contains
     type(impact_t), intent(inout) :: impact
     type(contact_try_t), intent(inout) :: try
     type(gap_and_slip_t) :: now
-    logical :: touches(size(impact%bearing))
+    logical :: meets(size(impact%bearing))
     integer :: i
 
     do i = 1, size(impact%bearing)
@@ -675,15 +677,15 @@ contains
       end associate
     end do
     if (.not. try%linear) call place(model, cache, state, d, try)
-    touches = .true.
+    meets = .true.
     do i = 1, size(impact%bearing)
       if (.not. impact%bearing(i)%closes) cycle
       associate (c => impact%bearing(i)%contact, kept => impact%bearing(i)%kept, law => try%law)
         now = gap_and_slip(model, try, c, try%contact(c)%active, d)
         associate (entrance => try%contact(c)%entrance(try%contact(c)%active), geometry => try%geometry(try%contact(c)%active, c))
-          touches(i) = now%gap < 0 .or. (kept > 0 .and. .not. law%restitution > 0) ! plastic ones do not part
+          meets(i) = now%gap < impact%bearing(i)%moment .or. (kept > 0 .and. .not. law%restitution > 0) ! plastic ones do not part
           entrance%state = state_open
-          if (.not. touches(i)) cycle
+          if (.not. meets(i)) cycle
           entrance%state = merge(state_locked, state_sliding, law%friction(entrance%joint) > 0)
           entrance%multiplier = 0.0_dp
           entrance%rest = entrance%rest + now%gap + kept/entrance%stiffness(1)
@@ -693,7 +695,7 @@ contains
         end associate
       end associate
     end do
-    impact%bearing = pack(impact%bearing, touches .or. impact%bearing%impulse(1) > 0)
+    impact%bearing = pack(impact%bearing, meets .or. impact%bearing%impulse(1) > 0)
   end subroutine close_contacts
 
 end module scree_impact
