@@ -450,26 +450,46 @@ contains
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
     real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step
-    real(dp) :: available, rest, taken
+    real(dp) :: available, e, rest, taken
     integer :: i
 
     call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
     of_step = motion_of(model, cache, state, bodies, velocity)
     by_loads = of_step - motion_of(model, cache, state, bodies, state%velocity)
+    e = merge(try%law%restitution, 0.0_dp, comes_by_itself(problem, bearing, of_step - by_loads, by_loads))
     before = of_step
     call bear_until_met(problem, bearing, before)
     call set_least(bearing, before, problem)
     call compress_in_turn(bearing, before, problem, impulses)
     call find_energy(problem, bearing, by_loads, of_step + before, try, impulses, taken, rest, available)
     possible = possible .and. available > 0
-    call restore(problem, share_given_back(try%law%restitution, taken, rest, min(available, taken - rest)), impulses)
+    call restore(problem, share_given_back(e, taken, rest, min(available, taken - rest)), impulses)
     do i = 1, size(bearing)
       impact%friction = impact%friction - 0.5_dp*impulses%P(2, i)*dot_product([0.0_dp, 1.0_dp], &
                           velocity_at(problem, before + impulses%motion, i))
     end do
     call add_motion(model, cache, state, bodies, impulses%motion - of_step, impact%change)
-    call take_deformation(model, cache, state, bodies, 1 - try%law%restitution, of_step, velocity, impact%change)
+    call take_deformation(model, cache, state, bodies, 1 - e, of_step, velocity, impact%change)
   end subroutine rebound_island
+
+  !> Whether a contact closes faster than loads could have made it in this step. If none does bodies hop no farther than a step
+  !> can tell, and what that is worth is not given back: else they would for ever, and never bear on each other.
+  pure logical function comes_by_itself(problem, bearing, motion, by_loads)
+    type(impulse_problem_t), intent(in) :: problem
+    type(bearing_t), intent(in) :: bearing(:)
+    real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies) when the step began
+    real(dp), intent(in) :: by_loads(:, :)       !! (3, n_bodies) that loads made in the step
+    integer :: i
+
+    comes_by_itself = .true.
+    do i = 1, size(bearing)
+      if (.not. bearing(i)%closes) cycle
+      associate (begun => velocity_at(problem, motion, i), added => velocity_at(problem, by_loads, i))
+        if (-begun(1) > abs(added(1))) return
+      end associate
+    end do
+    comes_by_itself = .false.
+  end function comes_by_itself
 
   !> Compression of an island, one impact after the other: what closes later has no part in it yet.
   pure subroutine compress_in_turn(bearing, motion, problem, impulses)
