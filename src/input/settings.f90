@@ -98,13 +98,13 @@ contains
     type(settings_t), intent(inout) :: s
 
     call row%choice(setting_t('integrator', 'scheme', 'integrator', choices='|newmark|energy_momentum|energy_decaying|', &
-                              default='energy_decaying with Green strain, energy_momentum with that and rules conserving or '// &
-                              'restitution, else newmark'), s%scheme, default_scheme(s))
+                              default='energy_decaying with Green strain, energy_momentum with that and rules conserving, '// &
+                              'else newmark'), s%scheme, default_scheme(s))
     call row%real(setting_t('integrator', 'beta', 'weight of the new acceleration in the velocity; 1/2 + chi of energy_...', &
                             '1', 0.5_dp, 1.0_dp), s%beta, 1.0_dp)
     call row%real(setting_t('integrator', 'gamma', 'weight of the new acceleration in the displacement', '1', 0.0_dp, &
-                            open=.true., default='(beta + 1/2)^2/4; 1/2 with beta 1 and preset shi or restitution'), &
-                  s%gamma, merge(0.5_dp, (s%beta + 0.5_dp)**2/4, .not. s%beta < 1 .and. (s%shi .or. s%restitution >= 0)), &
+                            open=.true., default='(beta + 1/2)^2/4; 1/2 with beta 1 and preset shi'), &
+                  s%gamma, merge(0.5_dp, (s%beta + 0.5_dp)**2/4, s%shi .and. .not. s%beta < 1), &
                   when=s%scheme == scheme_newmark)
     call row%choice(setting_t('integrator', 'start', 'first step: as it comes, with beta 1, or from a consistent state', &
                               choices='|zero|dissipative|acceleration|consistent|', &
@@ -115,14 +115,13 @@ contains
                     s%transport, merge(transport_field, transport_rates, s%strain == strain_green .or. s%model == model_nmm))
   end subroutine visit_integrator
 
-  !> Stiff contacts are to die out in a scene that is left to itself; but energy that is asked to stay stays, and the velocities
-  !> that an impact leaves are those of its restitution.
+  !> Stiff contacts are to die out in a scene that is left to itself; but energy that is asked to stay stays.
   pure integer function default_scheme(s) result(scheme)
     type(settings_t), intent(in) :: s
 
     scheme = scheme_newmark
     if (s%strain /= strain_green) return
-    scheme = merge(scheme_energy_momentum, scheme_energy_decaying, s%rules == rules_conserving .or. s%restitution >= 0)
+    scheme = merge(scheme_energy_momentum, scheme_energy_decaying, s%rules == rules_conserving)
   end function default_scheme
 
   !> The size of a step and the end of the run.

@@ -430,16 +430,17 @@ contains
     call close_contacts(model, cache, state, d, without, impact, try)
     possible = .true.
     do i = 1, maxval(impact%bearing%island)
-      if (any(impact%bearing%island == i)) call rebound_island(model, cache, state, d, velocity, &
+      if (any(impact%bearing%island == i)) call rebound_island(model, cache, state, rule%dt, d, velocity, &
                                                          pack(impact%bearing, impact%bearing%island == i), try, impact, possible)
     end do
   end subroutine rebound
 
   !> Likewise of one island.
-  pure subroutine rebound_island(model, cache, state, d, velocity, bearing, try, impact, possible)
+  pure subroutine rebound_island(model, cache, state, dt, d, velocity, bearing, try, impact, possible)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
+    real(dp), intent(in) :: dt                   !! time
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
     real(dp), intent(in) :: velocity(:)          !! (n_unknowns) before the impact
     type(bearing_t), intent(in) :: bearing(:)
@@ -456,7 +457,8 @@ contains
     call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
     of_step = motion_of(model, cache, state, bodies, velocity)
     by_loads = of_step - motion_of(model, cache, state, bodies, state%velocity)
-    e = merge(try%law%restitution, 0.0_dp, comes_by_itself(problem, bearing, of_step - by_loads, by_loads))
+    e = merge(try%law%restitution, 0.0_dp, comes_by_itself(problem, bearing, of_step - by_loads, by_loads, &
+              dt*acceleration_by_weight(model, bodies)))
     before = of_step
     call bear_until_met(problem, bearing, before)
     call set_least(bearing, before, problem)
@@ -472,24 +474,41 @@ contains
     call take_deformation(model, cache, state, bodies, 1 - e, of_step, velocity, impact%change)
   end subroutine rebound_island
 
-  !> Whether a contact closes faster than loads could have made it in this step. If none does bodies hop no farther than a step
-  !> can tell, and what that is worth is not given back: else they would for ever, and never bear on each other.
-  pure logical function comes_by_itself(problem, bearing, motion, by_loads)
+  !> Whether a contact closes faster than loads, or weight in flight, could have made it in this step. If none does bodies hop no
+  !> farther than a step can tell, and what that is worth is not given back: else they would for ever, and not bear on each other.
+  pure logical function comes_by_itself(problem, bearing, motion, by_loads, falling)
     type(impulse_problem_t), intent(in) :: problem
     type(bearing_t), intent(in) :: bearing(:)
     real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies) when the step began
     real(dp), intent(in) :: by_loads(:, :)       !! (3, n_bodies) that loads made in the step
+    real(dp), intent(in) :: falling(:, :)        !! (3, n_bodies) that weight makes in a step of bodies in flight
+    real(dp) :: begun(2), added(2), in_flight(2)
     integer :: i
 
     comes_by_itself = .true.
     do i = 1, size(bearing)
       if (.not. bearing(i)%closes) cycle
-      associate (begun => velocity_at(problem, motion, i), added => velocity_at(problem, by_loads, i))
-        if (-begun(1) > abs(added(1))) return
-      end associate
+      begun = velocity_at(problem, motion, i)
+      added = velocity_at(problem, by_loads, i)
+      in_flight = sum(problem%row(:, :, 1, i)*falling(:, problem%body(:, i)), 1) ! of either body
+      if (-begun(1) > max(abs(added(1)), sum(abs(in_flight)))) return
     end do
     comes_by_itself = .false.
   end function comes_by_itself
+
+  !> Motion that weight makes in a unit of time of bodies in flight, those with fixed points by what these leave of it.
+  pure function acceleration_by_weight(model, bodies) result(motion)
+    type(model_t), intent(in) :: model
+    type(rigid_bodies_t), intent(in) :: bodies
+    real(dp) :: motion(3, size(bodies%block))
+    integer :: b
+
+    motion = 0.0_dp
+    if (.not. allocated(model%effects%gravity)) return
+    do b = 1, size(bodies%block)
+      motion(:, b) = -bodies%mobility(:, 2, b)*sum(model%effects%gravity%weight(bodies%first(b):bodies%last(b)))
+    end do
+  end function acceleration_by_weight
 
   !> Compression of an island, one impact after the other: what closes later has no part in it yet.
   pure subroutine compress_in_turn(bearing, motion, problem, impulses)

@@ -48,7 +48,7 @@ def test_a_block_falls_and_bounces_between_held_blocks_that_touch(mode, law, siz
     step of the fall leaves of the velocity of the impact, 1 %."""
     dt, steps, drop = 4e-4 * size**0.5, 450, 0.05 * size
     blocks = [*floor_and_wall(size), box(-0.5, 0.5, 0.05, 1.05) * size]
-    done = run(tmp_path, blocks, [1, 2, 3], f"{MODES[mode]}\n{LAWS[law]}", steps, dt, size=size)
+    done = run(tmp_path, blocks, [1, 2, 3], f"{MODES[mode]}\n{LAWS[law]}\n&integrator start='consistent' /", steps, dt, size=size)
     assert done.returncode == 0, done.stderr
     f = scree.read(tmp_path / "held.h5")
     t, height = f.history.time, drop + f.measured_points.displacement[:, 0, 1]
