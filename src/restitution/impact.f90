@@ -17,8 +17,10 @@
 !> with q0 the motion when the step began. So a step with an impact makes no energy where the step itself makes none (doc/theory.md,
 !> section 4).
 module scree_impact
+  use scree_bearings, only: any_closes, bearing_t, find_approaches, find_impulses, find_islands, list_bearings, pair_of, &
+                            set_up_problem, together
   use scree_contact_quantities, only: gap_and_slip_t
-  use scree_contact_rules, only: gap_and_slip, gaps_and_slips, place, press
+  use scree_contact_rules, only: gap_and_slip, place
   use scree_contact_try, only: contact_try_t, of_elements
   use scree_contacts, only: state_locked, state_open, state_sliding
   use scree_element_term, only: step_rule_t
@@ -26,30 +28,12 @@ module scree_impact
   use scree_integrator, only: end_rates
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_rigid_bodies, only: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t, &
-                                take_deformation
+  use scree_rigid_bodies, only: add_motion, held_blocks, modes_of, motion_of, rigid_bodies_t, take_deformation
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
   implicit none
   private
   public :: impact_t, push_apart, rebound
-
-  !> A contact that bears at the beginning of the step or at its end.
-  type :: bearing_t
-    integer :: contact = 0                   !! of the try
-    integer :: vertex = 0
-    integer :: block(2) = 0                  !! of vertex and edge
-    integer :: island = 0                    !! of contacts with bodies in common that are free to move; 0: no impact there
-    real(dp) :: force(2) = 0.0_dp            !! across and along, at the end
-    real(dp) :: before(2) = 0.0_dp           !! at the beginning
-    logical :: closes = .false.              !! in this step, of bodies that come together
-    logical :: reached = .false.             !! by the impact, or it closes
-    real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
-    real(dp) :: moment = 0.0_dp              !! way of the approach in a moment, length: a gap below it is none
-    real(dp) :: impulse(2) = 0.0_dp          !! gamma dt Q, force time
-    real(dp) :: borne(2) = 0.0_dp            !! impulse until its bodies met others, of what opens; force time
-    real(dp) :: kept = 0.0_dp                !! force across that loads press with, of what closes
-  end type bearing_t
 
   !> An impact in a step.
   type :: impact_t
@@ -59,14 +43,6 @@ module scree_impact
     real(dp), allocatable :: change(:)       !! (n_unknowns) added to the velocity at its end
     real(dp) :: friction = 0.0_dp            !! work that it took, force length per unit thickness
   end type impact_t
-
-  !> An approach below this share of what cancels in it is round-off.
-  real(dp), parameter :: round_off = 64*epsilon(1.0_dp)
-  !> An impact reaches a contact that it presses by more than this share of the largest force of what closes.
-  real(dp), parameter :: felt = 1e-2_dp
-
-  !> Impacts within this share of the step of the first of them are one, also where the step ends between them.
-  real(dp), parameter :: together = 1e-6_dp
 
   !> A gap so wide that nothing presses across it, length; its force is a number still.
   real(dp), parameter :: away = sqrt(huge(1.0_dp))
@@ -105,243 +81,6 @@ contains
     end do
     impact%bearing = pack(impact%bearing, impact%bearing%island > 0)
   end subroutine push_apart
-
-  !> Whether a contact that presses was open when the step began.
-  pure logical function any_closes(try)
-    type(contact_try_t), intent(in) :: try
-    integer :: i
-
-    any_closes = .true.
-    do i = 1, size(try%contact)
-      if (has_closed(try, i)) return
-    end do
-    any_closes = .false.
-  end function any_closes
-
-  !> Whether contact i presses, and was open when the step began.
-  pure logical function has_closed(try, i)
-    type(contact_try_t), intent(in) :: try
-    integer, intent(in) :: i
-
-    associate (contact => try%contact(i))
-      has_closed = contact%entrance(contact%active)%state /= state_open .and. .not. any(try%start(:contact%n_entrances, i)%closed)
-    end associate
-  end function has_closed
-
-  !> Lists the contacts that bear at the beginning of the step or at its end, with their forces then, and all of blocks with a
-  !> contact that has closed.
-  pure subroutine list_bearings(model, d, try, bearing)
-    type(model_t), intent(in) :: model
-    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
-    type(contact_try_t), intent(in) :: try
-    type(bearing_t), allocatable, intent(out) :: bearing(:)
-    type(bearing_t) :: all_of_them(size(try%contact))
-    logical :: met(model%n_blocks)
-    integer :: i, k
-
-    met = .false.
-    do i = 1, size(try%contact)
-      if (has_closed(try, i)) met(blocks_of(model, try, i)) = .true.
-    end do
-    k = 0
-    do i = 1, size(try%contact)
-      associate (contact => try%contact(i), law => try%law, entrance => try%contact(i)%entrance(try%contact(i)%active), &
-                 start => try%start(try%contact(i)%active, i))
-        if (entrance%state == state_open .and. .not. start%closed .and. .not. any(met(blocks_of(model, try, i)))) cycle
-        k = k + 1
-        associate (own => all_of_them(k))
-          own%contact = i
-          own%vertex = entrance%vertex
-          own%block = blocks_of(model, try, i)
-          if (entrance%state /= state_open) own%force = force_of(model, try, i, d)
-          if (start%closed) then
-            own%before(1) = max(0.0_dp, start%multiplier(1) - entrance%stiffness(1)/try%hardening*start%gap)
-            own%before(2) = start%multiplier(2) &
-                            - entrance%stiffness(2)*(start%share - entrance%anchor)*try%geometry(contact%active, i)%edge_length
-            own%before(2) = sign(min(abs(own%before(2)), law%friction(entrance%joint)*own%before(1)), own%before(2))
-          end if
-          if (entrance%bonded) own%before = own%force ! a bond bears all that comes
-        end associate
-      end associate
-    end do
-    bearing = all_of_them(:k)
-  end subroutine list_bearings
-
-  !> Blocks of vertex and edge of contact i.
-  pure function blocks_of(model, try, i) result(block)
-    type(model_t), intent(in) :: model
-    type(contact_try_t), intent(in) :: try
-    integer, intent(in) :: i
-    integer :: block(2)
-
-    associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
-      block = model%outlines%block([entrance%vertex, entrance%edge])
-    end associate
-  end function blocks_of
-
-  !> Forces of contact i across and along.
-  pure function force_of(model, try, i, d) result(force)
-    type(model_t), intent(in) :: model
-    type(contact_try_t), intent(in) :: try
-    integer, intent(in) :: i
-    real(dp), intent(in) :: d(:)
-    real(dp) :: force(2)
-
-    associate (all_of_it => press(try, i, gaps_and_slips(model, try, i, d)))
-      force = [sum(all_of_it%across), all_of_it%along]
-    end associate
-  end function force_of
-
-  !> Finds which contacts close with bodies that come together, and when in the step: those that press, and those that would if the
-  !> bodies did not deform, or within the next moment.
-  pure subroutine find_approaches(model, cache, state, rule, d, try, bearing)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state
-    type(step_rule_t), intent(in) :: rule
-    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
-    type(contact_try_t), intent(in) :: try
-    type(bearing_t), allocatable, intent(inout) :: bearing(:)
-    type(rigid_bodies_t) :: bodies
-    type(impulse_problem_t) :: problem
-    type(gap_and_slip_t) :: now
-    logical :: stays(size(bearing))
-    real(dp), allocatable :: motion(:, :), way(:, :)
-    integer, allocatable :: open(:)
-    real(dp) :: approach, across(3, 2), deformed(2)
-    integer :: i, k
-
-    stays = [(any(try%start(:try%contact(bearing(i)%contact)%n_entrances, bearing(i)%contact)%closed), i=1, size(bearing))]
-    open = pack([(i, i=1, size(bearing))], .not. stays)
-    call set_up_problem(model, cache, state, d, try, bearing(open), bodies, problem)
-    motion = motion_of(model, cache, state, bodies, state%velocity)
-    way = motion_of(model, cache, state, bodies, d)
-    do k = 1, size(open)
-      associate (own => bearing(open(k)), active => try%contact(bearing(open(k))%contact)%active)
-        across = problem%row(:, :, 1, k)*motion(:, problem%body(:, k))
-        approach = -sum(across)
-        now = gap_and_slip(model, try, own%contact, active, d)
-        deformed = dot_product(try%geometry(active, own%contact)%normal, of_elements(model, pair_of(try, own%contact), d)) &
-                   - velocity_at(problem, way, k)
-        own%moment = together*max(0.0_dp, approach)*rule%dt
-        own%closes = (own%force(1) > 0 .or. now%gap < deformed(1) + own%moment) .and. approach > round_off*sum(abs(across))
-        own%reached = own%closes
-        if (own%closes) own%met_at = min(1.0_dp, max(0.0_dp, try%start(active, own%contact)%gap)/(approach*rule%dt))
-        stays(open(k)) = own%closes .or. own%force(1) > 0
-      end associate
-    end do
-    bearing = pack(bearing, stays)
-  end subroutine find_approaches
-
-  !> Tells the impacts apart: contacts of one island have bodies in common that are free to move. 0: no impact reaches it.
-  !>
-  !> From what closes an impact goes on by every contact that it presses by more than a share of the largest force of what closes
-  !> there. All contacts of the bodies that it gets to belong to it, as these may not come closer by it.
-  pure subroutine find_islands(held, bearing)
-    logical, intent(in) :: held(:)               !! (n_blocks)
-    type(bearing_t), intent(inout) :: bearing(:)
-    real(dp) :: strongest(size(held))            !! force of what closes in the island of a label
-    integer :: label(size(held)), i
-    logical :: grows
-
-    label = 0
-    strongest = 0.0_dp
-    do i = 1, size(bearing)
-      if (bearing(i)%closes) call join(held, bearing(i)%block, bearing(i)%force(1), label, strongest)
-    end do
-    grows = .true.
-    do while (grows)
-      grows = .false.
-      do i = 1, size(bearing)
-        associate (own => bearing(i))
-          if (own%reached .or. own%force(1) <= own%before(1)) cycle
-          if (own%force(1) - own%before(1) < felt*strength(held, own%block, label, strongest)) cycle
-          own%reached = .true.
-          call join(held, own%block, 0.0_dp, label, strongest)
-          grows = .true.
-        end associate
-      end do
-    end do
-    bearing%island = [(merge(1, 0, strength(held, bearing(i)%block, label, strongest) > 0), i=1, size(bearing))]
-    do i = 1, size(bearing)
-      if (bearing(i)%island > 0) call join(held, bearing(i)%block, 0.0_dp, label, strongest)
-    end do
-    do i = 1, size(bearing)
-      if (bearing(i)%island > 0) bearing(i)%island = maxval(pack(label(bearing(i)%block), .not. held(bearing(i)%block)))
-    end do
-  end subroutine find_islands
-
-  !> Largest force of what closes in the islands of two blocks; 0 where there is none.
-  pure real(dp) function strength(held, block, label, strongest)
-    logical, intent(in) :: held(:)               !! (n_blocks)
-    integer, intent(in) :: block(2), label(:)    !! (n_blocks)
-    real(dp), intent(in) :: strongest(:)         !! (n_blocks)
-    integer :: side
-
-    strength = 0.0_dp
-    do side = 1, 2
-      if (held(block(side)) .or. label(block(side)) == 0) cycle
-      strength = max(strength, strongest(label(block(side))))
-    end do
-  end function strength
-
-  !> Makes one island of those of two blocks, between which this force acts.
-  pure subroutine join(held, block, force, label, strongest)
-    logical, intent(in) :: held(:)               !! (n_blocks)
-    integer, intent(in) :: block(2)
-    real(dp), intent(in) :: force
-    integer, intent(inout) :: label(:)           !! (n_blocks)
-    real(dp), intent(inout) :: strongest(:)      !! (n_blocks)
-    integer :: gone, side, whole
-
-    whole = 0
-    do side = 1, 2
-      if (held(block(side))) cycle
-      if (label(block(side)) == 0) label(block(side)) = block(side)
-      gone = label(block(side))
-      if (whole == 0) whole = gone
-      strongest(whole) = max(strongest(whole), strongest(gone), force)
-      where (label == gone) label = whole
-    end do
-  end subroutine join
-
-  !> Finds the impulses that are the impact's in the step: of what closes all, of what it reaches what comes on top. What opened
-  !> bore until its bodies met others.
-  pure subroutine find_impulses(rule, bearing)
-    type(step_rule_t), intent(in) :: rule
-    type(bearing_t), intent(inout) :: bearing(:)
-    integer :: i
-
-    do i = 1, size(bearing)
-      associate (own => bearing(i))
-        if (own%closes) then
-          own%impulse = own%force
-        else if (own%reached) then
-          own%impulse = own%force - own%before
-        else if (.not. own%force(1) > 0) then
-          own%met_at = share_until_met(bearing, own)
-          own%borne = rule%velocity_weight*rule%dt*own%met_at*own%before
-        end if
-        own%impulse = rule%displacement_weight*rule%dt*own%impulse
-      end associate
-    end do
-  end subroutine find_impulses
-
-  !> Share of the step until a contact that opens is lifted: by what closes at its vertex, else by the first that closes at its
-  !> bodies.
-  pure real(dp) function share_until_met(bearing, own) result(share)
-    type(bearing_t), intent(in) :: bearing(:)
-    type(bearing_t), intent(in) :: own
-    logical, dimension(size(bearing)) :: nearby, same_vertex
-    integer :: k
-
-    nearby = [(bearing(k)%closes .and. bearing(k)%island == own%island .and. &
-               any(own%block(1) == bearing(k)%block .or. own%block(2) == bearing(k)%block), k=1, size(bearing))]
-    same_vertex = nearby .and. bearing%vertex == own%vertex
-    if (any(same_vertex)) nearby = same_vertex
-    share = 0.0_dp
-    if (any(nearby)) share = minval(bearing%met_at, mask=nearby)
-  end function share_until_met
 
   !> Pushes the bodies of an island when the step begins. What closes has no part in the step then, and what it reaches keeps what
   !> it bore and what loads press it with. Where loads alone bring bodies together it is no impact, and they are left to springs.
@@ -606,54 +345,6 @@ contains
       end do
     end do
   end function pushed_by
-
-  !> Elements of the entrance of contact i that acts, in the order of the unknowns.
-  pure function pair_of(try, i) result(pair)
-    type(contact_try_t), intent(in) :: try
-    integer, intent(in) :: i
-    integer :: pair(2)
-
-    pair = try%pair(:, try%contact(i)%entrance(try%contact(i)%active)%pair)
-  end function pair_of
-
-  !> Bodies of contacts, and how these see their motion: with the rows of the end of the step, along which impulses have no torque.
-  pure subroutine set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state
-    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
-    type(contact_try_t), intent(in) :: try
-    type(bearing_t), intent(in) :: bearing(:)
-    type(rigid_bodies_t), intent(out) :: bodies
-    type(impulse_problem_t), intent(out) :: problem
-    logical :: takes_part(model%n_blocks)
-    real(dp) :: modes(n, 3)
-    integer :: i, side
-
-    takes_part = .false.
-    do i = 1, size(bearing)
-      takes_part(bearing(i)%block) = .true.
-    end do
-    call find_bodies(model, cache, state, merge(0.0_dp, d, try%linear), takes_part, bodies)
-    allocate (problem%body(2, size(bearing)), problem%row(3, 2, 2, size(bearing)), &
-              problem%answer(3, 2, 2, size(bearing)), problem%friction(size(bearing)), &
-              problem%least(size(bearing)), problem%glued(size(bearing)))
-    problem%least = 0.0_dp
-    do i = 1, size(bearing)
-      associate (contact => try%contact(bearing(i)%contact), pair => pair_of(try, bearing(i)%contact), &
-                 geometry => try%geometry(try%contact(bearing(i)%contact)%active, bearing(i)%contact))
-        problem%friction(i) = try%law%friction(contact%entrance(contact%active)%joint)
-        problem%glued(i) = contact%entrance(contact%active)%bonded
-        do side = 1, 2
-          problem%body(side, i) = bodies%number(model%elements%block(pair(side)))
-          modes = modes_of(model, cache, state, bodies, pair(side))
-          problem%row(:, side, 1, i) = matmul(geometry%normal_end((side - 1)*n + 1:side*n), modes)
-          problem%row(:, side, 2, i) = matmul(geometry%shear_end((side - 1)*n + 1:side*n), modes)
-          problem%answer(:, side, :, i) = matmul(bodies%mobility(:, :, problem%body(side, i)), problem%row(:, side, :, i))
-        end do
-      end associate
-    end do
-  end subroutine set_up_problem
 
   !> Sets the least velocity across that compression leaves: none of approach where the impact acts, elsewhere what there was.
   pure subroutine set_least(bearing, motion, problem)
