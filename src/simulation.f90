@@ -11,8 +11,8 @@ module scree_simulation
   use scree_model, only: cache_t, model_t
   use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, tell
   use scree_results_file, only: check_targets
-  use scree_run_output, only: begin_output, end_output, phase_read, phase_results, phase_set_up, phase_steps, put_frame, put_step, &
-                              run_output_t
+  use scree_run_output, only: begin_output, end_output, phase_read, phase_results, phase_set_up, phase_steps, put_frame, &
+                              put_problems, put_step, run_output_t
   use scree_scene, only: effect_t, run_options_t, scene_t
   use scree_set_up, only: set_up
   use scree_shi_control, only: first_size, following_size
@@ -141,12 +141,15 @@ contains
     type(run_t), intent(inout) :: run
     type(error_t), allocatable, intent(out) :: error
     type(step_report_t) :: report
+    type(error_t), allocatable :: write_error
     integer :: before
 
     before = run%state%step
     call start_phase(run%output%timer(phase_steps))
     call advance(run%model, next_size(scene%settings, run%state), run%cache, run%state, report, error)
     call stop_phase(run%output%timer(phase_steps))
+    call put_problems(run%output, before + 1, run%cache, write_error)
+    if (.not. allocated(error)) call move_alloc(write_error, error)
     if (allocated(error)) then
       if (run%state%step == before) then
         error%message = 'step '//number_text(before + 1)//' from time '//rounded_text(run%state%time)//': '//error%message

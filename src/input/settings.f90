@@ -10,8 +10,8 @@ module scree_settings
   use scree_named_groups, only: group_begins, groups_end, groups_t, name_has_value, next_item, start_groups, wrong_item
   use scree_scene, only: &
     contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, mass_constant, &
-    mass_follows_area, model_dda, model_nmm, plane_stress, scene_t, scheme_energy_decaying, scheme_energy_momentum, &
-    scheme_newmark, settings_t, &
+    mass_follows_area, model_dda, model_nmm, plane_stress, problems_none, scene_t, scheme_energy_decaying, &
+    scheme_energy_momentum, scheme_newmark, settings_t, &
     start_dissipative, start_zero, strain_green, strain_small, test_theta, transport_field, transport_rates, word_t
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
   use scree_setting_table, only: blank_words, given_at, index_of, known_groups, put_word, setting_t
@@ -264,6 +264,8 @@ contains
                    s%frame_every, 1 + (s%most_steps - 1)/default_frames, when=s%chooses_step .and. .not. s%frame_interval > 0)
     call row%real(setting_t('output', 'interval', 'time from frame to frame, met exactly; instead of every', 'time', 0.0_dp, &
                             open=.true.), s%frame_interval)
+    call row%choice(setting_t('output', 'problems', 'friction problems that are written for tools/bench problems: those that '// &
+                              'were not solved, or all', choices='|none|failed|all|'), s%problems, problems_none)
   end subroutine visit_output
 
   !> What is known of all settings.

@@ -29,6 +29,7 @@ module scree_scene
   !> Iteration of a step with Green strain: secant operator, tangent, or secant first and tangent near the solution.
   integer, parameter, public :: iterate_secant = 1, iterate_newton = 2, iterate_hybrid = 3
   integer, parameter, public :: test_theta = 1, test_residual = 2
+  integer, parameter, public :: problems_none = 1, problems_failed = 2, problems_all = 3
   !> Bodies touch by springs, by springs and multipliers, or not at all.
   integer, parameter, public :: contact_penalty = 1, contact_augmented = 2, contact_none = 3
   !> Fixed points: eliminated exactly, or held by springs (Shi's df12).
@@ -137,6 +138,7 @@ module scree_scene
     real(dp) :: mass_damping = 0.0_dp       !! force over mass and velocity, 1/time
     integer :: frame_every = 0              !! steps from frame to frame; 0 where time counts
     real(dp) :: frame_interval = 0.0_dp     !! time from frame to frame, met by steps; 0 where another counts
+    integer :: problems = problems_none     !! of friction, that are written to the results
     ! what follows from these and the numbers of the deck
     logical :: loads_at_end = .false.       !! steps feel the loads of their end, not their mean
     real(dp) :: most_travel = huge(1.0_dp)  !! of a vertex in a step, length

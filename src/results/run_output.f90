@@ -10,6 +10,7 @@ module scree_run_output
   use scree_kinds, only: dp
   use scree_linear_solver, only: solver_work_t
   use scree_model, only: cache_t, model_t
+  use scree_problem_output, only: store_problem
   use scree_regions, only: first_vertex_of, joint_between, last_vertex_of
   use scree_results_file, only: add_frame, close_results, cost_row_t, layout_t, open_results, results_t, store_rows, store_text, &
                                 store_words, work_row_t
@@ -20,7 +21,7 @@ module scree_run_output
   use scree_timers, only: timer_t
   implicit none
   private
-  public :: begin_output, end_output, put_frame, put_step, run_output_t, version
+  public :: begin_output, end_output, put_frame, put_problems, put_step, run_output_t, version
 
   character(len=*), parameter :: version = '0.1.0'
 
@@ -32,6 +33,7 @@ module scree_run_output
     type(results_t) :: file
     type(records_t) :: records
     type(layout_t) :: layout
+    integer :: n_problems = 0                !! of friction, written so far
     type(timer_t) :: timer(size(phase_name)) !! of the phases
   end type run_output_t
 
@@ -68,6 +70,23 @@ contains
 
     call put_step_records(output%file, output%records, model, cache, state, report, error)
   end subroutine put_step
+
+  !> The friction problems that a step posed, where they are to be written.
+  subroutine put_problems(output, step, cache, error)
+    type(run_output_t), intent(inout) :: output
+    integer, intent(in) :: step
+    type(cache_t), intent(inout) :: cache
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    if (.not. allocated(cache%equations%posed)) return
+    do i = 1, size(cache%equations%posed)
+      output%n_problems = output%n_problems + 1
+      call store_problem(output%file, output%n_problems, step, cache%equations%posed(i), error)
+      if (allocated(error)) return
+    end do
+    deallocate (cache%equations%posed)
+  end subroutine put_problems
 
   !> A frame of the present state.
   subroutine put_frame(output, model, cache, state, error)

@@ -9,7 +9,7 @@ module scree_equations
   use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
   use scree_factored, only: factored_t
-  use scree_friction_problem, only: friction_problem_t, place_springs
+  use scree_friction_problem, only: friction_problem_t, place_springs, posed_problem_t
   use scree_kinds, only: dp
   use scree_linear_solver, only: forget_pattern, keep_matrix, linear_solver_t, recall_matrix, release_solver, small_matrix_t, &
                                  solve, solve_with_kept_factor, solver_work_t
@@ -18,7 +18,7 @@ module scree_equations
   implicit none
   private
   public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, group_elements, keep_factored, &
-            members, move_shared, out_of_balance, place_row, recall_factored, release_equations, set_up_equations, &
+            keep_posed, members, move_shared, out_of_balance, place_row, recall_factored, release_equations, set_up_equations, &
             share_out_of_balance, shared_problem, solve_equations, weakest_element, wholly_held, work_of_solutions
 
   integer, parameter :: n = element_unknowns
@@ -47,6 +47,7 @@ module scree_equations
     real(dp), allocatable :: correction(:)   !! (n_unknowns) of the last solution
     type(small_matrix_t) :: small            !! matrix of a group of one
     type(shared_t), allocatable :: shared    !! of the group of many, the last
+    type(posed_problem_t), allocatable :: posed(:) !! friction problems to be written, where any are
   end type equations_t
 
 contains
@@ -474,6 +475,16 @@ contains
       problem%shear_change(:w, i) = reduced(:, 4)
     end associate
   end subroutine place_row
+
+  !> Keeps a friction problem that is to be written.
+  pure subroutine keep_posed(equations, problem, near, found)
+    type(equations_t), intent(inout) :: equations
+    type(friction_problem_t), intent(in) :: problem
+    logical, intent(in) :: near, found       !! zero is near the solution; there is one
+
+    if (.not. allocated(equations%posed)) allocate (equations%posed(0))
+    equations%posed = [equations%posed, posed_problem_t(problem, near, found)]
+  end subroutine keep_posed
 
   !> What the solutions of the shared group took so far.
   pure type(solver_work_t) function work_of_solutions(equations) result(work)

@@ -12,7 +12,7 @@
 !> circles (doc/theory.md).
 module scree_friction_interior
   use scree_errors, only: error_t
-  use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, friction_problem_t, obey_law, &
+  use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, &
                                     rates_of, spring_t
   use scree_kinds, only: dp
   use scree_linear_solver, only: factorise, linear_solver_t, release_solver, solve_with_factors
@@ -63,7 +63,7 @@ contains
 
     call begin_pairs(problem, at_first, x, pairs)
     do factors = 0, most_iterations
-      call find_state(problem, x, state, left)
+      call forces_left(problem, x, state, left)
       found = left <= tolerance
       if (found) exit
       call find_rest(problem, x, pairs, rest)
@@ -178,27 +178,6 @@ contains
     limit = spring%friction*y
     if (.not. spring%friction > 0) limit = spring%cohesion
   end function limit
-
-  !> States of the springs at `x`, and the forces that they leave out of balance over the largest that acts.
-  subroutine find_state(problem, x, state, left)
-    type(friction_problem_t), intent(in) :: problem
-    real(dp), intent(in) :: x(:)
-    integer, intent(out) :: state(:)
-    real(dp), intent(out) :: left
-    real(dp) :: rest(size(x)), closed(2), force(2), largest
-    integer :: i
-
-    rest = problem%force - times(problem%matrix, x)
-    largest = max(maxval(abs(problem%force)/problem%span), tiny(largest))
-    do i = 1, size(state)
-      closed = closed_forces(problem, i, x)
-      call obey_law(problem%spring(i), closed, state(i), force)
-      largest = max(largest, force(1))
-      call add_spring_force(problem, i, force, rest)
-    end do
-    left = maxval(abs(rest)/problem%span)/largest
-    if (.not. left <= huge(left)) left = huge(left) ! NaN
-  end subroutine find_state
 
   !> Forces out of balance with those of the pairs, and what the pairs are too much by.
   subroutine find_rest(problem, x, pairs, rest)

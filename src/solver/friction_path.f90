@@ -50,16 +50,17 @@ module scree_friction_path
 contains
 
   !> Follows the path from `x` to a solution. Where it ends elsewhere, `found` is false and `x` and `state` mean nothing.
-  subroutine follow_path(problem, most, x, state, found, factors)
+  subroutine follow_path(problem, most, x, state, found, factors, pieces)
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: most                !! pieces to cross
     real(dp), intent(inout) :: x(:)            !! (n)
     integer, intent(out) :: state(:)           !! (m) at the solution
     logical, intent(out) :: found
     integer, intent(out) :: factors            !! of matrices
+    integer, intent(out) :: pieces             !! crossed
     type(path_t) :: path
     real(dp) :: way
-    integer :: i, pieces, to
+    integer :: i, to
     logical :: goes_on
 
     found = .false.

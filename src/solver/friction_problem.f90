@@ -10,10 +10,11 @@
 !> matrices of negative determinant, where Newton's iteration runs in circles.
 module scree_friction_problem
   use scree_kinds, only: dp
-  use scree_sparse_matrix, only: add_element, sparse_matrix_t
+  use scree_sparse_matrix, only: add_element, sparse_matrix_t, times
   implicit none
   private
-  public :: add_spring_force, add_springs, closed_forces, friction_problem_t, obey_law, place_springs, rates_of, spring_t
+  public :: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, obey_law, place_springs, &
+            posed_problem_t, rates_of, spring_t
 
   !> State of a spring: open; sliding along its row or back; locked; or bonded and pulled, without friction.
   integer, parameter, public :: spring_open = 0, spring_forth = 1, spring_back = 2, spring_locked = 3, spring_pulled = 4
@@ -44,6 +45,13 @@ module scree_friction_problem
     real(dp), allocatable :: normal_change(:, :)   !! (w, m) n'
     real(dp), allocatable :: shear_change(:, :)    !! (w, m) t'
   end type friction_problem_t
+
+  !> A problem, and what came of it.
+  type :: posed_problem_t
+    type(friction_problem_t) :: problem
+    logical :: near = .false.                      !! zero was near the solution
+    logical :: found = .false.                     !! there was one
+  end type posed_problem_t
 
 contains
 
@@ -92,6 +100,27 @@ contains
     if (limit < 0) state = spring_pulled
     force(2) = sign(max(0.0_dp, limit), closed(2))
   end subroutine obey_law
+
+  !> States of the springs at `x`, and the forces that they leave out of balance over the largest that acts.
+  pure subroutine forces_left(problem, x, state, left)
+    type(friction_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: x(:)
+    integer, intent(out) :: state(:)
+    real(dp), intent(out) :: left
+    real(dp) :: rest(size(x)), closed(2), force(2), largest
+    integer :: i
+
+    rest = problem%force - times(problem%matrix, x)
+    largest = max(maxval(abs(problem%force)/problem%span), tiny(largest))
+    do i = 1, size(state)
+      closed = closed_forces(problem, i, x)
+      call obey_law(problem%spring(i), closed, state(i), force)
+      largest = max(largest, force(1))
+      call add_spring_force(problem, i, force, rest)
+    end do
+    left = maxval(abs(rest)/problem%span)/largest
+    if (.not. left <= huge(left)) left = huge(left) ! NaN
+  end subroutine forces_left
 
   !> Adds forces of spring i, across and along, to forces on the unknowns.
   pure subroutine add_spring_force(problem, i, force, sum)

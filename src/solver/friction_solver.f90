@@ -9,7 +9,13 @@ module scree_friction_solver
   use scree_kinds, only: dp
   implicit none
   private
-  public :: solve_friction
+  public :: friction_work_t, solve_friction
+
+  !> What a solution took.
+  type :: friction_work_t
+    integer :: factors = 0 !! of matrices
+    integer :: pieces = 0  !! of paths
+  end type friction_work_t
 
   !> What the interior begins with, over the largest force.
   real(dp), parameter :: at_first(*) = [3.0_dp, 0.01_dp, 0.3_dp]
@@ -21,31 +27,42 @@ contains
   !> Solves a friction problem, to a share `tolerance` of the largest force.
   !>
   !> Near the solution, as of a problem that differs in few springs, the path is short and is tried first.
-  subroutine solve_friction(problem, near, tolerance, x, state, found, factors)
+  subroutine solve_friction(problem, near, tolerance, x, state, found, work)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: near                !! zero is near the solution
     real(dp), intent(in) :: tolerance
     real(dp), allocatable, intent(out) :: x(:) !! (n); means nothing where none was found
     integer, intent(out) :: state(:)           !! (m) of the springs
     logical, intent(out) :: found
-    integer, intent(out) :: factors            !! of matrices that were factorised
-    integer :: i, own
+    type(friction_work_t), intent(out) :: work
+    integer :: factors, i
 
-    factors = 0
     if (near) then
       x = 0.0_dp*problem%force
-      call follow_path(problem, most_near, x, state, found, factors)
+      call go_along(most_near)
       if (found) return
     end if
     do i = 1, size(at_first)
       x = 0.0_dp*problem%force
-      call solve_from_inside(problem, at_first(i), tolerance, x, state, found, own)
-      factors = factors + own
+      call solve_from_inside(problem, at_first(i), tolerance, x, state, found, factors)
+      work%factors = work%factors + factors
       if (found) return
-      call follow_path(problem, most_pieces, x, state, found, own)
-      factors = factors + own
+      call go_along(most_pieces)
       if (found) return
     end do
+
+  contains
+
+    !> Follows the path from where x is.
+    subroutine go_along(most)
+      integer, intent(in) :: most !! pieces
+      integer :: pieces
+
+      call follow_path(problem, most, x, state, found, factors, pieces)
+      work%factors = work%factors + factors
+      work%pieces = work%pieces + pieces
+    end subroutine go_along
+
   end subroutine solve_friction
 
 end module scree_friction_solver

@@ -13,17 +13,17 @@ module scree_settle
   use scree_contact_try, only: contact_try_t
   use scree_effects, only: add_element_effects
   use scree_element_term, only: step_rule_t, term_t
-  use scree_equations, only: add_equations, begin_equations, move_shared, out_of_balance, &
+  use scree_equations, only: add_equations, begin_equations, keep_posed, move_shared, out_of_balance, &
                              share_out_of_balance, solve_equations, &
                              weakest_element, wholly_held
   use scree_errors, only: error_t
   use scree_friction_problem, only: friction_problem_t
-  use scree_friction_solver, only: solve_friction
+  use scree_friction_solver, only: friction_work_t, solve_friction
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_open_close, only: hold_contacts, judge_contacts, judge_prediction, keep_lines, return_anchors
   use scree_pair_effects, only: add_pair_effects
-  use scree_scene, only: iterate_hybrid, iterate_newton, test_residual
+  use scree_scene, only: iterate_hybrid, iterate_newton, problems_all, problems_none, test_residual
   use scree_state, only: state_t
   use scree_step_try, only: outcome_t, reject
   use scree_system, only: values_of
@@ -332,7 +332,8 @@ contains
     type(outcome_t), intent(inout) :: outcome
     type(friction_problem_t) :: problem
     real(dp), allocatable :: x(:)
-    integer :: factors, spring(size(contacts%contact))
+    type(friction_work_t) :: work
+    integer :: spring(size(contacts%contact))
     logical :: found
 
     if (.not. (group%in_contact .and. group%open_close%settles_always .and. group%rounds < most_rounds)) return
@@ -340,8 +341,10 @@ contains
     call judge_at(model, cache, state, group, d, contacts)
     call add_elements(model, cache, state, group, d)
     call pose_problem(model, contacts, d, cache%equations, problem)
-    call solve_friction(problem, group%near, accepted_share, x, spring, found, factors)
-    outcome%solves = outcome%solves + factors
+    call solve_friction(problem, group%near, accepted_share, x, spring, found, work)
+    outcome%solves = outcome%solves + work%factors
+    if (model%settings%problems == problems_all .or. (model%settings%problems /= problems_none .and. .not. found)) &
+      call keep_posed(cache%equations, problem, group%near, found)
     if (.not. found) return
     call take_states(spring, contacts)
     call move_shared(cache%equations, x, d)
