@@ -15,8 +15,8 @@ module scree_friction_interior
   use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, &
                                     rates_of, spring_t
   use scree_kinds, only: dp
-  use scree_linear_solver, only: factorise, linear_solver_t, release_solver, solve_with_factors
-  use scree_sparse_matrix, only: sparse_matrix_t, times
+  use scree_linear_solver, only: approach, factorise, factorise_beside, linear_solver_t, release_solver, solve_with_factors
+  use scree_sparse_matrix, only: copy_values, sparse_matrix_t, times
   implicit none
   private
   public :: solve_from_inside
@@ -26,6 +26,10 @@ module scree_friction_interior
   !> A step shorter than this is taken again towards the middle of the interior.
   real(dp), parameter :: too_short = 0.1_dp
   integer, parameter :: most_iterations = 45
+  !> Share of the forces that a first try may leave, and the step itself: what is left is part of the next.
+  real(dp), parameter :: first_share = 1e-4_dp, step_share = 1e-6_dp
+  !> Iterations from the symmetric matrix to a solution; where they take more, the factors of the matrix itself are cheaper.
+  integer, parameter :: most_from_symmetric = 20
 
   !> The pairs of one spring, forces.
   type :: pairs_t
@@ -60,33 +64,37 @@ contains
     type(linear_solver_t) :: solver
     type(error_t), allocatable :: error
     real(dp) :: dx(size(x)), rest(size(x)), left, way, middle, product
+    logical :: from_symmetric
 
     call begin_pairs(problem, at_first, x, pairs)
+    matrix = problem%matrix
+    from_symmetric = .true.
     do factors = 0, most_iterations
       call forces_left(problem, x, state, left)
       found = left <= tolerance
       if (found) exit
       call find_rest(problem, x, pairs, rest)
-      matrix = problem%matrix
+      call copy_values(problem%matrix, matrix)
       call add_springs(problem, change_of_pairs(problem%spring, pairs), matrix)
-      call factorise(solver, matrix, error)
+      if (from_symmetric) call factorise_beside(solver, matrix, from_symmetric, error)
+      if (.not. (from_symmetric .or. allocated(error))) call factorise(solver, matrix, error)
       if (allocated(error)) exit
       middle = mean_product(pairs)
       aim = change_t()
-      call step()
+      call step(first_share)
       if (allocated(error)) exit
       product = mean_product(moved(problem%spring, pairs, change, longest(pairs, change)))
       product = middle*min(1.0_dp, max(1e-8_dp, (product/middle)**3))
       aim%y = product - change%y*change%w
       aim%a = product - change%a*change%s
       aim%b = product - change%b*change%r
-      call step()
+      call step(step_share)
       if (allocated(error)) exit
       if (way < too_short) then
         aim%y = 0.5_dp*middle
         aim%a = 0.5_dp*middle
         aim%b = 0.5_dp*middle
-        call step()
+        call step(step_share)
         if (allocated(error)) exit
       end if
       way = min(1.0_dp, short_of*way)
@@ -97,8 +105,9 @@ contains
 
   contains
 
-    !> The step to these products, and how long it may be.
-    subroutine step()
+    !> The step to these products, and how long it may be. It leaves a share of the forces at most.
+    subroutine step(share)
+      real(dp), intent(in) :: share
       real(dp) :: force(size(x)), rate(2)
       type(change_t) :: still
       integer :: i
@@ -108,7 +117,7 @@ contains
         still = answer(problem%spring(i), pairs(i), aim(i), 0.0_dp, 0.0_dp)
         call add_spring_force(problem, i, [merge(0.0_dp, still%y, problem%spring(i)%bonded), still%shear], force)
       end do
-      call solve_with_factors(solver, matrix, force, dx, error)
+      call solve_for(force, share)
       if (allocated(error)) return
       do i = 1, size(pairs)
         rate = rates_of(problem, i, dx)
@@ -116,6 +125,23 @@ contains
       end do
       way = longest(pairs, change)
     end subroutine step
+
+    !> The displacement that forces make: from the symmetric matrix, or by the factors of the matrix itself from where that takes
+    !> many iterations.
+    subroutine solve_for(force, share)
+      real(dp), intent(in) :: force(:), share
+      real(dp) :: share_left
+
+      if (from_symmetric) then
+        call approach(solver, matrix, force, share, most_from_symmetric, dx, share_left, error)
+        if (allocated(error)) return
+        from_symmetric = share_left <= share
+        if (from_symmetric) return
+        call factorise(solver, matrix, error)
+        if (allocated(error)) return
+      end if
+      call solve_with_factors(solver, matrix, force, dx, error, refined=.false.)
+    end subroutine solve_for
 
   end subroutine solve_from_inside
 

@@ -10,7 +10,7 @@
 !> matrices of negative determinant, where Newton's iteration runs in circles.
 module scree_friction_problem
   use scree_kinds, only: dp
-  use scree_sparse_matrix, only: add_element, sparse_matrix_t, times
+  use scree_sparse_matrix, only: add_element, add_rest, sparse_matrix_t, times
   implicit none
   private
   public :: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, obey_law, place_springs, &
@@ -137,7 +137,8 @@ contains
     end do
   end subroutine add_spring_force
 
-  !> Adds what the forces of the springs change by to a matrix of the problem's pattern.
+  !> Adds what the forces of the springs change by to a matrix of the problem's pattern. The symmetric matrix beside it is without
+  !> friction, and so definite.
   pure subroutine add_springs(problem, change, matrix)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: change(:, :, :)  !! (force across or along, change across or along, m) force/length
@@ -152,7 +153,15 @@ contains
           along = change(2, 1, i)*problem%normal_change(k, i) + change(2, 2, i)*problem%shear_change(k, i)
           dense(:w, k) = across*problem%normal(:w, i) + along*problem%shear(:w, i)
         end do
-        call add_element(matrix, problem%spring(i)%slot, dense(:w, :w), problem%symmetric .and. .not. abs(change(2, 1, i)) > 0)
+        if (problem%symmetric .and. .not. abs(change(2, 1, i)) > 0) then
+          call add_element(matrix, problem%spring(i)%slot, dense(:w, :w), .true.)
+          cycle
+        end if
+        call add_element(matrix, problem%spring(i)%slot, dense(:w, :w), .false.)
+        do k = 1, w
+          dense(:w, k) = change(2, 1, i)*problem%normal_change(k, i)*problem%shear(:w, i)
+        end do
+        call add_rest(matrix, problem%spring(i)%slot, dense(:w, :w))
       end associate
     end do
   end subroutine add_springs

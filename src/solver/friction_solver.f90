@@ -5,7 +5,7 @@
 module scree_friction_solver
   use scree_friction_interior, only: solve_from_inside
   use scree_friction_path, only: follow_path
-  use scree_friction_problem, only: friction_problem_t
+  use scree_friction_problem, only: forces_left, friction_problem_t
   use scree_kinds, only: dp
   implicit none
   private
@@ -57,10 +57,14 @@ contains
     subroutine go_along(most)
       integer, intent(in) :: most !! pieces
       integer :: pieces
+      real(dp) :: left
 
       call follow_path(problem, most, x, state, found, factors, pieces)
       work%factors = work%factors + factors
       work%pieces = work%pieces + pieces
+      if (.not. found) return
+      call forces_left(problem, x, state, left)
+      found = left <= tolerance
     end subroutine go_along
 
   end subroutine solve_friction

@@ -30,7 +30,7 @@ contains
   !> `root`, or does not seem to get there in `most` iterations.
   !>
   !> Errors: no memory.
-  subroutine solve_by_gmres(self, matrix, cholmod, b, root, goal, most, x, Ax, n_iterations, error)
+  subroutine solve_by_gmres(self, matrix, cholmod, b, root, goal, most, x, Ax, left_over, n_iterations, error)
     type(gmres_t), intent(inout) :: self
     type(sparse_matrix_t), intent(in) :: matrix
     type(cholmod_t), intent(inout) :: cholmod  !! with the factor of S
@@ -40,6 +40,7 @@ contains
     integer, intent(in) :: most                !! iterations
     real(dp), intent(inout) :: x(:)            !! (n) S^-1 b, then the approximation with the least left
     real(dp), intent(in) :: Ax(:)              !! (n) of the first x
+    real(dp), intent(out) :: left_over         !! norm of what is left
     integer, intent(out) :: n_iterations
     type(error_t), allocatable, intent(out) :: error
     real(dp) :: R(most, most), left(most + 1), cosine(most), sine(most), column(most + 1), image(size(b)), norm, y(most)
@@ -48,6 +49,7 @@ contains
     call reserve(self, size(b), most)
     n_iterations = 0
     norm = norm2(b/root)
+    left_over = norm
     if (.not. (norm > 0 .and. ieee_is_finite(norm))) return
     left = 0.0_dp
     left(1) = norm
@@ -80,6 +82,7 @@ contains
         sine(k) = norm/R(k, k)
         left(k:k + 1) = [cosine(k)*left(k), -sine(k)*left(k)]
         n_iterations = k
+        left_over = abs(left(k + 1))
         if (abs(left(k + 1)) <= goal .or. k == most .or. .not. norm > 0) exit
         if (seems_endless(abs(left(k + 1)), abs(left(1)), goal, k, most)) exit
         basis(:, k + 1) = image/norm

@@ -21,13 +21,13 @@ module scree_linear_solver
   use scree_factored, only: factored_t
   use scree_gmres, only: gmres_t, solve_by_gmres
   use scree_kinds, only: dp
-  use scree_sparse_matrix, only: diagonal, products, root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_matrix
+  use scree_sparse_matrix, only: diagonal, multiply, products, root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_matrix
   use scree_text, only: rounded_text
   use scree_umfpack, only: factorise_by_umfpack, release_umfpack, solve_by_umfpack, umfpack_t
   implicit none
   private
-  public :: factorise, forget_pattern, keep_matrix, linear_solver_t, recall_matrix, release_solver, small_matrix_t, solve, &
-            solve_with_factors, solve_with_kept_factor, solver_work_t
+  public :: approach, factorise, factorise_beside, forget_pattern, keep_matrix, linear_solver_t, recall_matrix, &
+            release_solver, small_matrix_t, solve, solve_with_factors, solve_with_kept_factor, solver_work_t
 
   integer, parameter :: most_refinements = 2
   !> Iterations of GMRES with the factor of a matrix before, and with a new one, which takes 4 to 13. A factor costs as much as 10
@@ -137,26 +137,45 @@ contains
     real(dp), intent(out) :: x(:)        !! (n)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: root(size(b)), product(2, size(b)), norm
-    integer :: n_iterations
+    real(dp) :: root(size(b)), product(2, size(b)), share
 
     residual = huge(residual)
+    call approach(solver, matrix, b, least_left, most, x, share, error)
+    if (allocated(error)) return
     root = root_of_diagonal(matrix)
+    product = products(matrix, x)
+    if (norm2((b - product(1, :))/root) > tolerance*norm2(b/root)) return
+    residual = residual_of(b - product(1, :), abs(b) + product(2, :), root)
+  end subroutine iterate
+
+  !> Approaches the solution of A x = b by GMRES, with the factor of a symmetric matrix near A that is kept, until no more than a
+  !> share of the norm of b is left, of each component over the root of its entry on the diagonal. Errors: no memory.
+  subroutine approach(solver, matrix, b, goal, most, x, share, error)
+    type(linear_solver_t), intent(inout) :: solver
+    type(sparse_matrix_t), intent(in) :: matrix
+    real(dp), intent(in) :: b(:)         !! (n)
+    real(dp), intent(in) :: goal         !! share
+    integer, intent(in) :: most          !! iterations
+    real(dp), intent(out) :: x(:)        !! (n)
+    real(dp), intent(out) :: share       !! that is left
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: root(size(b)), Ax(size(b)), norm
+    integer :: n_iterations
+
+    root = root_of_diagonal(matrix)
+    norm = norm2(b/root)
     call solve_by_cholmod(solver%cholmod, b, x, error)
     if (allocated(error)) return
-    product = products(matrix, x)
-    residual = residual_of(b - product(1, :), abs(b) + product(2, :), root)
-    norm = norm2(b/root)
-    if (norm2((b - product(1, :))/root) <= least_left*norm) return
-    call solve_by_gmres(solver%gmres, matrix, solver%cholmod, b, root, least_left*norm, most, x, product(1, :), n_iterations, &
-                        error)
-    if (allocated(error)) return
-    solver%work%iterations = solver%work%iterations + n_iterations
-    solver%kept%spent = solver%kept%spent + max(0, n_iterations - 2)
-    product = products(matrix, x)
-    residual = residual_of(b - product(1, :), abs(b) + product(2, :), root)
-    if (norm2((b - product(1, :))/root) > tolerance*norm) residual = huge(residual)
-  end subroutine iterate
+    call multiply(matrix, x, Ax)
+    share = norm2((b - Ax)/root)
+    if (.not. share <= goal*norm) then
+      call solve_by_gmres(solver%gmres, matrix, solver%cholmod, b, root, goal*norm, most, x, Ax, share, n_iterations, error)
+      if (allocated(error)) return
+      solver%work%iterations = solver%work%iterations + n_iterations
+      solver%kept%spent = solver%kept%spent + max(0, n_iterations - 2)
+    end if
+    share = share/max(norm, tiny(norm))
+  end subroutine approach
 
   !> Solves with the factors of the matrix, and refines the solution with them until its residual is below the tolerance.
   subroutine refine(solver, matrix, b, tolerance, x, residual, error)
@@ -173,14 +192,14 @@ contains
 
     residual = huge(residual)
     root = root_of_diagonal(matrix)
-    call solve_with_factors(solver, matrix, b, x, error)
+    call solve_with_factors(solver, matrix, b, x, error, refined=.true.)
     do i = 0, most_refinements
       if (allocated(error)) return
       product = products(matrix, x)
       rest = b - product(1, :)
       residual = residual_of(rest, abs(b) + product(2, :), root)
       if (residual <= tolerance .or. i == most_refinements) exit
-      call solve_with_factors(solver, matrix, rest, change, error)
+      call solve_with_factors(solver, matrix, rest, change, error, refined=.true.)
       x = x + change
     end do
     call check_residual(residual, tolerance, error)
@@ -262,17 +281,18 @@ contains
   end function may_do
 
   !> Solves with the factors of the matrix that was factorised last. Errors: no memory.
-  subroutine solve_with_factors(solver, matrix, b, x, error)
+  subroutine solve_with_factors(solver, matrix, b, x, error, refined)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
     real(dp), intent(out) :: x(:)        !! (n)
     type(error_t), allocatable, intent(out) :: error
+    logical, intent(in) :: refined       !! by UMFPACK where it is its factors: three times the work
 
     if (solver%definite) then
       call solve_by_cholmod(solver%cholmod, b, x, error)
     else
-      call solve_by_umfpack(solver%umfpack, matrix, b, x, error)
+      call solve_by_umfpack(solver%umfpack, matrix, b, refined, x, error)
     end if
   end subroutine solve_with_factors
 

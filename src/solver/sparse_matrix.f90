@@ -9,8 +9,8 @@ module scree_sparse_matrix
   use scree_kinds, only: dp
   implicit none
   private
-  public :: add_element, add_rest, build_pattern, clear_matrix, diagonal, multiply, products, root_of_diagonal, root_of_entry, &
-            sparse_matrix_t, symmetric_matrix, times
+  public :: add_element, add_rest, build_pattern, clear_matrix, copy_values, diagonal, multiply, products, root_of_diagonal, &
+            root_of_entry, sparse_matrix_t, symmetric_matrix, times
 
   !> The matrix, and where each entry of each element goes. Columns and rows count from 0, as the C libraries want.
   type :: sparse_matrix_t
@@ -159,6 +159,16 @@ contains
     matrix%value = 0.0_dp
     matrix%symmetric = .true.
   end subroutine clear_matrix
+
+  !> Gives a matrix the values of another of the same pattern.
+  pure subroutine copy_values(from, to)
+    type(sparse_matrix_t), intent(in) :: from
+    type(sparse_matrix_t), intent(inout) :: to
+
+    to%value = from%value
+    to%symmetric = from%symmetric
+    if (.not. from%symmetric) to%skewed = from%skewed
+  end subroutine copy_values
 
   !> Adds the dense matrix of element `e`. Where it is not symmetric, the symmetric matrix beside it has its symmetric part.
   pure subroutine add_element(matrix, e, dense, symmetric)

@@ -1,6 +1,6 @@
 !> UMFPACK (SuiteSparse): LU of an unsymmetric matrix.
 module scree_umfpack
-  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_loc, c_null_ptr, c_ptr
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp
   use scree_sparse_matrix, only: sparse_matrix_t
@@ -18,6 +18,7 @@ module scree_umfpack
   integer(c_int), parameter :: done = 0     !! UMFPACK_OK
   integer, parameter :: n_control = 20      !! UMFPACK_CONTROL
   integer, parameter :: strategy = 6        !! UMFPACK_STRATEGY, from 1
+  integer, parameter :: refinements = 8     !! UMFPACK_IRSTEP, from 1: at most
   real(c_double), parameter :: symmetric_pattern = 3 !! UMFPACK_STRATEGY_SYMMETRIC
 
   interface
@@ -93,16 +94,21 @@ contains
     if (status /= done) call fail(error, status_run_failed, 'the matrix of the blocks is singular or too large for UMFPACK')
   end subroutine factorise_by_umfpack
 
-  !> Solves A x = b with the factors of A, the last matrix, and UMFPACK's own refinement. Errors: no memory.
-  subroutine solve_by_umfpack(self, matrix, b, x, error)
+  !> Solves A x = b with the factors of A, the last matrix, and with UMFPACK's own refinement or without. Errors: no memory.
+  subroutine solve_by_umfpack(self, matrix, b, refined, x, error)
     type(umfpack_t), intent(in) :: self
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)
+    logical, intent(in) :: refined
     real(dp), intent(out) :: x(:)
     type(error_t), allocatable, intent(out) :: error
+    real(c_double), target :: control(n_control)
 
     x = 0.0_dp
-    if (umfpack_di_solve(system_A, matrix%first, matrix%row, matrix%value, x, b, self%numeric, c_null_ptr, c_null_ptr) /= done) &
+    call umfpack_di_defaults(control)
+    if (.not. refined) control(refinements) = 0
+    if (umfpack_di_solve(system_A, matrix%first, matrix%row, matrix%value, x, b, self%numeric, c_loc(control), &
+                         c_null_ptr) /= done) &
       call fail(error, status_run_failed, 'UMFPACK has no memory for the solution')
   end subroutine solve_by_umfpack
 
