@@ -356,11 +356,12 @@ contains
   !> Solves for the correction of a group, to a residual below `tolerance` (as `solve` measures it), and adds it to `d`.
   !>
   !> Errors: a singular matrix.
-  subroutine solve_equations(equations, group, tolerance, keeps_factor, d, residual, error)
+  subroutine solve_equations(equations, group, tolerance, keeps_factor, roughly, d, residual, error)
     type(equations_t), intent(inout) :: equations
     integer, intent(in) :: group
     real(dp), intent(in) :: tolerance
     logical, intent(in) :: keeps_factor    !! that of a matrix before may do
+    logical, intent(in) :: roughly         !! where it does, so exactly: another correction follows, whatever this one is
     real(dp), intent(inout) :: d(:)        !! (n_unknowns)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
@@ -375,7 +376,7 @@ contains
       return
     end if
     if (is_shared(equations, group)) then
-      call solve_shared(equations, tolerance, keeps_factor, d, residual, error)
+      call solve_shared(equations, tolerance, keeps_factor, roughly, d, residual, error)
       return
     end if
     e = equations%member(equations%first(group))
@@ -394,10 +395,10 @@ contains
   end subroutine solve_equations
 
   !> Solves for the correction of the shared group.
-  subroutine solve_shared(equations, tolerance, keeps_factor, d, residual, error)
+  subroutine solve_shared(equations, tolerance, keeps_factor, roughly, d, residual, error)
     type(equations_t), intent(inout) :: equations
     real(dp), intent(in) :: tolerance
-    logical, intent(in) :: keeps_factor
+    logical, intent(in) :: keeps_factor, roughly
     real(dp), intent(inout) :: d(:)        !! (n_unknowns)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
@@ -406,7 +407,8 @@ contains
     associate (shared => equations%shared)
       allocate (x(size(shared%unknown)))
       if (keeps_factor) then
-        call solve_with_kept_factor(shared%solver, shared%matrix, equations%force(shared%unknown), tolerance, x, residual, error)
+        call solve_with_kept_factor(shared%solver, shared%matrix, equations%force(shared%unknown), tolerance, roughly, x, &
+                                    residual, error)
       else
         call solve(shared%solver, shared%matrix, equations%force(shared%unknown), tolerance, x, residual, error)
       end if

@@ -36,7 +36,8 @@ module scree_linear_solver
   integer, parameter :: most_spent = 30       !! iterations with a factor, but for two of each solution, after which it is old
   integer, parameter :: most_changed = 60     !! rows that have changed, after which it is, too
   real(dp), parameter :: changed = 1e-2_dp    !! share of the diagonal by which they have
-  real(dp), parameter :: least_left = 1e-12_dp !! share of the norm of b that an iteration goes on to
+  !> Share of the norm of b that an iteration goes on to, and one for a rough solution.
+  real(dp), parameter :: least_left = 1e-12_dp, roughly_left = 1e-6_dp
 
   !> What solutions took so far.
   type :: solver_work_t
@@ -94,29 +95,30 @@ contains
   !> Solves A x = b to a residual below `tolerance`, with the factor of an earlier matrix where that does.
   !>
   !> Which matrix that is shows in the last bits of x (`keep_matrix`, `recall_matrix`). Where GMRES takes too many iterations from
-  !> there, the symmetric matrix beside A is factorised; where that is not definite or does not do either, A itself. Pattern and
-  !> errors as of `solve_sparse`.
-  subroutine solve_with_kept_factor(solver, matrix, b, tolerance, x, residual, error)
+  !> there, the symmetric matrix beside A is factorised; where that is not definite or does not do either, A itself. A rough
+  !> solution leaves up to 1e-6 of the norm of b, which it tells as its residual. Pattern and errors as of `solve_sparse`.
+  subroutine solve_with_kept_factor(solver, matrix, b, tolerance, roughly, x, residual, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
     real(dp), intent(in) :: tolerance
+    logical, intent(in) :: roughly
     real(dp), intent(out) :: x(:)        !! (n)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
-    logical :: definite
+    logical :: definite, done
 
     if (may_do(solver%kept, matrix)) then
       if (.not. solver%factorised) call factorise_kept(solver, definite, error)
       if (allocated(error)) return
-      call iterate(solver, matrix, b, tolerance, most_with_old, x, residual, error)
-      if (allocated(error) .or. residual <= tolerance) return
+      call iterate(solver, matrix, b, tolerance, roughly, most_with_old, x, residual, done, error)
+      if (allocated(error) .or. done) return
     end if
     call factorise_beside(solver, matrix, definite, error)
     if (allocated(error)) return
     if (definite .and. .not. matrix%symmetric) then
-      call iterate(solver, matrix, b, tolerance, most_with_new, x, residual, error)
-      if (allocated(error) .or. residual <= tolerance) return
+      call iterate(solver, matrix, b, tolerance, roughly, most_with_new, x, residual, done, error)
+      if (allocated(error) .or. done) return
     end if
     solver%definite = definite .and. matrix%symmetric
     if (.not. solver%definite) call factorise_itself(solver, matrix, error)
@@ -124,28 +126,35 @@ contains
     call refine(solver, matrix, b, tolerance, x, residual, error)
   end subroutine solve_with_kept_factor
 
-  !> Solves by GMRES with the factor that is kept; the residual is huge where it does not get there.
+  !> Solves by GMRES with the factor that is kept, where it gets there.
   !>
   !> It goes on until next to nothing of b is left. The residual alone would not do: the factor of another matrix gives soft modes
   !> displacements so large that, beside what cancels in these, all of b looks like round-off.
-  subroutine iterate(solver, matrix, b, tolerance, most, x, residual, error)
+  subroutine iterate(solver, matrix, b, tolerance, roughly, most, x, residual, done, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
-    real(dp), intent(in) :: tolerance    !! share of the norm of b that may be left
+    real(dp), intent(in) :: tolerance    !! of the residual, and share of the norm of b that may be left
+    logical, intent(in) :: roughly       !! only to a rough solution
     integer, intent(in) :: most          !! iterations
     real(dp), intent(out) :: x(:)        !! (n)
     real(dp), intent(out) :: residual
+    logical, intent(out) :: done
     type(error_t), allocatable, intent(out) :: error
     real(dp) :: root(size(b)), product(2, size(b)), share
 
     residual = huge(residual)
-    call approach(solver, matrix, b, least_left, most, x, share, error)
+    done = .false.
+    call approach(solver, matrix, b, merge(roughly_left, least_left, roughly), most, x, share, error)
     if (allocated(error)) return
+    done = roughly .and. share <= roughly_left
+    if (done) residual = share
+    if (roughly) return
     root = root_of_diagonal(matrix)
     product = products(matrix, x)
     if (norm2((b - product(1, :))/root) > tolerance*norm2(b/root)) return
     residual = residual_of(b - product(1, :), abs(b) + product(2, :), root)
+    done = residual <= tolerance
   end subroutine iterate
 
   !> Approaches the solution of A x = b by GMRES, with the factor of a symmetric matrix near A that is kept, until no more than a

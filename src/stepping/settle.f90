@@ -41,6 +41,8 @@ module scree_settle
 
   !> Friction problems in a step, after which entrances and anchors stay; and at most.
   integer, parameter :: free_rounds = 3, most_rounds = 20
+  !> Contacts that a judgement changes, from which on another one hardly ever changes none.
+  integer, parameter :: many_changes = 20
   !> Times that contacts may hold in a step what has settled.
   integer, parameter :: most_holds = 100
   !> Forces that judgement leaves out of balance on an element, over all that balance on it: less is none.
@@ -62,6 +64,7 @@ module scree_settle
     real(dp), allocatable :: sound(:)         !! (n_unknowns) displacement that the iteration, or its last round, began with
     logical :: near = .false.                 !! to the solution: a friction problem ended there
     integer :: rounds = 0                     !! friction problems that were solved
+    logical :: far = .false.                  !! from the solution: the last judgement changed many contacts
     logical :: in_doubt = .false.             !! all has settled but for contacts that the judgement changed
   end type group_t
 
@@ -133,7 +136,7 @@ contains
         outcome%settled = is_balanced(model, cache, group%number)
         if (outcome%settled) return
       end if
-      call correct(model, cache, group%number, d, residual, outcome)
+      call correct(model, cache, group%number, .false., d, residual, outcome)
       outcome%iterations = max(outcome%iterations, i)
       if (allocated(outcome%trouble%what)) return
       call check_area(model, cache, e, d, outcome)
@@ -190,7 +193,7 @@ contains
       outcome%settled = balances(model, cache, group, contacts, i)
       if (outcome%settled) return
       outcome%iterations = max(outcome%iterations, i)
-      call correct(model, cache, group%number, d, residual, outcome)
+      call correct(model, cache, group%number, group%far, d, residual, outcome)
       if (allocated(outcome%trouble%what)) return
       call check_areas(model, cache, group%member, d, outcome)
       if (allocated(outcome%trouble%what)) then
@@ -273,17 +276,18 @@ contains
   end subroutine add_elements
 
   !> Solves for a correction and adds it to `d`.
-  subroutine correct(model, cache, number, d, residual, outcome)
+  subroutine correct(model, cache, number, roughly, d, residual, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     integer, intent(in) :: number                 !! of the group
+    logical, intent(in) :: roughly                !! as another correction follows
     real(dp), intent(inout) :: d(:)
     real(dp), intent(out) :: residual             !! of the correction
     type(outcome_t), intent(inout) :: outcome
     type(error_t), allocatable :: error
     integer :: e
 
-    call solve_equations(cache%equations, number, linear_tolerance(model), .not. model%settings%shi, d, residual, error)
+    call solve_equations(cache%equations, number, linear_tolerance(model), .not. model%settings%shi, roughly, d, residual, error)
     outcome%solves = outcome%solves + 1
     if (.not. allocated(error)) return
     e = weakest_element(cache%equations, number)
@@ -307,6 +311,7 @@ contains
     group%frozen = group%nested .and. contacts%changes > 0
     if (.not. group%frozen) call judge_at(model, cache, state, group, d, contacts)
     outcome%judged = reshape([outcome%judged, contacts%count, contacts%changes], [4, size(outcome%judged, 2) + 1])
+    group%far = contacts%changes > many_changes .and. group%open_close%settles_always
     group%in_doubt = outcome%settled .and. contacts%changes > 0 .and. group%open_close%settles_always
     if (contacts%changes == 0) return
     outcome%settled = .false.
@@ -357,6 +362,7 @@ contains
     group%rounds = group%rounds + 1
     if (group%rounds == free_rounds) call keep_lines(contacts)
     group%stalled = 0
+    group%far = .false.
     group%fewest = huge(1)
     call judge_at(model, cache, state, group, d, contacts)
     group%in_doubt = contacts%linear
