@@ -140,7 +140,7 @@ contains
         call factorise(solver, matrix, error)
         if (allocated(error)) return
       end if
-      call solve_with_factors(solver, matrix, force, dx, error, refined=.false.)
+      call solve_with_factors(solver, matrix, force, .false., dx, error)
     end subroutine solve_for
 
   end subroutine solve_from_inside

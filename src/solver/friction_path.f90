@@ -127,7 +127,7 @@ contains
     done = .not. allocated(error)
     if (.not. done) return
     if (.not. allocated(path%base_direction)) allocate (path%base_direction(size(path%x)))
-    call solve_with_factors(path%solver, path%matrix, path%start_force, path%base_direction, error, refined=.false.)
+    call solve_with_factors(path%solver, path%matrix, path%start_force, .false., path%base_direction, error)
     done = .not. allocated(error)
     path%base_state = path%state
     path%n_changed = 0
@@ -327,7 +327,7 @@ contains
     do c = 2*m - 1, 2*m
       unit = 0.0_dp
       call add_spring_force(problem, i, merge([1.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], c == 2*m - 1), unit)
-      call solve_with_factors(path%solver, path%matrix, unit, path%answer(:, c), error, refined=.false.)
+      call solve_with_factors(path%solver, path%matrix, unit, .false., path%answer(:, c), error)
       done = .not. allocated(error)
       if (.not. done) return
       do k = 1, m

@@ -201,14 +201,14 @@ contains
 
     residual = huge(residual)
     root = root_of_diagonal(matrix)
-    call solve_with_factors(solver, matrix, b, x, error, refined=.true.)
+    call solve_with_factors(solver, matrix, b, .true., x, error)
     do i = 0, most_refinements
       if (allocated(error)) return
       product = products(matrix, x)
       rest = b - product(1, :)
       residual = residual_of(rest, abs(b) + product(2, :), root)
       if (residual <= tolerance .or. i == most_refinements) exit
-      call solve_with_factors(solver, matrix, rest, change, error, refined=.true.)
+      call solve_with_factors(solver, matrix, rest, .true., change, error)
       x = x + change
     end do
     call check_residual(residual, tolerance, error)
@@ -290,13 +290,13 @@ contains
   end function may_do
 
   !> Solves with the factors of the matrix that was factorised last. Errors: no memory.
-  subroutine solve_with_factors(solver, matrix, b, x, error, refined)
+  subroutine solve_with_factors(solver, matrix, b, refined, x, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
+    logical, intent(in) :: refined       !! by UMFPACK where it is its factors: three times the work
     real(dp), intent(out) :: x(:)        !! (n)
     type(error_t), allocatable, intent(out) :: error
-    logical, intent(in) :: refined       !! by UMFPACK where it is its factors: three times the work
 
     if (solver%definite) then
       call solve_by_cholmod(solver%cholmod, b, x, error)
