@@ -24,7 +24,7 @@ contains
     real(dp) :: at_rest(model%n_unknowns)
     integer :: i
 
-    try%linear = .not. model%effects%large_deformation
+    try%linear = .not. any(cache%element%green)
     try%weight = rule%operator_weight
     try%dashpot = try%law%viscosity/rule%dt
     try%hardening = 1.0_dp

@@ -187,10 +187,10 @@ contains
     do i = 1, size(try%contact)
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
-          if (try%linear) then
-            geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, d)
-          else
+          if (any(cache%element(try%pair(:, entrance%pair))%green)) then
             geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, d, try%weight)
+          else
+            geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, d)
           end if
           geometry%gap = geometry%gap - entrance%rest
           if (anchored) call add_edge(model, cache, state, try%pair(:, entrance%pair), entrance, geometry)

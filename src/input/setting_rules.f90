@@ -28,22 +28,23 @@ module scree_setting_rules
 
   type(setting_rule_t), parameter :: setting_rules(*) = [ &
     setting_rule_t('method.rotation', 'exact', 'method.strain', '|small|', .true., 'Green strain moves by the whole field'), &
+    setting_rule_t('method.accuracy', '', 'method.strain', '|auto|', .true., 'the others leave nothing to choose'), &
     setting_rule_t('method.rotation', 'exact', 'method.model', '|dda|', .true., 'covers have no rotation of their own'), &
     setting_rule_t('cover.edge, cover.mesh, cover.origin, cover.angle, cover.least', '', 'method.model', '|nmm|', .true., &
                    'a DDA block has its own field, and no mesh'), &
     setting_rule_t('cover.mesh', '', 'cover.edge', is_not_given, .true., 'there is one mesh'), &
     setting_rule_t('cover.origin, cover.angle', '', 'cover.edge', is_given, .true., 'they lay the regular mesh'), &
     setting_rule_t('cover.least', '', 'cover.edge or cover.mesh', is_given, .true., 'it is a share of the triangles of a mesh'), &
-    setting_rule_t('integrator.scheme', 'energy_momentum', 'method.strain', '|green|', .false., &
+    setting_rule_t('integrator.scheme', 'energy_momentum', 'method.strain', '|green|auto|', .false., &
                    'the energy that it keeps is that of Green strain'), &
-    setting_rule_t('integrator.scheme', 'energy_decaying', 'method.strain', '|green|', .false., &
+    setting_rule_t('integrator.scheme', 'energy_decaying', 'method.strain', '|green|auto|', .false., &
                    'the energy that decays is that of Green strain'), &
     setting_rule_t('integrator.gamma', '', 'integrator.scheme', '|newmark|', .true., 'the other forms have one of their own'), &
     setting_rule_t('integrator.start', 'acceleration', 'integrator.scheme', '|newmark|energy_decaying|', .true., &
                    'energy_momentum has no acceleration from step to step'), &
     setting_rule_t('integrator.transport', 'rates', 'method.model', '|dda|', .false., 'covers carry a velocity field'), &
     setting_rule_t('step.control', 'shi', 'step.travel', is_positive, .false., 'it keeps that displacement'), &
-    setting_rule_t('iteration.method, iteration.test, iteration.tolerance', '', 'method.strain', '|green|', .true., &
+    setting_rule_t('iteration.method, iteration.test, iteration.tolerance', '', 'method.strain', '|green|auto|', .true., &
                    'small strain is linear, and its first solution exact'), &
     setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.rules, '// &
                    'contact.initial, contact.adapt, contact.coupling', '', &
@@ -56,11 +57,13 @@ module scree_setting_rules
     setting_rule_t('joints.kn, joints.ks', '', 'contact.rules', '|coulomb|conserving|', .false., &
                    'contact by Shi''s rules has one stiffness for all'), &
     setting_rule_t('joints.ks', '', 'joints.kn', is_given, .true., 'a joint that gives along it gives across it'), &
-    setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|', .true., &
+    setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|auto|', .true., &
                    'small strain needs no iteration to nest in'), &
     setting_rule_t('contact.adapt', 'shi', 'contact.rules', '|shi|', .false., &
                    'a loaded spring whose stiffness changes makes energy: it is for comparison with his programs'), &
     setting_rule_t('contact.rules', 'conserving', 'method.preset', '|none|', .false., 'Shi''s contact dissipates'), &
+    setting_rule_t('contact.rules', 'conserving', 'method.strain', '|green|', .false., &
+                   'the energy that contact gives back is lost or made where a strain is taken as small'), &
     setting_rule_t('contact.rules', 'conserving', 'integrator.scheme', '|energy_momentum|', .false., &
                    'no other form keeps what contact gives back'), &
     setting_rule_t('contact.rules', 'conserving', 'contact.method', '|penalty|', .false., 'multipliers store no energy'), &
@@ -73,6 +76,8 @@ module scree_setting_rules
                    'rates of a block hand another energy on than that of its field'), &
     setting_rule_t('contact.rules', 'shi', 'method.preset', '|shi|', .false., &
                    'on stiff springs they make energy without bound: they are for comparison with his programs'), &
+    setting_rule_t('contact.rules', 'shi', 'method.strain', '|small|green|', .false., &
+                   'his contact measures slip in another way with either'), &
     setting_rule_t('contact.rules', 'shi', 'contact.method', '|penalty|', .false., &
                    'multipliers need the friction of the same solution'), &
     setting_rule_t('contact.rules', 'shi', 'contact.coupling', '|merged|', .false., &

@@ -12,7 +12,7 @@ module scree_settings
     contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, mass_constant, &
     mass_follows_area, model_dda, model_nmm, plane_stress, problems_none, scene_t, scheme_energy_decaying, &
     scheme_energy_momentum, scheme_newmark, settings_t, &
-    start_dissipative, start_zero, strain_green, strain_small, test_theta, transport_field, transport_rates, word_t
+    start_dissipative, start_zero, strain_auto, strain_small, test_theta, transport_field, transport_rates, word_t
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
   use scree_setting_table, only: blank_words, given_at, index_of, known_groups, put_word, setting_t
   use scree_text, only: number_text
@@ -64,7 +64,10 @@ contains
     call row%choice(setting_t('method', 'preset', 'shi: as Shi''s programs do; a name given beside it wins', &
                               choices='|none|shi|'), s%shi, .false.)
     call row%choice(setting_t('method', 'model', 'DDA blocks, or manifold elements', choices='|dda|nmm|'), s%model, model_dda)
-    call row%choice(setting_t('method', 'strain', 'strain of a step', choices='|small|green|'), s%strain, strain_small)
+    call row%choice(setting_t('method', 'strain', 'strain of a step; auto: small, but green in elements and steps that need it', &
+                              choices='|small|green|auto|'), s%strain, strain_small)
+    call row%real(setting_t('method', 'accuracy', 'largest error of a strain in a step with which strain auto takes it as small', &
+                            '1', 0.0_dp, 1.0_dp), s%accuracy, 1e-8_dp, when=s%strain == strain_auto)
     call row%choice(setting_t('method', 'rotation', 'what moves a block of small strain: its rotation r, or cos r and sin r', &
                               choices='|linear|exact|'), s%turns_exactly, .false.)
     call row%choice(setting_t('method', 'plane', 'what E and nu mean in the plane', choices='|stress|strain|'), &
@@ -98,8 +101,8 @@ contains
     type(settings_t), intent(inout) :: s
 
     call row%choice(setting_t('integrator', 'scheme', 'integrator', choices='|newmark|energy_momentum|energy_decaying|', &
-                              default='energy_decaying with Green strain, energy_momentum with that and rules conserving, '// &
-                              'else newmark'), s%scheme, default_scheme(s))
+                              default='newmark with small strain; else energy_decaying, or energy_momentum with rules '// &
+                              'conserving'), s%scheme, default_scheme(s))
     call row%real(setting_t('integrator', 'beta', 'weight of the new acceleration in the velocity; 1/2 + chi of energy_...', &
                             '1', 0.5_dp, 1.0_dp), s%beta, 1.0_dp)
     call row%real(setting_t('integrator', 'gamma', 'weight of the new acceleration in the displacement', '1', 0.0_dp, &
@@ -111,8 +114,8 @@ contains
                               default='dissipative where beta < 1, else zero'), &
                     s%start, merge(start_dissipative, start_zero, s%beta < 1))
     call row%choice(setting_t('integrator', 'transport', 'velocity of a DDA block: a vector field, or Shi''s six rates', &
-                              choices='|field|rates|', default='field with Green strain, else rates'), &
-                    s%transport, merge(transport_field, transport_rates, s%strain == strain_green .or. s%model == model_nmm))
+                              choices='|field|rates|', default='rates with small strain and model dda, else field'), &
+                    s%transport, merge(transport_rates, transport_field, s%strain == strain_small .and. s%model == model_dda))
   end subroutine visit_integrator
 
   !> Stiff contacts are to die out in a scene that is left to itself; but energy that is asked to stay stays.
@@ -120,7 +123,7 @@ contains
     type(settings_t), intent(in) :: s
 
     scheme = scheme_newmark
-    if (s%strain /= strain_green) return
+    if (s%strain == strain_small) return
     scheme = merge(scheme_energy_momentum, scheme_energy_decaying, s%rules == rules_conserving)
   end function default_scheme
 

@@ -37,6 +37,7 @@ contains
       associate (own => cache%element(e), F => state%deformation(:, e), &
                  D => model%effects%elasticity(:, :, model%elements%material(e)))
         own%kinematics = kinematics_of(model%system_t, state, e)
+        own%green = state%green(e)
         if (model%effects%mass_follows_area) own%mass_ratio = F(1)*F(4) - F(2)*F(3)
         own%mass = own%mass_ratio*model%elements%mass(e)
         own%mass_matrix = mass_matrix(own%kinematics, own%mass)
@@ -59,7 +60,7 @@ contains
 
     associate (effects => model%effects, element => own%kinematics, ids => model%elements%unknown(:, e))
       call add_inertia(own%mass_matrix, state%velocity(ids), state%acceleration(ids), unknown, rule, term)
-      if (effects%large_deformation) then
+      if (own%green) then
         call add_green_strain(element, own%elasticity, own%stress, unknown, rule, term)
       else
         call add_small_strain(element, own%elasticity, own%stress, unknown, rule, term)

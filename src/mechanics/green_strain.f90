@@ -18,7 +18,7 @@ module scree_green_strain
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_green_strain, green_strain, least_stretch, least_stable_stretch, strain_operator
+  public :: add_green_strain, error_of_small_strain, green_strain, least_stretch, least_stable_stretch, strain_operator
 
   !> Stretch at which the linear law in Green strain loses its stiffness in compression: d(lambda (lambda^2 - 1))/d lambda = 0.
   real(dp), parameter :: least_stable_stretch = 1/sqrt(3.0_dp)
@@ -36,6 +36,16 @@ contains
               theta(4) + 0.5_dp*(theta(3)**2 + theta(4)**2), &
               theta(2) + theta(3) + theta(1)*theta(3) + theta(2)*theta(4)]
   end function green_strain
+
+  !> What small strain neglects of a step: the larger component of A(theta) theta / 2, alpha^2/2 of a rotation by alpha (Zhang et
+  !> al. 2019, Eq. 14), and what the stress that there is, as a strain, changes by as it turns and stretches.
+  pure real(dp) function error_of_small_strain(theta, strained) result(error)
+    real(dp), intent(in) :: theta(4)    !! u_X, v_X, u_Y, v_Y
+    real(dp), intent(in) :: strained(3) !! stress over stiffness
+
+    error = maxval(abs([0.5_dp*(theta(1)**2 + theta(2)**2), 0.5_dp*(theta(3)**2 + theta(4)**2), &
+                        theta(1)*theta(3) + theta(2)*theta(4)])) + maxval(abs(theta))*maxval(abs(strained))
+  end function error_of_small_strain
 
   !> B0 + omega A(theta), 3 x 4.
   pure function strain_operator(theta, omega) result(B)

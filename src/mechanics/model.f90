@@ -22,7 +22,9 @@ module scree_model
   !> Inertia and elasticity belong to every scene. The others are called for where they are allocated.
   type :: effects_t
     real(dp), allocatable :: elasticity(:, :, :)   !! (3, 3, n_materials) force/length^2
-    logical :: large_deformation = .false.         !! Green strain, else small strain
+    logical :: large_deformation = .false.         !! stress and stiffness turn and stretch with their element
+    !> Error of a strain in a step up to which an element takes small strain; not allocated: all take one strain for ever.
+    real(dp), allocatable :: accuracy
     logical :: turns_exactly = .false.             !! blocks move by cos and sin of their rotation, with small strain
     logical :: mass_follows_area = .false.         !! as in Shi's programs
     real(dp) :: carried = 1.0_dp                   !! share of the velocity that a step hands on (Shi: k01)
@@ -38,6 +40,7 @@ module scree_model
   !> What stays the same for one element through the iterations of a step.
   type :: element_cache_t
     type(kinematics_t) :: kinematics
+    logical :: green = .false.                     !! Green strain, else small strain
     real(dp) :: mass_matrix(n, n) = 0.0_dp         !! consistent, mass/length
     real(dp) :: elasticity(3, 3) = 0.0_dp          !! in the present configuration, force/length^2
     real(dp) :: stress(3) = 0.0_dp                 !! at the beginning of the step, force/length^2

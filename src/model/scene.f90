@@ -15,8 +15,8 @@ module scree_scene
   integer, parameter, public :: dialect_auto = 1, dialect_short = 2, dialect_shi = 3
   !> Interpolation: one cover a block (Shi's DDA), or three weighted covers an element (Shi's NMM).
   integer, parameter, public :: model_dda = 1, model_nmm = 2
-  !> Strain of a step.
-  integer, parameter, public :: strain_small = 1, strain_green = 2
+  !> Strain of a step: the same for all elements, or Green strain where small strain would be off by more than is asked.
+  integer, parameter, public :: strain_small = 1, strain_green = 2, strain_auto = 3
   integer, parameter, public :: plane_stress = 1, plane_strain = 2
   !> Mass of a block: constant, or density times the present area (Shi's programs).
   integer, parameter, public :: mass_constant = 1, mass_follows_area = 2
@@ -94,6 +94,7 @@ module scree_scene
     logical :: shi = .false.                !! preset='shi'
     integer :: model = model_dda
     integer :: strain = strain_small
+    real(dp) :: accuracy = 1e-8_dp          !! error of a strain in a step that small strain may have, where the scene chooses
     logical :: turns_exactly = .false.      !! blocks of small strain move by cos and sin of their rotation
     integer :: plane = plane_stress
     integer :: mass = mass_constant

@@ -42,6 +42,7 @@ module scree_state
     real(dp), allocatable :: acceleration(:)   !! (n_unknowns)
     real(dp), allocatable :: stress(:, :)      !! (3, n_elements) xx, yy, xy, tension positive, force/length^2
     real(dp), allocatable :: deformation(:, :) !! (4, n_elements) F since the start: xx, yx, xy, yy
+    logical, allocatable :: green(:)           !! (n_elements) whether the last step took Green strain, else small strain
     real(dp), allocatable :: rotation(:)       !! (n_blocks) accumulated, rad
     integer, allocatable :: pair(:, :)         !! (2, n_pairs) elements that the equations of the last step coupled
     type(factored_t) :: factored               !! matrix whose factor the solutions of the next step go on from

@@ -300,14 +300,18 @@ contains
     type(rigid_bodies_t), intent(out) :: bodies
     type(impulse_problem_t), intent(out) :: problem
     logical :: takes_part(model%n_blocks)
-    real(dp) :: modes(n, 3)
-    integer :: i, side
+    real(dp) :: modes(n, 3), moved(model%n_unknowns)
+    integer :: e, i, side
 
     takes_part = .false.
     do i = 1, size(bearing)
       takes_part(bearing(i)%block) = .true.
     end do
-    call find_bodies(model, cache, state, merge(0.0_dp, d, try%linear), takes_part, bodies)
+    moved = 0.0_dp
+    do e = 1, model%n_elements
+      if (cache%element(e)%green) moved(model%elements%unknown(:, e)) = d(model%elements%unknown(:, e))
+    end do
+    call find_bodies(model, cache, state, moved, takes_part, bodies)
     allocate (problem%body(2, size(bearing)), problem%row(3, 2, 2, size(bearing)), &
               problem%answer(3, 2, 2, size(bearing)), problem%friction(size(bearing)), &
               problem%least(size(bearing)), problem%glued(size(bearing)))

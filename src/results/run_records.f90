@@ -20,10 +20,10 @@ module scree_run_records
   type :: records_t
     integer :: time = 0, step_size = 0, area = 0, rotation = 0, momentum = 0
     integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, damping = 0, held = 0, dissipated = 0
-    integer :: iterations = 0, solves = 0, rejected = 0
+    integer :: iterations = 0, solves = 0, rejected = 0, green = 0
     integer :: contacts = 0, open_close = 0, judged = 0, judged_step = 0, overlap = 0, spring = 0, friction = 0
     integer :: touch_count = 0, touch_blocks = 0, touch_state = 0, touch_place = 0, touch_normal = 0, touch_force = 0
-    integer :: body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
+    integer :: body_green = 0, body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
     integer :: point_position = 0, point_displacement = 0, point_velocity = 0, point_stress = 0
     integer, allocatable :: measured(:)               !! points of the system
   end type records_t
@@ -67,6 +67,8 @@ contains
     call a_step('deformation_iterations', [integer ::], '1', 'iterations of the step', records%iterations, .true.)
     call a_step('solves', [integer ::], '1', 'systems of equations solved in the step', records%solves, .true.)
     call a_step('rejected', [integer ::], '1', 'tries of the step that were cut', records%rejected, .true.)
+    if (allocated(model%effects%accuracy)) &
+      call a_step('green_elements', [integer ::], '1', 'elements that took Green strain in the step', records%green, .true.)
     if (allocated(model%effects%contact)) then
       call a_step('contacts', [3], '1', 'contacts open, sliding, locked', records%contacts, .true.)
       call a_step('open_close_iterations', [integer ::], '1', 'judgements of all contacts', records%open_close, .true.)
@@ -82,6 +84,8 @@ contains
     call a_frame('rotation', [n], 'rad', 'rotation since the start', records%body_rotation)
     call a_frame('velocity', [2, n], 'length/time', 'velocity of the centroid', records%body_velocity)
     call a_frame('stress', [3, n], 'force/length^2', 'mean Cauchy stress xx, yy, xy', records%body_stress)
+    if (allocated(model%effects%accuracy)) &
+      call a_frame('green_share', [n], '1', 'share of its area that took Green strain in the last step', records%body_green)
     if (allocated(model%effects%contact)) then
       call a_series('/contacts/count', [integer ::], '1', 'closed contacts of each frame', records%touch_count, .true.)
       call a_series('/contacts/blocks', [2], '1', 'blocks of the vertex and of the edge, from 1', records%touch_blocks, .true.)
@@ -172,6 +176,7 @@ contains
     call put(records%iterations, [real(report%iterations, dp)])
     call put(records%solves, [real(report%solves, dp)])
     call put(records%rejected, [real(report%rejected, dp)])
+    call put(records%green, [real(count(state%green), dp)])
     call put(records%contacts, real(state%contacts%count, dp))
     call put(records%open_close, [real(size(report%judged, 2), dp)])
     do i = 1, size(report%judged, 2)
@@ -211,15 +216,17 @@ contains
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: area(model%n_blocks), sums(7, model%n_blocks)
+    real(dp) :: area(model%n_blocks), green(model%n_blocks), sums(7, model%n_blocks)
     integer :: b, e
 
     area = 0.0_dp
+    green = 0.0_dp
     sums = 0.0_dp
     do e = 1, model%n_elements
       associate (element => cache%element(e)%kinematics)
         b = model%elements%block(e)
         area(b) = area(b) + element%area
+        if (state%green(e)) green(b) = green(b) + element%area
         sums(:, b) = sums(:, b) + element%area*[element%centroid + model%origin, &
           matmul(element%at_centroid, state%velocity(model%elements%unknown(:, e))), state%stress(:, e)]
       end associate
@@ -232,6 +239,7 @@ contains
     call put(records%body_rotation, state%rotation)
     call put(records%body_velocity, reshape(sums(3:4, :), [size(sums(3:4, :))]))
     call put(records%body_stress, reshape(sums(5:7, :), [size(sums(5:7, :))]))
+    if (records%body_green > 0) call put(records%body_green, green/area)
     if (records%touch_count > 0) call put_contacts()
 
   contains

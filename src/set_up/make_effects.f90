@@ -7,7 +7,7 @@ module scree_make_effects
   use scree_material, only: elasticity
   use scree_model, only: effects_t
   use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, scene_t, scheme_energy_decaying, &
-                         scheme_energy_momentum, settings_t, strain_green, time_table_t
+                         scheme_energy_momentum, settings_t, strain_auto, strain_green, strain_small, time_table_t
   use scree_state, only: state_t
   use scree_system, only: fixed_point, load_point, measured_point, system_t
   use scree_text, only: number_text, real_text
@@ -83,12 +83,17 @@ contains
         case default
           call name('inertia', 'every scene; the Newmark form of the step')
         end select
-        effects%large_deformation = settings%strain == strain_green
-        if (effects%large_deformation) then
+        effects%large_deformation = settings%strain /= strain_small
+        select case (settings%strain)
+        case (strain_green)
           call name('large deformation', "strain='green' in &method")
-        else
+        case (strain_auto)
+          call name('large deformation where needed', "strain='auto' in &method: where small strain is off by more than "// &
+                    real_text(settings%accuracy)//' in a step')
+          effects%accuracy = settings%accuracy
+        case default
           call name('small strain', "strain='small' in &method or no word of strain")
-        end if
+        end select
         effects%turns_exactly = settings%turns_exactly
         effects%mass_follows_area = settings%mass == mass_follows_area
       end associate

@@ -53,6 +53,7 @@ module scree_settle
     integer :: number = 0                     !! among the groups of the equations
     integer, allocatable :: member(:)         !! elements
     type(step_rule_t) :: rule
+    logical :: linear = .true.                !! small strain alone: forces and gaps are linear in displacements
     logical :: in_contact = .false.
     type(iteration_rules_t) :: open_close     !! how contacts are judged
     logical :: nested = .false.               !! contacts settle for each operator of the deformation
@@ -91,6 +92,7 @@ contains
       if (present(among)) then
         if (.not. any(among(group%member))) cycle
       end if
+      group%linear = .not. any(cache%element(group%member)%green)
       group%rule = step_rule
       group%rule%tangent = model%settings%iterate == iterate_newton
       group%in_contact = touches(model, contacts) .and. size(group%member) > 1
@@ -132,7 +134,7 @@ contains
       call begin_equations(cache%equations, group%number)
       call add_element_effects(model, cache%element(e), state, e, values_of(model%elements, e, d), group%rule, term)
       call add_equations(cache%equations, group%number, 1, cache%element(e)%kinematics%span, term)
-      if (settles_by_residual(model)) then
+      if (settles_by_residual(model, group)) then
         outcome%settled = is_balanced(model, cache, group%number)
         if (outcome%settled) return
       end if
@@ -144,7 +146,7 @@ contains
       associate (ids => model%elements%unknown(:, e))
         change = maxval(abs(matmul(cache%element(e)%kinematics%gradient, cache%equations%correction(ids))))
       end associate
-      outcome%settled = is_settled(model, change, residual)
+      outcome%settled = is_settled(model, group, change, residual)
       if (outcome%settled) return
       if (model%settings%iterate == iterate_hybrid) group%rule%tangent = change < near_solution
     end do
@@ -202,7 +204,7 @@ contains
         cycle
       end if
       call find_change(model, cache, group, d, change, worst)
-      outcome%settled = is_settled(model, change, residual) &
+      outcome%settled = is_settled(model, group, change, residual) &
                         .and. .not. (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1)
       if (group%in_contact) call judge(model, cache, state, group, contacts, d, outcome)
       if (outcome%settled .or. allocated(outcome%trouble%what)) return
@@ -220,9 +222,9 @@ contains
     type(contact_try_t), intent(inout) :: contacts
     real(dp), intent(in) :: d(:)
 
-    group%nested = model%settings%nested .and. model%effects%large_deformation
+    group%nested = model%settings%nested .and. .not. group%linear
     if (group%nested) allocate (group%term(size(group%member)))
-    if (.not. contacts%linear) call place(model, cache, state, d, contacts)
+    if (.not. group%linear) call place(model, cache, state, d, contacts)
     group%open_close = iteration_rules(contacts%law)
     group%sound = d
     if (group%open_close%judges_prediction) call judge_prediction(model, d, contacts)
@@ -365,7 +367,7 @@ contains
     group%far = .false.
     group%fewest = huge(1)
     call judge_at(model, cache, state, group, d, contacts)
-    group%in_doubt = contacts%linear
+    group%in_doubt = group%linear
     outcome%settled = .false.
   end subroutine settle_stalled
 
@@ -378,7 +380,7 @@ contains
     real(dp), intent(in) :: d(:)
     type(contact_try_t), intent(inout) :: contacts
 
-    if (.not. (contacts%linear .or. group%frozen)) call place(model, cache, state, d, contacts)
+    if (.not. (group%linear .or. group%frozen)) call place(model, cache, state, d, contacts)
     call judge_contacts(model, d, contacts)
   end subroutine judge_at
 
@@ -398,10 +400,11 @@ contains
   end subroutine hold
 
   !> Whether the balance of forces tells that an iteration has settled; with small strain the residual of the correction does.
-  pure logical function settles_by_residual(model)
+  pure logical function settles_by_residual(model, group)
     type(model_t), intent(in) :: model
+    type(group_t), intent(in) :: group
 
-    settles_by_residual = model%settings%test == test_residual .and. model%effects%large_deformation
+    settles_by_residual = model%settings%test == test_residual .and. .not. group%linear
   end function settles_by_residual
 
   !> Whether the forces of a group balance.
@@ -425,20 +428,21 @@ contains
 
     balances = .false.
     if (group%in_doubt) balances = share_out_of_balance(cache%equations, group%number) <= accepted_share
-    if (balances .or. .not. settles_by_residual(model)) return
+    if (balances .or. .not. settles_by_residual(model, group)) return
     balances = is_balanced(model, cache, group%number) .and. .not. (group%in_contact .and. contacts%changes > 0 .and. i > 1)
   end function balances
 
   !> Whether the deformation has settled by its last change, or with small strain by the residual of its correction.
-  pure logical function is_settled(model, change, residual)
+  pure logical function is_settled(model, group, change, residual)
     type(model_t), intent(in) :: model
+    type(group_t), intent(in) :: group
     real(dp), intent(in) :: change   !! of theta
     real(dp), intent(in) :: residual !! of the correction
 
-    if (model%effects%large_deformation) then
-      is_settled = model%settings%test /= test_residual .and. change < model%settings%tolerance
-    else
+    if (group%linear) then
       is_settled = residual <= linear_tolerance(model)
+    else
+      is_settled = model%settings%test /= test_residual .and. change < model%settings%tolerance
     end if
   end function is_settled
 

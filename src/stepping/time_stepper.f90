@@ -20,6 +20,7 @@ module scree_time_stepper
   use scree_state, only: state_t
   use scree_step_checks, only: check_state, check_try
   use scree_step_constraints, only: constraints_of_step
+  use scree_strain_choice, only: add_where_needed, choose_at_start
   use scree_step_try, only: begin_outcome, outcome_t, remedy_shorter, remedy_stiffer, remedy_wider, try_t
   use scree_text, only: rounded_text
   use scree_trouble, only: words_of
@@ -58,12 +59,12 @@ contains
     type(try_t) :: try
     type(outcome_t) :: outcome
 
-    call begin_step(model, state, dt, try)
+    call begin_step(model, cache, state, dt, try)
     tries: do
       call begin_outcome(outcome)
       call begin_try(model, cache, state, outcome%rejected, try, error)
       if (allocated(error)) return
-      call settle(model, cache, state, try%rule, try%contacts, try%d, outcome)
+      call settle_try(model, cache, state, try, outcome)
       if (outcome%settled) call check_try(model, cache, state, try, outcome)
       if (outcome%settled) exit tries
       call mend(model, try, outcome, error)
@@ -78,14 +79,18 @@ contains
   end subroutine advance
 
   !> What the tries of a step begin with.
-  subroutine begin_step(model, state, dt, try)
+  subroutine begin_step(model, cache, state, dt, try)
     type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt
     type(try_t), intent(out) :: try
 
     try%dt = dt
+    call choose_at_start(model, cache, state, dt, try%green)
+    cache%element%green = try%green
     allocate (try%contacts%contact(0))
+    allocate (try%contacts%pair(2, 0))
     if (.not. allocated(model%effects%contact)) return
     try%contacts%law = model%effects%contact
     try%contacts%law%normal_stiffness = state%contacts%stiffness(1)
@@ -136,6 +141,28 @@ contains
     if (allocated(model%effects%contact)) call begin_contacts(model, cache, state, try%rule, try%contacts)
   end subroutine begin_pairs
 
+  !> Settles a try, and what small strain turns out not to be enough for once more.
+  subroutine settle_try(model, cache, state, try, outcome)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(try_t), intent(inout) :: try
+    type(outcome_t), intent(inout) :: outcome
+    logical, allocatable :: among(:) !! (n_elements) groups with some of these are settled; not allocated: all
+    logical :: found
+
+    if (allocated(try%impact%among)) among = try%impact%among
+    do
+      call settle(model, cache, state, try%rule, try%contacts, try%d, outcome, among)
+      if (.not. outcome%settled) return
+      call add_where_needed(model, cache, try%contacts%pair, try%d, try%green, found)
+      if (.not. found) return
+      among = try%green .and. .not. cache%element%green
+      cache%element%green = try%green
+      try%contacts%linear = .not. any(try%green)
+    end do
+  end subroutine settle_try
+
   !> Makes the step once more where bodies came together in it, with their impact, unless this is left to springs.
   subroutine make_impact(model, cache, state, try, outcome)
     type(model_t), intent(in) :: model
@@ -156,7 +183,7 @@ contains
     pushed = state
     pushed%velocity = pushed%velocity + again%impact%push
     outcome_again = outcome
-    call settle(model, cache, pushed, try%rule, again%contacts, again%d, outcome_again, again%impact%among)
+    call settle_try(model, cache, pushed, again, outcome_again)
     if (outcome_again%settled) call check_try(model, cache, state, again, outcome_again)
     possible = outcome_again%settled
     if (possible) &
@@ -202,6 +229,7 @@ contains
       state%books%friction = state%books%friction + friction + try%impact%friction
     end if
     if (couples_pairs(model)) state%pair = try%contacts%pair
+    state%green = try%green
     call keep_factored(cache%equations, state%factored)
     call update_state(model, cache, try%rule, try%d, try%impact, state)
     call refresh_elements(model, state, cache)

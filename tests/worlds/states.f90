@@ -27,6 +27,7 @@ contains
     if (.not. same([a%stress], [b%stress])) name = 'stress'
     if (.not. same([a%deformation], [b%deformation])) name = 'deformation'
     if (.not. same(a%rotation, b%rotation)) name = 'rotation'
+    if (any(a%green .neqv. b%green)) name = 'strain'
     if (.not. same(numbers_of(a%books), numbers_of(b%books))) name = 'books'
     if (.not. same_whole([a%pair], [b%pair])) name = 'pairs'
     if (allocated(a%factored%value) .neqv. allocated(b%factored%value)) name = 'whether a factor is kept'
