@@ -4,16 +4,20 @@
 !> and, where it may be a mistake, a warning.
 module scree_model_facts
   use scree_block_input, only: block_moments, blocks_t
+  use scree_constraints, only: constraints_t
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_t, parallel
+  use scree_effects, only: refresh_elements
+  use scree_errors, only: error_t
   use scree_initial_contacts, only: free_lengths, initial_contacts, reached_from
   use scree_kinds, only: dp
-  use scree_model, only: model_t
+  use scree_model, only: cache_t, model_t
   use scree_own_weight, only: column_t, worst_column
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
   use scree_scene, only: model_dda, scene_t
   use scree_simplex_integration, only: moments_t
   use scree_state, only: state_t
+  use scree_step_constraints, only: constraints_of_step
   use scree_system, only: fixed_point
   use scree_text, only: number_text
   implicit none
@@ -45,7 +49,8 @@ module scree_model_facts
 
   !> All facts.
   type :: facts_t
-    integer :: n_blocks = 0, n_elements = 0, n_unknowns = 0
+    integer :: n_blocks = 0, n_elements = 0
+    integer :: n_unknowns = 0                   !! that are solved
     integer, allocatable :: block_material(:)   !! that blocks are made of
     integer, allocatable :: joint_material(:)   !! of edges that may touch
     logical :: has_weight = .false.
@@ -77,7 +82,7 @@ contains
 
     facts%n_blocks = model%n_blocks
     facts%n_elements = model%n_elements
-    facts%n_unknowns = model%n_unknowns
+    facts%n_unknowns = solved_unknowns(model, state)
     facts%block_material = pack([(i, i=1, size(scene%block_material))], &
                                 [(any(blocks%material == i), i=1, size(scene%block_material))])
     facts%joint_material = pack([(i, i=1, size(scene%joint_material))], &
@@ -99,6 +104,19 @@ contains
     if (allocated(model%effects%contact)) call soften(scene, model, facts)
     call push_free_sides(scene, model, state, free_lengths(model, state, candidate), facts%side)
   end subroutine facts_of
+
+  !> Unknowns that neither fixed points nor other unknowns determine.
+  pure integer function solved_unknowns(model, state)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(cache_t) :: cache
+    type(constraints_t) :: constraints
+    type(error_t), allocatable :: error
+
+    call refresh_elements(model, state, cache)
+    call constraints_of_step(model, cache, state, state%time, constraints, error)
+    solved_unknowns = count(constraints%row_of == 0)
+  end function solved_unknowns
 
   !> How much softer joints make a mass of blocks, and how far they close under its weight.
   !>

@@ -2,6 +2,7 @@
 module scree_cache
   use scree_contacts, only: contact_search_t
   use scree_effects, only: refresh_elements
+  use scree_energy, only: books_of_fixed
   use scree_equations, only: release_equations, set_up_equations
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
@@ -20,6 +21,7 @@ contains
     cache%search = contact_search_t()
     if (allocated(cache%element)) deallocate (cache%element)
     call refresh_elements(model, state, cache)
+    cache%fixed = books_of_fixed(model, cache, state)
     call release_equations(cache%equations)
     call set_up_equations(model%elements, model%n_unknowns, cache%equations)
   end subroutine rebuild_cache

@@ -2,7 +2,7 @@
 module scree_effects
   use scree_base_acceleration, only: add_base_acceleration, work_of_base
   use scree_element_term, only: add_force, step_rule_t, term_t
-  use scree_fixed_point, only: add_fixed_springs, moved_supports, spring_energy, work_of_springs
+  use scree_fixed_point, only: add_fixed_springs, spring_energy, work_of_springs
   use scree_gravity, only: add_gravity, gravity_energy
   use scree_green_strain, only: add_green_strain
   use scree_inertia, only: add_inertia, mass_matrix
@@ -25,28 +25,44 @@ module scree_effects
 
 contains
 
-  !> Fills the cache of every element anew for a state.
+  !> Fills the cache of every element anew for a state; of those that cannot move once.
   pure subroutine refresh_elements(model, state, cache)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     type(cache_t), intent(inout) :: cache
-    integer :: e
+    integer :: e, k
 
-    if (.not. allocated(cache%element)) allocate (cache%element(model%n_elements))
-    do e = 1, model%n_elements
-      associate (own => cache%element(e), F => state%deformation(:, e), &
-                 D => model%effects%elasticity(:, :, model%elements%material(e)))
-        own%kinematics = kinematics_of(model%system_t, state, e)
-        own%green = state%green(e)
-        if (model%effects%mass_follows_area) own%mass_ratio = F(1)*F(4) - F(2)*F(3)
-        own%mass = own%mass_ratio*model%elements%mass(e)
-        own%mass_matrix = mass_matrix(own%kinematics, own%mass)
-        own%stress = state%stress(:, e)
-        own%elasticity = D
-        if (model%effects%large_deformation) own%elasticity = push_elasticity_forward(F, D)
-      end associate
-    end do
+    if (.not. allocated(cache%element)) then
+      allocate (cache%element(model%n_elements))
+      do e = 1, model%n_elements
+        call refresh(model, state, e, cache%element(e))
+      end do
+    else
+      do k = 1, size(model%elements%free)
+        e = model%elements%free(k)
+        call refresh(model, state, e, cache%element(e))
+      end do
+    end if
   end subroutine refresh_elements
+
+  !> What stays the same for an element through the iterations of a step.
+  pure subroutine refresh(model, state, e, own)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: e
+    type(element_cache_t), intent(inout) :: own
+
+    associate (F => state%deformation(:, e), D => model%effects%elasticity(:, :, model%elements%material(e)))
+      own%kinematics = kinematics_of(model%system_t, state, e)
+      own%green = state%green(e)
+      if (model%effects%mass_follows_area) own%mass_ratio = F(1)*F(4) - F(2)*F(3)
+      own%mass = own%mass_ratio*model%elements%mass(e)
+      own%mass_matrix = mass_matrix(own%kinematics, own%mass)
+      own%stress = state%stress(:, e)
+      own%elasticity = D
+      if (model%effects%large_deformation) own%elasticity = push_elasticity_forward(F, D)
+    end associate
+  end subroutine refresh
 
   !> Adds every present effect to element `e`.
   pure subroutine add_element_effects(model, own, state, e, unknown, rule, term)
@@ -115,7 +131,7 @@ contains
     type(model_t), intent(in) :: model
 
     supports_move = .false.
-    if (allocated(model%effects%fixed_point)) supports_move = moved_supports(model%effects%fixed_point)
+    if (allocated(model%effects%fixed_point)) supports_move = model%effects%fixed_point%moves
   end function supports_move
 
   !> Work that moving supports, of which there are some, do on one element in a step.

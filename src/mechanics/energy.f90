@@ -11,7 +11,7 @@ module scree_energy
   use scree_system, only: values_of
   implicit none
   private
-  public :: close_books, loss_of_step, stored_energy, work_of_step
+  public :: books_of_fixed, close_books, loss_of_step, stored_energy, work_of_step
 
 contains
 
@@ -21,21 +21,21 @@ contains
     type(cache_t), intent(in) :: cache
     type(state_t), intent(inout) :: state
     real(dp) :: p(3)
-    integer :: e
+    integer :: e, k
 
-    associate (books => state%books)
+    associate (books => state%books, fixed => cache%fixed)
       books%kinetic = 0.0_dp
-      books%strain = 0.0_dp
-      books%gravity = 0.0_dp
+      books%strain = fixed%strain
+      books%gravity = fixed%gravity
       books%held = 0.0_dp
       books%momentum = 0.0_dp
-      do e = 1, model%n_elements
+      do k = 1, size(model%elements%free)
+        e = model%elements%free(k)
         associate (velocity => values_of(model%elements, e, state%velocity), own => cache%element(e), &
                    change => state%pace%last*values_of(model%elements, e, state%acceleration))
           books%kinetic = books%kinetic + kinetic_energy(own%mass_matrix, velocity)
           books%held = books%held + kinetic_energy(own%mass_matrix, change)
-          books%strain = books%strain + own%kinematics%area*strain_energy(own%elasticity, state%stress(:, e))
-          books%gravity = books%gravity + energy_of_weight(model, own, e)
+          call add_stored(model, cache, state, e, books)
           p = momentum(own%kinematics, own%mass, velocity)
           p(3) = p(3) + model%origin(1)*p(2) - model%origin(2)*p(1)
           books%momentum = books%momentum + p
@@ -45,6 +45,35 @@ contains
       books%fixed_springs = energy_of_fixed_springs(model, state)
     end associate
   end subroutine close_books
+
+  !> Energies of the elements that cannot move, which stay as they are.
+  pure type(books_t) function books_of_fixed(model, cache, state) result(books)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    logical :: fixed(model%n_elements)
+    integer :: e
+
+    fixed = .true.
+    fixed(model%elements%free) = .false.
+    do e = 1, model%n_elements
+      if (fixed(e)) call add_stored(model, cache, state, e, books)
+    end do
+  end function books_of_fixed
+
+  !> Adds the energies of stress and weight of an element.
+  pure subroutine add_stored(model, cache, state, e, books)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: e
+    type(books_t), intent(inout) :: books
+
+    associate (own => cache%element(e))
+      books%strain = books%strain + own%kinematics%area*strain_energy(own%elasticity, state%stress(:, e))
+      books%gravity = books%gravity + energy_of_weight(model, own, e)
+    end associate
+  end subroutine add_stored
 
   !> All energy that a state has.
   pure real(dp) function stored_energy(books) result(energy)
@@ -84,12 +113,13 @@ contains
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
     real(dp) :: supports
     logical :: moving
-    integer :: e
+    integer :: e, k
 
     work = 0.0_dp
     supports = 0.0_dp
     moving = supports_move(model)
-    do e = 1, model%n_elements
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
       associate (unknown => values_of(model%elements, e, d))
         work = work + work_of_loads(model, cache%element(e), state, e, unknown, rule)
         if (moving) supports = supports + work_of_supports(model, cache%element(e), state, e, unknown, rule)
@@ -104,10 +134,11 @@ contains
     type(cache_t), intent(in) :: cache
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
-    integer :: e
+    integer :: e, k
 
     loss = 0.0_dp
-    do e = 1, model%n_elements
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
       loss = loss + loss_by_damping(model, cache%element(e), values_of(model%elements, e, d), rule)
     end do
   end function loss_of_step

@@ -10,11 +10,12 @@ module scree_fixed_point
   use scree_time_table, only: value_at
   implicit none
   private
-  public :: add_fixed_springs, constrain_fixed_points, fixed_point_t, moved_supports, spring_energy, work_of_springs
+  public :: add_fixed_springs, constrain_fixed_points, fixed_point_t, spring_energy, work_of_springs
 
   !> Called for when the scene has fixed points.
   type :: fixed_point_t
     logical :: by_springs = .false.     !! else the equations lose the unknowns
+    logical :: moves = .false.          !! a table moves one of them
     real(dp) :: stiffness = 0.0_dp      !! of a spring, force/length per unit thickness
     integer, allocatable :: first(:)    !! (n_elements+1) element e carries first(e):first(e+1)-1
     integer, allocatable :: point(:)    !! (n) point of the system
@@ -92,17 +93,6 @@ contains
     way = self%home(:, i) - position(:, self%point(i))
     if (allocated(self%table(i)%time)) way = way + value_at(self%table(i), time) - value_at(self%table(i), 0.0_dp)
   end function way_home
-
-  !> Whether a fixed point is moved by its table.
-  pure logical function moved_supports(self)
-    type(fixed_point_t), intent(in) :: self
-    integer :: i
-
-    moved_supports = .false.
-    do i = 1, size(self%table)
-      moved_supports = moved_supports .or. allocated(self%table(i)%time)
-    end do
-  end function moved_supports
 
   !> Work in a step of the moving homes of the springs on element `e`, with the forces at its end.
   pure real(dp) function work_of_springs(self, e, position, time, dt, element, unknown) result(work)

@@ -12,6 +12,7 @@ module scree_model
   use scree_mass_damping, only: mass_damping_t
   use scree_point_load, only: point_load_t
   use scree_scene, only: settings_t
+  use scree_state, only: books_t
   use scree_system, only: element_unknowns, system_t
   implicit none
   private
@@ -59,6 +60,7 @@ module scree_model
   !> What follows from model and state, kept because it is dear.
   type :: cache_t
     type(element_cache_t), allocatable :: element(:) !! (n_elements) of the state
+    type(books_t) :: fixed                           !! energies of elements that cannot move
     type(contact_search_t) :: search                 !! who is near whom
     type(equations_t) :: equations                   !! pattern and factor
   end type cache_t

@@ -19,6 +19,7 @@ module scree_system
     integer, allocatable :: cover(:, :)   !! (1 or 3, n) covers that meet on it
     integer, allocatable :: unknown(:, :) !! (element_unknowns, n) their unknowns
     logical, allocatable :: alone(:)      !! (n) shares no unknown with another element
+    integer, allocatable :: free(:)       !! elements of blocks that can move; of the others every unknown is fixed for ever
     real(dp), allocatable :: mass(:)      !! (n) at the start, mass/length
   end type elements_t
 
@@ -33,6 +34,7 @@ module scree_system
   type :: points_t
     integer, allocatable :: kind(:)       !! (n) `fixed_point`, `load_point`, `measured_point`
     integer, allocatable :: element(:)    !! (n) element that carries it
+    integer, allocatable :: free(:)       !! those of elements that can move
   end type points_t
 
   !> The whole of it.
@@ -41,6 +43,8 @@ module scree_system
     integer :: n_elements = 0
     integer :: n_covers = 0
     integer :: n_unknowns = 0
+    integer, allocatable :: free_block(:)       !! blocks that can move
+    integer, allocatable :: at_rest(:)          !! unknowns of the elements that cannot move; blocks of the DDA have six in common
     integer :: model = 0                  !! `model_dda` or `model_nmm` of the scene
     real(dp) :: origin(2) = 0.0_dp        !! added to every position for the results, length
     type(elements_t) :: elements

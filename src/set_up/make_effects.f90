@@ -181,10 +181,9 @@ contains
         call by_element(system, of_kind, scene%fixed_table, held%first, held%point, held%table)
         held%home = state%point(:, held%point)
         do i = 1, size(held%table)
-          if (.not. allocated(held%table(i)%time)) cycle
-          call name('moving supports', 'displacements of fixed points in the analysis deck')
-          exit
+          held%moves = held%moves .or. allocated(held%table(i)%time)
         end do
+        if (held%moves) call name('moving supports', 'displacements of fixed points in the analysis deck')
       end associate
     end subroutine hold_points
 

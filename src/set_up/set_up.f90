@@ -7,6 +7,7 @@ module scree_set_up
   use scree_contacts, only: outlines_t, overlap_t
   use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh, covered_t
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_fixed_bodies, only: leave_out_fixed
   use scree_interpolation, only: kinematics_of, kinematics_t, rigid_velocity
   use scree_kinds, only: dp
   use scree_make_effects, only: make_effects
@@ -53,6 +54,7 @@ contains
     cracked = .false.
     if (allocated(blocks%crack_joint)) cracked = size(blocks%crack_joint) > 0
     call make_effects(scene, model%system_t, state, quality, cracked, model%effects, list)
+    call leave_out_fixed(model, state)
     if (.not. allocated(model%effects%contact)) return
     call make_outlines(model%elements%shape, state%vertex, model%elements%block, model%outlines, error)
     if (allocated(error)) then

@@ -25,7 +25,7 @@ module scree_constraints
     integer, allocatable :: n(:)               !! (n_rows, then room) masters
     integer, allocatable :: master(:, :)       !! (most, n_rows, then room)
     real(dp), allocatable :: coefficient(:, :) !! (most, n_rows, then room)
-    integer, allocatable :: row_of(:)          !! (n_unknowns) row that determines the unknown, 0: none
+    integer, allocatable :: row_of(:)          !! (n_unknowns) row that determines the unknown, 0: none, -1: it is 0
     integer :: n_uses = 0
     integer, allocatable :: use(:, :)          !! (2, n_uses, then room) row that took an unknown as a master, the use before of it
     integer, allocatable :: last_use(:)        !! (n_unknowns) 0: none
@@ -39,12 +39,14 @@ module scree_constraints
 
 contains
 
-  !> Makes an empty set.
-  pure subroutine clear_constraints(constraints, n_unknowns)
+  !> Makes a set that is empty but for unknowns that are 0.
+  pure subroutine clear_constraints(constraints, n_unknowns, at_rest)
     type(constraints_t), intent(out) :: constraints
     integer, intent(in) :: n_unknowns
+    integer, intent(in), optional :: at_rest(:)   !! unknowns that are 0
 
     allocate (constraints%row_of(n_unknowns), constraints%last_use(n_unknowns), source=0)
+    if (present(at_rest)) constraints%row_of(at_rest) = -1
     allocate (constraints%use(2, 0))
     call make_room(constraints, element_unknowns, 1)
   end subroutine clear_constraints
@@ -110,7 +112,7 @@ contains
       known = constraints%row_of(unknown(i))
       if (known == 0) then
         call add_term(constraints, new, unknown(i), coefficient(i))
-      else
+      else if (known > 0) then
         constraints%given(new) = constraints%given(new) - coefficient(i)*constraints%given(known)
         do k = 1, constraints%n(known)
           call add_term(constraints, new, constraints%master(k, known), coefficient(i)*constraints%coefficient(k, known))
@@ -284,7 +286,7 @@ contains
     if (all(row == 0)) return
     reduction%free = pack(unknown, row == 0)
     do i = 1, size(unknown)
-      if (row(i) == 0) cycle
+      if (row(i) <= 0) cycle
       do k = 1, constraints%n(row(i))
         associate (master => constraints%master(k, row(i)))
           if (all(reduction%free /= master)) reduction%free = [reduction%free, master]
@@ -295,7 +297,7 @@ contains
     do i = 1, size(unknown)
       if (row(i) == 0) then
         reduction%Z(i, findloc(reduction%free, unknown(i), 1)) = 1.0_dp
-      else
+      else if (row(i) > 0) then
         do k = 1, constraints%n(row(i))
           reduction%Z(i, findloc(reduction%free, constraints%master(k, row(i)), 1)) = constraints%coefficient(k, row(i))
         end do

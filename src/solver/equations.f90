@@ -17,9 +17,9 @@ module scree_equations
   use scree_system, only: element_unknowns, elements_t
   implicit none
   private
-  public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, group_elements, keep_factored, &
-            keep_posed, members, move_shared, out_of_balance, place_row, recall_factored, release_equations, set_up_equations, &
-            share_out_of_balance, shared_problem, solve_equations, weakest_element, wholly_held, work_of_solutions
+  public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, group_elements, is_shared, &
+            keep_factored, keep_posed, members, move_shared, out_of_balance, place_row, recall_factored, release_equations, &
+            set_up_equations, share_out_of_balance, shared_problem, solve_equations, weakest_element, wholly_held, work_of_solutions
 
   integer, parameter :: n = element_unknowns
 
@@ -34,10 +34,12 @@ module scree_equations
   !> Groups, constraints and the sums of one iteration.
   type :: equations_t
     integer :: n_groups = 0
+    logical :: has_shared = .false.          !! the last group is the one of many
     integer, allocatable :: first(:)         !! (n_groups+1) group g owns member(first(g):first(g+1)-1)
-    integer, allocatable :: member(:)        !! (n_elements) elements by group
+    integer, allocatable :: member(:)        !! elements that can move, by group
     integer, allocatable :: unknown(:, :)    !! (n, n_elements) unknowns of the elements
-    integer, allocatable :: pair(:, :)       !! (2 n, n_pairs) unknowns of pairs of elements
+    integer, allocatable :: paired(:, :)     !! (2, n_pairs) elements that something acts between
+    integer, allocatable :: pair(:, :)       !! (2 n, n_pairs) their unknowns
     type(reduction_t), allocatable :: reduction(:) !! (n_elements)
     type(reduction_t), allocatable :: pair_reduction(:) !! (n_pairs)
     real(dp), allocatable :: force(:)        !! (n_unknowns) out of balance, zero at slaves
@@ -74,6 +76,12 @@ contains
     logical :: alone(size(elements%alone))
     integer :: e, i
 
+    if (allocated(equations%paired)) then
+      if (size(pair, 2) == size(equations%paired, 2)) then
+        if (all(pair == equations%paired)) return
+      end if
+    end if
+    equations%paired = pair
     alone = elements%alone
     do i = 1, size(pair, 2)
       alone(pair(:, i)) = .false.
@@ -81,10 +89,13 @@ contains
     equations%pair = reshape([((elements%unknown(:, pair(e, i)), e=1, 2), i=1, size(pair, 2))], [2*n, size(pair, 2)])
     if (allocated(equations%pair_reduction)) deallocate (equations%pair_reduction)
     allocate (equations%pair_reduction(size(pair, 2)))
-    equations%member = [pack([(e, e=1, size(alone))], alone), pack([(e, e=1, size(alone))], .not. alone)]
-    equations%first = [(e, e=1, count(alone) + 1)]
-    if (.not. all(alone)) then
-      equations%first = [equations%first, size(alone) + 1]
+    associate (free => elements%free)
+      equations%member = [pack(free, alone(free)), pack(free, .not. alone(free))]
+      equations%first = [(i, i=1, count(alone(free)) + 1)]
+    end associate
+    equations%has_shared = size(equations%first) <= size(equations%member)
+    if (equations%has_shared) then
+      equations%first = [equations%first, size(equations%member) + 1]
       if (.not. allocated(equations%shared)) then
         allocate (equations%shared)
         allocate (equations%shared%rows(0, 0), equations%shared%unknown(0))
@@ -98,8 +109,7 @@ contains
     type(equations_t), intent(in) :: equations
     integer, intent(in) :: group
 
-    is_shared = .false.
-    if (allocated(equations%shared)) is_shared = equations%first(group + 1) - equations%first(group) > 1
+    is_shared = equations%has_shared .and. group == equations%n_groups
   end function is_shared
 
   !> Elements of a group.
@@ -130,10 +140,12 @@ contains
   subroutine constrain_equations(equations, constraints)
     type(equations_t), intent(inout) :: equations
     type(constraints_t), intent(in) :: constraints
-    integer :: e, i
+    integer :: i
 
-    do e = 1, size(equations%reduction)
-      call reduce_element(constraints, equations%unknown(:, e), equations%reduction(e))
+    do i = 1, size(equations%member)
+      associate (e => equations%member(i))
+        call reduce_element(constraints, equations%unknown(:, e), equations%reduction(e))
+      end associate
     end do
     do i = 1, size(equations%pair_reduction)
       call reduce_element(constraints, equations%pair(:, i), equations%pair_reduction(i))

@@ -13,7 +13,7 @@ module scree_settle
   use scree_contact_try, only: contact_try_t
   use scree_effects, only: add_element_effects
   use scree_element_term, only: step_rule_t, term_t
-  use scree_equations, only: add_equations, begin_equations, keep_posed, move_shared, out_of_balance, &
+  use scree_equations, only: add_equations, begin_equations, is_shared, keep_posed, move_shared, out_of_balance, &
                              share_out_of_balance, solve_equations, &
                              weakest_element, wholly_held
   use scree_errors, only: error_t
@@ -95,10 +95,10 @@ contains
       group%linear = .not. any(cache%element(group%member)%green)
       group%rule = step_rule
       group%rule%tangent = model%settings%iterate == iterate_newton
-      group%in_contact = touches(model, contacts) .and. size(group%member) > 1
+      group%in_contact = touches(model, contacts) .and. is_shared(cache%equations, i)
       if (wholly_held(cache%equations, i) .and. .not. group%in_contact) then
         call check_areas(model, cache, group%member, d, outcome)
-      else if (size(group%member) == 1) then
+      else if (.not. is_shared(cache%equations, i)) then
         call settle_alone(model, cache, state, group, d, outcome)
       else
         if (group%in_contact) call begin_open_close(model, cache, state, group, contacts, d)

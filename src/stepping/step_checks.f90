@@ -120,11 +120,12 @@ contains
     real(dp), intent(out) :: farthest                !! length
     integer, intent(out) :: element
     real(dp) :: way
-    integer :: e, i
+    integer :: e, i, k
 
     farthest = 0.0_dp
     element = 1
-    do e = 1, model%n_elements
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
       do i = first_vertex_of(model%elements%shape, e), last_vertex_of(model%elements%shape, e)
         way = norm2(matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, i)), values_of(model%elements, e, d)))
         if (way <= farthest) cycle
@@ -139,29 +140,45 @@ contains
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the end of a step
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: area(model%n_blocks), high(2, model%n_blocks), low(2, model%n_blocks)
-    integer :: b, e, loop
+    real(dp) :: area, high(2), low(2)
+    integer :: e, k, loop
 
-    area = 0.0_dp
-    low = huge(low)
-    high = -huge(high)
-    associate (shape => model%elements%shape, block => model%elements%block)
-      do e = 1, model%n_elements
+    associate (shape => model%elements%shape, block => model%elements%block, free => model%elements%free)
+      do k = 1, size(free)
+        e = free(k)
+        if (first_of_block(k)) then
+          area = 0.0_dp
+          low = huge(low)
+          high = -huge(high)
+        end if
         do loop = shape%first_loop(e), shape%first_loop(e + 1) - 1
           associate (vertex => state%vertex(:, shape%first_vertex(loop):shape%first_vertex(loop + 1) - 1))
-            area(block(e)) = area(block(e)) + twice_area(vertex)
-            low(:, block(e)) = min(low(:, block(e)), minval(vertex, 2))
-            high(:, block(e)) = max(high(:, block(e)), maxval(vertex, 2))
+            area = area + twice_area(vertex)
+            low = min(low, minval(vertex, 2))
+            high = max(high, maxval(vertex, 2))
           end associate
         end do
+        if (.not. first_of_block(k + 1)) cycle
+        if (.not. (area > 0 .and. maxval(high - low) > least_size*maxval(max(abs(low), abs(high))))) exit
       end do
-      b = findloc(area > 0 .and. maxval(high - low, 1) > least_size*maxval(max(abs(low), abs(high)), 1), .false., 1)
-      if (b == 0) return
-      e = findloc(block, b, 1)
+      if (k > size(free)) return
+      e = findloc(block, block(e), 1)
       call fail(error, status_run_failed, words_of(new_trouble( &
         'it is lost: crushed to nothing, or so far away that 16 digits do not tell its shape', &
         'a smaller step.size, and check density, E and loads', e, state%vertex(:, first_vertex_of(shape, e))), model))
     end associate
+
+  contains
+
+    !> Whether the k-th free element is the first of its block, or none.
+    pure logical function first_of_block(k)
+      integer, intent(in) :: k
+
+      first_of_block = k == 1 .or. k > size(model%elements%free)
+      if (.not. first_of_block) &
+        first_of_block = model%elements%block(model%elements%free(k)) /= model%elements%block(model%elements%free(k - 1))
+    end function first_of_block
+
   end subroutine check_state
 
 end module scree_step_checks

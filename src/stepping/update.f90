@@ -27,13 +27,16 @@ contains
     type(impact_t), intent(in) :: impact          !! at its end
     type(state_t), intent(inout) :: state
     real(dp) :: theta(4), F(4), own(element_unknowns), mean(4, model%n_blocks), turned(4, model%n_elements)
-    integer :: e, i
+    integer :: e, i, k
 
     if (allocated(impact%push)) state%velocity = state%velocity + impact%push
     call end_rates(rule, d, state%velocity, state%acceleration)
     if (allocated(impact%change)) state%velocity = state%velocity + impact%change
-    mean = 0.0_dp
-    do e = 1, model%n_elements
+    do k = 1, size(model%free_block)
+      mean(:, model%free_block(k)) = 0.0_dp
+    end do
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
       associate (ids => model%elements%unknown(:, e), element => cache%element(e)%kinematics, shape => model%elements%shape, &
                  block => model%elements%block(e))
         own = values_of(model%elements, e, d)
@@ -50,13 +53,17 @@ contains
         mean(:, block) = mean(:, block) + element%area*F
       end associate
     end do
-    do i = 1, size(model%points%element)
+    do k = 1, size(model%points%free)
+      i = model%points%free(k)
       e = model%points%element(i)
       call move(cache%element(e)%kinematics, values_of(model%elements, e, d), turned(:, e), state%point(:, i:i))
     end do
     if (size(state%cover, 2) > 0) state%cover = state%cover + reshape(d, shape(state%cover)) ! a DDA block has no nodes
-    do i = 1, model%n_blocks
-      state%rotation(i) = state%rotation(i) + atan2(mean(2, i) - mean(3, i), mean(1, i) + mean(4, i))
+    do k = 1, size(model%free_block)
+      i = model%free_block(k)
+      associate (F => mean(:, i))
+        state%rotation(i) = state%rotation(i) + atan2(F(2) - F(3), F(1) + F(4))
+      end associate
     end do
     state%velocity = model%effects%carried*state%velocity
     state%acceleration = model%effects%carried*state%acceleration

@@ -113,11 +113,12 @@ contains
     subroutine watch_areas()
       type(trouble_t) :: trouble
       real(dp) :: ratio, factor, farthest
-      integer :: e, worst
+      integer :: e, k, worst
 
       farthest = 1.0_dp
       worst = 0
-      do e = 1, model%n_elements
+      do k = 1, size(model%elements%free)
+        e = model%elements%free(k)
         associate (F => state%deformation(:, e))
           ratio = F(1)*F(4) - F(2)*F(3)
         end associate
@@ -156,9 +157,10 @@ contains
 
     !> Warns, once for each element, where the linear law in Green strain has lost its stiffness.
     subroutine watch_stiffness()
-      integer :: e
+      integer :: e, k
 
-      do e = 1, model%n_elements
+      do k = 1, size(model%elements%free)
+        e = model%elements%free(k)
         if (watch%soft(e)) cycle
         if (least_stretch(state%deformation(:, e)) > least_stable_stretch) cycle
         watch%soft(e) = .true.
@@ -215,10 +217,11 @@ contains
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
-    integer :: e
+    integer :: e, k
 
     energy = state%books%strain + state%books%fixed_springs + state%books%contact_springs + state%books%held
-    do e = 1, model%n_elements
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
       energy = energy + kinetic_energy(cache%element(e)%mass_matrix, &
           state%velocity(model%elements%unknown(:, e)))/cache%element(e)%mass_ratio
     end do
@@ -228,11 +231,12 @@ contains
   pure real(dp) function energy_of_weights(model, cache) result(energy)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
-    integer :: e
+    integer :: e, k
 
     energy = 0.0_dp
     if (.not. allocated(model%effects%gravity)) return
-    do e = 1, model%n_elements
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
       energy = energy + gravity_energy(model%effects%gravity%weight(e), cache%element(e)%kinematics)
     end do
   end function energy_of_weights

@@ -21,9 +21,9 @@ contains
     real(dp), intent(in) :: time
     type(constraints_t), intent(out) :: constraints
     type(error_t), allocatable, intent(out) :: error
-    integer :: e
+    integer :: e, k
 
-    call clear_constraints(constraints, model%n_unknowns)
+    call clear_constraints(constraints, model%n_unknowns, model%at_rest)
     if (allocated(model%extension)) then
       associate (x => model%extension)
         call add_followers(constraints, [2*x%cover - 1, 2*x%cover], reshape([2*x%master - 1, 2*x%master], [3, 2*size(x%cover)]), &
@@ -32,7 +32,8 @@ contains
     end if
     if (.not. allocated(model%effects%fixed_point)) return
     if (model%effects%fixed_point%by_springs) return
-    do e = 1, model%n_elements
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
       call constrain_fixed_points(model%effects%fixed_point, e, state%point, time, cache%element(e)%kinematics, &
                                   model%elements%unknown(:, e), constraints, error)
       if (.not. allocated(error)) cycle
