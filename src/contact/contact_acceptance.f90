@@ -8,7 +8,7 @@ module scree_contact_acceptance
   use scree_model, only: model_t
   implicit none
   private
-  public :: accept_contacts, farthest_apart
+  public :: accept_contacts, farthest_apart, forget_margin
 
   !> A closed contact at the end of a step.
   type :: closed_t
@@ -18,6 +18,15 @@ module scree_contact_acceptance
   end type closed_t
 
 contains
+
+  !> Halves what the search added to the ways and turns of a step.
+  pure subroutine forget_margin(try, memory)
+    type(contact_try_t), intent(in) :: try
+    type(contact_memory_t), intent(inout) :: memory
+
+    memory%margin = 0.5_dp*try%margin
+    memory%swing = 0.5_dp*try%swing
+  end subroutine forget_margin
 
   !> Hands on states, anchors, bonds and overlaps of an accepted step, and books the energy of springs and friction.
   pure subroutine accept_contacts(model, d, try, memory, energy, friction)
@@ -35,8 +44,7 @@ contains
     memory%contact = try%contact
     memory%inside = try%inside
     memory%count = try%count
-    memory%margin = 0.5_dp*try%margin
-    memory%swing = 0.5_dp*try%swing
+    call forget_margin(try, memory)
     memory%gap = 0.0_dp
     memory%penetration = 0.0_dp
     memory%pressed = 0.0_dp

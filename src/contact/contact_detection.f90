@@ -10,9 +10,10 @@
 !> in contact with it only if it entered there.
 module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
+  use scree_body_search, only: list_all, reach_of
   use scree_contact_memory, only: acted_before, past_t, recall_contacts
   use scree_contact_pairs, only: drop_repeats
-  use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair, set_reach
+  use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
   use scree_contact_search, only: find_nearby, most_turning
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, parallel
@@ -23,8 +24,7 @@ module scree_contact_detection
   private
   public :: find_contacts
 
-  real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, beyond whose ends their line is looked at for overlaps
-  real(dp), parameter :: at_rest = 1e-3_dp        !! of the edges about, that is near at rest
+  real(dp), parameter :: near_at_rest = 1e-3_dp   !! of the edges about, up to which contacts are looked for
 
 contains
 
@@ -44,8 +44,9 @@ contains
     real(dp) :: depth                            !! overlap up to which a vertex over an edge is looked at, length
     integer :: k, n_found
 
-    call survey_edges(outlines, position, survey)
-    call find_corners(outlines%previous, survey)
+    if (.not. allocated(search%bodies%vertex)) call list_all(outlines, search%bodies)
+    call survey_edges(outlines, position, search%bodies%farther, search%bodies%about, survey)
+    call find_corners(outlines%previous, search%bodies%about, survey)
     call look_around()
     call recall_contacts(outlines, memory, past)
     may_rest = looks_as_far_as_it_moves(try%law)
@@ -62,9 +63,9 @@ contains
     call drop_repeats(size(outlines%start), found, n_found)
     try%contact = found(:n_found)
     try%inside = pairs_inside(found(:n_found), survey%local)
-    try%near = survey%near
-    try%local = survey%local
-    try%turning = survey%turning
+    call move_alloc(survey%near, try%near)
+    call move_alloc(survey%local, try%local)
+    call move_alloc(survey%turning, try%turning)
 
   contains
 
@@ -72,12 +73,12 @@ contains
     subroutine look_around()
       integer :: i, j, k
 
-      allocate (survey%turning(size(survey%length)), source=0.0_dp)
-      if (corners_turn(try%law)) then
-        survey%turning = min(most_turning, 1.2_dp*norm2(predicted(:, outlines%next) - predicted, 1)/survey%length + try%swing)
-        survey%turning = max(survey%turning, survey%turning(outlines%previous))
-      end if
-      survey%near = reach_of(predicted, survey%local, memory%pressed, try)
+      associate (about => search%bodies%about)
+        survey%turning(about) = 0.0_dp
+        if (corners_turn(try%law)) &
+          survey%turning(about) = max(turning_of(about), turning_of(outlines%previous(about)))
+      end associate
+      call look_as_far()
       call find_nearby(outlines, position, survey%near, survey%local, self_contact, search, try%nearby)
       try%nearby = reshape([try%nearby, memory%inside], [2, size(try%nearby, 2) + size(memory%inside, 2)])
       do k = 1, size(try%nearby, 2) ! a large block takes the measure of a small one beside it
@@ -88,8 +89,25 @@ contains
           local(i) = min(local(i), survey%length(j))
         end associate
       end do
-      survey%near = reach_of(predicted, survey%local, memory%pressed, try)
+      call look_as_far()
     end subroutine look_around
+
+    !> How far edges may turn in the step.
+    pure function turning_of(edge) result(turning)
+      integer, intent(in) :: edge(:)
+      real(dp) :: turning(size(edge))
+
+      turning = min(most_turning, 1.2_dp*norm2(predicted(:, outlines%next(edge)) - predicted(:, edge), 1)/survey%length(edge) &
+                                  + try%swing)
+    end function turning_of
+
+    !> Sets how far contacts are looked for.
+    subroutine look_as_far()
+
+      associate (about => search%bodies%about)
+        survey%near(about) = reach_of(try%law, try%margin, memory%pressed, norm2(predicted(:, about), 1), survey%local(about))
+      end associate
+    end subroutine look_as_far
 
     !> Contacts of vertex i near edge j: at one of its ends with the corner there, else over it.
     subroutine look_at(i, j)
@@ -169,22 +187,6 @@ contains
 
   end subroutine find_contacts
 
-  !> How far vertices may move in the step, with the length of the edges about them.
-  !>
-  !> Beyond the end of an edge its line is crossed as far as the overlap over the sine of the corner goes; a contact that is
-  !> found or lost there would bring or take the energy of its spring. Corners that turn by less than `parallel` may.
-  pure function reach_of(predicted, local, pressed, try) result(near)
-    real(dp), intent(in) :: predicted(:, :)      !! (2, n) displacement by the velocity, length
-    real(dp), intent(in) :: local(:)             !! (n) length
-    real(dp), intent(in) :: pressed              !! largest overlap of a spring, length
-    type(contact_try_t), intent(in) :: try
-    real(dp) :: near(size(local))
-
-    near = 1.2_dp*norm2(predicted, 1) + min(try%margin, try%law%leap*local) + at_rest*local &
-           + min(pressed/sin(parallel), deepest*local)
-    call set_reach(try%law, near)
-  end function reach_of
-
   !> Whether the vertex of an entrance entered there, if it is behind the line. It did where the entrance acted before; else the
   !> bodies tell. Its own body it is in anyway, and does not enter.
   pure logical function has_entered(outlines, position, survey, past, entrance) result(entered)
@@ -217,7 +219,7 @@ contains
     do i = 1, size(contact)
       do k = 1, contact(i)%n_entrances
         associate (entrance => contact(i)%entrance(k))
-          rests(k, i) = entrance%rest < -0.5_dp*at_rest*local(entrance%vertex)
+          rests(k, i) = entrance%rest < -0.5_dp*near_at_rest*local(entrance%vertex)
         end associate
       end do
     end do

@@ -29,7 +29,7 @@ module scree_contact_rules
   implicit none
   private
   ! pair
-  public :: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair, rests_inside, set_reach
+  public :: corners_turn, deepest_search, looks_as_far_as_it_moves, looks_at_all, meet, pair, rests_inside, set_reach
   ! place
   public :: begin_contact, gap_and_slip, gaps_and_slips, place, put_anchors
   ! press
@@ -80,6 +80,13 @@ contains
       looks_as_far_as_it_moves = .true.
     end select
   end function looks_as_far_as_it_moves
+
+  !> Whether each step looks at all vertices, wherever they are.
+  pure logical function looks_at_all(law)
+    type(contact_law_t), intent(in) :: law
+
+    looks_at_all = law%rules == rules_shi
+  end function looks_at_all
 
   !> Sets how far the search looks about each vertex, where that is not as far as it moves.
   pure subroutine set_reach(law, near)

@@ -1,5 +1,6 @@
 !> Which vertices are near which edges: a search in a grid, with room to move, and whether a step outran it.
 module scree_contact_search
+  use scree_body_search, only: keeps_clear, list_all, reach_of, room
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_contact_rules, only: corners_turn
   use scree_contact_try, only: contact_try_t
@@ -13,10 +14,9 @@ module scree_contact_search
   use scree_system, only: values_of
   implicit none
   private
-  public :: at_outlines, find_nearby, most_turning, outran
+  public :: find_at_outlines, find_nearby, most_turning, outran
 
   real(dp), parameter :: most_turning = acos(-1.0_dp)/6 !! of a corner in a step, rad
-  real(dp), parameter :: room = 0.02_dp           !! of the edges about, that is looked at beyond the reach of contacts
 
 contains
 
@@ -35,7 +35,10 @@ contains
     logical :: deep(size(outlines%inside, 2))
     logical, allocatable :: is_near(:)
 
-    wide = near + room*local
+    if (.not. allocated(search%bodies%vertex)) call list_all(outlines, search%bodies)
+    associate (list => search%bodies%vertex)
+      wide(list) = near(list) + room*local(list)
+    end associate
     if (.not. still_holds(outlines, position, wide, search)) call list_candidates(outlines, position, wide, self_contact, search)
     is_near = are_near(outlines, position, wide, search%candidate)
     deep = .not. are_near(outlines, position, wide, outlines%inside)
@@ -68,12 +71,22 @@ contains
     real(dp), intent(in) :: wide(:)                 !! (n) how far from each vertex pairs are near, length
     type(contact_search_t), intent(in) :: search
     real(dp) :: moved(size(wide))
+    integer :: i, k
 
     still_holds = allocated(search%found_at)
     if (.not. still_holds) return
-    moved = norm2(position(:, outlines%start) - search%found_at, 1)
-    associate (next => outlines%next, reach => search%reach)
-      still_holds = all(moved + wide <= reach) .and. all(max(moved, moved(next)) + max(wide, wide(next)) <= max(reach, reach(next)))
+    associate (next => outlines%next, reach => search%reach, bodies => search%bodies)
+      do k = 1, size(bodies%vertex)
+        i = bodies%vertex(k)
+        moved(i) = norm2(position(:, outlines%start(i)) - search%found_at(:, i))
+        still_holds = moved(i) + wide(i) <= reach(i)
+        if (.not. still_holds) return
+      end do
+      do k = 1, size(bodies%edge)
+        i = bodies%edge(k)
+        still_holds = max(moved(i), moved(next(i))) + max(wide(i), wide(next(i))) <= max(reach(i), reach(next(i)))
+        if (.not. still_holds) return
+      end do
     end associate
   end function still_holds
 
@@ -85,21 +98,27 @@ contains
     logical, intent(in) :: self_contact
     type(contact_search_t), intent(inout) :: search
     type(cell_grid_t) :: grid
-    real(dp), allocatable :: vertex(:, :)
+    real(dp), allocatable :: vertex(:, :), around(:)
     integer, allocatable :: list(:, :)
     integer :: seen(size(wide)), range(2, 2)
-    integer :: c, column, i, j, k, n, row
+    integer :: c, column, i, j, k, l, n, row
     real(dp) :: reach
 
-    vertex = position(:, outlines%start)
-    search%found_at = vertex
-    search%reach = 2*wide
-    call set_up_grid(grid, vertex, size(wide))
-    call place_boxes(grid, vertex - spread(search%reach, 1, 2), vertex + spread(search%reach, 1, 2))
-    allocate (list(2, 4*size(wide)))
+    if (.not. allocated(search%reach)) allocate (search%reach(size(wide)))
+    if (.not. allocated(search%found_at)) allocate (search%found_at(2, size(wide)))
+    vertex = position(:, outlines%start(search%bodies%vertex))
+    around = 2*wide(search%bodies%vertex)
+    search%found_at(:, search%bodies%vertex) = vertex
+    search%reach(search%bodies%vertex) = around
+    search%candidate = reshape([integer ::], [2, 0])
+    if (size(around) == 0) return
+    call set_up_grid(grid, vertex, size(around))
+    call place_boxes(grid, vertex - spread(around, 1, 2), vertex + spread(around, 1, 2))
+    allocate (list(2, 4*size(around)))
     n = 0
     seen = 0
-    do j = 1, size(wide)
+    do l = 1, size(search%bodies%edge)
+      j = search%bodies%edge(l)
       associate (a => position(:, outlines%start(j)), b => position(:, outlines%finish(j)))
         reach = max(search%reach(j), search%reach(outlines%next(j)))
         range = cells_of_box(grid, min(a, b) - reach, max(a, b) + reach)
@@ -107,11 +126,11 @@ contains
           do column = range(1, 1), range(1, 2)
             c = number_of_cell(grid, column, row)
             do k = grid%first(c), grid%first(c + 1) - 1
-              i = grid%item(k)
+              i = search%bodies%vertex(grid%item(k))
               if (seen(i) == j) cycle
               seen(i) = j
               if (.not. may_meet(outlines, i, j, self_contact)) cycle
-              if (distance_to_segment(vertex(:, i), a, b) > reach + search%reach(i)) cycle
+              if (distance_to_segment(vertex(:, grid%item(k)), a, b) > reach + search%reach(i)) cycle
               if (n == size(list, 2)) list = reshape(list, [2, 2*n], pad=[0])
               n = n + 1
               list(:, n) = [i, j]
@@ -123,69 +142,140 @@ contains
     search%candidate = list(:, order_of_pairs(list(2, :n), list(1, :n)))
   end subroutine list_candidates
 
-  !> Whether a vertex and an edge may touch: of two bodies, or of one that may touch itself.
+  !> Whether a vertex and an edge may touch: of two bodies one of which can move, or of one that may touch itself.
   pure logical function may_meet(outlines, i, j, self_contact)
     type(outlines_t), intent(in) :: outlines
     integer, intent(in) :: i, j
     logical, intent(in) :: self_contact
 
-    may_meet = .true.
+    may_meet = .not. (outlines%fixed(i) .and. outlines%fixed(j))
     if (outlines%block(i) == outlines%block(j)) &
-      may_meet = self_contact .and. outlines%element(i) /= outlines%element(j) .and. i /= outlines%next(j)
+      may_meet = may_meet .and. self_contact .and. outlines%element(i) /= outlines%element(j) .and. i /= outlines%next(j)
   end function may_meet
 
-  !> What the vertices of the outlines have of a field that is `value` at the unknowns: displacement or velocity.
-  pure function at_outlines(model, cache, state, value) result(there)
+  !> What listed vertices of the outlines have of a field that is `value` at the unknowns: displacement or velocity, or a multiple.
+  pure subroutine find_at_outlines(model, cache, state, value, times, list, there)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
     type(cache_t), intent(in) :: cache
     real(dp), intent(in) :: value(:)                 !! (n_unknowns)
-    real(dp) :: there(2, size(model%outlines%start))
-    integer :: i
+    real(dp), intent(in) :: times
+    integer, intent(in) :: list(:)                   !! vertices
+    real(dp), intent(inout) :: there(:, :)           !! (2, n) of the listed
+    integer :: i, k
 
-    do i = 1, size(there, 2)
+    do k = 1, size(list)
+      i = list(k)
       associate (e => model%outlines%element(i))
-        there(:, i) = matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, model%outlines%start(i))), &
-                             values_of(model%elements, e, value))
+        there(:, i) = times*matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, model%outlines%start(i))), &
+                                   values_of(model%elements, e, value))
       end associate
     end do
-  end function at_outlines
+  end subroutine find_at_outlines
 
   !> How far a vertex went beyond what the search for contacts looked at, 0 where none did; how far an edge that may touch turned
   !> beyond that, rad; and the largest of either, that of the way without what velocity makes, over the most that is looked at.
-  pure function outran(model, cache, state, try, d) result(farthest)
+  pure function outran(model, cache, state, dt, try, d) result(farthest)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
     type(cache_t), intent(in) :: cache
+    real(dp), intent(in) :: dt                       !! of the step, time
     type(contact_try_t), intent(in) :: try
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
-    real(dp) :: farthest(3), beyond, turned, u(2, size(model%outlines%start))
-    logical :: may_touch(size(model%outlines%start)) !! the corner at a vertex
-    integer :: i
+    real(dp) :: farthest(3), u(2, size(model%outlines%start))
+    integer :: b, i, k
 
     farthest = 0.0_dp
-    associate (outlines => model%outlines)
-      may_touch = .false.
-      may_touch(try%nearby(1, :)) = .true.
-      may_touch(try%nearby(2, :)) = .true.
-      may_touch(outlines%next(try%nearby(2, :))) = .true.
-      u = at_outlines(model, cache, state, d)
-      do i = 1, size(outlines%start)
-        beyond = norm2(u(:, i)) - try%near(i)
-        farthest(1) = max(farthest(1), beyond)
-        if (beyond > 0) farthest(3) = max(farthest(3), (beyond/try%local(i) &
-                                                        + min(try%margin/try%local(i), try%law%leap))/try%law%leap)
+    associate (outlines => model%outlines, bodies => cache%search%bodies)
+      if (allocated(bodies%near)) then
+        k = 1
+        do i = 1, size(model%free_block)
+          b = model%free_block(i)
+          do while (model%elements%block(model%elements%free(k)) < b)
+            k = k + 1
+          end do
+          if (bodies%near(b)) cycle
+          if (keeps_clear(model, state, dt, try%margin, d, bodies, b, k)) cycle
+          call add_way(model, cache, state, dt, try%margin, d, &
+                       outlines%of_block(outlines%first(b):outlines%first(b + 1) - 1), farthest)
+        end do
+      end if
+      if (size(bodies%vertex) == 0) return
+      call find_at_outlines(model, cache, state, d, 1.0_dp, bodies%farther, u)
+      do k = 1, size(bodies%vertex)
+        i = bodies%vertex(k)
+        call add_beyond(norm2(u(:, i)) - try%near(i), try%local(i), try%margin, try%law%leap, farthest)
       end do
-      if (.not. corners_turn(try%law)) return
-      do i = 1, size(outlines%start)
-        associate (next => outlines%next(i))
-          if (.not. (may_touch(i) .or. may_touch(next))) cycle
-          turned = norm2(u(:, next) - u(:, i))/norm2(state%vertex(:, outlines%start(next)) - state%vertex(:, outlines%start(i)))
-          farthest(2) = max(farthest(2), turned - min(try%turning(i), try%turning(next)) - 0.5_dp*parallel)
-          farthest(3) = max(farthest(3), turned/most_turning)
+    end associate
+    if (corners_turn(try%law)) call add_turns(model, state, cache%search%bodies%vertex, try, u, farthest)
+  end function outran
+
+  !> Adds a way beyond what was looked at, of a vertex.
+  pure subroutine add_beyond(beyond, local, margin, leap, farthest)
+    real(dp), intent(in) :: beyond, local, margin    !! length
+    real(dp), intent(in) :: leap                     !! of the edges about
+    real(dp), intent(inout) :: farthest(3)
+
+    farthest(1) = max(farthest(1), beyond)
+    if (beyond > 0) farthest(3) = max(farthest(3), (beyond/local + min(margin/local, leap))/leap)
+  end subroutine add_beyond
+
+  !> Adds what vertices of a body that no other is near went beyond what would have been looked at.
+  pure subroutine add_way(model, cache, state, dt, margin, d, list, farthest)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state               !! at the beginning of the step
+    real(dp), intent(in) :: dt, margin               !! time, length
+    real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    integer, intent(in) :: list(:)                   !! vertices of the outlines
+    real(dp), intent(inout) :: farthest(3)
+    real(dp), dimension(2, size(model%outlines%start)) :: u, predicted
+    real(dp) :: local, near(1)
+    integer :: k
+
+    call find_at_outlines(model, cache, state, d, 1.0_dp, list, u)
+    call find_at_outlines(model, cache, state, state%velocity, dt, list, predicted)
+    associate (outlines => model%outlines, x => state%vertex, law => model%effects%contact)
+      do k = 1, size(list)
+        associate (i => list(k), before => outlines%previous(list(k)))
+          local = min(norm2(x(:, outlines%finish(i)) - x(:, outlines%start(i))), &
+                      norm2(x(:, outlines%finish(before)) - x(:, outlines%start(before))))
+          near = reach_of(law, margin, state%contacts%pressed, [norm2(predicted(:, i))], [local])
+          call add_beyond(norm2(u(:, i)) - near(1), local, margin, law%leap, farthest)
         end associate
       end do
     end associate
-  end function outran
+  end subroutine add_way
+
+  !> Adds how far edges that may touch turned beyond what was looked at.
+  pure subroutine add_turns(model, state, list, try, u, farthest)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state               !! at the beginning of the step
+    integer, intent(in) :: list(:)                   !! vertices that are looked at
+    type(contact_try_t), intent(in) :: try
+    real(dp), intent(in) :: u(:, :)                  !! (2, n) displacement of these and those after and before
+    real(dp), intent(inout) :: farthest(3)
+    real(dp) :: turned
+    logical :: may_touch(size(model%outlines%start)) !! the corner at a vertex
+    integer :: i, k, side
+
+    associate (outlines => model%outlines)
+      may_touch(list) = .false.
+      may_touch(try%nearby(1, :)) = .true.
+      may_touch(try%nearby(2, :)) = .true.
+      may_touch(outlines%next(try%nearby(2, :))) = .true.
+      do k = 1, size(list)
+        if (.not. may_touch(list(k))) cycle
+        do side = 1, 2
+          i = merge(list(k), outlines%previous(list(k)), side == 1)
+          associate (next => outlines%next(i), start => outlines%start)
+            turned = norm2(u(:, next) - u(:, i))/norm2(state%vertex(:, start(next)) - state%vertex(:, start(i)))
+            farthest(2) = max(farthest(2), turned - min(try%turning(i), try%turning(next)) - 0.5_dp*parallel)
+            farthest(3) = max(farthest(3), turned/most_turning)
+          end associate
+        end do
+      end do
+    end associate
+  end subroutine add_turns
 
 end module scree_contact_search

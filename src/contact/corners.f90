@@ -32,38 +32,52 @@ module scree_corners
 
 contains
 
-  !> Surveys the edges of outlines whose elements have their vertices at `position`.
-  pure subroutine survey_edges(outlines, position, survey)
+  !> Surveys listed edges of outlines whose elements have their vertices at `position`; edges before listed corners have to be listed.
+  pure subroutine survey_edges(outlines, position, edge, corner, survey)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
+    integer, intent(in) :: edge(:), corner(:) !! of the outlines
     type(survey_t), intent(out) :: survey
+    integer :: i, k
 
-    survey%start = position(:, outlines%start)
-    survey%finish = position(:, outlines%finish)
-    survey%length = norm2(survey%finish - survey%start, 1)
-    survey%local = min(survey%length, survey%length(outlines%previous))
+    associate (n => size(outlines%start))
+      allocate (survey%start(2, n), survey%finish(2, n), survey%length(n), survey%local(n), survey%near(n), survey%turning(n))
+    end associate
+    do k = 1, size(edge)
+      i = edge(k)
+      survey%start(:, i) = position(:, outlines%start(i))
+      survey%finish(:, i) = position(:, outlines%finish(i))
+    end do
+    survey%length(edge) = norm2(survey%finish(:, edge) - survey%start(:, edge), 1)
+    do k = 1, size(corner)
+      i = corner(k)
+      survey%local(i) = min(survey%length(i), survey%length(outlines%previous(i)))
+    end do
   end subroutine survey_edges
 
-  !> Finds the corners of surveyed edges.
-  pure subroutine find_corners(previous, survey)
+  !> Finds listed corners of surveyed edges.
+  pure subroutine find_corners(previous, list, survey)
     integer, intent(in) :: previous(:)     !! (n) edge that ends at each vertex
+    integer, intent(in) :: list(:)         !! corners
     type(survey_t), intent(inout) :: survey
-    real(dp) :: own(2), back(2)
-    integer :: i
+    real(dp) :: own(2), back(2), on(2)
+    integer :: i, k
 
     allocate (survey%corner(size(previous)))
-    do i = 1, size(previous)
+    do k = 1, size(list)
+      i = list(k)
       associate (corner => survey%corner(i), before => previous(i))
         own = survey%finish(:, i) - survey%start(:, i)
         back = survey%start(:, before) - survey%finish(:, before)
+        on = survey%finish(:, before) - survey%start(:, before)
         corner%vertex = i
         corner%before = before
         corner%from = atan2(own(2), own(1))
+        corner%into = atan2(on(2), on(1))
         corner%angle = modulo(atan2(back(2), back(1)) - corner%from, 2*pi)
         if (corner%angle < no_corner) corner%angle = 2*pi
       end associate
     end do
-    survey%corner%into = survey%corner(previous)%from
   end subroutine find_corners
 
   !> Whether both edges of a corner lead away from an edge of this direction, so that the corner fits on it.

@@ -50,13 +50,14 @@ contains
     type(axis_t) :: axis
     real(dp), allocatable :: sample(:), start(:)
     real(dp) :: high
-    integer :: i, k, none(n + largest_sample)
+    integer, allocatable :: none(:)
+    integer :: i, k
 
     axis%low = minval(x)
     high = maxval(x)
     axis%width = max((high - axis%low)/n, tiny(1.0_dp))
     sample = x(1:size(x):(size(x) + largest_sample - 1)/largest_sample)
-    none = 0
+    allocate (none(max(n, size(sample))), source=0)
     call sort_by(sample, none(:size(sample)))
     start = [(axis%low + (high - axis%low)*i/(n - n/2), i=1, n - n/2 - 1), &
              (sample(1 + int(real(i, dp)*(size(sample) - 1)/(n/2 + 1))), i=1, n/2)]

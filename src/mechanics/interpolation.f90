@@ -16,7 +16,7 @@ module scree_interpolation
   use scree_system, only: element_unknowns, system_t
   implicit none
   private
-  public :: carried_rates, displacement_matrix, kinematics_t, kinematics_of, rigid_modes, rigid_velocity
+  public :: carried_rates, displacement_matrix, kinematics_t, kinematics_of, most_moved, rigid_modes, rigid_velocity
 
   integer, parameter :: n = element_unknowns
 
@@ -104,6 +104,20 @@ contains
     T = element%at_centroid + (position(1) - element%centroid(1))*element%gradient(1:2, :) &
         + (position(2) - element%centroid(2))*element%gradient(3:4, :)
   end function displacement_matrix
+
+  !> A bound of how far any place of an element goes, none of which is farther than `arm` from its centroid. It holds as well where
+  !> the rotation turns by its sine and cosine.
+  pure real(dp) function most_moved(model, unknown, arm) result(way)
+    integer, intent(in) :: model        !! `model_dda` or `model_nmm` of the scene
+    real(dp), intent(in) :: unknown(n)
+    real(dp), intent(in) :: arm         !! length
+
+    if (model == model_dda) then
+      way = hypot(unknown(1), unknown(2)) + arm*(abs(unknown(3)) + max(abs(unknown(4)), abs(unknown(5))) + 0.5_dp*abs(unknown(6)))
+    else ! its places lie within the nodes of the covers
+      way = max(hypot(unknown(1), unknown(2)), hypot(unknown(3), unknown(4)), hypot(unknown(5), unknown(6)))
+    end if
+  end function most_moved
 
   !> Rates of the unknowns of element `e` in a rigid motion.
   pure function rigid_velocity(system, state, e, about, velocity) result(rates)

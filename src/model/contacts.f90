@@ -3,7 +3,8 @@ module scree_contacts
   use scree_kinds, only: dp
   implicit none
   private
-  public :: contact_law_t, contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, overlap_t, shi_law_t
+  public :: body_search_t, contact_law_t, contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, overlap_t, &
+            shi_law_t
 
   !> Edges whose directions differ by less are parallel, rad (Shi: h1).
   real(dp), parameter, public :: parallel = 3*acos(-1.0_dp)/180
@@ -25,6 +26,7 @@ module scree_contacts
     integer, allocatable :: joint(:)    !! (n) joint material of the edge
     integer, allocatable :: first(:)    !! (n_blocks+1) block b has the edges of_block(first(b):first(b+1)-1)
     integer, allocatable :: of_block(:) !! (n)
+    logical, allocatable :: fixed(:)    !! (n) its block cannot move
     integer, allocatable :: inside(:, :) !! (2, m) vertices inside of bodies at the start, each with the edge behind which it is
   end type outlines_t
 
@@ -69,11 +71,29 @@ module scree_contacts
     integer :: count(3) = 0                 !! contacts open, sliding, locked then
   end type contact_memory_t
 
-  !> Who is near whom: a list that holds for several steps.
+  !> Which bodies are near others, and what is looked at for that: circles that hold for many steps.
+  type :: body_search_t
+    real(dp), allocatable :: centre(:, :) !! (2, n_blocks) length
+    real(dp), allocatable :: radius(:)    !! (n_blocks) of the circle that holds the vertices, length
+    real(dp), allocatable :: longest(:)   !! (n_blocks) of the edges then, length
+    real(dp), allocatable :: shortest(:)  !! (n_blocks) of the edges when the run began, length
+    real(dp), allocatable :: reach(:)     !! (n_blocks) beyond the circle, length
+    real(dp), allocatable :: moved(:)     !! (n_blocks) farthest that a vertex may have gone since, length
+    real(dp), allocatable :: way(:)       !! (n_blocks) zero between uses
+    real(dp) :: margin = 0.0_dp, pressed = 0.0_dp !! of contacts, up to which the circles hold, length
+    logical, allocatable :: near(:)       !! (n_blocks) can move, and others are near
+    integer, allocatable :: edge(:)       !! of the outlines, that are looked at
+    integer, allocatable :: vertex(:)     !! at their ends
+    integer, allocatable :: about(:)      !! these, two before and two after each
+    integer, allocatable :: farther(:)    !! and one more
+  end type body_search_t
+
+  !> Who is near whom: lists that hold for several steps.
   type :: contact_search_t
     integer, allocatable :: candidate(:, :) !! (2, n) vertices and edges that the search found near each other
     real(dp), allocatable :: found_at(:, :) !! (2, n) positions of the vertices then, length
     real(dp), allocatable :: reach(:)       !! (n) how far the search saw around each vertex, length
+    type(body_search_t) :: bodies
   end type contact_search_t
 
   !> One piece of the common area of two bodies, for a person.

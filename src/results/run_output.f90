@@ -3,7 +3,7 @@ module scree_run_output
   use, intrinsic :: iso_fortran_env, only: compiler_version
   use scree_blas, only: blas_kernel
   use scree_classic_output, only: add_classic_frame, begin_classic_output
-  use scree_equations, only: work_of_solutions
+  use scree_equations, only: size_of_equations, work_of_solutions
   use scree_errors, only: error_t
   use scree_interpolation, only: displacement_matrix
   use scree_keyholes, only: polygons_of
@@ -119,11 +119,14 @@ contains
     character(len=*), intent(in) :: status
     type(error_t), allocatable, intent(out) :: error
     type(solver_work_t) :: work
+    integer :: numbers(2)
 
+    numbers = size_of_equations(cache%equations)
     work = work_of_solutions(cache%equations)
     call close_results(output%file, status, costs(output%timer), [work_row_t('factors by CHOLMOD', work%symmetric_factors), &
                        work_row_t('factors by UMFPACK', work%other_factors), &
-                       work_row_t('iterations of GMRES', work%iterations)], error)
+                       work_row_t('iterations of GMRES', work%iterations), work_row_t('unknowns', numbers(1)), &
+                       work_row_t('entries', numbers(2))], error)
   end subroutine end_output
 
   !> Starts the classic output: the polygons of the frames.

@@ -45,6 +45,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(cover_quality_t) :: quality
     logical :: cracked
+    logical, allocatable :: fixed(:) ! (n_blocks)
 
     model%settings = scene%settings
     call make_system(scene, blocks, model%system_t, state, quality, error)
@@ -66,6 +67,9 @@ contains
       end associate
       return
     end if
+    allocate (fixed(model%n_blocks), source=.true.)
+    fixed(model%free_block) = .false.
+    model%outlines%fixed = fixed(model%outlines%block)
     allocate (state%contacts%contact(0))
     state%contacts%stiffness = [model%effects%contact%normal_stiffness, model%effects%contact%shear_stiffness]
     if (model%n_elements == model%n_blocks) then
@@ -76,7 +80,11 @@ contains
       allocate (state%contacts%inside(2, 0))
     end if
     if (.not. rests_inside(model%effects%contact)) state%contacts%inside = reshape([integer ::], [2, 0])
-    model%outlines%inside = state%contacts%inside
+    associate (inside => state%contacts%inside, fixed => model%outlines%fixed)
+      inside = reshape(pack(inside, spread(.not. (fixed(inside(1, :)) .and. fixed(inside(2, :))), 1, 2)), &
+                       [2, count(.not. (fixed(inside(1, :)) .and. fixed(inside(2, :))))])
+      model%outlines%inside = inside
+    end associate
     if (scene%settings%chooses_step) model%effects%contact%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up
 

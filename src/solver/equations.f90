@@ -19,7 +19,8 @@ module scree_equations
   private
   public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, group_elements, is_shared, &
             keep_factored, keep_posed, members, move_shared, out_of_balance, place_row, recall_factored, release_equations, &
-            set_up_equations, share_out_of_balance, shared_problem, solve_equations, weakest_element, wholly_held, work_of_solutions
+            set_up_equations, share_out_of_balance, shared_problem, size_of_equations, solve_equations, weakest_element, &
+            wholly_held, work_of_solutions
 
   integer, parameter :: n = element_unknowns
 
@@ -499,6 +500,25 @@ contains
     if (.not. allocated(equations%posed)) allocate (equations%posed(0))
     equations%posed = [equations%posed, posed_problem_t(problem, near, found)]
   end subroutine keep_posed
+
+  !> Unknowns that are solved, and entries of the matrices, as the last step had them.
+  pure function size_of_equations(equations) result(numbers)
+    type(equations_t), intent(in) :: equations
+    integer :: numbers(2), group, n_free
+
+    numbers = 0
+    do group = 1, equations%n_groups
+      if (is_shared(equations, group)) then
+        numbers = numbers + [size(equations%shared%unknown), size(equations%shared%matrix%row)]
+      else
+        n_free = n
+        associate (reduction => equations%reduction(equations%member(equations%first(group))))
+          if (allocated(reduction%free)) n_free = size(reduction%free)
+        end associate
+        numbers = numbers + [n_free, n_free**2]
+      end if
+    end do
+  end function size_of_equations
 
   !> What the solutions of the shared group took so far.
   pure type(solver_work_t) function work_of_solutions(equations) result(work)

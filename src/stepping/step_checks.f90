@@ -48,8 +48,8 @@ contains
     type(outcome_t), intent(inout) :: outcome
     real(dp) :: beyond(3)
 
-    if (.not. looks_as_far_as_it_moves(try%contacts%law)) return
-    beyond = outran(model, cache, state, try%contacts, try%d)
+    if (.not. looks_as_far_as_it_moves(model%effects%contact)) return
+    beyond = outran(model, cache, state, try%dt, try%contacts, try%d)
     if (beyond(3) > 1) then
       call reject_fastest(model, cache, state, 'a vertex leapt over what is near it, or turned too far', &
                           'a smaller step.least', try, outcome)

@@ -1,11 +1,12 @@
 !> One accepted step: large deformation outside (Zhang et al. 2019, Fig. 9).
 module scree_time_stepper
   use scree_constraints, only: constraints_t, complete_unknowns
-  use scree_contact_acceptance, only: accept_contacts
+  use scree_contact_acceptance, only: accept_contacts, forget_margin
   use scree_contact_beginning, only: begin_again, begin_contacts
   use scree_contact_detection, only: find_contacts
   use scree_contact_rules, only: goes_on_after_cut
-  use scree_contact_search, only: at_outlines
+  use scree_body_search, only: draw_circles, list_all, move_circles, searches
+  use scree_contact_search, only: find_at_outlines
   use scree_effects, only: refresh_elements
   use scree_energy, only: close_books, loss_of_step, work_of_step
   use scree_equations, only: constrain_equations, group_elements, keep_factored, recall_factored
@@ -92,9 +93,6 @@ contains
     allocate (try%contacts%contact(0))
     allocate (try%contacts%pair(2, 0))
     if (.not. allocated(model%effects%contact)) return
-    try%contacts%law = model%effects%contact
-    try%contacts%law%normal_stiffness = state%contacts%stiffness(1)
-    try%contacts%law%shear_stiffness = state%contacts%stiffness(2)
     try%contacts%margin = state%contacts%margin
     try%contacts%swing = state%contacts%swing
   end subroutine begin_step
@@ -133,13 +131,50 @@ contains
     type(try_t), intent(inout) :: try
 
     if (.not. couples_pairs(model)) return
-    if (allocated(model%effects%contact)) &
-      call find_contacts(model%outlines, state%vertex, try%dt*at_outlines(model, cache, state, state%velocity), &
-                         model%n_elements > model%n_blocks, state%contacts, cache%search, try%contacts)
-    call list_coupled_pairs(model, state, try%contacts)
-    call group_elements(model%elements, try%contacts%pair, cache%equations)
-    if (allocated(model%effects%contact)) call begin_contacts(model, cache, state, try%rule, try%contacts)
+    if (may_touch(model, cache, state, try)) then
+      call look_for_contacts(model, cache, state, try)
+      call list_coupled_pairs(model, state, try%contacts)
+      call group_elements(model%elements, try%contacts%pair, cache%equations)
+      call begin_contacts(model, cache, state, try%rule, try%contacts)
+    else
+      try%contacts%pair = reshape([integer ::], [2, 0])
+      call group_elements(model%elements, try%contacts%pair, cache%equations)
+    end if
   end subroutine begin_pairs
+
+  !> Whether any bodies are near each other in a try, or have been in the step before.
+  logical function may_touch(model, cache, state, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(try_t), intent(in) :: try
+    logical :: drawn
+
+    may_touch = .true.
+    if (.not. searches(model)) return
+    call draw_circles(model, state, try%dt, try%contacts%margin, cache%search%bodies, drawn)
+    if (drawn .and. allocated(cache%search%found_at)) deallocate (cache%search%found_at)
+    may_touch = size(cache%search%bodies%vertex) > 0 .or. size(state%contacts%contact) > 0
+  end function may_touch
+
+  !> Finds the contacts of a try.
+  subroutine look_for_contacts(model, cache, state, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(try_t), intent(inout) :: try
+    real(dp) :: predicted(2, size(model%outlines%start))
+
+    if (.not. allocated(try%contacts%law%friction)) then
+      try%contacts%law = model%effects%contact
+      try%contacts%law%normal_stiffness = state%contacts%stiffness(1)
+      try%contacts%law%shear_stiffness = state%contacts%stiffness(2)
+    end if
+    if (.not. allocated(cache%search%bodies%vertex)) call list_all(model%outlines, cache%search%bodies)
+    call find_at_outlines(model, cache, state, state%velocity, try%dt, cache%search%bodies%farther, predicted)
+    call find_contacts(model%outlines, state%vertex, predicted, model%n_elements > model%n_blocks, state%contacts, cache%search, &
+                       try%contacts)
+  end subroutine look_for_contacts
 
   !> Settles a try, and what small strain turns out not to be enough for once more.
   subroutine settle_try(model, cache, state, try, outcome)
@@ -225,8 +260,13 @@ contains
     state%books%work = state%books%work + work
     state%books%damping = state%books%damping + loss_of_step(model, cache, try%rule, try%d)
     if (allocated(model%effects%contact)) then
-      call accept_contacts(model, try%d, try%contacts, state%contacts, state%books%contact_springs, friction)
-      state%books%friction = state%books%friction + friction + try%impact%friction
+      if (allocated(try%contacts%law%friction)) then
+        call accept_contacts(model, try%d, try%contacts, state%contacts, state%books%contact_springs, friction)
+        state%books%friction = state%books%friction + friction + try%impact%friction
+      else
+        call forget_margin(try%contacts, state%contacts)
+      end if
+      if (searches(model)) call move_circles(model, try%d, cache%search%bodies)
     end if
     if (couples_pairs(model)) state%pair = try%contacts%pair
     state%green = try%green

@@ -5,6 +5,8 @@ module scree_sorting
   private
   public :: order_of_pairs, sort_by
 
+  integer, parameter :: sparse = 8 !! times as many numbers as items, beyond which counting them takes longer than comparing items
+
 contains
 
   !> Sorts numbers ascending and takes a list with them; equal ones stay in their order (merge sort).
@@ -52,7 +54,7 @@ contains
 
   !> Order of pairs of whole numbers from 1, ascending by the first and then by the second; equal ones stay in their order.
   !>
-  !> They are counted by the second, then by the first, as a radix sort does: the time grows with their number and the largest.
+  !> They are counted by the second, then by the first, as a radix sort does: the time grows with their number.
   pure function order_of_pairs(first, second) result(order)
     integer, intent(in) :: first(:), second(:) !! (n)
     integer, allocatable :: order(:)
@@ -63,14 +65,20 @@ contains
     call sort_by_number(first, order)
   end function order_of_pairs
 
-  !> Sorts a list of items by their numbers, which are counted; equal ones stay in their order.
+  !> Sorts a list of items by their numbers, which are counted, unless most of them were none; equal ones stay in their order.
   pure subroutine sort_by_number(number, list)
     integer, intent(in) :: number(:)    !! from 1, of each item
     integer, intent(inout) :: list(:)
     integer, allocatable :: first(:), sorted(:)
+    real(dp), allocatable :: key(:)
     integer :: i
 
     if (size(list) == 0) return
+    if (maxval(number) > sparse*size(number)) then
+      key = real(number(list), dp)
+      call sort_by(key, list)
+      return
+    end if
     allocate (first(maxval(number) + 1), source=0)
     do i = 1, size(list)
       first(number(list(i)) + 1) = first(number(list(i)) + 1) + 1

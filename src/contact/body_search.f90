@@ -1,0 +1,327 @@
+!> Which bodies others are near: what a step looks at for contacts. A body that is far from all others costs a look at how far it went.
+!>
+!> Around each body that can move lies a circle that holds its vertices, and what they reach in many steps. It is near others where an
+!> edge of another body, with what that reaches, comes into the circle; only then the vertices and edges of both are looked at. The
+!> circles hold until a body has gone as far as they reach beyond what its contacts do. Contacts do not tell when they were drawn.
+module scree_body_search
+  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
+  use scree_contact_rules, only: looks_at_all, set_reach
+  use scree_contacts, only: body_search_t, contact_law_t, outlines_t, parallel
+  use scree_interpolation, only: most_moved
+  use scree_kinds, only: dp
+  use scree_model, only: model_t
+  use scree_polygon, only: distance_to_segment
+  use scree_state, only: state_t
+  use scree_system, only: values_of
+  implicit none
+  private
+  public :: draw_circles, keeps_clear, list_all, move_circles, reach_of, room, searches
+
+  real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, beyond whose ends their line is looked at for overlaps
+  real(dp), parameter :: at_rest = 1e-3_dp        !! of the edges about, that is near at rest
+  real(dp), parameter :: room = 0.02_dp           !! of the edges about, that is looked at beyond the reach of contacts
+  real(dp), parameter :: spare = 0.25_dp          !! of the longest edge of a body, that it may go before circles are drawn anew
+  real(dp), parameter :: steps = 20.0_dp          !! that it may make at its velocity until then, likewise
+  real(dp), parameter :: many = 16.0_dp           !! times as far a body may go that is clear of others
+
+contains
+
+  !> How far contacts of vertices are looked for in a step, with the length of the edges about them.
+  !>
+  !> Beyond the end of an edge its line is crossed as far as the overlap over the sine of the corner goes; a contact that is
+  !> found or lost there would bring or take the energy of its spring. Corners that turn by less than `parallel` may.
+  pure function reach_of(law, margin, pressed, way, local) result(near)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: margin               !! that the search adds to the way, length
+    real(dp), intent(in) :: pressed              !! largest overlap of a spring, length
+    real(dp), intent(in) :: way(:)               !! (n) by the velocity, length
+    real(dp), intent(in) :: local(:)             !! (n) length
+    real(dp) :: near(size(local))
+
+    near = reach_in_motion(law%leap, margin, pressed, way, local)
+    call set_reach(law, near)
+  end function reach_of
+
+  !> Likewise where contacts are looked for as far as vertices move.
+  elemental real(dp) function reach_in_motion(leap, margin, pressed, way, local) result(near)
+    real(dp), intent(in) :: leap                 !! of the edges about, that a vertex may move beyond what its velocity makes
+    real(dp), intent(in) :: margin, pressed, way, local !! length
+
+    near = 1.2_dp*way + min(margin, leap*local) + at_rest*local + min(pressed/sin(parallel), deepest*local)
+  end function reach_in_motion
+
+  !> Whether bodies are looked for before their vertices are; else all vertices are looked at in each step.
+  pure logical function searches(model)
+    type(model_t), intent(in) :: model
+
+    searches = .not. looks_at_all(model%effects%contact)
+  end function searches
+
+  !> Draws the circles anew, where a body may leave what they hold in a step of size `dt`.
+  subroutine draw_circles(model, state, dt, margin, bodies, drawn)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: dt                    !! time
+    real(dp), intent(in) :: margin                !! that the search adds to the way of a vertex, length
+    type(body_search_t), intent(inout) :: bodies
+    logical, intent(out) :: drawn
+    real(dp) :: reach(size(model%free_block))
+    integer :: i
+
+    drawn = .not. allocated(bodies%reach)
+    if (.not. drawn) drawn = margin > bodies%margin .or. state%contacts%pressed > bodies%pressed
+    if (drawn) call measure_bodies(model, state, margin, state%contacts%pressed, bodies)
+    call add_ways(model, state%velocity, bodies)
+    do i = 1, size(reach)
+      associate (b => model%free_block(i))
+        associate (longest => bodies%longest(b) + 2*bodies%moved(b), way => dt*bodies%way(b))
+          reach(i) = reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, way, longest) + room*longest
+          drawn = drawn .or. bodies%moved(b) + reach(i) > bodies%reach(b)
+          reach(i) = reach(i) + steps*way + spare*bodies%longest(b)
+        end associate
+        bodies%way(b) = 0.0_dp
+      end associate
+    end do
+    if (.not. drawn) return
+    call measure_bodies(model, state, margin, state%contacts%pressed, bodies)
+    call find_near(model, state, reach, bodies)
+  end subroutine draw_circles
+
+  !> Circles, edges and reaches at rest of all bodies as they stand.
+  subroutine measure_bodies(model, state, margin, pressed, bodies)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: margin, pressed       !! length
+    type(body_search_t), intent(inout) :: bodies
+    real(dp) :: high(2), length, low(2)
+    integer :: b, k
+
+    if (.not. allocated(bodies%reach)) then
+      allocate (bodies%centre(2, model%n_blocks), bodies%radius(model%n_blocks), bodies%longest(model%n_blocks), &
+                bodies%shortest(model%n_blocks), bodies%moved(model%n_blocks), bodies%reach(model%n_blocks))
+      allocate (bodies%way(model%n_blocks), source=0.0_dp)
+    end if
+    bodies%margin = 2*margin
+    bodies%pressed = 2*pressed
+    bodies%moved = 0.0_dp
+    associate (outlines => model%outlines, x => state%vertex)
+      do b = 1, model%n_blocks
+        low = huge(low)
+        high = -huge(high)
+        bodies%longest(b) = 0.0_dp
+        bodies%shortest(b) = huge(1.0_dp)
+        do k = outlines%first(b), outlines%first(b + 1) - 1
+          associate (start => x(:, outlines%start(outlines%of_block(k))), finish => x(:, outlines%finish(outlines%of_block(k))))
+            length = norm2(finish - start)
+            low = min(low, start)
+            high = max(high, start)
+          end associate
+          bodies%longest(b) = max(bodies%longest(b), length)
+          associate (start => model%start(:, outlines%start(outlines%of_block(k))), &
+                     finish => model%start(:, outlines%finish(outlines%of_block(k))))
+            bodies%shortest(b) = min(bodies%shortest(b), norm2(finish - start))
+          end associate
+        end do
+        bodies%centre(:, b) = 0.5_dp*(low + high)
+        bodies%radius(b) = 0.5_dp*norm2(high - low)
+      end do
+      bodies%margin = bodies%margin + at_rest*minval(bodies%shortest)
+      bodies%pressed = bodies%pressed + at_rest*at_rest*minval(bodies%shortest)
+      bodies%reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, bodies%longest) &
+                     + room*bodies%longest ! of those that cannot move for ever
+    end associate
+  end subroutine measure_bodies
+
+  !> Counts the displacement of a step.
+  subroutine move_circles(model, d, bodies)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)                  !! (n_unknowns)
+    type(body_search_t), intent(inout) :: bodies
+    integer :: i
+
+    call add_ways(model, d, bodies)
+    do i = 1, size(model%free_block)
+      associate (b => model%free_block(i))
+        bodies%moved(b) = bodies%moved(b) + bodies%way(b)
+        bodies%way(b) = 0.0_dp
+      end associate
+    end do
+  end subroutine move_circles
+
+  !> Bounds of how far, or how fast, the vertices of each body that can move go.
+  subroutine add_ways(model, d, bodies)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)                  !! (n_unknowns)
+    type(body_search_t), intent(inout) :: bodies  !! gets the largest of the elements of each in `way`, which was 0
+    integer :: e, k
+
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      associate (b => model%elements%block(e))
+        bodies%way(b) = max(bodies%way(b), most_moved(model%model, values_of(model%elements, e, d), &
+                                                      2*(bodies%radius(b) + bodies%moved(b))))
+      end associate
+    end do
+  end subroutine add_ways
+
+  !> Whether no vertex of a body went farther, beyond what its velocity makes, than contacts are looked for at rest. Where it says
+  !> no, one may have.
+  pure logical function keeps_clear(model, state, dt, margin, d, bodies, b, first)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: dt                    !! time
+    real(dp), intent(in) :: margin                !! length
+    real(dp), intent(in) :: d(:)                  !! (n_unknowns)
+    type(body_search_t), intent(in) :: bodies
+    integer, intent(in) :: b, first               !! block, and the place of its first element among those that can move
+    real(dp) :: local
+    integer :: e, k
+
+    keeps_clear = .true.
+    do k = first, size(model%elements%free)
+      e = model%elements%free(k)
+      if (model%elements%block(e) /= b) return
+      associate (F => state%deformation(:, e)) ! which shortens no edge more than this
+        local = bodies%shortest(b)*max(0.0_dp, 0.99_dp*(F(1)*F(4) - F(2)*F(3))/sqrt(sum(F**2)))
+      end associate
+      keeps_clear = most_moved(model%model, values_of(model%elements, e, d) &
+                               - dt*values_of(model%elements, e, state%velocity), 2*(bodies%radius(b) + bodies%moved(b))) &
+                    <= at_rest*local + min(margin, model%effects%contact%leap*local)
+      if (.not. keeps_clear) return
+    end do
+  end function keeps_clear
+
+  !> Finds the bodies that others are near, and lists what is looked at then. Circles reach as far as keeps them clear of others, up to
+  !> many times the least, and no less than that.
+  subroutine find_near(model, state, least, bodies)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: least(:)              !! reach of the bodies that can move, length
+    type(body_search_t), intent(inout) :: bodies
+    logical :: is_near(model%n_blocks), looked_at(size(model%outlines%start))
+    real(dp) :: clear(model%n_blocks)
+    integer :: b, i, k
+
+    associate (outlines => model%outlines, free => model%free_block)
+      bodies%reach(free) = many*least
+      call mark_near(model, state, bodies, is_near, looked_at, clear)
+      if (any(is_near)) then
+        bodies%reach(free) = max(least, min(bodies%reach(free), 0.99_dp*clear(free)))
+        call mark_near(model, state, bodies, is_near, looked_at, clear)
+      end if
+      do k = 2, size(model%elements%free) ! elements of one body may touch each other
+        associate (of_block => model%elements%block(model%elements%free(k - 1:k)))
+          if (of_block(1) == of_block(2)) is_near(of_block(1)) = .true.
+        end associate
+      end do
+      call look_inside(outlines%inside)
+      call look_inside(state%contacts%inside)
+      do i = 1, size(free)
+        b = free(i)
+        if (is_near(b)) looked_at(outlines%of_block(outlines%first(b):outlines%first(b + 1) - 1)) = .true.
+      end do
+      bodies%near = is_near
+    end associate
+    call list_looked_at(model%outlines, looked_at, bodies)
+
+  contains
+
+    !> Looks at vertices inside of bodies, wherever they are.
+    subroutine look_inside(pair)
+      integer, intent(in) :: pair(:, :)           !! (2, n) vertices, each with an edge
+      integer :: k
+
+      do k = 1, size(pair, 2)
+        looked_at(pair(:, k)) = .true.
+        is_near(model%outlines%block(pair(:, k))) = .true.
+      end do
+    end subroutine look_inside
+
+  end subroutine find_near
+
+  !> Marks bodies that can move with edges of others in their circles, and these edges.
+  subroutine mark_near(model, state, bodies, is_near, looked_at, clear)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(body_search_t), intent(in) :: bodies
+    logical, intent(out) :: is_near(:), looked_at(:)
+    real(dp), intent(out) :: clear(:)             !! (n_blocks) reach with which no edge would be in the circle of a body, length
+    type(cell_grid_t) :: grid
+    integer :: seen(model%n_blocks), range(2, 2)
+    real(dp) :: gap, reach, share
+    integer :: b, c, column, i, j, row
+
+    is_near = .false.
+    looked_at = .false.
+    clear = huge(clear)
+    seen = 0
+    associate (outlines => model%outlines, x => state%vertex, free => model%free_block)
+      if (size(free) == 0) return
+      call set_up_grid(grid, reshape([bodies%centre(:, free) - spread(bodies%radius(free), 1, 2), &
+                                      bodies%centre(:, free) + spread(bodies%radius(free), 1, 2)], [2, 2*size(free)]), size(free))
+      call place_boxes(grid, bodies%centre(:, free) - spread(bodies%radius(free) + bodies%reach(free), 1, 2), &
+                       bodies%centre(:, free) + spread(bodies%radius(free) + bodies%reach(free), 1, 2))
+      do j = 1, size(looked_at)
+        reach = bodies%reach(outlines%block(j))
+        associate (start => x(:, outlines%start(j)), finish => x(:, outlines%finish(j)))
+          range = cells_of_box(grid, min(start, finish) - reach, max(start, finish) + reach)
+          do row = range(2, 1), range(2, 2)
+            do column = range(1, 1), range(1, 2)
+              c = number_of_cell(grid, column, row)
+              do i = grid%first(c), grid%first(c + 1) - 1
+                b = free(grid%item(i))
+                if (seen(b) == j .or. b == outlines%block(j)) cycle
+                seen(b) = j
+                gap = distance_to_segment(bodies%centre(:, b), start, finish) - bodies%radius(b)
+                if (gap > bodies%reach(b) + reach) cycle
+                is_near(b) = .true.
+                looked_at(j) = .true.
+                if (outlines%fixed(j)) then
+                  clear(b) = min(clear(b), gap - reach)
+                else
+                  share = gap/(bodies%reach(b) + reach)
+                  clear(b) = min(clear(b), share*bodies%reach(b))
+                  clear(outlines%block(j)) = min(clear(outlines%block(j)), share*reach)
+                end if
+              end do
+            end do
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine mark_near
+
+  !> Lists all vertices and edges.
+  pure subroutine list_all(outlines, bodies)
+    type(outlines_t), intent(in) :: outlines
+    type(body_search_t), intent(inout) :: bodies
+    logical :: looked_at(size(outlines%start))
+
+    looked_at = .true.
+    call list_looked_at(outlines, looked_at, bodies)
+  end subroutine list_all
+
+  !> Lists edges, the vertices at their ends, and what is about these.
+  pure subroutine list_looked_at(outlines, edge, bodies)
+    type(outlines_t), intent(in) :: outlines
+    logical, intent(in) :: edge(:)                !! (n) is looked at
+    type(body_search_t), intent(inout) :: bodies
+    logical :: listed(size(edge))
+    integer :: i, k
+
+    bodies%edge = pack([(i, i=1, size(edge))], edge)
+    listed = edge
+    listed(outlines%next(bodies%edge)) = .true.
+    bodies%vertex = pack([(i, i=1, size(edge))], listed)
+    bodies%about = bodies%vertex
+    do k = 1, 2
+      listed(outlines%previous(bodies%about)) = .true.
+      listed(outlines%next(bodies%about)) = .true.
+      bodies%about = pack([(i, i=1, size(edge))], listed)
+    end do
+    listed(outlines%previous(bodies%about)) = .true.
+    listed(outlines%next(bodies%about)) = .true.
+    bodies%farther = pack([(i, i=1, size(edge))], listed)
+  end subroutine list_looked_at
+
+end module scree_body_search
