@@ -14,6 +14,7 @@
     tools/bench contact
     tools/bench rules    [--steps 200]
     tools/bench fixed    [--blocks 100 400 1600]
+    tools/bench effects  [--size 1000] [--allocations] [--json FILE]
 
 Each takes --scree PROGRAM.
 
@@ -55,6 +56,11 @@ what each costs. At rest nothing moves: kinetic energy and the farthest that a b
 
 fixed: a step of blocks that stand apart, each with exact fixed points at its corners, beside the same blocks free, with measured
 points there. Times are the least of five rounds; growth is the exponent of the number of blocks.
+
+effects: what effects cost where they are absent, of zero strength, far away or at rest. Under each scene stand the same with one
+more thing in it: unknowns and entries of the matrices that are solved, systems solved a step, instructions a step by valgrind
+(callgrind; without it none are given), without output, and allocations where asked for; the ratio of the instructions to those
+of the scene without, and what it is to be at most. In the last scene so many squares are on the ground, a hundredth of which slides.
 """
 import argparse
 import sys
@@ -66,6 +72,7 @@ from . import peers, problems, settling
 from .accuracy import accuracy
 from .contact import contact, rules
 from .cutting import cutting, reading
+from .effects import effects
 from .fixed import fixed
 
 
@@ -160,6 +167,11 @@ def add_others(cases, options):
     case = cases.add_parser("fixed", parents=[options], help="what exact fixed points cost beside n")
     case.add_argument("--blocks", type=counts, nargs="*", default=[100, 400, 1600], metavar="N")
     case.set_defaults(case=fixed)
+    case = cases.add_parser("effects", parents=[options], help="instructions of what is absent, far away or at rest")
+    case.add_argument("--size", type=counts, default=1000, metavar="N", help="squares of the largest scene")
+    case.add_argument("--allocations", action="store_true", help="counts allocations too, which takes as long again")
+    case.add_argument("--json", metavar="FILE", help="writes the rows there too")
+    case.set_defaults(case=effects)
 
 
 def main():

@@ -1,0 +1,182 @@
+"""What an effect costs where it is absent, idle or far away: instructions a step beside the scene without it."""
+import dataclasses
+import math
+import re
+import shutil
+import subprocess
+
+import numpy as np
+
+from ..block_files import block_file, box, held, turned
+from ..errors import RunFailed
+from ..program import with_settings
+from ..results import read
+from .tables import Table
+
+DENSITY, GRAVITY, YOUNG, POISSON, FRICTION, STEP = 2500.0, 9.81, 1e10, 0.25, 30.0, 0.005
+ABSENT = 1.0  # ratio of an effect that is absent or of zero strength
+GROUND, REST, MOVING = 1, 2, 3  # materials: without weight; with it; with a velocity, too
+COLUMNS = [("scene", "scene", "", -46), ("blocks", "blocks", "d", 6), ("unknowns", "unknowns", "d", 8), ("entries", "entries", "d", 7),
+           ("solves", "solves", ".2f", 6), ("instructions", "instructions", ".0f", 12), ("allocations", "allocations", ".1f", 11),
+           ("ratio", "ratio", ".4f", 8), ("at most", "bound", ".2f", 7)]
+
+
+@dataclasses.dataclass
+class Scene:
+    """Blocks (material, corners), those of the ground held by four points each; steps from the first to the last count."""
+
+    blocks: list
+    settings: list = dataclasses.field(default_factory=list)
+    groups: str = ""
+    loads: list = dataclasses.field(default_factory=list)
+    measured: list = dataclasses.field(default_factory=list)
+    velocity: tuple = (0.0, 0.0, 0.0)
+    stress: tuple = (0.0, 0.0, 0.0)
+    first: int = 20
+    last: int = 120
+
+    def with_more(self, **changes):
+        return dataclasses.replace(self, **changes)
+
+    def write(self, folder, name):
+        """Writes the decks and returns them."""
+        fixed = [point for i, (material, corners) in enumerate(self.blocks, 1) if material == GROUND for point in held(corners[:4], i)]
+        geometry, analysis = folder / f"{name}.blk", folder / f"{name}.ana"
+        geometry.write_text(block_file(name, self.blocks, fixed, self.loads, self.measured))
+        stress, velocity = (" ".join(map(repr, map(float, numbers))) for numbers in (self.stress, self.velocity))
+        kinds = [f"{weight!r} {YOUNG} {POISSON} {stress} 0 0 0 {speed}" for weight, speed in (
+            (0.0, "0 0 0"), (DENSITY * GRAVITY, "0 0 0"), (DENSITY * GRAVITY, velocity))]
+        used = max(material for material, _ in self.blocks)
+        analysis.write_text(f"1 {self.last} {used} 1 0.05 {STEP!r}\n" + "".join(f"{DENSITY} {kind}\n" for kind in kinds[:used])
+                            + f"{FRICTION} 0 0\n&deck dialect='short' /\n&output every=1000000 /\n{self.groups}\n")
+        return [geometry, analysis]
+
+
+def squares(n, material, height=0.0, apart=4.0, start=0.0):
+    """So many squares of 1 m in a row."""
+    return [(material, box(start + apart * i, start + apart * i + 1, height, height + 1)) for i in range(n)]
+
+
+def ground(width, left=-2.0, edges=1):
+    """A held block under y = 0, its upper side of so many edges."""
+    x = left + width * np.arange(edges, -1, -1) / edges
+    return (GROUND, np.array([(left, -1.0), (left + width, -1.0), *((a, 0.0) for a in x)]))
+
+
+def on_ground(resting, moving=0, apart=4.0, each=100):
+    """Squares that rest and squares that slide, on grounds of a hundred each."""
+    blocks = []
+    for material, n in ((MOVING, moving), (REST, resting)):
+        for i in range(0, n, each):
+            left = 0.0 if not blocks else blocks[-1][1][:, 0].max() + 10
+            count = min(each, n - i)
+            blocks += [ground(apart * count + 4, left - 2), *squares(count, material, 0.0, apart, left)]
+    return Scene(blocks, velocity=(1.0, 0.0, 0.0), first=60, last=100)
+
+
+def on_slope(height):
+    """A square above a fixed slope of 40 degrees, steeper than its friction."""
+    slope = [turned(corners, math.radians(40)) for corners in (box(-50, 50, -10, 0), box(0, 1, height, height + 1))]
+    return Scene([(GROUND, slope[0]), (REST, slope[1])])
+
+
+def cases(size):
+    """Rows by the name of the scene without: (name, scene, largest ratio); `size` squares rest in the largest scene."""
+    falls = Scene(squares(1, REST))
+    alone = falls.with_more(settings=["contact.method=none"])
+    rests = on_ground(1)
+    rests = rests.with_more(blocks=[ground(4), *rests.blocks[1:]])
+    pair = falls.with_more(blocks=squares(2, REST, apart=11.0), settings=alone.settings)
+    hundred = on_ground(100)
+    few, many = max(1, size // 100), size
+    far = [(GROUND, box(1000 + 4 * i, 1001 + 4 * i, 0, 1)) for i in range(100)]
+    return {
+        "a block falls": [
+            (falls, "", None),
+            (falls.with_more(stress=(1e3, 1e3, 0)), "with an initial stress", ABSENT),
+            (falls.with_more(groups="&damping mass=0 /"), "with damping 0", ABSENT),
+            (falls.with_more(groups="&acceleration table=0 0 0 1 0 0 /"), "with ground that does not move", ABSENT),
+            (falls.with_more(loads=[(0.5, 0.5, 1)], groups="&loads force=0 0 /"), "with a load of no force", ABSENT),
+            (falls.with_more(measured=[(0.5, 0.5, 1)]), "with a measured point", None),
+            (falls.with_more(settings=["contact.restitution=0"]), "with restitution", ABSENT)],
+        "a block falls, no contact in the deck": [
+            (alone, "", None),
+            (alone.with_more(blocks=alone.blocks + far), "beside 100 fixed blocks far away", 1.01),
+            (falls.with_more(blocks=falls.blocks + far), "the same with contact", 1.03),
+            (on_slope(10), "above a fixed slope, with contact", 2.0),
+            (on_slope(0.0), "on a fixed slope, with contact", 4.0)],
+        "two blocks fall 10 sizes apart, no contact in the deck": [
+            (pair, "", None),
+            (pair.with_more(settings=[]), "with contact", 1.03)],
+        "a block rests on a ground of 4 vertices": [
+            (rests, "", None),
+            (rests.with_more(blocks=[ground(4000, edges=1000), *rests.blocks[1:]]), "on one of 1003", 1.05),
+            (rests.with_more(settings=["contact.restitution=0"]), "with restitution", ABSENT)],
+        "100 blocks rest": [
+            (hundred, "", None),
+            (on_ground(100, 1), "and one slides elsewhere", None)],
+        "a block slides": [(on_ground(0, 1), "", None)],
+        f"{few} blocks slide": [
+            (on_ground(0, few), "", None),
+            (on_ground(many - few, few), f"and {many - few} rest", 10.0)],
+    }
+
+
+class Counter:
+    """Counts what a run executes, by valgrind; without it there are no such figures."""
+
+    def __init__(self, program):
+        self.program, self.valgrind = program, shutil.which("valgrind")
+
+    def count(self, tool, pattern, words):
+        done = subprocess.run([self.valgrind, *tool, self.program, *words], capture_output=True, text=True)
+        if done.returncode:
+            raise RunFailed((done.stderr.splitlines() or [""])[-1], done.returncode, done.stderr)
+        return int(re.search(pattern, done.stderr)[1].replace(",", ""))
+
+    def instructions(self, words):
+        """Those of the steps and the looks at what they made; without output."""
+        steps = [f"--toggle-collect=__scree_{name}" for name in ("time_stepper_MOD_advance", "watch_MOD_watch_step")]
+        return self.count(["--tool=callgrind", "--callgrind-out-file=/dev/null", *steps], r"Collected : (\d+)", words)
+
+    def allocations(self, words):
+        return self.count(["--tool=memcheck", "--leak-check=no", "--undef-value-errors=no"], r"total heap usage: ([\d,]+) allocs", words)
+
+
+def measure(scene, counter, folder, allocations=True):
+    """Figures of a step: what a run to the last step takes more than one to the first."""
+    decks, output = scene.write(folder, "scene"), folder / "scene.h5"
+
+    def words(steps):
+        output.unlink(missing_ok=True)
+        return ["run", *decks, "-o", output, "--quiet", *with_settings([*scene.settings, f"step.count={steps}"])]
+
+    def a_step(count):
+        ends = [count(words(steps)) for steps in (scene.first, scene.last)]
+        return (ends[1] - ends[0]) / (scene.last - scene.first)
+
+    row = {"blocks": len(scene.blocks)}
+    if counter.valgrind:
+        row["instructions"] = a_step(counter.instructions)
+        if allocations:
+            row["allocations"] = a_step(counter.allocations)
+    subprocess.run([counter.program, *words(scene.last)], capture_output=True, check=True)
+    r = read(output)
+    count = dict(zip(r.cost.work, r.cost["count"].tolist()))
+    row.update(solves=float(np.mean(r.history.solves[scene.first:])), unknowns=count.get("unknowns"), entries=count.get("entries"))
+    return row
+
+
+def effects(given, folder):
+    table, counter = Table(COLUMNS), Counter(given.scree)
+    for base, rows in cases(given.size).items():
+        without = None
+        for scene, what, bound in rows:
+            row = measure(scene, counter, folder, given.allocations)
+            without = without or row
+            row.update(scene=f"  {what}" if what else base, bound=bound)
+            if what and "instructions" in row:
+                row["ratio"] = row["instructions"] / without["instructions"]
+            table.add(row)
+    if given.json:
+        table.write(given.json, case="effects")
