@@ -43,6 +43,7 @@ module scree_system
     integer :: n_elements = 0
     integer :: n_covers = 0
     integer :: n_unknowns = 0
+    integer :: last_free = 0                    !! unknowns after it are at rest
     integer, allocatable :: free_block(:)       !! blocks that can move
     integer, allocatable :: at_rest(:)          !! unknowns of the elements that cannot move; blocks of the DDA have six in common
     integer :: model = 0                  !! `model_dda` or `model_nmm` of the scene

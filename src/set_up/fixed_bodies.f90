@@ -40,6 +40,7 @@ contains
       end do
       model%at_rest = pack([(i, i=1, model%n_unknowns)], at_rest)
       state%velocity(model%at_rest) = 0.0_dp
+      model%last_free = model%n_unknowns
       if (model%model /= model_dda .or. all(is_free)) return
       model%n_unknowns = n*(size(elements%free) + 1)
       velocity = 0.0_dp
@@ -50,7 +51,8 @@ contains
         velocity(n*e - n + 1:n*e) = state%velocity(n*elements%free(e) - n + 1:n*elements%free(e))
         elements%unknown(:, elements%free(e)) = [(i, i=n*e - n + 1, n*e)]
       end do
-      model%at_rest = [(i, i=model%n_unknowns - n + 1, model%n_unknowns)]
+      model%last_free = model%n_unknowns - n
+      model%at_rest = [(i, i=model%last_free + 1, model%n_unknowns)]
       state%velocity = velocity(:model%n_unknowns)
       state%acceleration = 0*state%velocity
     end associate

@@ -30,7 +30,9 @@ contains
     integer :: e, i, k
 
     if (allocated(impact%push)) state%velocity = state%velocity + impact%push
-    call end_rates(rule, d, state%velocity, state%acceleration)
+    associate (last => model%last_free)
+      call end_rates(rule, d(:last), state%velocity(:last), state%acceleration(:last))
+    end associate
     if (allocated(impact%change)) state%velocity = state%velocity + impact%change
     do k = 1, size(model%free_block)
       mean(:, model%free_block(k)) = 0.0_dp
