@@ -89,7 +89,7 @@ contains
 
     try%dt = dt
     call choose_at_start(model, cache, state, dt, try%green)
-    cache%element%green = try%green
+    if (allocated(model%effects%accuracy)) cache%element%green = try%green
     allocate (try%contacts%contact(0))
     allocate (try%contacts%pair(2, 0))
     if (.not. allocated(model%effects%contact)) return

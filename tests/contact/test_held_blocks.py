@@ -1,4 +1,4 @@
-"""Blocks without a free unknown: they take part in contact, have no equations, and stay where they are."""
+"""Blocks without a free unknown: others touch them, they have no equations, and stay where they are."""
 import numpy as np
 import pytest
 import scree
@@ -35,7 +35,7 @@ def test_held_blocks_that_touch_each_other_alone_stay_to_the_bit(mode, law, tmp_
     done = run(tmp_path, blocks, [1, 2, 3], f"{MODES[mode]}\n{LAWS[law]}", steps=20)
     assert done.returncode == 0, done.stderr
     f = scree.read(tmp_path / "held.h5")
-    assert f.history.contacts[:, 1:].sum(1).min() > 0
+    assert not f.history.contacts.any() # nothing of what they would have between them could move
     assert (f.bodies.centroid == f.bodies.centroid[0]).all() and not f.bodies.stress.any()
     assert not f.history.momentum.any() and not f.history.energy.kinetic.any()
 
