@@ -1,8 +1,8 @@
 !> The words of the command line.
 module scree_command_line
   use scree_errors, only: error_t, fail, status_bad_input
-  use scree_read_scene, only: option_t
   use scree_scene, only: run_options_t
+  use scree_text, only: text_t
   implicit none
   private
   public :: command_t, help, read_command_line
@@ -12,6 +12,8 @@ module scree_command_line
     '       Manifold Method, with large deformation', &
     '', &
     'scree run     [GEOMETRY] ANALYSIS | STEM   reads the decks, simulates, writes results', &
+    'scree run     --restart FILE               goes on with the run of a results file from its last', &
+    '                                           checkpoint; its decks and settings are those of the run', &
     'scree check   [GEOMETRY] ANALYSIS | STEM   reads and checks, says what is in it, warns, runs nothing', &
     'scree explain [GEOMETRY] ANALYSIS | STEM   prints the decks back, each number with its meaning', &
     'scree explain --settings                   prints the table of all settings', &
@@ -22,8 +24,9 @@ module scree_command_line
     'scree --version | --help', &
     '', &
     '  -o, --output FILE         what run, cut or joints writes; default: the stem of the deck and', &
-    '                            .h5, .blk or .geo, here', &
+    '                            .h5, .blk or .geo, here; with --restart the file itself', &
     '  --set GROUP.NAME=VALUE    over what the deck says; may be repeated', &
+    '  --restart FILE            run: goes on with a run; --set of step and output may be given', &
     '  --xdmf                    writes an XDMF side-car too', &
     '  --classic-output          run: writes the frames as Shi''s programs keep them too, .replay', &
     '  --strict                  run, check: warnings are errors', &
@@ -50,7 +53,7 @@ module scree_command_line
     character(len=:), allocatable :: verb         !! one of the help, or --version, --help
     character(len=:), allocatable :: geometry     !! '' where the analysis names it
     character(len=:), allocatable :: analysis     !! deck; of `cut` and `joints` the one there is
-    type(option_t), allocatable :: settings(:)    !! given with --set
+    type(text_t), allocatable :: settings(:)    !! given with --set
     logical :: settings_only = .false.            !! explain: the table of settings
     logical :: cuts_analysis = .false.            !! cut: an analysis deck, else a geometry
     type(run_options_t) :: options
@@ -70,6 +73,7 @@ contains
     command%geometry = ''
     command%analysis = ''
     command%options%results_path = ''
+    command%options%restart_path = ''
     command%verb = argument(1)
     if (command%verb == '-h' .or. command%verb == 'help') command%verb = '--help'
     if (command%verb == '--version' .or. command%verb == '--help') return
@@ -99,18 +103,22 @@ contains
     select case (word)
     case ('--help', '-h')
       command%verb = '--help'
-    case ('--set', '-o', '--output')
+    case ('--set', '-o', '--output', '--restart')
       if (i > command_argument_count()) then
         call fail(error, status_bad_input, 'expected a word after '//word//', found the end')
         return
       end if
-      if (word /= '--set') then
+      if (word == '--restart' .and. command%verb /= 'run') then
+        call fail(error, status_bad_input, 'expected --restart with run, found it with '//command%verb)
+      else if (word == '--restart') then
+        command%options%restart_path = argument(i)
+      else if (word /= '--set') then
         command%options%results_path = argument(i)
       else if (command%verb == 'joints') then
         call fail(error, status_bad_input, 'expected --set with run, check or explain, found it with joints')
       else
         given = argument(i)
-        command%settings = [command%settings, option_t(given)]
+        command%settings = [command%settings, text_t(given)]
       end if
       i = i + 1
     case default
@@ -172,7 +180,10 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     associate (analysis => command%analysis, options => command%options)
-      if (len(analysis) == 0 .and. .not. command%settings_only) then
+      if (len(options%restart_path) > 0) then
+        if (options%with_classic) call fail(error, status_bad_input, 'expected --classic-output without --restart, found both')
+        if (len(options%results_path) == 0) options%results_path = options%restart_path
+      else if (len(analysis) == 0 .and. .not. command%settings_only) then
         call fail(error, status_bad_input, 'expected a deck after '//command%verb//', found none')
         return
       end if

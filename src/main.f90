@@ -12,6 +12,7 @@ program scree
   use scree_kinds, only: dp
   use scree_read_scene, only: read_geometry, read_scene
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
+  use scree_restart, only: find_decks
   use scree_scene, only: scene_t
   use scree_simplex_integration, only: moments_t
   use scree_run_output, only: version
@@ -42,7 +43,10 @@ program scree
         call make_joints(command%analysis, command%options%results_path, command%options%quiet, error)
       else
         call start_phase(reading)
-        call read_scene(command%geometry, command%analysis, command%settings, scene, blocks, error)
+        if (len(command%options%restart_path) > 0) &
+          call find_decks(command%options%restart_path, command%geometry, command%analysis, command%settings, error)
+        if (.not. allocated(error)) &
+          call read_scene(command%geometry, command%analysis, command%settings, scene, blocks, error)
         call stop_phase(reading)
         if (.not. allocated(error)) call act()
       end if

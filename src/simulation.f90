@@ -1,6 +1,7 @@
 !> A run: from a scene and its blocks to a results file, step by step, or to its model alone.
 module scree_simulation
   use scree_block_input, only: blocks_t
+  use scree_cache, only: rebuild_cache
   use scree_check_scene, only: warn_of_model
   use scree_effects, only: refresh_elements
   use scree_equations, only: release_equations
@@ -10,7 +11,8 @@ module scree_simulation
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, tell
-  use scree_results_file, only: check_targets
+  use scree_restart, only: open_past, past_t, resume_output
+  use scree_results_file, only: abandon_results, check_targets
   use scree_run_output, only: begin_output, end_output, phase_read, phase_results, phase_set_up, phase_steps, put_frame, &
                               put_problems, put_step, run_output_t
   use scree_scene, only: effect_t, run_options_t, scene_t
@@ -50,6 +52,8 @@ contains
     type(run_options_t), intent(in) :: options
     type(error_t), allocatable, intent(out) :: error
     type(run_t) :: run
+    type(past_t) :: past
+    type(state_t) :: first
     type(effect_t), allocatable :: list(:)
     type(error_t), allocatable :: close_error
     character(len=:), allocatable :: status
@@ -61,13 +65,28 @@ contains
     call start_phase(run%output%timer(phase_set_up))
     call prepare(scene, blocks, options, run, list, error)
     if (allocated(error)) return
+    first = run%state
+    if (len(options%restart_path) > 0) then
+      call open_past(options%restart_path, scene, run%model, past, run%state, run%watch, error)
+      if (allocated(error)) return
+      call rebuild_cache(run%model, run%state, run%cache)
+      run%progress%from = run%state%time
+    end if
     call stop_phase(run%output%timer(phase_set_up))
 
     call tell_effects(run%progress, list)
     call heed_signals()
     call start_phase(run%output%timer(phase_results))
-    call begin_output(options, scene, list, run%model, run%state, run%output, error)
-    if (.not. allocated(error)) call put_frame(run%output, run%model, run%cache, run%state, error)
+    call begin_output(options, scene, list, run%model, first, run%watch, run%output, error)
+    if (len(options%restart_path) > 0) then
+      if (.not. allocated(error)) call resume_output(past, options%results_path, run%state, run%watch, run%output, error)
+      if (allocated(error)) then
+        call abandon_results(run%output%file)
+        return
+      end if
+    else if (.not. allocated(error)) then
+      call put_frame(run%output, run%model, run%cache, run%state, run%watch, error)
+    end if
     call stop_phase(run%output%timer(phase_results))
     if (options%runs .and. .not. allocated(error)) call run_steps(scene, run, error)
 
@@ -76,9 +95,9 @@ contains
     if (allocated(error)) then
       status = 'stopped: '//error%message
       if (error%status > status_signal) status = 'interrupted'
-      call end_output(run%output, run%cache, status, close_error)
+      call end_output(run%output, run%cache, run%state, run%watch, status, close_error)
     else
-      call end_output(run%output, run%cache, trim(merge('complete', 'cut     ', options%runs)), error)
+      call end_output(run%output, run%cache, run%state, run%watch, trim(merge('complete', 'cut     ', options%runs)), error)
       if (.not. allocated(error)) call tell(run%progress, 'results: '//options%results_path)
     end if
   end subroutine simulate
@@ -132,7 +151,7 @@ contains
                 number_text(run%state%step)//', at time '//rounded_text(run%state%time)//'; what was done is in '// &
                 run%output%file%path)
     if (allocated(error) .and. run%framed < run%state%step) &
-      call put_frame(run%output, run%model, run%cache, run%state, frame_error)
+      call put_frame(run%output, run%model, run%cache, run%state, run%watch, frame_error)
   end subroutine run_steps
 
   !> One step, what is written of it, and a look at what it made.
@@ -142,6 +161,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(step_report_t) :: report
     type(error_t), allocatable :: write_error
+    type(error_t), allocatable :: nonsense
     integer :: before
 
     before = run%state%step
@@ -164,9 +184,10 @@ contains
       run%state%pace%size = following_size(scene, run%model, run%state%contacts, report%dt, report%travel)
     call check_numbers(run%model, run%cache, run%state, error)
     if (.not. allocated(error)) then
+      call watch_step(run%watch, run%model, run%cache, run%state, report%work, run%progress, nonsense)
       call write_step(scene, run, report, error)
       if (allocated(error)) return
-      call watch_step(run%watch, run%model, run%cache, run%state, report%work, run%progress, error)
+      call move_alloc(nonsense, error)
     else
       run%framed = run%state%step ! such numbers are not written
     end if
@@ -202,7 +223,7 @@ contains
     call put_step(run%output, run%model, run%cache, run%state, report, error)
     if (allocated(error)) return
     if (frame_due(scene%settings, run%state)) then
-      call put_frame(run%output, run%model, run%cache, run%state, error)
+      call put_frame(run%output, run%model, run%cache, run%state, run%watch, error)
       if (allocated(error)) return
     else
       run%framed = framed

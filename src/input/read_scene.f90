@@ -14,15 +14,10 @@ module scree_read_scene
   use scree_setting_table, only: from_of
   use scree_settings, only: fill_settings, read_groups, set_word, store_settings
   use scree_system, only: fixed_point, load_point
-  use scree_text, only: number_text
+  use scree_text, only: number_text, text_t
   implicit none
   private
-  public :: option_t, read_geometry, read_scene
-
-  !> One GROUP.NAME=VALUE of the command line.
-  type :: option_t
-    character(len=:), allocatable :: text
-  end type option_t
+  public :: read_geometry, read_scene
 
 contains
 
@@ -33,7 +28,7 @@ contains
   subroutine read_scene(geometry, analysis, options, scene, blocks, error)
     character(len=*), intent(in) :: geometry     !! '': named by the analysis deck, or STEM.geo
     character(len=*), intent(in) :: analysis     !! deck or STEM
-    type(option_t), intent(in) :: options(:)
+    type(text_t), intent(in) :: options(:)       !! GROUP.NAME=VALUE of the command line
     type(scene_t), intent(out) :: scene
     type(blocks_t), intent(out) :: blocks
     type(error_t), allocatable, intent(out) :: error
@@ -44,6 +39,7 @@ contains
     call read_deck(scene%analysis_name, deck, error)
     if (allocated(error)) return
     scene%analysis_text = deck%text
+    scene%options = options
     call read_groups(deck, scene%words, error)
     if (allocated(error)) return
     do i = 1, size(options)

@@ -269,6 +269,8 @@ contains
                             open=.true.), s%frame_interval)
     call row%choice(setting_t('output', 'problems', 'friction problems that are written for tools/bench problems: those that '// &
                               'were not solved, or all', choices='|none|failed|all|'), s%problems, problems_none)
+    call row%whole(setting_t('output', 'checkpoint', 'frames from one that a restart may go on from to the next; the last is one', &
+                             '1', 1.0_dp, 1e9_dp), s%checkpoint_every)
   end subroutine visit_output
 
   !> What is known of all settings.

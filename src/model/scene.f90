@@ -6,6 +6,7 @@ module scree_scene
   use scree_contacts, only: rules_coulomb
   use scree_kinds, only: dp
   use scree_mesh, only: mesh_t
+  use scree_text, only: text_t
   implicit none
   private
   public :: block_material_t, effect_t, joint_material_t, line_t, point_t, polygons_t, run_options_t, scene_t, settings_t, &
@@ -138,6 +139,7 @@ module scree_scene
     real(dp) :: ground_scale = 1.0_dp       !! factor of ax and ay
     real(dp) :: mass_damping = 0.0_dp       !! force over mass and velocity, 1/time
     integer :: frame_every = 0              !! steps from frame to frame; 0 where time counts
+    integer :: checkpoint_every = 0         !! frames from checkpoint to checkpoint; 0: one where the run ends
     real(dp) :: frame_interval = 0.0_dp     !! time from frame to frame, met by steps; 0 where another counts
     integer :: problems = problems_none     !! of friction, that are written to the results
     ! what follows from these and the numbers of the deck
@@ -162,6 +164,7 @@ module scree_scene
   !> What the command line asks of a run.
   type :: run_options_t
     character(len=:), allocatable :: results_path
+    character(len=:), allocatable :: restart_path !! results file of the run to go on with, '': none
     logical :: runs = .false.               !! else the model alone
     logical :: with_xdmf = .false.
     logical :: with_classic = .false.       !! output of a run in Shi's form
@@ -173,6 +176,7 @@ module scree_scene
   type :: scene_t
     character(len=:), allocatable :: geometry_name, geometry_text !! geometry deck or block file as read
     character(len=:), allocatable :: analysis_name, analysis_text !! analysis deck as read
+    type(text_t), allocatable :: options(:) !! GROUP.NAME=VALUE of the command line, over what the deck says
     real(dp) :: carried = 1.0_dp            !! share of velocity that a step hands on; 0 static, 1 dynamic (Shi: k01)
     integer :: n_steps = 0                  !! number of steps of the classic deck (Shi: n5)
     real(dp) :: displacement_ratio = 0.0_dp !! largest displacement of a step over half the model size (Shi: g2)

@@ -11,6 +11,7 @@ module scree_results_file
   use scree_classic_output, only: classic_output_t, classic_path, may_replace_classic
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_files, only: holds_something, refuse_to_replace
+  use scree_hdf5_reading, only: begin_hdf5
   use scree_hdf5_writing, only: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, hold_space, &
                                 reserve_disk, rows_t, write_text, write_whole, write_words
   use scree_interruption, only: ignore_size_limit
@@ -26,10 +27,17 @@ module scree_results_file
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int64_t), value :: length
     end function c_truncate
+
+    !> C: gives a file another name, that of a file which is there where that is so.
+    integer(c_int) function c_rename(from, to) bind(c, name='rename')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: from(*), to(*)
+    end function c_rename
   end interface
 
-  public :: add_frame, check_targets, close_results, cost_row_t, declare_series, layout_t, open_results, put_series, results_t, &
-            store_rows, store_text, store_words, work_row_t
+  public :: abandon_results, add_frame, check_targets, close_results, cost_row_t, count_frames, declare_series, layout_t, &
+            make_room, open_results, put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, &
+            work_row_t
 
   integer, parameter :: vtk_polygon = 7
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
@@ -136,28 +144,23 @@ contains
     call h5fclose_f(file, status)
   end function may_replace
 
-  !> Makes the library ready, with errors as statuses alone.
-  subroutine begin_hdf5()
-    integer :: status
-
-    call h5dont_atexit_f(status) ! first: after a failed write the library's own handler would try again, and crash
-    call h5open_f(status)
-    call h5eset_auto_f(0, status)
-  end subroutine begin_hdf5
-
   !> Makes the file and what never changes in it.
   !>
   !> Errors: `status_bad_input` where the path cannot be a file; `status_run_failed` where writing fails.
-  subroutine open_results(results, path, layout, with_xdmf, error)
+  subroutine open_results(results, path, layout, with_xdmf, error, beside)
     type(results_t), intent(out) :: results
     character(len=*), intent(in) :: path
     type(layout_t), intent(in) :: layout
     logical, intent(in) :: with_xdmf
     type(error_t), allocatable, intent(out) :: error
+    logical, intent(in), optional :: beside !! the file waits by another name until it takes its place
     integer(hid_t) :: access, group
     integer :: status
 
     results%path = path
+    if (present(beside)) then
+      if (beside) results%path = path//'.part'
+    end if
     results%n_vertices = layout%n_vertices
     results%n_elements = size(layout%block)
     results%expected_frames = max(1, layout%expected_frames)
@@ -168,9 +171,9 @@ contains
     call begin_hdf5()
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
     call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
-    call h5fcreate_f(path, H5F_ACC_TRUNC_F, results%file, status, access_prp=access)
+    call h5fcreate_f(results%path, H5F_ACC_TRUNC_F, results%file, status, access_prp=access)
     if (status < 0) then
-      call check_status(status, path//': expected a file that can be written for the results, found', error)
+      call check_status(status, results%path//': expected a file that can be written for the results, found', error)
       error%status = status_bad_input
       results%file = -1
       return
@@ -285,7 +288,7 @@ contains
   end subroutine make_frames
 
   !> Makes a series and returns its number. Rows have the given shape as h5py sees it reversed.
-  subroutine declare_series(results, path, shape, units, description, handle, error, whole, per_frame)
+  subroutine declare_series(results, path, shape, units, description, handle, error, whole, per_frame, expected_rows)
     type(results_t), intent(inout) :: results
     character(len=*), intent(in) :: path, units, description
     integer, intent(in) :: shape(:)
@@ -293,6 +296,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     logical, intent(in), optional :: whole     !! whole numbers
     logical, intent(in), optional :: per_frame !! a row a frame, else a row a step
+    integer, intent(in), optional :: expected_rows !! where they are neither
     integer :: expected
     logical :: whole_numbers
 
@@ -300,6 +304,7 @@ contains
     if (present(whole)) whole_numbers = whole
     expected = results%expected_steps
     if (present(per_frame)) expected = merge(results%expected_frames + 1, expected, per_frame)
+    if (present(expected_rows)) expected = expected_rows
     if (results%n_series == size(results%series)) call more_series(results%series)
     results%n_series = results%n_series + 1
     handle = results%n_series
@@ -337,7 +342,7 @@ contains
         return
       end if
       if (series%n + size(values) > size(series%waiting)) then
-        allocate (longer(2*size(series%waiting)))
+        allocate (longer(max(2*size(series%waiting), series%n + size(values))))
         longer(:series%n) = series%waiting(:series%n)
         call move_alloc(longer, series%waiting)
       end if
@@ -345,6 +350,16 @@ contains
       series%n = series%n + size(values)
     end associate
   end subroutine put_series
+
+  !> Rows of a series, with those that wait.
+  pure integer function rows_of_series(results, handle)
+    type(results_t), intent(in) :: results
+    integer, intent(in) :: handle
+
+    associate (series => results%series(handle))
+      rows_of_series = int(series%rows%n_rows) + series%n/max(1, series%width)
+    end associate
+  end function rows_of_series
 
   !> Adds a frame, writes all rows that wait, and flushes. Errors: a number that is not finite, a failed write.
   subroutine add_frame(results, time, position, displacement, velocity, stress, error)
@@ -361,7 +376,7 @@ contains
       call fail(error, status_run_failed, 'a number of the frame is not finite')
       return
     end if
-    call release_space(results, bytes_of_frame(results) + bytes_of_waiting(results) + closing_bytes, error)
+    call make_room(results, error)
     if (allocated(error)) return
     n = real(results%n_frames, dp)
     call append(results%points, in_space(position))
@@ -382,13 +397,7 @@ contains
     call append(results%offset(3), [n*results%n_vertices])
     call append(results%offset(4), [0.0_dp])
     call append(results%offset(5), [0.0_dp])
-    if (.not. allocated(error)) call append_waiting(results, error)
-    if (.not. allocated(error)) call hold(results, results%held_bytes, 0_hsize_t, error)
-    if (.not. allocated(error)) call flush_file(results, error)
-    if (allocated(error)) return
-    results%n_frames = results%n_frames + 1
-    call write_whole(results%steps, 'NSteps', [results%n_frames], error)
-    if (.not. allocated(error)) call flush_file(results, error)
+    if (.not. allocated(error)) call count_frames(results, 1, error)
     if (allocated(error)) return
     if (allocated(results%xdmf)) call add_xdmf_frame(results%xdmf, results%n_frames, time, error)
 
@@ -405,6 +414,29 @@ contains
     end subroutine append
 
   end subroutine add_frame
+
+  !> Gives back held space for a frame, the rows that wait, and the end. Errors: the disk has not so much room.
+  subroutine make_room(results, error)
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+
+    call release_space(results, bytes_of_frame(results) + bytes_of_waiting(results) + closing_bytes, error)
+  end subroutine make_room
+
+  !> Writes all rows that wait, and counts frames whose rows have been appended. Errors: a failed write.
+  subroutine count_frames(results, n, error)
+    type(results_t), intent(inout) :: results
+    integer, intent(in) :: n
+    type(error_t), allocatable, intent(out) :: error
+
+    call append_waiting(results, error)
+    if (.not. allocated(error)) call hold(results, results%held_bytes, 0_hsize_t, error)
+    if (.not. allocated(error)) call flush_file(results, error)
+    if (allocated(error)) return
+    results%n_frames = results%n_frames + n
+    call write_whole(results%steps, 'NSteps', [results%n_frames], error)
+    if (.not. allocated(error)) call flush_file(results, error)
+  end subroutine count_frames
 
   !> Gives the held space back for what is written next; takes more before where it would not do.
   !>
@@ -613,6 +645,31 @@ contains
       code = c_truncate(results%path//c_null_char, int(length + results%held_bytes, c_int64_t))
     end if
   end subroutine close_results
+
+  !> Gives a file that was opened beside its place that place, at once, and to whatever was there before. Errors: it cannot be.
+  subroutine take_place(results, path, error)
+    type(results_t), intent(inout) :: results
+    character(len=*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+
+    if (c_rename(results%path//c_null_char, path//c_null_char) /= 0) then
+      call fail(error, status_run_failed, path//': cannot take the place of this file')
+    else
+      results%path = path
+    end if
+  end subroutine take_place
+
+  !> Closes a file that never took its place, and takes it away.
+  subroutine abandon_results(results)
+    type(results_t), intent(inout) :: results
+    integer :: status, unit
+
+    if (results%file < 0) return
+    call h5fclose_f(results%file, status)
+    results%file = -1
+    open (newunit=unit, file=results%path, iostat=status)
+    if (status == 0) close (unit, status='delete')
+  end subroutine abandon_results
 
   !> The tables of costs and of work.
   subroutine write_costs(file, costs, work, error)

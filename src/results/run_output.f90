@@ -2,6 +2,7 @@
 module scree_run_output
   use, intrinsic :: iso_fortran_env, only: compiler_version
   use scree_blas, only: blas_kernel
+  use scree_checkpoint, only: checkpoints_t, declare_checkpoints, put_checkpoint
   use scree_classic_output, only: add_classic_frame, begin_classic_output
   use scree_equations, only: size_of_equations, work_of_solutions
   use scree_errors, only: error_t
@@ -19,6 +20,7 @@ module scree_run_output
   use scree_state, only: state_t
   use scree_time_stepper, only: step_report_t
   use scree_timers, only: timer_t
+  use scree_watch, only: watch_t
   implicit none
   private
   public :: begin_output, end_output, put_frame, put_problems, put_step, run_output_t, version
@@ -32,6 +34,9 @@ module scree_run_output
   type :: run_output_t
     type(results_t) :: file
     type(records_t) :: records
+    type(checkpoints_t) :: checkpoints
+    integer :: checkpoint_every = 0          !! frames; 0: the last alone has one
+    integer :: framed = -1                   !! step of the last frame
     type(layout_t) :: layout
     integer :: n_problems = 0                !! of friction, written so far
     type(timer_t) :: timer(size(phase_name)) !! of the phases
@@ -40,21 +45,26 @@ module scree_run_output
 contains
 
   !> Opens the results file and writes what is known before the first frame.
-  subroutine begin_output(options, scene, list, model, state, output, error)
+  subroutine begin_output(options, scene, list, model, state, watch, output, error)
     type(run_options_t), intent(in) :: options
     type(scene_t), intent(in) :: scene
     type(effect_t), intent(in) :: list(:)       !! effects that the scene calls for
     type(model_t), intent(in) :: model
-    type(state_t), intent(in) :: state
+    type(state_t), intent(in) :: state          !! the first
+    type(watch_t), intent(in) :: watch
     type(run_output_t), intent(inout) :: output
     type(error_t), allocatable, intent(out) :: error
 
+    output%checkpoint_every = scene%settings%checkpoint_every
     output%layout = layout_of(scene, model, state, options%runs)
-    call open_results(output%file, options%results_path, output%layout, options%with_xdmf, error)
+    call open_results(output%file, options%results_path, output%layout, options%with_xdmf, error, &
+                      beside=len(options%restart_path) > 0)
     if (.not. allocated(error)) call describe_scene(output%file, scene, list, error)
     if (.not. allocated(error)) call store_parts(output%file, model, state, output%layout, error)
     if (.not. allocated(error) .and. model%model == model_nmm) call store_covers(output%file, model, state, error)
     if (.not. allocated(error)) call declare_records(output%file, model, output%records, error)
+    if (options%runs .and. .not. allocated(error)) &
+      call declare_checkpoints(output%file, state, watch, output%checkpoints, error)
     if (options%with_classic .and. options%runs .and. .not. allocated(error)) &
       call begin_classic(output%file, model, output%layout, error)
   end subroutine begin_output
@@ -88,12 +98,13 @@ contains
     deallocate (cache%equations%posed)
   end subroutine put_problems
 
-  !> A frame of the present state.
-  subroutine put_frame(output, model, cache, state, error)
+  !> A frame of the present state, with a checkpoint where one is due.
+  subroutine put_frame(output, model, cache, state, watch, error)
     type(run_output_t), intent(inout) :: output
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
+    type(watch_t), intent(in) :: watch
     type(error_t), allocatable, intent(out) :: error
     real(dp) :: position(2, size(state%vertex, 2)), velocity(2, size(state%vertex, 2))
     integer :: e, k
@@ -107,20 +118,32 @@ contains
     end do
     call put_frame_records(output%file, output%records, model, cache, state, error)
     if (allocated(error)) return
+    associate (n => output%file%n_frames, every => output%checkpoint_every)
+      if (n > 0 .and. every > 0) then
+        if (modulo(n, every) == 0) call put_checkpoint(output%file, output%checkpoints, n, state, watch, error)
+      end if
+    end associate
+    if (allocated(error)) return
     call add_frame(output%file, state%time, position, state%vertex - model%start, velocity, state%stress, error)
-    if (allocated(error) .or. .not. allocated(output%file%classic)) return
+    if (allocated(error)) return
+    output%framed = state%step
+    if (.not. allocated(output%file%classic)) return
     call add_classic_frame(output%file%classic, position, state%point + spread(model%origin, 2, size(state%point, 2)), error)
   end subroutine put_frame
 
-  !> Writes how the run ended and what it cost, and closes the file.
-  subroutine end_output(output, cache, status, error)
+  !> Writes a checkpoint of the last frame, how the run ended and what it cost, and closes the file.
+  subroutine end_output(output, cache, state, watch, status, error)
     type(run_output_t), intent(inout) :: output
     type(cache_t), intent(in) :: cache           !! whose equations were solved
+    type(state_t), intent(in) :: state           !! the last
+    type(watch_t), intent(in) :: watch
     character(len=*), intent(in) :: status
     type(error_t), allocatable, intent(out) :: error
     type(solver_work_t) :: work
     integer :: numbers(2)
 
+    if (output%checkpoints%numbers > 0 .and. output%framed == state%step .and. output%checkpoints%step /= state%step) &
+      call put_checkpoint(output%file, output%checkpoints, output%file%n_frames - 1, state, watch, error)
     numbers = size_of_equations(cache%equations)
     work = work_of_solutions(cache%equations)
     call close_results(output%file, status, costs(output%timer), [work_row_t('factors by CHOLMOD', work%symmetric_factors), &
@@ -224,6 +247,8 @@ contains
     type(scene_t), intent(in) :: scene
     type(effect_t), intent(in) :: list(:)
     type(error_t), allocatable, intent(out) :: error
+    character(len=max(len(scene%geometry_name), len(scene%analysis_name))) :: deck(2)
+    character(len=:), allocatable :: option(:)
     character(len=160) :: word(size(scene%words)), effect(size(list)), reason(size(list))
     character(len=19) :: date
     integer :: i, now(8), n
@@ -237,6 +262,19 @@ contains
     call store_text(results, 'blas', blas_kernel(), error)
     if (allocated(error)) return
     call store_text(results, 'date', date, error)
+    if (allocated(error)) return
+    deck = [character(len=len(deck)) :: scene%geometry_name, scene%analysis_name]
+    call store_words(results, '/scene/decks', deck, error)
+    if (allocated(error)) return
+    n = 1
+    do i = 1, size(scene%options)
+      n = max(n, len(scene%options(i)%text))
+    end do
+    allocate (character(len=n) :: option(size(scene%options)))
+    do i = 1, size(scene%options)
+      option(i) = scene%options(i)%text
+    end do
+    call store_words(results, '/scene/options', option, error)
     if (allocated(error)) return
     call store_words(results, '/scene/geometry_deck', [scene%geometry_text], error)
     if (allocated(error)) return

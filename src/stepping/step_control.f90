@@ -5,7 +5,7 @@ module scree_step_control
   use scree_state, only: state_t
   implicit none
   private
-  public :: after_step, at_end, frame_due, next_size
+  public :: after_step, at_end, frame_due, next_size, resume_pace
 
   real(dp), parameter :: growth = 1.2_dp     !! of a step that was cut, once it goes well again
   integer, parameter :: easy_steps = 3       !! in a row, before it grows
@@ -48,6 +48,21 @@ contains
     end if
     if (abs(target_time(settings, state) - state%time) <= met*dt) state%time = target_time(settings, state)
   end subroutine after_step
+
+  !> Fits the pace of a run that goes on to settings that may have been changed since; where they are the same nothing changes.
+  pure subroutine resume_pace(settings, state)
+    type(settings_t), intent(in) :: settings
+    type(state_t), intent(inout) :: state
+
+    if (.not. settings%chooses_step) state%pace%size = min(state%pace%size, settings%step_size)
+    if (settings%frame_every > 0) return
+    if (settings%frame_spacing > 0) then
+      state%pace%frames = int(state%time/settings%frame_spacing + met)
+    else if (state%pace%frames*settings%frame_interval > state%time .or. &
+             (state%pace%frames + 1)*settings%frame_interval <= state%time) then
+      state%pace%frames = int(state%time/settings%frame_interval)
+    end if
+  end subroutine resume_pace
 
   !> Whether the run is over.
   pure logical function at_end(settings, state)

@@ -16,6 +16,7 @@ module scree_progress
     integer :: shown_tenths = 0
     logical :: line_open = .false.
     integer(i8) :: begun = 0, shown = 0         !! clock
+    real(dp) :: from = 0.0_dp                   !! time of the run when it began
   end type progress_t
 
   interface
@@ -59,7 +60,7 @@ contains
     progress%shown = now
     progress%shown_tenths = tenths
     spent = real(now - progress%begun, dp)/real(rate, dp)
-    left = spent*(end_time - time)/max(time, tiny(time))
+    left = spent*(end_time - time)/max(time - progress%from, tiny(time))
     write (line, '(a,i0,a,es11.4,a,es11.4,a,es10.3,a,i0,a,a)') 'step ', step, '  time', time, ' of', end_time, '  dt', dt, &
       '  iterations ', iterations, '  left ', duration(left)
     if (progress%terminal) then

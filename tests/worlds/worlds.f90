@@ -8,13 +8,14 @@ module worlds
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_random_numbers, only: next_uniform, random_t
-  use scree_read_scene, only: option_t, read_scene
+  use scree_read_scene, only: read_scene
   use scree_scene, only: block_material_t, effect_t, joint_material_t, scene_t
   use scree_set_up, only: set_up
   use scree_shi_control, only: first_size, following_size
   use scree_start, only: begin_run
   use scree_state, only: state_t
   use scree_step_control, only: after_step, next_size
+  use scree_text, only: text_t
   use scree_time_stepper, only: advance, step_report_t
   implicit none
   private
@@ -62,7 +63,7 @@ contains
     type(world_t), intent(out) :: world
     character(len=*), intent(in), optional :: options(:)       !! "group.name=value" that win over the deck
     type(error_t), allocatable, intent(out), optional :: error
-    type(option_t), allocatable :: option(:)
+    type(text_t), allocatable :: option(:)
     type(effect_t), allocatable :: list(:)
     type(error_t), allocatable :: refusal
     integer :: i
@@ -70,7 +71,7 @@ contains
     allocate (option(0))
     if (present(options)) then
       do i = 1, size(options)
-        if (len_trim(options(i)) > 0) option = [option, option_t(trim(options(i)))]
+        if (len_trim(options(i)) > 0) option = [option, text_t(trim(options(i)))]
       end do
     end if
     call read_scene(geometry, analysis, option, world%scene, world%blocks, refusal)

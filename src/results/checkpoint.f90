@@ -1,0 +1,231 @@
+!> Checkpoints: all that a run goes on from, in the results file with a frame (doc/results.md).
+!>
+!> That is the state, and what the watch has seen. `visit_run` alone says what it is made of: the same calls write it and read it.
+!> A component of those types that it does not name is found by `tests/results/test_restart.py`.
+module scree_checkpoint
+  use scree_archive, only: archive_t
+  use scree_contacts, only: contact_memory_t, entrance_t
+  use scree_errors, only: error_t
+  use scree_kinds, only: dp
+  use scree_factored, only: factored_t
+  use scree_results_file, only: declare_series, put_series, results_t, rows_of_series, store_words
+  use scree_state, only: books_t, state_t
+  use scree_watch, only: watch_t
+  implicit none
+  private
+  public :: checkpoints_t, components_of, declare_checkpoints, put_checkpoint, take_checkpoint
+
+  !> Handles of the series, a row a checkpoint each but for the numbers.
+  type :: checkpoints_t
+    integer :: frame = 0, end = 0, rows = 0, numbers = 0
+    integer :: n_series = 0   !! those before
+    integer :: step = -1      !! of the last checkpoint
+  end type checkpoints_t
+
+contains
+
+  !> Makes the series of the checkpoints, after all others.
+  subroutine declare_checkpoints(results, state, watch, checkpoints, error)
+    type(results_t), intent(inout) :: results
+    type(state_t), intent(in) :: state           !! one that is as large as later ones, about
+    type(watch_t), intent(in) :: watch
+    type(checkpoints_t), intent(out) :: checkpoints
+    type(error_t), allocatable, intent(out) :: error
+    type(archive_t) :: archive
+
+    call list_run(state, watch, archive)
+    checkpoints%n_series = results%n_series
+    call declare_series(results, '/checkpoint/frame', [integer ::], '1', 'frame that it goes with, from 0', checkpoints%frame, &
+                        error, whole=.true., per_frame=.true.)
+    if (allocated(error)) return
+    call declare_series(results, '/checkpoint/end', [integer ::], '1', 'numbers up to its end', checkpoints%end, error, &
+                        whole=.true., per_frame=.true.)
+    if (allocated(error)) return
+    call declare_series(results, '/checkpoint/rows', [checkpoints%n_series], '1', 'rows of each series then', checkpoints%rows, &
+                        error, whole=.true., per_frame=.true.)
+    if (allocated(error)) return
+    call declare_series(results, '/checkpoint/numbers', [integer ::], '', 'all that the run goes on from', checkpoints%numbers, &
+                        error, expected_rows=archive%n)
+    if (allocated(error)) return
+    call store_words(results, '/checkpoint/components', [archive%names], error)
+  end subroutine declare_checkpoints
+
+  !> Adds a checkpoint of the present state; it waits in memory with the rows of the series. Errors: a number that is not finite.
+  subroutine put_checkpoint(results, checkpoints, frame, state, watch, error)
+    type(results_t), intent(inout) :: results
+    type(checkpoints_t), intent(inout) :: checkpoints
+    integer, intent(in) :: frame                 !! from 0, of the same state
+    type(state_t), intent(in) :: state
+    type(watch_t), intent(in) :: watch
+    type(error_t), allocatable, intent(out) :: error
+    type(archive_t) :: archive
+    integer :: i
+
+    call list_run(state, watch, archive)
+    call put_series(results, checkpoints%numbers, archive%number(:archive%n), error)
+    if (allocated(error)) return
+    call put_series(results, checkpoints%frame, [real(frame, dp)], error)
+    call put_series(results, checkpoints%end, [real(rows_of_series(results, checkpoints%numbers), dp)], error)
+    call put_series(results, checkpoints%rows, [(real(rows_of_series(results, i), dp), i=1, checkpoints%n_series)], error)
+    checkpoints%step = state%step
+  end subroutine put_checkpoint
+
+  !> Takes state and watch from the numbers of a checkpoint. Whether they are as many as those ask for.
+  logical function take_checkpoint(numbers, state, watch) result(whole)
+    real(dp), intent(in) :: numbers(:)
+    type(state_t), intent(inout) :: state
+    type(watch_t), intent(inout) :: watch
+    type(archive_t) :: archive
+
+    archive%reading = .true.
+    archive%number = numbers
+    call visit_run(archive, state, watch)
+    whole = archive%n == size(numbers) .and. .not. archive%damaged
+  end function take_checkpoint
+
+  !> Names of all components of a checkpoint, in their order: what this program writes and reads.
+  function components_of(state, watch) result(names)
+    type(state_t), intent(in) :: state
+    type(watch_t), intent(in) :: watch
+    character(len=:), allocatable :: names
+    type(archive_t) :: archive
+
+    call list_run(state, watch, archive)
+    names = archive%names
+  end function components_of
+
+  !> Lists state and watch.
+  subroutine list_run(state, watch, archive)
+    type(state_t), intent(in) :: state
+    type(watch_t), intent(in) :: watch
+    type(archive_t), intent(out) :: archive
+    type(state_t) :: state_now
+    type(watch_t) :: watch_now
+
+    state_now = state
+    watch_now = watch
+    call visit_run(archive, state_now, watch_now)
+  end subroutine list_run
+
+  !> Lists all that a run goes on from, or takes it back.
+  subroutine visit_run(archive, state, watch)
+    type(archive_t), intent(inout) :: archive
+    type(state_t), intent(inout) :: state
+    type(watch_t), intent(inout) :: watch
+
+    call archive%part('time', state%time)
+    call archive%part('step', state%step)
+    call archive%part('pace%size', state%pace%size)
+    call archive%part('pace%last', state%pace%last)
+    call archive%part('pace%easy', state%pace%easy)
+    call archive%part('pace%frames', state%pace%frames)
+    call archive%array('vertex', state%vertex)
+    call archive%array('point', state%point)
+    call archive%array('cover', state%cover)
+    call archive%array('velocity', state%velocity)
+    call archive%array('acceleration', state%acceleration)
+    call archive%array('stress', state%stress)
+    call archive%array('deformation', state%deformation)
+    call archive%array('rotation', state%rotation)
+    call archive%array('pair', state%pair)
+    call visit_factored(archive, state%factored)
+    call visit_contacts(archive, state%contacts)
+    call visit_books(archive, state%books)
+    call archive%part('watch%energy', watch%energy)
+    call archive%part('watch%scale', watch%scale)
+    call archive%part('watch%height', watch%height)
+    call archive%part('watch%fallen', watch%fallen)
+    call archive%part('watch%area_warned', watch%area_warned)
+    call archive%part('watch%energy_warned', watch%energy_warned)
+    call archive%array('watch%soft', watch%soft)
+  end subroutine visit_run
+
+  !> The matrix whose factor is kept.
+  subroutine visit_factored(archive, factored)
+    type(archive_t), intent(inout) :: archive
+    type(factored_t), intent(inout) :: factored
+
+    call archive%array('factored%unknown', factored%unknown)
+    call archive%array('factored%first', factored%first)
+    call archive%array('factored%row', factored%row)
+    call archive%array('factored%value', factored%value)
+    call archive%part('factored%spent', factored%spent)
+  end subroutine visit_factored
+
+  !> The books of energy.
+  subroutine visit_books(archive, books)
+    type(archive_t), intent(inout) :: archive
+    type(books_t), intent(inout) :: books
+
+    call archive%part('books%kinetic', books%kinetic)
+    call archive%part('books%strain', books%strain)
+    call archive%part('books%gravity', books%gravity)
+    call archive%part('books%fixed_springs', books%fixed_springs)
+    call archive%part('books%contact_springs', books%contact_springs)
+    call archive%part('books%held', books%held)
+    call archive%part('books%at_start', books%at_start)
+    call archive%part('books%work', books%work)
+    call archive%part('books%damping', books%damping)
+    call archive%part('books%friction', books%friction)
+    call archive%part('books%momentum', books%momentum)
+  end subroutine visit_books
+
+  !> What contacts remember.
+  subroutine visit_contacts(archive, memory)
+    type(archive_t), intent(inout) :: archive
+    type(contact_memory_t), intent(inout) :: memory
+    integer :: i, n
+
+    call archive%array('contacts%inside', memory%inside)
+    call archive%part('contacts%stiffness', memory%stiffness)
+    call archive%part('contacts%margin', memory%margin)
+    call archive%part('contacts%swing', memory%swing)
+    call archive%part('contacts%penetration', memory%penetration)
+    call archive%part('contacts%pressed', memory%pressed)
+    call archive%part('contacts%gap', memory%gap)
+    call archive%part('contacts%count', memory%count)
+    n = -1
+    if (allocated(memory%contact)) n = size(memory%contact)
+    call archive%part('contacts%contact', n)
+    if (archive%reading) archive%damaged = archive%damaged .or. n > size(archive%number) - archive%n
+    if (archive%damaged) n = -1
+    if (archive%reading .and. allocated(memory%contact)) deallocate (memory%contact)
+    if (archive%reading .and. n >= 0) allocate (memory%contact(n))
+    if (.not. allocated(memory%contact)) allocate (memory%contact(0)) ! the names are those of any state
+    call archive%part('contact%n_entrances', memory%contact%n_entrances)
+    call archive%part('contact%active', memory%contact%active)
+    do i = 1, 2
+      call archive%part('contact%force', memory%contact%force(i))
+    end do
+    call archive%part('contact%pressed', memory%contact%pressed)
+    call archive%part('contact%inherits', memory%contact%inherits)
+    do i = 1, 2
+      call visit_entrances(archive, memory%contact%entrance(i))
+    end do
+    if (n < 0) deallocate (memory%contact)
+  end subroutine visit_contacts
+
+  !> The first entrances of all contacts, or the second.
+  subroutine visit_entrances(archive, entrance)
+    type(archive_t), intent(inout) :: archive
+    type(entrance_t), intent(inout) :: entrance(:)
+    integer :: i
+
+    call archive%part('entrance%vertex', entrance%vertex)
+    call archive%part('entrance%edge', entrance%edge)
+    call archive%part('entrance%joint', entrance%joint)
+    call archive%part('entrance%pair', entrance%pair)
+    call archive%part('entrance%state', entrance%state)
+    call archive%part('entrance%direction', entrance%direction)
+    call archive%part('entrance%anchor', entrance%anchor)
+    call archive%part('entrance%rest', entrance%rest)
+    do i = 1, 2
+      call archive%part('entrance%multiplier', entrance%multiplier(i))
+      call archive%part('entrance%stiffness', entrance%stiffness(i))
+    end do
+    call archive%part('entrance%length', entrance%length)
+    call archive%part('entrance%bonded', entrance%bonded)
+    call archive%part('entrance%lagged_friction', entrance%lagged_friction)
+  end subroutine visit_entrances
+
+end module scree_checkpoint

@@ -1,0 +1,289 @@
+!> Going on with a run from the last checkpoint of its results file (doc/results.md).
+!>
+!> The new file begins with the rows of the old one up to the checkpoint, and with the checkpoint, and takes its place only then: a
+!> results file is always that of one run, and there is always one to go on from.
+module scree_restart
+  use hdf5, only: h5iget_name_f, hid_t, hsize_t, size_t
+  use scree_checkpoint, only: components_of, put_checkpoint, take_checkpoint
+  use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
+  use scree_hdf5_reading, only: close_for_reading, count_rows, open_for_reading, read_attribute, read_count, read_rows, read_words
+  use scree_hdf5_writing, only: append_rows, rows_t
+  use scree_kinds, only: dp
+  use scree_model, only: model_t
+  use scree_results_file, only: count_frames, make_room, results_t, take_place
+  use scree_run_output, only: run_output_t, version
+  use scree_scene, only: scene_t
+  use scree_state, only: state_t
+  use scree_step_control, only: at_end, resume_pace
+  use scree_text, only: rounded_text, text_t
+  use scree_watch, only: watch_t
+  use scree_xdmf, only: add_xdmf_frame
+  implicit none
+  private
+  public :: find_decks, open_past, past_t, resume_output
+
+  integer(hsize_t), parameter :: copied_at_once = 1000000 !! numbers
+
+  !> What there was of a run at a checkpoint.
+  type :: past_t
+    character(len=:), allocatable :: path
+    integer(hid_t) :: file = -1
+    integer :: frame = 0                  !! that the checkpoint goes with, from 0
+    integer, allocatable :: rows(:)       !! (n_series) of each series then
+  end type past_t
+
+contains
+
+  !> Names the decks that a run was made from, where none are given, and puts its settings before those that are given.
+  !>
+  !> Settings of `step` and `output` may be given, which say how a run goes on; all others made the model or the state.
+  !> Errors: another setting; a file that is no run's, or one of another version.
+  subroutine find_decks(path, geometry, analysis, options, error)
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable, intent(inout) :: geometry, analysis !! '' where not given
+    type(text_t), allocatable, intent(inout) :: options(:)             !! GROUP.NAME=VALUE
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: deck(:), set(:)
+    integer(hid_t) :: file
+    integer :: i
+
+    do i = 1, size(options)
+      if (index(options(i)%text, 'step.') == 1 .or. index(options(i)%text, 'output.') == 1) cycle
+      call fail(error, status_bad_input, '--set '//options(i)%text//': expected a setting of step or output with --restart, as '// &
+                'others made what the run goes on from')
+      return
+    end do
+    call open_run(path, file, error)
+    if (allocated(error)) return
+    deck = read_words(file, '/scene/decks')
+    set = read_words(file, '/scene/options')
+    call close_for_reading(file)
+    if (len(analysis) == 0 .and. size(deck) == 2) then
+      geometry = trim(deck(1))
+      analysis = trim(deck(2))
+    end if
+    options = [(text_t(trim(set(i))), i=1, size(set)), options]
+  end subroutine find_decks
+
+  !> Opens the results file of a run. Errors: it is none, or one that is being written; of another version.
+  subroutine open_run(path, file, error)
+    character(len=*), intent(in) :: path
+    integer(hid_t), intent(out) :: file
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: found
+    logical :: there
+
+    inquire (file=path, exist=there)
+    if (.not. there) then
+      call fail(error, status_bad_input, path//': expected the results file of a run to go on with, found no such file')
+      return
+    end if
+    call open_for_reading(path, file)
+    found = ''
+    if (file >= 0) found = read_attribute(file, '/scene', 'version')
+    if (len(found) == 0) then
+      call fail(error, status_bad_input, path//': expected the results file of a run to go on with, found another file, or one '// &
+                'that is being written')
+    else if (found /= 'scree '//version) then
+      call fail(error, status_bad_input, path//': expected a run of scree '//version//' to go on with, found one of '//found)
+    end if
+    if (allocated(error)) call close_for_reading(file)
+  end subroutine open_run
+
+  !> Opens the run that a scene goes on with, and takes state and watch from its last checkpoint that counts.
+  !>
+  !> Errors: as of `open_run`; no checkpoint, or one of other components; other decks, or another model; nothing is left to do.
+  subroutine open_past(path, scene, model, past, state, watch, error)
+    character(len=*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(past_t), intent(out) :: past
+    type(state_t), intent(inout) :: state        !! as set up
+    type(watch_t), intent(inout) :: watch
+    type(error_t), allocatable, intent(out) :: error
+
+    past%path = path
+    call open_run(path, past%file, error)
+    if (.not. allocated(error)) call compare_decks(past, scene, error)
+    if (.not. allocated(error)) call compare_model(past, model, error)
+    if (.not. allocated(error)) call read_checkpoint(past, state, watch, error)
+    if (.not. allocated(error)) then
+      call resume_pace(scene%settings, state)
+      if (at_end(scene%settings, state)) call fail(error, status_bad_input, path//': expected step.end_time and step.count '// &
+        'beyond the checkpoint to go on with, found it at time '//rounded_text(state%time)//'; give --set step.end_time=...')
+    end if
+    if (allocated(error)) call close_for_reading(past%file)
+  end subroutine open_past
+
+  !> Error where the decks are not those of the run.
+  subroutine compare_decks(past, scene, error)
+    type(past_t), intent(in) :: past
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+
+    call compare('/scene/geometry_deck', scene%geometry_name, scene%geometry_text)
+    if (.not. allocated(error)) call compare('/scene/analysis_deck', scene%analysis_name, scene%analysis_text)
+
+  contains
+
+    !> Error where a deck is not the one that was kept.
+    subroutine compare(dataset, name, text)
+      character(len=*), intent(in) :: dataset, name, text
+      character(len=:), allocatable :: kept(:)
+
+      kept = read_words(past%file, dataset)
+      if (size(kept) == 1) then
+        if (len(kept) == len(text) .and. kept(1) == text) return
+      end if
+      call fail(error, status_bad_input, name//': expected the deck that '//past%path//' was run with, found another')
+    end subroutine compare
+
+  end subroutine compare_decks
+
+  !> Error where the model does not begin, to the last digit, as the run did: another mesh, or what cut the blocks was changed.
+  subroutine compare_model(past, model, error)
+    type(past_t), intent(in) :: past
+    type(model_t), intent(in) :: model
+    type(error_t), allocatable, intent(out) :: error
+    real(dp), allocatable :: place(:)
+    integer :: n
+    logical :: same
+
+    n = size(model%start, 2)
+    place = read_rows(past%file, '/VTKHDF/Points', 0_hsize_t, int(n, hsize_t))
+    same = size(place) == 3*n
+    if (same) same = .not. any(abs(reshape(place, [3, n]) - spread_out()) > 0)
+    if (.not. same) call fail(error, status_bad_input, past%path//': expected a run of the same model to go on with, found one '// &
+                              'that begins with other vertices')
+
+  contains
+
+    !> Vertices of the model as the results have them.
+    pure function spread_out() result(space)
+      real(dp) :: space(3, n)
+
+      space(:2, :) = model%start + spread(model%origin, 2, n)
+      space(3, :) = 0.0_dp
+    end function spread_out
+
+  end subroutine compare_model
+
+  !> Takes state and watch from the last checkpoint whose frame counts.
+  subroutine read_checkpoint(past, state, watch, error)
+    type(past_t), intent(inout) :: past
+    type(state_t), intent(inout) :: state
+    type(watch_t), intent(inout) :: watch
+    type(error_t), allocatable, intent(out) :: error
+    real(dp), allocatable :: end_(:), frame(:), rows(:)
+    character(len=:), allocatable :: names(:)
+    integer(hsize_t) :: from, last, n
+    integer :: width
+
+    names = read_words(past%file, '/checkpoint/components')
+    call count_rows(past%file, '/checkpoint/rows', n, width) ! with fewer rows than the others where a run was killed in between
+    frame = read_rows(past%file, '/checkpoint/frame', 0_hsize_t, n)
+    end_ = read_rows(past%file, '/checkpoint/end', 0_hsize_t, n)
+    last = count(frame < read_count(past%file, '/VTKHDF/Steps', 'NSteps'))
+    if (last == 0 .or. size(end_) /= n) then
+      call fail(error, status_bad_input, past%path//': expected a run with a checkpoint to go on from (output.checkpoint=... '// &
+                'writes them), found none')
+      return
+    end if
+    if (names(1) /= components_of(state, watch)) then
+      call fail(error, status_bad_input, past%path//': expected a checkpoint of this program, found one of another version')
+      return
+    end if
+    past%frame = nint(frame(last))
+    rows = read_rows(past%file, '/checkpoint/rows', last - 1, 1_hsize_t)
+    past%rows = nint(rows)
+    from = 0
+    if (last > 1) from = nint(end_(last - 1), hsize_t)
+    if (.not. take_checkpoint(read_rows(past%file, '/checkpoint/numbers', from, nint(end_(last), hsize_t) - from), state, watch)) &
+      call fail(error, status_bad_input, past%path//': expected a whole checkpoint, found one that is damaged')
+  end subroutine read_checkpoint
+
+  !> Begins a results file with what there was up to the checkpoint, and gives it its place. Errors: a failed write; rows that are
+  !> not there.
+  subroutine resume_output(past, path, state, watch, output, error)
+    type(past_t), intent(inout) :: past
+    character(len=*), intent(in) :: path       !! of the results
+    type(state_t), intent(in) :: state         !! of the checkpoint
+    type(watch_t), intent(in) :: watch
+    type(run_output_t), intent(inout) :: output
+    type(error_t), allocatable, intent(out) :: error
+
+    call copy_rows_of(past, output%file, error)
+    call close_for_reading(past%file)
+    if (.not. allocated(error)) call put_checkpoint(output%file, output%checkpoints, past%frame, state, watch, error)
+    if (.not. allocated(error)) call count_frames(output%file, past%frame + 1, error)
+    if (.not. allocated(error)) call take_place(output%file, path, error)
+    output%framed = state%step
+  end subroutine resume_output
+
+  !> Copies the rows of all frames and series up to the checkpoint.
+  subroutine copy_rows_of(past, results, error)
+    type(past_t), intent(in) :: past
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+    real(dp), allocatable :: time(:)
+    integer :: frames, i
+
+    frames = past%frame + 1
+    call make_room(results, error)
+    call copy(results%points, frames*results%n_vertices)
+    do i = 1, size(results%point_field)
+      call copy(results%point_field(i), frames*results%n_vertices)
+      call copy(results%point_offset(i), frames)
+    end do
+    do i = 1, size(results%cell_field)
+      call copy(results%cell_field(i), frames*results%n_elements)
+    end do
+    do i = 1, size(results%cell_offset)
+      call copy(results%cell_offset(i), frames)
+    end do
+    do i = 1, size(results%offset)
+      call copy(results%offset(i), frames)
+    end do
+    call copy(results%time, frames)
+    do i = 1, size(past%rows)
+      call copy(results%series(i)%rows, past%rows(i))
+    end do
+    if (allocated(error) .or. .not. allocated(results%xdmf)) return
+    time = read_rows(past%file, '/VTKHDF/Steps/Values', 0_hsize_t, int(frames, hsize_t))
+    do i = 1, frames
+      call add_xdmf_frame(results%xdmf, i, time(i), error)
+      if (allocated(error)) return
+    end do
+
+  contains
+
+    !> Copies the first rows of a dataset, unless something failed before.
+    subroutine copy(rows, n_rows)
+      type(rows_t), intent(inout) :: rows
+      integer, intent(in) :: n_rows
+      character(len=200) :: name
+      real(dp), allocatable :: values(:)
+      integer(hsize_t) :: at, n
+      integer(size_t) :: letters
+      integer :: status, width
+
+      if (allocated(error)) return
+      call h5iget_name_f(rows%id, name, len(name, size_t), letters, status)
+      width = max(1, product(rows%shape))
+      at = 0
+      do while (at < n_rows)
+        n = min(n_rows - at, max(1_hsize_t, copied_at_once/width))
+        values = read_rows(past%file, trim(name), at, n)
+        if (size(values) /= n*width) then
+          call fail(error, status_run_failed, past%path//': expected '//trim(name)//' up to its checkpoint, found less')
+          return
+        end if
+        call append_rows(rows, values, error)
+        if (allocated(error)) return
+        at = at + n
+      end do
+    end subroutine copy
+
+  end subroutine copy_rows_of
+
+end module scree_restart

@@ -1,0 +1,228 @@
+"""A run that is stopped or killed at any moment and gone on with has the same bits as one that never stopped."""
+import os
+import pathlib
+import random
+import re
+import signal
+import subprocess
+import time
+
+os.environ["HDF5_USE_FILE_LOCKING"] = "FALSE"  # a file is read here while it is written
+
+import h5py
+import numpy as np
+import pytest
+from scree import call, read, touching
+from scree.bench import scenes
+
+SCREE = os.environ["SCREE"]
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
+CLASSIC = SOURCE / "tests" / "data" / "classic"
+MOMENTS = int(os.environ.get("SCREE_MOMENTS", 2))  # of each scene, at which it is killed
+ADAPTING = ["method.preset=shi", "step.control=shi", "contact.adapt=shi"]
+
+
+def random_rock(folder, kind, steps):
+    return [touching.jointed_rock(folder, kind, 3, steps)], []
+
+
+# Decks and settings of runs that take up to a second.
+SCENES = {
+    "arc": lambda folder: ([SOURCE / "input/paper/arc/arc.ana"], ["step.size=5e-4"]),
+    "wall of 106": lambda folder: ([CLASSIC / "wall100.geo", CLASSIC / "wall100.ana"], ["step.count=60"]),
+    "random rock": lambda folder: random_rock(folder, "dda, Green strain", 8),
+    "shaken column": lambda folder: (scenes.column(36).write(folder, 0.005),
+                                     ["acceleration.table=0 0 0 0.05 5 1 0.1 -5 0 1 0 0", "step.end_time=0.1", "damping.mass=0.1"]),
+    "mesh": lambda folder: random_rock(folder, "nmm", 20),
+    "stiffness that adapts": lambda folder: ([CLASSIC / "circleslope.geo", CLASSIC / "circleslope.ana"],
+                                             [*ADAPTING, "step.count=60"]),
+    "impacts": lambda folder: ([SOURCE / "input/paper/arc/arc.ana"], ["contact.restitution=0.5", "step.size=2e-3"]),
+}
+
+
+def words(settings):
+    return [word for setting in settings for word in ("--set", setting)]
+
+
+def datasets(path, but=()):
+    """All datasets of a run by name, but for what it cost and where it may be gone on from."""
+    found = {}
+    with h5py.File(path) as f:
+        f.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+    return {name: value for name, value in found.items() if not name.startswith(("cost", "checkpoint", "scene/options", *but))}
+
+
+def differing(a, b, but=()):
+    """Names of datasets that are not the same bytes."""
+    a, b = datasets(a, but), datasets(b, but)
+    assert len(a) > 20
+    return sorted(a.keys() ^ b.keys()) + [name for name in a.keys() & b.keys() if a[name].tobytes() != b[name].tobytes()]
+
+
+def stop(number, decks, settings, path, seconds, pause):
+    """Starts a run and sends a signal; False where that ended before, or had not begun."""
+    path.unlink(missing_ok=True)
+    with subprocess.Popen([SCREE, "run", *decks, "-o", path, "--quiet", *words(settings)], stderr=subprocess.PIPE) as run:
+        while run.poll() is None and not path.exists():
+            time.sleep(1e-3)
+        time.sleep(pause * seconds)
+        run.send_signal(number)
+        run.communicate()
+    if run.returncode == 0 or not path.exists():
+        return False
+    try:
+        with h5py.File(path) as f:
+            return number != signal.SIGKILL or len(f["checkpoint/rows"]) > 0
+    except (OSError, KeyError):  # killed before the first frame
+        return False
+
+
+def stopped(number, decks, settings, path, seconds, moments):
+    """Stops a run at a random moment, until that is one with something to go on from."""
+    for _ in range(20):
+        if stop(number, decks, settings, path, seconds, moments.uniform(0.0, 0.9)):
+            return
+    raise AssertionError("no moment to stop this run at")
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_run_goes_on_with_the_same_bits(name, tmp_path):
+    """Stopped by SIGTERM: every step is the same, and every frame; the one of the stop is one more. Killed: the file is the same.
+    The threads of the linear algebra are others than those of the run before."""
+    (tmp_path / "decks").mkdir()
+    decks, settings = SCENES[name](tmp_path / "decks")
+    settings = [*settings, "output.checkpoint=2"]
+    whole, path, moments = tmp_path / "whole.h5", tmp_path / "part.h5", random.Random(14)
+    begun = time.monotonic()
+    done = call("run", *decks, "-o", whole, "--quiet", *words(settings))
+    seconds = time.monotonic() - begun
+    assert done.returncode == 0, done.stderr
+    for moment in range(MOMENTS):
+        number = (signal.SIGKILL, signal.SIGTERM)[moment % 2]
+        stopped(number, decks, settings, path, seconds, moments)
+        done = call("run", "--restart", path, "--quiet", env={**os.environ, "OPENBLAS_NUM_THREADS": "12"[moment // 2 % 2]})
+        assert done.returncode == 0, done.stderr
+        assert differing(whole, path, () if number == signal.SIGKILL else ("VTKHDF", "bodies", "contacts")) == []
+        a, b = read(whole), read(path)
+        at = np.searchsorted(b.times, a.times)
+        assert b.scene.status == "complete" and b.n_frames <= a.n_frames + 1 and (b.times[at] == a.times).all()
+        for i, k in enumerate(at):
+            assert a.vertices(i).tobytes() == b.vertices(k).tobytes() and a.stress(i).tobytes() == b.stress(k).tobytes()
+            assert a.bodies.velocity[i].tobytes() == b.bodies.velocity[k].tobytes()
+
+
+@pytest.fixture
+def stopped_run(tmp_path):
+    """Decks, and a run of them that is over after 30 steps of 100, in the folder."""
+    analysis = (SOURCE / "input/paper/arc/arc.ana").read_text()
+    (tmp_path / "arc.ana").write_text(analysis)
+    (tmp_path / "arc.geo").write_text((SOURCE / "input/paper/arc/arc.geo").read_text())
+    assert call("run", "arc", "--quiet", "--set", "step.count=30", cwd=tmp_path).returncode == 0
+    return tmp_path
+
+
+def goes_on(folder, *words):
+    done = call("run", "--restart", "arc.h5", "--quiet", "--set", "step.count=50", *words, cwd=folder)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_run_is_gone_on_with_again_and_again(stopped_run):
+    """Restarts of restarts; the settings of the first run stay."""
+    for count in (31, 40, 50):
+        goes_on(stopped_run, "--set", f"step.count={count}")
+    assert call("run", "arc", "--quiet", "--set", "step.count=50", "-o", "whole.h5", cwd=stopped_run).returncode == 0
+    assert differing(stopped_run / "whole.h5", stopped_run / "arc.h5", ("VTKHDF", "bodies", "contacts", "scene/settings")) == []
+
+
+def test_another_file_leaves_the_first_as_it_was(stopped_run):
+    before = (stopped_run / "arc.h5").read_bytes()
+    goes_on(stopped_run, "-o", "more.h5")
+    assert (stopped_run / "arc.h5").read_bytes() == before and len(read(stopped_run / "more.h5").history.time) == 50
+    assert not list(stopped_run.glob("*.part"))
+
+
+def test_the_side_car_has_all_frames(stopped_run):
+    goes_on(stopped_run, "--xdmf")
+    assert (stopped_run / "arc.xdmf").read_text().count("<Time ") == read(stopped_run / "arc.h5").n_frames
+
+
+def test_frames_go_on_at_their_times_when_the_end_moves(stopped_run):
+    """Frames at set times that are set anew: no step goes back, and frames come at multiples."""
+    done = call("run", "--restart", "arc.h5", "--quiet", "--set", "step.count=1000", "--set", "output.interval=0.1", cwd=stopped_run)
+    assert done.returncode == 0, done.stderr
+    r = read(stopped_run / "arc.h5")
+    stop = r.history.time[29]
+    later = r.times[r.times > stop]
+    assert (np.diff(r.history.time) > 0).all() and len(later) > 5
+    assert np.abs(later / 0.1 - np.round(later / 0.1))[:-1].max() < 1e-9 and later[0] - stop <= 0.1 + 1e-12
+
+
+def edit(path, change):
+    with h5py.File(path, "a") as f:
+        change(f)
+
+
+BAD = {
+    "another deck": (lambda d: (d / "arc.ana").write_text((d / "arc.ana").read_text() + "\n"), "arc.ana: expected the deck that"),
+    "another geometry": (lambda d: (d / "arc.geo").write_text((d / "arc.geo").read_text() + "! more\n"), "arc.geo: expected the deck that"),
+    "no deck": (lambda d: (d / "arc.ana").unlink(), "arc.ana: expected a deck, found no such file"),
+    "no file": (lambda d: (d / "arc.h5").unlink(), "arc.h5: expected the results file of a run to go on with, found no such file"),
+    "no results file": (lambda d: (d / "arc.h5").write_text("no"), "found another file"),
+    "the results of something else": (lambda d: edit(d / "arc.h5", lambda f: f.__delitem__("scene")), "found another file"),
+    "no checkpoint": (lambda d: edit(d / "arc.h5", lambda f: f.__delitem__("checkpoint")), "expected a run with a checkpoint"),
+    "another version": (lambda d: edit(d / "arc.h5", lambda f: f["scene"].attrs.modify("version", np.bytes_("scree 0.0.9"))),
+                        "found one of scree 0.0.9"),
+    "other components": (lambda d: edit(d / "arc.h5", lambda f: f["checkpoint/components"].write_direct(
+        np.array([b"time"], f["checkpoint/components"].dtype))), "found one of another version"),
+    "a damaged checkpoint": (lambda d: edit(d / "arc.h5", lambda f: f["checkpoint/end"].__setitem__(0, f["checkpoint/end"][0] - 1)),
+                             "found one that is damaged"),
+    "rows that are not there": (lambda d: edit(d / "arc.h5", lambda f: f["history/area"].resize(9, 0)), "up to its checkpoint, found less"),
+    "other vertices": (lambda d: edit(d / "arc.h5", lambda f: f["VTKHDF/Points"].__setitem__((0, 0), 7.0)), "begins with other vertices"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_restart_is_refused_in_a_line_and_writes_nothing(name, stopped_run):
+    BAD[name][0](stopped_run)
+    before = {path: path.read_bytes() for path in stopped_run.iterdir()}
+    done = call("run", "--restart", "arc.h5", "--quiet", "--set", "step.count=50", cwd=stopped_run)
+    assert done.returncode == (1 if name == "rows that are not there" else 2) and BAD[name][1] in done.stderr, done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert {path: path.read_bytes() for path in stopped_run.iterdir()} == before
+
+
+@pytest.mark.parametrize("words, expected", [
+    ([], "beyond the checkpoint"), (["--set", "contact.stiffness=1e9", "--set", "step.count=50"], "a setting of step or output"),
+    (["--classic-output", "--set", "step.count=50"], "without --restart")])
+def test_words_that_do_not_go_with_a_restart_are_refused(words, expected, stopped_run):
+    done = call("run", "--restart", "arc.h5", *words, cwd=stopped_run)
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and expected in done.stderr, done.stderr
+
+
+def test_restart_goes_with_run_alone(stopped_run):
+    done = call("check", "--restart", "arc.h5", cwd=stopped_run)
+    assert done.returncode == 2 and "expected --restart with run" in done.stderr
+
+
+def components(source, name):
+    """Names of the components of a type in a source."""
+    body = re.search(rf"^  type :: {name}\n(.*?)^  end type", (SOURCE / "src" / source).read_text(), re.S | re.M)[1]
+    names = []
+    for line in body.splitlines():
+        declared = line.split("!!")[0].partition("::")[2]
+        names += re.findall(r"(\w+)\s*(?:\([^)]*\))?\s*(?:=[^,]*)?(?:,|$)", re.sub(r"\([^)]*\)", "", declared))
+    return names
+
+
+@pytest.mark.parametrize("source, name", [
+    ("model/state.f90", "state_t"), ("model/state.f90", "pace_t"), ("model/state.f90", "books_t"), ("model/factored.f90", "factored_t"),
+    ("model/contacts.f90", "contact_memory_t"), ("model/contacts.f90", "contact_t"), ("model/contacts.f90", "entrance_t"),
+    ("stepping/watch.f90", "watch_t")])
+def test_no_component_of_what_a_run_goes_on_from_is_forgotten(source, name):
+    """Who adds a component to the state, or to the watch, is told here to name it in `visit_run`; of the state, in
+    `first_difference` too, by which the law of the house is tried."""
+    names = components(source, name)
+    assert len(names) >= 4
+    for text in (["src/results/checkpoint.f90"] if name == "watch_t" else ["src/results/checkpoint.f90", "tests/worlds/states.f90"]):
+        missing = [n for n in names if f"%{n}" not in (SOURCE / text).read_text()]
+        assert missing == [], text
