@@ -5,7 +5,7 @@
 module scree_restart
   use hdf5, only: h5iget_name_f, hid_t, hsize_t, size_t
   use scree_checkpoint, only: components_of, put_checkpoint, take_checkpoint
-  use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
+  use scree_errors, only: error_t, fail, status_bad_input
   use scree_hdf5_reading, only: close_for_reading, count_rows, open_for_reading, read_attribute, read_count, read_rows, read_words
   use scree_hdf5_writing, only: append_rows, rows_t
   use scree_kinds, only: dp
@@ -21,6 +21,9 @@ module scree_restart
   implicit none
   private
   public :: find_decks, open_past, past_t, resume_output
+
+  !> Datasets of the checkpoints: three with a row each, and the numbers of all.
+  character(len=*), parameter :: of_checkpoint(4) = [character(len=7) :: 'frame', 'end', 'rows', 'numbers']
 
   integer(hsize_t), parameter :: copied_at_once = 1000000 !! numbers
 
@@ -176,15 +179,18 @@ contains
     type(error_t), allocatable, intent(out) :: error
     real(dp), allocatable :: end_(:), frame(:), rows(:)
     character(len=:), allocatable :: names(:)
-    integer(hsize_t) :: from, last, n
-    integer :: width
+    integer(hsize_t) :: from, last, n, n_rows(size(of_checkpoint))
+    integer :: i, width
 
     names = read_words(past%file, '/checkpoint/components')
-    call count_rows(past%file, '/checkpoint/rows', n, width) ! with fewer rows than the others where a run was killed in between
+    do i = 1, size(n_rows)
+      call count_rows(past%file, '/checkpoint/'//trim(of_checkpoint(i)), n_rows(i), width)
+    end do
+    n = minval(n_rows(:3)) ! a run that was killed may have written some of the last
     frame = read_rows(past%file, '/checkpoint/frame', 0_hsize_t, n)
     end_ = read_rows(past%file, '/checkpoint/end', 0_hsize_t, n)
-    last = count(frame < read_count(past%file, '/VTKHDF/Steps', 'NSteps'))
-    if (last == 0 .or. size(end_) /= n) then
+    last = count(frame < read_count(past%file, '/VTKHDF/Steps', 'NSteps') .and. end_ <= n_rows(4))
+    if (last == 0) then
       call fail(error, status_bad_input, past%path//': expected a run with a checkpoint to go on from (output.checkpoint=... '// &
                 'writes them), found none')
       return
@@ -275,7 +281,7 @@ contains
         n = min(n_rows - at, max(1_hsize_t, copied_at_once/width))
         values = read_rows(past%file, trim(name), at, n)
         if (size(values) /= n*width) then
-          call fail(error, status_run_failed, past%path//': expected '//trim(name)//' up to its checkpoint, found less')
+          call fail(error, status_bad_input, past%path//': expected '//trim(name)//' up to its checkpoint, found less')
           return
         end if
         call append_rows(rows, values, error)
