@@ -11,6 +11,7 @@ import numpy as np
 
 from ..bench import scenes as bench
 from ..block_files import box, running_bond, turned
+from ..polygons import deepest_overlap
 from .scene import Block, Scene, Written, falls, goes, stands, stays_above
 
 G = bench.GRAVITY
@@ -158,8 +159,15 @@ def notch():
     return Scene([Block(base, fixed=True), Block(wedge)], stands(2.0), convex=False, overlap=2e-3)
 
 
-def speck():
-    return on_floor(box(-500, 500, 0, 1000), box(600, 600.001, 0, 1e-3), wide=2000, deep=200, answer=stands(1.5), overlap=0.6)  # of the block of 1000
+def speck(small=1e-3):
+    """Bounds are those of the block of 1000; the speck has one of its own."""
+    def sits(r, size, scene):
+        block, middle = r.polygons(-1)[-1], r.bodies.centroid[-1, -1] - r.bodies.centroid[0, -1]
+        depth = deepest_overlap([r.polygons(-1)[0], block]) / size.edge
+        if depth > 0.01 * small or np.linalg.norm(middle) > small * size.edge:
+            return f"the speck is {depth / small:.1e} of its size in the floor, and went {np.linalg.norm(middle) / small / size.edge:.1e} of it"
+        return ""
+    return on_floor(box(-500, 500, 0, 1000), box(1900, 1900 + small, 0, small), wide=2000, deep=200, answer=sits, overlap=0.6)
 
 
 def slide(settings, overlap=1e-3):
