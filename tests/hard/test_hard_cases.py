@@ -22,7 +22,10 @@ KNOWN = {
     ("flush", "", ""): "a corner that is pressed into its floor by its overlap meets the side of the next block of the floor",
     ("H12-turn30", "green", ""): "turning by 30 degrees a step, the decaying integrator takes angular momentum",
     ("H12-turn90", "green", ""): "turning by 90 degrees a step, likewise",
+    **{("H2-1e6", "", e): "with restitution a block that is crushed is not refused, and gains energy" for e in ("0", "0.5", "1")},
 }
+# What may take longer than the limit, on a machine that is slow.
+SLOW = {("column100", ""), ("column400", ""), ("slope700", ""), *(("wall", e) for e in ("0", "0.5", "1"))}
 
 # The ordinary suite: cases of a second or less, the way of all defaults, and some in other sizes and ways.
 SHORT = ["H1", "H2", "H2-1e4", "H2-1e6", "H2-1e6-hard", "H3", "H4", "H5", "H5-10", "H5-falls", "H6", "H7", "H7-allowed", "H10-arch",
@@ -42,7 +45,10 @@ def known(name, way):
 
 def marked(name, way):
     why = known(name, way)
-    return pytest.param(name, way, marks=[pytest.mark.xfail(reason=why, strict=True)] if why else [],
+    marks = [pytest.mark.xfail(reason=why, strict=True)] if why else []
+    if {(name, ""), (name, way.restitution)} & SLOW:
+        marks.append(pytest.mark.xfail(reason="takes long", strict=False))
+    return pytest.param(name, way, marks=marks,
                         id=f"{name}-{way.edge:g}-{way.step:g}-{way.strain}-{way.restitution}")
 
 
