@@ -127,6 +127,7 @@ contains
     call archive%array('stress', state%stress)
     call archive%array('deformation', state%deformation)
     call archive%array('rotation', state%rotation)
+    call archive%array('green', state%green)
     call archive%array('pair', state%pair)
     call visit_factored(archive, state%factored)
     call visit_contacts(archive, state%contacts)

@@ -61,7 +61,7 @@ def differing(a, b, but=()):
 
 
 def stop(number, decks, settings, path, seconds, pause):
-    """Starts a run and sends a signal; False where that ended before, or had not begun."""
+    """Starts a run and sends a signal; False where that ended before, or had no checkpoint yet."""
     path.unlink(missing_ok=True)
     with subprocess.Popen([SCREE, "run", *decks, "-o", path, "--quiet", *words(settings)], stderr=subprocess.PIPE) as run:
         while run.poll() is None and not path.exists():
@@ -73,8 +73,10 @@ def stop(number, decks, settings, path, seconds, pause):
         return False
     try:
         with h5py.File(path) as f:
-            return number != signal.SIGKILL or len(f["checkpoint/rows"]) > 0
-    except (OSError, KeyError):  # killed before the first frame
+            rest = f["checkpoint"]
+            return number != signal.SIGKILL or (rest["frame"][0] < f["VTKHDF/Steps"].attrs["NSteps"] and len(rest["rows"]) > 0
+                                                and rest["end"][0] <= len(rest["numbers"]))
+    except (OSError, KeyError, IndexError):  # killed before the first checkpoint with its frame
         return False
 
 
