@@ -1,8 +1,10 @@
-!> Which bodies others are near: what a step looks at for contacts. A body that is far from all others costs a look at how far it went.
+!> Which bodies others are near: what a step looks at for contacts. A body that is far from all others costs a look at how far it
+!> went.
 !>
-!> Around each body that can move lies a circle that holds its vertices, and what they reach in many steps. It is near others where an
-!> edge of another body, with what that reaches, comes into the circle; only then the vertices and edges of both are looked at. The
-!> circles hold until a body has gone as far as they reach beyond what its contacts do. Contacts do not tell when they were drawn.
+!> Around each body that can move lies a circle that holds its vertices, and what they reach in many steps. It is near others where
+!> an edge of another body, with what that reaches, comes into the circle; only then the vertices and edges of both are looked at.
+!> The circles hold until a body has gone as far as they reach beyond what its contacts do. Contacts do not tell when they were
+!> drawn.
 module scree_body_search
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_contact_rules, only: looks_at_all, set_reach
@@ -191,8 +193,8 @@ contains
     end do
   end function keeps_clear
 
-  !> Finds the bodies that others are near, and lists what is looked at then. Circles reach as far as keeps them clear of others, up to
-  !> many times the least, and no less than that.
+  !> Finds the bodies that others are near, and lists what is looked at then. Circles reach as far as keeps them clear of others, up
+  !> to many times the least, and no less than that.
   subroutine find_near(model, state, least, bodies)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state

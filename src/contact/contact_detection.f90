@@ -18,13 +18,14 @@ module scree_contact_detection
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, parallel
   use scree_corner_meeting, only: encounter_of_edge, encounter_t, meeting_t
-  use scree_corners, only: along_edge, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt
+  use scree_corners, only: along_edge, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn
   use scree_kinds, only: dp
   implicit none
   private
   public :: find_contacts
 
   real(dp), parameter :: near_at_rest = 1e-3_dp   !! of the edges about, up to which contacts are looked for
+  real(dp), parameter :: flush = 1e-4_dp          !! of the edges about, up to which corners of blocks side by side are one
 
 contains
 
@@ -43,6 +44,7 @@ contains
     logical :: may_rest                          !! a vertex behind an edge that it did not enter by is no contact
     real(dp) :: depth                            !! overlap up to which a vertex over an edge is looked at, length
     integer :: k, n_found
+    integer :: n_sorted                          !! pairs nearby in the order of their edges, before those inside
 
     if (.not. allocated(search%bodies%vertex)) call list_all(outlines, search%bodies)
     call survey_edges(outlines, position, search%bodies%farther, search%bodies%about, survey)
@@ -79,7 +81,7 @@ contains
           survey%turning(about) = max(turning_of(about), turning_of(outlines%previous(about)))
       end associate
       call look_as_far()
-      call find_nearby(outlines, position, survey%near, survey%local, self_contact, search, try%nearby)
+      call find_nearby(outlines, position, survey%near, survey%local, self_contact, search, try%nearby, n_sorted)
       try%nearby = reshape([try%nearby, memory%inside], [2, size(try%nearby, 2) + size(memory%inside, 2)])
       do k = 1, size(try%nearby, 2) ! a large block takes the measure of a small one beside it
         i = try%nearby(1, k)
@@ -143,11 +145,65 @@ contains
 
       meeting = meet(try%law, survey, i, j)
       do k = 1, meeting%n
+        if (may_rest .and. meeting%encounter(k)%n_lines == 2) call leave_out_covered(i, j, meeting%encounter(k))
         call add(meeting%encounter(k))
       end do
       if (meeting%beside(1)) call meet_sides(i, j)
       if (meeting%beside(2)) call meet_sides(j, i)
     end subroutine meet_corners
+
+    !> Leaves out the entrance line of edges that a third block lies flush with, where a corner is behind the other line already: by
+    !> its overlap with that block, on which it slides. It would be caught by a side that nothing can get at.
+    subroutine leave_out_covered(i, j, encounter)
+      integer, intent(in) :: i, j
+      type(encounter_t), intent(inout) :: encounter
+      logical :: covered(2) !! edges that begin at the corners, edges that end there
+
+      covered = covered_edges(i, j) .or. covered_edges(j, i)
+      if (count(covered) /= 1) return
+      associate (other => encounter%line(merge(2, 1, covered(1))))
+        if (.not. gap_at(survey, other%vertex(1), other%edge(1)) < 0) return
+        encounter%line(1) = other
+        encounter%n_lines = 1
+      end associate
+    end subroutine leave_out_covered
+
+    !> Whether a third block lies flush with the edge that begins at corner j, and with that which ends there, by a corner near i.
+    function covered_edges(i, j) result(covered)
+      integer, intent(in) :: i, j
+      logical :: covered(2)
+      integer :: k
+
+      covered = .false.
+      do k = first_at_edge(i), n_sorted
+        if (try%nearby(2, k) /= i) return
+        associate (c => try%nearby(1, k), block => outlines%block, local => survey%local)
+          if (any(block(c) == block([i, j]))) cycle
+          if (norm2(survey%start(:, c) - survey%start(:, j)) > flush*min(local(c), local(j))) cycle
+          associate (own => survey%corner(j), cover => survey%corner(c))
+            covered(1) = covered(1) .or. abs(turn(cover%from + cover%angle - own%from)) < parallel
+            covered(2) = covered(2) .or. abs(turn(own%from + own%angle - cover%from)) < parallel
+          end associate
+        end associate
+      end do
+    end function covered_edges
+
+    !> First pair nearby with edge i, by bisection.
+    integer function first_at_edge(i) result(low)
+      integer, intent(in) :: i
+      integer :: high, middle
+
+      low = 1
+      high = n_sorted + 1
+      do while (low < high)
+        middle = (low + high)/2
+        if (try%nearby(2, middle) < i) then
+          low = middle + 1
+        else
+          high = middle
+        end if
+      end do
+    end function first_at_edge
 
     !> Contacts of vertex i over the edges at vertex j, of which the corner there says nothing.
     subroutine meet_sides(i, j)

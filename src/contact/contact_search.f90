@@ -23,7 +23,7 @@ contains
   !> Pairs of a vertex and an edge that are no farther apart than contacts of either reach and some room, so that a vertex inside
   !> a body is found too, in the order of the edges; then those that were inside when the run began and lie deeper. A search is made
   !> where what an earlier one listed may not do. The pairs do not tell when it was made.
-  subroutine find_nearby(outlines, position, near, local, self_contact, search, nearby)
+  subroutine find_nearby(outlines, position, near, local, self_contact, search, nearby, n_in_order)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)          !! (2, n_vertices), length
     real(dp), intent(in) :: near(:)                 !! (n) how far a contact of each vertex reaches, length
@@ -31,6 +31,7 @@ contains
     logical, intent(in) :: self_contact             !! a body may touch itself
     type(contact_search_t), intent(inout) :: search
     integer, allocatable, intent(out) :: nearby(:, :) !! (2, n)
+    integer, intent(out), optional :: n_in_order    !! pairs before those that were inside
     real(dp) :: wide(size(near))
     logical :: deep(size(outlines%inside, 2))
     logical, allocatable :: is_near(:)
@@ -44,6 +45,7 @@ contains
     deep = .not. are_near(outlines, position, wide, outlines%inside)
     nearby = reshape([pack(search%candidate, spread(is_near, 1, 2)), pack(outlines%inside, spread(deep, 1, 2))], &
                      [2, count(is_near) + count(deep)])
+    if (present(n_in_order)) n_in_order = count(is_near)
   end subroutine find_nearby
 
   !> Whether vertex and edge of each pair are near each other.

@@ -32,7 +32,7 @@ module scree_corners
 
 contains
 
-  !> Surveys listed edges of outlines whose elements have their vertices at `position`; edges before listed corners have to be listed.
+  !> Surveys listed edges of outlines whose elements have their vertices at `position`; with a corner the edge before it is.
   pure subroutine survey_edges(outlines, position, edge, corner, survey)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
