@@ -24,7 +24,7 @@ module scree_simulation
   use scree_text, only: number_text, rounded_text
   use scree_time_stepper, only: advance, step_report_t
   use scree_timers, only: start_phase, stop_phase, timer_t
-  use scree_watch, only: begin_watch, check_numbers, watch_step, watch_t
+  use scree_watch, only: begin_watch, check_numbers, watch_impact, watch_step, watch_t
   implicit none
   private
   public :: simulate
@@ -182,6 +182,7 @@ contains
     call after_step(scene%settings, report%dt, report%rejected, run%state)
     if (scene%settings%chooses_step) &
       run%state%pace%size = following_size(scene, run%model, run%state%contacts, report%dt, report%travel)
+    call watch_impact(run%watch, run%model, run%state%time, report%impact, run%progress)
     call check_numbers(run%model, run%cache, run%state, error)
     if (.not. allocated(error)) then
       call watch_step(run%watch, run%model, run%cache, run%state, report%work, run%progress, nonsense)

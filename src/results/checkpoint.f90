@@ -138,6 +138,7 @@ contains
     call archive%part('watch%fallen', watch%fallen)
     call archive%part('watch%area_warned', watch%area_warned)
     call archive%part('watch%energy_warned', watch%energy_warned)
+    call archive%part('watch%impact_warned', watch%impact_warned)
     call archive%array('watch%soft', watch%soft)
   end subroutine visit_run
 

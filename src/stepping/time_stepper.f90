@@ -24,7 +24,7 @@ module scree_time_stepper
   use scree_strain_choice, only: add_where_needed, choose_at_start
   use scree_step_try, only: begin_outcome, outcome_t, remedy_shorter, remedy_stiffer, remedy_wider, try_t
   use scree_text, only: rounded_text
-  use scree_trouble, only: words_of
+  use scree_trouble, only: trouble_t, words_of
   use scree_update, only: update_state
   implicit none
   private
@@ -42,6 +42,7 @@ module scree_time_stepper
     integer :: rejected = 0              !! tries
     real(dp) :: travel = 0.0_dp          !! largest of a vertex, where a step may go only so far, length
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness
+    type(trouble_t) :: impact            !! why an impact in it was left to springs
   end type step_report_t
 
 contains
@@ -74,7 +75,7 @@ contains
     end do tries
     call make_impact(model, cache, state, try, outcome)
     report = step_report_t(try%dt, outcome%iterations, outcome%solves, outcome%judged, outcome%rejected, try%travel, &
-                           work_of_step(model, cache, state, try%rule, try%d))
+                           work_of_step(model, cache, state, try%rule, try%d), outcome%impact)
     call accept(model, try, report%work, cache, state)
     call check_state(model, state, error)
   end subroutine advance
@@ -221,6 +222,7 @@ contains
     call settle_try(model, cache, pushed, again, outcome_again)
     if (outcome_again%settled) call check_try(model, cache, state, again, outcome_again)
     possible = outcome_again%settled
+    if (.not. possible) outcome%impact = outcome_again%trouble
     if (possible) &
       call rebound(model, cache, state, try%rule, again%d, try%contacts, again%contacts, again%impact, possible)
     outcome%solves = outcome_again%solves

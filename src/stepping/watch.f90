@@ -18,7 +18,7 @@ module scree_watch
   use scree_trouble, only: new_trouble, trouble_t, words_of
   implicit none
   private
-  public :: begin_watch, check_numbers, watch_step, watch_t
+  public :: begin_watch, check_numbers, watch_impact, watch_step, watch_t
 
   !> Area over that at the start, or the inverse, that is suspicious with small strain, and with Green strain, where stretches are
   !> meant; and that ends the run. With small strain a block that turns grows, by 1 + r^2 in a step, in the runs of Shi's programs
@@ -35,7 +35,7 @@ module scree_watch
     real(dp) :: scale = 0.0_dp           !! what the start, and loads since, have to give, likewise
     real(dp) :: height = 0.0_dp          !! energy of the weights at the start, likewise
     real(dp) :: fallen = 0.0_dp          !! most that they have given since, likewise
-    logical :: area_warned = .false., energy_warned = .false.
+    logical :: area_warned = .false., energy_warned = .false., impact_warned = .false.
     logical, allocatable :: soft(:)      !! (n_elements) warned of that Green strain lost its stiffness
   end type watch_t
 
@@ -89,6 +89,20 @@ contains
     end do
     call fail(error, status_run_failed, words_of(trouble, model))
   end subroutine check_numbers
+
+  !> Warns once of an impact that was left to springs.
+  subroutine watch_impact(watch, model, time, trouble, progress)
+    type(watch_t), intent(inout) :: watch
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: time                  !! after the step
+    type(trouble_t), intent(in) :: trouble        !! nothing where there is none
+    type(progress_t), intent(inout) :: progress
+
+    if (watch%impact_warned .or. .not. allocated(trouble%what)) return
+    watch%impact_warned = .true.
+    call warn(progress, 'time '//rounded_text(time)//': an impact is left to springs, without contact.restitution: '// &
+              words_of(trouble, model))
+  end subroutine watch_impact
 
   !> Looks at areas and energy after a step.
   !>
