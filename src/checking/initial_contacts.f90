@@ -6,6 +6,7 @@ module scree_initial_contacts
   use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, parallel
   use scree_kinds, only: dp
   use scree_model, only: model_t
+  use scree_sets, only: root_of, unite
   use scree_sorting, only: sort_by
   use scree_state, only: state_t
   implicit none
@@ -42,36 +43,22 @@ contains
     type(contact_t), intent(in) :: contact(:)
     logical, intent(in) :: begin(:)     !! (n_blocks)
     logical :: reached(size(begin))
-    integer :: pair(2), root(size(begin)), i, k
+    integer :: root(size(begin)), i, k
 
     root = [(i, i=1, size(begin))]
     do i = 1, size(contact)
       do k = 1, contact(i)%n_entrances
         associate (entrance => contact(i)%entrance(k), block => model%outlines%block)
-          pair = [root_of(block(entrance%vertex)), root_of(block(entrance%edge))]
-          root(maxval(pair)) = minval(pair)
+          call unite(root, block(entrance%vertex), block(entrance%edge))
         end associate
       end do
     end do
     reached = .false.
     do i = 1, size(begin)
-      root(i) = root_of(i)
+      root(i) = root_of(root, i)
       if (begin(i)) reached(root(i)) = .true.
     end do
     reached = reached(root)
-
-  contains
-
-    !> The first block of those that a block is joined to.
-    pure integer function root_of(b)
-      integer, intent(in) :: b
-
-      root_of = b
-      do while (root(root_of) /= root_of)
-        root_of = root(root_of)
-      end do
-    end function root_of
-
   end function reached_from
 
   !> Length of each edge of the elements that no other body lies on; 0 of lines of the mesh.

@@ -75,19 +75,19 @@ contains
         end if
       end associate
     end do
-    if (try%hardening > 1) call soften(try%hardening, memory%contact)
+    call soften(try%start%hardening, memory%contact)
     memory%stiffness = stiffness_after(try%law, memory%gap, memory%penetration)
   end subroutine accept_contacts
 
   !> Gives springs across that became harder in the step their own stiffness back.
   pure subroutine soften(hardening, contact)
-    real(dp), intent(in) :: hardening
+    real(dp), intent(in) :: hardening(:, :) !! (2, n)
     type(contact_t), intent(inout) :: contact(:)
     integer :: i, k
 
     do i = 1, size(contact)
       do k = 1, 2
-        contact(i)%entrance(k)%stiffness(1) = contact(i)%entrance(k)%stiffness(1)/hardening
+        contact(i)%entrance(k)%stiffness(1) = contact(i)%entrance(k)%stiffness(1)/hardening(k, i)
       end do
     end do
   end subroutine soften

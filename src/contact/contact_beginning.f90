@@ -27,8 +27,8 @@ contains
     try%linear = .not. any(cache%element%green)
     try%weight = rule%operator_weight
     try%dashpot = try%law%viscosity/rule%dt
-    try%hardening = 1.0_dp
-    try%left = huge(try%left)
+    try%first = 1
+    try%last = size(try%contact)
     try%count = 0
     try%changes = 0
     if (state%step == 0) call bond_contacts(model%outlines, state%vertex, try)
@@ -37,6 +37,7 @@ contains
     end do
     if (allocated(try%geometry)) deallocate (try%geometry, try%start)
     allocate (try%geometry(2, size(try%contact)), try%start(2, size(try%contact)))
+    if (.not. allocated(try%largest)) allocate (try%largest(model%n_blocks))
     at_rest = 0.0_dp
     call place(model, cache, state, at_rest, try)
     do i = 1, size(try%contact)

@@ -14,31 +14,33 @@ module scree_contact_forces
 
   integer, parameter :: n = 2*element_unknowns
 
-  !> Closed contacts by the pairs of elements that they act between, in their order.
+  !> Closed contacts by the pairs of elements of an island that they act between, in their order.
   type :: closed_contacts_t
-    integer, allocatable :: first(:)   !! (n_pairs+1) pair p has contact(first(p):first(p+1)-1)
+    integer, allocatable :: first(:)   !! (n+1) the k-th pair has contact(first(k):first(k+1)-1)
     integer, allocatable :: contact(:)
   end type closed_contacts_t
 
 contains
 
-  !> Lists the closed contacts of each pair of elements.
-  pure function closed_contacts(try) result(closed)
+  !> Lists the closed contacts of each pair of the island that is settled.
+  pure function closed_contacts(try, n, place) result(closed)
     type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: n           !! pairs that the island has
+    integer, intent(in) :: place(:)    !! (n_pairs) of each pair in its island
     type(closed_contacts_t) :: closed
-    integer :: i, k, last(size(try%pair, 2) + 1), pass
+    integer :: i, k, last(n + 1), pass
 
     allocate (closed%first(size(last)))
     last = 0
     do pass = 1, 2 ! count, then keep
-      do i = 1, size(try%contact)
+      do i = try%first, try%last
         associate (contact => try%contact(i))
           if (contact%entrance(contact%active)%state == state_open) cycle
           do k = 1, contact%n_entrances
             associate (pair => contact%entrance(k)%pair)
               if (k == 2 .and. pair == contact%entrance(1)%pair) cycle
-              last(pair) = last(pair) + 1
-              if (pass == 2) closed%contact(last(pair)) = i
+              last(place(pair)) = last(place(pair)) + 1
+              if (pass == 2) closed%contact(last(place(pair))) = i
             end associate
           end do
         end associate

@@ -29,8 +29,9 @@ module scree_contact_geometry
 
   integer, parameter :: n = element_unknowns
 
-  !> An entrance about a reference displacement: g(d) = gap + normal.(d - reference), and so slid.
+  !> An entrance about a displacement: g(d) = gap + normal.(d - at), and so slid.
   type :: entrance_geometry_t
+    real(dp) :: at(2*n) = 0.0_dp        !! that displacement, of the unknowns of both elements
     real(dp) :: gap = 0.0_dp            !! length
     real(dp) :: along = 0.0_dp          !! from the start of the edge to the foot of the vertex when the step began, length
     real(dp) :: slid = 0.0_dp           !! of that foot along the edge since then, from the share of the edge where it was, length

@@ -5,7 +5,7 @@ module scree_contact_problem
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: bond
-  use scree_equations, only: equations_t, place_row, shared_problem
+  use scree_equations, only: equations_t, island_problem, place_row
   use scree_friction_problem, only: friction_problem_t, spring_back, spring_forth, spring_locked, spring_open, &
                                     spring_pulled
   use scree_kinds, only: dp
@@ -19,13 +19,14 @@ module scree_contact_problem
 
 contains
 
-  !> Poses the problem of the step at `d`, for a correction of it, with the entrances that act. The equations hold what
+  !> Poses the problem of an island at `d`, for a correction of it, with the entrances that act. The equations hold what
   !> the elements add.
   !>
   !> Contacts that are open get the anchors that they would close at.
-  subroutine pose_problem(model, try, d, equations, problem)
+  subroutine pose_problem(model, try, group, d, equations, problem)
     type(model_t), intent(in) :: model
-    type(contact_try_t), intent(inout) :: try
+    type(contact_try_t), intent(inout) :: try !! of which the contacts of the island are settled
+    integer, intent(in) :: group              !! of the island
     real(dp), intent(in) :: d(:)             !! (n_unknowns)
     type(equations_t), intent(in) :: equations
     type(friction_problem_t), intent(out) :: problem
@@ -33,12 +34,12 @@ contains
     real(dp) :: row(n, 4)
     integer :: i
 
-    call shared_problem(equations, size(try%contact), problem)
-    do i = 1, size(try%contact)
+    call island_problem(equations, group, try%last - try%first + 1, problem)
+    do i = try%first, try%last
       now = gaps_and_slips(model, try, i, d)
       call anchor_what_closes(try, i, now)
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active), &
-                 spring => problem%spring(i))
+                 spring => problem%spring(i - try%first + 1))
         call spring_of(try, i, now, spring%pressing, spring%stiffness)
         spring%shear = entrance%multiplier(2) - entrance%stiffness(2)*now(k)%slip
         spring%shear_stiffness = entrance%stiffness(2)
@@ -48,29 +49,29 @@ contains
         row(:, 1) = try%geometry(k, i)%normal
         row(:, 3) = try%geometry(k, i)%normal_end
         call rows_along(try, i, row(:, 2), row(:, 4))
-        call place_row(equations, entrance%pair, i, row, problem)
+        call place_row(equations, group, equations%place_of(entrance%pair), i - try%first + 1, row, problem)
       end associate
     end do
     problem%symmetric = all(abs(problem%normal - problem%normal_change) <= 0) .and. &
                         all(abs(problem%shear - problem%shear_change) <= 0)
   end subroutine pose_problem
 
-  !> Gives the contacts the states of the problem's springs.
+  !> Gives the contacts that are settled the states of the problem's springs.
   pure subroutine take_states(state, try)
     integer, intent(in) :: state(:)
     type(contact_try_t), intent(inout) :: try
     integer :: i
 
-    do i = 1, size(try%contact)
+    do i = try%first, try%last
       associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
-        select case (state(i))
+        select case (state(i - try%first + 1))
         case (spring_open)
           entrance%state = state_open
         case (spring_locked)
           entrance%state = state_locked
         case (spring_forth, spring_back, spring_pulled)
           entrance%state = state_sliding
-          entrance%direction = merge(1.0_dp, -1.0_dp, state(i) == spring_forth)
+          entrance%direction = merge(1.0_dp, -1.0_dp, state(i - try%first + 1) == spring_forth)
         end select
       end associate
     end do

@@ -19,6 +19,7 @@ module scree_contact_quantities
     logical :: closed = .false.
     logical :: returned = .false. !! in this step the anchor went back to that share, to stay
     real(dp) :: multiplier(2) = 0.0_dp !! forces across and along that the springs need not make up
+    real(dp) :: hardening = 1.0_dp !! of the spring across in this step, so that multipliers follow faster
   end type entrance_start_t
 
   !> The force of a contact per unit thickness, and what it changes by with the gaps of both entrances and the slip of that which

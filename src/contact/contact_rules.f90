@@ -15,7 +15,7 @@ module scree_contact_rules
   use scree_contact_geometry, only: geometry_of
   use scree_contact_memory, only: contact_as_shi, contact_over_edges, inherit, past_t
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
-  use scree_contact_try, only: beyond_reference, contact_try_t, of_elements
+  use scree_contact_try, only: contact_try_t, of_elements
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, &
                             state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, meet_as_shi, meet_by_entrances, meeting_t
@@ -36,7 +36,7 @@ module scree_contact_rules
   public :: press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
   public :: anchor_what_closes, anchors_return, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, &
-            judge, may_make_energy
+            judge, may_make_energy, settles_as_one
   ! remember
   public :: remember_overlap, remember_slide, stiffness_adapts, stiffness_after
 
@@ -68,6 +68,18 @@ contains
       iteration_rules = iteration_rules_t()
     end select
   end function iteration_rules
+
+  !> Whether all contacts are iterated as often as those that settle last; else islands are apart.
+  pure logical function settles_as_one(law)
+    type(contact_law_t), intent(in) :: law
+
+    select case (law%rules)
+    case (rules_shi)
+      settles_as_one = .true.
+    case default
+      settles_as_one = .false.
+    end select
+  end function settles_as_one
 
   !> Whether the search sees as far as vertices move in the step, and a step may outrun it; else it sees to a set gap.
   pure logical function looks_as_far_as_it_moves(law)
@@ -180,7 +192,7 @@ contains
     end select
   end function is_anchored
 
-  !> Places the entrances of all contacts at a displacement.
+  !> Places the entrances of the contacts that are settled together at a displacement.
   pure subroutine place(model, cache, state, d, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -191,7 +203,7 @@ contains
     logical :: anchored
 
     anchored = is_anchored(try)
-    do i = 1, size(try%contact)
+    do i = try%first, try%last
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
           if (any(cache%element(try%pair(:, entrance%pair))%green)) then
@@ -199,12 +211,12 @@ contains
           else
             geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, d)
           end if
+          geometry%at = of_elements(model, try%pair(:, entrance%pair), d)
           geometry%gap = geometry%gap - entrance%rest
           if (anchored) call add_edge(model, cache, state, try%pair(:, entrance%pair), entrance, geometry)
         end associate
       end do
     end do
-    try%reference = d
   end subroutine place
 
   !> Begins a contact that is placed at the start of the step: with the overlap that it inherits, and closed where it touches when a
@@ -285,7 +297,7 @@ contains
     real(dp) :: change(n), rows(n, 2)
 
     associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
-      change = beyond_reference(model, try%pair(:, entrance%pair), d, try%reference)
+      change = of_elements(model, try%pair(:, entrance%pair), d) - geometry%at
       now%edge_length = geometry%edge_length
       now%gap = geometry%gap + dot_product(geometry%normal_end, change)
       if (is_anchored(try)) then

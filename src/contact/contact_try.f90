@@ -8,14 +8,16 @@ module scree_contact_try
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: beyond_reference, contact_try_t, of_elements
+  public :: contact_try_t, of_elements, take_all, take_island
 
   integer, parameter :: n = 2*element_unknowns
 
   !> The contacts of a step, and what its iteration makes of them.
   type :: contact_try_t
     type(contact_law_t) :: law                           !! with the stiffness of this try
-    type(contact_t), allocatable :: contact(:)
+    type(contact_t), allocatable :: contact(:)           !! in the order of their islands
+    integer, allocatable :: of_island(:)                 !! (n_islands+1) island i has contact(of_island(i):of_island(i+1)-1)
+    integer :: first = 1, last = 0                       !! contacts that are settled together now
     integer, allocatable :: pair(:, :)                   !! (2, n_pairs) elements that the equations couple
     integer, allocatable :: inside(:, :)                 !! (2, n) vertices, each with the edge that it is inside of
     integer, allocatable :: nearby(:, :)                 !! (2, n) vertices and edges near enough to meet in the step
@@ -26,18 +28,48 @@ module scree_contact_try
     real(dp) :: swing = 0.0_dp                           !! of the turn, beyond what velocity makes, rad
     logical :: linear = .true.                           !! gaps and slips are, in displacements; else some follow the motion
     real(dp) :: weight = 1.0_dp                          !! of the displacement in the configuration where forces act
-    real(dp) :: hardening = 1.0_dp                       !! of the springs across in this step, so that multipliers follow faster
     real(dp) :: left = huge(1.0_dp)                      !! largest gap or overlap above the bound of multipliers, length
     real(dp) :: dashpot = 0.0_dp                         !! viscosity over the size of the step, force/length
     type(entrance_start_t), allocatable :: start(:, :)   !! (2, n)
     type(entrance_geometry_t), allocatable :: geometry(:, :) !! (2, n), gaps from where the springs rest
-    real(dp), allocatable :: reference(:)                !! (n_unknowns) displacement that the geometry is of
+    real(dp), allocatable :: largest(:)                  !! (n_blocks) force across a contact, of those judged last
     logical :: lines_stay = .false.                      !! entrances that act, and anchors, as they are
     integer :: count(3) = 0                              !! contacts open, sliding, locked
     integer :: changes = 0                               !! of states, in the last judgement
   end type contact_try_t
 
 contains
+
+  !> Takes the contacts of an island, which settle together, each island anew.
+  pure subroutine take_island(try, island, any_contact)
+    type(contact_try_t), intent(inout) :: try
+    integer, intent(in) :: island         !! none below 1
+    logical, intent(out) :: any_contact   !! it has some
+
+    any_contact = .false.
+    if (island < 1) return
+    try%first = try%of_island(island)
+    try%last = try%of_island(island + 1) - 1
+    try%left = huge(try%left)
+    try%lines_stay = .false.
+    try%changes = 0
+    any_contact = try%last >= try%first
+  end subroutine take_island
+
+  !> Takes all contacts, when their islands have settled.
+  pure subroutine take_all(try)
+    type(contact_try_t), intent(inout) :: try
+    integer :: i
+
+    try%first = 1
+    try%last = size(try%contact)
+    try%count = 0
+    do i = 1, size(try%contact)
+      associate (state => try%contact(i)%entrance(try%contact(i)%active)%state)
+        try%count(1 + state) = try%count(1 + state) + 1
+      end associate
+    end do
+  end subroutine take_all
 
   !> Values of the unknowns of two elements.
   pure function of_elements(model, pair, d)
@@ -49,21 +81,5 @@ contains
     of_elements(:n/2) = values_of(model%elements, pair(1), d)
     of_elements(n/2 + 1:) = values_of(model%elements, pair(2), d)
   end function of_elements
-
-  !> How far the unknowns of two elements are from a reference.
-  pure function beyond_reference(model, pair, d, reference) result(change)
-    type(model_t), intent(in) :: model
-    integer, intent(in) :: pair(2)
-    real(dp), intent(in) :: d(:), reference(:) !! (n_unknowns)
-    real(dp) :: change(n)
-    integer :: i
-
-    do i = 1, n/2
-      associate (first => model%elements%unknown(i, pair(1)), second => model%elements%unknown(i, pair(2)))
-        change(i) = d(first) - reference(first)
-        change(n/2 + i) = d(second) - reference(second)
-      end associate
-    end do
-  end function beyond_reference
 
 end module scree_contact_try

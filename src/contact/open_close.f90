@@ -25,19 +25,19 @@ module scree_open_close
 
 contains
 
-  !> Judges every contact at `d`; `try%changes` counts states that change by more than a faint force.
+  !> Judges the contacts that are settled together at `d`; `try%changes` counts states that change by more than a faint force.
   pure subroutine judge_contacts(model, d, try)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
-    type(gap_and_slip_t) :: now(2, size(try%contact))
-    type(contact_force_t) :: force(size(try%contact))
-    real(dp) :: doubt(size(try%contact))
+    type(gap_and_slip_t) :: now(2, try%first:try%last)
+    type(contact_force_t) :: force(try%first:try%last)
+    real(dp) :: doubt(try%first:try%last)
     integer :: i
 
     call press_all(model, d, try, now, force, doubt)
     try%changes = 0
-    do i = 1, size(try%contact)
+    do i = try%first, try%last
       call judge(now(:, i), force(i), doubt(i), i, try)
     end do
     call count_states(try)
@@ -49,14 +49,14 @@ contains
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
-    type(gap_and_slip_t) :: now(2, size(try%contact))
-    type(contact_force_t) :: force(size(try%contact))
-    real(dp) :: doubt(size(try%contact))
+    type(gap_and_slip_t) :: now(2, try%first:try%last)
+    type(contact_force_t) :: force(try%first:try%last)
+    real(dp) :: doubt(try%first:try%last)
     integer :: i
 
     call press_all(model, d, try, now, force, doubt)
     try%changes = 0
-    do i = 1, size(try%contact)
+    do i = try%first, try%last
       associate (contact => try%contact(i))
         if (contact%entrance(contact%active)%state /= state_open) cycle
         call judge(now(:, i), force(i), doubt(i), i, try)
@@ -68,30 +68,31 @@ contains
     call count_states(try)
   end subroutine judge_prediction
 
-  !> Where all contacts are at `d`, their forces across, and which force is too faint to change a state.
+  !> Where the contacts are at `d`, their forces across, and which force is too faint to change a state.
   pure subroutine press_all(model, d, try, now, force, doubt)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
-    type(gap_and_slip_t), intent(out) :: now(:, :)
-    type(contact_force_t), intent(out) :: force(:)
-    real(dp), intent(out) :: doubt(:)
-    real(dp) :: largest(size(model%outlines%first) - 1) !! force across a contact of each block
+    type(gap_and_slip_t), intent(out) :: now(:, try%first:)
+    type(contact_force_t), intent(out) :: force(try%first:)
+    real(dp), intent(out) :: doubt(try%first:)
     integer :: i
 
-    largest = 0.0_dp
-    do i = 1, size(try%contact)
+    do i = try%first, try%last
+      try%largest(bodies_of(model%outlines%block, try%contact(i))) = 0.0_dp
+    end do
+    do i = try%first, try%last
       call put_anchors(model, d, i, try)
       now(:, i) = gaps_and_slips(model, try, i, d)
       force(i) = press_across(try, i, now(:, i))
       associate (body => bodies_of(model%outlines%block, try%contact(i)))
-        largest(body) = max(largest(body), pressing_of(try%law, try%contact(i)%n_entrances, force(i)))
+        try%largest(body) = max(try%largest(body), pressing_of(try%law, try%contact(i)%n_entrances, force(i)))
       end associate
     end do
     doubt = 0.0_dp
     if (.not. forgives_faint_forces(try%law)) return
-    do i = 1, size(try%contact)
-      doubt(i) = faint*minval(largest(bodies_of(model%outlines%block, try%contact(i)))) &
+    do i = try%first, try%last
+      doubt(i) = faint*minval(try%largest(bodies_of(model%outlines%block, try%contact(i)))) &
                  + try%contact(i)%entrance(1)%stiffness(1)*rounding_of(model, d, try, i)
     end do
   end subroutine press_all
@@ -131,7 +132,7 @@ contains
     integer :: i
 
     try%count = 0
-    do i = 1, size(try%contact)
+    do i = try%first, try%last
       associate (state => try%contact(i)%entrance(try%contact(i)%active)%state)
         try%count(1 + state) = try%count(1 + state) + 1
       end associate
@@ -155,7 +156,7 @@ contains
     enough = .true.
     left = 0.0_dp
     if (try%law%penetration >= huge(try%law%penetration)) return
-    do i = 1, size(try%contact)
+    do i = try%first, try%last
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
         if (entrance%state == state_open) cycle
         now = gaps_and_slips(model, try, i, d)
@@ -173,14 +174,14 @@ contains
     try%left = left
   end subroutine hold_contacts
 
-  !> Makes all springs across harder for the rest of the step; harder springs along would make friction settle worse.
+  !> Makes the springs across harder for the rest of the step; harder springs along would make friction settle worse.
   pure subroutine harden(try)
     type(contact_try_t), intent(inout) :: try
     integer :: i, k
 
-    try%hardening = harder*try%hardening
-    do i = 1, size(try%contact)
+    do i = try%first, try%last
       do k = 1, 2
+        try%start(k, i)%hardening = harder*try%start(k, i)%hardening
         try%contact(i)%entrance(k)%stiffness(1) = harder*try%contact(i)%entrance(k)%stiffness(1)
       end do
     end do
@@ -194,7 +195,7 @@ contains
 
     try%lines_stay = .true.
     ignored = 0
-    do i = 1, size(try%contact)
+    do i = try%first, try%last
       associate (contact => try%contact(i), start => try%start(:, i))
         if (contact%n_entrances == 1 .or. start(contact%active)%closed) cycle
         if (start(contact%active)%gap < 0 .and. start(3 - contact%active)%gap > start(contact%active)%gap) &
@@ -217,7 +218,7 @@ contains
 
     enough = .true.
     if (.not. anchors_return(try%law)) return
-    do i = 1, size(try%contact)
+    do i = try%first, try%last
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active), &
                  start => try%start(try%contact(i)%active, i))
         if (entrance%state == state_open .or. entrance%bonded .or. start%closed .or. .not. start%gap > 0) cycle

@@ -8,11 +8,12 @@
 module scree_cover_input
   use scree_block_input, only: blocks_t
   use scree_errors, only: error_t
-  use scree_face_cutting, only: cut_faces, faces_t, root_of, unite
+  use scree_face_cutting, only: cut_faces, faces_t
   use scree_kinds, only: dp
   use scree_mesh, only: mesh_t
   use scree_polygon, only: twice_area
   use scree_regions, only: first_vertex_of, last_vertex_of, regions_t
+  use scree_sets, only: root_of, unite
   use scree_system, only: element_unknowns, elements_t, extension_t
   implicit none
   private
@@ -57,7 +58,7 @@ contains
     elements%material = material
     elements%cover = reshape([(i, i=1, per_block*n)], [per_block, n])
     elements%unknown = reshape([(i, i=1, element_unknowns*n)], [element_unknowns, n])
-    allocate (elements%alone(n), source=.true.)
+    elements%linked = [(b, b=1, n)]
     if (dda) then
       allocate (cover(2, 0))
     else
@@ -124,7 +125,7 @@ contains
     type(faces_t), intent(in) :: faces
     type(elements_t), intent(out) :: elements
     real(dp), allocatable, intent(out) :: cover(:, :)
-    integer :: root(3*size(faces%block)), number(3*size(faces%block)), users(3*size(faces%block))
+    integer :: root(3*size(faces%block)), number(3*size(faces%block)), user(3*size(faces%block))
     integer :: f, g, i, k, l, n
 
     n = size(faces%block)
@@ -141,9 +142,9 @@ contains
     end do
     elements%shape = faces%shape
     elements%block = faces%block
-    allocate (elements%cover(3, n), elements%unknown(element_unknowns, n), elements%alone(n))
+    allocate (elements%cover(3, n), elements%unknown(element_unknowns, n))
     number = 0
-    users = 0
+    elements%linked = [(f, f=1, n)]
     l = 0
     do f = 1, n
       do k = 1, 3
@@ -151,17 +152,18 @@ contains
         if (number(i) == 0) then
           l = l + 1
           number(i) = l
+          user(l) = f
         end if
         elements%cover(k, f) = number(i)
-        users(number(i)) = users(number(i)) + 1
+        call unite(elements%linked, f, user(number(i)))
         elements%unknown(2*k - 1:2*k, f) = [2*number(i) - 1, 2*number(i)]
       end do
     end do
     allocate (cover(2, l))
     do f = 1, n
       cover(:, elements%cover(:, f)) = mesh%node(:, mesh%triangle(:, faces%triangle(f)))
-      elements%alone(f) = all(users(elements%cover(:, f)) == 1)
     end do
+    elements%linked = [(root_of(elements%linked, f), f=1, n)]
   end subroutine connect_faces
 
   !> Covers without an element of the least share follow the nearest that has one, by steps across lines of the mesh; where
@@ -197,10 +199,11 @@ contains
           extension%cover(i) = c
           extension%master(:, i) = follows
           extension%weight(:, i) = weights(cover(:, follows), cover(:, c))
-          elements%alone([f, leader(f)]) = .false.
+          call unite(elements%linked, f, leader(f))
         end associate
       end do
     end do
+    elements%linked = [(root_of(elements%linked, f), f=1, size(large))]
   end subroutine extend_covers
 
   !> Faces that others may follow: those of the least share; of a part of a block that has none, its largest.

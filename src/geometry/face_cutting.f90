@@ -10,11 +10,12 @@ module scree_face_cutting
   use scree_mesh, only: mesh_t
   use scree_polygon, only: inner_place
   use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
+  use scree_sets, only: root_of, unite
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_sorting, only: sort_by
   implicit none
   private
-  public :: cut_faces, faces_t, root_of, unite
+  public :: cut_faces, faces_t
 
   !> Elements as the cut makes them.
   type :: faces_t
@@ -233,39 +234,5 @@ contains
     end function indices
 
   end subroutine put_in_order
-
-  !> Root of a set.
-  pure integer function root_of(root, i)
-    integer, intent(in) :: root(:), i
-
-    root_of = i
-    do while (root(root_of) /= root_of)
-      root_of = root(root_of)
-    end do
-  end function root_of
-
-  !> Makes two sets one, whose root is the lower.
-  pure subroutine unite(root, i, j)
-    integer, intent(inout) :: root(:)
-    integer, intent(in) :: i, j
-    integer :: a, b, next
-
-    a = root_of(root, i)
-    b = root_of(root, j)
-    root(max(a, b)) = min(a, b)
-    b = min(a, b)
-    a = i
-    do while (root(a) /= b) ! shorter ways from now on
-      next = root(a)
-      root(a) = b
-      a = next
-    end do
-    a = j
-    do while (root(a) /= b)
-      next = root(a)
-      root(a) = b
-      a = next
-    end do
-  end subroutine unite
 
 end module scree_face_cutting

@@ -45,7 +45,7 @@ module scree_state
     logical, allocatable :: green(:)           !! (n_elements) whether the last step took Green strain, else small strain
     real(dp), allocatable :: rotation(:)       !! (n_blocks) accumulated, rad
     integer, allocatable :: pair(:, :)         !! (2, n_pairs) elements that the equations of the last step coupled
-    type(factored_t) :: factored               !! matrix whose factor the solutions of the next step go on from
+    type(factored_t), allocatable :: factored(:) !! matrices whose factors the solutions of the next step go on from
     type(contact_memory_t) :: contacts
     type(books_t) :: books
   end type state_t

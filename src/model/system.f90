@@ -18,7 +18,7 @@ module scree_system
     integer, allocatable :: material(:)   !! (n) block material
     integer, allocatable :: cover(:, :)   !! (1 or 3, n) covers that meet on it
     integer, allocatable :: unknown(:, :) !! (element_unknowns, n) their unknowns
-    logical, allocatable :: alone(:)      !! (n) shares no unknown with another element
+    integer, allocatable :: linked(:)     !! (n) first of the elements that it shares unknowns with, directly or through others
     integer, allocatable :: free(:)       !! elements of blocks that can move; of the others every unknown is fixed for ever
     real(dp), allocatable :: mass(:)      !! (n) at the start, mass/length
   end type elements_t

@@ -142,16 +142,65 @@ contains
     call archive%array('watch%soft', watch%soft)
   end subroutine visit_run
 
-  !> The matrix whose factor is kept.
+  !> The matrices whose factors are kept, one after the other: how many unknowns and entries each has, then these of all.
   subroutine visit_factored(archive, factored)
     type(archive_t), intent(inout) :: archive
-    type(factored_t), intent(inout) :: factored
+    type(factored_t), allocatable, intent(inout) :: factored(:)
+    type(factored_t) :: all_of_them
+    integer, allocatable :: length(:, :), spent(:)
+    integer :: i, j, k
 
-    call archive%array('factored%unknown', factored%unknown)
-    call archive%array('factored%first', factored%first)
-    call archive%array('factored%row', factored%row)
-    call archive%array('factored%value', factored%value)
-    call archive%part('factored%spent', factored%spent)
+    if (.not. archive%reading) then
+      if (.not. allocated(factored)) allocate (factored(0))
+      allocate (length(2, size(factored)))
+      do i = 1, size(factored)
+        length(:, i) = [size(factored(i)%unknown), -1]
+        if (allocated(factored(i)%value)) length(2, i) = size(factored(i)%value)
+      end do
+      spent = factored%spent
+      allocate (all_of_them%unknown(sum(length(1, :))), all_of_them%first(sum(length(1, :) + 1)))
+      allocate (all_of_them%row(sum(max(length(2, :), 0))), all_of_them%value(sum(max(length(2, :), 0))))
+    end if
+    if (.not. archive%reading) call go_through()
+    call archive%array('factored', length)
+    call archive%array('factored%unknown', all_of_them%unknown)
+    call archive%array('factored%first', all_of_them%first)
+    call archive%array('factored%row', all_of_them%row)
+    call archive%array('factored%value', all_of_them%value)
+    call archive%array('factored%spent', spent)
+    if (.not. archive%reading .or. archive%damaged) return
+    if (allocated(factored)) deallocate (factored)
+    allocate (factored(size(spent)))
+    call go_through()
+
+  contains
+
+    !> Puts each matrix into the list of all, or takes it from there.
+    subroutine go_through()
+
+      j = 0
+      k = 0
+      do i = 1, size(factored)
+        associate (own => factored(i), n => length(1, i), m => length(2, i))
+          if (archive%reading) then
+            own%spent = spent(i)
+            own%unknown = all_of_them%unknown(j + 1:j + n)
+            if (m >= 0) own%first = all_of_them%first(j + i:j + i + n)
+            if (m >= 0) own%row = all_of_them%row(k + 1:k + m)
+            if (m >= 0) own%value = all_of_them%value(k + 1:k + m)
+          else
+            all_of_them%unknown(j + 1:j + n) = own%unknown
+            all_of_them%first(j + i:j + i + n) = 0
+            if (m >= 0) all_of_them%first(j + i:j + i + n) = own%first
+            if (m >= 0) all_of_them%row(k + 1:k + m) = own%row
+            if (m >= 0) all_of_them%value(k + 1:k + m) = own%value
+          end if
+          j = j + n
+          k = k + max(m, 0)
+        end associate
+      end do
+    end subroutine go_through
+
   end subroutine visit_factored
 
   !> The books of energy.

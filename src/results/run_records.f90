@@ -71,7 +71,7 @@ contains
       call a_step('green_elements', [integer ::], '1', 'elements that took Green strain in the step', records%green, .true.)
     if (allocated(model%effects%contact)) then
       call a_step('contacts', [3], '1', 'contacts open, sliding, locked', records%contacts, .true.)
-      call a_step('open_close_iterations', [integer ::], '1', 'judgements of all contacts', records%open_close, .true.)
+      call a_step('open_close_iterations', [integer ::], '1', 'judgements of the contacts of an island', records%open_close, .true.)
       call a_series('/open_close/step', [integer ::], '1', 'step of each judgement, from 1', records%judged_step, .true.)
       call a_series('/open_close/contacts', [4], '1', 'contacts open, sliding, locked, and of these changing, at each '// &
                     'judgement', records%judged, .true.)

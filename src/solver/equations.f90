@@ -1,55 +1,71 @@
 !> The equations of groups of elements that share unknowns, written for the free unknowns, and their solution.
 !>
-!> An element that shares no unknown and touches no other is a group of its own with a small matrix. All others are one
-!> group with one sparse matrix, which only they make, with what acts between pairs of them.
+!> An element that shares no unknown and touches nothing is a group of its own with a small matrix. The others are islands:
+!> elements that share unknowns or that something acts between, directly or through others that can move, each with a sparse matrix
+!> of its own. What cannot move joins no islands.
 module scree_equations
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use scree_blas, only: keep_to_one_thread
   use scree_constraints, only: constraints_t, reduce_element, reduction_t
   use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
-  use scree_factored, only: factored_t
+  use scree_factored, only: factored_t, is_of, move_factored, number_of
   use scree_friction_problem, only: friction_problem_t, place_springs, posed_problem_t
+  use scree_grouping, only: find_groups, sort_into
   use scree_kinds, only: dp
-  use scree_linear_solver, only: forget_pattern, keep_matrix, linear_solver_t, recall_matrix, release_solver, small_matrix_t, &
-                                 solve, solve_with_kept_factor, solver_work_t
+  use scree_linear_solver, only: add_work, forget_pattern, keep_matrix, linear_solver_t, recall_matrix, release_solver, &
+                                 small_matrix_t, solve, solve_with_kept_factor, solver_work_t
+  use scree_sorting, only: sort_by
   use scree_sparse_matrix, only: add_element, add_rest, build_pattern, clear_matrix, diagonal, sparse_matrix_t
   use scree_system, only: element_unknowns, elements_t
   implicit none
   private
-  public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, group_elements, is_shared, &
-            keep_factored, keep_posed, members, move_shared, out_of_balance, place_row, recall_factored, release_equations, &
-            set_up_equations, share_out_of_balance, shared_problem, size_of_equations, solve_equations, weakest_element, &
-            wholly_held, work_of_solutions
+  public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, group_elements, is_island, &
+            island_problem, keep_factored, keep_posed, members, move_island, out_of_balance, pairs_of_group, place_row, &
+            recall_factored, release_equations, set_up_equations, share_out_of_balance, size_of_equations, solve_equations, &
+            weakest_element, wholly_held, work_of_solutions
 
   integer, parameter :: n = element_unknowns
 
-  !> The sparse equations of the elements that share unknowns.
-  type :: shared_t
+  !> The sparse equations of an island.
+  type :: island_t
+    integer, allocatable :: pair(:)          !! pairs that it has, by their numbers
+    integer, allocatable :: moved(:)         !! unknowns of its elements, each once
     integer, allocatable :: unknown(:)       !! (n_rows) free unknown of each row
-    integer, allocatable :: rows(:, :)       !! (n_most, n_members + n_pairs) rows of each member and pair, then zeros
+    integer, allocatable :: rows(:, :)       !! (n_most, n_members + size(pair)) rows of each member and pair, then zeros
     type(sparse_matrix_t) :: matrix
     type(linear_solver_t) :: solver
-  end type shared_t
+  end type island_t
+
+  !> Holds an island, to be handed on.
+  type :: place_t
+    type(island_t), allocatable :: island
+  end type place_t
 
   !> Groups, constraints and the sums of one iteration.
   type :: equations_t
     integer :: n_groups = 0
-    logical :: has_shared = .false.          !! the last group is the one of many
+    integer :: n_alone = 0                   !! groups of one element that is alone; the islands come after them
     integer, allocatable :: first(:)         !! (n_groups+1) group g owns member(first(g):first(g+1)-1)
     integer, allocatable :: member(:)        !! elements that can move, by group
+    integer, allocatable :: group_of(:)      !! (n_elements) 0: it cannot move
     integer, allocatable :: unknown(:, :)    !! (n, n_elements) unknowns of the elements
     integer, allocatable :: paired(:, :)     !! (2, n_pairs) elements that something acts between
     integer, allocatable :: pair(:, :)       !! (2 n, n_pairs) their unknowns
+    integer, allocatable :: island_of(:)     !! (n_pairs) that has each pair, 0: none
+    integer, allocatable :: place_of(:)      !! (n_pairs) of each among the pairs of its island
     type(reduction_t), allocatable :: reduction(:) !! (n_elements)
     type(reduction_t), allocatable :: pair_reduction(:) !! (n_pairs)
+    logical :: reduced = .false.             !! both are of these groups, and of no constraint that may change
+    integer, allocatable :: row(:)           !! (n_unknowns) zero between uses
     real(dp), allocatable :: force(:)        !! (n_unknowns) out of balance, zero at slaves
     real(dp), allocatable :: scale(:)        !! (n_unknowns) magnitudes of the forces that balance
     real(dp), allocatable :: noise(:)        !! (n_unknowns) magnitudes of what cancelled in them
     real(dp), allocatable :: span(:)         !! (n_unknowns) displacement that a unit of each unknown makes
     real(dp), allocatable :: correction(:)   !! (n_unknowns) of the last solution
     type(small_matrix_t) :: small            !! matrix of a group of one
-    type(shared_t), allocatable :: shared    !! of the group of many, the last
+    type(place_t), allocatable :: at(:)      !! (n_groups - n_alone) the islands
+    type(solver_work_t) :: work              !! that islands took which are no more
     type(posed_problem_t), allocatable :: posed(:) !! friction problems to be written, where any are
   end type equations_t
 
@@ -63,19 +79,20 @@ contains
 
     call keep_to_one_thread()
     equations%unknown = elements%unknown
-    allocate (equations%reduction(size(elements%alone)))
-    call group_elements(elements, reshape([integer ::], [2, 0]), equations)
+    allocate (equations%reduction(size(elements%linked)), equations%at(0))
+    allocate (equations%group_of(size(elements%linked)), equations%row(n_unknowns), source=0)
+    call group_elements(elements, reshape([integer ::], [2, 0]), .false., equations)
     allocate (equations%force(n_unknowns), equations%scale(n_unknowns), equations%noise(n_unknowns), &
               equations%span(n_unknowns), equations%correction(n_unknowns), source=0.0_dp)
   end subroutine set_up_equations
 
   !> Groups the elements anew, with pairs between which something acts. Constraints have to be taken after it.
-  subroutine group_elements(elements, pair, equations)
+  subroutine group_elements(elements, pair, one_island, equations)
     type(elements_t), intent(in) :: elements
     integer, intent(in) :: pair(:, :)  !! (2, n_pairs) elements
+    logical, intent(in) :: one_island  !! all that is not alone is one
     type(equations_t), intent(inout) :: equations
-    logical :: alone(size(elements%alone))
-    integer :: e, i
+    integer :: before(size(elements%linked)), e, i
 
     if (allocated(equations%paired)) then
       if (size(pair, 2) == size(equations%paired, 2)) then
@@ -83,35 +100,95 @@ contains
       end if
     end if
     equations%paired = pair
-    alone = elements%alone
-    do i = 1, size(pair, 2)
-      alone(pair(:, i)) = .false.
-    end do
     equations%pair = reshape([((elements%unknown(:, pair(e, i)), e=1, 2), i=1, size(pair, 2))], [2*n, size(pair, 2)])
     if (allocated(equations%pair_reduction)) deallocate (equations%pair_reduction)
     allocate (equations%pair_reduction(size(pair, 2)))
-    associate (free => elements%free)
-      equations%member = [pack(free, alone(free)), pack(free, .not. alone(free))]
-      equations%first = [(i, i=1, count(alone(free)) + 1)]
-    end associate
-    equations%has_shared = size(equations%first) <= size(equations%member)
-    if (equations%has_shared) then
-      equations%first = [equations%first, size(equations%member) + 1]
-      if (.not. allocated(equations%shared)) then
-        allocate (equations%shared)
-        allocate (equations%shared%rows(0, 0), equations%shared%unknown(0))
-      end if
-    end if
-    equations%n_groups = size(equations%first) - 1
+    equations%reduced = .false.
+    before = equations%group_of - equations%n_alone
+    call find_groups(elements, pair, one_island, equations%group_of, equations%n_alone, equations%n_groups)
+    call sort_into(equations%group_of(elements%free), equations%n_groups, equations%first, equations%member)
+    equations%member = elements%free(equations%member)
+    call hand_on_islands(before, equations)
+    call list_pairs_of_islands(equations)
   end subroutine group_elements
 
-  !> Whether a group is the one with the sparse matrix.
-  pure logical function is_shared(equations, group)
+  !> Gives each island what the one had that its first element was in: pattern and factors, which hold where its rows are the same.
+  subroutine hand_on_islands(before, equations)
+    integer, intent(in) :: before(:)          !! (n_elements) island that the element was in, none below 1
+    type(equations_t), intent(inout) :: equations
+    type(place_t), allocatable :: old(:)
+    integer :: e, i
+
+    call move_alloc(equations%at, old)
+    allocate (equations%at(equations%n_groups - equations%n_alone))
+    do i = 1, size(equations%at)
+      e = equations%member(equations%first(equations%n_alone + i))
+      if (before(e) > 0) call move_alloc(old(before(e))%island, equations%at(i)%island)
+      if (.not. allocated(equations%at(i)%island)) then
+        allocate (equations%at(i)%island)
+        allocate (equations%at(i)%island%rows(0, 0), equations%at(i)%island%unknown(0))
+      end if
+    end do
+    do i = 1, size(old)
+      if (.not. allocated(old(i)%island)) cycle
+      call add_work(old(i)%island%solver%work, equations%work)
+      call release_solver(old(i)%island%solver)
+    end do
+  end subroutine hand_on_islands
+
+  !> Lists the pairs of the islands, and the unknowns of their elements.
+  pure subroutine list_pairs_of_islands(equations)
+    type(equations_t), intent(inout) :: equations
+    integer, allocatable :: first(:), pair(:)
+    integer :: i, k, m, u
+
+    equations%island_of = [(max(0, maxval(equations%group_of(equations%paired(:, i))) - equations%n_alone), &
+                            i=1, size(equations%paired, 2))] ! the element that cannot move has none
+    call sort_into(equations%island_of, size(equations%at), first, pair)
+    equations%place_of = 0*equations%island_of
+    do i = 1, size(equations%at)
+      associate (island => equations%at(i)%island, row => equations%row)
+        island%pair = pair(first(i):first(i + 1) - 1)
+        equations%place_of(island%pair) = [(k, k=1, size(island%pair))]
+        m = 0
+        do k = equations%first(equations%n_alone + i), equations%first(equations%n_alone + i + 1) - 1
+          do u = 1, n
+            associate (own => row(equations%unknown(u, equations%member(k))))
+              if (own == 0) m = m + 1
+              if (own == 0) own = m
+            end associate
+          end do
+        end do
+        if (allocated(island%moved)) deallocate (island%moved)
+        allocate (island%moved(m))
+        do k = equations%first(equations%n_alone + i), equations%first(equations%n_alone + i + 1) - 1
+          do u = 1, n
+            associate (own => row(equations%unknown(u, equations%member(k))))
+              if (own > 0) island%moved(own) = equations%unknown(u, equations%member(k))
+              own = 0
+            end associate
+          end do
+        end do
+      end associate
+    end do
+  end subroutine list_pairs_of_islands
+
+  !> Whether a group is an island.
+  pure logical function is_island(equations, group)
     type(equations_t), intent(in) :: equations
     integer, intent(in) :: group
 
-    is_shared = equations%has_shared .and. group == equations%n_groups
-  end function is_shared
+    is_island = group > equations%n_alone
+  end function is_island
+
+  !> Pairs that the island of a group has, by their numbers.
+  pure function pairs_of_group(equations, group) result(pair)
+    type(equations_t), intent(in) :: equations
+    integer, intent(in) :: group
+    integer, allocatable :: pair(:)
+
+    pair = equations%at(group - equations%n_alone)%island%pair
+  end function pairs_of_group
 
   !> Elements of a group.
   pure function members(equations, group)
@@ -128,8 +205,8 @@ contains
     integer, intent(in) :: group
 
     wholly_held = .false.
-    if (is_shared(equations, group)) then
-      wholly_held = size(equations%shared%unknown) == 0
+    if (is_island(equations, group)) then
+      wholly_held = size(equations%at(group - equations%n_alone)%island%unknown) == 0
     else
       associate (reduction => equations%reduction(equations%member(equations%first(group))))
         if (allocated(reduction%free)) wholly_held = size(reduction%free) == 0
@@ -143,6 +220,8 @@ contains
     type(constraints_t), intent(in) :: constraints
     integer :: i
 
+    if (equations%reduced .and. constraints%n_rows == 0) return
+    equations%reduced = constraints%n_rows == 0
     do i = 1, size(equations%member)
       associate (e => equations%member(i))
         call reduce_element(constraints, equations%unknown(:, e), equations%reduction(e))
@@ -151,49 +230,64 @@ contains
     do i = 1, size(equations%pair_reduction)
       call reduce_element(constraints, equations%pair(:, i), equations%pair_reduction(i))
     end do
-    if (is_shared(equations, equations%n_groups)) call number_rows(equations)
+    do i = equations%n_alone + 1, equations%n_groups
+      call number_rows(equations, members(equations, i), equations%at(i - equations%n_alone)%island)
+    end do
   end subroutine constrain_equations
 
-  !> Numbers the free unknowns of the shared group; a new pattern is made only where they are others than before.
-  subroutine number_rows(equations)
+  !> Numbers the free unknowns of an island; a new pattern is made only where they are others than before.
+  subroutine number_rows(equations, member, island)
     type(equations_t), intent(inout) :: equations
-    integer, allocatable :: list(:), member(:), row(:), rows(:, :)
+    integer, intent(in) :: member(:)
+    type(island_t), intent(inout) :: island
+    integer, allocatable :: list(:), of_rows(:), rows(:, :)
     integer :: k, m, most, n_rows, u
 
-    member = members(equations, equations%n_groups)
-    m = size(member) + size(equations%pair, 2)
+    m = size(member) + size(island%pair)
     most = 0
     do k = 1, m
-      most = max(most, size(free_unknowns(equations, member, k)))
+      most = max(most, size(free_unknowns(equations, member, island%pair, k)))
     end do
     allocate (rows(most, m), source=0)
-    allocate (row(size(equations%force)), source=0)
-    do k = 1, size(member)
-      row(free_unknowns(equations, member, k)) = 1
-    end do
+    allocate (of_rows(size(island%moved)))
     n_rows = 0
-    do u = 1, size(row)
-      if (row(u) == 0) cycle
-      n_rows = n_rows + 1
-      row(u) = n_rows
+    do k = 1, size(member)
+      list = free_unknowns(equations, member, island%pair, k)
+      do u = 1, size(list)
+        if (equations%row(list(u)) > 0) cycle
+        n_rows = n_rows + 1
+        of_rows(n_rows) = list(u)
+        equations%row(list(u)) = n_rows
+      end do
     end do
+    of_rows = of_rows(:n_rows)
+    call put_in_order(of_rows)
+    equations%row(of_rows) = [(u, u=1, n_rows)]
     do k = 1, m
-      list = free_unknowns(equations, member, k)
-      rows(:size(list), k) = row(list)
+      list = free_unknowns(equations, member, island%pair, k)
+      rows(:size(list), k) = equations%row(list)
     end do
-    associate (shared => equations%shared)
-      list = pack([(u, u=1, size(row))], row > 0)
-      if (.not. same(list, shared%unknown)) call release_solver(shared%solver)
-      shared%unknown = list
-      if (all(shape(rows) == shape(shared%rows))) then
-        if (all(rows == shared%rows)) return
-      end if
-      shared%rows = rows
-      call build_pattern(n_rows, rows, shared%matrix)
-      call forget_pattern(shared%solver)
-    end associate
+    equations%row(of_rows) = 0
+    if (.not. same(of_rows, island%unknown)) call release_solver(island%solver)
+    island%unknown = of_rows
+    if (all(shape(rows) == shape(island%rows))) then
+      if (all(rows == island%rows)) return
+    end if
+    island%rows = rows
+    call build_pattern(n_rows, rows, island%matrix)
+    call forget_pattern(island%solver)
 
   contains
+
+    !> Sorts numbers, where they are not.
+    pure subroutine put_in_order(number)
+      integer, intent(inout) :: number(:)
+      real(dp) :: key(size(number))
+
+      if (all(number(2:) > number(:size(number) - 1))) return
+      key = number
+      call sort_by(key, number)
+    end subroutine put_in_order
 
     !> Whether two lists are the same.
     pure logical function same(a, b)
@@ -205,14 +299,16 @@ contains
 
   end subroutine number_rows
 
-  !> Free unknowns that the `k`-th member of the shared group contributes to; after the members come the pairs.
-  pure function free_unknowns(equations, member, k) result(list)
+  !> Free unknowns that the `k`-th member of an island contributes to; after the members come the pairs.
+  pure function free_unknowns(equations, member, pair, k) result(list)
     type(equations_t), intent(in) :: equations
-    integer, intent(in) :: member(:), k
+    integer, intent(in) :: member(:), pair(:), k
     integer, allocatable :: list(:)
 
     if (k > size(member)) then
-      list = free_of(equations%pair_reduction(k - size(member)), equations%pair(:, k - size(member)))
+      associate (p => pair(k - size(member)))
+        list = free_of(equations%pair_reduction(p), equations%pair(:, p))
+      end associate
     else
       list = free_of(equations%reduction(member(k)), equations%unknown(:, member(k)))
     end if
@@ -240,7 +336,7 @@ contains
     integer, intent(in) :: group
     integer :: k
 
-    if (is_shared(equations, group)) call clear_matrix(equations%shared%matrix)
+    if (is_island(equations, group)) call clear_matrix(equations%at(group - equations%n_alone)%island%matrix)
     do k = equations%first(group), equations%first(group + 1) - 1
       associate (ids => equations%unknown(:, equations%member(k)))
         equations%force(ids) = 0.0_dp
@@ -280,8 +376,8 @@ contains
       equations%force(free) = equations%force(free) + force
       equations%scale(free) = equations%scale(free) + scale
       equations%noise(free) = equations%noise(free) + noise
-      if (is_shared(equations, group)) then
-        call add_element(equations%shared%matrix, k, matrix, term%symmetric)
+      if (is_island(equations, group)) then
+        call add_element(equations%at(group - equations%n_alone)%island%matrix, k, matrix, term%symmetric)
       else
         equations%small%n = size(free)
         equations%small%symmetric = term%symmetric
@@ -291,26 +387,27 @@ contains
 
   end subroutine add_equations
 
-  !> Adds what acts between the elements of the pair with number `p`, to the shared group.
-  subroutine add_pair(equations, p, term)
+  !> Adds what acts between the elements of the `k`-th pair of an island.
+  subroutine add_pair(equations, group, k, term)
     type(equations_t), intent(inout) :: equations
-    integer, intent(in) :: p
+    integer, intent(in) :: group, k
     type(pair_term_t), intent(in) :: term
-    integer :: n_members
+    integer :: slot
 
-    n_members = equations%first(equations%n_groups + 1) - equations%first(equations%n_groups)
-    associate (reduction => equations%pair_reduction(p))
-      if (allocated(reduction%Z)) then
-        call add(reduction%free, matmul(term%force, reduction%Z), matmul(term%scale, abs(reduction%Z)))
-        call add_element(equations%shared%matrix, n_members + p, &
-                         matmul(transpose(reduction%Z), matmul(term%matrix, reduction%Z)), term%symmetric)
-        if (.not. term%symmetric) call add_rest(equations%shared%matrix, n_members + p, &
-                                                matmul(transpose(reduction%Z), matmul(term%friction, reduction%Z)))
-      else
-        call add(equations%pair(:, p), term%force, term%scale)
-        call add_element(equations%shared%matrix, n_members + p, term%matrix, term%symmetric)
-        if (.not. term%symmetric) call add_rest(equations%shared%matrix, n_members + p, term%friction)
-      end if
+    associate (island => equations%at(group - equations%n_alone)%island)
+      slot = equations%first(group + 1) - equations%first(group) + k
+      associate (reduction => equations%pair_reduction(island%pair(k)))
+        if (allocated(reduction%Z)) then
+          call add(reduction%free, matmul(term%force, reduction%Z), matmul(term%scale, abs(reduction%Z)))
+          call add_element(island%matrix, slot, matmul(transpose(reduction%Z), matmul(term%matrix, reduction%Z)), term%symmetric)
+          if (.not. term%symmetric) call add_rest(island%matrix, slot, &
+                                                  matmul(transpose(reduction%Z), matmul(term%friction, reduction%Z)))
+        else
+          call add(equations%pair(:, island%pair(k)), term%force, term%scale)
+          call add_element(island%matrix, slot, term%matrix, term%symmetric)
+          if (.not. term%symmetric) call add_rest(island%matrix, slot, term%friction)
+        end if
+      end associate
     end associate
 
   contains
@@ -388,8 +485,8 @@ contains
       end do
       return
     end if
-    if (is_shared(equations, group)) then
-      call solve_shared(equations, tolerance, keeps_factor, roughly, d, residual, error)
+    if (is_island(equations, group)) then
+      call solve_island(equations, group, tolerance, keeps_factor, roughly, d, residual, error)
       return
     end if
     e = equations%member(equations%first(group))
@@ -407,9 +504,10 @@ contains
     end associate
   end subroutine solve_equations
 
-  !> Solves for the correction of the shared group.
-  subroutine solve_shared(equations, tolerance, keeps_factor, roughly, d, residual, error)
+  !> Solves for the correction of an island.
+  subroutine solve_island(equations, group, tolerance, keeps_factor, roughly, d, residual, error)
     type(equations_t), intent(inout) :: equations
+    integer, intent(in) :: group
     real(dp), intent(in) :: tolerance
     logical, intent(in) :: keeps_factor, roughly
     real(dp), intent(inout) :: d(:)        !! (n_unknowns)
@@ -417,77 +515,80 @@ contains
     type(error_t), allocatable, intent(out) :: error
     real(dp), allocatable :: x(:)
 
-    associate (shared => equations%shared)
-      allocate (x(size(shared%unknown)))
+    associate (island => equations%at(group - equations%n_alone)%island)
+      allocate (x(size(island%unknown)))
       if (keeps_factor) then
-        call solve_with_kept_factor(shared%solver, shared%matrix, equations%force(shared%unknown), tolerance, roughly, x, &
+        call solve_with_kept_factor(island%solver, island%matrix, equations%force(island%unknown), tolerance, roughly, x, &
                                     residual, error)
       else
-        call solve(shared%solver, shared%matrix, equations%force(shared%unknown), tolerance, x, residual, error)
+        call solve(island%solver, island%matrix, equations%force(island%unknown), tolerance, x, residual, error)
       end if
     end associate
-    if (.not. allocated(error)) call move_shared(equations, x, d)
-  end subroutine solve_shared
+    if (.not. allocated(error)) call move_island(equations, group, x, d)
+  end subroutine solve_island
 
-  !> Adds a correction of the free unknowns of the shared group to `d`.
-  subroutine move_shared(equations, x, d)
+  !> Adds a correction of the free unknowns of an island to `d`.
+  subroutine move_island(equations, group, x, d)
     type(equations_t), intent(inout) :: equations
+    integer, intent(in) :: group
     real(dp), intent(in) :: x(:)           !! (n_rows)
     real(dp), intent(inout) :: d(:)        !! (n_unknowns)
-    logical :: moved(size(d))
-    integer, allocatable :: member(:)
-    integer :: e, k
+    integer :: i, k
 
-    equations%correction(equations%shared%unknown) = x
-    member = members(equations, equations%n_groups)
-    moved = .false. ! an unknown that elements share moves once
-    do k = 1, size(member)
-      e = member(k)
-      associate (ids => equations%unknown(:, e), reduction => equations%reduction(e))
-        if (allocated(reduction%Z)) equations%correction(ids) = matmul(reduction%Z, equations%correction(reduction%free))
-        moved(ids) = .true.
-      end associate
-    end do
-    where (moved) d = d + equations%correction
-  end subroutine move_shared
+    associate (island => equations%at(group - equations%n_alone)%island, correction => equations%correction)
+      do i = 1, size(x)
+        correction(island%unknown(i)) = x(i)
+      end do
+      do k = equations%first(group), equations%first(group + 1) - 1
+        associate (ids => equations%unknown(:, equations%member(k)), reduction => equations%reduction(equations%member(k)))
+          if (allocated(reduction%Z)) correction(ids) = matmul(reduction%Z, correction(reduction%free))
+        end associate
+      end do
+      do i = 1, size(island%moved)
+        d(island%moved(i)) = d(island%moved(i)) + correction(island%moved(i))
+      end do
+    end associate
+  end subroutine move_island
 
-  !> The equations of the shared group as they are summed up, with room for `m` springs between pairs of elements.
-  subroutine shared_problem(equations, m, problem)
+  !> The equations of an island as they are summed up, with room for `m` springs between pairs of elements.
+  subroutine island_problem(equations, group, m, problem)
     type(equations_t), intent(in) :: equations
-    integer, intent(in) :: m
+    integer, intent(in) :: group, m
     type(friction_problem_t), intent(out) :: problem
 
-    associate (shared => equations%shared)
-      problem%matrix = shared%matrix
-      problem%force = equations%force(shared%unknown)
-      problem%span = equations%span(shared%unknown)
-      call place_springs(problem, m, size(shared%rows, 1))
+    associate (island => equations%at(group - equations%n_alone)%island)
+      problem%matrix = island%matrix
+      problem%force = equations%force(island%unknown)
+      problem%span = equations%span(island%unknown)
+      call place_springs(problem, m, size(island%rows, 1))
     end associate
-  end subroutine shared_problem
+  end subroutine island_problem
 
-  !> Places the rows of spring i, which acts between the elements of pair `p`, in a problem of the shared group.
-  subroutine place_row(equations, p, i, row, problem)
+  !> Places the rows of spring i, which acts between the elements of the `k`-th pair of an island, in a problem of it.
+  subroutine place_row(equations, group, k, i, row, problem)
     type(equations_t), intent(in) :: equations
-    integer, intent(in) :: p, i
+    integer, intent(in) :: group, k, i
     real(dp), intent(in) :: row(2*n, 4) !! force across and along, change across and along, on the unknowns of the pair
     type(friction_problem_t), intent(inout) :: problem
     real(dp), allocatable :: reduced(:, :)
     integer :: w
 
-    problem%spring(i)%slot = equations%first(equations%n_groups + 1) - equations%first(equations%n_groups) + p
-    associate (reduction => equations%pair_reduction(p), rows => equations%shared%rows(:, problem%spring(i)%slot))
-      if (allocated(reduction%Z)) then
-        reduced = matmul(transpose(reduction%Z), row)
-      else
-        reduced = row
-      end if
-      w = size(reduced, 1)
-      problem%length(i) = w
-      problem%row(:w, i) = rows(:w)
-      problem%normal(:w, i) = reduced(:, 1)
-      problem%shear(:w, i) = reduced(:, 2)
-      problem%normal_change(:w, i) = reduced(:, 3)
-      problem%shear_change(:w, i) = reduced(:, 4)
+    problem%spring(i)%slot = equations%first(group + 1) - equations%first(group) + k
+    associate (island => equations%at(group - equations%n_alone)%island)
+      associate (reduction => equations%pair_reduction(island%pair(k)), rows => island%rows(:, problem%spring(i)%slot))
+        if (allocated(reduction%Z)) then
+          reduced = matmul(transpose(reduction%Z), row)
+        else
+          reduced = row
+        end if
+        w = size(reduced, 1)
+        problem%length(i) = w
+        problem%row(:w, i) = rows(:w)
+        problem%normal(:w, i) = reduced(:, 1)
+        problem%shear(:w, i) = reduced(:, 2)
+        problem%normal_change(:w, i) = reduced(:, 3)
+        problem%shear_change(:w, i) = reduced(:, 4)
+      end associate
     end associate
   end subroutine place_row
 
@@ -508,8 +609,10 @@ contains
 
     numbers = 0
     do group = 1, equations%n_groups
-      if (is_shared(equations, group)) then
-        numbers = numbers + [size(equations%shared%unknown), size(equations%shared%matrix%row)]
+      if (is_island(equations, group)) then
+        associate (island => equations%at(group - equations%n_alone)%island)
+          numbers = numbers + [size(island%unknown), size(island%matrix%row)]
+        end associate
       else
         n_free = n
         associate (reduction => equations%reduction(equations%member(equations%first(group))))
@@ -520,27 +623,59 @@ contains
     end do
   end function size_of_equations
 
-  !> What the solutions of the shared group took so far.
+  !> What the solutions of all islands took so far.
   pure type(solver_work_t) function work_of_solutions(equations) result(work)
     type(equations_t), intent(in) :: equations
+    integer :: i
 
-    if (allocated(equations%shared)) work = equations%shared%solver%work
+    work = equations%work
+    do i = 1, size(equations%at)
+      call add_work(equations%at(i)%island%solver%work, work)
+    end do
   end function work_of_solutions
 
-  !> Hands on the matrix whose factor the solutions went on from, so that a run can go on with the same bits.
-  pure subroutine keep_factored(equations, factored)
+  !> Hands on the matrices whose factors the solutions went on from, so that a run can go on with the same bits.
+  subroutine keep_factored(equations, factored)
     type(equations_t), intent(inout) :: equations
-    type(factored_t), intent(inout) :: factored
+    type(factored_t), allocatable, intent(inout) :: factored(:) !! as of the step before, then one for each island
+    type(factored_t), allocatable :: before(:)
+    integer :: i, known
+    logical :: same
 
-    if (is_shared(equations, equations%n_groups)) call keep_matrix(equations%shared%solver, equations%shared%unknown, factored)
+    if (.not. allocated(factored)) allocate (factored(0))
+    same = size(factored) == size(equations%at)
+    do i = 1, size(equations%at)
+      if (same) same = is_of(factored(i), equations%at(i)%island%unknown)
+    end do
+    if (.not. same) then
+      call move_alloc(factored, before)
+      allocate (factored(size(equations%at)))
+      do i = 1, size(factored)
+        known = number_of(before, equations%at(i)%island%unknown, i)
+        if (known > 0) call move_factored(before(known), factored(i))
+      end do
+    end if
+    do i = 1, size(factored)
+      call keep_matrix(equations%at(i)%island%solver, equations%at(i)%island%unknown, factored(i))
+    end do
   end subroutine keep_factored
 
-  !> Goes on from the matrix that was handed on, whatever was factorised since.
+  !> Goes on from the matrices that were handed on, whatever was factorised since.
   subroutine recall_factored(equations, factored)
     type(equations_t), intent(inout) :: equations
-    type(factored_t), intent(in) :: factored
+    type(factored_t), intent(in) :: factored(:)
+    integer :: i, known
 
-    if (is_shared(equations, equations%n_groups)) call recall_matrix(equations%shared%solver, equations%shared%unknown, factored)
+    do i = 1, size(equations%at)
+      associate (island => equations%at(i)%island)
+        known = number_of(factored, island%unknown, i)
+        if (known > 0) then
+          call recall_matrix(island%solver, island%unknown, factored(known))
+        else
+          call recall_matrix(island%solver, island%unknown, factored_t())
+        end if
+      end associate
+    end do
   end subroutine recall_factored
 
   !> The element of a group with the least stiffness on the diagonal, or one that is no number: where a matrix that cannot be solved
@@ -554,10 +689,10 @@ contains
 
     member = members(equations, group)
     element = member(1)
-    if (.not. is_shared(equations, group)) return
+    if (.not. is_island(equations, group)) return
     stiffness = huge(least)
-    associate (unknown => equations%shared%unknown)
-      stiffness(unknown) = diagonal(equations%shared%matrix)/equations%span(unknown)**2
+    associate (island => equations%at(group - equations%n_alone)%island)
+      stiffness(island%unknown) = diagonal(island%matrix)/equations%span(island%unknown)**2
     end associate
     element = 0
     least = huge(least)
@@ -574,9 +709,12 @@ contains
   !> Gives back the memory of the sparse solvers.
   subroutine release_equations(equations)
     type(equations_t), intent(inout) :: equations
+    integer :: i
 
-    if (.not. allocated(equations%shared)) return
-    call release_solver(equations%shared%solver)
+    if (.not. allocated(equations%at)) return
+    do i = 1, size(equations%at)
+      call release_solver(equations%at(i)%island%solver)
+    end do
   end subroutine release_equations
 
 end module scree_equations

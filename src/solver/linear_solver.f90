@@ -26,7 +26,7 @@ module scree_linear_solver
   use scree_umfpack, only: factorise_by_umfpack, release_umfpack, solve_by_umfpack, umfpack_t
   implicit none
   private
-  public :: approach, factorise, factorise_beside, forget_pattern, keep_matrix, linear_solver_t, recall_matrix, &
+  public :: add_work, approach, factorise, factorise_beside, forget_pattern, keep_matrix, linear_solver_t, recall_matrix, &
             release_solver, small_matrix_t, solve, solve_with_factors, solve_with_kept_factor, solver_work_t
 
   integer, parameter :: most_refinements = 2
@@ -72,6 +72,16 @@ module scree_linear_solver
   end interface solve
 
 contains
+
+  !> Adds work to what was done before.
+  pure subroutine add_work(work, sum)
+    type(solver_work_t), intent(in) :: work
+    type(solver_work_t), intent(inout) :: sum
+
+    sum%symmetric_factors = sum%symmetric_factors + work%symmetric_factors
+    sum%other_factors = sum%other_factors + work%other_factors
+    sum%iterations = sum%iterations + work%iterations
+  end subroutine add_work
 
   !> Solves A x = b to a residual below `tolerance`, with factors of A.
   !>
@@ -305,13 +315,16 @@ contains
     end if
   end subroutine solve_with_factors
 
-  !> Hands on the matrix whose factor is kept, where it is another than was handed on before; none where none is kept.
+  !> Hands on the matrix whose factor is kept, where it is another than was handed on before; one without values where none is kept.
   pure subroutine keep_matrix(solver, unknown, factored)
     type(linear_solver_t), intent(inout) :: solver
     integer, intent(in) :: unknown(:)    !! (n) of each row
     type(factored_t), intent(inout) :: factored
 
-    if (.not. allocated(solver%kept%value)) factored = factored_t()
+    if (.not. (allocated(solver%kept%value) .and. allocated(factored%unknown))) then
+      factored = factored_t()
+      factored%unknown = unknown
+    end if
     if (solver%newly_kept .and. allocated(solver%kept%value)) then
       factored = solver%kept
       factored%unknown = unknown

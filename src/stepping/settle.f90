@@ -4,18 +4,17 @@
 !> of the paper (K_s d = f) without its round-off floor of eps E dt^2 / (rho l^2). With small strain the
 !> forces are linear in d, and the residual of a correction says whether it is the solution.
 !>
-!> What shares and touches nothing is settled alone. All other elements are settled together: deformation outside, and inside it the
-!> open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
+!> What shares and touches nothing is settled alone. The elements of an island are settled together: deformation outside, and inside
+!> it the open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
 module scree_settle
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_problem, only: pose_problem, take_states
   use scree_contact_rules, only: gaps_and_slips, iteration_rules, iteration_rules_t, place
-  use scree_contact_try, only: contact_try_t
+  use scree_contact_try, only: contact_try_t, take_all, take_island
   use scree_effects, only: add_element_effects
   use scree_element_term, only: step_rule_t, term_t
-  use scree_equations, only: add_equations, begin_equations, is_shared, keep_posed, move_shared, out_of_balance, &
-                             share_out_of_balance, solve_equations, &
-                             weakest_element, wholly_held
+  use scree_equations, only: add_equations, begin_equations, is_island, keep_posed, move_island, out_of_balance, &
+                             share_out_of_balance, solve_equations, weakest_element, wholly_held
   use scree_errors, only: error_t
   use scree_friction_problem, only: friction_problem_t
   use scree_friction_solver, only: friction_work_t, solve_friction
@@ -60,9 +59,9 @@ module scree_settle
     logical :: symmetric = .true.             !! the elements' operator is
     logical :: frozen = .false.               !! they have not yet: the operator stays
     type(term_t), allocatable :: term(:)      !! of the members at the last linearisation, where it may stay
-    real(dp), allocatable :: linear_at(:)     !! (n_unknowns) displacement then
+    real(dp), allocatable :: linear_at(:, :)  !! (n, n_members) displacement then
     integer :: fewest = huge(1), stalled = 0  !! changes of states, and iterations since that got fewer
-    real(dp), allocatable :: sound(:)         !! (n_unknowns) displacement that the iteration, or its last round, began with
+    real(dp), allocatable :: sound(:, :)      !! (n, n_members) displacement that the iteration, or its last round, began with
     logical :: near = .false.                 !! to the solution: a friction problem ended there
     integer :: rounds = 0                     !! friction problems that were solved
     logical :: far = .false.                  !! from the solution: the last judgement changed many contacts
@@ -85,7 +84,7 @@ contains
     integer :: i
 
     do i = 1, cache%equations%n_groups
-      group%number = i
+      group = group_t(number=i)
       associate (equations => cache%equations)
         group%member = equations%member(equations%first(i):equations%first(i + 1) - 1)
       end associate
@@ -95,17 +94,18 @@ contains
       group%linear = .not. any(cache%element(group%member)%green)
       group%rule = step_rule
       group%rule%tangent = model%settings%iterate == iterate_newton
-      group%in_contact = touches(model, contacts) .and. is_shared(cache%equations, i)
+      if (touches(model, contacts)) call take_island(contacts, i - cache%equations%n_alone, group%in_contact)
       if (wholly_held(cache%equations, i) .and. .not. group%in_contact) then
         call check_areas(model, cache, group%member, d, outcome)
-      else if (.not. is_shared(cache%equations, i)) then
+      else if (.not. is_island(cache%equations, i)) then
         call settle_alone(model, cache, state, group, d, outcome)
       else
         if (group%in_contact) call begin_open_close(model, cache, state, group, contacts, d)
         call settle_together(model, cache, state, group, contacts, d, outcome)
       end if
-      if (.not. outcome%settled) return
+      if (.not. outcome%settled) exit
     end do
+    if (touches(model, contacts)) call take_all(contacts)
   end subroutine settle
 
   !> Whether any elements may touch in the try.
@@ -116,6 +116,19 @@ contains
     touches = .false.
     if (allocated(model%effects%contact)) touches = size(contacts%contact) > 0
   end function touches
+
+  !> Displacements of the unknowns of a group's elements.
+  pure function values_of_members(model, group, d) result(values)
+    type(model_t), intent(in) :: model
+    type(group_t), intent(in) :: group
+    real(dp), intent(in) :: d(:)                  !! (n_unknowns)
+    real(dp) :: values(size(model%elements%unknown, 1), size(group%member))
+    integer :: k
+
+    do k = 1, size(group%member)
+      values(:, k) = values_of(model%elements, group%member(k), d)
+    end do
+  end function values_of_members
 
   !> Settles an element that shares and touches nothing.
   subroutine settle_alone(model, cache, state, group, d, outcome)
@@ -226,7 +239,7 @@ contains
     if (group%nested) allocate (group%term(size(group%member)))
     if (.not. group%linear) call place(model, cache, state, d, contacts)
     group%open_close = iteration_rules(contacts%law)
-    group%sound = d
+    group%sound = values_of_members(model, group, d)
     if (group%open_close%judges_prediction) call judge_prediction(model, d, contacts)
   end subroutine begin_open_close
 
@@ -243,8 +256,9 @@ contains
     real(dp), intent(in) :: d(:)
 
     call add_elements(model, cache, state, group, d)
-    if (group%in_contact .and. .not. group%frozen) group%linear_at = d
-    call add_pair_effects(model, contacts, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen), d, &
+    if (.not. group%in_contact) return
+    if (.not. group%frozen) group%linear_at = values_of_members(model, group, d)
+    call add_pair_effects(model, contacts, group%number, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen), d, &
                           cache%equations)
   end subroutine assemble
 
@@ -264,9 +278,7 @@ contains
       associate (e => group%member(k))
         if (group%frozen) then
           term = group%term(k)
-          associate (ids => model%elements%unknown(:, e))
-            term%force = term%force - matmul(term%matrix, d(ids) - group%linear_at(ids))
-          end associate
+          term%force = term%force - matmul(term%matrix, values_of(model%elements, e, d) - group%linear_at(:, k))
         else
           call add_element_effects(model, cache%element(e), state, e, values_of(model%elements, e, d), group%rule, term)
           group%symmetric = group%symmetric .and. term%symmetric
@@ -306,7 +318,7 @@ contains
     type(contact_try_t), intent(inout) :: contacts
     real(dp), intent(inout) :: d(:)
     type(outcome_t), intent(inout) :: outcome
-    integer :: before(2, size(contacts%contact)) !! states of their entrances before the judgement
+    integer :: before(2, contacts%last - contacts%first + 1) !! states of their entrances before the judgement
 
     if (group%stalled == group%open_close%most_stalled) before = states_of(contacts)
     if (group%nested) call judge_contacts(model, d, contacts)
@@ -340,26 +352,28 @@ contains
     type(friction_problem_t) :: problem
     real(dp), allocatable :: x(:)
     type(friction_work_t) :: work
-    integer :: spring(size(contacts%contact))
+    integer :: spring(contacts%last - contacts%first + 1), k
     logical :: found
 
     if (.not. (group%in_contact .and. group%open_close%settles_always .and. group%rounds < most_rounds)) return
-    d = group%sound
+    do k = 1, size(group%member)
+      d(model%elements%unknown(:, group%member(k))) = group%sound(:, k)
+    end do
     call judge_at(model, cache, state, group, d, contacts)
     call add_elements(model, cache, state, group, d)
-    call pose_problem(model, contacts, d, cache%equations, problem)
+    call pose_problem(model, contacts, group%number, d, cache%equations, problem)
     call solve_friction(problem, group%near, accepted_share, x, spring, found, work)
     outcome%solves = outcome%solves + work%factors
     if (model%settings%problems == problems_all .or. (model%settings%problems /= problems_none .and. .not. found)) &
       call keep_posed(cache%equations, problem, group%near, found)
     if (.not. found) return
     call take_states(spring, contacts)
-    call move_shared(cache%equations, x, d)
+    call move_island(cache%equations, group%number, x, d)
     outcome%settled = .true.
     call check_areas(model, cache, group%member, d, outcome)
     if (.not. outcome%settled) return
     deallocate (outcome%trouble%what)
-    group%sound = d
+    group%sound = values_of_members(model, group, d)
     group%near = .true.
     group%rounds = group%rounds + 1
     if (group%rounds == free_rounds) call keep_lines(contacts)
@@ -470,7 +484,7 @@ contains
     do k = 1, size(group%member)
       associate (ids => model%elements%unknown(:, group%member(k)), kinematics => cache%element(group%member(k))%kinematics)
         moved = cache%equations%correction(ids)
-        if (group%in_contact) moved = d(ids) - group%linear_at(ids)
+        if (group%in_contact) moved = d(ids) - group%linear_at(:, k)
         own = maxval(abs(matmul(kinematics%gradient, moved)))
         if (group%in_contact) own = max(own, maxval(abs(matmul(kinematics%at_centroid, moved)))/sqrt(kinematics%area))
         if (own <= change) cycle
@@ -530,7 +544,7 @@ contains
     integer, intent(in) :: before(:, :) !! (2, n_contacts) states of their entrances before the last judgement
     real(dp), intent(in) :: d(:)
     type(outcome_t), intent(inout) :: outcome
-    integer :: now(2, size(before, 2)), i, worst
+    integer :: now(2, size(before, 2)), i, number, worst
     type(gap_and_slip_t) :: apart(2)
     real(dp) :: deepest, gap
 
@@ -539,11 +553,12 @@ contains
     worst = 0
     do i = 1, size(now, 2)
       if (all(now(:, i) == before(:, i))) cycle
-      apart = gaps_and_slips(model, contacts, i, d)
-      gap = maxval(apart(:contacts%contact(i)%n_entrances)%gap)
+      number = contacts%first + i - 1
+      apart = gaps_and_slips(model, contacts, number, d)
+      gap = maxval(apart(:contacts%contact(number)%n_entrances)%gap)
       if (-gap <= deepest) cycle
       deepest = -gap
-      worst = i
+      worst = number
     end do
     call reject(outcome, 'contacts did not settle in '//number_text(outcome%iterations)//' open-close iterations, '// &
                 number_text(contacts%changes)//' still change', &
@@ -556,13 +571,13 @@ contains
     end associate
   end subroutine reject_contacts
 
-  !> States of the entrances of all contacts.
+  !> States of the entrances of the contacts that are settled together.
   pure function states_of(contacts) result(states)
     type(contact_try_t), intent(in) :: contacts
-    integer :: states(2, size(contacts%contact))
+    integer :: states(2, contacts%last - contacts%first + 1)
 
-    states(1, :) = contacts%contact%entrance(1)%state
-    states(2, :) = contacts%contact%entrance(2)%state
+    states(1, :) = contacts%contact(contacts%first:contacts%last)%entrance(1)%state
+    states(2, :) = contacts%contact(contacts%first:contacts%last)%entrance(2)%state
   end function states_of
 
 end module scree_settle

@@ -4,7 +4,7 @@ module scree_time_stepper
   use scree_contact_acceptance, only: accept_contacts, forget_margin
   use scree_contact_beginning, only: begin_again, begin_contacts
   use scree_contact_detection, only: find_contacts
-  use scree_contact_rules, only: goes_on_after_cut
+  use scree_contact_rules, only: goes_on_after_cut, settles_as_one
   use scree_body_search, only: draw_circles, list_all, move_circles, searches
   use scree_contact_search, only: find_at_outlines
   use scree_effects, only: refresh_elements
@@ -16,7 +16,7 @@ module scree_time_stepper
   use scree_interruption, only: stop_signal
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_pair_effects, only: couples_pairs, list_coupled_pairs
+  use scree_pair_effects, only: couples_pairs, list_coupled_pairs, order_contacts
   use scree_settle, only: settle
   use scree_state, only: state_t
   use scree_step_checks, only: check_state, check_try
@@ -135,11 +135,12 @@ contains
     if (may_touch(model, cache, state, try)) then
       call look_for_contacts(model, cache, state, try)
       call list_coupled_pairs(model, state, try%contacts)
-      call group_elements(model%elements, try%contacts%pair, cache%equations)
+      call group_elements(model%elements, try%contacts%pair, settles_as_one(model%effects%contact), cache%equations)
+      call order_contacts(cache%equations, try%contacts)
       call begin_contacts(model, cache, state, try%rule, try%contacts)
     else
       try%contacts%pair = reshape([integer ::], [2, 0])
-      call group_elements(model%elements, try%contacts%pair, cache%equations)
+      call group_elements(model%elements, try%contacts%pair, settles_as_one(model%effects%contact), cache%equations)
     end if
   end subroutine begin_pairs
 

@@ -2,6 +2,7 @@
 module states
   use, intrinsic :: iso_fortran_env, only: int64
   use scree_contacts, only: contact_memory_t, contact_t
+  use scree_factored, only: factored_t
   use scree_kinds, only: dp
   use scree_state, only: books_t, state_t
   implicit none
@@ -14,6 +15,7 @@ contains
   function first_difference(a, b) result(name)
     type(state_t), intent(in) :: a, b
     character(len=:), allocatable :: name
+    integer :: i
 
     name = ''
     if (a%step /= b%step .or. .not. same([a%time], [b%time])) name = 'time'
@@ -30,15 +32,25 @@ contains
     if (any(a%green .neqv. b%green)) name = 'strain'
     if (.not. same(numbers_of(a%books), numbers_of(b%books))) name = 'books'
     if (.not. same_whole([a%pair], [b%pair])) name = 'pairs'
-    if (allocated(a%factored%value) .neqv. allocated(b%factored%value)) name = 'whether a factor is kept'
-    if (allocated(a%factored%value) .and. allocated(b%factored%value)) then
-      if (.not. same_whole([a%factored%unknown, a%factored%first, a%factored%row, a%factored%spent], &
-                           [b%factored%unknown, b%factored%first, b%factored%row, b%factored%spent])) &
-        name = 'pattern of the factored matrix'
-      if (.not. same(a%factored%value, b%factored%value)) name = 'factored matrix'
-    end if
+    if (size(a%factored) /= size(b%factored)) name = 'number of islands'
+    do i = 1, size(a%factored)
+      if (len(name) == 0) name = difference_of_factored(a%factored(i), b%factored(i))
+    end do
     if (len(name) == 0) name = difference_of_contacts(a%contacts, b%contacts)
   end function first_difference
+
+  !> Likewise of a matrix whose factor is kept.
+  function difference_of_factored(a, b) result(name)
+    type(factored_t), intent(in) :: a, b
+    character(len=:), allocatable :: name
+
+    name = ''
+    if (a%spent /= b%spent .or. .not. same_whole(a%unknown, b%unknown)) name = 'island'
+    if (allocated(a%value) .neqv. allocated(b%value)) name = 'whether a factor is kept'
+    if (.not. (allocated(a%value) .and. allocated(b%value))) return
+    if (.not. same_whole([a%first, a%row], [b%first, b%row])) name = 'pattern of the factored matrix'
+    if (.not. same(a%value, b%value)) name = 'factored matrix'
+  end function difference_of_factored
 
   !> Likewise of what contacts remember.
   function difference_of_contacts(a, b) result(name)
