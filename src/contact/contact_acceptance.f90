@@ -60,6 +60,7 @@ contains
       associate (contact => memory%contact(i), entrance => memory%contact(i)%entrance(memory%contact(i)%active))
         contact%force = 0.0_dp
         contact%pressed = 0.0_dp
+        contact%energy = 0.0_dp
         now = gaps_and_slips(model, try, i, d)
         if (entrance%state == state_open) then
           entrance%bonded = .false.
@@ -70,6 +71,7 @@ contains
           memory%gap = max(memory%gap, closed%gap)
           memory%penetration = max(memory%penetration, -(entrance%rest + closed%gap))
           memory%pressed = max(memory%pressed, -closed%gap)
+          contact%energy = closed%energy
           energy = energy + closed%energy
           friction = friction + closed%work
         end if
