@@ -18,6 +18,7 @@ module scree_simulation
   use scree_scene, only: effect_t, run_options_t, scene_t
   use scree_set_up, only: set_up
   use scree_shi_control, only: first_size, following_size
+  use scree_sleep, only: advance_awake
   use scree_start, only: begin_run
   use scree_state, only: state_t
   use scree_step_control, only: after_step, at_end, frame_due, next_size
@@ -32,6 +33,7 @@ module scree_simulation
   !> A run as it goes.
   type :: run_t
     type(model_t) :: model
+    type(model_t), allocatable :: awake  !! the model in which what sleeps cannot move
     type(state_t) :: state
     type(cache_t) :: cache
     type(watch_t) :: watch
@@ -166,7 +168,11 @@ contains
 
     before = run%state%step
     call start_phase(run%output%timer(phase_steps))
-    call advance(run%model, next_size(scene%settings, run%state), run%cache, run%state, report, error)
+    if (allocated(run%state%sleep)) then
+      call advance_awake(run%model, next_size(scene%settings, run%state), run%awake, run%cache, run%state, report, error)
+    else
+      call advance(run%model, next_size(scene%settings, run%state), run%cache, run%state, report, error)
+    end if
     call stop_phase(run%output%timer(phase_steps))
     call put_problems(run%output, before + 1, run%cache, write_error)
     if (.not. allocated(error)) call move_alloc(write_error, error)

@@ -44,6 +44,10 @@ module scree_setting_rules
                    'energy_momentum has no acceleration from step to step'), &
     setting_rule_t('integrator.transport', 'rates', 'method.model', '|dda|', .false., 'covers carry a velocity field'), &
     setting_rule_t('step.control', 'shi', 'step.travel', is_positive, .false., 'it keeps that displacement'), &
+    setting_rule_t('step.sleep', '', 'k01', is_positive, .false., 'a static step has no speed that tells of rest'), &
+    setting_rule_t('step.sleep', '', 'step.control', '|fixed|', .false., 'Shi''s rules look at all bodies'), &
+    setting_rule_t('step.sleep', '', 'contact.method', '|penalty|augmented|', .true., 'nothing touches that could wake it'), &
+    setting_rule_t('step.sleep', '', 'contact.rules', '|coulomb|conserving|', .false., 'Shi''s rules look at all bodies'), &
     setting_rule_t('iteration.method, iteration.test, iteration.tolerance', '', 'method.strain', '|green|auto|', .true., &
                    'small strain is linear, and its first solution exact'), &
     setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.rules, '// &

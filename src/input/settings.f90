@@ -149,6 +149,10 @@ contains
                                 choices='|fixed|shi|'), s%chooses_step, .false.)
       call row%real(setting_t('step', 'least', 'a step that must be smaller ends the run', 'time', 0.0_dp, open=.true., &
                               default='1e-6 of the size'), s%least_step, 1e-6_dp*s%step_size)
+      call row%real(setting_t('step', 'sleep', &
+                              'share of weight, and of sqrt(g size), below which bodies at rest fall asleep; 0: none does', &
+                              '1', 0.0_dp, 1.0_dp), &
+                    s%sleep, 0.0_dp)
     end associate
   end subroutine visit_step
 

@@ -79,7 +79,8 @@ contains
   pure real(dp) function stored_energy(books) result(energy)
     type(books_t), intent(in) :: books
 
-    energy = books%kinetic + books%strain + books%gravity + books%fixed_springs + books%contact_springs + books%held
+    energy = books%kinetic + books%strain + books%gravity + books%fixed_springs + books%contact_springs + books%sleeping_springs &
+             + books%held
   end function stored_energy
 
   !> Energy of a stress in a unit of area, sigma D^-1 sigma / 2.

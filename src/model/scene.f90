@@ -115,6 +115,7 @@ module scree_scene
     real(dp) :: travel = huge(1.0_dp)       !! of a vertex in a step, at most, over half the size of the model
     logical :: chooses_step = .false.       !! by Shi's rules, from the displacement that a step may have
     real(dp) :: least_step = 0.0_dp         !! a step that must be smaller ends the run, time
+    real(dp) :: sleep = 0.0_dp              !! share of weight and speed below which bodies at rest fall asleep, 0: none does
     integer :: iterate = iterate_hybrid
     integer :: test = test_theta
     real(dp) :: tolerance = 1e-10_dp        !! of the chosen test

@@ -1,11 +1,11 @@
 !> What a step changes. A run goes on from the model and this alone.
 module scree_state
-  use scree_contacts, only: contact_memory_t
+  use scree_contacts, only: contact_memory_t, contact_t
   use scree_factored, only: factored_t
   use scree_kinds, only: dp
   implicit none
   private
-  public :: books_t, pace_t, state_t
+  public :: books_t, pace_t, sleep_t, state_t
 
   !> Energy at one time, what has come and gone since the start, and momentum about the origin of the decks.
   type :: books_t
@@ -13,12 +13,14 @@ module scree_state
     real(dp) :: strain = 0.0_dp          !! of the present stress
     real(dp) :: gravity = 0.0_dp         !! weight times height above y = 0
     real(dp) :: fixed_springs = 0.0_dp   !! of springs that hold fixed points
-    real(dp) :: contact_springs = 0.0_dp
+    real(dp) :: contact_springs = 0.0_dp !! of what is awake
+    real(dp) :: sleeping_springs = 0.0_dp !! of contacts of what sleeps
     real(dp) :: held = 0.0_dp            !! by the integrator, out of sudden changes of velocity
     real(dp) :: at_start = 0.0_dp        !! all of these when the run began
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports since then
     real(dp) :: damping = 0.0_dp         !! that mass damping took since then
     real(dp) :: friction = 0.0_dp        !! lost in sliding since then
+    real(dp) :: asleep = 0.0_dp          !! motion of what fell asleep, since then
     real(dp) :: momentum(3) = 0.0_dp     !! x, y: mass/time; angular: mass length/time
   end type books_t
 
@@ -29,6 +31,16 @@ module scree_state
     integer :: easy = 0                  !! steps since the last cut
     integer :: frames = 0                !! after the first; with a spacing, the last multiple of it that was passed
   end type pace_t
+
+  !> What sleeps: it is left as it is. Its contacts are with what sleeps too, or cannot move.
+  type :: sleep_t
+    integer, allocatable :: island(:)          !! (n_blocks) first block of the island that a block sleeps with, 0: it is awake
+    integer, allocatable :: quiet(:)           !! (n_blocks) steps in a row near equilibrium, of what is awake
+    real(dp), allocatable :: since(:)          !! (n_blocks) when it fell asleep, time
+    type(contact_t), allocatable :: contact(:) !! as the last step before left them
+    integer, allocatable :: inside(:, :)       !! (2, n) vertices, each with the edge that it is inside of
+    integer :: count(3) = 0                    !! contacts open, sliding, locked
+  end type sleep_t
 
   !> Positions, motion, stress and the memory of contacts at one time.
   type :: state_t
@@ -47,6 +59,7 @@ module scree_state
     integer, allocatable :: pair(:, :)         !! (2, n_pairs) elements that the equations of the last step coupled
     type(factored_t), allocatable :: factored(:) !! matrices whose factors the solutions of the next step go on from
     type(contact_memory_t) :: contacts
+    type(sleep_t), allocatable :: sleep        !! where the scene lets bodies sleep
     type(books_t) :: books
   end type state_t
 

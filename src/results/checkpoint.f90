@@ -4,12 +4,12 @@
 !> A component of those types that it does not name is found by `tests/results/test_restart.py`.
 module scree_checkpoint
   use scree_archive, only: archive_t
-  use scree_contacts, only: contact_memory_t, entrance_t
+  use scree_contacts, only: contact_memory_t, contact_t, entrance_t
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_factored, only: factored_t
   use scree_results_file, only: declare_series, put_series, results_t, rows_of_series, store_words
-  use scree_state, only: books_t, state_t
+  use scree_state, only: books_t, sleep_t, state_t
   use scree_watch, only: watch_t
   implicit none
   private
@@ -131,6 +131,7 @@ contains
     call archive%array('pair', state%pair)
     call visit_factored(archive, state%factored)
     call visit_contacts(archive, state%contacts)
+    call visit_sleep(archive, state%sleep)
     call visit_books(archive, state%books)
     call archive%part('watch%energy', watch%energy)
     call archive%part('watch%scale', watch%scale)
@@ -213,11 +214,13 @@ contains
     call archive%part('books%gravity', books%gravity)
     call archive%part('books%fixed_springs', books%fixed_springs)
     call archive%part('books%contact_springs', books%contact_springs)
+    call archive%part('books%sleeping_springs', books%sleeping_springs)
     call archive%part('books%held', books%held)
     call archive%part('books%at_start', books%at_start)
     call archive%part('books%work', books%work)
     call archive%part('books%damping', books%damping)
     call archive%part('books%friction', books%friction)
+    call archive%part('books%asleep', books%asleep)
     call archive%part('books%momentum', books%momentum)
   end subroutine visit_books
 
@@ -225,7 +228,6 @@ contains
   subroutine visit_contacts(archive, memory)
     type(archive_t), intent(inout) :: archive
     type(contact_memory_t), intent(inout) :: memory
-    integer :: i, n
 
     call archive%array('contacts%inside', memory%inside)
     call archive%part('contacts%stiffness', memory%stiffness)
@@ -235,26 +237,53 @@ contains
     call archive%part('contacts%pressed', memory%pressed)
     call archive%part('contacts%gap', memory%gap)
     call archive%part('contacts%count', memory%count)
+    call visit_list(archive, memory%contact)
+  end subroutine visit_contacts
+
+  !> What sleeps. Where nothing may, and a file has something that does, it sleeps on.
+  subroutine visit_sleep(archive, sleep)
+    type(archive_t), intent(inout) :: archive
+    type(sleep_t), allocatable, intent(inout) :: sleep
+    type(sleep_t), allocatable :: own
+
+    if (allocated(sleep)) own = sleep
+    if (.not. allocated(own)) allocate (own)
+    call archive%array('sleep%island', own%island)
+    call archive%array('sleep%quiet', own%quiet)
+    call archive%array('sleep%since', own%since)
+    call archive%array('sleep%inside', own%inside)
+    call archive%part('sleep%count', own%count)
+    call visit_list(archive, own%contact)
+    if (archive%reading .and. allocated(own%island)) call move_alloc(own, sleep)
+  end subroutine visit_sleep
+
+  !> A list of contacts.
+  subroutine visit_list(archive, contact)
+    type(archive_t), intent(inout) :: archive
+    type(contact_t), allocatable, intent(inout) :: contact(:)
+    integer :: i, n
+
     n = -1
-    if (allocated(memory%contact)) n = size(memory%contact)
-    call archive%part('contacts%contact', n)
+    if (allocated(contact)) n = size(contact)
+    call archive%part('contacts', n)
     if (archive%reading) archive%damaged = archive%damaged .or. n > size(archive%number) - archive%n
     if (archive%damaged) n = -1
-    if (archive%reading .and. allocated(memory%contact)) deallocate (memory%contact)
-    if (archive%reading .and. n >= 0) allocate (memory%contact(n))
-    if (.not. allocated(memory%contact)) allocate (memory%contact(0)) ! the names are those of any state
-    call archive%part('contact%n_entrances', memory%contact%n_entrances)
-    call archive%part('contact%active', memory%contact%active)
+    if (archive%reading .and. allocated(contact)) deallocate (contact)
+    if (archive%reading .and. n >= 0) allocate (contact(n))
+    if (.not. allocated(contact)) allocate (contact(0)) ! the names are those of any state
+    call archive%part('contact%n_entrances', contact%n_entrances)
+    call archive%part('contact%active', contact%active)
     do i = 1, 2
-      call archive%part('contact%force', memory%contact%force(i))
+      call archive%part('contact%force', contact%force(i))
     end do
-    call archive%part('contact%pressed', memory%contact%pressed)
-    call archive%part('contact%inherits', memory%contact%inherits)
+    call archive%part('contact%pressed', contact%pressed)
+    call archive%part('contact%energy', contact%energy)
+    call archive%part('contact%inherits', contact%inherits)
     do i = 1, 2
-      call visit_entrances(archive, memory%contact%entrance(i))
+      call visit_entrances(archive, contact%entrance(i))
     end do
-    if (n < 0) deallocate (memory%contact)
-  end subroutine visit_contacts
+    if (n < 0) deallocate (contact)
+  end subroutine visit_list
 
   !> The first entrances of all contacts, or the second.
   subroutine visit_entrances(archive, entrance)

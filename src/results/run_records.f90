@@ -1,7 +1,7 @@
 !> What a run records besides its frames: /history a step, /bodies a frame, /measured_points a step.
 module scree_run_records
   use scree_contact_geometry, only: frame_of_edge
-  use scree_contacts, only: state_open
+  use scree_contacts, only: contact_t, state_open
   use scree_energy, only: stored_energy
   use scree_errors, only: error_t
   use scree_integrator, only: held_weight
@@ -20,7 +20,7 @@ module scree_run_records
   type :: records_t
     integer :: time = 0, step_size = 0, area = 0, rotation = 0, momentum = 0
     integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, damping = 0, held = 0, dissipated = 0
-    integer :: iterations = 0, solves = 0, rejected = 0, green = 0
+    integer :: iterations = 0, solves = 0, rejected = 0, green = 0, sleeping = 0, slept = 0, body_asleep = 0
     integer :: contacts = 0, open_close = 0, judged = 0, judged_step = 0, overlap = 0, spring = 0, friction = 0
     integer :: touch_count = 0, touch_blocks = 0, touch_state = 0, touch_place = 0, touch_normal = 0, touch_force = 0
     integer :: body_green = 0, body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
@@ -39,8 +39,10 @@ contains
     type(records_t), intent(out) :: records
     type(error_t), allocatable, intent(out) :: error
     integer :: i, n
+    logical :: sleeps
 
     n = model%n_blocks
+    sleeps = model%settings%sleep > 0
     call a_step('time', [integer ::], 'time', 'end of the step', records%time)
     call a_step('step_size', [integer ::], 'time', 'size of the step', records%step_size)
     call a_step('area', [integer ::], 'length^2', 'area of all blocks', records%area)
@@ -69,6 +71,10 @@ contains
     call a_step('rejected', [integer ::], '1', 'tries of the step that were cut', records%rejected, .true.)
     if (allocated(model%effects%accuracy)) &
       call a_step('green_elements', [integer ::], '1', 'elements that took Green strain in the step', records%green, .true.)
+    if (sleeps) then
+      call a_step('asleep', [integer ::], '1', 'bodies that sleep', records%sleeping, .true.)
+      call a_step('energy/asleep', [integer ::], energy_unit, 'motion of what fell asleep, since the start', records%slept)
+    end if
     if (allocated(model%effects%contact)) then
       call a_step('contacts', [3], '1', 'contacts open, sliding, locked', records%contacts, .true.)
       call a_step('open_close_iterations', [integer ::], '1', 'judgements of the contacts of an island', records%open_close, .true.)
@@ -86,6 +92,8 @@ contains
     call a_frame('stress', [3, n], 'force/length^2', 'mean Cauchy stress xx, yy, xy', records%body_stress)
     if (allocated(model%effects%accuracy)) &
       call a_frame('green_share', [n], '1', 'share of its area that took Green strain in the last step', records%body_green)
+    if (sleeps) call a_frame('asleep', [n], '1', 'first body of the island that it sleeps with, from 1; 0: it is awake', &
+                             records%body_asleep)
     if (allocated(model%effects%contact)) then
       call a_series('/contacts/count', [integer ::], '1', 'closed contacts of each frame', records%touch_count, .true.)
       call a_series('/contacts/blocks', [2], '1', 'blocks of the vertex and of the edge, from 1', records%touch_blocks, .true.)
@@ -158,7 +166,7 @@ contains
     type(state_t), intent(in) :: state
     type(step_report_t), intent(in) :: report
     type(error_t), allocatable, intent(out) :: error
-    integer :: e, i
+    integer :: asleep(3), e, i             ! contacts of what sleeps
 
     call put(records%time, [state%time])
     call put(records%step_size, [report%dt])
@@ -177,14 +185,20 @@ contains
     call put(records%solves, [real(report%solves, dp)])
     call put(records%rejected, [real(report%rejected, dp)])
     call put(records%green, [real(count(state%green), dp)])
-    call put(records%contacts, real(state%contacts%count, dp))
+    asleep = 0
+    if (allocated(state%sleep)) then
+      call put(records%sleeping, [real(count(state%sleep%island > 0), dp)])
+      call put(records%slept, [state%books%asleep])
+      asleep = state%sleep%count
+    end if
+    call put(records%contacts, real(state%contacts%count + asleep, dp))
     call put(records%open_close, [real(size(report%judged, 2), dp)])
     do i = 1, size(report%judged, 2)
       call put(records%judged_step, [real(state%step, dp)])
       call put(records%judged, real(report%judged(:, i), dp))
     end do
     call put(records%overlap, [state%contacts%penetration])
-    call put(records%spring, [state%books%contact_springs])
+    call put(records%spring, [state%books%contact_springs + state%books%sleeping_springs])
     call put(records%friction, [state%books%friction])
     do i = 1, size(records%measured)
       associate (point => state%point(:, records%measured(i)))
@@ -240,6 +254,7 @@ contains
     call put(records%body_velocity, reshape(sums(3:4, :), [size(sums(3:4, :))]))
     call put(records%body_stress, reshape(sums(5:7, :), [size(sums(5:7, :))]))
     if (records%body_green > 0) call put(records%body_green, green/area)
+    if (records%body_asleep > 0) call put(records%body_asleep, real(state%sleep%island, dp))
     if (records%touch_count > 0) call put_contacts()
 
   contains
@@ -253,29 +268,38 @@ contains
 
     !> A row of each closed contact.
     subroutine put_contacts()
-      real(dp) :: t(2), normal(2), length
       integer :: i, n
 
       n = 0
-      associate (outlines => model%outlines)
-        do i = 1, size(state%contacts%contact)
-          associate (contact => state%contacts%contact(i), &
-                     entrance => state%contacts%contact(i)%entrance(state%contacts%contact(i)%active))
-            if (entrance%state == state_open) cycle
-            n = n + 1
-            call frame_of_edge(state%vertex(:, outlines%start(entrance%edge)), state%vertex(:, outlines%finish(entrance%edge)), &
-                t, normal, &
-                               length)
-            call put(records%touch_blocks, real([outlines%block(entrance%vertex), outlines%block(entrance%edge)], dp))
-            call put(records%touch_state, [real(entrance%state, dp)])
-            call put(records%touch_place, state%vertex(:, outlines%start(entrance%vertex)) + model%origin)
-            call put(records%touch_normal, normal)
-            call put(records%touch_force, contact%force)
-          end associate
+      do i = 1, size(state%contacts%contact)
+        call put_contact(state%contacts%contact(i), n)
+      end do
+      if (allocated(state%sleep)) then
+        do i = 1, size(state%sleep%contact)
+          call put_contact(state%sleep%contact(i), n)
         end do
-      end associate
+      end if
       call put(records%touch_count, [real(n, dp)])
     end subroutine put_contacts
+
+    !> The row of a contact, if it is closed.
+    subroutine put_contact(contact, n)
+      type(contact_t), intent(in) :: contact
+      integer, intent(inout) :: n                !! rows
+      real(dp) :: t(2), normal(2), length
+
+      associate (outlines => model%outlines, entrance => contact%entrance(contact%active))
+        if (entrance%state == state_open) return
+        n = n + 1
+        call frame_of_edge(state%vertex(:, outlines%start(entrance%edge)), state%vertex(:, outlines%finish(entrance%edge)), &
+                           t, normal, length)
+        call put(records%touch_blocks, real([outlines%block(entrance%vertex), outlines%block(entrance%edge)], dp))
+        call put(records%touch_state, [real(entrance%state, dp)])
+        call put(records%touch_place, state%vertex(:, outlines%start(entrance%vertex)) + model%origin)
+        call put(records%touch_normal, normal)
+        call put(records%touch_force, contact%force)
+      end associate
+    end subroutine put_contact
 
   end subroutine put_frame_records
 

@@ -49,6 +49,7 @@ contains
     call hold_points()
     call load_points()
     call let_touch()
+    if (scene%settings%sleep > 0) call name('sleep', 'sleep='//real_text(scene%settings%sleep)//' in &step')
     if (any(system%points%kind == measured_point)) &
       call name('measured points', number_text(count(system%points%kind == measured_point))//' in the geometry')
 

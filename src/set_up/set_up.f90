@@ -56,6 +56,11 @@ contains
     if (allocated(blocks%crack_joint)) cracked = size(blocks%crack_joint) > 0
     call make_effects(scene, model%system_t, state, quality, cracked, model%effects, list)
     call leave_out_fixed(model, state)
+    if (model%settings%sleep > 0 .and. .not. allocated(model%effects%gravity)) then
+      call fail(error, status_bad_input, given_at(scene%words, 'step.sleep')//': expected blocks with weight with step.sleep, '// &
+                'a share of it, found none')
+      return
+    end if
     if (.not. allocated(model%effects%contact)) return
     call make_outlines(model%elements%shape, state%vertex, model%elements%block, model%outlines, error)
     if (allocated(error)) then
@@ -85,8 +90,20 @@ contains
                        [2, count(.not. (fixed(inside(1, :)) .and. fixed(inside(2, :))))])
       model%outlines%inside = inside
     end associate
+    if (model%settings%sleep > 0) call keep_awake(model%n_blocks, state)
     if (scene%settings%chooses_step) model%effects%contact%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up
+
+  !> Lets bodies fall asleep, all of which are awake.
+  pure subroutine keep_awake(n_blocks, state)
+    integer, intent(in) :: n_blocks
+    type(state_t), intent(inout) :: state
+
+    allocate (state%sleep)
+    allocate (state%sleep%island(n_blocks), state%sleep%quiet(n_blocks), source=0)
+    allocate (state%sleep%since(n_blocks), source=0.0_dp)
+    allocate (state%sleep%contact(0), state%sleep%inside(2, 0))
+  end subroutine keep_awake
 
   !> Overlaps of blocks that a mathematical mesh has cut: its elements lie in one block each.
   subroutine find_overlaps_under_mesh(blocks, overlaps, error)

@@ -20,8 +20,8 @@ module scree_equations
   use scree_system, only: element_unknowns, elements_t
   implicit none
   private
-  public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, group_elements, is_island, &
-            island_problem, keep_factored, keep_posed, members, move_island, out_of_balance, pairs_of_group, place_row, &
+  public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, forget_groups, group_elements, &
+            is_island, island_problem, keep_factored, keep_posed, members, move_island, out_of_balance, pairs_of_group, place_row, &
             recall_factored, release_equations, set_up_equations, share_out_of_balance, size_of_equations, solve_equations, &
             weakest_element, wholly_held, work_of_solutions
 
@@ -111,6 +111,13 @@ contains
     call hand_on_islands(before, equations)
     call list_pairs_of_islands(equations)
   end subroutine group_elements
+
+  !> Lets the elements be grouped anew, as what can move has changed.
+  pure subroutine forget_groups(equations)
+    type(equations_t), intent(inout) :: equations
+
+    if (allocated(equations%paired)) deallocate (equations%paired)
+  end subroutine forget_groups
 
   !> Gives each island what the one had that its first element was in: pattern and factors, which hold where its rows are the same.
   subroutine hand_on_islands(before, equations)

@@ -43,6 +43,7 @@ module scree_time_stepper
     real(dp) :: travel = 0.0_dp          !! largest of a vertex, where a step may go only so far, length
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness
     type(trouble_t) :: impact            !! why an impact in it was left to springs
+    integer, allocatable :: reached(:)   !! blocks asleep that others may touch; allocated: they are to wake, no step was made
   end type step_report_t
 
 contains
@@ -66,6 +67,8 @@ contains
       call begin_outcome(outcome)
       call begin_try(model, cache, state, outcome%rejected, try, error)
       if (allocated(error)) return
+      if (allocated(state%sleep)) call find_sleepers(model, state, try, report%reached)
+      if (allocated(report%reached)) return
       call settle_try(model, cache, state, try, outcome)
       if (outcome%settled) call check_try(model, cache, state, try, outcome)
       if (outcome%settled) exit tries
@@ -177,6 +180,22 @@ contains
     call find_contacts(model%outlines, state%vertex, predicted, model%n_elements > model%n_blocks, state%contacts, cache%search, &
                        try%contacts)
   end subroutine look_for_contacts
+
+  !> Lists the blocks that sleep and that contacts of a try reach; not allocated where there are none.
+  pure subroutine find_sleepers(model, state, try, reached)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(try_t), intent(in) :: try
+    integer, allocatable, intent(out) :: reached(:)
+    integer :: blocks(2*size(try%contacts%contact)), i
+
+    do i = 1, size(try%contacts%contact)
+      associate (entrance => try%contacts%contact(i)%entrance(1))
+        blocks(2*i - 1:2*i) = model%outlines%block([entrance%vertex, entrance%edge])
+      end associate
+    end do
+    if (any(state%sleep%island(blocks) > 0)) reached = pack(blocks, state%sleep%island(blocks) > 0)
+  end subroutine find_sleepers
 
   !> Settles a try, and what small strain turns out not to be enough for once more.
   subroutine settle_try(model, cache, state, try, outcome)

@@ -233,7 +233,8 @@ contains
     type(state_t), intent(in) :: state
     integer :: e, k
 
-    energy = state%books%strain + state%books%fixed_springs + state%books%contact_springs + state%books%held
+    energy = state%books%strain + state%books%fixed_springs + state%books%contact_springs &
+             + state%books%sleeping_springs + state%books%held
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       energy = energy + kinetic_energy(cache%element(e)%mass_matrix, &

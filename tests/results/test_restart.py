@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 import pytest
 from scree import call, read, touching
-from scree.bench import scenes
+from scree.bench import effects, scenes
 
 SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
@@ -37,6 +37,8 @@ SCENES = {
     "mesh": lambda folder: random_rock(folder, "nmm", 20),
     "stiffness that adapts": lambda folder: ([CLASSIC / "circleslope.geo", CLASSIC / "circleslope.ana"],
                                              [*ADAPTING, "step.count=60"]),
+    "blocks that fall asleep": lambda folder: (effects.on_ground(3, 2, 60.0).with_more(velocity=(20.0, 0.0, 0.0)).write(folder, "x"),
+                                               ["step.sleep=1e-3", "step.end_time=5", "output.every=20"]),
     "impacts": lambda folder: ([SOURCE / "input/paper/arc/arc.ana"], ["contact.restitution=0.5", "step.size=2e-3"]),
 }
 
@@ -233,7 +235,8 @@ def components(source, name):
 
 
 @pytest.mark.parametrize("source, name", [
-    ("model/state.f90", "state_t"), ("model/state.f90", "pace_t"), ("model/state.f90", "books_t"), ("model/factored.f90", "factored_t"),
+    ("model/state.f90", "state_t"), ("model/state.f90", "pace_t"), ("model/state.f90", "books_t"), ("model/state.f90", "sleep_t"),
+    ("model/factored.f90", "factored_t"),
     ("model/contacts.f90", "contact_memory_t"), ("model/contacts.f90", "contact_t"), ("model/contacts.f90", "entrance_t"),
     ("stepping/watch.f90", "watch_t")])
 def test_no_component_of_what_a_run_goes_on_from_is_forgotten(source, name):

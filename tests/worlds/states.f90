@@ -37,6 +37,15 @@ contains
       if (len(name) == 0) name = difference_of_factored(a%factored(i), b%factored(i))
     end do
     if (len(name) == 0) name = difference_of_contacts(a%contacts, b%contacts)
+    if (len(name) > 0) return
+    if (allocated(a%sleep) .neqv. allocated(b%sleep)) name = 'whether bodies sleep'
+    if (allocated(a%sleep) .and. allocated(b%sleep)) then
+      if (.not. same_whole([a%sleep%island, a%sleep%quiet, a%sleep%inside, a%sleep%count], &
+                           [b%sleep%island, b%sleep%quiet, b%sleep%inside, b%sleep%count])) name = 'sleep'
+      if (.not. same(a%sleep%since, b%sleep%since)) name = 'times of sleep'
+      if (len(name) == 0) name = difference_of_contacts(contact_memory_t(a%sleep%contact, a%sleep%inside), &
+                                                        contact_memory_t(b%sleep%contact, b%sleep%inside))
+    end if
   end function first_difference
 
   !> Likewise of a matrix whose factor is kept.
@@ -92,7 +101,8 @@ contains
     real(dp), allocatable :: numbers(:)
 
     associate (entrance => contact%entrance(:contact%n_entrances))
-      numbers = [contact%force, contact%pressed, contact%inherits, entrance%direction, entrance%anchor, entrance%rest, &
+      numbers = [contact%force, contact%pressed, contact%energy, contact%inherits, &
+                 entrance%direction, entrance%anchor, entrance%rest, &
                  entrance%multiplier(1), entrance%multiplier(2), entrance%length, entrance%lagged_friction, &
                  entrance%stiffness(1), entrance%stiffness(2)]
     end associate
@@ -103,7 +113,8 @@ contains
     type(books_t), intent(in) :: books
     real(dp), allocatable :: numbers(:)
 
-    numbers = [books%kinetic, books%strain, books%gravity, books%fixed_springs, books%contact_springs, books%held, books%at_start, &
+    numbers = [books%kinetic, books%strain, books%gravity, books%fixed_springs, books%contact_springs, &
+               books%sleeping_springs, books%asleep, books%held, books%at_start, &
                books%work, books%damping, books%friction, books%momentum]
   end function numbers_of
 

@@ -12,6 +12,7 @@ module worlds
   use scree_scene, only: block_material_t, effect_t, joint_material_t, scene_t
   use scree_set_up, only: set_up
   use scree_shi_control, only: first_size, following_size
+  use scree_sleep, only: advance_awake
   use scree_start, only: begin_run
   use scree_state, only: state_t
   use scree_step_control, only: after_step, next_size
@@ -29,6 +30,7 @@ module worlds
     type(scene_t) :: scene
     type(blocks_t) :: blocks
     type(model_t) :: model
+    type(model_t), allocatable :: awake !! in which what sleeps cannot move
     type(state_t) :: state
     type(cache_t) :: cache
   end type world_t
@@ -131,7 +133,11 @@ contains
     type(step_report_t) :: report
 
     associate (settings => world%scene%settings, state => world%state)
-      call advance(world%model, next_size(settings, state), world%cache, state, report, error)
+      if (allocated(state%sleep)) then
+        call advance_awake(world%model, next_size(settings, state), world%awake, world%cache, state, report, error)
+      else
+        call advance(world%model, next_size(settings, state), world%cache, state, report, error)
+      end if
       if (allocated(error)) return
       call after_step(settings, report%dt, report%rejected, state)
       if (settings%chooses_step) &

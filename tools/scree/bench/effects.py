@@ -69,7 +69,7 @@ def on_ground(resting, moving=0, apart=4.0, each=100):
     blocks = []
     for material, n in ((MOVING, moving), (REST, resting)):
         for i in range(0, n, each):
-            left = 0.0 if not blocks else blocks[-1][1][:, 0].max() + 10
+            left = 0.0 if not blocks else blocks[-1][1][:, 0].max() + apart + 6
             count = min(each, n - i)
             blocks += [ground(apart * count + 4, left - 2), *squares(count, material, 0.0, apart, left)]
     return Scene(blocks, velocity=(1.0, 0.0, 0.0), first=60, last=100)

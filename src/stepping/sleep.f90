@@ -1,0 +1,342 @@
+!> Islands of bodies at rest fall asleep: they are left as they are until something may change that.
+!>
+!> An island is a set of bodies that contacts of the step join, cut at bodies that cannot move. Where all of its bodies have been
+!> near equilibrium for some steps it falls asleep: its motion, of which little is left, is taken and booked, its contacts are laid
+!> aside, and its bodies count among those that cannot move. It wakes before a step in which a body that is awake may reach one of
+!> its bodies, or in which a load, the ground or a support of one is another than when it fell asleep. So what is asleep touches
+!> nothing that moves.
+module scree_sleep
+  use scree_contacts, only: contact_search_t, contact_t
+  use scree_energy, only: books_of_fixed, close_books
+  use scree_equations, only: forget_groups
+  use scree_errors, only: error_t
+  use scree_inertia, only: kinetic_energy
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_state, only: state_t
+  use scree_system, only: values_of
+  use scree_time_stepper, only: advance, step_report_t
+  use scree_time_table, only: mean_over, value_at
+  implicit none
+  private
+  public :: advance_awake
+
+  !> Steps in a row near equilibrium after which an island falls asleep.
+  integer, parameter :: quiet_steps = 20
+
+contains
+
+  !> Takes `state` to the end of one step, as `advance` does, of what is awake.
+  !>
+  !> Errors: as of `advance`.
+  subroutine advance_awake(model, dt, awake, cache, state, report, error)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: dt                             !! size to try, time
+    type(model_t), allocatable, intent(inout) :: awake     !! the model in which what sleeps cannot move; made where it is not
+    type(cache_t), intent(inout) :: cache                  !! of `state` and that model
+    type(state_t), intent(inout) :: state
+    type(step_report_t), intent(out) :: report
+    type(error_t), allocatable, intent(out) :: error
+    integer :: before
+
+    before = state%step
+    if (.not. allocated(awake)) then
+      awake = model
+      call leave_out_sleepers(model, awake, cache, state)
+    end if
+    call wake(model, disturbed(model, dt, state), awake, cache, state)
+    do
+      call advance(awake, dt, cache, state, report, error)
+      if (allocated(error)) return
+      if (.not. allocated(report%reached)) exit
+      call wake(model, report%reached, awake, cache, state)
+    end do
+    if (state%step > before) call put_to_sleep(model, awake, cache, state)
+  end subroutine advance_awake
+
+  !> Takes what sleeps out of what can move, and makes anew what was kept of that.
+  subroutine leave_out_sleepers(model, awake, cache, state)
+    type(model_t), intent(in) :: model
+    type(model_t), intent(inout) :: awake
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(inout) :: state
+    logical :: rests(model%n_unknowns), asleep(model%n_blocks)
+    integer :: i, k
+
+    asleep = state%sleep%island > 0
+    associate (elements => model%elements, free => model%elements%free, inside => model%outlines%inside)
+      awake%elements%free = pack(free, .not. asleep(elements%block(free)))
+      awake%free_block = pack(model%free_block, .not. asleep(model%free_block))
+      awake%points%free = pack(model%points%free, .not. asleep(elements%block(model%points%element(model%points%free))))
+      rests = .false.
+      rests(model%at_rest) = .true.
+      do k = 1, size(free)
+        if (asleep(elements%block(free(k)))) rests(elements%unknown(:, free(k))) = .true.
+      end do
+      if (allocated(model%extension)) then ! what follows others rests with them
+        rests(2*model%extension%cover - 1) = .false.
+        rests(2*model%extension%cover) = .false.
+      end if
+      awake%at_rest = pack([(i, i=1, size(rests))], rests)
+      awake%outlines%fixed = model%outlines%fixed .or. asleep(model%outlines%block)
+      awake%outlines%inside = columns(inside, .not. (awake%outlines%fixed(inside(1, :)) .and. awake%outlines%fixed(inside(2, :))))
+    end associate
+    cache%search = contact_search_t()
+    call forget_groups(cache%equations)
+    cache%fixed = books_of_fixed(awake, cache, state)
+  end subroutine leave_out_sleepers
+
+  !> Wakes the islands of some blocks.
+  subroutine wake(model, block, awake, cache, state)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: block(:)          !! that sleep
+    type(model_t), intent(inout) :: awake
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(inout) :: state
+    logical :: wakes(0:model%n_blocks)       !! islands
+    logical, allocatable :: moves(:)
+    integer :: i
+
+    if (size(block) == 0) return
+    wakes = .false.
+    wakes(state%sleep%island(block)) = .true.
+    associate (sleep => state%sleep, memory => state%contacts, of_block => model%outlines%block)
+      moves = [(any(wakes(sleep%island(blocks_of(model, sleep%contact(i))))), i=1, size(sleep%contact))]
+      memory%contact = [memory%contact, pack(sleep%contact, moves)]
+      sleep%contact = pack(sleep%contact, .not. moves)
+      moves = [(any(wakes(sleep%island(of_block(sleep%inside(:, i))))), i=1, size(sleep%inside, 2))]
+      memory%inside = reshape([memory%inside, columns(sleep%inside, moves)], [2, size(memory%inside, 2) + count(moves)])
+      sleep%inside = columns(sleep%inside, .not. moves)
+      where (wakes(sleep%island))
+        sleep%island = 0
+        sleep%quiet = 0
+      end where
+    end associate
+    call sum_up_contacts(state)
+    call leave_out_sleepers(model, awake, cache, state)
+  end subroutine wake
+
+  !> Puts the islands to sleep all of whose bodies have been near equilibrium for some steps, and books their motion.
+  subroutine put_to_sleep(model, awake, cache, state)
+    type(model_t), intent(in) :: model
+    type(model_t), intent(inout) :: awake
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(inout) :: state    !! at the end of a step
+    integer :: island(model%n_blocks), i, k
+    logical :: sleeps(0:model%n_blocks)      !! islands that fall asleep, by their first block
+    logical, allocatable :: moves(:)
+    real(dp) :: motion
+
+    call count_quiet_steps(awake, cache, state)
+    if (.not. any(state%sleep%quiet(awake%free_block) >= quiet_steps)) return
+    island = islands_of(model, state)
+    sleeps = .false.
+    sleeps(island(awake%free_block)) = .true.
+    do k = 1, size(awake%free_block)
+      associate (b => awake%free_block(k))
+        if (state%sleep%quiet(b) < quiet_steps) sleeps(island(b)) = .false.
+      end associate
+    end do
+    if (.not. any(sleeps)) return
+    do k = 1, size(awake%free_block)
+      associate (b => awake%free_block(k), sleep => state%sleep)
+        if (.not. sleeps(island(b))) cycle
+        sleep%island(b) = island(b)
+        sleep%quiet(b) = 0
+        sleep%since(b) = state%time
+      end associate
+    end do
+    do k = 1, size(awake%elements%free)
+      associate (e => awake%elements%free(k))
+        if (state%sleep%island(model%elements%block(e)) == 0) cycle
+        state%velocity(model%elements%unknown(:, e)) = 0.0_dp
+        state%acceleration(model%elements%unknown(:, e)) = 0.0_dp
+      end associate
+    end do
+    associate (sleep => state%sleep, memory => state%contacts, of_block => model%outlines%block)
+      moves = [(any(sleep%island(blocks_of(model, memory%contact(i))) > 0), i=1, size(memory%contact))]
+      sleep%contact = [sleep%contact, pack(memory%contact, moves)]
+      memory%contact = pack(memory%contact, .not. moves)
+      moves = [(any(sleep%island(of_block(memory%inside(:, i))) > 0), i=1, size(memory%inside, 2))]
+      sleep%inside = reshape([sleep%inside, columns(memory%inside, moves)], [2, size(sleep%inside, 2) + count(moves)])
+      memory%inside = columns(memory%inside, .not. moves)
+      moves = [(any(sleep%island(model%elements%block(state%pair(:, i))) > 0), i=1, size(state%pair, 2))]
+      state%pair = columns(state%pair, .not. moves)
+    end associate
+    call sum_up_contacts(state)
+    call leave_out_sleepers(model, awake, cache, state)
+    motion = state%books%kinetic + state%books%held
+    call close_books(awake, cache, state)
+    state%books%asleep = state%books%asleep + motion - (state%books%kinetic + state%books%held)
+  end subroutine put_to_sleep
+
+  !> Counts the steps in a row in which bodies that are awake were near equilibrium: with s the share asked for, their speed below
+  !> s sqrt(g l) and the force out of balance below s times their weight, both as root mean squares over the body,
+  !>
+  !>     v^T M v < s^2 W l,      m a^T M a < (s W)^2,
+  !>
+  !> W = m g the weight, l the root of the area. A body without weight never is.
+  subroutine count_quiet_steps(awake, cache, state)
+    type(model_t), intent(in) :: awake
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(inout) :: state
+    real(dp) :: area, mass, speed, unbalanced, weight
+    integer :: e, k
+    logical :: last
+
+    associate (share => awake%settings%sleep, free => awake%elements%free, block => awake%elements%block)
+      area = 0.0_dp
+      mass = 0.0_dp
+      speed = 0.0_dp
+      unbalanced = 0.0_dp
+      weight = 0.0_dp
+      do k = 1, size(free)
+        e = free(k)
+        associate (own => cache%element(e))
+          area = area + own%kinematics%area
+          mass = mass + own%mass
+          weight = weight + abs(own%mass_ratio*awake%effects%gravity%weight(e))
+          speed = speed + 2*kinetic_energy(own%mass_matrix, values_of(awake%elements, e, state%velocity))
+          unbalanced = unbalanced + 2*kinetic_energy(own%mass_matrix, values_of(awake%elements, e, state%acceleration))
+        end associate
+        last = k == size(free)
+        if (.not. last) last = block(free(k + 1)) /= block(e)
+        if (.not. last) cycle
+        associate (quiet => state%sleep%quiet(block(e)))
+          quiet = min(quiet + 1, quiet_steps)
+          if (.not. (speed < share**2*weight*sqrt(area) .and. mass*unbalanced < (share*weight)**2)) quiet = 0
+        end associate
+        area = 0.0_dp
+        mass = 0.0_dp
+        speed = 0.0_dp
+        unbalanced = 0.0_dp
+        weight = 0.0_dp
+      end do
+    end associate
+  end subroutine count_quiet_steps
+
+  !> The island of each block: the first block of those that contacts join it to, itself included.
+  pure function islands_of(model, state) result(island)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    integer :: island(model%n_blocks)
+    integer :: b, i, joined(2)
+
+    island = [(b, b=1, model%n_blocks)]
+    do i = 1, size(state%contacts%contact)
+      associate (entrance => state%contacts%contact(i)%entrance(1))
+        if (model%outlines%fixed(entrance%vertex) .or. model%outlines%fixed(entrance%edge)) cycle
+      end associate
+      joined = blocks_of(model, state%contacts%contact(i))
+      do b = 1, 2
+        do while (island(joined(b)) /= joined(b))
+          island(joined(b)) = island(island(joined(b)))
+          joined(b) = island(joined(b))
+        end do
+      end do
+      island(maxval(joined)) = minval(joined)
+    end do
+    do b = 1, model%n_blocks ! those before it are done
+      island(b) = island(island(b))
+    end do
+  end function islands_of
+
+  !> Blocks that sleep and whose loads, ground or supports in the next step differ from those with which they fell asleep: forces by
+  !> more than the share of their weight, supports at all.
+  pure function disturbed(model, dt, state) result(block)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: dt          !! time
+    type(state_t), intent(in) :: state
+    integer, allocatable :: block(:)
+    logical :: is_disturbed(model%n_blocks)
+    real(dp) :: change
+    integer :: b, i, k
+
+    allocate (block(0))
+    if (.not. any(state%sleep%island > 0)) return
+    is_disturbed = .false.
+    associate (effects => model%effects, of_element => model%elements%block, of_point => model%points%element, &
+               sleep => state%sleep, share => model%settings%sleep, to => state%time + dt)
+      if (allocated(effects%point_load)) then
+        do i = 1, size(effects%point_load%point)
+          b = of_element(of_point(effects%point_load%point(i)))
+          if (sleep%island(b) == 0) cycle
+          change = norm2(mean_over(effects%point_load%table(i), state%time, to) &
+                         - value_at(effects%point_load%table(i), sleep%since(b)))
+          is_disturbed(b) = is_disturbed(b) .or. change > share*sum(effects%gravity%weight, of_element == b)
+        end do
+      end if
+      if (allocated(effects%base_acceleration)) then
+        do k = 1, size(model%elements%free)
+          associate (e => model%elements%free(k))
+            b = of_element(e)
+            if (sleep%island(b) == 0) cycle
+            change = model%elements%mass(e)*norm2(mean_over(effects%base_acceleration%record, state%time, to) &
+                                                  - value_at(effects%base_acceleration%record, sleep%since(b)))
+            is_disturbed(b) = is_disturbed(b) .or. change > share*effects%gravity%weight(e)
+          end associate
+        end do
+      end if
+      if (allocated(effects%fixed_point)) then
+        do i = 1, size(effects%fixed_point%point)
+          b = of_element(of_point(effects%fixed_point%point(i)))
+          if (sleep%island(b) == 0 .or. .not. allocated(effects%fixed_point%table(i)%time)) cycle
+          is_disturbed(b) = is_disturbed(b) .or. norm2(value_at(effects%fixed_point%table(i), to) &
+                                                       - value_at(effects%fixed_point%table(i), sleep%since(b))) > 0
+        end do
+      end if
+    end associate
+    block = pack([(b, b=1, model%n_blocks)], is_disturbed)
+  end function disturbed
+
+  !> Counts the contacts of what is awake and of what sleeps, and books the energy of their springs. Where nothing awake is in
+  !> contact the memory has no overlap either, as after a step without contacts.
+  pure subroutine sum_up_contacts(state)
+    type(state_t), intent(inout) :: state
+
+    state%contacts%count = count_states(state%contacts%contact)
+    state%sleep%count = count_states(state%sleep%contact)
+    associate (memory => state%contacts)
+      memory%pressed = max(0.0_dp, maxval(memory%contact%pressed))
+      if (size(memory%contact) == 0) then
+        memory%penetration = 0.0_dp
+        memory%gap = 0.0_dp
+      end if
+    end associate
+    state%books%contact_springs = sum(state%contacts%contact%energy)
+    state%books%sleeping_springs = sum(state%sleep%contact%energy)
+  end subroutine sum_up_contacts
+
+  !> The two blocks of a contact.
+  pure function blocks_of(model, contact) result(block)
+    type(model_t), intent(in) :: model
+    type(contact_t), intent(in) :: contact
+    integer :: block(2)
+
+    block = model%outlines%block([contact%entrance(1)%vertex, contact%entrance(1)%edge])
+  end function blocks_of
+
+  !> How many contacts are open, sliding, locked.
+  pure function count_states(contact) result(number)
+    type(contact_t), intent(in) :: contact(:)
+    integer :: number(3)
+    integer :: i
+
+    number = 0
+    do i = 1, size(contact)
+      associate (state => contact(i)%entrance(contact(i)%active)%state)
+        number(state + 1) = number(state + 1) + 1
+      end associate
+    end do
+  end function count_states
+
+  !> Some columns of a list of pairs.
+  pure function columns(list, which)
+    integer, intent(in) :: list(:, :)   !! (2, n)
+    logical, intent(in) :: which(:)     !! (n)
+    integer :: columns(2, count(which))
+
+    columns = reshape(pack(list, spread(which, 1, 2)), [2, count(which)])
+  end function columns
+
+end module scree_sleep
