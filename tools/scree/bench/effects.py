@@ -72,7 +72,7 @@ def on_ground(resting, moving=0, apart=4.0, each=100):
             left = 0.0 if not blocks else blocks[-1][1][:, 0].max() + apart + 6
             count = min(each, n - i)
             blocks += [ground(apart * count + 4, left - 2), *squares(count, material, 0.0, apart, left)]
-    return Scene(blocks, velocity=(1.0, 0.0, 0.0), first=60, last=100)
+    return Scene(blocks, velocity=(10.0, 0.0, 0.0), first=60, last=100)
 
 
 def on_slope(height):
@@ -119,7 +119,8 @@ def cases(size):
         "a block slides": [(on_ground(0, 1), "", None)],
         f"{few} blocks slide": [
             (on_ground(0, few), "", None),
-            (on_ground(many - few, few), f"and {many - few} rest", 10.0)],
+            (on_ground(many - few, few), f"and {many - few} rest", 10.0),
+            (on_ground(many - few, few).with_more(settings=["step.sleep=1e-3"]), f"and {many - few} sleep", 3.0)],
     }
 
 
