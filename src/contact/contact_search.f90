@@ -168,6 +168,8 @@ contains
 
     do k = 1, size(list)
       i = list(k)
+      there(:, i) = 0.0_dp
+      if (model%outlines%fixed(i)) cycle
       associate (e => model%outlines%element(i))
         there(:, i) = times*matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, model%outlines%start(i))), &
                                    values_of(model%elements, e, value))

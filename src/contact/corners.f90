@@ -10,13 +10,14 @@ module scree_corners
   real(dp), parameter, public :: pi = acos(-1.0_dp)
   real(dp), parameter :: no_corner = 1e-9_dp !! an angle below is that of the end of a crack, a whole turn
 
-  !> Corner at a vertex, seen from inside: from its edge counter-clockwise to the one before.
+  !> Corner at a vertex, seen from inside: from its edge counter-clockwise to the one before. Without default values: in each step
+  !> there is room for all, and few are found.
   type :: corner_t
-    integer :: vertex = 0        !! which begins the edge of the same number
-    integer :: before = 0        !! edge that ends there
-    real(dp) :: from = 0.0_dp    !! direction of its edge, rad
-    real(dp) :: into = 0.0_dp    !! direction of the edge before, rad
-    real(dp) :: angle = 0.0_dp   !! rad, up to a whole turn
+    integer :: vertex  !! which begins the edge of the same number
+    integer :: before  !! edge that ends there
+    real(dp) :: from   !! direction of its edge, rad
+    real(dp) :: into   !! direction of the edge before, rad
+    real(dp) :: angle  !! rad, up to a whole turn
   end type corner_t
 
   !> Edges, corners and reaches of all outlines.

@@ -27,8 +27,6 @@ contains
     real(dp), intent(in) :: dt                    !! time
     logical, allocatable, intent(out) :: green(:) !! (n_elements)
 
-    green = state%green
-    if (.not. allocated(model%effects%accuracy)) return
     green = errors_in_step(model, cache, state%pair, dt*state%velocity) > &
             merge(enough, 1.0_dp, state%green)*model%effects%accuracy
   end subroutine choose_at_start
@@ -44,7 +42,6 @@ contains
     real(dp) :: error(size(green))
 
     found = .false.
-    if (.not. allocated(model%effects%accuracy)) return
     if (all(green)) return
     error = errors_in_step(model, cache, pair, d)
     found = any(error > model%effects%accuracy .and. .not. green)

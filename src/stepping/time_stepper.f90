@@ -92,8 +92,10 @@ contains
     type(try_t), intent(out) :: try
 
     try%dt = dt
-    call choose_at_start(model, cache, state, dt, try%green)
-    if (allocated(model%effects%accuracy)) cache%element%green = try%green
+    if (allocated(model%effects%accuracy)) then
+      call choose_at_start(model, cache, state, dt, try%green)
+      cache%element%green = try%green
+    end if
     allocate (try%contacts%contact(0))
     allocate (try%contacts%pair(2, 0))
     if (.not. allocated(model%effects%contact)) return
@@ -210,7 +212,7 @@ contains
     if (allocated(try%impact%among)) among = try%impact%among
     do
       call settle(model, cache, state, try%rule, try%contacts, try%d, outcome, among)
-      if (.not. outcome%settled) return
+      if (.not. (outcome%settled .and. allocated(try%green))) return
       call add_where_needed(model, cache, try%contacts%pair, try%d, try%green, found)
       if (.not. found) return
       among = try%green .and. .not. cache%element%green
@@ -291,7 +293,7 @@ contains
       if (searches(model)) call move_circles(model, try%d, cache%search%bodies)
     end if
     if (couples_pairs(model)) state%pair = try%contacts%pair
-    state%green = try%green
+    if (allocated(try%green)) state%green = try%green
     call keep_factored(cache%equations, state%factored)
     call update_state(model, cache, try%rule, try%d, try%impact, state)
     call refresh_elements(model, state, cache)
