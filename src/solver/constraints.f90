@@ -9,7 +9,8 @@ module scree_constraints
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_constraint, add_followers, clear_constraints, complete_unknowns, constraints_t, reduce_element, reduction_t
+  public :: add_constraint, add_followers, clear_constraints, complete_unknowns, constraints_t, reduce_element, &
+            reduced_operator, reduction_t
 
   !> A row whose largest entry is below this share of a displacement says nothing new.
   real(dp), parameter :: redundant = 1e-8_dp
@@ -35,6 +36,7 @@ module scree_constraints
   type :: reduction_t
     integer, allocatable :: free(:)      !! (m) free unknowns
     real(dp), allocatable :: Z(:, :)     !! (n, m)
+    integer, allocatable :: left(:)      !! (m) places of the free unknowns among those of the element, where all others are 0
   end type reduction_t
 
 contains
@@ -293,6 +295,7 @@ contains
         end associate
       end do
     end do
+    if (all(row <= 0)) reduction%left = pack([(i, i=1, size(row))], row == 0)
     allocate (reduction%Z(size(unknown), size(reduction%free)), source=0.0_dp)
     do i = 1, size(unknown)
       if (row(i) == 0) then
@@ -304,5 +307,18 @@ contains
       end if
     end do
   end subroutine reduce_element
+
+  !> Z^T A Z, the operator on the free unknowns of an element with slaves.
+  pure function reduced_operator(reduction, A) result(reduced)
+    type(reduction_t), intent(in) :: reduction
+    real(dp), intent(in) :: A(:, :)          !! (n, n)
+    real(dp) :: reduced(size(reduction%free), size(reduction%free))
+
+    if (allocated(reduction%left)) then
+      reduced = A(reduction%left, reduction%left)
+    else
+      reduced = matmul(transpose(reduction%Z), matmul(A, reduction%Z))
+    end if
+  end function reduced_operator
 
 end module scree_constraints

@@ -6,15 +6,15 @@
 module scree_equations
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use scree_blas, only: keep_to_one_thread
-  use scree_constraints, only: constraints_t, reduce_element, reduction_t
+  use scree_constraints, only: constraints_t, reduce_element, reduced_operator, reduction_t
   use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
   use scree_factored, only: factored_t, is_of, move_factored, number_of
   use scree_friction_problem, only: friction_problem_t, place_springs, posed_problem_t
   use scree_grouping, only: find_groups, sort_into
   use scree_kinds, only: dp
-  use scree_linear_solver, only: add_work, forget_pattern, keep_matrix, linear_solver_t, recall_matrix, release_solver, &
-                                 small_matrix_t, solve, solve_with_kept_factor, solver_work_t
+  use scree_linear_solver, only: add_work, dense_matrix, forget_pattern, keep_matrix, largest_dense, linear_solver_t, &
+                                 recall_matrix, release_solver, small_matrix_t, solve, solve_with_kept_factor, solver_work_t
   use scree_sorting, only: sort_by
   use scree_sparse_matrix, only: add_element, add_rest, build_pattern, clear_matrix, diagonal, sparse_matrix_t
   use scree_system, only: element_unknowns, elements_t
@@ -365,9 +365,8 @@ contains
     associate (ids => equations%unknown(:, e), reduction => equations%reduction(e))
       equations%span(ids) = span
       if (allocated(reduction%Z)) then
-        call add(reduction%free, matmul(transpose(reduction%Z), matmul(term%matrix, reduction%Z)), &
-                 matmul(term%force, reduction%Z), matmul(term%scale, abs(reduction%Z)), &
-                 matmul(term%noise, abs(reduction%Z)))
+        call add(reduction%free, reduced_operator(reduction, term%matrix), matmul(term%force, reduction%Z), &
+                 matmul(term%scale, abs(reduction%Z)), matmul(term%noise, abs(reduction%Z)))
       else
         call add(ids, term%matrix, term%force, term%scale, term%noise)
       end if
@@ -406,9 +405,8 @@ contains
       associate (reduction => equations%pair_reduction(island%pair(k)))
         if (allocated(reduction%Z)) then
           call add(reduction%free, matmul(term%force, reduction%Z), matmul(term%scale, abs(reduction%Z)))
-          call add_element(island%matrix, slot, matmul(transpose(reduction%Z), matmul(term%matrix, reduction%Z)), term%symmetric)
-          if (.not. term%symmetric) call add_rest(island%matrix, slot, &
-                                                  matmul(transpose(reduction%Z), matmul(term%friction, reduction%Z)))
+          call add_element(island%matrix, slot, reduced_operator(reduction, term%matrix), term%symmetric)
+          if (.not. term%symmetric) call add_rest(island%matrix, slot, reduced_operator(reduction, term%friction))
         else
           call add(equations%pair(:, island%pair(k)), term%force, term%scale)
           call add_element(island%matrix, slot, term%matrix, term%symmetric)
@@ -524,11 +522,14 @@ contains
 
     associate (island => equations%at(group - equations%n_alone)%island)
       allocate (x(size(island%unknown)))
-      if (keeps_factor) then
+      if (.not. keeps_factor) then
+        call solve(island%solver, island%matrix, equations%force(island%unknown), tolerance, x, residual, error)
+      else if (size(x) <= largest_dense) then
+        equations%small = dense_matrix(island%matrix)
+        call solve(equations%small, equations%force(island%unknown), tolerance, x, residual, error)
+      else
         call solve_with_kept_factor(island%solver, island%matrix, equations%force(island%unknown), tolerance, roughly, x, &
                                     residual, error)
-      else
-        call solve(island%solver, island%matrix, equations%force(island%unknown), tolerance, x, residual, error)
       end if
     end associate
     if (.not. allocated(error)) call move_island(equations, group, x, d)

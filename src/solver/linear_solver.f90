@@ -1,6 +1,6 @@
 !> Solution of A x = b. This file is the only one that knows how: another strategy is written here.
 !>
-!> - A small matrix, of one element, goes to LAPACK.
+!> - A small matrix, of one element or an island of two, goes to LAPACK.
 !> - A sparse matrix is solved by GMRES on the factor that CHOLMOD has of the symmetric matrix beside it, or beside one before it: a
 !>   factor costs as much as 10 solutions with it, and contacts change few rows from one matrix to the next.
 !> - Or by factors of its own: of CHOLMOD where it is symmetric and turns out to be positive definite, else of UMFPACK.
@@ -26,8 +26,9 @@ module scree_linear_solver
   use scree_umfpack, only: factorise_by_umfpack, release_umfpack, solve_by_umfpack, umfpack_t
   implicit none
   private
-  public :: add_work, approach, factorise, factorise_beside, forget_pattern, keep_matrix, linear_solver_t, recall_matrix, &
-            release_solver, small_matrix_t, solve, solve_with_factors, solve_with_kept_factor, solver_work_t
+  public :: add_work, approach, dense_matrix, factorise, factorise_beside, forget_pattern, keep_matrix, largest_dense, &
+            linear_solver_t, recall_matrix, release_solver, small_matrix_t, solve, solve_with_factors, solve_with_kept_factor, &
+            solver_work_t
 
   integer, parameter :: most_refinements = 2
   !> Iterations of GMRES with the factor of a matrix before, and with a new one, which takes 4 to 13. A factor costs as much as 10
@@ -353,6 +354,20 @@ contains
     solver%kept = factored
     solver%factorised = .false.
   end subroutine recall_matrix
+
+  !> A small matrix that was assembled as a sparse one.
+  pure type(small_matrix_t) function dense_matrix(matrix) result(small)
+    type(sparse_matrix_t), intent(in) :: matrix
+    integer :: j, k
+
+    small%n = matrix%n
+    small%symmetric = matrix%symmetric
+    do j = 1, matrix%n
+      do k = matrix%first(j) + 1, matrix%first(j + 1)
+        small%value(matrix%row(k) + 1, j) = matrix%value(k)
+      end do
+    end do
+  end function dense_matrix
 
   !> Solves A x = b to a residual below `tolerance`, for one element.
   !>
