@@ -101,6 +101,23 @@ def block_mode(width, height, phi, slope):
     return abs(shear) > mu * normal, True
 
 
+def pendulum(amplitude, length, time, g=9.81):
+    """Angle of a pendulum released at an amplitude; its length is the square of its radius of inertia about the pin over the arm.
+
+    sin(angle/2) = k sn(K + t sqrt(g/l), k), k = sin(amplitude/2); sn by arithmetic-geometric means (Abramowitz and Stegun 16.4).
+    """
+    k = math.sin(amplitude / 2)
+    a, b, c, ratios, doublings = 1.0, math.sqrt(1 - k**2), k, [], 0
+    while c > 1e-16:
+        a, b, c = (a + b) / 2, math.sqrt(a * b), (a - b) / 2
+        ratios.append(c / a)
+        doublings += 1
+    phase = 2**doublings * a * (math.pi / (2 * a) + time * math.sqrt(g / length))
+    for ratio in reversed(ratios):
+        phase = (phase + math.asin(ratio * math.sin(phase))) / 2
+    return 2 * math.asin(k * math.sin(phase))
+
+
 class Rocking:
     """A rigid block of half width b and half height h that rocks about its lower corners (Housner 1963)."""
 
@@ -111,12 +128,20 @@ class Rocking:
         """Rate at a tilt, from rest at the start: 1/2 (4/3 m R^2) w^2 = m g R (cos(alpha - start) - cos(alpha - tilt))."""
         return math.sqrt(1.5 * self.g / self.R * max(0.0, math.cos(self.alpha - start) - math.cos(self.alpha - tilt)))
 
-    def impact(self, start, order=60):
-        """Time and rate of the first impact; tilt = start - u^2 takes the singularity at rest away."""
+    def time(self, start, tilt, order=60):
+        """From rest at the start to a tilt; tilt = start - u^2 takes the singularity at rest away."""
         x, w = np.polynomial.legendre.leggauss(order)
-        u = math.sqrt(start) * (x + 1) / 2
-        time = sum(wi * math.sqrt(start) / 2 * 2 * ui / self.spin(start, start - ui**2) for ui, wi in zip(u, w))
-        return time, self.spin(start, 0.0)
+        half = math.sqrt(start - tilt) / 2
+        u = half * (x + 1)
+        return sum(wi * half * 2 * ui / self.spin(start, start - ui**2) for ui, wi in zip(u, w))
+
+    def impact(self, start):
+        """Time and rate of the first impact."""
+        return self.time(start, 0.0), self.spin(start, 0.0)
+
+    def tilt(self, start, time):
+        """Where it is at a time before the first impact."""
+        return start - bisect(lambda turn: self.time(start, start - turn) < time, 0.0, start)
 
     def least_acceleration(self):
         """Lasting acceleration of the base, over g, that lifts and so overturns the block."""
