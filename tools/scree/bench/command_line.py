@@ -8,7 +8,6 @@
                          [--set GROUP.NAME=VALUE] [--step 0.005] [--end SECONDS] [--limit 600] [--json FILE] [--keep FOLDER]
     tools/bench peers    [--scenes wall10 column100 pyramid10] [--programs scree box2d ...] [--accuracies default fine]
     tools/bench problems [FILE.h5 ...] [--json FILE]
-    tools/bench accuracy [--turns 20]
     tools/bench cutting  [--lines 1000 10000 100000] [--covers 10000 100000 1000000] [--crossings 6] [--seed 1]
     tools/bench reading  [--blocks 1000 10000 100000]
     tools/bench contact
@@ -34,10 +33,6 @@ its default accuracy and at a fine one. Overlap is measured by one routine for a
 problems: friction problems that steps posed, where their iteration ran in circles, each solved by the solver of such problems alone:
 those of results files of runs with output.problems='all', or 'failed', else a kept set (tests/README.md). A row has the unknowns,
 the springs, what is left out of balance over the largest force, matrices factorised, pieces of paths, and seconds of the processor.
-
-accuracy: the turning triangle by several methods and step sizes, error beside time. The error is the larger of those in volume
-and angle after one turn; the ratio is that of the time of a step to the first row's. Times are those of the phase `steps` of the
-results file, the least of five rounds through all rows.
 
 cutting: how time and memory grow, from lines to blocks and from a block to manifold elements. The lines are random joints in a
 square, of the length that gives each the same number of crossings whatever their number, so that the work is n log n at best. The
@@ -69,7 +64,6 @@ from .. import touching
 from ..errors import ScreeError
 from ..program import program, work_folder
 from . import peers, problems, settling
-from .accuracy import accuracy
 from .contact import contact, rules
 from .cutting import cutting, reading
 from .effects import effects
@@ -146,9 +140,6 @@ def add_others(cases, options):
     case.add_argument("files", nargs="*", default=[problems.KEPT], metavar="FILE.h5", help="results of runs that kept problems")
     case.add_argument("--json", metavar="FILE", help="writes the rows there too")
     case.set_defaults(case=problems.problems)
-    case = cases.add_parser("accuracy", parents=[options], help="error beside time, the turning triangle")
-    case.add_argument("--turns", type=int, default=20, help="length of a run")
-    case.set_defaults(case=accuracy)
     case = cases.add_parser("cutting", parents=[options], help="time and memory beside n, joint maps and covers")
     case.add_argument("--lines", type=counts, nargs="*", default=[1000, 10000, 100000], metavar="N")
     case.add_argument("--covers", type=counts, nargs="*", default=[10000, 100000, 1000000], metavar="N",

@@ -1,0 +1,149 @@
+"""What accuracy costs in time: a scene in many ways, the error of each beside the seconds that it takes.
+
+    tools/cost_of_accuracy                       the shipped set: takes a while; --list says what is in it
+    tools/cost_of_accuracy triangle pendulum     of these
+    tools/cost_of_accuracy MY.ana                a deck of one's own, which names its geometry
+        --quantity displacement rotation area kinetic stress
+                                                 what is judged at its end: displacements of measured points, else of the middles of
+                                                 blocks; rotation, area, mean stress of blocks; kinetic energy
+    the ways, on each axis as the scene has it by default:
+        --strains deck small green auto auto:1e-4      auto with an accuracy
+        --integrators deck shi newmark newmark-half momentum momentum-1 decaying
+        --steps 4 2 1 0.5 0.25                   over the step of the deck
+        --contacts deck 0.1 10 multipliers       stiffness over that of the deck, or springs and multipliers
+        --tolerances deck 1e-6 1e-3              iteration.tolerance
+        --meshes deck 2 0.5                      cover.edge over that of the deck
+        --all                                    every combination, not strains with steps and one of the others at a time
+    --set GROUP.NAME=VALUE                       a setting of every run
+    --rounds 3 --jobs N --limit 60               times that each run is timed; runs at once; seconds that one may take
+    --instructions                               counts those of the steps, where valgrind is installed
+    --folder cost-of-accuracy                    for what runs found, cost.csv, cost.json, SCENE.png, index.html with all of it
+
+Ways that contradict themselves are left out. Errors are held against a closed form where the scene has one, else against the limit
+of finer runs with Green strain, whose own uncertainty is said and is a grey band in the diagrams. An order is what errors of three
+steps agree on, or why there is none. Seconds are those of the processor in the steps, the median of the rounds; a run of more than
+10 s is not repeated. Runs that are done are kept in the folder: the same command goes on where it was stopped, and takes those of
+the same program, decks and settings.
+"""
+import argparse
+import os
+import pathlib
+import sys
+
+from ..errors import ScreeError
+from ..program import call, program, work_folder
+from .choices import DECK, INTEGRATORS, MULTIPLIERS, STRAINS, grid
+from .runs import Study, explain, run_all
+from .scenes import QUANTITIES, SHIPPED, own
+from .table import Findings, print_findings, write_csv, write_json
+
+STOPPED = 130  # exit status of a study that someone stopped
+
+
+def above_zero(word):
+    if not 0 < float(word) < float("inf"):
+        raise argparse.ArgumentTypeError(f"expected a number above 0, found '{word}'")
+    return float(word)
+
+
+def factor(word):
+    """A factor of what the deck has, or what the deck has."""
+    return DECK if word == DECK or above_zero(word) == 1 else f"{above_zero(word):g}"
+
+
+def contact(word):
+    return word if word == MULTIPLIERS else factor(word)
+
+
+def tolerance(word):
+    return word if word == DECK else f"{above_zero(word):g}"
+
+
+def strain(word):
+    name, _, accuracy = word.partition(":")
+    if name not in (DECK, *STRAINS) or (accuracy and name != "auto"):
+        raise argparse.ArgumentTypeError(f"expected {DECK}, {', '.join(STRAINS)} or auto:ACCURACY, found '{word}'")
+    if accuracy:
+        above_zero(accuracy)
+    return word
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scene", nargs="*", help=f"of {' '.join(SHIPPED)}, or an analysis deck")
+    parser.add_argument("--quantity", nargs="+", choices=QUANTITIES, default=["displacement", "rotation", "area", "kinetic"],
+                        metavar="NAME", help="what a deck of one's own is judged by")
+    parser.add_argument("--strains", nargs="+", type=strain)
+    parser.add_argument("--integrators", nargs="+", choices=[DECK, *INTEGRATORS], metavar="NAME")
+    parser.add_argument("--steps", nargs="+", type=above_zero)
+    parser.add_argument("--contacts", nargs="+", type=contact)
+    parser.add_argument("--tolerances", nargs="+", type=tolerance)
+    parser.add_argument("--meshes", nargs="+", type=factor)
+    parser.add_argument("--all", action="store_true", help="every combination")
+    parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE", help="a setting of every run")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="runs at once; default: the processors")
+    parser.add_argument("--limit", type=above_zero, default=60.0, metavar="SECONDS")
+    parser.add_argument("--instructions", action="store_true")
+    parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("cost-of-accuracy"))
+    parser.add_argument("--list", action="store_true", help="the shipped set")
+    parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
+    given = parser.parse_args()
+    if given.rounds < 1 or given.jobs < 1:
+        parser.error("expected --rounds and --jobs from 1")
+    return given
+
+
+def axes_of(scene, given):
+    """The axes of a scene, but for those that were given."""
+    asked = {axis: getattr(given, f"{axis}s" if axis != "mesh" else "meshes") for axis in scene.axes}
+    return {axis: asked[axis] or words for axis, words in scene.axes.items()}
+
+
+def study_of(name, given, decks, path):
+    """The runs of a scene of the set or of a deck."""
+    if name in SHIPPED:
+        scene = SHIPPED[name][1]()
+    else:
+        deck = pathlib.Path(name).absolute()
+        if not deck.is_file():
+            raise ScreeError(f"expected a deck or one of {' '.join(SHIPPED)}, found '{name}'")
+        scene = own(deck, explain([deck], given.set, path), given.quantity)
+    scene.axes = axes_of(scene, given)
+    return Study(scene, grid(scene.axes, given.all), given.set, decks, given.folder, path)
+
+
+def study(given):
+    """Runs what is left to run, prints the tables, writes the files."""
+    from .diagrams import draw  # here, as matplotlib takes a second to begin
+    from .page import write_page
+    path = program(given.scree)
+    with work_folder() as decks:
+        studies = [study_of(name, given, decks, path) for name in given.scene or SHIPPED]
+        run_all(studies, path, given.rounds, given.jobs, given.limit, given.instructions)
+    found, pictures = [Findings(one) for one in studies], []
+    for findings in found:
+        print_findings(findings)
+        pictures.append(given.folder / f"{findings.scene.name}.png")
+        draw(findings, pictures[-1])
+    facts = {"program": call("--version", path=path).stdout.strip(), "command": " ".join(["tools/cost_of_accuracy", *sys.argv[1:]])}
+    write_csv(given.folder / "cost.csv", found)
+    write_json(given.folder / "cost.json", found, program=facts["program"])
+    write_page(given.folder / "index.html", found, pictures, facts)
+    print(f"\n{given.folder}/index.html has the diagrams, cost.csv and cost.json beside it all figures")
+
+
+def main():
+    given = arguments()
+    if given.list:
+        print("\n".join(f"{name:<16}{text}" for name, (text, _) in SHIPPED.items()))
+        return 0
+    try:
+        study(given)
+    except ScreeError as problem:
+        print(f"tools/cost_of_accuracy: {problem}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("\ntools/cost_of_accuracy: stopped; the same command goes on", file=sys.stderr)
+        return STOPPED
+    return 0

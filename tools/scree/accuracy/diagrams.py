@@ -1,0 +1,61 @@
+"""Work-precision diagrams: error beside time, a picture a scene (PNG)."""
+import itertools
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  (after the choice of what draws)
+
+from .table import METHOD  # noqa: E402
+
+LEAST = 1e-15  # an error of nothing is drawn there
+MARKERS = {"small": "o", "green": "s", "auto": "^"}
+LINES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)), (0, (8, 2)))
+
+
+def draw(findings, path):
+    """A panel a quantity: a line a method, its steps along it; the front that nobody passes; the default."""
+    count = len(findings.names)
+    widths = [5.2] * count + [3.2]
+    figure, panels = plt.subplots(1, count + 1, figsize=(sum(widths), 5.0), width_ratios=widths, layout="constrained")
+    styles = styles_of(findings)
+    for name, panel in zip(findings.names, panels):
+        draw_quantity(findings, name, panel, styles)
+    panels[-1].axis("off")
+    panels[-1].legend(*panels[0].get_legend_handles_labels(), loc="upper left", fontsize=7)
+    figure.suptitle(f"{findings.scene.name}: {findings.scene.text}", fontsize=9)
+    figure.savefig(path, dpi=90)
+    plt.close(figure)
+
+
+def styles_of(findings):
+    """Colours tell integrators, markers strains, lines the rest."""
+    integrators = dict.fromkeys(row["integrator"] for row in findings.rows)
+    others = dict.fromkeys(tuple(row[axis] for axis in METHOD[2:]) for row in findings.rows)
+    colours = dict(zip(integrators, itertools.cycle(plt.rcParams["axes.prop_cycle"].by_key()["color"])))
+    lines = dict(zip(others, itertools.cycle(LINES)))
+    return lambda row: {"color": colours[row["integrator"]], "marker": MARKERS[row["strain"].partition(":")[0]],
+                        "linestyle": lines[tuple(row[axis] for axis in METHOD[2:])]}
+
+
+def draw_quantity(findings, name, panel, styles):
+    key = f"error: {name}"
+    for rows in findings.methods():
+        rows = [row for row in rows if row[key] is not None and row["seconds"]]
+        if rows:
+            label = " ".join(filter(None, (rows[0][axis] for axis in METHOD)))
+            panel.loglog([row["seconds"] for row in rows], [max(row[key], LEAST) for row in rows], label=label, markersize=4,
+                         linewidth=1, **styles(rows[0]))
+    judged = findings.judged(name)
+    for label, chosen, look in (
+            ("the default", [row for row in judged if row["default"]],
+             {"marker": "o", "markersize": 11, "linestyle": "", "markerfacecolor": "none", "color": "black"}),
+            ("beaten by nobody", sorted((row for row in judged if row.get(f"front: {name}")), key=lambda row: row["seconds"]),
+             {"drawstyle": "steps-post", "color": "grey", "linewidth": 5, "alpha": 0.4, "zorder": 0})):
+        panel.loglog([row["seconds"] for row in chosen], [max(row[key], LEAST) for row in chosen], label=label, **look)
+    answer = findings.answers[name]
+    if answer and 0 < answer.doubt < float("inf"):
+        panel.axhspan(LEAST, answer.doubt, color="black", alpha=0.08, label="the reference may be off")
+        panel.set_ylim(bottom=answer.doubt / 5)
+    panel.set(xlabel="seconds of the processor in the steps", ylabel=f"error: {name}")
+    panel.grid(True, which="major", alpha=0.3)
