@@ -56,6 +56,6 @@ def draw_quantity(findings, name, panel, styles):
     answer = findings.answers[name]
     if answer and 0 < answer.doubt < float("inf"):
         panel.axhspan(LEAST, answer.doubt, color="black", alpha=0.08, label="the reference may be off")
-        panel.set_ylim(bottom=answer.doubt / 5)
+        panel.set_ylim(bottom=min([answer.doubt, *(max(row[key], LEAST) for row in judged)]) / 2)
     panel.set(xlabel="seconds of the processor in the steps", ylabel=f"error: {name}")
     panel.grid(True, which="major", alpha=0.3)

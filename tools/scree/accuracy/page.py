@@ -32,7 +32,7 @@ def section(findings, picture):
 
 def cheapest(findings):
     """Who reaches an error in the least time, beside the default."""
-    rows = [("quantity", "error", "the fastest", "the default", "times the fastest")]
+    rows = [("quantity", "error", "the fastest", "of the other strains", "the default")]
     rows += [(name, f"{wanted:g}", *words) for name in findings.names for wanted, *words in findings.cheapest(name)]
     lines = ("".join(f"<td class='word'>{html.escape(text)}</td>" for text in row) for row in rows)
     return (f"<h3>To reach an error, and stay below it with smaller steps</h3>"
