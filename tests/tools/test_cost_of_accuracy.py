@@ -279,7 +279,8 @@ def test_a_run_that_fails_has_a_row_and_no_error(tmp_path):
 @pytest.mark.parametrize("given, expected", [
     (["nowhere.ana"], "expected a deck or one of triangle"), (["triangle", "--set", "contact.nonsense=1"], "nonsense"),
     (["triangle", "--strains", "large"], "expected deck, small"), (["triangle", "--contacts", "-1"], "above 0"),
-    ([TURN / "t4-dda.ana", "--meshes", "deck", "2"], "expected a scene with cover.edge")], ids=lambda x: "")
+    ([TURN / "t4-dda.ana", "--meshes", "deck", "2"], "expected a scene with cover.edge"),
+    ([TURN / "t4.ana", f"{TURN}/../rotation/t4.ana"], "decks of different names")], ids=lambda x: "")
 def test_what_is_wrong_is_said_in_one_line(given, expected, tmp_path):
     done = subprocess.run(words(tmp_path, *given), capture_output=True, text=True)
     assert done.returncode in (1, 2) and expected in done.stderr.splitlines()[-1], done.stderr

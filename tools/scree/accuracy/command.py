@@ -119,7 +119,10 @@ def study(given):
     from .page import write_page
     path = program(given.scree)
     with work_folder() as decks:
-        studies = [study_of(name, given, decks, path) for name in given.scene or SHIPPED]
+        studies = [study_of(name, given, decks, path) for name in dict.fromkeys(given.scene or SHIPPED)]
+        names = [one.scene.name for one in studies]
+        if len(set(names)) < len(names):
+            raise ScreeError(f"expected decks of different names, found {', '.join(names)}: run each into a --folder of its own")
         run_all(studies, path, given.rounds, given.jobs, given.limit, given.instructions)
     found, pictures = [Findings(one) for one in studies], []
     for findings in found:

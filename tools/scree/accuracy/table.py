@@ -153,8 +153,9 @@ class Findings:
         return sorted(found)
 
     def cheapest(self, name):
-        """For each error wanted, in words: how the fastest method gets there, how much longer the fastest of the other strains take, and
-        the default."""
+        """For each error wanted, in words: how the fastest method gets there, how much longer the fastest of each other strain takes, and
+        the default.
+        """
         lines = []
         for wanted in TARGETS:
             found = self.times_to_reach(name, wanted)
