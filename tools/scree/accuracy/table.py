@@ -153,8 +153,8 @@ class Findings:
         return sorted(found)
 
     def cheapest(self, name):
-        """For each error wanted, in words: how the fastest method gets there, how much longer the fastest of each other strain takes, and
-        the default.
+        """For each error wanted, in words: how the fastest method gets there, how much longer the best of each other strain takes,
+        and the default.
         """
         lines = []
         for wanted in TARGETS:
