@@ -78,8 +78,8 @@ def test_texts_units_and_costs_are_read(incline):
     assert incline.history.units("area") == "length^2" and "area" in incline.history.description("area")
     assert list(incline.cost.phase) == ["read", "set-up", "steps", "results"]
     assert list(incline.cost.work) == ["factors by CHOLMOD", "factors by UMFPACK", "iterations of GMRES", "unknowns", "entries"]
-    # a block that slides is solved in every step, with a factor of before in most
-    assert 1 <= incline.cost["count"][0] < incline.history.solves.sum() / 2 and incline.cost["count"][1] == 0
+    # one block is no sparse matrix
+    assert list(incline.cost["count"]) == [0, 0, 0, 6, 36]
     assert incline.seconds("steps") == incline.cost.wall_seconds[2] > 0
     assert {"energy/kinetic", "time"} <= set(incline.history.series()) and {"energy", "time"} <= set(dir(incline.history))
 
