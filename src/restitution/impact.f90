@@ -21,7 +21,7 @@ module scree_impact
                             set_up_problem, together
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, place
-  use scree_contact_try, only: contact_try_t, of_elements
+  use scree_contact_try, only: contact_try_t, of_elements, take_all
   use scree_contacts, only: state_locked, state_open, state_sliding
   use scree_element_term, only: step_rule_t
   use scree_impulses, only: apply, energy_of, impulse_problem_t, impulses_t, restore, solve_compression, velocity_at
@@ -44,8 +44,8 @@ module scree_impact
     real(dp) :: friction = 0.0_dp            !! work that it took, force length per unit thickness
   end type impact_t
 
-  !> A gap so wide that nothing presses across it, length; its force is a number still.
-  real(dp), parameter :: away = sqrt(huge(1.0_dp))
+  !> Least velocity across of what has no part in an impact: below all that there are, length/time.
+  real(dp), parameter :: free = -sqrt(huge(1.0_dp))
 
   integer, parameter :: n = element_unknowns
 
@@ -80,7 +80,53 @@ contains
       impact%bearing = unpack(own, impact%bearing%island == i, impact%bearing)
     end do
     impact%bearing = pack(impact%bearing, impact%bearing%island > 0)
+    call keep_contacts(others(size(try%contact), impact%bearing), try)
   end subroutine push_apart
+
+  !> Contacts of n that do not close in an impact.
+  pure function others(n, bearing)
+    integer, intent(in) :: n
+    type(bearing_t), intent(in) :: bearing(:)
+    integer, allocatable :: others(:)
+    logical :: closes(n)
+    integer :: i
+
+    closes = .false.
+    closes(pack(bearing%contact, bearing%closes)) = .true.
+    others = pack([(i, i=1, n)], .not. closes)
+  end function others
+
+  !> Leaves these of its contacts to a try.
+  pure subroutine keep_contacts(these, try)
+    integer, intent(in) :: these(:)              !! in their order
+    type(contact_try_t), intent(inout) :: try
+    integer :: i
+
+    try%of_island = [(1 + count(these < try%of_island(i)), i=1, size(try%of_island))]
+    try%contact = try%contact(these)
+    try%start = try%start(:, these)
+    try%geometry = try%geometry(:, these)
+  end subroutine keep_contacts
+
+  !> Gives a try the contacts back that close in its impacts, as they were without them.
+  pure subroutine return_contacts(without, bearing, try)
+    type(contact_try_t), intent(in) :: without
+    type(bearing_t), intent(in) :: bearing(:)
+    type(contact_try_t), intent(inout) :: try
+    type(contact_try_t) :: all_of_them
+
+    all_of_them = without
+    associate (kept => others(size(without%contact), bearing))
+      all_of_them%contact(kept) = try%contact
+      all_of_them%start(:, kept) = try%start
+      all_of_them%geometry(:, kept) = try%geometry
+    end associate
+    try%of_island = without%of_island
+    call move_alloc(all_of_them%contact, try%contact)
+    call move_alloc(all_of_them%start, try%start)
+    call move_alloc(all_of_them%geometry, try%geometry)
+    call take_all(try)
+  end subroutine return_contacts
 
   !> Pushes the bodies of an island when the step begins. What closes has no part in the step then, and what it reaches keeps what
   !> it bore and what loads press it with. Where loads alone bring bodies together it is no impact, and they are left to springs.
@@ -130,14 +176,10 @@ contains
     way = motion_of(model, cache, state, bodies, d)
     do i = 1, size(bearing)
       associate (own => bearing(i), geometry => try%geometry(try%contact(bearing(i)%contact)%active, bearing(i)%contact))
-        if (own%closes) then
-          call release(own%contact, [0.0_dp, 0.0_dp], away, try)
-          try%contact(own%contact)%entrance%state = state_open
-        else if (own%reached) then
-          along_way = velocity_at(problem, way, i)
-          call release(own%contact, own%force*loss(i)/own%force(1), max(0.0_dp, &
-                       dot_product(geometry%normal, of_elements(model, pair_of(try, own%contact), d)) - along_way(1)), try)
-        end if
+        if (own%closes .or. .not. own%reached) cycle
+        along_way = velocity_at(problem, way, i)
+        call release(own%contact, own%force*loss(i)/own%force(1), max(0.0_dp, &
+                     dot_product(geometry%normal, of_elements(model, pair_of(try, own%contact), d)) - along_way(1)), try)
       end associate
     end do
     call add_motion(model, cache, state, bodies, pushed, impact%push)
@@ -267,7 +309,7 @@ contains
       if (.not. any(ahead)) exit
       at = minval(bearing%met_at, mask=ahead) + together
       ahead = ahead .and. bearing%met_at > at
-      problem%least = merge(-away, least, ahead)
+      problem%least = merge(free, least, ahead)
       call solve_compression(problem, impulses%motion, own)
       impulses%P = impulses%P + own%P
       impulses%motion = own%motion
@@ -398,14 +440,7 @@ contains
     logical :: meets(size(impact%bearing))
     integer :: i
 
-    do i = 1, size(impact%bearing)
-      associate (c => impact%bearing(i)%contact)
-        if (.not. impact%bearing(i)%closes) cycle
-        try%contact(c) = before%contact(c)
-        try%start(:, c) = before%start(:, c)
-        try%geometry(:, c) = before%geometry(:, c)
-      end associate
-    end do
+    call return_contacts(before, impact%bearing, try)
     if (.not. try%linear) call place(model, cache, state, d, try)
     meets = .true.
     do i = 1, size(impact%bearing)
@@ -421,10 +456,10 @@ contains
           entrance%rest = entrance%rest + now%gap + kept/entrance%stiffness(1)
           entrance%anchor = entrance%anchor + now%slip/now%edge_length
           geometry%gap = geometry%gap - now%gap - kept/entrance%stiffness(1)
-          try%count(1 + [state_open, entrance%state]) = try%count(1 + [state_open, entrance%state]) + [-1, 1]
         end associate
       end associate
     end do
+    call take_all(try)
     impact%bearing = pack(impact%bearing, meets .or. impact%bearing%impulse(1) > 0)
   end subroutine close_contacts
 
