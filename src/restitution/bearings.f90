@@ -5,10 +5,10 @@ module scree_bearings
   use scree_contact_try, only: contact_try_t, of_elements
   use scree_contacts, only: state_open
   use scree_element_term, only: step_rule_t
-  use scree_impulses, only: impulse_problem_t, velocity_at
+  use scree_impulses, only: impulse_problem_t, resistance_of, velocity_at
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_rigid_bodies, only: find_bodies, modes_of, motion_of, rigid_bodies_t
+  use scree_rigid_bodies, only: find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
   implicit none
@@ -24,6 +24,7 @@ module scree_bearings
     real(dp) :: force(2) = 0.0_dp            !! across and along, at the end
     real(dp) :: before(2) = 0.0_dp           !! at the beginning
     logical :: closes = .false.              !! in this step, of bodies that come together
+    logical :: strikes = .false.             !! closes faster than its spring rings under what the bodies bear
     logical :: reached = .false.             !! by the impact, or it closes
     real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
     real(dp) :: moment = 0.0_dp              !! way of the approach in a moment, length: a gap below it is none
@@ -145,16 +146,22 @@ contains
     logical :: stays(size(bearing))
     real(dp), allocatable :: motion(:, :), way(:, :)
     integer, allocatable :: open(:)
-    real(dp) :: approach, across(3, 2), deformed(2)
+    real(dp) :: approach, across(3, 2), borne(model%n_blocks), deformed(2), resistance(2)
     integer :: i, k
 
     stays = [(any(try%start(:try%contact(bearing(i)%contact)%n_entrances, bearing(i)%contact)%closed), i=1, size(bearing))]
     open = pack([(i, i=1, size(bearing))], .not. stays)
     call set_up_problem(model, cache, state, d, try, bearing(open), bodies, problem)
+    borne = weights(model)
+    do i = 1, size(bearing)
+      borne(bearing(i)%block) = max(borne(bearing(i)%block), bearing(i)%before(1))
+    end do
+    where (held_blocks(model, state)) borne = huge(borne) ! what it bears is no load of a body that moves
     motion = motion_of(model, cache, state, bodies, state%velocity)
     way = motion_of(model, cache, state, bodies, d)
     do k = 1, size(open)
-      associate (own => bearing(open(k)), active => try%contact(bearing(open(k))%contact)%active)
+      associate (own => bearing(open(k)), active => try%contact(bearing(open(k))%contact)%active, &
+                 stiffness => try%contact(bearing(open(k))%contact)%entrance(1)%stiffness)
         across = problem%row(:, :, 1, k)*motion(:, problem%body(:, k))
         approach = -sum(across)
         now = gap_and_slip(model, try, own%contact, active, d)
@@ -163,12 +170,29 @@ contains
         own%moment = together*max(0.0_dp, approach)*rule%dt
         own%closes = (own%force(1) > 0 .or. now%gap < deformed(1) + own%moment) .and. approach > round_off*sum(abs(across))
         own%reached = own%closes
+        resistance = resistance_of(problem, k)
+        own%strikes = own%closes .and. approach > minval(borne(own%block))*sqrt(resistance(1)/stiffness(1))
         if (own%closes) own%met_at = min(1.0_dp, max(0.0_dp, try%start(active, own%contact)%gap)/(approach*rule%dt))
         stays(open(k)) = own%closes .or. own%force(1) > 0
       end associate
     end do
     bearing = pack(bearing, stays)
   end subroutine find_approaches
+
+  !> Weights of the blocks, force per unit thickness.
+  pure function weights(model)
+    type(model_t), intent(in) :: model
+    real(dp) :: weights(model%n_blocks)
+    integer :: e
+
+    weights = 0.0_dp
+    if (.not. allocated(model%effects%gravity)) return
+    do e = 1, model%n_elements
+      associate (own => weights(model%elements%block(e)))
+        own = own + model%effects%gravity%weight(e)
+      end associate
+    end do
+  end function weights
 
   !> Tells the impacts apart: contacts of one island have bodies in common that are free to move. 0: no impact reaches it.
   !>

@@ -68,8 +68,10 @@ contains
     call list_bearings(model, d, try, bearing)
     call find_approaches(model, cache, state, rule, d, try, bearing)
     if (.not. any(bearing%closes)) return
+    if (.not. any(bearing%strikes)) return
     call find_islands(held_blocks(model, state), bearing)
-    impact%bearing = pack(bearing, bearing%island > 0)
+    impact%bearing = pack(bearing, [(any(bearing%strikes .and. bearing%island == bearing(i)%island), i=1, size(bearing))] &
+                          .and. bearing%island > 0)
     call find_impulses(rule, impact%bearing)
     allocate (impact%push(model%n_unknowns), impact%change(model%n_unknowns), source=0.0_dp)
     allocate (impact%among(model%n_elements), source=.false.)

@@ -22,7 +22,7 @@ module scree_impulses
   use scree_kinds, only: dp
   implicit none
   private
-  public :: apply, energy_of, impulse_problem_t, impulses_t, restore, solve_compression, velocity_at
+  public :: apply, energy_of, impulse_problem_t, impulses_t, resistance_of, restore, solve_compression, velocity_at
 
   !> Share of the fastest approach that velocities may be wrong by.
   real(dp), parameter :: met = 1e-12_dp

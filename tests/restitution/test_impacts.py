@@ -85,6 +85,25 @@ def test_a_resting_column_carries_its_load(mode, dt, steps, e, tmp_path):
     np.testing.assert_allclose(f.bodies.stress[-1, 1:, 1], -load, rtol=0.01)
 
 
+@pytest.mark.parametrize("dt", [5e-3, 1e-3])
+@pytest.mark.parametrize("mode", ["dda", "green"])
+def test_a_wall_that_rings_under_its_load_has_no_impacts(mode, dt, tmp_path):
+    """Loaded at once, its joints open and close slower than their springs ring under what they bear: with any restitution it is the wall that
+    springs alone hold, to the bit, in as many solutions. Without this, 1 takes 4 times as many at 5 ms."""
+    blocks = running_bond(8)
+    low, high = np.min([b.min(0) for b in blocks], 0), np.max(blocks[0], 0)
+    fixed = [(low[0] + 0.1, low[1] + 0.1, 1), (high[0] - 0.1, low[1] + 0.1, 1)]
+    seen = []
+    for group in ("", "&contact restitution=0 /", "&contact restitution=1 /"):
+        f = run(tmp_path, blocks, f"{group}\n{MODES[mode]}", dt, 40 * dt, fixed, phi=31)
+        seen.append((f.bodies.velocity[-1], f.history.solves.sum(), f.history.contacts[:, 0]))
+    springs, *others = seen
+    assert np.any(np.diff(springs[2]) < 0)  # joints close in it
+    for other in others:
+        np.testing.assert_array_equal(other[0], springs[0])
+        assert other[1] == springs[1]
+
+
 def test_impacts_elsewhere_leave_a_vibrating_block_as_it_is(tmp_path):
     """A block 20 m off that swings by its initial stress: to the bit, whether two others meet or not."""
     (tmp_path / "a.ana").write_text("\n".join([
