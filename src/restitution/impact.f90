@@ -12,10 +12,10 @@
 !>
 !> The energy that may come back is what these impulses take, less D, the work of the loads over the way that Q barred,
 !>
-!>     D = -gamma dt Q.G (q- - q0)
+!>     D = -p.M (v- - v0)
 !>
-!> with q0 the motion when the step began. So a step with an impact makes no energy where the step itself makes none (doc/theory.md,
-!> section 4).
+!> with p the rates that the impulse adds, v0 and v- those when the step began and before the impact, however far bodies turn in it.
+!> So a step with an impact makes no energy where the step itself makes none (doc/theory.md, section 4).
 module scree_impact
   use scree_bearings, only: any_closes, bearing_t, find_approaches, find_impulses, find_islands, list_bearings, pair_of, &
                             set_up_problem, together
@@ -33,7 +33,7 @@ module scree_impact
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: impact_t, push_apart, rebound
+  public :: any_closes, impact_t, push_apart, rebound
 
   !> An impact in a step.
   type :: impact_t
@@ -64,7 +64,6 @@ contains
     integer :: i
 
     allocate (impact%bearing(0))
-    if (.not. any_closes(try)) return
     call list_bearings(model, d, try, bearing)
     call find_approaches(model, cache, state, rule, d, try, bearing)
     if (.not. any(bearing%closes)) return
@@ -169,7 +168,10 @@ contains
     call bear_until_met(problem, bearing, before)
     call set_least(bearing, before, problem)
     call compress_in_turn(bearing, before, problem, impulses)
-    call find_energy(problem, bearing, by_loads, of_step + before, try, impulses, taken, rest, available)
+    call find_energy(problem, bearing, of_step + before, try, impulses, taken, rest, available)
+    do i = 1, size(bearing)
+      available = available + dot_product(bearing(i)%impulse, velocity_at(problem, by_loads, i))
+    end do
     if (.not. available > 0) then
       bearing%island = 0
       return
@@ -233,20 +235,21 @@ contains
     type(rigid_bodies_t) :: bodies
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
-    real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step
+    real(dp), allocatable, dimension(:, :) :: at_start, before, of_step
     real(dp) :: available, e, rest, taken
     integer :: i
 
     call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
     of_step = motion_of(model, cache, state, bodies, velocity)
-    by_loads = of_step - motion_of(model, cache, state, bodies, state%velocity)
-    e = merge(try%law%restitution, 0.0_dp, comes_by_itself(problem, bearing, of_step - by_loads, by_loads, &
+    at_start = motion_of(model, cache, state, bodies, state%velocity)
+    e = merge(try%law%restitution, 0.0_dp, comes_by_itself(problem, bearing, at_start, of_step - at_start, &
               dt*acceleration_by_weight(model, bodies)))
     before = of_step
     call bear_until_met(problem, bearing, before)
     call set_least(bearing, before, problem)
     call compress_in_turn(bearing, before, problem, impulses)
-    call find_energy(problem, bearing, by_loads, of_step + before, try, impulses, taken, rest, available)
+    call find_energy(problem, bearing, of_step + before, try, impulses, taken, rest, available)
+    available = available + work_on(model, cache, bodies, impact%push, velocity - state%velocity)
     possible = possible .and. available > 0
     call restore(problem, share_given_back(e, taken, rest, min(available, taken - rest)), impulses)
     do i = 1, size(bearing)
@@ -331,24 +334,41 @@ contains
     end do
   end subroutine bear_until_met
 
-  !> Finds what energy compression took that may come back.
-  pure subroutine find_energy(problem, bearing, by_loads, twice_mean, try, impulses, taken, rest, available)
+  !> Work that changing the motion of bodies by one field of rates takes where it changes by another.
+  pure real(dp) function work_on(model, cache, bodies, push, change)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(rigid_bodies_t), intent(in) :: bodies
+    real(dp), intent(in) :: push(:), change(:)   !! (n_unknowns)
+    integer :: b, e
+
+    work_on = 0.0_dp
+    do b = 1, size(bodies%block)
+      do e = bodies%first(b), bodies%last(b)
+        associate (ids => model%elements%unknown(:, e))
+          work_on = work_on + dot_product(push(ids), matmul(cache%element(e)%mass_matrix, change(ids)))
+        end associate
+      end do
+    end do
+  end function work_on
+
+  !> Finds what energy compression took, less what contacts that opened bore and what springs keep; of that D may not come back.
+  pure subroutine find_energy(problem, bearing, twice_mean, try, impulses, taken, rest, available)
     type(impulse_problem_t), intent(in) :: problem
     type(bearing_t), intent(in) :: bearing(:)
-    real(dp), intent(in) :: by_loads(:, :)       !! (3, n_bodies) motion that loads made in the step
     real(dp), intent(in) :: twice_mean(:, :)     !! (3, n_bodies) motion without and with what contacts that opened bore
     type(contact_try_t), intent(in) :: try
     type(impulses_t), intent(in) :: impulses     !! of compression
     real(dp), intent(out) :: taken, rest         !! of `energy_of`
-    real(dp), intent(out) :: available           !! less D and what springs keep, force length
+    real(dp), intent(out) :: available           !! force length
     integer :: i
 
     call energy_of(problem, impulses, taken, rest)
     available = taken - rest
     do i = 1, size(bearing)
       associate (stiffness => try%contact(bearing(i)%contact)%entrance(1)%stiffness(1))
-        available = available + dot_product(bearing(i)%impulse, velocity_at(problem, by_loads, i)) &
-                    - 0.5_dp*dot_product(bearing(i)%borne, velocity_at(problem, twice_mean, i)) - bearing(i)%kept**2/(2*stiffness)
+        available = available - 0.5_dp*dot_product(bearing(i)%borne, velocity_at(problem, twice_mean, i)) &
+                    - bearing(i)%kept**2/(2*stiffness)
       end associate
     end do
   end subroutine find_energy

@@ -11,7 +11,7 @@ module scree_time_stepper
   use scree_energy, only: close_books, loss_of_step, work_of_step
   use scree_equations, only: constrain_equations, group_elements, keep_factored, recall_factored
   use scree_errors, only: error_t, fail, status_run_failed
-  use scree_impact, only: push_apart, rebound
+  use scree_impact, only: any_closes, push_apart, rebound
   use scree_integrator, only: step_rule_for
   use scree_interruption, only: stop_signal
   use scree_kinds, only: dp
@@ -235,6 +235,7 @@ contains
 
     if (.not. allocated(model%effects%contact)) return
     if (model%effects%contact%restitution < 0 .or. all(try%contacts%count(2:) == 0)) return
+    if (.not. any_closes(try%contacts)) return
     again = try
     call push_apart(model, cache, state, try%rule, try%d, again%contacts, again%impact)
     if (size(again%impact%bearing) == 0) return

@@ -281,11 +281,8 @@ def test_a_corner_that_an_impact_turns_to_the_floor_is_seen(tilt, tmp_path):
     assert lowest > -1e-4
 
 
-@pytest.mark.parametrize("phi", [0.0, 60.0])
-@pytest.mark.parametrize("seed", [0, 1, 3, 5, 6, 7, 9, 10, 13, 29, 34])
-def test_slivers_dropped_in_a_box_gain_no_energy(seed, phi, tmp_path):
-    """Edges shorter than the way of a step and blocks thinner: a line is not crossed by what is behind it from elsewhere, and a
-    vertex that is found late, as beside edges that are nearly parallel, brings nothing (13, 29, 34)."""
+def drop_slivers(tmp_path, seed, phi, groups=""):
+    """Runs 8 blocks that are dropped in a box, thin ones among them, which spin."""
     random = np.random.default_rng(seed)
     blocks, top = [box(-3, -1, 6, 1), box(-4, -1, 1, 5), box(3, -1, 1, 5)], 0.0
     for _ in range(8):
@@ -297,6 +294,22 @@ def test_slivers_dropped_in_a_box_gain_no_energy(seed, phi, tmp_path):
         top = blocks[-1][:, 1].max()
     fixed = [(*x, i + 1) for i in range(3) for x in blocks[i]]
     velocity = [(0, 0, 0), *((*random.normal(size=2), random.normal() * 5) for _ in blocks[3:])]
-    f = run(tmp_path, blocks, MODES["green"], steps=300, dt=0.01, phi=phi, rock=(2500, 25000, 1e9, 0.25), velocity=velocity,
-            material=[1, 1, 1, *range(2, len(velocity) + 1)], fixed=fixed)
+    return run(tmp_path, blocks, f"{MODES['green']}\n{groups}", steps=300, dt=0.01, phi=phi, rock=(2500, 25000, 1e9, 0.25),
+               velocity=velocity, material=[1, 1, 1, *range(2, len(velocity) + 1)], fixed=fixed)
+
+
+@pytest.mark.parametrize("phi", [0.0, 60.0])
+@pytest.mark.parametrize("seed", [0, 1, 3, 5, 6, 7, 9, 10, 13, 29, 34])
+def test_slivers_dropped_in_a_box_gain_no_energy(seed, phi, tmp_path):
+    """Edges shorter than the way of a step and blocks thinner: a line is not crossed by what is behind it from elsewhere, and a
+    vertex that is found late, as beside edges that are nearly parallel, brings nothing (13, 29, 34)."""
+    f = drop_slivers(tmp_path, seed, phi)
+    assert no_step_gains(f, np.ptp(f.history.energy.gravity))
+
+
+@pytest.mark.parametrize("seed", [1, 5, 7, 9, 10])
+def test_slivers_that_bounce_gain_no_energy(seed, tmp_path):
+    """With restitution 1, smooth: they turn far in a step with an impact, and what loads did over the way that it barred is no energy to
+    give back. Taken to first order in the turn it gave up to 2e-3 of the scale."""
+    f = drop_slivers(tmp_path, seed, 0.0, "&contact restitution=1 /")
     assert no_step_gains(f, np.ptp(f.history.energy.gravity))
