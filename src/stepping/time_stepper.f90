@@ -71,12 +71,12 @@ contains
       if (allocated(report%reached)) return
       call settle_try(model, cache, state, try, outcome)
       if (outcome%settled) call check_try(model, cache, state, try, outcome)
+      if (outcome%settled) call make_impact(model, cache, state, try, outcome)
       if (outcome%settled) exit tries
       call mend(model, try, outcome, error)
       if (allocated(error)) return
       if (outcome%rejected > 0 .and. stop_signal() > 0) return
     end do tries
-    call make_impact(model, cache, state, try, outcome)
     report = step_report_t(try%dt, outcome%iterations, outcome%solves, outcome%judged, outcome%rejected, try%travel, &
                            work_of_step(model, cache, state, try%rule, try%d), outcome%impact)
     call accept(model, try, report%work, cache, state)
@@ -221,7 +221,8 @@ contains
     end do
   end subroutine settle_try
 
-  !> Makes the step once more where bodies came together in it, with their impact, unless this is left to springs.
+  !> Makes the step once more where bodies came together in it, with their impact, unless this is left to springs. Where that
+  !> outruns the search the try has not settled, and asks for a wider one.
   subroutine make_impact(model, cache, state, try, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -245,12 +246,22 @@ contains
     call settle_try(model, cache, pushed, again, outcome_again)
     if (outcome_again%settled) call check_try(model, cache, state, again, outcome_again)
     possible = outcome_again%settled
-    if (.not. possible) outcome%impact = outcome_again%trouble
+    outcome%settled = possible .or. again%remedy /= remedy_wider
+    if (.not. outcome%settled) then
+      try%remedy = remedy_wider
+      try%contacts%margin = again%contacts%margin
+      try%contacts%swing = again%contacts%swing
+    else if (.not. possible) then
+      outcome%impact = outcome_again%trouble
+    end if
     if (possible) &
       call rebound(model, cache, state, try%rule, again%d, try%contacts, again%contacts, again%impact, possible)
     outcome%solves = outcome_again%solves
     outcome%judged = outcome_again%judged
-    if (.not. possible) return
+    if (.not. possible) then
+      if (allocated(try%green)) cache%element%green = try%green
+      return
+    end if
     outcome%iterations = max(outcome%iterations, outcome_again%iterations)
     try = again
   end subroutine make_impact
