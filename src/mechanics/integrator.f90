@@ -8,17 +8,18 @@
 !> beta 1, gamma 1/2 is Shi's step. The energy-momentum form takes its kinematics, so that v1 = 2 d/dt - v0 and
 !> M a1 is M (v1 - v0)/dt, but balances it with the mid-step operator B0 + A/2 and the stress sigma0 + (1/2 + chi) D E:
 !> the torque about the mid-step configuration vanishes, and energy changes by -chi E.D.E (doc/theory.md). The energy-decaying form
-!> is the same with gamma 1/2 + chi^2/4, so that what is stiffer than the step can follow dies out.
+!> is the same with gamma 1/2 + chi^2/4, so that what is stiffer than the step can follow dies out; the acceleration of the step
+!> before turns with its block (`scree_turning`).
 !>
 !> The velocity feels the loads of a step about its end less (beta - 1/2) dt: they act with their mean over dt there. A static
 !> step begins at rest whatever was before, and Shi's takes no mean: they feel the loads of their end.
 module scree_integrator
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
-  use scree_scene, only: scheme_energy_decaying, scheme_newmark, settings_t, start_dissipative
+  use scree_scene, only: scheme_energy_decaying, scheme_newmark, settings_t, start_dissipative, transport_field
   implicit none
   private
-  public :: end_rates, held_weight, step_rule_for
+  public :: end_rates, held_weight, step_rule_for, turns_acceleration
 
 contains
 
@@ -77,6 +78,14 @@ contains
     rule = weights_of(settings)
     held_weight = rule%displacement_weight - 0.5_dp*rule%velocity_weight
   end function held_weight
+
+  !> Whether the acceleration that a step hands on turns with its block, so that a body that spins stays in the step what it is.
+  !> Shi's six rates, which are not a field, turn without this.
+  pure logical function turns_acceleration(settings)
+    type(settings_t), intent(in) :: settings
+
+    turns_acceleration = settings%scheme == scheme_energy_decaying .and. settings%transport == transport_field
+  end function turns_acceleration
 
   !> Rates at the end of a step from its displacement.
   elemental subroutine end_rates(rule, displacement, velocity, acceleration)

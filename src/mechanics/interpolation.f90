@@ -16,7 +16,7 @@ module scree_interpolation
   use scree_system, only: element_unknowns, system_t
   implicit none
   private
-  public :: carried_rates, displacement_matrix, kinematics_t, kinematics_of, most_moved, rigid_modes, rigid_velocity
+  public :: carried_rates, displacement_matrix, kinematics_t, kinematics_of, most_moved, rigid_modes, rigid_velocity, turned_rates
 
   integer, parameter :: n = element_unknowns
 
@@ -186,5 +186,27 @@ contains
     new(3:4) = (old(3:4)*F(1) - old(1:2)*F(3))/det
     carried(3:) = [0.5_dp*(new(2) - new(3)), new(1), new(4), new(2) + new(3)]
   end function carried_rates
+
+  !> Rates of the unknowns of one element whose field turns by an angle, without its vectors being moved: a becomes b + Q (a - b).
+  pure function turned_rates(model, angle, base, rates) result(turned)
+    integer, intent(in) :: model         !! `model_dda` or `model_nmm` of the scene
+    real(dp), intent(in) :: angle        !! rad
+    real(dp), intent(in) :: base(2)      !! b, the vector that stays
+    real(dp), intent(in) :: rates(n)
+    real(dp) :: turned(n), Q(2, 2), L(2, 2)
+    integer :: k
+
+    Q = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [2, 2])
+    if (model == model_dda) then
+      L(:, 1) = [rates(4), rates(3) + 0.5_dp*rates(6)]
+      L(:, 2) = [-rates(3) + 0.5_dp*rates(6), rates(5)]
+      L = matmul(Q, L)
+      turned = [base + matmul(Q, rates(1:2) - base), 0.5_dp*(L(2, 1) - L(1, 2)), L(1, 1), L(2, 2), L(2, 1) + L(1, 2)]
+    else
+      do k = 1, 3
+        turned(2*k - 1:2*k) = base + matmul(Q, rates(2*k - 1:2*k) - base)
+      end do
+    end if
+  end function turned_rates
 
 end module scree_interpolation

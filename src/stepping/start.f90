@@ -16,6 +16,7 @@ module scree_start
   use scree_equations, only: add_equations, begin_equations, constrain_equations, keep_factored, members, solve_equations, &
                              weakest_element
   use scree_errors, only: error_t
+  use scree_integrator, only: turns_acceleration
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_scene, only: start_acceleration, start_consistent
@@ -23,6 +24,7 @@ module scree_start
   use scree_stiffness, only: small_strain_operator
   use scree_step_constraints, only: constraints_of_step
   use scree_trouble, only: new_trouble, words_of
+  use scree_turning, only: acceleration_of_spin
   implicit none
   private
   public :: begin_run
@@ -80,8 +82,11 @@ contains
       call solve_for(model, cache, terms, state%velocity, error)
       if (allocated(error)) return
     end if
-    if (any(model%settings%start == [start_acceleration, start_consistent])) &
+    if (any(model%settings%start == [start_acceleration, start_consistent])) then
       call accelerate(model, cache, model%settings%start == start_consistent, state, error)
+    else if (turns_acceleration(model%settings)) then
+      state%acceleration = acceleration_of_spin(model, cache, state)
+    end if
   end subroutine begin_motion
 
   !> Acceleration, and the stress to it, by the method of multipliers.

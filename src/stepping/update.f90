@@ -2,7 +2,7 @@
 module scree_update
   use scree_element_term, only: step_rule_t
   use scree_impact, only: impact_t
-  use scree_integrator, only: end_rates
+  use scree_integrator, only: end_rates, turns_acceleration
   use scree_interpolation, only: carried_rates, displacement_matrix, kinematics_t
   use scree_green_strain, only: green_strain
   use scree_kinds, only: dp
@@ -12,6 +12,7 @@ module scree_update
   use scree_state, only: state_t
   use scree_stiffness, only: small_strain
   use scree_system, only: element_unknowns, values_of
+  use scree_turning, only: turn_acceleration
   implicit none
   private
   public :: update_state
@@ -26,7 +27,8 @@ contains
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
     type(impact_t), intent(in) :: impact          !! at its end
     type(state_t), intent(inout) :: state
-    real(dp) :: theta(4), F(4), own(element_unknowns), mean(4, model%n_blocks), turned(4, model%n_elements)
+    real(dp) :: theta(4), F(4), own(element_unknowns), mean(4, model%n_blocks), turned(4, model%n_elements), &
+                angle(model%n_blocks)
     integer :: e, i, k
 
     if (allocated(impact%push)) state%velocity = state%velocity + impact%push
@@ -61,12 +63,15 @@ contains
       call move(cache%element(e)%kinematics, values_of(model%elements, e, d), turned(:, e), state%point(:, i:i))
     end do
     if (size(state%cover, 2) > 0) state%cover = state%cover + reshape(d, shape(state%cover)) ! a DDA block has no nodes
+    angle = 0.0_dp
     do k = 1, size(model%free_block)
       i = model%free_block(k)
       associate (F => mean(:, i))
-        state%rotation(i) = state%rotation(i) + atan2(F(2) - F(3), F(1) + F(4))
+        angle(i) = atan2(F(2) - F(3), F(1) + F(4))
+        state%rotation(i) = state%rotation(i) + angle(i)
       end associate
     end do
+    if (turns_acceleration(model%settings)) call turn_acceleration(model, cache, angle, state%acceleration)
     state%velocity = model%effects%carried*state%velocity
     state%acceleration = model%effects%carried*state%acceleration
     state%time = state%time + rule%dt
