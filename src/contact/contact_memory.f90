@@ -3,7 +3,7 @@
 !> Contacts are told by their pairs of a vertex and an edge. Where a contact before had one of the pairs of an entrance line, the
 !> line goes on with its state, anchor, rest and bond.
 module scree_contact_memory
-  use scree_contact_pairs, only: entrance_of_pair, has_same_entrances, list_entrances
+  use scree_contact_pairs, only: has_same_entrances, list_entrances, place_of_pair
   use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
   use scree_corners, only: along_edge, gap_at, survey_t
@@ -45,12 +45,25 @@ contains
     end do
   end subroutine recall_contacts
 
-  !> Number of the entrance of a pair of vertex and edge; 0 where there was none.
+  !> Number of the entrance of a pair of vertex and edge; 0 where there was none. Where several contacts had it, of one that was
+  !> closed there.
   pure integer function entrance_before(past, vertex, edge)
     type(past_t), intent(in) :: past
     integer, intent(in) :: vertex, edge
+    integer :: first, k
 
-    entrance_before = entrance_of_pair(past%number, past%key, vertex, edge, past%n_vertices)
+    entrance_before = 0
+    first = place_of_pair(past%key, vertex, edge, past%n_vertices)
+    if (first == 0) return
+    entrance_before = past%number(first)
+    do k = first, size(past%key)
+      if (past%key(k) > past%key(first) + 0.5_dp) return
+      associate (was => past%contact((past%number(k) + 1)/2)%entrance(2 - modulo(past%number(k), 2)))
+        if (was%state == state_open) cycle
+      end associate
+      entrance_before = past%number(k)
+      return
+    end do
   end function entrance_before
 
   !> Whether the entrance of a pair of vertex and edge was there and acted.
@@ -180,7 +193,7 @@ contains
     type(past_t), intent(in) :: past
     type(entrance_t), intent(inout) :: entrance
 
-    if (entrance%state /= state_open .or. entrance_before(past, entrance%vertex, entrance%edge) > 0) return
+    if (entrance%state /= state_open .or. acted_before(past, entrance%vertex, entrance%edge)) return
     entrance%rest = min(0.0_dp, gap_at(survey, entrance%vertex, entrance%edge) &
                                 + max(past%pressed(block(entrance%vertex)), past%pressed(block(entrance%edge))))
   end subroutine rest_inside
@@ -270,8 +283,8 @@ contains
     within = .false.
     do k = 1, line%n
       if (outlines%element(line%vertex(k)) == outlines%element(line%edge(k))) cycle
-      before = entrance_before(past, line%vertex(k), line%edge(k))
-      if (before > 0) known = before
+      before = place_of_pair(past%key, line%vertex(k), line%edge(k), past%n_vertices)
+      if (before > 0) known = past%number(before)
       if (within) cycle
       first%vertex = line%vertex(k)
       first%edge = line%edge(k)

@@ -6,7 +6,7 @@ module scree_contact_pairs
   use scree_sorting, only: order_of_pairs
   implicit none
   private
-  public :: drop_repeats, entrance_of_pair, has_same_entrances, list_entrances, number_pairs, pairs_of_contacts
+  public :: drop_repeats, has_same_entrances, list_entrances, number_pairs, pairs_of_contacts, place_of_pair
 
 contains
 
@@ -35,20 +35,19 @@ contains
     key = pair_key(vertex(order), edge(order), n)
   end subroutine list_entrances
 
-  !> Number of the entrance of a pair in a list that `list_entrances` made; 0 where there is none.
-  pure integer function entrance_of_pair(number, key, vertex, edge, n)
-    integer, intent(in) :: number(:)
+  !> First place of a pair in the keys that `list_entrances` made; 0 where there is none.
+  pure integer function place_of_pair(key, vertex, edge, n)
     real(dp), intent(in) :: key(:)
     integer, intent(in) :: vertex, edge
     integer, intent(in) :: n                          !! vertices of the outlines
     integer :: high, low, middle
     real(dp) :: wanted
 
-    entrance_of_pair = 0
-    if (size(number) == 0) return
+    place_of_pair = 0
+    if (size(key) == 0) return
     wanted = pair_key(vertex, edge, n)
     low = 1
-    high = size(number)
+    high = size(key)
     do while (low < high)
       middle = (low + high)/2
       if (key(middle) < wanted) then
@@ -57,8 +56,8 @@ contains
         high = middle
       end if
     end do
-    if (.not. abs(key(low) - wanted) > 0.5_dp) entrance_of_pair = number(low)
-  end function entrance_of_pair
+    if (.not. abs(key(low) - wanted) > 0.5_dp) place_of_pair = low
+  end function place_of_pair
 
   !> Drops contacts of one entrance that another contact has too, as of an edge so short that both its ends are near, and those that
   !> another is the same as.
