@@ -24,6 +24,9 @@ module scree_watch
   !> meant; and that ends the run. With small strain a block that turns grows, by 1 + r^2 in a step, in the runs of Shi's programs
   !> that scree is compared with up to 7 times.
   real(dp), parameter :: suspicious_small = 1.1_dp, suspicious_green = 3.0_dp, nonsense_area = 10.0_dp
+  !> Stress over stiffness that ends a run with small strain: what its law neglects of a strain is then half of it, energy is made
+  !> and lost by as much, and blocks are driven through each other.
+  real(dp), parameter :: nonsense_stress = 1.0_dp
   !> Energy that comes from nothing, over all that the scene has to give.
   real(dp), parameter :: suspicious_gain = 0.1_dp, nonsense_gain = 10.0_dp
   !> Strain, squared over two, whose energy in all blocks is too little to ask where it is from.
@@ -106,7 +109,7 @@ contains
 
   !> Looks at areas and energy after a step.
   !>
-  !> Errors: an area or a gain of energy that is nonsense.
+  !> Errors: an area, a stress with small strain (but in the runs of Shi's programs), or a gain of energy that is nonsense.
   subroutine watch_step(watch, model, cache, state, work, progress, error)
     type(watch_t), intent(inout) :: watch
     type(model_t), intent(in) :: model
@@ -118,7 +121,12 @@ contains
 
     call watch_areas()
     if (allocated(error)) return
-    if (model%effects%large_deformation) call watch_stiffness()
+    if (model%effects%large_deformation) then
+      call watch_stiffness()
+    else if (.not. model%settings%shi) then
+      call watch_stress()
+      if (allocated(error)) return
+    end if
     call watch_energy()
 
   contains
@@ -150,10 +158,7 @@ contains
       trouble%element = worst
       trouble%position = cache%element(worst)%kinematics%centroid
       if (ratio < 1) then
-        trouble%what = 'it is crushed to '//rounded_text(ratio)//' of its area at the start, under a stress of '// &
-          rounded_text(maxval(abs(state%stress(:, worst))))//', '// &
-          rounded_text(maxval(abs(state%stress(:, worst)))/model%effects%elasticity(1, 1, model%elements%material(worst)))// &
-          ' of its stiffness'
+        trouble%what = 'it is crushed to '//rounded_text(ratio)//' of its area at the start, under '//words_of_stress(worst)
         if (.not. ratio > 0) trouble%what = 'it is turned inside out'
         trouble%advice = 'a smaller step.size, and check density, unit weight, E and loads for their units'
       else
@@ -168,6 +173,37 @@ contains
         call say(trouble)
       end if
     end subroutine watch_areas
+
+    !> Compares stresses with the stiffness of small strain.
+    subroutine watch_stress()
+      integer :: e, k
+
+      do k = 1, size(model%elements%free)
+        e = model%elements%free(k)
+        if (.not. maxval(abs(state%stress(:, e))) > nonsense_stress*stiffness_of(e)) cycle
+        call fail(error, status_run_failed, words_of(new_trouble('it is under '//words_of_stress(e)// &
+                  ', for which small strain has no law', 'method.strain=green, and check density, unit weight, E and loads '// &
+                  'for their units', e, cache%element(e)%kinematics%centroid), model))
+        return
+      end do
+    end subroutine watch_stress
+
+    !> A stress in words.
+    function words_of_stress(e) result(words)
+      integer, intent(in) :: e
+      character(len=:), allocatable :: words
+
+      associate (largest => maxval(abs(state%stress(:, e))))
+        words = 'a stress of '//rounded_text(largest)//', '//rounded_text(largest/stiffness_of(e))//' of its stiffness'
+      end associate
+    end function words_of_stress
+
+    !> What the stress of an element is measured by, force/length^2.
+    pure real(dp) function stiffness_of(e)
+      integer, intent(in) :: e
+
+      stiffness_of = model%effects%elasticity(1, 1, model%elements%material(e))
+    end function stiffness_of
 
     !> Warns, once for each element, where the linear law in Green strain has lost its stiffness.
     subroutine watch_stiffness()
