@@ -2,14 +2,19 @@
 
 What is changed are decks that are right, so most of what comes out is nearly right. A number draws an input: a failure names it.
 """
+import contextlib
+import io
 import os
 import pathlib
 import random
 import re
 import resource
 import subprocess
+import sys
+from unittest import mock
 
 import pytest
+from scree import dxf2geo
 
 SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
@@ -29,6 +34,47 @@ GROUPS = ("&deck geometry='g.geo', dialect='short' /\n&method strain='green', pl
           "&acceleration file='a.txt', scale=2 /\n&damping mass=0.1 /\n&output interval=1e-3, checkpoint=2 /\n")
 JOINTS = ("&window x=0 10, y=0 10 /\n&tunnel centre=5 5, radius=1.5, sides=8 /\n&joint_set dip=30, spacing=1, length=4, bridge=1 /\n"
           "&joint_set dip=100, spacing=2, length=5, bridge=0.5 /\n")
+
+
+def tags(*pairs):
+    return "".join(f"{code}\n{value}\n" for code, value in pairs)
+
+
+def entity(kind, layer, *pairs):
+    return tags((0, kind), (100, "AcDbEntity"), (8, layer), *pairs)
+
+
+def line(layer, *ends):
+    return entity("LINE", layer, (100, "AcDbLine"), *zip((10, 20, 11, 21), ends))
+
+
+def section(name, *parts):
+    return tags((0, "SECTION"), (2, name)) + "".join(parts) + tags((0, "ENDSEC"))
+
+
+# Each kind of entity that tools/dxf2geo takes, a block, a layer that is off.
+DRAWING = (
+    section("HEADER", tags((9, "$ACADVER"), (1, "AC1015")))
+    + section("TABLES", tags((0, "TABLE"), (2, "LAYER"), (70, 2)),
+              *(tags((0, "LAYER"), (100, "AcDbSymbolTableRecord"), (100, "AcDbLayerTableRecord"), (2, name), (70, 0), (62, colour))
+                for name, colour in (("BOUNDARY", 7), ("JOINT_3", -3))), tags((0, "ENDTAB")))
+    + section("BLOCKS", tags((0, "BLOCK"), (100, "AcDbEntity"), (8, "0"), (100, "AcDbBlockBegin"), (2, "CRACK"), (70, 0), (10, 0), (20, 0)),
+              line("0", 0, 0, 1, 1), tags((0, "ENDBLK"), (100, "AcDbEntity"), (8, "0"), (100, "AcDbBlockEnd")))
+    + section("ENTITIES", *(line("BOUNDARY", *ends) for ends in ((0, 0, 4, 0), (4, 0, 4, 3), (4, 3, 0, 3), (0, 3, 0, 0))),
+              line("JOINT_3", 0, 1, 4, 1.2), line("MATERIAL_2", 0.2, 0.3, 1, 0.3),
+              entity("INSERT", "SET 2", (100, "AcDbBlockReference"), (2, "CRACK"), (10, 1), (20, 1), (41, 2), (42, 1), (50, 30)),
+              entity("POLYLINE", "SET 2", (100, "AcDb2dPolyline"), (66, 1), (70, 1)),
+              *(entity("VERTEX", "SET 2", (100, "AcDbVertex"), (100, "AcDb2dVertex"), (10, x), (20, y), (42, bulge))
+                for x, y, bulge in ((1, 1, 0.5), (2, 1, 0), (2, 2, -1))), tags((0, "SEQEND"), (100, "AcDbEntity"), (8, "SET 2")),
+              entity("ARC", "SET 2", (100, "AcDbCircle"), (10, 2), (20, 1.5), (40, 1), (100, "AcDbArc"), (50, 10), (51, 300)),
+              *(entity("CIRCLE", layer, (100, "AcDbCircle"), (10, 3.4), (20, 1.8), (40, 0.2)) for layer in ("SET 2", "HOLE")),
+              entity("ELLIPSE", "SET 2", (100, "AcDbEllipse"), (10, 2), (20, 1.5), (11, 1), (21, 0.2), (40, 0.5), (41, 0), (42, 3)),
+              entity("SPLINE", "SET 2", (100, "AcDbSpline"), (70, 8), (71, 2), (72, 6), (73, 3), *((40, knot) for knot in (0, 0, 0, 1, 1, 1)),
+                     *((code, x) for place in ((0.5, 0.5), (2, 2.5), (3.5, 0.5)) for code, x in zip((10, 20), place))),
+              entity("LWPOLYLINE", "SET 2", (100, "AcDbPolyline"), (90, 3), (70, 0), (10, 0.5), (20, 2.5), (10, 1.5), (20, 2.6), (42, 0.2),
+                     (10, 3.5), (20, 2.4)),
+              entity("POINT", "MEASURED", (100, "AcDbPoint"), (10, 1), (20, 2)), entity("POINT", "FIXED", (100, "AcDbPoint"), (10, 0.1), (20, 0.1)))
+    + tags((0, "EOF")))
 
 
 def classic(name):
@@ -101,6 +147,46 @@ def tried(name, number, folder):
 def test_files_changed_at_random_are_read_or_refused(name, tmp_path):
     wrong = [found for number in range(INPUTS // len(KINDS)) if (found := tried(name, number, tmp_path))]
     assert wrong == [], f"{len(wrong)} of {INPUTS // len(KINDS)}"
+
+
+def converted(drawing):
+    """Status, output and errors of tools/dxf2geo, in this process, which spares its start."""
+    output, errors = io.StringIO(), io.StringIO()
+    with (contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors),
+          mock.patch.object(sys, "argv", ["dxf2geo", str(drawing)])):
+        status = dxf2geo.main()
+    return status, output.getvalue(), errors.getvalue()
+
+
+def test_drawings_changed_at_random_are_converted_or_refused(tmp_path):
+    """In words of the tool, never by the end of Python; what is converted the program reads or refuses."""
+    wrong = []
+    for number in range(INPUTS // (len(KINDS) + 1)):
+        draw = random.Random(f"drawing {number}")
+        text = DRAWING
+        for _ in range(draw.choice([1, 1, 1, 2, 3])):
+            text = changed(text, draw) or "\n"
+        (tmp_path / "m.dxf").write_bytes(text.encode("utf-8", "surrogateescape"))
+        try:
+            status, _, said = converted(tmp_path / "m.dxf")
+        except Exception as error:  # whatever it is, nobody is to see it
+            wrong.append(f"input {number}: {error!r}")
+            continue
+        if status not in (0, 2) or not all(line.startswith("tools/dxf2geo: ") for line in said.splitlines()):
+            wrong.append(f"input {number}: exit status {status}: {said[-300:]}")
+        if status == 0:
+            done = subprocess.run([SCREE, "cut", "m.geo", "-o", "m.blk"], cwd=tmp_path, capture_output=True, text=True, timeout=SECONDS)
+            if done.returncode not in (0, 2) or not all(line.startswith("scree: ") for line in done.stderr.splitlines()):
+                wrong.append(f"input {number}: scree cut: exit status {done.returncode}: {done.stderr[-300:]}")
+    assert wrong == []
+
+
+def test_the_drawing_that_is_changed_was_right(tmp_path):
+    (tmp_path / "m.dxf").write_text(DRAWING)
+    status, _, said = converted(tmp_path / "m.dxf")
+    assert (status, said) == (0, "")
+    done = subprocess.run([SCREE, "cut", "m.geo", "-o", "m.blk"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("name", KINDS)

@@ -43,6 +43,7 @@ DEFAULT_SAGITTA = 1e-3  # over the extent
 LEAST_SAGITTA = 1e-9    # over the extent
 FLAT = 1e-9             # largest z over the largest coordinate
 STRAIGHT = 1e-12        # largest bulge of a line
+MOST_HALVINGS = 64      # of a spline
 SPLINE_FRAME_VERTEX = 16
 
 Role = collections.namedtuple("Role", "kind number")
@@ -109,8 +110,10 @@ class Spline(Shape):
         return self.rows[:, :2] / self.rows[:, 3:]
 
 
-def chords(curve, sagitta):
-    """Ends of the chords of a Bezier curve."""
+def chords(curve, sagitta, halvings=0):
+    """Ends of the chords of a Bezier curve. A halving leaves a quarter of the distance, but where weights differ by many powers."""
+    if halvings > MOST_HALVINGS:
+        raise MapError("expected splines that chords can follow, found one whose weights or coordinates differ by too many powers of ten")
     places = curve[:, :2] / curve[:, 3:]
     away, chord = places - places[0], places[-1] - places[0]
     share = np.clip(away @ chord / (chord @ chord), 0, 1) if chord @ chord > 0 else np.zeros(len(curve))
@@ -121,7 +124,7 @@ def chords(curve, sagitta):
         curve = (curve[1:] + curve[:-1]) / 2
         left.append(curve[0])
         right.append(curve[-1])
-    return np.vstack([chords(np.array(left), sagitta), chords(np.array(right[::-1]), sagitta)])
+    return np.vstack([chords(np.array(half), sagitta, halvings + 1) for half in (left, right[::-1])])
 
 
 def direction(degrees):
@@ -193,6 +196,14 @@ def matrix_rows(matrix):
 
 def shapes_of(entity):
     """The shapes of an entity, or a text that says why there are none."""
+    try:
+        return built(entity)
+    except (ezdxf.DXFError, ArithmeticError, ValueError) as error:
+        return f"{entity.dxftype()} that cannot be built ({error})"
+
+
+def built(entity):
+    """What shapes_of says, of numbers that an entity can be built of."""
     kind, dxf = entity.dxftype(), entity.dxf
     if kind == "LINE":
         return [Line(rows_of([dxf.start, dxf.end]))]
@@ -222,13 +233,11 @@ def shapes_of(entity):
         made = polyline(points, [vertex.get("bulge", 0) for vertex in vertices], entity.is_closed)
         return in_world(entity, made) or "POLYLINE of less than two vertices"
     if kind == "SPLINE":
-        try:
-            spline = entity.construction_tool()
-        except (ezdxf.DXFError, ArithmeticError, ValueError) as error:
-            return f"SPLINE that cannot be built ({error})"
+        spline = entity.construction_tool()
         if any(not weight > 0 for weight in spline.weights()):
             return "SPLINE with weights not above 0"
-        return [bezier_curves(spline)]
+        curves = bezier_curves(spline)
+        return [curves] if len(curves.rows) else "SPLINE whose knots do not ascend"
     return kind
 
 
@@ -236,7 +245,7 @@ def attribute(entity, name, code, default):
     """An attribute that every entity has, of those too that ezdxf does not know and only keeps."""
     if hasattr(entity, "xtags"):
         return next((tag.value for tags in entity.xtags.subclasses[:2] for tag in tags if tag.code == code), default)
-    return entity.dxf.get(name, default)
+    return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
 
 
 class Drawing:
@@ -281,7 +290,8 @@ class Drawing:
 
     def explode(self, insert, layer, blocks):
         """What walk says, of an INSERT."""
-        block, name = insert.block(), insert.dxf.name
+        name = insert.dxf.get("name", "")
+        block = insert.block() if name else None
         yield from self.walk(insert.attribs, layer, blocks)
         if block is None or block.block.is_xref:
             yield layer, "INSERT", f"INSERT of the {'missing' if block is None else 'external'} block '{shown(name)}'"
@@ -489,6 +499,7 @@ def counted(number, one, more=None):
     return f"{number} {one if number == 1 else more or one + 's'}"
 
 
+@np.errstate(all="ignore")  # what is not finite is refused by name
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("map", metavar="MAP.dxf")
