@@ -54,18 +54,16 @@ def farthest(a, b):
                                          (1.0, {"groups": "&method strain='auto' /"}),
                                          (1.0, {"groups": "&method model='nmm' /\n&cover edge=0.25 /"})])
 def test_dominoes_that_sleep_fall_as_those_that_are_awake(size, given, tmp_path):
-    a, b = awake_and_asleep(tmp_path, *dominoes(tmp_path, size, **given))
-    assert np.all(a.bodies.rotation[-1, 1:5] < -0.3)  # they do fall
-    assert farthest(a, b) < 1e-5 * size
-    assert np.abs(a.bodies.rotation - b.bodies.rotation).max() < 1e-5
-    asleep = b.history.asleep
-    assert asleep[190] >= 5 and asleep[-1] == 0  # before the push; the last is struck
-    assert np.sum(b.history.solves) < np.sum(a.history.solves) - 100
-
-
-def test_dominoes_wake_one_by_one_as_they_are_struck(tmp_path):
-    asleep = scree.run(*dominoes(tmp_path), output=tmp_path / "x.h5", settings=["step.sleep=1e-3"]).history.asleep[190:]
-    assert list(dict.fromkeys(asleep)) == [5, 4, 3, 2, 1, 0]
+    """What they moved when they fell asleep is below the share asked for, and so is, later, what that came to, though blows
+    make it grow; a share of a thousandth of it leaves as much less."""
+    for share in (1e-3, 1e-6):
+        a, b = awake_and_asleep(tmp_path, *dominoes(tmp_path, size, **given), share=share)
+        assert np.all(a.bodies.rotation[-1, 1:5] < -0.3)  # they do fall
+        asleep = b.history.asleep
+        assert asleep[190] >= 5 and asleep[-1] == 0  # before the push; the last is struck
+        assert np.sum(b.history.solves) < np.sum(a.history.solves) - 100
+        assert farthest(a, b) < share * size
+        assert np.abs(a.bodies.rotation - b.bodies.rotation).max() < share / 0.2  # of which they are thick
 
 
 @pytest.mark.parametrize("groups, tolerance", [("", 1e-9), ("&method strain='green' /", 1e-9),
