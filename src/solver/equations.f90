@@ -637,6 +637,7 @@ contains
     integer :: i
 
     work = equations%work
+    if (.not. allocated(equations%at)) return
     do i = 1, size(equations%at)
       call add_work(equations%at(i)%island%solver%work, work)
     end do
