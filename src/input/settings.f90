@@ -34,7 +34,7 @@ contains
     call visit_deck(row, scene%settings)
     call visit_method(row, scene%settings)
     call visit_cover(row, scene%settings)
-    call visit_integrator(row, scene%settings)
+    call visit_integrator(row, scene%carried > 0, scene%settings)
     call visit_step(row, scene)
     call visit_iteration(row, scene%settings)
     call visit_contact(row, scene)
@@ -96,13 +96,14 @@ contains
   end subroutine visit_cover
 
   !> The integrator in time.
-  subroutine visit_integrator(row, s)
+  subroutine visit_integrator(row, dynamic, s)
     type(setting_rows_t), intent(inout) :: row
+    logical, intent(in) :: dynamic !! steps hand velocity on
     type(settings_t), intent(inout) :: s
 
     call row%choice(setting_t('integrator', 'scheme', 'integrator', choices='|newmark|energy_momentum|energy_decaying|', &
-                              default='newmark with small strain; else energy_decaying, or energy_momentum with rules '// &
-                              'conserving'), s%scheme, default_scheme(s))
+                              default='newmark with small strain and in static runs; else energy_decaying; energy_momentum '// &
+                              'with rules conserving'), s%scheme, default_scheme(dynamic, s))
     call row%real(setting_t('integrator', 'beta', 'weight of the new acceleration in the velocity; 1/2 + chi of energy_...', &
                             '1', 0.5_dp, 1.0_dp), s%beta, 1.0_dp)
     call row%real(setting_t('integrator', 'gamma', 'weight of the new acceleration in the displacement', '1', 0.0_dp, &
@@ -118,13 +119,16 @@ contains
                     s%transport, merge(transport_rates, transport_field, s%strain == strain_small .and. s%model == model_dda))
   end subroutine visit_integrator
 
-  !> Stiff contacts are to die out in a scene that is left to itself; but energy that is asked to stay stays.
-  pure integer function default_scheme(s) result(scheme)
+  !> Stiff contacts are to die out in a scene that is left to itself; but energy that is asked to stay stays. A static run is to
+  !> balance where a step ends, not in its middle.
+  pure integer function default_scheme(dynamic, s) result(scheme)
+    logical, intent(in) :: dynamic !! steps hand velocity on
     type(settings_t), intent(in) :: s
 
     scheme = scheme_newmark
     if (s%strain == strain_small) return
-    scheme = merge(scheme_energy_momentum, scheme_energy_decaying, s%rules == rules_conserving)
+    if (s%rules == rules_conserving) scheme = scheme_energy_momentum
+    if (s%rules /= rules_conserving .and. dynamic) scheme = scheme_energy_decaying
   end function default_scheme
 
   !> The size of a step and the end of the run.
