@@ -4,10 +4,10 @@ module scree_simulation
   use scree_cache, only: rebuild_cache
   use scree_check_scene, only: warn_of_model
   use scree_effects, only: refresh_elements
-  use scree_equations, only: release_equations
   use scree_errors, only: error_t, fail, status_signal
   use scree_initial_overlaps, only: refuse_overlaps
   use scree_interruption, only: heed_signals, signal_name, stop_signal
+  use scree_islands, only: release_equations
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, tell

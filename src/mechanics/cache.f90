@@ -3,7 +3,8 @@ module scree_cache
   use scree_contacts, only: contact_search_t
   use scree_effects, only: refresh_elements
   use scree_energy, only: books_of_fixed
-  use scree_equations, only: release_equations, set_up_equations
+  use scree_equations, only: set_up_equations
+  use scree_islands, only: release_equations
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
   implicit none

@@ -4,9 +4,9 @@ module scree_run_output
   use scree_blas, only: blas_kernel
   use scree_checkpoint, only: checkpoints_t, declare_checkpoints, put_checkpoint
   use scree_classic_output, only: add_classic_frame, begin_classic_output
-  use scree_equations, only: size_of_equations, work_of_solutions
   use scree_errors, only: error_t
   use scree_interpolation, only: displacement_matrix
+  use scree_islands, only: size_of_equations, work_of_solutions
   use scree_keyholes, only: polygons_of
   use scree_kinds, only: dp
   use scree_linear_solver, only: solver_work_t

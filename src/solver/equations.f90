@@ -9,21 +9,19 @@ module scree_equations
   use scree_constraints, only: constraints_t, reduce_element, reduced_operator, reduction_t
   use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
-  use scree_factored, only: factored_t, is_of, move_factored, number_of
   use scree_friction_problem, only: friction_problem_t, place_springs, posed_problem_t
   use scree_grouping, only: find_groups, sort_into
   use scree_kinds, only: dp
-  use scree_linear_solver, only: add_work, dense_matrix, forget_pattern, keep_matrix, largest_dense, linear_solver_t, &
-                                 recall_matrix, release_solver, small_matrix_t, solve, solve_with_kept_factor, solver_work_t
+  use scree_linear_solver, only: add_work, dense_matrix, forget_pattern, largest_dense, linear_solver_t, release_solver, &
+                                 small_matrix_t, solve, solve_with_kept_factor, solver_work_t
   use scree_sorting, only: sort_by
   use scree_sparse_matrix, only: add_element, add_rest, build_pattern, clear_matrix, diagonal, sparse_matrix_t
   use scree_system, only: element_unknowns, elements_t
   implicit none
   private
   public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, forget_groups, group_elements, &
-            is_island, island_problem, keep_factored, keep_posed, members, move_island, out_of_balance, pairs_of_group, place_row, &
-            recall_factored, release_equations, set_up_equations, share_out_of_balance, size_of_equations, solve_equations, &
-            weakest_element, wholly_held, work_of_solutions
+            is_island, island_problem, keep_posed, members, move_island, out_of_balance, pairs_of_group, place_row, &
+            set_up_equations, share_out_of_balance, solve_equations, weakest_element, wholly_held
 
   integer, parameter :: n = element_unknowns
 
@@ -610,83 +608,6 @@ contains
     equations%posed = [equations%posed, posed_problem_t(problem, near, found)]
   end subroutine keep_posed
 
-  !> Unknowns that are solved, and entries of the matrices, as the last step had them.
-  pure function size_of_equations(equations) result(numbers)
-    type(equations_t), intent(in) :: equations
-    integer :: numbers(2), group, n_free
-
-    numbers = 0
-    do group = 1, equations%n_groups
-      if (is_island(equations, group)) then
-        associate (island => equations%at(group - equations%n_alone)%island)
-          numbers = numbers + [size(island%unknown), size(island%matrix%row)]
-        end associate
-      else
-        n_free = n
-        associate (reduction => equations%reduction(equations%member(equations%first(group))))
-          if (allocated(reduction%free)) n_free = size(reduction%free)
-        end associate
-        numbers = numbers + [n_free, n_free**2]
-      end if
-    end do
-  end function size_of_equations
-
-  !> What the solutions of all islands took so far.
-  pure type(solver_work_t) function work_of_solutions(equations) result(work)
-    type(equations_t), intent(in) :: equations
-    integer :: i
-
-    work = equations%work
-    if (.not. allocated(equations%at)) return
-    do i = 1, size(equations%at)
-      call add_work(equations%at(i)%island%solver%work, work)
-    end do
-  end function work_of_solutions
-
-  !> Hands on the matrices whose factors the solutions went on from, so that a run can go on with the same bits.
-  subroutine keep_factored(equations, factored)
-    type(equations_t), intent(inout) :: equations
-    type(factored_t), allocatable, intent(inout) :: factored(:) !! as of the step before, then one for each island
-    type(factored_t), allocatable :: before(:)
-    integer :: i, known
-    logical :: same
-
-    if (.not. allocated(factored)) allocate (factored(0))
-    same = size(factored) == size(equations%at)
-    do i = 1, size(equations%at)
-      if (same) same = is_of(factored(i), equations%at(i)%island%unknown)
-    end do
-    if (.not. same) then
-      call move_alloc(factored, before)
-      allocate (factored(size(equations%at)))
-      do i = 1, size(factored)
-        known = number_of(before, equations%at(i)%island%unknown, i)
-        if (known > 0) call move_factored(before(known), factored(i))
-      end do
-    end if
-    do i = 1, size(factored)
-      call keep_matrix(equations%at(i)%island%solver, equations%at(i)%island%unknown, factored(i))
-    end do
-  end subroutine keep_factored
-
-  !> Goes on from the matrices that were handed on, whatever was factorised since.
-  subroutine recall_factored(equations, factored)
-    type(equations_t), intent(inout) :: equations
-    type(factored_t), intent(in) :: factored(:)
-    integer :: i, known
-
-    do i = 1, size(equations%at)
-      associate (island => equations%at(i)%island)
-        known = number_of(factored, island%unknown, i)
-        if (known > 0) then
-          call recall_matrix(island%solver, island%unknown, factored(known))
-        else
-          call recall_matrix(island%solver, island%unknown, factored_t())
-        end if
-      end associate
-    end do
-  end subroutine recall_factored
-
   !> The element of a group with the least stiffness on the diagonal, or one that is no number: where a matrix that cannot be solved
   !> is looked at first. 0 where the group has no free unknown.
   pure integer function weakest_element(equations, group) result(element)
@@ -714,16 +635,5 @@ contains
       end associate
     end do
   end function weakest_element
-
-  !> Gives back the memory of the sparse solvers.
-  subroutine release_equations(equations)
-    type(equations_t), intent(inout) :: equations
-    integer :: i
-
-    if (.not. allocated(equations%at)) return
-    do i = 1, size(equations%at)
-      call release_solver(equations%at(i)%island%solver)
-    end do
-  end subroutine release_equations
 
 end module scree_equations

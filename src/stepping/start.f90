@@ -13,10 +13,10 @@ module scree_start
   use scree_effects, only: add_drag, add_element_effects, refresh_elements
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_energy, only: close_books, stored_energy
-  use scree_equations, only: add_equations, begin_equations, constrain_equations, keep_factored, members, solve_equations, &
-                             weakest_element
+  use scree_equations, only: add_equations, begin_equations, constrain_equations, members, solve_equations, weakest_element
   use scree_errors, only: error_t
   use scree_integrator, only: turns_acceleration
+  use scree_islands, only: keep_factored
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_scene, only: start_acceleration, start_consistent

@@ -9,11 +9,12 @@ module scree_time_stepper
   use scree_contact_search, only: find_at_outlines
   use scree_effects, only: refresh_elements
   use scree_energy, only: close_books, loss_of_step, work_of_step
-  use scree_equations, only: constrain_equations, group_elements, keep_factored, recall_factored
+  use scree_equations, only: constrain_equations, group_elements
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_impact, only: any_closes, push_apart, rebound
   use scree_integrator, only: step_rule_for
   use scree_interruption, only: stop_signal
+  use scree_islands, only: keep_factored, recall_factored
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_pair_effects, only: couples_pairs, list_coupled_pairs, order_contacts

@@ -3,8 +3,8 @@ module worlds
   use, intrinsic :: iso_fortran_env, only: error_unit
   use scree_block_input, only: blocks_t
   use scree_effects, only: refresh_elements
-  use scree_equations, only: release_equations
   use scree_errors, only: error_t
+  use scree_islands, only: release_equations
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_random_numbers, only: next_uniform, random_t
