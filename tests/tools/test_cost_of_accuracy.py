@@ -181,9 +181,10 @@ def test_the_default_is_that_of_a_new_deck(turning):
 def test_the_page_needs_no_network_and_shows_all_scenes(turning):
     folder, written, rows = turning
     page = (folder / "index.html").read_text()
-    assert not re.search(r"https?:|//\w+\.|<script|<link|<iframe|@import|url\(|href", page, re.I)
     pictures = re.findall(r"src='([^']*)'", page)
-    assert len(pictures) == len(written["scenes"]) == page.count("src=")
+    words = re.sub(r"src='data:[^']*'", "", page)  # the letters of a picture may spell anything
+    assert not re.search(r"https?:|//\w+\.|<script|<link|<iframe|@import|url\(|href|src=", words, re.I)
+    assert len(pictures) == len(written["scenes"])
     for picture, scene in zip(pictures, written["scenes"]):
         kind, data = picture.split(",")
         assert kind == "data:image/png;base64" and base64.b64decode(data) == (folder / f"{scene['scene']}.png").read_bytes()
