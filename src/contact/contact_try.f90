@@ -8,7 +8,7 @@ module scree_contact_try
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: contact_try_t, of_elements, take_all, take_island
+  public :: contact_try_t, count_states, of_elements, take_all, take_island
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -59,17 +59,24 @@ contains
   !> Takes all contacts, when their islands have settled.
   pure subroutine take_all(try)
     type(contact_try_t), intent(inout) :: try
-    integer :: i
 
     try%first = 1
     try%last = size(try%contact)
+    call count_states(try)
+  end subroutine take_all
+
+  !> Counts the contacts that settle together which are open, sliding and locked.
+  pure subroutine count_states(try)
+    type(contact_try_t), intent(inout) :: try
+    integer :: i
+
     try%count = 0
-    do i = 1, size(try%contact)
+    do i = try%first, try%last
       associate (state => try%contact(i)%entrance(try%contact(i)%active)%state)
         try%count(1 + state) = try%count(1 + state) + 1
       end associate
     end do
-  end subroutine take_all
+  end subroutine count_states
 
   !> Values of the unknowns of two elements.
   pure function of_elements(model, pair, d)

@@ -7,7 +7,7 @@ module scree_open_close
   use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
   use scree_contact_rules, only: anchors_return, forgives_faint_forces, gaps_and_slips, judge, press, press_across, pressing_of, &
                                  put_anchors
-  use scree_contact_try, only: contact_try_t, of_elements
+  use scree_contact_try, only: contact_try_t, count_states, of_elements
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: act_on, bond
   use scree_kinds, only: dp
@@ -125,19 +125,6 @@ contains
 
     can_lock = law%friction(entrance%joint) > 0 .or. bond(entrance, law%cohesion(entrance%joint)) > 0
   end function can_lock
-
-  !> Counts contacts that are open, sliding and locked.
-  pure subroutine count_states(try)
-    type(contact_try_t), intent(inout) :: try
-    integer :: i
-
-    try%count = 0
-    do i = try%first, try%last
-      associate (state => try%contact(i)%entrance(try%contact(i)%active)%state)
-        try%count(1 + state) = try%count(1 + state) + 1
-      end associate
-    end do
-  end subroutine count_states
 
   !> Lets multipliers take the forces of closed contacts over, where an overlap or a gap above the bound is left.
   !>

@@ -13,6 +13,7 @@ module scree_sleep
   use scree_inertia, only: kinetic_energy
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
+  use scree_sets, only: root_of, unite
   use scree_state, only: state_t
   use scree_system, only: values_of
   use scree_time_stepper, only: advance, step_report_t
@@ -228,17 +229,9 @@ contains
         if (model%outlines%fixed(entrance%vertex) .or. model%outlines%fixed(entrance%edge)) cycle
       end associate
       joined = blocks_of(model, state%contacts%contact(i))
-      do b = 1, 2
-        do while (island(joined(b)) /= joined(b))
-          island(joined(b)) = island(island(joined(b)))
-          joined(b) = island(joined(b))
-        end do
-      end do
-      island(maxval(joined)) = minval(joined)
+      call unite(island, joined(1), joined(2))
     end do
-    do b = 1, model%n_blocks ! those before it are done
-      island(b) = island(island(b))
-    end do
+    island = [(root_of(island, b), b=1, model%n_blocks)]
   end function islands_of
 
   !> Blocks that sleep and whose loads, ground or supports in the next step differ from those with which they fell asleep: forces by
