@@ -31,6 +31,7 @@ module scree_command_line
     '  --classic-output          run: writes the frames as Shi''s programs keep them too, .replay', &
     '  --strict                  run, check: warnings are errors', &
     '  --quiet                   prints errors and warnings alone', &
+    '  --summary json            run: prints at the end what it came to as a JSON object, quiet or not', &
     '', &
     'Exit status: 0 done, 1 the run failed, 2 bad input, 130 or 143 stopped by SIGINT (Ctrl-C) or SIGTERM;', &
     'what a run that stops has done is in its results file.']
@@ -103,13 +104,17 @@ contains
     select case (word)
     case ('--help', '-h')
       command%verb = '--help'
-    case ('--set', '-o', '--output', '--restart')
+    case ('--set', '-o', '--output', '--restart', '--summary')
       if (i > command_argument_count()) then
         call fail(error, status_bad_input, 'expected a word after '//word//', found the end')
         return
       end if
-      if (word == '--restart' .and. command%verb /= 'run') then
-        call fail(error, status_bad_input, 'expected --restart with run, found it with '//command%verb)
+      if (any(word == [character(len=9) :: '--restart', '--summary']) .and. command%verb /= 'run') then
+        call fail(error, status_bad_input, 'expected '//word//' with run, found it with '//command%verb)
+      else if (word == '--summary') then
+        command%options%with_json = argument(i) == 'json'
+        if (.not. command%options%with_json) &
+          call fail(error, status_bad_input, 'expected json after --summary, found '''//argument(i)//'''')
       else if (word == '--restart') then
         command%options%restart_path = argument(i)
       else if (word /= '--set') then

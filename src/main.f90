@@ -9,7 +9,6 @@ program scree
   use scree_explain, only: explain_scene, explain_settings
   use scree_files, only: refuse_to_replace, same_file
   use scree_joints, only: make_joints
-  use scree_kinds, only: dp
   use scree_read_scene, only: read_geometry, read_scene
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
   use scree_restart, only: find_decks
@@ -17,7 +16,7 @@ program scree
   use scree_simplex_integration, only: moments_t
   use scree_run_output, only: version
   use scree_simulation, only: simulate
-  use scree_timers, only: start_phase, stop_phase, timer_t
+  use scree_timers, only: begin_phase, begin_timers, cost_t, costs_of, phase_frames, phase_read, phase_set_up, timers_t
   implicit none
 
   type(command_t) :: command
@@ -25,8 +24,9 @@ program scree
   type(error_t), allocatable :: error
   type(scene_t) :: scene
   type(blocks_t) :: blocks
-  type(timer_t) :: reading
+  type(timers_t) :: timers
 
+  call begin_timers(timers)
   call read_command_line(command, error)
   if (.not. allocated(error)) then
     select case (command%verb)
@@ -42,12 +42,11 @@ program scree
       else if (command%verb == 'joints') then
         call make_joints(command%analysis, command%options%results_path, command%options%quiet, error)
       else
-        call start_phase(reading)
+        call begin_phase(timers, phase_read)
         if (len(command%options%restart_path) > 0) &
           call find_decks(command%options%restart_path, command%geometry, command%analysis, command%settings, error)
         if (.not. allocated(error)) &
           call read_scene(command%geometry, command%analysis, command%settings, scene, blocks, error)
-        call stop_phase(reading)
         if (.not. allocated(error)) call act()
       end if
     end select
@@ -64,7 +63,7 @@ contains
   subroutine act()
     select case (command%verb)
     case ('run', 'cut')
-      call simulate(scene, blocks, reading, command%options, error)
+      call simulate(scene, blocks, timers, command%options, error)
     case ('check')
       call check_scene(scene, blocks, command%options%quiet, command%options%strict, output_unit, error)
     case ('explain')
@@ -74,7 +73,6 @@ contains
 
   !> Cuts a geometry to a block file.
   subroutine cut_geometry()
-    type(timer_t) :: timer(3) ! read, cut, write
     character(len=:), allocatable :: output
 
     output = command%options%results_path
@@ -85,24 +83,21 @@ contains
     end if
     if (allocated(error)) return
     scene%geometry_name = command%analysis
-    call start_phase(timer(1))
+    call begin_phase(timers, phase_read)
     call read_geometry(scene, error)
     if (allocated(error)) return
-    call stop_phase(timer(1))
-    call start_phase(timer(2))
+    call begin_phase(timers, phase_set_up)
     call make_blocks(scene, blocks, error)
     if (allocated(error)) return
-    call stop_phase(timer(2))
-    call start_phase(timer(3))
+    call begin_phase(timers, phase_frames)
     call write_block_file(output, blocks, error)
     if (allocated(error)) return
-    call stop_phase(timer(3))
-    if (.not. command%options%quiet) call list_blocks(timer%wall)
+    if (.not. command%options%quiet) call list_blocks(costs_of(timers))
   end subroutine cut_geometry
 
   !> Prints the blocks: material, corners, holes, area, centroid.
-  subroutine list_blocks(seconds)
-    real(dp), intent(in) :: seconds(3)  !! that reading, cutting and writing took
+  subroutine list_blocks(cost)
+    type(cost_t), intent(in) :: cost(:) !! of reading, set-up, which is cutting, and frames, which is writing
     type(moments_t) :: moments(region_count(blocks%shape))
     integer :: b
 
@@ -110,7 +105,8 @@ contains
       moments(b) = block_moments(blocks, b)
     end do
     write (output_unit, '(2(i0,a),es23.16,3(a,f7.3),a)') size(moments), ' blocks, ', size(blocks%crack_joint), &
-      ' cracks, area ', sum(moments%area), '; read ', seconds(1), ' s, cut ', seconds(2), ' s, write ', seconds(3), ' s'
+      ' cracks, area ', sum(moments%area), '; read ', sum(cost%wall, cost%phase == 'read'), ' s, cut ', &
+      sum(cost%wall, cost%phase == 'set-up'), ' s, write ', sum(cost%wall, cost%phase == 'frames'), ' s'
     write (output_unit, '(a)') '   block material  corners    holes                    area              x              y'
     do b = 1, size(moments)
       write (output_unit, '(i8,3i9,1x,es23.16,2(1x,es14.7))') b, blocks%material(b), &

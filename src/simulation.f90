@@ -1,8 +1,11 @@
 !> A run: from a scene and its blocks to a results file, step by step, or to its model alone.
 module scree_simulation
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use scree_accurate_step, only: advance_estimated
   use scree_block_input, only: blocks_t
   use scree_cache, only: rebuild_cache
   use scree_check_scene, only: warn_of_model
+  use scree_critical_step, only: find_largest_step
   use scree_effects, only: refresh_elements
   use scree_errors, only: error_t, fail, status_signal
   use scree_initial_overlaps, only: refuse_overlaps
@@ -10,21 +13,23 @@ module scree_simulation
   use scree_islands, only: release_equations
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, tell
+  use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, stays_short, tell
   use scree_restart, only: open_past, past_t, resume_output
   use scree_results_file, only: abandon_results, check_targets
-  use scree_run_output, only: begin_output, end_output, phase_read, phase_results, phase_set_up, phase_steps, put_frame, &
-                              put_problems, put_step, run_output_t
-  use scree_scene, only: effect_t, run_options_t, scene_t
+  use scree_run_summary, only: add_step, begin_summary, sum_up, summary_t
+  use scree_run_output, only: begin_output, end_output, put_frame, put_problems, put_step, run_output_t
+  use scree_scene, only: effect_t, run_options_t, scene_t, scheme_central_difference
   use scree_set_up, only: set_up
   use scree_shi_control, only: first_size, following_size
   use scree_sleep, only: advance_awake
   use scree_start, only: begin_run
   use scree_state, only: state_t
   use scree_step_control, only: after_step, at_end, frame_due, next_size
-  use scree_text, only: number_text, rounded_text
-  use scree_time_stepper, only: advance, step_report_t
-  use scree_timers, only: start_phase, stop_phase, timer_t
+  use scree_summary_words, only: ending_t, json_of, lines_of
+  use scree_text, only: number_text, rounded_text, text_t
+  use scree_time_stepper, only: step_report_t
+  use scree_timers, only: begin_phase, costs_of, phase_check, phase_frames, phase_history, phase_other, phase_set_up, timers_t
+  use scree_trouble, only: trouble_t, words_of
   use scree_watch, only: begin_watch, check_numbers, watch_impact, watch_step, watch_t
   implicit none
   private
@@ -39,6 +44,8 @@ module scree_simulation
     type(watch_t) :: watch
     type(run_output_t) :: output
     type(progress_t) :: progress
+    type(summary_t), allocatable :: summary !! of its steps
+    type(trouble_t) :: cut               !! why a try was cut last
     integer :: framed = 0                !! step of the last frame, or one that none is to follow
   end type run_t
 
@@ -47,24 +54,22 @@ contains
   !> Runs a scene to its end and writes the results; or its model alone, one frame with the model as set up.
   !>
   !> Errors: bad input that only the set-up can see, and a run that fails or that a signal stops; what was written until then stays.
-  subroutine simulate(scene, blocks, reading, options, error)
+  subroutine simulate(scene, blocks, timers, options, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
-    type(timer_t), intent(in) :: reading !! what reading the decks and making the blocks took
+    type(timers_t), intent(in) :: timers !! of what was done for it before
     type(run_options_t), intent(in) :: options
     type(error_t), allocatable, intent(out) :: error
     type(run_t) :: run
     type(past_t) :: past
     type(state_t) :: first
     type(effect_t), allocatable :: list(:)
-    type(error_t), allocatable :: close_error
-    character(len=:), allocatable :: status
 
     call check_targets(options%results_path, options%with_xdmf, options%with_classic, error)
     if (allocated(error)) return
-    run%output%timer(phase_read) = reading
+    run%cache%timers = timers
+    call begin_phase(run%cache%timers, phase_set_up)
     call set_up_progress(options%quiet, run%progress)
-    call start_phase(run%output%timer(phase_set_up))
     call prepare(scene, blocks, options, run, list, error)
     if (allocated(error)) return
     first = run%state
@@ -74,11 +79,11 @@ contains
       call rebuild_cache(run%model, run%state, run%cache)
       run%progress%from = run%state%time
     end if
-    call stop_phase(run%output%timer(phase_set_up))
 
     call tell_effects(run%progress, list)
+    if (options%runs .and. scene%settings%scheme == scheme_central_difference) call tell_largest_step(run)
     call heed_signals()
-    call start_phase(run%output%timer(phase_results))
+    call begin_phase(run%cache%timers, phase_frames)
     call begin_output(options, scene, list, run%model, first, run%watch, run%output, error)
     if (len(options%restart_path) > 0) then
       if (.not. allocated(error)) call resume_output(past, options%results_path, run%state, run%watch, run%output, error)
@@ -89,20 +94,58 @@ contains
     else if (.not. allocated(error)) then
       call put_frame(run%output, run%model, run%cache, run%state, run%watch, error)
     end if
-    call stop_phase(run%output%timer(phase_results))
+    call begin_phase(run%cache%timers, phase_other)
     if (options%runs .and. .not. allocated(error)) call run_steps(scene, run, error)
 
     call release_equations(run%cache%equations)
     call end_progress(run%progress)
-    if (allocated(error)) then
-      status = 'stopped: '//error%message
-      if (error%status > status_signal) status = 'interrupted'
-      call end_output(run%output, run%cache, run%state, run%watch, status, close_error)
-    else
-      call end_output(run%output, run%cache, run%state, run%watch, trim(merge('complete', 'cut     ', options%runs)), error)
-      if (.not. allocated(error)) call tell(run%progress, 'results: '//options%results_path)
-    end if
+    call end_run(options, run, error)
   end subroutine simulate
+
+  !> Writes how a run ended, and says what it came to.
+  subroutine end_run(options, run, error)
+    type(run_options_t), intent(in) :: options
+    type(run_t), intent(inout) :: run
+    type(error_t), allocatable, intent(inout) :: error !! that it ended with, or one of its end
+    type(error_t), allocatable :: close_error
+    type(ending_t) :: ending
+    type(text_t), allocatable :: line(:)
+    integer :: i
+
+    ending%path = options%results_path
+    ending%warnings = run%progress%warnings
+    ending%cost = costs_of(run%cache%timers)
+    ending%status = status_of(options, error)
+    call end_output(run%output, run%cache, run%state, run%watch, ending%status, ending%cost, close_error)
+    if (.not. allocated(error)) call move_alloc(close_error, error)
+    if (.not. allocated(run%summary)) then
+      if (.not. allocated(error)) call tell(run%progress, 'results: '//options%results_path)
+      return
+    end if
+    ending%status = status_of(options, error)
+    call sum_up(run%model, run%cache, run%state, run%summary)
+    if (options%with_json) then
+      write (output_unit, '(a)') json_of(run%summary, ending)
+    else
+      line = lines_of(run%summary, ending)
+      do i = 1, size(line)
+        call tell(run%progress, line(i)%text)
+      end do
+    end if
+    flush (output_unit)
+  end subroutine end_run
+
+  !> How a run ended, in a word, or in those of its error.
+  pure function status_of(options, error) result(status)
+    type(run_options_t), intent(in) :: options
+    type(error_t), allocatable, intent(in) :: error
+    character(len=:), allocatable :: status
+
+    status = trim(merge('complete', 'cut     ', options%runs))
+    if (.not. allocated(error)) return
+    status = 'stopped: '//error%message
+    if (error%status > status_signal) status = 'interrupted'
+  end function status_of
 
   !> Makes the model and its first state, and begins the run of it where there is to be one.
   subroutine prepare(scene, blocks, options, run, list, error)
@@ -137,6 +180,17 @@ contains
     end do
   end subroutine tell_effects
 
+  !> Says how large explicit steps may be.
+  subroutine tell_largest_step(run)
+    type(run_t), intent(inout) :: run
+    real(dp) :: dt
+    integer :: e
+
+    call find_largest_step(run%model, run%cache, dt, e)
+    if (e > 0) call tell(run%progress, 'explicit steps: at most '//rounded_text(dt)//', by block '// &
+                         number_text(run%model%elements%block(e)))
+  end subroutine tell_largest_step
+
   !> The time loop. A run that fails or is stopped ends with a frame of its last step.
   subroutine run_steps(scene, run, error)
     type(scene_t), intent(in) :: scene
@@ -145,6 +199,8 @@ contains
     type(error_t), allocatable :: frame_error
 
     run%framed = run%state%step
+    allocate (run%summary)
+    call begin_summary(run%model, run%cache, run%state, run%summary)
     do while (.not. (allocated(error) .or. at_end(scene%settings, run%state)) .and. stop_signal() == 0)
       call run_step(scene, run, error)
     end do
@@ -167,13 +223,11 @@ contains
     integer :: before
 
     before = run%state%step
-    call start_phase(run%output%timer(phase_steps))
-    if (allocated(run%state%sleep)) then
-      call advance_awake(run%model, next_size(scene%settings, run%state), run%awake, run%cache, run%state, report, error)
+    if (allocated(run%state%deviation)) then
+      call advance_estimated(run%model, run%awake, run%cache, run%state, report, error)
     else
-      call advance(run%model, next_size(scene%settings, run%state), run%cache, run%state, report, error)
+      call advance_awake(run%model, next_size(scene%settings, run%state), run%awake, run%cache, run%state, report, error)
     end if
-    call stop_phase(run%output%timer(phase_steps))
     call put_problems(run%output, before + 1, run%cache, write_error)
     if (.not. allocated(error)) call move_alloc(write_error, error)
     if (allocated(error)) then
@@ -189,6 +243,7 @@ contains
     if (scene%settings%chooses_step) &
       run%state%pace%size = following_size(scene, run%model, run%state%contacts, report%dt, report%travel)
     call watch_impact(run%watch, run%model, run%state%time, report%impact, run%progress)
+    call begin_phase(run%cache%timers, phase_check)
     call check_numbers(run%model, run%cache, run%state, error)
     if (.not. allocated(error)) then
       call watch_step(run%watch, run%model, run%cache, run%state, report%work, run%progress, nonsense)
@@ -202,9 +257,14 @@ contains
       error%message = reached(run%state)//error%message
       return
     end if
+    if (allocated(report%cut%what)) run%cut = report%cut
     associate (s => scene%settings, state => run%state)
       call show_step(run%progress, state%step, state%time, min(s%end_time, state%time*(s%most_steps/real(state%step, dp))), &
                      report%dt, report%iterations)
+      if (.not. (s%chooses_step .or. s%aim > 0) .and. allocated(run%cut%what)) then
+        if (stays_short(run%progress, report%dt, s%step_size)) call tell(run%progress, 'steps stay short, '// &
+          rounded_text(report%dt)//' of '//rounded_text(s%step_size)//', as tries are cut: '//words_of(run%cut, run%model))
+      end if
     end associate
   end subroutine run_step
 
@@ -224,18 +284,20 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: framed
 
-    call start_phase(run%output%timer(phase_results))
+    call begin_phase(run%cache%timers, phase_history)
     framed = run%framed
     run%framed = run%state%step ! where nothing can be written any more
     call put_step(run%output, run%model, run%cache, run%state, report, error)
     if (allocated(error)) return
+    call add_step(run%model, run%state, report, run%summary)
     if (frame_due(scene%settings, run%state)) then
+      call begin_phase(run%cache%timers, phase_frames)
       call put_frame(run%output, run%model, run%cache, run%state, run%watch, error)
       if (allocated(error)) return
     else
       run%framed = framed
     end if
-    call stop_phase(run%output%timer(phase_results))
+    call begin_phase(run%cache%timers, phase_other)
   end subroutine write_step
 
 end module scree_simulation

@@ -160,7 +160,7 @@ contains
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       associate (b => model%elements%block(e))
-        bodies%way(b) = max(bodies%way(b), most_moved(model%model, values_of(model%elements, e, d), &
+        bodies%way(b) = max(bodies%way(b), most_moved(model%model, model%effects%rotation, values_of(model%elements, e, d), &
                                                       2*(bodies%radius(b) + bodies%moved(b))))
       end associate
     end do
@@ -186,7 +186,7 @@ contains
       associate (F => state%deformation(:, e)) ! which shortens no edge more than this
         local = bodies%shortest(b)*max(0.0_dp, 0.99_dp*(F(1)*F(4) - F(2)*F(3))/sqrt(sum(F**2)))
       end associate
-      keeps_clear = most_moved(model%model, values_of(model%elements, e, d) &
+      keeps_clear = most_moved(model%model, model%effects%rotation, values_of(model%elements, e, d) &
                                - dt*values_of(model%elements, e, state%velocity), 2*(bodies%radius(b) + bodies%moved(b))) &
                     <= at_rest*local + min(margin, model%effects%contact%leap*local)
       if (.not. keeps_clear) return

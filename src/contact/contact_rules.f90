@@ -47,7 +47,7 @@ module scree_contact_rules
     logical :: judges_prediction = .true.      !! contacts are judged once before the first solution
     logical :: repeats_first_of_run = .false.  !! the first solution of a run is followed by another, settled or not
     logical :: counts_progress = .true.        !! iterations that leave fewer states changing are not counted as stalled
-    integer :: most_stalled = 4                !! iterations, before it is given up
+    integer :: most_stalled = 3                !! iterations, before it is given up
     logical :: settles_always = .true.         !! as a friction problem, and by the balance of forces; else the step is cut
   end type iteration_rules_t
 

@@ -19,17 +19,22 @@ module scree_setting_rules
   !> Some settings, or a choice of one, go only with another setting.
   type :: setting_rule_t
     character(len=180) :: names  !! group.name; several between ', '
-    character(len=15) :: value   !! the choice that the rule is about; '': whatever the deck gives
+    character(len=60) :: value   !! the choice that the rule is about, or several between bars; '': whatever the deck gives
     character(len=40) :: other   !! group.name, several between ' or '; or g2 or k01 of the numbers of the deck
-    character(len=25) :: allowed !! choices between bars, or one of the conditions above
+    character(len=60) :: allowed !! choices between bars, or one of the conditions above
     logical :: idle              !! the rule broken, the settings do nothing; else they do harm
     character(len=102) :: why
   end type setting_rule_t
 
+  !> What moves a block of small strain otherwise than by its field.
+  character(len=*), parameter :: cures = 'exact|adjusted|second_order|trigonometric|exponential'
+  !> Integrators to compare with.
+  character(len=*), parameter :: compared = 'generalized_alpha|central_difference'
+
   type(setting_rule_t), parameter :: setting_rules(*) = [ &
-    setting_rule_t('method.rotation', 'exact', 'method.strain', '|small|', .true., 'Green strain moves by the whole field'), &
+    setting_rule_t('method.rotation', cures, 'method.strain', '|small|', .true., 'Green strain moves by the whole field'), &
     setting_rule_t('method.accuracy', '', 'method.strain', '|auto|', .true., 'the others leave nothing to choose'), &
-    setting_rule_t('method.rotation', 'exact', 'method.model', '|dda|', .true., 'covers have no rotation of their own'), &
+    setting_rule_t('method.rotation', cures, 'method.model', '|dda|', .true., 'covers have no rotation of their own'), &
     setting_rule_t('cover.edge, cover.mesh, cover.origin, cover.angle, cover.least', '', 'method.model', '|nmm|', .true., &
                    'a DDA block has its own field, and no mesh'), &
     setting_rule_t('cover.mesh', '', 'cover.edge', is_not_given, .true., 'there is one mesh'), &
@@ -39,11 +44,29 @@ module scree_setting_rules
                    'the energy that it keeps is that of Green strain'), &
     setting_rule_t('integrator.scheme', 'energy_decaying', 'method.strain', '|green|auto|', .false., &
                    'the energy that decays is that of Green strain'), &
+    setting_rule_t('integrator.beta', '', 'integrator.scheme', '|newmark|energy_momentum|energy_decaying|', .true., &
+                   'the others have weights of their own'), &
     setting_rule_t('integrator.gamma', '', 'integrator.scheme', '|newmark|', .true., 'the other forms have one of their own'), &
-    setting_rule_t('integrator.start', 'acceleration', 'integrator.scheme', '|newmark|energy_decaying|', .true., &
-                   'energy_momentum has no acceleration from step to step'), &
+    setting_rule_t('integrator.rho', '', 'integrator.scheme', '|generalized_alpha|', .true., &
+                   'the other forms have no such radius'), &
+    setting_rule_t('integrator.start', 'acceleration', 'integrator.scheme', '|newmark|energy_decaying|generalized_alpha|', .true., &
+                   'the others take no acceleration from step to step, or that of their beginning'), &
+    setting_rule_t('integrator.start', 'dissipative|consistent', 'integrator.scheme', &
+                   '|newmark|energy_momentum|energy_decaying|generalized_alpha|', .true., &
+                   'explicit steps begin with the acceleration of their beginning'), &
     setting_rule_t('integrator.transport', 'rates', 'method.model', '|dda|', .false., 'covers carry a velocity field'), &
     setting_rule_t('step.control', 'shi', 'step.travel', is_positive, .false., 'it keeps that displacement'), &
+    setting_rule_t('step.accuracy', '', 'k01', is_positive, .false., 'a static step has no error in time'), &
+    setting_rule_t('step.accuracy', '', 'step.control', '|fixed|', .false., 'Shi''s rules choose steps by displacement'), &
+    setting_rule_t('step.accuracy', '', 'method.preset', '|none|', .false., 'that is for comparison, step by step'), &
+    setting_rule_t('step.accuracy', '', 'contact.rules', '|coulomb|conserving|', .false., &
+                   'Shi''s contact has no limit as steps get small'), &
+    setting_rule_t('step.accuracy', '', 'output.error', '|estimate|', .false., 'it goes by that'), &
+    setting_rule_t('output.error', 'estimate', 'k01', is_positive, .true., 'a static step has no error in time'), &
+    setting_rule_t('output.error', 'estimate', 'integrator.scheme', '|newmark|energy_momentum|energy_decaying|', .false., &
+                   'the errors of the other forms are not known to it'), &
+    setting_rule_t('output.error', 'estimate', 'method.rotation', '|linear|exact|', .false., &
+                   'what the other cures leave is not known to it'), &
     setting_rule_t('step.sleep', '', 'k01', is_positive, .false., 'a static step has no speed that tells of rest'), &
     setting_rule_t('step.sleep', '', 'step.control', '|fixed|', .false., 'Shi''s rules look at all bodies'), &
     setting_rule_t('step.sleep', '', 'contact.method', '|penalty|augmented|', .true., 'nothing touches that could wake it'), &
@@ -90,6 +113,13 @@ module scree_setting_rules
                    'an impact has no iteration before it to take its friction from'), &
     setting_rule_t('contact.adapt', 'shi', 'g2', is_positive, .false., 'it allows gaps in proportion to g2'), &
     setting_rule_t('contact.adapt', 'shi', 'integrator.scheme', '|newmark|', .false., 'the other form would keep that energy'), &
+    setting_rule_t('integrator.scheme', 'central_difference', 'method.strain', '|small|green|', .false., &
+                   'explicit steps take the same forces with either'), &
+    setting_rule_t('integrator.scheme', compared, 'method.preset', '|none|', .false., 'Shi''s programs step otherwise'), &
+    setting_rule_t('integrator.scheme', compared, 'k01', is_positive, .false., 'a static step has no acceleration'), &
+    setting_rule_t('integrator.scheme', compared, 'step.control', '|fixed|', .false., 'Shi''s programs step otherwise'), &
+    setting_rule_t('integrator.scheme', compared, 'contact.restitution', is_not_given, .false., &
+                   'an impact takes velocities for those of Newmark''s step'), &
     setting_rule_t('fixed_points.stiffness', '', 'fixed_points.method', '|penalty|', .true., &
                    'exact fixed points have no springs'), &
     setting_rule_t('acceleration.file', '', 'acceleration.table', is_not_given, .true., 'there is one ground'), &
@@ -142,7 +172,8 @@ contains
         found = against(rule, scene)
         if (len(found) == 0) cycle
         call fail(error, status_bad_input, where_given(scene, name, trim(rule%other))//': expected '// &
-                  with_value(name, rule%value)//' only '//condition_text(rule)//' ('//trim(rule%why)//'), found '//found)
+                  with_value(name, choice_found(rule, scene, name))//' only '//condition_text(rule)//' ('// &
+                  trim(rule%why)//'), found '//found)
         return
       end do
     end do
@@ -160,7 +191,6 @@ contains
   pure function condition_text(rule) result(text)
     type(setting_rule_t), intent(in) :: rule
     character(len=:), allocatable :: text
-    integer :: i
 
     select case (rule%allowed)
     case (is_given)
@@ -170,15 +200,7 @@ contains
     case (is_positive)
       text = 'with '//trim(rule%other)//' above 0'
     case default
-      text = 'with '//trim(rule%other)//'='''
-      do i = 2, len_trim(rule%allowed) - 1
-        if (rule%allowed(i:i) == '|') then
-          text = text//''' or '''
-        else
-          text = text//rule%allowed(i:i)
-        end if
-      end do
-      text = text//''''
+      text = 'with '//with_value(trim(rule%other), rule%allowed(2:len_trim(rule%allowed) - 1))
     end select
   end function condition_text
 
@@ -218,7 +240,7 @@ contains
 
     concerns = is_given_by(word)
     if (len_trim(rule%value) == 0 .or. .not. allocated(word%value)) return
-    concerns = word%value == rule%value
+    concerns = index('|'//trim(rule%value)//'|', '|'//word%value//'|') > 0
   end function concerns
 
   !> A number of the deck or of a setting.
@@ -247,13 +269,34 @@ contains
     if (len(place) == 0) place = scene%analysis_name
   end function where_given
 
-  !> A setting with a choice in quotes, or alone.
+  !> The choice of a setting that a rule is about, '' where it is about any value.
+  pure function choice_found(rule, scene, name) result(value)
+    type(setting_rule_t), intent(in) :: rule
+    type(scene_t), intent(in) :: scene
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: value
+
+    value = ''
+    if (len_trim(rule%value) > 0) value = scene%words(index_of(scene%words, name))%value
+  end function choice_found
+
+  !> A setting with a choice in quotes, or several that are between bars, or alone.
   pure function with_value(name, value) result(text)
     character(len=*), intent(in) :: name, value
     character(len=:), allocatable :: text
+    integer :: i
 
     text = name
-    if (len_trim(value) > 0) text = name//'='''//trim(value)//''''
+    if (len_trim(value) == 0) return
+    text = name//'='''
+    do i = 1, len_trim(value)
+      if (value(i:i) == '|') then
+        text = text//''' or '''
+      else
+        text = text//value(i:i)
+      end if
+    end do
+    text = text//''''
   end function with_value
 
   !> The name that begins at a place of a list; the place moves on to the next one.

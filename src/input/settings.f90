@@ -10,9 +10,9 @@ module scree_settings
   use scree_named_groups, only: group_begins, groups_end, groups_t, name_has_value, next_item, start_groups, wrong_item
   use scree_scene, only: &
     contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, mass_constant, &
-    mass_follows_area, model_dda, model_nmm, plane_stress, problems_none, scene_t, scheme_energy_decaying, &
-    scheme_energy_momentum, scheme_newmark, settings_t, &
-    start_dissipative, start_zero, strain_auto, strain_small, test_theta, transport_field, transport_rates, word_t
+    mass_follows_area, model_dda, model_nmm, plane_stress, problems_none, rotation_linear, scene_t, scheme_central_difference, &
+    scheme_energy_decaying, scheme_energy_momentum, scheme_generalized_alpha, scheme_newmark, settings_t, &
+    start_dissipative, start_zero, strain_auto, strain_green, strain_small, test_theta, transport_field, transport_rates, word_t
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
   use scree_setting_table, only: blank_words, given_at, index_of, known_groups, put_word, setting_t
   use scree_text, only: number_text
@@ -65,11 +65,15 @@ contains
                               choices='|none|shi|'), s%shi, .false.)
     call row%choice(setting_t('method', 'model', 'DDA blocks, or manifold elements', choices='|dda|nmm|'), s%model, model_dda)
     call row%choice(setting_t('method', 'strain', 'strain of a step; auto: small, but green in elements and steps that need it', &
-                              choices='|small|green|auto|'), s%strain, strain_small)
+                              choices='|small|green|auto|', default='auto; small with preset shi, a rotation and '// &
+                              'central_difference; green with rules conserving'), &
+                    s%strain, default_strain(s))
     call row%real(setting_t('method', 'accuracy', 'largest error of a strain in a step with which strain auto takes it as small', &
                             '1', 0.0_dp, 1.0_dp), s%accuracy, 1e-8_dp, when=s%strain == strain_auto)
-    call row%choice(setting_t('method', 'rotation', 'what moves a block of small strain: its rotation r, or cos r and sin r', &
-                              choices='|linear|exact|'), s%turns_exactly, .false.)
+    call row%choice(setting_t('method', 'rotation', &
+                              'what moves a block of small strain that turns: its field, or a cure of its growth', &
+                              choices='|linear|exact|adjusted|second_order|trigonometric|exponential|'), &
+                    s%rotation, rotation_linear)
     call row%choice(setting_t('method', 'plane', 'what E and nu mean in the plane', choices='|stress|strain|'), &
                     s%plane, plane_stress)
     call row%choice(setting_t('method', 'mass', 'mass of a block: its own, or density times present area', &
@@ -101,32 +105,47 @@ contains
     logical, intent(in) :: dynamic !! steps hand velocity on
     type(settings_t), intent(inout) :: s
 
-    call row%choice(setting_t('integrator', 'scheme', 'integrator', choices='|newmark|energy_momentum|energy_decaying|', &
-                              default='newmark with small strain and in static runs; else energy_decaying; energy_momentum '// &
-                              'with rules conserving'), s%scheme, default_scheme(dynamic, s))
+    call row%choice(setting_t('integrator', 'scheme', 'integrator', &
+                              choices='|newmark|energy_momentum|energy_decaying|generalized_alpha|central_difference|', &
+                              default='newmark with small strain, with gamma and in static runs; else energy_decaying; '// &
+                              'energy_momentum with rules conserving'), &
+                    s%scheme, default_scheme(dynamic, row%given('integrator.gamma'), s))
     call row%real(setting_t('integrator', 'beta', 'weight of the new acceleration in the velocity; 1/2 + chi of energy_...', &
-                            '1', 0.5_dp, 1.0_dp), s%beta, 1.0_dp)
+                            '1', 0.5_dp, 1.0_dp), s%beta, 1.0_dp, &
+                  when=all(s%scheme /= [scheme_generalized_alpha, scheme_central_difference]))
+    call row%real(setting_t('integrator', 'rho', 'spectral radius of generalized_alpha at infinite frequency', '1', 0.0_dp, &
+                            1.0_dp), s%rho, 0.5_dp, when=s%scheme == scheme_generalized_alpha)
     call row%real(setting_t('integrator', 'gamma', 'weight of the new acceleration in the displacement', '1', 0.0_dp, &
                             open=.true., default='(beta + 1/2)^2/4; 1/2 with beta 1 and preset shi'), &
                   s%gamma, merge(0.5_dp, (s%beta + 0.5_dp)**2/4, s%shi .and. .not. s%beta < 1), &
                   when=s%scheme == scheme_newmark)
     call row%choice(setting_t('integrator', 'start', 'first step: as it comes, with beta 1, or from a consistent state', &
                               choices='|zero|dissipative|acceleration|consistent|', &
-                              default='dissipative where beta < 1, else zero'), &
-                    s%start, merge(start_dissipative, start_zero, s%beta < 1))
+                              default='dissipative where beta < 1 and with generalized_alpha, else zero'), &
+                    s%start, merge(start_dissipative, start_zero, s%beta < 1 .or. s%scheme == scheme_generalized_alpha))
     call row%choice(setting_t('integrator', 'transport', 'velocity of a DDA block: a vector field, or Shi''s six rates', &
                               choices='|field|rates|', default='rates with small strain and model dda, else field'), &
                     s%transport, merge(transport_rates, transport_field, s%strain == strain_small .and. s%model == model_dda))
   end subroutine visit_integrator
 
+  !> A new deck takes small strain where it is as good as Green strain, and nowhere else.
+  pure integer function default_strain(s) result(strain)
+    type(settings_t), intent(in) :: s
+
+    strain = strain_auto
+    if (s%rules == rules_conserving) strain = strain_green
+    if (s%shi .or. s%rotation /= rotation_linear .or. s%scheme == scheme_central_difference) strain = strain_small
+  end function default_strain
+
   !> Stiff contacts are to die out in a scene that is left to itself; but energy that is asked to stay stays. A static run is to
   !> balance where a step ends, not in its middle.
-  pure integer function default_scheme(dynamic, s) result(scheme)
-    logical, intent(in) :: dynamic !! steps hand velocity on
+  pure integer function default_scheme(dynamic, has_gamma, s) result(scheme)
+    logical, intent(in) :: dynamic   !! steps hand velocity on
+    logical, intent(in) :: has_gamma !! the scene gives a weight that newmark alone has
     type(settings_t), intent(in) :: s
 
     scheme = scheme_newmark
-    if (s%strain == strain_small) return
+    if (s%strain == strain_small .or. has_gamma) return
     if (s%rules == rules_conserving) scheme = scheme_energy_momentum
     if (s%rules /= rules_conserving .and. dynamic) scheme = scheme_energy_decaying
   end function default_scheme
@@ -151,6 +170,9 @@ contains
       call row%choice(setting_t('step', 'control', &
                                 'the size given, or sizes that Shi''s programs would choose to keep the displacement', &
                                 choices='|fixed|shi|'), s%chooses_step, .false.)
+      call row%real(setting_t('step', 'accuracy', &
+                              'share of its displacement that the run may be off by at its end, for which it chooses steps', '1', &
+                              0.0_dp, 1.0_dp, .true., default='none: steps of the size given'), s%aim)
       call row%real(setting_t('step', 'least', 'a step that must be smaller ends the run', 'time', 0.0_dp, open=.true., &
                               default='1e-6 of the size'), s%least_step, 1e-6_dp*s%step_size)
       call row%real(setting_t('step', 'sleep', &
@@ -275,6 +297,8 @@ contains
                    s%frame_every, 1 + (s%most_steps - 1)/default_frames, when=s%chooses_step .and. .not. s%frame_interval > 0)
     call row%real(setting_t('output', 'interval', 'time from frame to frame, met exactly; instead of every', 'time', 0.0_dp, &
                             open=.true.), s%frame_interval)
+    call row%choice(setting_t('output', 'error', 'estimate of the error of the steps', choices='|none|estimate|', &
+                              default='none; estimate with step.accuracy'), s%estimates_error, s%aim > 0)
     call row%choice(setting_t('output', 'problems', 'friction problems that are written for tools/bench problems: those that '// &
                               'were not solved, or all', choices='|none|failed|all|'), s%problems, problems_none)
     call row%whole(setting_t('output', 'checkpoint', 'frames from one that a restart may go on from to the next; the last is one', &

@@ -17,9 +17,8 @@ module scree_effects
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_drag, add_element_effects, energy_of_fixed_springs, energy_of_weight, loss_by_damping, refresh_elements, &
-      supports_move, &
-            work_of_loads, work_of_supports
+  public :: add_drag, add_element_effects, energy_of_fixed_springs, energy_of_weight, loss_by_damping, power_of_weight, &
+            refresh_elements, supports_move, work_of_loads, work_of_supports
 
   integer, parameter :: n = element_unknowns
 
@@ -178,6 +177,18 @@ contains
       energy = own%mass_ratio*(gravity_energy(weight, own%kinematics) + weight*model%origin(2))
     end associate
   end function energy_of_weight
+
+  !> Rate of the energy of the weight of one element, force per unit thickness times length over time.
+  pure real(dp) function power_of_weight(model, own, e, velocity) result(power)
+    type(model_t), intent(in) :: model
+    type(element_cache_t), intent(in) :: own   !! of the element
+    integer, intent(in) :: e
+    real(dp), intent(in) :: velocity(n)        !! rates of its unknowns
+
+    power = 0.0_dp
+    if (.not. allocated(model%effects%gravity)) return
+    power = own%mass_ratio*model%effects%gravity%weight(e)*dot_product(own%kinematics%at_centroid(2, :), velocity)
+  end function power_of_weight
 
   !> Energy of the springs that hold fixed points.
   pure real(dp) function energy_of_fixed_springs(model, state) result(energy)

@@ -1,14 +1,15 @@
 !> The books of energy and momentum, per unit thickness.
 module scree_energy
-  use scree_effects, only: energy_of_fixed_springs, energy_of_weight, loss_by_damping, supports_move, work_of_loads, &
-      work_of_supports
+  use scree_effects, only: energy_of_fixed_springs, energy_of_weight, loss_by_damping, power_of_weight, supports_move, &
+      work_of_loads, work_of_supports
   use scree_element_term, only: step_rule_t
   use scree_inertia, only: kinetic_energy, momentum
-  use scree_integrator, only: held_weight
+  use scree_integrator, only: held_weight, holds_power
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: books_t, state_t
-  use scree_system, only: values_of
+  use scree_stiffness, only: small_strain_operator
+  use scree_system, only: element_unknowns, values_of
   implicit none
   private
   public :: books_of_fixed, close_books, loss_of_step, stored_energy, work_of_step
@@ -42,9 +43,34 @@ contains
         end associate
       end do
       books%held = held_weight(model%settings)*books%held
+      if (holds_power(model%settings)) books%held = held_in_half_a_step(model, cache, state)
       books%fixed_springs = energy_of_fixed_springs(model, state)
     end associate
   end subroutine close_books
+
+  !> What central differences hold where a step ends: kinetic energy of the velocity half a step ago in place of that of the end,
+  !> less what elastic forces and weight have taken up since. With it energy is exact where stiffness and mass are constant
+  !> (doc/theory.md, section 3).
+  pure real(dp) function held_in_half_a_step(model, cache, state) result(held)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    real(dp) :: halfway(element_unknowns), half
+    integer :: e, k
+
+    held = 0.0_dp
+    if (state%step == 0) return
+    half = 0.5_dp*state%pace%last
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      associate (velocity => values_of(model%elements, e, state%velocity), own => cache%element(e))
+        halfway = velocity - half*values_of(model%elements, e, state%acceleration)
+        held = held + kinetic_energy(own%mass_matrix, halfway) - kinetic_energy(own%mass_matrix, velocity) &
+               - half*(own%kinematics%area*dot_product(state%stress(:, e), matmul(small_strain_operator(own%kinematics), halfway)) &
+                       + power_of_weight(model, own, e, halfway))
+      end associate
+    end do
+  end function held_in_half_a_step
 
   !> Energies of the elements that cannot move, which stay as they are.
   pure type(books_t) function books_of_fixed(model, cache, state) result(books)

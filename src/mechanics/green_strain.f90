@@ -9,6 +9,8 @@
 !>     secant          area G^T B^T w D (B0 + A/2) G       symmetric for omega 1/2
 !>     tangent         area G^T [B^T w D (B0 + A) + omega S2] G    symmetric for omega 1 and w 1
 !>
+!> Where the balance takes a share of the forces at the end alone, the rest are those of the beginning, area G^T B0^T sigma0.
+!>
 !> with A(theta) = [u_X v_X 0 0; 0 0 u_Y v_Y; u_Y v_Y u_X v_X] (the paper prints its third row wrongly)
 !> and S2 = [Sxx I, Sxy I; Sxy I, Syy I].
 module scree_green_strain
@@ -66,9 +68,15 @@ contains
     real(dp), intent(in) :: unknown(element_unknowns) !! of the step so far
     type(step_rule_t), intent(in) :: rule
     type(term_t), intent(inout) :: term
-    real(dp) :: theta(4), B(3, 4), S(3), M(4, 4), omega, wD(3, 3), share
+    real(dp) :: theta(4), B(3, 4), S(3), M(4, 4), omega, wD(3, 3), share, force(4)
     integer :: k
 
+    if (.not. rule%end_weight > 0) then
+      B = strain_operator([0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], 0.0_dp)
+      call add_force(term, -element%area*matmul(matmul(stress, B), element%gradient), &
+                     element%area*matmul(matmul(abs(stress), abs(B)), abs(element%gradient)))
+      return
+    end if
     omega = rule%operator_weight
     theta = matmul(element%gradient, unknown)
     B = strain_operator(theta, omega)
@@ -85,9 +93,14 @@ contains
       end do
     end if
     term%symmetric = term%symmetric .and. has_symmetric_operator(rule)
+    force = matmul(S, B)
+    if (rule%end_weight < 1) then
+      M = rule%end_weight*M
+      force = rule%end_weight*force + (1 - rule%end_weight)*matmul(stress, strain_operator(theta, 0.0_dp))
+    end if
     associate (G => element%gradient)
       term%matrix = term%matrix + element%area*matmul(transpose(G), matmul(M, G))
-      call add_force(term, -element%area*matmul(matmul(S, B), G), &
+      call add_force(term, -element%area*matmul(force, G), &
                      element%area*matmul(matmul(abs(stress) + matmul(abs(wD), green_strain(abs(theta))), abs(B)), abs(G)))
     end associate
   end subroutine add_green_strain

@@ -26,7 +26,8 @@ contains
   end function mass_matrix
 
   !> Adds M / (gamma dt^2) to the matrix and the forces of the acceleration of the step,
-  !> a = (d - v dt) / (gamma dt^2) - (1/2 - gamma)/gamma a0 (Zhang et al. 2019, Eq. 5; Shi: 2 M/dt^2, 2 M v/dt).
+  !> a = (d - v dt) / (gamma dt^2) - (1/2 - gamma)/gamma a0 (Zhang et al. 2019, Eq. 5; Shi: 2 M/dt^2, 2 M v/dt); where the
+  !> balance takes a share of it, of the rest of a0.
   pure subroutine add_inertia(M, velocity, acceleration, unknown, rule, term)
     real(dp), intent(in) :: M(n, n)
     real(dp), intent(in) :: velocity(n), acceleration(n) !! at the beginning of the step
@@ -36,8 +37,8 @@ contains
     real(dp) :: c, carried(n)
 
     associate (gamma => rule%displacement_weight)
-      c = 1/(gamma*rule%dt**2)
-      carried = c*rule%dt*velocity + rule%carried_weight/gamma*acceleration
+      c = rule%inertia_weight/(gamma*rule%dt**2)
+      carried = c*rule%dt*velocity + (rule%inertia_weight*rule%carried_weight/gamma - (1 - rule%inertia_weight))*acceleration
     end associate
     term%matrix = term%matrix + c*M
     call add_force(term, matmul(M, carried))

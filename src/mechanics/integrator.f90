@@ -1,4 +1,4 @@
-!> The integrators: five weights, and the velocity and acceleration at the end of a step.
+!> The integrators: the weights of a step, and the velocity and acceleration at its end.
 !>
 !> Newmark in the letters of Zhang et al. 2019 (their beta weighs the velocity, their gamma the displacement):
 !>
@@ -11,15 +11,27 @@
 !> is the same with gamma 1/2 + chi^2/4, so that what is stiffer than the step can follow dies out; the acceleration of the step
 !> before turns with its block (`scree_turning`).
 !>
-!> The velocity feels the loads of a step about its end less (beta - 1/2) dt: they act with their mean over dt there. A static
-!> step begins at rest whatever was before, and Shi's takes no mean: they feel the loads of their end.
+!> The velocity feels the loads of a step about its end less (beta - 1/2) dt, its lag: they act with their mean over dt there. A
+!> static step begins at rest whatever was before, and Shi's takes no mean: they feel the loads of their end.
+!>
+!> Generalized-alpha (Chung & Hulbert, J. Appl. Mech. 60, 1993) has Newmark's kinematics and balances between beginning and end,
+!>
+!>     M [(1 - alpha_m) a1 + alpha_m a0] + (1 - alpha_f) f(d) + alpha_f f(0) = loads at the end less alpha_f dt
+!>     alpha_m = (2 rho - 1)/(rho + 1),   alpha_f = rho/(rho + 1),   beta = 1/2 - alpha_m + alpha_f,   gamma = (beta + 1/2)^2/4,
+!>
+!> f the elastic forces, rho the spectral radius at infinite frequency. Contacts press with the force of the end of the step.
+!>
+!> Central differences balance at the beginning: M a1 + f(0) = loads there, d = dt v(1/2), v(1/2) = v(-1/2) + (dt0 + dt)/2 a1, dt0
+!> the step before. With v0 = v(-1/2) + dt0/2 a0, which is of second order for the velocity where the step begins, these are
+!> Newmark's with beta 3/2 and gamma 1 (in equal steps). Contacts are those of the end (Carpenter, Taylor & Katona 1991).
 module scree_integrator
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
-  use scree_scene, only: scheme_energy_decaying, scheme_newmark, settings_t, start_dissipative, transport_field
+  use scree_scene, only: scheme_central_difference, scheme_energy_decaying, scheme_generalized_alpha, scheme_newmark, settings_t, &
+                         start_dissipative, transport_field
   implicit none
   private
-  public :: end_rates, held_weight, step_rule_for, turns_acceleration
+  public :: end_rates, held_weight, holds_power, step_rule_for, turns_acceleration
 
 contains
 
@@ -49,10 +61,24 @@ contains
       rule%load_from = rule%end_time
       rule%load_to = rule%end_time
     else
-      rule%load_from = time + (1 - rule%velocity_weight)*dt
+      rule%load_from = time + (0.5_dp - rule%lag)*dt
       rule%load_to = rule%load_from + dt
     end if
+    if (settings%scheme == scheme_central_difference) call kick(time, merge(before, 0.0_dp, step > 0), rule)
   end function step_rule_for
+
+  !> Weights of a step of central differences: its acceleration acts over half the step before, if any, and half of its own.
+  pure subroutine kick(time, before, rule)
+    real(dp), intent(in) :: time
+    real(dp), intent(in) :: before            !! size of the step before it, 0 for the first, time
+    type(step_rule_t), intent(inout) :: rule
+
+    rule%displacement_weight = 0.5_dp*(1 + before/rule%dt)
+    rule%velocity_weight = 0.5_dp + rule%displacement_weight
+    rule%carried_weight = 0.5_dp - rule%displacement_weight
+    rule%load_from = time - 0.5_dp*before
+    rule%load_to = time + 0.5_dp*rule%dt
+  end subroutine kick
 
   !> The weights of a scheme.
   pure type(step_rule_t) function weights_of(settings) result(rule)
@@ -62,6 +88,18 @@ contains
     case (scheme_newmark)
       rule%velocity_weight = settings%beta
       rule%displacement_weight = settings%gamma
+      rule%lag = settings%beta - 0.5_dp
+    case (scheme_generalized_alpha)
+      associate (rho => settings%rho)
+        rule%inertia_weight = (2 - rho)/(1 + rho)
+        rule%end_weight = 1/(1 + rho)
+        rule%velocity_weight = 0.5_dp*(3 - rho)/(1 + rho)
+        rule%displacement_weight = 1/(1 + rho)**2
+        rule%lag = rho/(1 + rho)
+      end associate
+    case (scheme_central_difference)
+      rule%end_weight = 0.0_dp
+      rule%lag = 1.0_dp
     case default
       rule%operator_weight = 0.5_dp
       rule%stress_weight = settings%beta ! 1/2 + chi
@@ -70,14 +108,23 @@ contains
   end function weights_of
 
   !> Excess of gamma over beta/2: that share of M (a dt)^2/2 is held by the integrator, and may come back (doc/theory.md,
-  !> section 3).
+  !> section 3). Of generalized-alpha no such share is known, and what central differences hold is another.
   pure real(dp) function held_weight(settings)
     type(settings_t), intent(in) :: settings
     type(step_rule_t) :: rule
 
+    held_weight = 0.0_dp
+    if (any(settings%scheme == [scheme_central_difference, scheme_generalized_alpha])) return
     rule = weights_of(settings)
     held_weight = rule%displacement_weight - 0.5_dp*rule%velocity_weight
   end function held_weight
+
+  !> Whether the integrator holds what elastic forces and weight take up in half a step, as central differences do.
+  pure logical function holds_power(settings)
+    type(settings_t), intent(in) :: settings
+
+    holds_power = settings%scheme == scheme_central_difference
+  end function holds_power
 
   !> Whether the acceleration that a step hands on turns with its block, so that a body that spins stays in the step what it is.
   !> Shi's six rates, which are not a field, turn without this.

@@ -10,7 +10,7 @@
 module scree_interpolation
   use scree_kinds, only: dp
   use scree_regions, only: first_vertex_of, last_vertex_of
-  use scree_scene, only: model_dda, transport_rates
+  use scree_scene, only: model_dda, rotation_exact, transport_rates
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_state, only: state_t
   use scree_system, only: element_unknowns, system_t
@@ -105,15 +105,17 @@ contains
         + (position(2) - element%centroid(2))*element%gradient(3:4, :)
   end function displacement_matrix
 
-  !> A bound of how far any place of an element goes, none of which is farther than `arm` from its centroid. It holds as well where
-  !> the rotation turns by its sine and cosine.
-  pure real(dp) function most_moved(model, unknown, arm) result(way)
+  !> A bound of how far any place of an element goes, none of which is farther than `arm` from its centroid.
+  pure real(dp) function most_moved(model, rotation, unknown, arm) result(way)
     integer, intent(in) :: model        !! `model_dda` or `model_nmm` of the scene
+    integer, intent(in) :: rotation     !! what moves a block that turns; by sine and cosine no place goes farther
     real(dp), intent(in) :: unknown(n)
     real(dp), intent(in) :: arm         !! length
 
     if (model == model_dda) then
-      way = hypot(unknown(1), unknown(2)) + arm*(abs(unknown(3)) + max(abs(unknown(4)), abs(unknown(5))) + 0.5_dp*abs(unknown(6)))
+      way = abs(unknown(3)) + max(abs(unknown(4)), abs(unknown(5))) + 0.5_dp*abs(unknown(6))
+      if (rotation > rotation_exact) way = way*(1 + way)
+      way = hypot(unknown(1), unknown(2)) + arm*way
     else ! its places lie within the nodes of the covers
       way = max(hypot(unknown(1), unknown(2)), hypot(unknown(3), unknown(4)), hypot(unknown(5), unknown(6)))
     end if

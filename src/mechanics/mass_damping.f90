@@ -16,8 +16,8 @@ module scree_mass_damping
 
 contains
 
-  !> Adds -alpha M v with v = (2 - 2 beta) v1 + (2 beta - 1) d/dt, the velocity at the time of the balance, linear in the
-  !> unknowns: d/dt for beta 1, the velocity at the end for beta 1/2 (doc/theory.md, section 3).
+  !> Adds -alpha M v with v = (1 - 2 lag) v1 + 2 lag d/dt, the velocity at the time of the balance, linear in the
+  !> unknowns: d/dt for beta 1, the velocity at the end for beta 1/2, whose lag is beta - 1/2 (doc/theory.md, section 3).
   pure subroutine add_mass_damping(self, M, velocity, acceleration, unknown, rule, term)
     type(mass_damping_t), intent(in) :: self
     real(dp), intent(in) :: M(n, n)                      !! consistent, mass/length
@@ -28,7 +28,7 @@ contains
     real(dp) :: at_end, c, carried(n)
 
     associate (beta => rule%velocity_weight, gamma => rule%displacement_weight, dt => rule%dt)
-      at_end = 2 - 2*beta
+      at_end = 1 - 2*rule%lag
       c = (at_end*beta/gamma + 1 - at_end)/dt
       carried = at_end*((1 - beta/gamma)*velocity + (1 - beta - rule%carried_weight*beta/gamma)*dt*acceleration)
     end associate

@@ -11,9 +11,10 @@ module scree_model
   use scree_kinds, only: dp
   use scree_mass_damping, only: mass_damping_t
   use scree_point_load, only: point_load_t
-  use scree_scene, only: settings_t
+  use scree_scene, only: rotation_linear, settings_t
   use scree_state, only: books_t
   use scree_system, only: element_unknowns, system_t
+  use scree_timers, only: timers_t
   implicit none
   private
   public :: cache_t, effects_t, element_cache_t, model_t
@@ -26,7 +27,7 @@ module scree_model
     logical :: large_deformation = .false.         !! stress and stiffness turn and stretch with their element
     !> Error of a strain in a step up to which an element takes small strain; not allocated: all take one strain for ever.
     real(dp), allocatable :: accuracy
-    logical :: turns_exactly = .false.             !! blocks move by cos and sin of their rotation, with small strain
+    integer :: rotation = rotation_linear          !! what moves a block of small strain that turns
     logical :: mass_follows_area = .false.         !! as in Shi's programs
     real(dp) :: carried = 1.0_dp                   !! share of the velocity that a step hands on (Shi: k01)
     integer :: transport = 0                       !! `transport_field` or `transport_rates` of the scene
@@ -63,6 +64,7 @@ module scree_model
     type(books_t) :: fixed                           !! energies of elements that cannot move
     type(contact_search_t) :: search                 !! who is near whom
     type(equations_t) :: equations                   !! pattern and factor
+    type(timers_t) :: timers                         !! what the run costs; no bit of it follows from them
   end type cache_t
 
 end module scree_model

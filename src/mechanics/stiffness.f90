@@ -39,7 +39,7 @@ contains
     real(dp) :: B(3, element_unknowns), DB(3, element_unknowns), theta(4)
 
     B = small_strain_operator(element)
-    DB = element%area*rule%stress_weight*matmul(D, B)
+    DB = element%area*rule%stress_weight*rule%end_weight*matmul(D, B)
     theta = matmul(element%gradient, unknown)
     term%matrix = term%matrix + matmul(transpose(B), DB)
     call add_force(term, -element%area*matmul(stress, B) - matmul(small_strain(theta), DB), &

@@ -12,7 +12,7 @@ module scree_turning
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
-  use scree_system, only: values_of
+  use scree_system, only: element_unknowns, values_of
   implicit none
   private
   public :: acceleration_of_spin, turn_acceleration
@@ -51,7 +51,7 @@ contains
       end associate
     end do
     where (area > 0) spin = spin/area
-    associate (dt => model%settings%step_size)
+    associate (dt => state%pace%size)
       acceleration = (turned_field(model, cache, 2*atan(0.5_dp*dt*spin), state%velocity) - state%velocity)/dt
     end associate
   end function acceleration_of_spin
@@ -63,55 +63,54 @@ contains
     real(dp), intent(in) :: angle(:)           !! (n_blocks) rad
     real(dp), intent(in) :: rates(:)           !! (n_unknowns)
     real(dp) :: turned(size(rates))
-    real(dp) :: base(2, model%n_blocks)
-    logical :: turns(model%n_blocks)
-    integer :: e, k
+    integer :: from, to
 
-    turns = abs(angle) > 0
-    base = mean_vectors(model, cache, rates)
+    turned = rates
+    from = 1
+    associate (free => model%elements%free, block => model%elements%block)
+      do to = 1, size(free)
+        if (to < size(free)) then
+          if (block(free(to + 1)) == block(free(to))) cycle
+        end if
+        if (abs(angle(block(free(to)))) > 0) call turn_block(model, cache, free(from:to), angle(block(free(to))), turned)
+        from = to + 1
+      end do
+    end associate
+  end function turned_field
+
+  !> Turns rates in one block, about its mean over the mass, or about zero where it is held; where supports move it stays.
+  pure subroutine turn_block(model, cache, members, angle, rates)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    integer, intent(in) :: members(:)          !! elements of the block
+    real(dp), intent(in) :: angle              !! rad
+    real(dp), intent(inout) :: rates(:)        !! (n_unknowns)
+    real(dp) :: mass, mean(2), before(element_unknowns, size(members))
+    integer :: i, k
+
+    mass = 0.0_dp
+    mean = 0.0_dp
+    do i = 1, size(members)
+      before(:, i) = values_of(model%elements, members(i), rates)
+      associate (own => cache%element(members(i)))
+        mass = mass + own%mass
+        mean = mean + own%mass*matmul(own%kinematics%at_centroid, before(:, i))
+      end associate
+    end do
+    if (mass > 0) mean = mean/mass
     if (allocated(model%effects%fixed_point)) then
       associate (points => model%effects%fixed_point)
-        do e = 1, model%n_elements
-          associate (block => model%elements%block(e))
-            if (points%first(e + 1) > points%first(e)) base(:, block) = 0.0_dp
-            do k = points%first(e), points%first(e + 1) - 1
-              if (allocated(points%table(k)%time)) turns(block) = .false.
-            end do
-          end associate
+        do i = 1, size(members)
+          if (points%first(members(i) + 1) > points%first(members(i))) mean = 0.0_dp
+          do k = points%first(members(i)), points%first(members(i) + 1) - 1
+            if (allocated(points%table(k)%time)) return
+          end do
         end do
       end associate
     end if
-    turned = rates
-    do k = 1, size(model%elements%free)
-      e = model%elements%free(k)
-      associate (block => model%elements%block(e))
-        if (turns(block)) turned(model%elements%unknown(:, e)) = &
-            turned_rates(model%model, angle(block), base(:, block), values_of(model%elements, e, rates))
-      end associate
+    do i = 1, size(members)
+      rates(model%elements%unknown(:, members(i))) = turned_rates(model%model, angle, mean, before(:, i))
     end do
-  end function turned_field
-
-  !> Mean over the mass of each block of a field of rates.
-  pure function mean_vectors(model, cache, rates) result(mean)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    real(dp), intent(in) :: rates(:)           !! (n_unknowns)
-    real(dp) :: mean(2, model%n_blocks)
-    real(dp) :: mass(model%n_blocks)
-    integer :: e, k
-
-    mean = 0.0_dp
-    mass = 0.0_dp
-    do k = 1, size(model%elements%free)
-      e = model%elements%free(k)
-      associate (block => model%elements%block(e), own => cache%element(e))
-        mass(block) = mass(block) + own%mass
-        mean(:, block) = mean(:, block) + own%mass*matmul(own%kinematics%at_centroid, values_of(model%elements, e, rates))
-      end associate
-    end do
-    do k = 1, model%n_blocks
-      if (mass(k) > 0) mean(:, k) = mean(:, k)/mass(k)
-    end do
-  end function mean_vectors
+  end subroutine turn_block
 
 end module scree_turning

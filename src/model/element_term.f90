@@ -27,7 +27,7 @@ module scree_element_term
     real(dp) :: scale(2*n) = 0.0_dp       !! sum of the magnitudes of the forces
   end type pair_term_t
 
-  !> The integrator in one step: five weights (doc/theory.md, section 3).
+  !> The integrator in one step: its weights (doc/theory.md, section 3).
   type :: step_rule_t
     real(dp) :: dt = 0.0_dp               !! time
     real(dp) :: velocity_weight = 1.0_dp  !! beta of Zhang et al. 2019
@@ -35,6 +35,9 @@ module scree_element_term
     real(dp) :: carried_weight = 0.0_dp   !! of the old acceleration in the displacement; 1/2 - gamma where steps are equal
     real(dp) :: stress_weight = 1.0_dp    !! share of the step's stress increment in the balance
     real(dp) :: operator_weight = 1.0_dp  !! omega in B0 + omega A(theta): 1 end of step, 1/2 energy-momentum
+    real(dp) :: inertia_weight = 1.0_dp   !! share of the end in the inertia that balances; the rest is that of the beginning
+    real(dp) :: end_weight = 1.0_dp       !! likewise in the elastic forces
+    real(dp) :: lag = 0.5_dp              !! of what balances, loads and damping, behind the end of the step; over its size
     real(dp) :: load_from = 0.0_dp        !! the balance takes loads and the ground with their means from here
     real(dp) :: load_to = 0.0_dp          !! to here
     real(dp) :: end_time = 0.0_dp         !! of the step

@@ -18,11 +18,16 @@ module scree_scene
   integer, parameter, public :: model_dda = 1, model_nmm = 2
   !> Strain of a step: the same for all elements, or Green strain where small strain would be off by more than is asked.
   integer, parameter, public :: strain_small = 1, strain_green = 2, strain_auto = 3
+  !> What moves a block of small strain that turns (`finite_rotation`): its linear field, or the cures of its growth.
+  integer, parameter, public :: rotation_linear = 1, rotation_exact = 2, rotation_adjusted = 3, rotation_second_order = 4, &
+                                rotation_trigonometric = 5, rotation_exponential = 6
   integer, parameter, public :: plane_stress = 1, plane_strain = 2
   !> Mass of a block: constant, or density times the present area (Shi's programs).
   integer, parameter, public :: mass_constant = 1, mass_follows_area = 2
-  !> Integrator: Newmark in the letters of Zhang et al. 2019, the energy-momentum form, or that which dissipates.
-  integer, parameter, public :: scheme_newmark = 1, scheme_energy_momentum = 2, scheme_energy_decaying = 3
+  !> Integrator: Newmark in the letters of Zhang et al. 2019, the energy-momentum form, or that which dissipates; to compare with,
+  !> the generalized-alpha method, and explicit central differences.
+  integer, parameter, public :: scheme_newmark = 1, scheme_energy_momentum = 2, scheme_energy_decaying = 3, &
+                                scheme_generalized_alpha = 4, scheme_central_difference = 5
   !> First step: as it comes, one step with beta 1, consistent acceleration, or that and the stress to it.
   integer, parameter, public :: start_zero = 1, start_dissipative = 2, start_acceleration = 3, start_consistent = 4
   !> Velocity of a DDA block from step to step: a vector field, or Shi's six rates.
@@ -96,7 +101,7 @@ module scree_scene
     integer :: model = model_dda
     integer :: strain = strain_small
     real(dp) :: accuracy = 1e-8_dp          !! error of a strain in a step that small strain may have, where the scene chooses
-    logical :: turns_exactly = .false.      !! blocks of small strain move by cos and sin of their rotation
+    integer :: rotation = rotation_linear   !! what moves a block of small strain that turns
     integer :: plane = plane_stress
     integer :: mass = mass_constant
     real(dp) :: cover_edge = 0.0_dp         !! of the triangles of the regular mathematical mesh, 0: none, length
@@ -107,6 +112,7 @@ module scree_scene
     integer :: scheme = scheme_newmark
     real(dp) :: beta = 1.0_dp               !! weight of the new acceleration in the velocity
     real(dp) :: gamma = 0.5_dp              !! weight of the new acceleration in the displacement
+    real(dp) :: rho = 0.5_dp                !! spectral radius of generalized-alpha at infinite frequency
     integer :: start = start_zero
     integer :: transport = transport_rates
     real(dp) :: step_size = 0.0_dp          !! largest step, time
@@ -115,6 +121,7 @@ module scree_scene
     real(dp) :: travel = huge(1.0_dp)       !! of a vertex in a step, at most, over half the size of the model
     logical :: chooses_step = .false.       !! by Shi's rules, from the displacement that a step may have
     real(dp) :: least_step = 0.0_dp         !! a step that must be smaller ends the run, time
+    real(dp) :: aim = 0.0_dp                !! share of its displacement that the run may be off by; 0: steps as given
     real(dp) :: sleep = 0.0_dp              !! share of weight and speed below which bodies at rest fall asleep, 0: none does
     integer :: iterate = iterate_hybrid
     integer :: test = test_theta
@@ -142,6 +149,7 @@ module scree_scene
     integer :: frame_every = 0              !! steps from frame to frame; 0 where time counts
     integer :: checkpoint_every = 0         !! frames from checkpoint to checkpoint; 0: one where the run ends
     real(dp) :: frame_interval = 0.0_dp     !! time from frame to frame, met by steps; 0 where another counts
+    logical :: estimates_error = .false.    !! of the steps
     integer :: problems = problems_none     !! of friction, that are written to the results
     ! what follows from these and the numbers of the deck
     logical :: loads_at_end = .false.       !! steps feel the loads of their end, not their mean
@@ -170,6 +178,7 @@ module scree_scene
     logical :: with_xdmf = .false.
     logical :: with_classic = .false.       !! output of a run in Shi's form
     logical :: quiet = .false.
+    logical :: with_json = .false.          !! a summary of a run as a JSON object
     logical :: strict = .false.             !! a model that calls for warnings does not run
   end type run_options_t
 

@@ -5,7 +5,7 @@ module scree_state
   use scree_kinds, only: dp
   implicit none
   private
-  public :: books_t, pace_t, sleep_t, state_t
+  public :: books_t, deviation_t, pace_t, sleep_t, state_t
 
   !> Energy at one time, what has come and gone since the start, and momentum about the origin of the decks.
   type :: books_t
@@ -42,6 +42,25 @@ module scree_state
     integer :: count(3) = 0                    !! contacts open, sliding, locked
   end type sleep_t
 
+  !> How far the run is estimated to be off, by what the steps so far have made of it. Of a block x, y and the rotation times its
+  !> radius of gyration: their norm is the root mean square over the block.
+  type :: deviation_t
+    real(dp), allocatable :: from(:, :)        !! (2, n_blocks) where its centroid began, length
+    real(dp), allocatable :: place(:, :)       !! (3, n_blocks) error of the place, length
+    real(dp), allocatable :: motion(:, :)      !! (3, n_blocks) of the velocity, length/time
+    real(dp), allocatable :: growth(:)         !! (n_blocks) area that small strain has made, over the area
+    real(dp), allocatable :: impact(:)         !! (n_blocks) what the instants of impacts may have moved, length
+    real(dp), allocatable :: acceleration(:, :) !! (3, n_blocks) mean of the last step, length/time^2
+    real(dp), allocatable :: restoring(:, :)   !! (2, n_blocks) what `restoring_rate` is the quotient of
+    real(dp), allocatable :: slow(:, :)        !! (7, n_blocks) means of velocity, acceleration and squared velocity
+    real(dp), allocatable :: pace(:, :)        !! (5, n_blocks) sums of late: what steps add, its size, and that of steps
+    logical, allocatable :: smooth(:)          !! (n_blocks) none of its contacts opened or closed in the last step
+    real(dp) :: way = 0.0_dp                   !! largest displacement of a block so far, length
+    real(dp) :: step = 0.0_dp                  !! largest error of the last step, length
+    real(dp) :: excess = 1.0_dp                !! size of the last step over that which the accuracy asked for
+    integer :: rough = 0                       !! blocks whose contacts opened or closed in the last step
+  end type deviation_t
+
   !> Positions, motion, stress and the memory of contacts at one time.
   type :: state_t
     real(dp) :: time = 0.0_dp
@@ -60,6 +79,7 @@ module scree_state
     type(factored_t), allocatable :: factored(:) !! matrices whose factors the solutions of the next step go on from
     type(contact_memory_t) :: contacts
     type(sleep_t), allocatable :: sleep        !! where the scene lets bodies sleep
+    type(deviation_t), allocatable :: deviation !! where the scene asks for it
     type(books_t) :: books
   end type state_t
 

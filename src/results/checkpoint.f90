@@ -9,7 +9,7 @@ module scree_checkpoint
   use scree_kinds, only: dp
   use scree_factored, only: factored_t
   use scree_results_file, only: declare_series, put_series, results_t, rows_of_series, store_words
-  use scree_state, only: books_t, sleep_t, state_t
+  use scree_state, only: books_t, deviation_t, sleep_t, state_t
   use scree_watch, only: watch_t
   implicit none
   private
@@ -132,6 +132,7 @@ contains
     call visit_factored(archive, state%factored)
     call visit_contacts(archive, state%contacts)
     call visit_sleep(archive, state%sleep)
+    call visit_deviation(archive, state%deviation)
     call visit_books(archive, state%books)
     call archive%part('watch%energy', watch%energy)
     call archive%part('watch%scale', watch%scale)
@@ -256,6 +257,31 @@ contains
     call visit_list(archive, own%contact)
     if (archive%reading .and. allocated(own%island)) call move_alloc(own, sleep)
   end subroutine visit_sleep
+
+  !> How far the run is off. Where nothing asks for it, and a file has it, it goes on; where a file has none, it begins.
+  subroutine visit_deviation(archive, deviation)
+    type(archive_t), intent(inout) :: archive
+    type(deviation_t), allocatable, intent(inout) :: deviation
+    type(deviation_t), allocatable :: own
+
+    if (allocated(deviation) .and. .not. archive%reading) own = deviation
+    if (.not. allocated(own)) allocate (own)
+    call archive%array('deviation%from', own%from)
+    call archive%array('deviation%place', own%place)
+    call archive%array('deviation%motion', own%motion)
+    call archive%array('deviation%growth', own%growth)
+    call archive%array('deviation%impact', own%impact)
+    call archive%array('deviation%acceleration', own%acceleration)
+    call archive%array('deviation%restoring', own%restoring)
+    call archive%array('deviation%slow', own%slow)
+    call archive%array('deviation%pace', own%pace)
+    call archive%array('deviation%smooth', own%smooth)
+    call archive%part('deviation%way', own%way)
+    call archive%part('deviation%step', own%step)
+    call archive%part('deviation%excess', own%excess)
+    call archive%part('deviation%rough', own%rough)
+    if (archive%reading .and. allocated(own%place)) call move_alloc(own, deviation)
+  end subroutine visit_deviation
 
   !> A list of contacts.
   subroutine visit_list(archive, contact)

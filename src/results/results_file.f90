@@ -16,6 +16,7 @@ module scree_results_file
                                 reserve_disk, rows_t, write_text, write_whole, write_words
   use scree_interruption, only: ignore_size_limit
   use scree_kinds, only: dp
+  use scree_timers, only: cost_t
   use scree_xdmf, only: add_xdmf_frame, begin_xdmf, may_replace_xdmf, xdmf_path, xdmf_t
   implicit none
   private
@@ -35,7 +36,7 @@ module scree_results_file
     end function c_rename
   end interface
 
-  public :: abandon_results, add_frame, check_targets, close_results, cost_row_t, count_frames, declare_series, layout_t, &
+  public :: abandon_results, add_frame, check_targets, close_results, count_frames, declare_series, layout_t, &
             make_room, open_results, put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, &
             work_row_t
 
@@ -65,14 +66,6 @@ module scree_results_file
     integer :: n = 0                        !! numbers that wait
     real(dp), allocatable :: waiting(:)
   end type series_t
-
-  !> One line of the table of costs.
-  type :: cost_row_t
-    character(len=32) :: phase
-    integer :: calls = 0
-    real(dp) :: wall = 0.0_dp               !! s
-    real(dp) :: processor = 0.0_dp          !! s
-  end type cost_row_t
 
   !> One line of the table of work.
   type :: work_row_t
@@ -608,10 +601,10 @@ contains
   !>
   !> The status has its room in the file, so a full disk cannot keep it out: it says of a run that was complete that it stopped
   !> there. A file that never came to the disk is taken away.
-  subroutine close_results(results, status_text, costs, work, error)
+  subroutine close_results(results, status_text, cost, work, error)
     type(results_t), intent(inout) :: results
     character(len=*), intent(in) :: status_text  !! complete, cut, interrupted, or stopped: reason
-    type(cost_row_t), intent(in) :: costs(:)
+    type(cost_t), intent(in) :: cost(:)
     type(work_row_t), intent(in) :: work(:)
     type(error_t), allocatable, intent(out) :: error
     type(error_t), allocatable :: status_error
@@ -622,7 +615,7 @@ contains
     if (results%file < 0) return
     call release_space(results, bytes_of_waiting(results) + closing_bytes, error)
     if (.not. allocated(error)) call append_waiting(results, error)
-    if (.not. allocated(error)) call write_costs(results%file, costs, work, error)
+    if (.not. allocated(error)) call write_costs(results%file, cost, work, error)
     if (allocated(error) .and. any(status_text == [character(len=8) :: 'complete', 'cut'])) then
       call store_text(results, 'status', 'stopped: '//error%message, status_error)
     else
@@ -672,19 +665,21 @@ contains
   end subroutine abandon_results
 
   !> The tables of costs and of work.
-  subroutine write_costs(file, costs, work, error)
+  subroutine write_costs(file, cost, work, error)
     integer(hid_t), intent(in) :: file
-    type(cost_row_t), intent(in) :: costs(:)
+    type(cost_t), intent(in) :: cost(:)
     type(work_row_t), intent(in) :: work(:)
     type(error_t), allocatable, intent(out) :: error
 
-    call write_words(file, '/cost/phase', costs%phase, error)
+    call write_words(file, '/cost/phase', cost%phase, error)
     if (allocated(error)) return
-    call fixed_rows(file, '/cost/calls', [integer ::], .true., '1', 'calls', real(costs%calls, dp), error)
+    call fixed_rows(file, '/cost/calls', [integer ::], .true., '1', 'how often it began', real(cost%calls, dp), error)
     if (allocated(error)) return
-    call fixed_rows(file, '/cost/wall_seconds', [integer ::], .false., 's', 'wall-clock time', costs%wall, error)
+    call fixed_rows(file, '/cost/wall_seconds', [integer ::], .false., 's', 'wall-clock time', cost%wall, error)
     if (allocated(error)) return
-    call fixed_rows(file, '/cost/processor_seconds', [integer ::], .false., 's', 'processor time', costs%processor, error)
+    call fixed_rows(file, '/cost/processor_seconds', [integer ::], .false., 's', 'processor time', cost%processor, error)
+    if (allocated(error)) return
+    call fixed_rows(file, '/cost/share', [integer ::], .false., '1', 'share of the wall-clock time', cost%share, error)
     if (allocated(error)) return
     call write_words(file, '/cost/work', work%kind, error)
     if (allocated(error)) return

@@ -5,30 +5,26 @@ module scree_run_output
   use scree_checkpoint, only: checkpoints_t, declare_checkpoints, put_checkpoint
   use scree_classic_output, only: add_classic_frame, begin_classic_output
   use scree_errors, only: error_t
-  use scree_interpolation, only: displacement_matrix
   use scree_islands, only: size_of_equations, work_of_solutions
   use scree_keyholes, only: polygons_of
   use scree_kinds, only: dp
   use scree_linear_solver, only: solver_work_t
   use scree_model, only: cache_t, model_t
   use scree_problem_output, only: store_problem
-  use scree_regions, only: first_vertex_of, joint_between, last_vertex_of
-  use scree_results_file, only: add_frame, close_results, cost_row_t, layout_t, open_results, results_t, store_rows, store_text, &
+  use scree_regions, only: joint_between
+  use scree_results_file, only: add_frame, close_results, layout_t, open_results, results_t, store_rows, store_text, &
                                 store_words, work_row_t
-  use scree_run_records, only: declare_records, put_frame_records, put_step_records, records_t
+  use scree_run_records, only: declare_records, put_frame_records, put_step_records, records_t, velocity_of_vertices
   use scree_scene, only: effect_t, model_nmm, run_options_t, scene_t
   use scree_state, only: state_t
   use scree_time_stepper, only: step_report_t
-  use scree_timers, only: timer_t
+  use scree_timers, only: cost_t
   use scree_watch, only: watch_t
   implicit none
   private
   public :: begin_output, end_output, put_frame, put_problems, put_step, run_output_t, version
 
   character(len=*), parameter :: version = '0.1.0'
-
-  integer, parameter, public :: phase_read = 1, phase_set_up = 2, phase_steps = 3, phase_results = 4
-  character(len=*), parameter :: phase_name(4) = [character(len=12) :: 'read', 'set-up', 'steps', 'results']
 
   !> The results file of a run, and what it is written by.
   type :: run_output_t
@@ -39,7 +35,6 @@ module scree_run_output
     integer :: framed = -1                   !! step of the last frame
     type(layout_t) :: layout
     integer :: n_problems = 0                !! of friction, written so far
-    type(timer_t) :: timer(size(phase_name)) !! of the phases
   end type run_output_t
 
 contains
@@ -106,16 +101,9 @@ contains
     type(state_t), intent(in) :: state
     type(watch_t), intent(in) :: watch
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: position(2, size(state%vertex, 2)), velocity(2, size(state%vertex, 2))
-    integer :: e, k
+    real(dp) :: position(2, size(state%vertex, 2))
 
-    do e = 1, model%n_elements
-      do k = first_vertex_of(model%elements%shape, e), last_vertex_of(model%elements%shape, e)
-        position(:, k) = state%vertex(:, k) + model%origin
-        velocity(:, k) = matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, k)), &
-                                state%velocity(model%elements%unknown(:, e)))
-      end do
-    end do
+    position = state%vertex + spread(model%origin, 2, size(state%vertex, 2))
     call put_frame_records(output%file, output%records, model, cache, state, error)
     if (allocated(error)) return
     associate (n => output%file%n_frames, every => output%checkpoint_every)
@@ -124,7 +112,8 @@ contains
       end if
     end associate
     if (allocated(error)) return
-    call add_frame(output%file, state%time, position, state%vertex - model%start, velocity, state%stress, error)
+    call add_frame(output%file, state%time, position, state%vertex - model%start, velocity_of_vertices(model, cache, state), &
+                   state%stress, error)
     if (allocated(error)) return
     output%framed = state%step
     if (.not. allocated(output%file%classic)) return
@@ -132,12 +121,13 @@ contains
   end subroutine put_frame
 
   !> Writes a checkpoint of the last frame, how the run ended and what it cost, and closes the file.
-  subroutine end_output(output, cache, state, watch, status, error)
+  subroutine end_output(output, cache, state, watch, status, cost, error)
     type(run_output_t), intent(inout) :: output
     type(cache_t), intent(in) :: cache           !! whose equations were solved
     type(state_t), intent(in) :: state           !! the last
     type(watch_t), intent(in) :: watch
     character(len=*), intent(in) :: status
+    type(cost_t), intent(in) :: cost(:)          !! of the phases
     type(error_t), allocatable, intent(out) :: error
     type(solver_work_t) :: work
     integer :: numbers(2)
@@ -146,7 +136,7 @@ contains
       call put_checkpoint(output%file, output%checkpoints, output%file%n_frames - 1, state, watch, error)
     numbers = size_of_equations(cache%equations)
     work = work_of_solutions(cache%equations)
-    call close_results(output%file, status, costs(output%timer), [work_row_t('factors by CHOLMOD', work%symmetric_factors), &
+    call close_results(output%file, status, cost, [work_row_t('factors by CHOLMOD', work%symmetric_factors), &
                        work_row_t('factors by UMFPACK', work%other_factors), &
                        work_row_t('iterations of GMRES', work%iterations), work_row_t('unknowns', numbers(1)), &
                        work_row_t('entries', numbers(2))], error)
@@ -296,15 +286,5 @@ contains
     if (allocated(error)) return
     call store_words(results, '/scene/effect_reasons', reason, error)
   end subroutine describe_scene
-
-  !> The table of costs.
-  function costs(timer) result(rows)
-    type(timer_t), intent(in) :: timer(:)
-    type(cost_row_t), allocatable :: rows(:)
-    integer :: i
-
-    rows = [(cost_row_t(phase_name(i), timer(i)%calls, timer(i)%wall, timer(i)%processor), i=1, size(timer))]
-    rows = pack(rows, timer%calls > 0)
-  end function costs
 
 end module scree_run_output

@@ -2,25 +2,29 @@
 module scree_run_records
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_t, state_open
+  use scree_deviation, only: error_of_blocks, scale_of
   use scree_energy, only: stored_energy
   use scree_errors, only: error_t
-  use scree_integrator, only: held_weight
+  use scree_integrator, only: held_weight, holds_power
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_results_file, only: declare_series, put_series, results_t
+  use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_state, only: state_t
   use scree_system, only: measured_point
   use scree_time_stepper, only: step_report_t
   implicit none
   private
-  public :: declare_records, put_frame_records, put_step_records, records_t
+  public :: declare_records, put_frame_records, put_step_records, records_t, velocity_of_vertices
 
   !> Handles of the series; 0 where an effect is absent.
   type :: records_t
     integer :: time = 0, step_size = 0, area = 0, rotation = 0, momentum = 0
     integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, damping = 0, held = 0, dissipated = 0
     integer :: iterations = 0, solves = 0, rejected = 0, green = 0, sleeping = 0, slept = 0, body_asleep = 0
+    integer :: error = 0, error_growth = 0, error_share = 0, error_step = 0, error_impact = 0, rough = 0, refused = 0
+    integer :: body_error = 0
     integer :: contacts = 0, open_close = 0, judged = 0, judged_step = 0, overlap = 0, spring = 0, friction = 0
     integer :: touch_count = 0, touch_blocks = 0, touch_state = 0, touch_place = 0, touch_normal = 0, touch_force = 0
     integer :: body_green = 0, body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
@@ -59,8 +63,8 @@ contains
     end if
     call a_step('energy/work', [integer ::], energy_unit, 'work of loads, the moving ground and moving supports since the start', &
                 records%work)
-    if (abs(held_weight(model%settings)) > 0) &
-      call a_step('energy/held', [integer ::], energy_unit, 'energy that the integrator holds out of changes of velocity', &
+    if (abs(held_weight(model%settings)) > 0 .or. holds_power(model%settings)) &
+      call a_step('energy/held', [integer ::], energy_unit, 'energy that the integrator holds between steps', &
                   records%held)
     if (allocated(model%effects%mass_damping)) &
       call a_step('energy/damping', [integer ::], energy_unit, 'energy that mass damping took since the start', records%damping)
@@ -71,6 +75,20 @@ contains
     call a_step('rejected', [integer ::], '1', 'tries of the step that were cut', records%rejected, .true.)
     if (allocated(model%effects%accuracy)) &
       call a_step('green_elements', [integer ::], '1', 'elements that took Green strain in the step', records%green, .true.)
+    if (model%settings%estimates_error) then
+      call a_step('error/displacement', [integer ::], 'length', 'largest estimated error of the place of a block', &
+                  records%error)
+      call a_step('error/growth', [integer ::], '1', 'area that small strain has made of a block, over its area, the largest', &
+                  records%error_growth)
+      call a_step('error/share', [integer ::], '1', 'the larger of the growth and the error of the place over the displacement', &
+                  records%error_share)
+      call a_step('error/step', [integer ::], 'length', 'largest that the step adds to the error of a place at the end', &
+                  records%error_step)
+      call a_step('error/impacts', [integer ::], 'length', 'what the instants of impacts may have moved a block, the largest', &
+                  records%error_impact)
+      call a_step('error/rough', [integer ::], '1', 'blocks whose contacts opened or closed in the step', records%rough, .true.)
+      call a_step('error/refused', [integer ::], '1', 'steps made again as they were off by too much', records%refused, .true.)
+    end if
     if (sleeps) then
       call a_step('asleep', [integer ::], '1', 'bodies that sleep', records%sleeping, .true.)
       call a_step('energy/asleep', [integer ::], energy_unit, 'motion of what fell asleep, since the start', records%slept)
@@ -92,6 +110,8 @@ contains
     call a_frame('stress', [3, n], 'force/length^2', 'mean Cauchy stress xx, yy, xy', records%body_stress)
     if (allocated(model%effects%accuracy)) &
       call a_frame('green_share', [n], '1', 'share of its area that took Green strain in the last step', records%body_green)
+    if (model%settings%estimates_error) &
+      call a_frame('error', [n], 'length', 'estimated error of the place, root mean square over the block', records%body_error)
     if (sleeps) call a_frame('asleep', [n], '1', 'first body of the island that it sleeps with, from 1; 0: it is awake', &
                              records%body_asleep)
     if (allocated(model%effects%contact)) then
@@ -157,6 +177,22 @@ contains
 
   end subroutine declare_records
 
+  !> Velocity of all vertices of the elements, length/time.
+  pure function velocity_of_vertices(model, cache, state) result(velocity)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    real(dp) :: velocity(2, size(state%vertex, 2))
+    integer :: e, k
+
+    do e = 1, model%n_elements
+      do k = first_vertex_of(model%elements%shape, e), last_vertex_of(model%elements%shape, e)
+        velocity(:, k) = matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, k)), &
+                                state%velocity(model%elements%unknown(:, e)))
+      end do
+    end do
+  end function velocity_of_vertices
+
   !> A row of each series of the steps.
   subroutine put_step_records(results, records, model, cache, state, report, error)
     type(results_t), intent(inout) :: results
@@ -167,6 +203,7 @@ contains
     type(step_report_t), intent(in) :: report
     type(error_t), allocatable, intent(out) :: error
     integer :: asleep(3), e, i             ! contacts of what sleeps
+    real(dp) :: largest                    ! estimated error of a place
 
     call put(records%time, [state%time])
     call put(records%step_size, [report%dt])
@@ -185,6 +222,18 @@ contains
     call put(records%solves, [real(report%solves, dp)])
     call put(records%rejected, [real(report%rejected, dp)])
     call put(records%green, [real(count(state%green), dp)])
+    if (records%error > 0) then
+      associate (own => state%deviation)
+        largest = maxval(error_of_blocks(own))
+        call put(records%error, [largest])
+        call put(records%error_growth, [maxval(abs(own%growth))])
+        call put(records%error_share, [max(largest/scale_of(model, cache, own), maxval(abs(own%growth)))])
+        call put(records%error_step, [own%step])
+        call put(records%error_impact, [maxval(own%impact)])
+        call put(records%rough, [real(own%rough, dp)])
+        call put(records%refused, [real(report%refused, dp)])
+      end associate
+    end if
     asleep = 0
     if (allocated(state%sleep)) then
       call put(records%sleeping, [real(count(state%sleep%island > 0), dp)])
@@ -254,6 +303,7 @@ contains
     call put(records%body_velocity, reshape(sums(3:4, :), [size(sums(3:4, :))]))
     call put(records%body_stress, reshape(sums(5:7, :), [size(sums(5:7, :))]))
     if (records%body_green > 0) call put(records%body_green, green/area)
+    if (records%body_error > 0) call put(records%body_error, error_of_blocks(state%deviation))
     if (records%body_asleep > 0) call put(records%body_asleep, real(state%sleep%island, dp))
     if (records%touch_count > 0) call put_contacts()
 

@@ -6,8 +6,10 @@ module scree_make_effects
   use scree_kinds, only: dp
   use scree_material, only: elasticity
   use scree_model, only: effects_t
-  use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, scene_t, scheme_energy_decaying, &
-                         scheme_energy_momentum, settings_t, strain_auto, strain_green, strain_small, time_table_t
+  use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, rotation_linear, scene_t, &
+                         scheme_central_difference, scheme_energy_decaying, scheme_energy_momentum, scheme_generalized_alpha, &
+                         settings_t, strain_auto, strain_green, strain_small, time_table_t
+  use scree_setting_table, only: index_of
   use scree_state, only: state_t
   use scree_system, only: fixed_point, load_point, measured_point, system_t
   use scree_text, only: number_text, real_text
@@ -81,6 +83,10 @@ contains
           call name('inertia', 'every scene; the energy-momentum form of the step')
         case (scheme_energy_decaying)
           call name('inertia', 'every scene; the energy-decaying form of the step')
+        case (scheme_central_difference)
+          call name('inertia', 'every scene; explicit central differences, in steps that no element is too stiff for')
+        case (scheme_generalized_alpha)
+          call name('inertia', 'every scene; the generalized-alpha form of the step')
         case default
           call name('inertia', 'every scene; the Newmark form of the step')
         end select
@@ -95,7 +101,7 @@ contains
         case default
           call name('small strain', "strain='small' in &method or no word of strain")
         end select
-        effects%turns_exactly = settings%turns_exactly
+        effects%rotation = settings%rotation
         effects%mass_follows_area = settings%mass == mass_follows_area
       end associate
     end subroutine move_blocks
@@ -112,7 +118,8 @@ contains
           call name('extended covers', number_text(quality%extended)//' covers without an element of '// &
                     real_text(settings%least_share)//' of its triangle follow others, with weights up to '// &
                     real_text(rounded(quality%farthest)))
-        if (effects%turns_exactly) call name('rotation by cos and sin', "rotation='exact' in &method")
+        if (effects%rotation /= rotation_linear) &
+          call name('finite rotation', "rotation='"//scene%words(index_of(scene%words, 'method.rotation'))%value//"' in &method")
         if (effects%mass_follows_area) call name('mass that follows area', "mass='follows_area' in &method or preset='shi'")
         if (scene%carried < 1) call name('static', 'the deck hands on '//percent(scene%carried)//' of the velocity (k01)')
       end associate

@@ -17,6 +17,7 @@ module scree_equations
   use scree_sorting, only: sort_by
   use scree_sparse_matrix, only: add_element, add_rest, build_pattern, clear_matrix, diagonal, sparse_matrix_t
   use scree_system, only: element_unknowns, elements_t
+  use scree_timers, only: timers_t
   implicit none
   private
   public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, forget_groups, group_elements, &
@@ -469,8 +470,9 @@ contains
   !> Solves for the correction of a group, to a residual below `tolerance` (as `solve` measures it), and adds it to `d`.
   !>
   !> Errors: a singular matrix.
-  subroutine solve_equations(equations, group, tolerance, keeps_factor, roughly, d, residual, error)
+  subroutine solve_equations(equations, timers, group, tolerance, keeps_factor, roughly, d, residual, error)
     type(equations_t), intent(inout) :: equations
+    type(timers_t), intent(inout) :: timers
     integer, intent(in) :: group
     real(dp), intent(in) :: tolerance
     logical, intent(in) :: keeps_factor    !! that of a matrix before may do
@@ -489,7 +491,7 @@ contains
       return
     end if
     if (is_island(equations, group)) then
-      call solve_island(equations, group, tolerance, keeps_factor, roughly, d, residual, error)
+      call solve_island(equations, timers, group, tolerance, keeps_factor, roughly, d, residual, error)
       return
     end if
     e = equations%member(equations%first(group))
@@ -508,8 +510,9 @@ contains
   end subroutine solve_equations
 
   !> Solves for the correction of an island.
-  subroutine solve_island(equations, group, tolerance, keeps_factor, roughly, d, residual, error)
+  subroutine solve_island(equations, timers, group, tolerance, keeps_factor, roughly, d, residual, error)
     type(equations_t), intent(inout) :: equations
+    type(timers_t), intent(inout) :: timers
     integer, intent(in) :: group
     real(dp), intent(in) :: tolerance
     logical, intent(in) :: keeps_factor, roughly
@@ -521,13 +524,13 @@ contains
     associate (island => equations%at(group - equations%n_alone)%island)
       allocate (x(size(island%unknown)))
       if (.not. keeps_factor) then
-        call solve(island%solver, island%matrix, equations%force(island%unknown), tolerance, x, residual, error)
+        call solve(island%solver, island%matrix, equations%force(island%unknown), tolerance, timers, x, residual, error)
       else if (size(x) <= largest_dense) then
         equations%small = dense_matrix(island%matrix)
         call solve(equations%small, equations%force(island%unknown), tolerance, x, residual, error)
       else
-        call solve_with_kept_factor(island%solver, island%matrix, equations%force(island%unknown), tolerance, roughly, x, &
-                                    residual, error)
+        call solve_with_kept_factor(island%solver, island%matrix, equations%force(island%unknown), tolerance, roughly, &
+                                    timers, x, residual, error)
       end if
     end associate
     if (.not. allocated(error)) call move_island(equations, group, x, d)

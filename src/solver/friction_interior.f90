@@ -17,12 +17,13 @@ module scree_friction_interior
   use scree_kinds, only: dp
   use scree_linear_solver, only: approach, factorise, factorise_beside, linear_solver_t, release_solver, solve_with_factors
   use scree_sparse_matrix, only: copy_values, sparse_matrix_t, times
+  use scree_timers, only: timers_t
   implicit none
   private
   public :: solve_from_inside
 
   !> Share of the way to the first of the pairs that gets to zero.
-  real(dp), parameter :: short_of = 0.95_dp
+  real(dp), parameter :: short_of = 0.99_dp
   !> A step shorter than this is taken again towards the middle of the interior.
   real(dp), parameter :: too_short = 0.1_dp
   integer, parameter :: most_iterations = 45
@@ -50,10 +51,11 @@ module scree_friction_interior
 contains
 
   !> Solves a friction problem, to a share `tolerance` of the largest force. Where it does not, `found` is false.
-  subroutine solve_from_inside(problem, at_first, tolerance, x, state, found, factors)
+  subroutine solve_from_inside(problem, at_first, tolerance, timers, x, state, found, factors)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: at_first      !! what the pairs begin with over the largest force
     real(dp), intent(in) :: tolerance
+    type(timers_t), intent(inout) :: timers
     real(dp), intent(inout) :: x(:)       !! (n) start, then solution
     integer, intent(out) :: state(:)      !! (m) of the springs in the solution
     logical, intent(out) :: found
@@ -76,8 +78,8 @@ contains
       call find_rest(problem, x, pairs, rest)
       call copy_values(problem%matrix, matrix)
       call add_springs(problem, change_of_pairs(problem%spring, pairs), matrix)
-      if (from_symmetric) call factorise_beside(solver, matrix, from_symmetric, error)
-      if (.not. (from_symmetric .or. allocated(error))) call factorise(solver, matrix, error)
+      if (from_symmetric) call factorise_beside(solver, matrix, timers, from_symmetric, error)
+      if (.not. (from_symmetric .or. allocated(error))) call factorise(solver, matrix, timers, error)
       if (allocated(error)) exit
       middle = mean_product(pairs)
       aim = change_t()
@@ -137,7 +139,7 @@ contains
         if (allocated(error)) return
         from_symmetric = share_left <= share
         if (from_symmetric) return
-        call factorise(solver, matrix, error)
+        call factorise(solver, matrix, timers, error)
         if (allocated(error)) return
       end if
       call solve_with_factors(solver, matrix, force, .false., dx, error)
@@ -157,7 +159,7 @@ contains
     do i = 1, size(pairs)
       closed(:, i) = closed_forces(problem, i, x)
     end do
-    first = at_first*max(maxval(abs(closed(1, :))), sum(abs(problem%force)/problem%span), tiny(1.0_dp))
+    first = at_first*max(maxval(closed(1, :)), sum(abs(problem%force)/problem%span), tiny(1.0_dp))
     do i = 1, size(pairs)
       associate (own => pairs(i), spring => problem%spring(i))
         own%rubs = spring%friction > 0 .or. spring%cohesion > 0

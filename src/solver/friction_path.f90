@@ -15,6 +15,7 @@ module scree_friction_path
   use scree_kinds, only: dp
   use scree_linear_solver, only: factorise, linear_solver_t, release_solver, solve_with_factors
   use scree_sparse_matrix, only: sparse_matrix_t, times
+  use scree_timers, only: timers_t
   implicit none
   private
   public :: follow_path
@@ -50,9 +51,10 @@ module scree_friction_path
 contains
 
   !> Follows the path from `x` to a solution. Where it ends elsewhere, `found` is false and `x` and `state` mean nothing.
-  subroutine follow_path(problem, most, x, state, found, factors, pieces)
+  subroutine follow_path(problem, most, timers, x, state, found, factors, pieces)
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: most                !! pieces to cross
+    type(timers_t), intent(inout) :: timers
     real(dp), intent(inout) :: x(:)            !! (n)
     integer, intent(out) :: state(:)           !! (m) at the solution
     logical, intent(out) :: found
@@ -65,7 +67,7 @@ contains
 
     found = .false.
     pieces = 0
-    call begin_path(problem, x, path, goes_on)
+    call begin_path(problem, x, timers, path, goes_on)
     do while (goes_on)
       call find_face(problem, path, way, i, to)
       found = path%sense > 0 .and. path%t + way >= 1
@@ -75,7 +77,7 @@ contains
       if (found) exit
       pieces = pieces + 1
       if (pieces > most) exit
-      call cross(problem, path, i, to, goes_on)
+      call cross(problem, path, i, to, timers, goes_on)
     end do
     x = path%x
     state = path%state
@@ -84,9 +86,10 @@ contains
   end subroutine follow_path
 
   !> Begins the path near `x`.
-  subroutine begin_path(problem, x, path, goes_on)
+  subroutine begin_path(problem, x, timers, path, goes_on)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: x(:)
+    type(timers_t), intent(inout) :: timers
     type(path_t), intent(inout) :: path
     logical, intent(out) :: goes_on
     real(dp) :: closed(2), force(2), overlap
@@ -104,14 +107,15 @@ contains
       call obey_law(problem%spring(i), closed, path%state(i), force)
       call add_spring_force(problem, i, force, path%start_force)
     end do
-    call rebase(problem, path, goes_on)
+    call rebase(problem, path, timers, goes_on)
     if (goes_on) call find_direction(problem, path, goes_on)
   end subroutine begin_path
 
   !> Factorises the matrix of the present piece.
-  subroutine rebase(problem, path, done)
+  subroutine rebase(problem, path, timers, done)
     type(friction_problem_t), intent(in) :: problem
     type(path_t), intent(inout) :: path
+    type(timers_t), intent(inout) :: timers
     logical, intent(out) :: done
     type(error_t), allocatable :: error
     real(dp) :: change(2, 2, size(path%state)), closed(2)
@@ -122,7 +126,7 @@ contains
       change(:, :, i) = change_of_state(problem%spring(i), path%state(i))
     end do
     call add_springs(problem, change, path%matrix)
-    call factorise(path%solver, path%matrix, error)
+    call factorise(path%solver, path%matrix, timers, error)
     path%factors = path%factors + 1
     done = .not. allocated(error)
     if (.not. done) return
@@ -286,17 +290,18 @@ contains
   end subroutine go
 
   !> Crosses the face to another state of a spring, and finds the direction behind it, which leads away from the face.
-  subroutine cross(problem, path, i, to, done)
+  subroutine cross(problem, path, i, to, timers, done)
     type(friction_problem_t), intent(in) :: problem
     type(path_t), intent(inout) :: path
     integer, intent(in) :: i, to
+    type(timers_t), intent(inout) :: timers
     logical, intent(out) :: done
     real(dp) :: left(2), rate(2)
     integer :: behind(2), from, k
 
     from = path%state(i)
     path%state(i) = to
-    call register(problem, path, i, done)
+    call register(problem, path, i, timers, done)
     if (done) call find_direction(problem, path, done)
     if (.not. done) return
     call faces_of(problem%spring(i), to, path%pressing(i), path%shear(i), path%pressing_rate(i), path%shear_rate(i), &
@@ -306,10 +311,11 @@ contains
   end subroutine cross
 
   !> Makes spring i one of those that have changed.
-  subroutine register(problem, path, i, done)
+  subroutine register(problem, path, i, timers, done)
     type(friction_problem_t), intent(in) :: problem
     type(path_t), intent(inout) :: path
     integer, intent(in) :: i
+    type(timers_t), intent(inout) :: timers
     logical, intent(out) :: done
     type(error_t), allocatable :: error
     real(dp) :: unit(size(path%x))
@@ -318,7 +324,7 @@ contains
     done = .true.
     if (any(path%changed(:path%n_changed) == i)) return
     if (path%n_changed == most_changed) then
-      call rebase(problem, path, done)
+      call rebase(problem, path, timers, done)
       return
     end if
     m = path%n_changed + 1

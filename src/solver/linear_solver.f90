@@ -23,6 +23,7 @@ module scree_linear_solver
   use scree_kinds, only: dp
   use scree_sparse_matrix, only: diagonal, multiply, products, root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_matrix
   use scree_text, only: rounded_text
+  use scree_timers, only: begin_phase, end_phase, phase_factor, timers_t
   use scree_umfpack, only: factorise_by_umfpack, release_umfpack, solve_by_umfpack, umfpack_t
   implicit none
   private
@@ -88,17 +89,18 @@ contains
   !>
   !> The pattern of A is that of the last solution, or `forget_pattern` was called. Errors: a singular matrix, no memory, a residual
   !> that refinement does not take below the tolerance.
-  subroutine solve_sparse(solver, matrix, b, tolerance, x, residual, error)
+  subroutine solve_sparse(solver, matrix, b, tolerance, timers, x, residual, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
     real(dp), intent(in) :: tolerance
+    type(timers_t), intent(inout) :: timers
     real(dp), intent(out) :: x(:)        !! (n)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
 
     residual = huge(residual)
-    call factorise(solver, matrix, error)
+    call factorise(solver, matrix, timers, error)
     if (allocated(error)) return
     call refine(solver, matrix, b, tolerance, x, residual, error)
   end subroutine solve_sparse
@@ -108,31 +110,32 @@ contains
   !> Which matrix that is shows in the last bits of x (`keep_matrix`, `recall_matrix`). Where GMRES takes too many iterations from
   !> there, the symmetric matrix beside A is factorised; where that is not definite or does not do either, A itself. A rough
   !> solution leaves up to 1e-6 of the norm of b, which it tells as its residual. Pattern and errors as of `solve_sparse`.
-  subroutine solve_with_kept_factor(solver, matrix, b, tolerance, roughly, x, residual, error)
+  subroutine solve_with_kept_factor(solver, matrix, b, tolerance, roughly, timers, x, residual, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
     real(dp), intent(in) :: tolerance
     logical, intent(in) :: roughly
+    type(timers_t), intent(inout) :: timers
     real(dp), intent(out) :: x(:)        !! (n)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
     logical :: definite, done
 
     if (may_do(solver%kept, matrix)) then
-      if (.not. solver%factorised) call factorise_kept(solver, definite, error)
+      if (.not. solver%factorised) call factorise_kept(solver, timers, definite, error)
       if (allocated(error)) return
       call iterate(solver, matrix, b, tolerance, roughly, most_with_old, x, residual, done, error)
       if (allocated(error) .or. done) return
     end if
-    call factorise_beside(solver, matrix, definite, error)
+    call factorise_beside(solver, matrix, timers, definite, error)
     if (allocated(error)) return
     if (definite .and. .not. matrix%symmetric) then
       call iterate(solver, matrix, b, tolerance, roughly, most_with_new, x, residual, done, error)
       if (allocated(error) .or. done) return
     end if
     solver%definite = definite .and. matrix%symmetric
-    if (.not. solver%definite) call factorise_itself(solver, matrix, error)
+    if (.not. solver%definite) call factorise_itself(solver, matrix, timers, error)
     if (allocated(error)) return
     call refine(solver, matrix, b, tolerance, x, residual, error)
   end subroutine solve_with_kept_factor
@@ -226,21 +229,23 @@ contains
   end subroutine refine
 
   !> Factorises a sparse matrix. Pattern as of `solve_sparse`; errors: a singular matrix, no memory.
-  subroutine factorise(solver, matrix, error)
+  subroutine factorise(solver, matrix, timers, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
+    type(timers_t), intent(inout) :: timers
     type(error_t), allocatable, intent(out) :: error
 
     solver%definite = .false.
-    if (matrix%symmetric) call factorise_beside(solver, matrix, solver%definite, error)
+    if (matrix%symmetric) call factorise_beside(solver, matrix, timers, solver%definite, error)
     if (solver%definite .or. allocated(error)) return
-    call factorise_itself(solver, matrix, error)
+    call factorise_itself(solver, matrix, timers, error)
   end subroutine factorise
 
   !> Factorises the symmetric matrix beside one, and keeps it where it is definite.
-  subroutine factorise_beside(solver, matrix, definite, error)
+  subroutine factorise_beside(solver, matrix, timers, definite, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
+    type(timers_t), intent(inout) :: timers
     logical, intent(out) :: definite
     type(error_t), allocatable, intent(out) :: error
     type(factored_t) :: symmetric
@@ -249,32 +254,38 @@ contains
     if (.not. same_pattern(solver%kept, symmetric)) call release_cholmod(solver%cholmod)
     solver%kept = symmetric
     solver%newly_kept = .true.
-    call factorise_kept(solver, definite, error)
+    call factorise_kept(solver, timers, definite, error)
   end subroutine factorise_beside
 
   !> Factorises the matrix that is kept. One that is not definite is kept no longer.
-  subroutine factorise_kept(solver, definite, error)
+  subroutine factorise_kept(solver, timers, definite, error)
     type(linear_solver_t), intent(inout) :: solver
+    type(timers_t), intent(inout) :: timers
     logical, intent(out) :: definite
     type(error_t), allocatable, intent(out) :: error
 
+    call begin_phase(timers, phase_factor)
     associate (kept => solver%kept)
       call factorise_by_cholmod(solver%cholmod, kept%first, kept%row, kept%value, definite, error)
       solver%work%symmetric_factors = solver%work%symmetric_factors + 1
       solver%factorised = definite
       if (.not. definite) deallocate (kept%value)
     end associate
+    call end_phase(timers)
   end subroutine factorise_kept
 
   !> Factorises a matrix by UMFPACK.
-  subroutine factorise_itself(solver, matrix, error)
+  subroutine factorise_itself(solver, matrix, timers, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
+    type(timers_t), intent(inout) :: timers
     type(error_t), allocatable, intent(out) :: error
 
     solver%definite = .false.
     solver%work%other_factors = solver%work%other_factors + 1
+    call begin_phase(timers, phase_factor)
     call factorise_by_umfpack(solver%umfpack, matrix, error)
+    call end_phase(timers)
   end subroutine factorise_itself
 
   !> Whether two matrices have the same pattern.

@@ -27,6 +27,7 @@ module scree_settle
   use scree_step_try, only: outcome_t, reject
   use scree_system, only: values_of
   use scree_text, only: number_text
+  use scree_timers, only: begin_phase, phase_alone, phase_assemble, phase_friction, phase_judge, phase_solve
   implicit none
   private
   public :: settle
@@ -52,7 +53,7 @@ module scree_settle
     integer :: number = 0                     !! among the groups of the equations
     integer, allocatable :: member(:)         !! elements
     type(step_rule_t) :: rule
-    logical :: linear = .true.                !! small strain alone: forces and gaps are linear in displacements
+    logical :: linear = .true.                !! forces and gaps are linear in displacements: small strain alone, or explicit
     logical :: in_contact = .false.
     type(iteration_rules_t) :: open_close     !! how contacts are judged
     logical :: nested = .false.               !! contacts settle for each operator of the deformation
@@ -83,6 +84,7 @@ contains
     type(group_t) :: group
     integer :: i
 
+    if (cache%equations%n_alone > 0) call begin_phase(cache%timers, phase_alone)
     do i = 1, cache%equations%n_groups
       group = group_t(number=i)
       associate (equations => cache%equations)
@@ -95,12 +97,16 @@ contains
       group%rule = step_rule
       group%rule%tangent = model%settings%iterate == iterate_newton
       if (touches(model, contacts)) call take_island(contacts, i - cache%equations%n_alone, group%in_contact)
+      group%linear = group%linear .or. .not. (step_rule%end_weight > 0 .or. group%in_contact)
       if (wholly_held(cache%equations, i) .and. .not. group%in_contact) then
         call check_areas(model, cache, group%member, d, outcome)
       else if (.not. is_island(cache%equations, i)) then
         call settle_alone(model, cache, state, group, d, outcome)
       else
-        if (group%in_contact) call begin_open_close(model, cache, state, group, contacts, d)
+        if (group%in_contact) then
+          call begin_phase(cache%timers, phase_judge)
+          call begin_open_close(model, cache, state, group, contacts, d)
+        end if
         call settle_together(model, cache, state, group, contacts, d, outcome)
       end if
       if (.not. outcome%settled) exit
@@ -182,6 +188,7 @@ contains
     do i = 1, most_holds
       call iterate(model, cache, state, group, contacts, d, outcome)
       if (.not. (outcome%settled .and. group%in_contact)) return
+      call begin_phase(cache%timers, phase_judge)
       call hold(model, group, d, contacts, held)
       if (held) return
     end do
@@ -204,12 +211,15 @@ contains
     outcome%settled = .false.
     worst = group%member(1)
     do i = 1, merge(4, 1, group%in_contact)*model%settings%most_iterations
+      call begin_phase(cache%timers, phase_assemble)
       call assemble(model, cache, state, group, contacts, d)
       outcome%settled = balances(model, cache, group, contacts, i)
       if (outcome%settled) return
       outcome%iterations = max(outcome%iterations, i)
+      call begin_phase(cache%timers, phase_solve)
       call correct(model, cache, group%number, group%far, d, residual, outcome)
       if (allocated(outcome%trouble%what)) return
+      call begin_phase(cache%timers, phase_judge)
       call check_areas(model, cache, group%member, d, outcome)
       if (allocated(outcome%trouble%what)) then
         call settle_stalled(model, cache, state, group, contacts, d, outcome)
@@ -301,7 +311,8 @@ contains
     type(error_t), allocatable :: error
     integer :: e
 
-    call solve_equations(cache%equations, number, linear_tolerance(model), .not. model%settings%shi, roughly, d, residual, error)
+    call solve_equations(cache%equations, cache%timers, number, linear_tolerance(model), .not. model%settings%shi, roughly, d, &
+                         residual, error)
     outcome%solves = outcome%solves + 1
     if (.not. allocated(error)) return
     e = weakest_element(cache%equations, number)
@@ -356,13 +367,14 @@ contains
     logical :: found
 
     if (.not. (group%in_contact .and. group%open_close%settles_always .and. group%rounds < most_rounds)) return
+    call begin_phase(cache%timers, phase_friction)
     do k = 1, size(group%member)
       d(model%elements%unknown(:, group%member(k))) = group%sound(:, k)
     end do
     call judge_at(model, cache, state, group, d, contacts)
     call add_elements(model, cache, state, group, d)
     call pose_problem(model, contacts, group%number, d, cache%equations, problem)
-    call solve_friction(problem, group%near, accepted_share, x, spring, found, work)
+    call solve_friction(problem, group%near, accepted_share, cache%timers, x, spring, found, work)
     outcome%solves = outcome%solves + work%factors
     if (model%settings%problems == problems_all .or. (model%settings%problems /= problems_none .and. .not. found)) &
       call keep_posed(cache%equations, problem, group%near, found)

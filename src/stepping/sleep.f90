@@ -18,16 +18,17 @@ module scree_sleep
   use scree_system, only: values_of
   use scree_time_stepper, only: advance, step_report_t
   use scree_time_table, only: mean_over, value_at
+  use scree_timers, only: begin_phase, phase_sleep
   implicit none
   private
-  public :: advance_awake
+  public :: advance_awake, bodies_at_rest
 
   !> Steps in a row near equilibrium after which an island falls asleep.
   integer, parameter :: quiet_steps = 20
 
 contains
 
-  !> Takes `state` to the end of one step, as `advance` does, of what is awake.
+  !> Takes `state` to the end of one step, as `advance` does, of what is awake; of all, where the scene lets none sleep.
   !>
   !> Errors: as of `advance`.
   subroutine advance_awake(model, dt, awake, cache, state, report, error)
@@ -40,6 +41,11 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: before
 
+    if (.not. allocated(state%sleep)) then
+      call advance(model, dt, cache, state, report, error)
+      return
+    end if
+    call begin_phase(cache%timers, phase_sleep)
     before = state%step
     if (.not. allocated(awake)) then
       awake = model
@@ -52,7 +58,9 @@ contains
       if (.not. allocated(report%reached)) exit
       call wake(model, report%reached, awake, cache, state)
     end do
-    if (state%step > before) call put_to_sleep(model, awake, cache, state)
+    if (state%step == before) return ! a signal came
+    call begin_phase(cache%timers, phase_sleep)
+    call put_to_sleep(model, awake, cache, state)
   end subroutine advance_awake
 
   !> Takes what sleeps out of what can move, and makes anew what was kept of that.
@@ -171,21 +179,40 @@ contains
     state%books%asleep = state%books%asleep + motion - (state%books%kinetic + state%books%held)
   end subroutine put_to_sleep
 
-  !> Counts the steps in a row in which bodies that are awake were near equilibrium: with s the share asked for, their speed below
-  !> s sqrt(g l) and the force out of balance below s times their weight, both as root mean squares over the body,
-  !>
-  !>     v^T M v < s^2 W l,      m a^T M a < (s W)^2,
-  !>
-  !> W = m g the weight, l the root of the area. A body without weight never is.
+  !> Counts the steps in a row in which bodies that are awake were near equilibrium.
   subroutine count_quiet_steps(awake, cache, state)
     type(model_t), intent(in) :: awake
     type(cache_t), intent(in) :: cache
     type(state_t), intent(inout) :: state
+    logical :: rests(awake%n_blocks)
+    integer :: k
+
+    rests = bodies_at_rest(awake, cache, state, awake%settings%sleep)
+    do k = 1, size(awake%free_block)
+      associate (quiet => state%sleep%quiet(awake%free_block(k)))
+        quiet = merge(min(quiet + 1, quiet_steps), 0, rests(awake%free_block(k)))
+      end associate
+    end do
+  end subroutine count_quiet_steps
+
+  !> Bodies near equilibrium: with s the share asked for, their speed below s sqrt(g l) and the force out of balance below s times
+  !> their weight, both as root mean squares over the body,
+  !>
+  !>     v^T M v < s^2 W l,      m a^T M a < (s W)^2,
+  !>
+  !> W = m g the weight, l the root of the area. A body without weight never is; one that cannot move always.
+  pure function bodies_at_rest(model, cache, state, share) result(rests)
+    type(model_t), intent(in) :: model      !! with weight
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: share
+    logical :: rests(model%n_blocks)
     real(dp) :: area, mass, speed, unbalanced, weight
     integer :: e, k
     logical :: last
 
-    associate (share => awake%settings%sleep, free => awake%elements%free, block => awake%elements%block)
+    rests = .true.
+    associate (free => model%elements%free, block => model%elements%block)
       area = 0.0_dp
       mass = 0.0_dp
       speed = 0.0_dp
@@ -196,17 +223,14 @@ contains
         associate (own => cache%element(e))
           area = area + own%kinematics%area
           mass = mass + own%mass
-          weight = weight + abs(own%mass_ratio*awake%effects%gravity%weight(e))
-          speed = speed + 2*kinetic_energy(own%mass_matrix, values_of(awake%elements, e, state%velocity))
-          unbalanced = unbalanced + 2*kinetic_energy(own%mass_matrix, values_of(awake%elements, e, state%acceleration))
+          weight = weight + abs(own%mass_ratio*model%effects%gravity%weight(e))
+          speed = speed + 2*kinetic_energy(own%mass_matrix, values_of(model%elements, e, state%velocity))
+          unbalanced = unbalanced + 2*kinetic_energy(own%mass_matrix, values_of(model%elements, e, state%acceleration))
         end associate
         last = k == size(free)
         if (.not. last) last = block(free(k + 1)) /= block(e)
         if (.not. last) cycle
-        associate (quiet => state%sleep%quiet(block(e)))
-          quiet = min(quiet + 1, quiet_steps)
-          if (.not. (speed < share**2*weight*sqrt(area) .and. mass*unbalanced < (share*weight)**2)) quiet = 0
-        end associate
+        rests(block(e)) = speed < share**2*weight*sqrt(area) .and. mass*unbalanced < (share*weight)**2
         area = 0.0_dp
         mass = 0.0_dp
         speed = 0.0_dp
@@ -214,7 +238,7 @@ contains
         weight = 0.0_dp
       end do
     end associate
-  end subroutine count_quiet_steps
+  end function bodies_at_rest
 
   !> The island of each block: the first block of those that contacts join it to, itself included.
   pure function islands_of(model, state) result(island)

@@ -8,21 +8,25 @@
 !> q the strain rate that a turning body has without deforming; sigma, its Lagrange multiplier, is what the inertia
 !> of the turning asks for: in a triangle about a fixed corner the virial rho w^2/A int x x^T dA.
 module scree_start
+  use scree_accurate_step, only: first_share
   use scree_cache, only: rebuild_cache
   use scree_constraints, only: constraints_t
+  use scree_critical_step, only: find_largest_step
+  use scree_deviation, only: begin_deviation
   use scree_effects, only: add_drag, add_element_effects, refresh_elements
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_energy, only: close_books, stored_energy
   use scree_equations, only: add_equations, begin_equations, constrain_equations, members, solve_equations, weakest_element
-  use scree_errors, only: error_t
+  use scree_errors, only: error_t, fail, status_run_failed
   use scree_integrator, only: turns_acceleration
   use scree_islands, only: keep_factored
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_scene, only: start_acceleration, start_consistent
+  use scree_scene, only: scheme_central_difference, start_acceleration, start_consistent
   use scree_state, only: state_t
   use scree_stiffness, only: small_strain_operator
   use scree_step_constraints, only: constraints_of_step
+  use scree_text, only: rounded_text
   use scree_trouble, only: new_trouble, words_of
   use scree_turning, only: acceleration_of_spin
   implicit none
@@ -40,23 +44,43 @@ contains
 
   !> Begins a run at a state: motion that the scene allows, the equations, the books, the pace.
   !>
-  !> Errors: as of `begin_motion`.
+  !> Errors: as of `begin_motion`; an explicit step that would be too small.
   subroutine begin_run(model, cache, state, error)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache         !! whatever it holds; then that of the state
     type(state_t), intent(inout) :: state
     type(error_t), allocatable, intent(out) :: error
 
+    state%pace%size = model%settings%step_size
+    if (model%settings%aim > 0) state%pace%size = max(model%settings%least_step, first_share*model%settings%step_size)
+    state%pace%last = state%pace%size
     call rebuild_cache(model, state, cache)
     call begin_motion(model, cache, state, error)
     if (allocated(error)) return
     call refresh_elements(model, state, cache)
     call keep_factored(cache%equations, state%factored)
-    state%pace%last = model%settings%step_size
+    if (model%settings%scheme == scheme_central_difference) call check_step(model, cache, error)
+    if (allocated(error)) return
     call close_books(model, cache, state)
     state%books%at_start = stored_energy(state%books)
-    state%pace%size = model%settings%step_size
+    if (model%settings%estimates_error) call begin_deviation(model, cache, state)
   end subroutine begin_run
+
+  !> Error where explicit steps would be below the least that the deck allows.
+  subroutine check_step(model, cache, error)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: dt
+    integer :: e
+
+    call find_largest_step(model, cache, dt, e)
+    if (.not. dt < model%settings%least_step) return
+    call fail(error, status_run_failed, 'the start: '//words_of(new_trouble( &
+      'an explicit step may have '//rounded_text(dt)//' at most, which is below step.least, '// &
+      rounded_text(model%settings%least_step), 'a smaller step.least or another integrator.scheme, and check density and E there', &
+      e, cache%element(e)%kinematics%centroid), model))
+  end subroutine check_step
 
   !> Projects the velocities onto what exact fixed points allow (least kinetic energy of the change), then finds
   !> acceleration and stress as `settings%start` asks.
@@ -174,7 +198,7 @@ contains
       do k = 1, size(list)
         call add_equations(cache%equations, group, k, cache%element(list(k))%kinematics%span, terms(list(k)))
       end do
-      call solve_equations(cache%equations, group, settled, .false., .false., x, residual, error)
+      call solve_equations(cache%equations, cache%timers, group, settled, .false., .false., x, residual, error)
       if (.not. allocated(error)) cycle
       e = weakest_element(cache%equations, group)
       error%message = 'the start: '//words_of(new_trouble(error%message, 'another integrator.start, and check density and '// &

@@ -29,7 +29,13 @@ contains
     type(state_t), intent(in) :: state
 
     next_size = state%pace%size
-    if (target_time(settings, state) - state%time < (1 + met)*next_size) next_size = target_time(settings, state) - state%time
+    associate (left => target_time(settings, state) - state%time)
+      if (left < (1 + met)*next_size) then
+        next_size = left
+      else if (settings%aim > 0 .and. left < 2*next_size) then
+        next_size = 0.5_dp*left ! not a step that is nearly nothing
+      end if
+    end associate
   end function next_size
 
   !> Takes in how a step went that is done, and sets its time to a target that it met.
@@ -39,12 +45,14 @@ contains
     integer, intent(in) :: rejected      !! tries
     type(state_t), intent(inout) :: state
 
-    if (rejected > 0) then
-      state%pace%size = dt
-      state%pace%easy = 0
-    else
-      state%pace%easy = state%pace%easy + 1
-      if (state%pace%easy >= easy_steps) state%pace%size = min(growth*state%pace%size, settings%step_size)
+    if (.not. settings%aim > 0) then ! else the error of the step has chosen the size
+      if (rejected > 0) then
+        state%pace%size = dt
+        state%pace%easy = 0
+      else
+        state%pace%easy = state%pace%easy + 1
+        if (state%pace%easy >= easy_steps) state%pace%size = min(growth*state%pace%size, settings%step_size)
+      end if
     end if
     if (abs(target_time(settings, state) - state%time) <= met*dt) state%time = target_time(settings, state)
   end subroutine after_step

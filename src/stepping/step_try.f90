@@ -17,6 +17,7 @@ module scree_step_try
     logical :: settled = .false.         !! of the last
     integer :: iterations = 0            !! of the slowest group of the last
     type(trouble_t) :: trouble           !! why the last one has not settled
+    type(trouble_t) :: cut               !! why the last that was rejected was
     type(trouble_t) :: impact            !! why an impact of the accepted one was left to springs
     integer :: solves = 0                !! of all
     integer, allocatable :: judged(:, :) !! (4, n) contacts open, sliding, locked, changing, at each judgement of all

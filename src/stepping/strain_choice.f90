@@ -12,7 +12,7 @@ module scree_strain_choice
   use scree_system, only: values_of
   implicit none
   private
-  public :: add_where_needed, choose_at_start
+  public :: add_where_needed, choose_at_start, take_choice
 
   !> An element that took Green strain takes small strain again below this share of the accuracy: at half the rotation.
   real(dp), parameter :: enough = 0.25_dp
@@ -26,9 +26,15 @@ contains
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt                    !! time
     logical, allocatable, intent(out) :: green(:) !! (n_elements)
+    real(dp) :: error(model%n_elements)
+    integer :: e, i
 
-    green = errors_in_step(model, cache, state%pair, dt*state%velocity) > &
-            merge(enough, 1.0_dp, state%green)*model%effects%accuracy
+    call find_errors(model, cache, state%pair, dt*state%velocity, error)
+    green = state%green
+    do i = 1, size(model%elements%free)
+      e = model%elements%free(i)
+      green(e) = error(e) > merge(enough, 1.0_dp, green(e))*model%effects%accuracy
+    end do
   end subroutine choose_at_start
 
   !> Adds the elements that small strain turned out not to be enough for, and where there are any those that it hardly was.
@@ -39,29 +45,36 @@ contains
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
     logical, intent(inout) :: green(:)            !! (n_elements)
     logical, intent(out) :: found                 !! some are not what they were
-    real(dp) :: error(size(green))
+    real(dp) :: error(model%n_elements)
 
-    found = .false.
-    if (all(green)) return
-    error = errors_in_step(model, cache, pair, d)
-    found = any(error > model%effects%accuracy .and. .not. green)
-    if (found) green = green .or. error > enough*model%effects%accuracy
+    associate (free => model%elements%free)
+      found = .false.
+      if (all(green(free))) return
+      call find_errors(model, cache, pair, d, error)
+      found = any(error(free) > model%effects%accuracy .and. .not. green(free))
+      if (found) green(free) = green(free) .or. error(free) > enough*model%effects%accuracy
+    end associate
   end subroutine add_where_needed
 
-  !> Errors of the small strain of all elements for a displacement, and of the gaps and slips of those that touch, over their size.
-  pure function errors_in_step(model, cache, pair, d) result(error)
+  !> Errors of the small strain of elements that can move for a displacement, and of the gaps and slips of those that touch, over
+  !> their size.
+  pure subroutine find_errors(model, cache, pair, d, error)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     integer, intent(in) :: pair(:, :)             !! (2, n_pairs) elements that may touch
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
-    real(dp) :: error(model%n_elements)
-    real(dp) :: theta(4), turn(model%n_elements), way(2, model%n_elements), apart
-    integer :: e, i
+    real(dp), intent(out) :: error(:)             !! (n_elements) of those that can move
+    real(dp), allocatable :: turn(:), way(:, :)   !! where there are pairs
+    real(dp) :: theta(4), apart
+    integer :: e, i, side
 
-    do e = 1, model%n_elements
+    if (size(pair, 2) > 0) allocate (turn(model%n_elements), way(2, model%n_elements), source=0.0_dp)
+    do i = 1, size(model%elements%free)
+      e = model%elements%free(i)
       associate (own => cache%element(e), unknown => values_of(model%elements, e, d))
         theta = matmul(own%kinematics%gradient, unknown)
         error(e) = error_of_small_strain(theta, own%stress/own%elasticity(1, 1))
+        if (.not. allocated(turn)) cycle
         turn(e) = maxval(abs(theta))
         way(:, e) = matmul(own%kinematics%at_centroid, unknown)
       end associate
@@ -69,10 +82,25 @@ contains
     do i = 1, size(pair, 2)
       associate (a => pair(1, i), b => pair(2, i))
         apart = norm2(way(:, a) - way(:, b))/sqrt(min(cache%element(a)%kinematics%area, cache%element(b)%kinematics%area))
-        error(a) = max(error(a), turn(a)*apart)
-        error(b) = max(error(b), turn(b)*apart)
       end associate
+      do side = 1, 2
+        associate (e_of => pair(side, i))
+          if (turn(e_of) > 0) error(e_of) = max(error(e_of), turn(e_of)*apart)
+        end associate
+      end do
     end do
-  end function errors_in_step
+  end subroutine find_errors
+
+  !> Has the elements that can move take the strain that was chosen.
+  pure subroutine take_choice(model, green, cache)
+    type(model_t), intent(in) :: model
+    logical, intent(in) :: green(:)               !! (n_elements)
+    type(cache_t), intent(inout) :: cache
+    integer :: i
+
+    do i = 1, size(model%elements%free)
+      cache%element(model%elements%free(i))%green = green(model%elements%free(i))
+    end do
+  end subroutine take_choice
 
 end module scree_strain_choice

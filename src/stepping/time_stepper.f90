@@ -7,6 +7,7 @@ module scree_time_stepper
   use scree_contact_rules, only: goes_on_after_cut, settles_as_one
   use scree_body_search, only: draw_circles, list_all, move_circles, searches
   use scree_contact_search, only: find_at_outlines
+  use scree_critical_step, only: find_largest_step
   use scree_effects, only: refresh_elements
   use scree_energy, only: close_books, loss_of_step, work_of_step
   use scree_equations, only: constrain_equations, group_elements
@@ -18,13 +19,15 @@ module scree_time_stepper
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_pair_effects, only: couples_pairs, list_coupled_pairs, order_contacts
+  use scree_scene, only: scheme_central_difference
   use scree_settle, only: settle
   use scree_state, only: state_t
   use scree_step_checks, only: check_state, check_try
   use scree_step_constraints, only: constraints_of_step
-  use scree_strain_choice, only: add_where_needed, choose_at_start
+  use scree_strain_choice, only: add_where_needed, choose_at_start, take_choice
   use scree_step_try, only: begin_outcome, outcome_t, remedy_shorter, remedy_stiffer, remedy_wider, try_t
   use scree_text, only: rounded_text
+  use scree_timers, only: begin_phase, phase_check, phase_restitution, phase_search, phase_update
   use scree_trouble, only: trouble_t, words_of
   use scree_update, only: update_state
   implicit none
@@ -41,8 +44,10 @@ module scree_time_stepper
     integer :: solves = 0                !! of all tries
     integer, allocatable :: judged(:, :) !! (4, n) contacts open, sliding, locked, changing, at each judgement of all tries
     integer :: rejected = 0              !! tries
+    integer :: refused = 0               !! steps made before it that were off by too much
     real(dp) :: travel = 0.0_dp          !! largest of a vertex, where a step may go only so far, length
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness
+    type(trouble_t) :: cut               !! why its last try that was rejected was
     type(trouble_t) :: impact            !! why an impact in it was left to springs
     integer, allocatable :: reached(:)   !! blocks asleep that others may touch; allocated: they are to wake, no step was made
   end type step_report_t
@@ -78,8 +83,9 @@ contains
       if (allocated(error)) return
       if (outcome%rejected > 0 .and. stop_signal() > 0) return
     end do tries
-    report = step_report_t(try%dt, outcome%iterations, outcome%solves, outcome%judged, outcome%rejected, try%travel, &
-                           work_of_step(model, cache, state, try%rule, try%d), outcome%impact)
+    call begin_phase(cache%timers, phase_update)
+    report = step_report_t(try%dt, outcome%iterations, outcome%solves, outcome%judged, outcome%rejected, 0, try%travel, &
+                           work_of_step(model, cache, state, try%rule, try%d), outcome%cut, outcome%impact)
     call accept(model, try, report%work, cache, state)
     call check_state(model, state, error)
   end subroutine advance
@@ -91,11 +97,18 @@ contains
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt
     type(try_t), intent(out) :: try
+    real(dp) :: largest
+    integer :: e
 
     try%dt = dt
+    if (model%settings%scheme == scheme_central_difference) then
+      call find_largest_step(model, cache, largest, e)
+      try%dt = dt/(aint(dt/largest) + 1) ! evenly, as each change of an explicit step changes what rings in it
+    end if
     if (allocated(model%effects%accuracy)) then
+      call begin_phase(cache%timers, phase_check)
       call choose_at_start(model, cache, state, dt, try%green)
-      cache%element%green = try%green
+      call take_choice(model, try%green, cache)
     end if
     allocate (try%contacts%contact(0))
     allocate (try%contacts%pair(2, 0))
@@ -114,6 +127,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(constraints_t) :: constraints
 
+    call begin_phase(cache%timers, phase_search)
     try%rule = step_rule_for(model%settings, state%step, state%time, state%pace%last, try%dt)
     try%remedy = remedy_shorter
     try%shorter = merge(shorter_cut, cut, model%settings%chooses_step)
@@ -213,11 +227,12 @@ contains
     if (allocated(try%impact%among)) among = try%impact%among
     do
       call settle(model, cache, state, try%rule, try%contacts, try%d, outcome, among)
+      call begin_phase(cache%timers, phase_check)
       if (.not. (outcome%settled .and. allocated(try%green))) return
       call add_where_needed(model, cache, try%contacts%pair, try%d, try%green, found)
       if (.not. found) return
       among = try%green .and. .not. cache%element%green
-      cache%element%green = try%green
+      call take_choice(model, try%green, cache)
       try%contacts%linear = .not. any(try%green)
     end do
   end subroutine settle_try
@@ -238,6 +253,7 @@ contains
     if (.not. allocated(model%effects%contact)) return
     if (model%effects%contact%restitution < 0 .or. all(try%contacts%count(2:) == 0)) return
     if (.not. any_closes(try%contacts)) return
+    call begin_phase(cache%timers, phase_restitution)
     again = try
     call push_apart(model, cache, state, try%rule, try%d, again%contacts, again%impact)
     if (size(again%impact%bearing) == 0) return
@@ -246,6 +262,7 @@ contains
     outcome_again = outcome
     call settle_try(model, cache, pushed, again, outcome_again)
     if (outcome_again%settled) call check_try(model, cache, state, again, outcome_again)
+    call begin_phase(cache%timers, phase_restitution)
     possible = outcome_again%settled
     outcome%settled = possible .or. again%remedy /= remedy_wider
     if (.not. outcome%settled) then
@@ -260,7 +277,7 @@ contains
     outcome%solves = outcome_again%solves
     outcome%judged = outcome_again%judged
     if (.not. possible) then
-      if (allocated(try%green)) cache%element%green = try%green
+      if (allocated(try%green)) call take_choice(model, try%green, cache)
       return
     end if
     outcome%iterations = max(outcome%iterations, outcome_again%iterations)
@@ -278,6 +295,7 @@ contains
 
     if (try%remedy == remedy_wider) return ! nothing that the step did was wrong
     outcome%rejected = outcome%rejected + 1
+    outcome%cut = outcome%trouble
     if (try%remedy == remedy_stiffer) return
     try%dt = try%shorter*try%dt
     if (try%dt < model%settings%least_step) &

@@ -4,11 +4,13 @@ module scree_update
   use scree_impact, only: impact_t
   use scree_integrator, only: end_rates, turns_acceleration
   use scree_interpolation, only: carried_rates, displacement_matrix, kinematics_t
+  use scree_finite_rotation, only: turn_finitely
   use scree_green_strain, only: green_strain
   use scree_kinds, only: dp
   use scree_material, only: push_stress_forward
   use scree_model, only: cache_t, model_t
   use scree_regions, only: first_vertex_of, last_vertex_of
+  use scree_scene, only: rotation_linear
   use scree_state, only: state_t
   use scree_stiffness, only: small_strain
   use scree_system, only: element_unknowns, values_of
@@ -46,9 +48,10 @@ contains
         own = values_of(model%elements, e, d)
         theta = matmul(element%gradient, own)
         turned(:, e) = 0.0_dp
-        if (model%effects%turns_exactly) turned(:, e) = whole_turn(theta)
-        F = deformation_gradient(theta + turned(:, e))
         call update_stress(model%effects%large_deformation, cache%element(e)%elasticity, theta, state%stress(:, e))
+        if (model%effects%rotation /= rotation_linear) &
+          call turn_finitely(model%effects%rotation, theta, turned(:, e), state%stress(:, e))
+        F = deformation_gradient(theta + turned(:, e))
         call move(element, own, turned(:, e), state%vertex(:, first_vertex_of(shape, e):last_vertex_of(shape, e)))
         state%deformation(:, e) = matrix_product(F, state%deformation(:, e))
         state%velocity(ids) = carried_rates(model%model, model%effects%transport, F, values_of(model%elements, e, state%velocity))
@@ -78,15 +81,6 @@ contains
     state%pace%last = rule%dt
     state%step = state%step + 1
   end subroutine update_state
-
-  !> What is to be added to a displacement gradient so that its rotation r turns by cos r and sin r (Shi: df25).
-  pure function whole_turn(theta) result(more)
-    real(dp), intent(in) :: theta(4) !! u_X, v_X, u_Y, v_Y
-    real(dp) :: more(4), r
-
-    r = 0.5_dp*(theta(2) - theta(3))
-    more = [cos(r) - 1, sin(r) - r, r - sin(r), cos(r) - 1]
-  end function whole_turn
 
   !> F = I + theta: xx, yx, xy, yy.
   pure function deformation_gradient(theta) result(F)

@@ -5,9 +5,12 @@ module scree_progress
   use scree_kinds, only: dp, i8
   implicit none
   private
-  public :: end_progress, progress_t, set_up_progress, show_step, tell, warn
+  public :: end_progress, progress_t, set_up_progress, show_step, stays_short, tell, warn
 
   real(dp), parameter :: between_lines = 0.1_dp !! s, on a terminal
+  !> Steps below this share of the size that was asked for are short; so many in a row that take so long are worth a word.
+  real(dp), parameter :: short_share = 0.5_dp, long = 3.0_dp !! long: s
+  integer, parameter :: many = 20
 
   !> What was shown and when.
   type :: progress_t
@@ -17,6 +20,10 @@ module scree_progress
     logical :: line_open = .false.
     integer(i8) :: begun = 0, shown = 0         !! clock
     real(dp) :: from = 0.0_dp                   !! time of the run when it began
+    integer :: warnings = 0                     !! so far
+    integer :: short = 0                        !! steps in a row that are short
+    integer(i8) :: short_since = 0              !! clock
+    logical :: told_of_short = .false.
   end type progress_t
 
   interface
@@ -51,12 +58,9 @@ contains
 
     if (progress%quiet) return
     tenths = int(10*time/end_time)
+    if (.not. progress%terminal .and. tenths <= progress%shown_tenths) return
     call system_clock(now, rate)
-    if (progress%terminal) then
-      if (real(now - progress%shown, dp) < between_lines*real(rate, dp) .and. time < end_time) return
-    else if (tenths <= progress%shown_tenths) then
-      return
-    end if
+    if (progress%terminal .and. real(now - progress%shown, dp) < between_lines*real(rate, dp) .and. time < end_time) return
     progress%shown = now
     progress%shown_tenths = tenths
     spent = real(now - progress%begun, dp)/real(rate, dp)
@@ -71,6 +75,24 @@ contains
     end if
     flush (output_unit)
   end subroutine show_step
+
+  !> Whether steps have been short for so long that one who waits at a terminal is to know why: true once in a run.
+  logical function stays_short(progress, dt, asked)
+    type(progress_t), intent(inout) :: progress
+    real(dp), intent(in) :: dt, asked   !! time
+    integer(i8) :: now, rate
+
+    stays_short = .false.
+    if (progress%quiet .or. .not. progress%terminal .or. progress%told_of_short) return
+    if (dt >= short_share*asked) progress%short = 0
+    if (dt >= short_share*asked) return
+    if (progress%short == 0) call system_clock(progress%short_since)
+    progress%short = progress%short + 1
+    if (progress%short < many) return
+    call system_clock(now, rate)
+    stays_short = real(now - progress%short_since, dp) > long*real(rate, dp)
+    progress%told_of_short = stays_short
+  end function stays_short
 
   !> Ends the line on a terminal.
   subroutine end_progress(progress)
@@ -95,6 +117,7 @@ contains
     type(progress_t), intent(inout) :: progress
     character(len=*), intent(in) :: line
 
+    progress%warnings = progress%warnings + 1
     call end_progress(progress)
     write (error_unit, '(a)') 'scree: warning: '//line
   end subroutine warn

@@ -78,7 +78,7 @@ def analysis_deck(name, stress, model, cover):
 {' '.join(map(repr, stress))}  0 0 0  0 0 0
 30 0 0
 &deck geometry='{name}.geo' /
-&method model='{model}' /
+&method model='{model}', strain='small' /
 &contact method='none' /
 &output every=12 /
 """ + (f"&cover {cover} /\n" if cover else "")

@@ -196,5 +196,5 @@ def test_the_costs_of_a_run_show_what_reading_took(tmp_path):
     done = check(tmp_path, block_file("a square", [(1, SQUARE)]), analysis(), "run", "-o", "r.h5")
     assert done.returncode == 0, done.stderr
     f = scree.read(tmp_path / "r.h5")
-    assert list(f.cost.phase) == ["read", "set-up", "steps", "results"]
+    assert list(f.cost.phase) == ["read", "set-up", "search", "alone", "check", "update", "history", "frames", "other"]
     assert f.cost.calls[0] == 1 and f.cost.wall_seconds[0] > 0

@@ -14,6 +14,7 @@ COMPANY = {
     "contact.adapt='shi'": ["method.preset=shi", "method.strain=green", "integrator.scheme=newmark"],
     "cover.": ["method.model=nmm"],
     "integrator.gamma": ["method.strain=green"],
+    "integrator.rho": ["method.strain=green"],
     "integrator.start='acceleration'": ["method.strain=green"],
 }
 SAMPLES = {"contact.rules": "coulomb", "cover.mesh": "mesh.msh", "cover.origin": "0 0", "acceleration.table": "0 0 0 1 0 0",
@@ -40,10 +41,10 @@ def sample(name):
 
 def breach(subject, condition):
     """Every way to break a rule: the number of the deck that it needs, and settings."""
-    match = re.fullmatch(r"(.*)='(.*)'", subject)
-    wanted = [f"{match[1]}={match[2]}"] if match else None
-    for name in [match[1]] if match else subject.split(", "):
-        given = wanted or [f"{name}={sample(name)}"]
+    match = re.fullmatch(r"(.*?)=('.*')", subject)
+    choices = [f"{match[1]}={value}" for value in re.findall(r"'(.*?)'", match[2])] if match else None
+    for setting in choices or [f"{name}={sample(name)}" for name in subject.split(", ")]:
+        given = [setting]
         if condition.startswith("without "):
             yield {}, [*given, f"{condition[8:]}={sample(condition[8:])}"]
         elif condition.endswith(" above 0"):

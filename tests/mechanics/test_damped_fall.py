@@ -6,8 +6,9 @@ import scree
 ALPHA, G, DENSITY = 0.8, 9.81, 2.5
 BODIES = {"dda": "&integrator gamma=0.5 /", "nmm": "&method model='nmm' /\n&cover edge=0.7 /\n&integrator gamma=0.5 /",
           "green": "&method model='nmm', strain='green' /\n&cover edge=0.7 /\n&integrator scheme='energy_momentum' /"}
-STEPS = {"beta 1": "&integrator gamma=0.5 /", "quiet": "", "beta 0.8": "&integrator beta=0.8 /", "beta 1/2": "&integrator beta=0.5 /",
-         "acceleration at the start": "&integrator beta=0.5, start='acceleration' /"}
+STEPS = {"beta 1": "&integrator gamma=0.5 /", **{name: f"&integrator scheme='newmark'{given} /" for name, given in
+                                                 (("quiet", ""), ("beta 0.8", ", beta=0.8"), ("beta 1/2", ", beta=0.5"),
+                                                  ("acceleration at the start", ", beta=0.5, start='acceleration'"))}}
 
 
 def run(folder, steps, dt, groups, velocity="0 0 0", carried=1, fixed=""):

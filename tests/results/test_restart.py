@@ -39,6 +39,7 @@ SCENES = {
                                              [*ADAPTING, "step.count=60"]),
     "blocks that fall asleep": lambda folder: (effects.on_ground(3, 2, 60.0).with_more(velocity=(20.0, 0.0, 0.0)).write(folder, "x"),
                                                ["step.sleep=1e-3", "step.end_time=5", "output.every=20"]),
+    "steps by accuracy": lambda folder: ([SOURCE / "input/validation/b10-rocking/push0.24.ana"], ["step.accuracy=1e-3"]),
     "impacts": lambda folder: ([SOURCE / "input/paper/arc/arc.ana"], ["contact.restitution=0.5", "step.size=2e-3"]),
 }
 
@@ -62,8 +63,8 @@ def differing(a, b, but=()):
     return sorted(a.keys() ^ b.keys()) + [name for name in a.keys() & b.keys() if a[name].tobytes() != b[name].tobytes()]
 
 
-def stop(number, decks, settings, path, seconds, pause):
-    """Starts a run and sends a signal; False where that ended before, or had no checkpoint yet."""
+def stop(number, decks, settings, path, seconds, pause, end):
+    """Starts a run and sends a signal; False where that ended before, had no checkpoint yet, or has one of its end."""
     path.unlink(missing_ok=True)
     with subprocess.Popen([SCREE, "run", *decks, "-o", path, "--quiet", *words(settings)], stderr=subprocess.PIPE) as run:
         while run.poll() is None and not path.exists():
@@ -76,16 +77,18 @@ def stop(number, decks, settings, path, seconds, pause):
     try:
         with h5py.File(path) as f:
             rest = f["checkpoint"]
+            if f["VTKHDF/Steps/Values"][rest["frame"][0]] >= end:
+                return False  # nothing is left to go on with
             return number != signal.SIGKILL or (rest["frame"][0] < f["VTKHDF/Steps"].attrs["NSteps"] and len(rest["rows"]) > 0
                                                 and rest["end"][0] <= len(rest["numbers"]))
     except (OSError, KeyError, IndexError):  # killed before the first checkpoint with its frame
         return False
 
 
-def stopped(number, decks, settings, path, seconds, moments):
+def stopped(number, decks, settings, path, seconds, moments, end):
     """Stops a run at a random moment, until that is one with something to go on from."""
-    for _ in range(20):
-        if stop(number, decks, settings, path, seconds, moments.uniform(0.0, 0.9)):
+    for _ in range(100):
+        if stop(number, decks, settings, path, seconds, moments.uniform(0.0, 0.9), end):
             return
     raise AssertionError("no moment to stop this run at")
 
@@ -102,9 +105,10 @@ def test_a_run_goes_on_with_the_same_bits(name, tmp_path):
     done = call("run", *decks, "-o", whole, "--quiet", *words(settings))
     seconds = time.monotonic() - begun
     assert done.returncode == 0, done.stderr
+    end = read(whole).times[-1]
     for moment in range(MOMENTS):
         number = (signal.SIGKILL, signal.SIGTERM)[moment % 2]
-        stopped(number, decks, settings, path, seconds, moments)
+        stopped(number, decks, settings, path, seconds, moments, end)
         done = call("run", "--restart", path, "--quiet", env={**os.environ, "OPENBLAS_NUM_THREADS": "12"[moment // 2 % 2]})
         assert done.returncode == 0, done.stderr
         assert differing(whole, path, () if number == signal.SIGKILL else ("VTKHDF", "bodies", "contacts")) == []
@@ -236,6 +240,7 @@ def components(source, name):
 
 @pytest.mark.parametrize("source, name", [
     ("model/state.f90", "state_t"), ("model/state.f90", "pace_t"), ("model/state.f90", "books_t"), ("model/state.f90", "sleep_t"),
+    ("model/state.f90", "deviation_t"),
     ("model/factored.f90", "factored_t"),
     ("model/contacts.f90", "contact_memory_t"), ("model/contacts.f90", "contact_t"), ("model/contacts.f90", "entrance_t"),
     ("stepping/watch.f90", "watch_t")])

@@ -152,7 +152,8 @@ def test_every_series_has_units_and_description_and_is_finite(t4):
 def test_absent_effects_are_absent(t4):
     with h5py.File(t4) as f:
         assert set(f["history/energy"]) == {"kinetic", "strain", "held", "work", "dissipated"}  # gamma 1/2 is above beta/2
-        assert [phase.decode().strip() for phase in f["cost/phase"]] == ["read", "set-up", "steps", "results"]
+        assert [phase.decode().strip() for phase in f["cost/phase"]] == [
+            "read", "set-up", "search", "alone", "check", "update", "history", "frames", "other"]  # nothing shares or touches
         assert "contacts" not in f
 
 

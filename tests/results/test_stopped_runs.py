@@ -42,7 +42,8 @@ def check_interrupted(path, said, name):
         frames = f["VTKHDF/Steps/Values"][:]
         assert len(frames) == n and frames[-1] == np.append(0, when)[-1] and (np.diff(when) > 0).all()
         assert len(when) == len(f["history/rotation"]) and len(f["bodies/area"]) == n
-        assert len(f["cost/phase"]) == (4 if len(when) else 3)  # a signal may come before the first step
+        phases = [phase.decode().strip() for phase in f["cost/phase"]]
+        assert phases[:2] == ["read", "set-up"] and ("history" in phases) == (len(when) > 0)  # a signal may come before the first step
         assert len(said.splitlines()) == 1 and f"interrupted by {name} after step {len(when)}, " in said and str(path) in said
         return len(when), n
 

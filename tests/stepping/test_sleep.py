@@ -67,7 +67,7 @@ def test_dominoes_that_sleep_fall_as_those_that_are_awake(size, given, tmp_path)
 
 
 @pytest.mark.parametrize("groups, tolerance", [("", 1e-9), ("&method strain='green' /", 1e-9),
-                                               ("&contact method='augmented' /", 1e-6)])  # it leaves an overlap of 1e-7 of the size
+                                               ("&method strain='small' /\n&contact method='augmented' /", 1e-6)])  # it leaves an overlap of 1e-7 of the size
 def test_a_wall_that_sleeps_wakes_as_a_whole_when_a_block_falls_on_it(groups, tolerance, tmp_path):
     given = decks(tmp_path, [*WALL, (1, box(0.3, 0.7, 6, 6.4))], steps=300, groups=groups)
     a, b = awake_and_asleep(tmp_path, *given)

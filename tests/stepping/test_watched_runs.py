@@ -8,7 +8,7 @@ import pytest
 import scree
 
 FREE_FALL = pathlib.Path(os.environ["SCREE_SOURCE"]) / "tests" / "data" / "classic" / "freefall"
-MODES = {"small": "", "green": "&method strain='green' /", "nmm": "&method model='nmm' /",
+MODES = {"small": "&method strain='small' /", "green": "&method strain='green' /", "nmm": "&method model='nmm', strain='small' /",
          "nmm green": "&method model='nmm', strain='green' /"}
 
 
@@ -83,7 +83,7 @@ def test_energy_that_an_unstable_integrator_makes_is_named_and_ends_the_run(stra
 def test_growth_by_rotation_is_warned_of_once_and_goes_on(tmp_path):
     """A step turned by r grows small strain's area by 1 + r^2: by (1 + 0.1^2)^k for steps of 0.1 rad, the run of Shi's programs."""
     said, f = run(tmp_path, [(0.0, 0.0, 1.0, 1.0, 1)], SPIN.format(
-        steps=60, dt=0.01, spin=10.0, groups="&method mass='constant' /\n&integrator beta=0.5, transport='rates' /"))
+        steps=60, dt=0.01, spin=10.0, groups="&method strain='small', mass='constant' /\n&integrator beta=0.5, transport='rates' /"))
     area = f.bodies.area[-1, 0]
     assert area > 1.5 and said.count("times its area at the start") == 1 and "block 1, (" in said, said
     said, _ = run(tmp_path, [(0.0, 0.0, 1.0, 1.0, 1)], SPIN.format(steps=60, dt=0.01, spin=10.0, groups="&method strain='green' /"))

@@ -104,7 +104,7 @@ def test_the_time_to_reach_an_error_is_that_from_which_on_it_is_kept():
 
 def test_the_grid_varies_one_axis_at_a_time_or_all():
     axes = {"strain": ["deck", "green"], "integrator": ["deck", "shi", "newmark"], "contact": ["deck", "0.1"],
-            "tolerance": ["deck"], "mesh": ["deck", "2"], "step": [2.0, 1.0]}
+            "tolerance": ["deck"], "mesh": ["deck", "2"], "accuracy": ["deck"], "step": [2.0, 1.0]}
     assert len(choices.grid(axes)) == 2 * 2 * (3 + 1 + 1)
     assert len(choices.grid(axes, every=True)) == 2 * 3 * 2 * 2 * 2
 
@@ -172,10 +172,11 @@ def test_errors_are_those_of_theory(turning):
 def test_the_default_is_that_of_a_new_deck(turning):
     _, written, rows = turning
     default = [row for row in rows["triangle"] if row["default"]]
-    assert len(default) == 5 and {(row["strain"], row["integrator"]) for row in default} == {("small", "newmark 1, 0.5625")}
+    assert len(default) == 5 and {(row["strain"], row["integrator"]) for row in default} == {("auto", "energy_decaying 1")}
     reached = written["scenes"][0]["seconds to reach"]["angle"]
     assert [time for time, *_ in reached["0.01"]] == sorted(time for time, *_ in reached["0.01"])
-    assert not any(default for *_, default in reached["0.001"])  # an error of a/w t is above it at all these steps
+    once = [row["error: angle"] for row in rows["triangle"] if (row["strain"], row["integrator"]) == ("small", "newmark 1, 0.5625")]
+    assert len(once) == 5 and min(once) > 1e-3  # an error of a/w t is above it at all these steps
 
 
 def test_the_page_needs_no_network_and_shows_all_scenes(turning):
@@ -323,3 +324,26 @@ def test_errors_do_not_depend_on_the_units(model, tmp_path):
                        "--tolerances", "deck", "--steps", 4, 2, "--rounds", 1, "--quantity", "displacement", "rotation")
         errors.append([row[key] for row in rows["slides"] for key in ("error: displacement", "error: rotation")])
     assert len(errors[0]) == 8 and errors[0] == pytest.approx(errors[1], rel=1e-3, abs=1e-8)
+
+
+def test_comparators_are_ways_where_they_are_asked_for(tmp_path):
+    """Cures of small strain, generalized-alpha and central differences; what a scene cannot take is left out."""
+    _, rows = cost(tmp_path, "pendulum", "corner-drop", "--strains", "small", "trigonometric", "green", "--integrators", "deck",
+                   "alpha-0.5", "central", "--steps", "1", "0.5", "--contacts", "deck", "--tolerances", "deck", "--rounds", "1")
+    ways = {(row["strain"], row["integrator"].split()[0]) for row in rows["pendulum"]}
+    assert {(strain, scheme) for strain in ("small", "trigonometric", "green") for scheme in ("generalized_alpha", "central_difference")} < ways
+    error = {(row["strain"], row["integrator"].split()[0], row["step"]): row["error: area"] for row in rows["pendulum"]}
+    finest = min(step for *_, step in error)
+    assert error["trigonometric", "newmark", finest] < 1e-4 * error["small", "newmark", finest]
+    assert {row["integrator"].split()[0] for row in rows["corner-drop"]} == {"newmark", "energy_decaying"}  # they have no restitution
+
+
+def test_runs_by_accuracy_say_what_was_asked_beside_what_is_true(tmp_path):
+    _, rows = cost(tmp_path, "triangle", "--strains", "green", "--accuracies", "1e-2", "1e-3", "--integrators", "deck", "--steps", "4",
+                   "--contacts", "deck", "--tolerances", "deck", "--rounds", "1")
+    found = {row["accuracy"]: row for row in rows["triangle"] if row["accuracy"]}
+    assert sorted(found) == ["0.001", "0.01"]
+    for asked, row in found.items():
+        share = row["error: angle"] * math.pi  # of the angle, over the chord of half a turn
+        assert share < 3 * float(asked) and share / 3 < row["estimate"] < 3 * share
+    assert found["0.001"]["steps"] > found["0.01"]["steps"]

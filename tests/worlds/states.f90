@@ -4,7 +4,7 @@ module states
   use scree_contacts, only: contact_memory_t, contact_t
   use scree_factored, only: factored_t
   use scree_kinds, only: dp
-  use scree_state, only: books_t, state_t
+  use scree_state, only: books_t, deviation_t, state_t
   implicit none
   private
   public :: first_difference
@@ -46,7 +46,21 @@ contains
       if (len(name) == 0) name = difference_of_contacts(contact_memory_t(a%sleep%contact, a%sleep%inside), &
                                                         contact_memory_t(b%sleep%contact, b%sleep%inside))
     end if
+    if (allocated(a%deviation) .neqv. allocated(b%deviation)) name = 'whether the error is estimated'
+    if (allocated(a%deviation) .and. allocated(b%deviation)) then
+      if (.not. same(numbers_of_deviation(a%deviation), numbers_of_deviation(b%deviation))) name = 'deviation'
+      if (any(a%deviation%smooth .neqv. b%deviation%smooth)) name = 'smooth steps'
+    end if
   end function first_difference
+
+  !> How far a run is off, as numbers.
+  pure function numbers_of_deviation(own) result(numbers)
+    type(deviation_t), intent(in) :: own
+    real(dp), allocatable :: numbers(:)
+
+    numbers = [own%from, own%place, own%motion, own%acceleration, own%restoring, own%slow, own%pace]
+    numbers = [numbers, own%growth, own%impact, own%way, own%step, own%excess, real(own%rough, dp)]
+  end function numbers_of_deviation
 
   !> Likewise of a matrix whose factor is kept.
   function difference_of_factored(a, b) result(name)

@@ -1,6 +1,7 @@
 !> Worlds for unit tests, in a line. They are made as a run makes them: decks are written, read and set up.
 module worlds
   use, intrinsic :: iso_fortran_env, only: error_unit
+  use scree_accurate_step, only: advance_estimated
   use scree_block_input, only: blocks_t
   use scree_effects, only: refresh_elements
   use scree_errors, only: error_t
@@ -133,7 +134,9 @@ contains
     type(step_report_t) :: report
 
     associate (settings => world%scene%settings, state => world%state)
-      if (allocated(state%sleep)) then
+      if (allocated(state%deviation)) then
+        call advance_estimated(world%model, world%awake, world%cache, state, report, error)
+      else if (allocated(state%sleep)) then
         call advance_awake(world%model, next_size(settings, state), world%awake, world%cache, state, report, error)
       else
         call advance(world%model, next_size(settings, state), world%cache, state, report, error)

@@ -10,11 +10,13 @@ program bench_problems
   use scree_friction_solver, only: friction_work_t, solve_friction
   use scree_kinds, only: dp
   use scree_sparse_matrix, only: add_element, build_pattern
+  use scree_timers, only: timers_t
   implicit none
 
   real(dp), parameter :: tolerance = 1e-8_dp !! of the largest force, that of a step
   type(friction_problem_t) :: problem
   type(friction_work_t) :: work
+  type(timers_t) :: timers
   real(dp), allocatable :: x(:)
   integer, allocatable :: state(:)
   real(dp) :: begun, ended, left
@@ -30,7 +32,7 @@ program bench_problems
     if (allocated(state)) deallocate (state)
     allocate (state(size(problem%spring)))
     call cpu_time(begun)
-    call solve_friction(problem, head(5) == 1, tolerance, x, state, found, work)
+    call solve_friction(problem, head(5) == 1, tolerance, timers, x, state, found, work)
     call cpu_time(ended)
     call forces_left(problem, x, state, left)
     write (output_unit, '(i0, es10.2, 2(1x, i0), es12.4)') merge(1, 0, found), left, work%factors, work%pieces, ended - begun

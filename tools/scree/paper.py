@@ -33,6 +33,7 @@ class Rotation:
         self.time = history.time
         self.area = history.area / (math.sqrt(0.1875) * 2 * EDGE**2 / 2) - 1
         self.stress = point.stress[:, 0]
+        self.rotation = history.rotation[:, 0]
         self.momentum = history.momentum[:, 2]
         self.energy = history.energy.kinetic + history.energy.strain
         start = np.array([EDGE / 2, EDGE / math.sqrt(12)])
@@ -105,14 +106,25 @@ def rows(deck):
         yield deck(f"large-{degrees}"), "angle %", "", exact, 1e-4, angle
 
 
+def rows_of_cures():
+    """The same for the cures of small strain's growth on the free triangle, whose growth and turn in a step of 3.6 degrees they say."""
+    r = math.radians(3.6)
+    for cure, growth, turn in (("linear", 1 + r**2, math.atan(r)), ("exact", 1, r), ("adjusted", 1, r),
+                               ("second_order", 1 + r**4 / 4, math.atan(r / (1 - r**2 / 2))), ("trigonometric", 1, math.asin(r)),
+                               ("exponential", 1, r)):
+        yield f"free {cure}", "volume %", "", 100 * (growth**100 - 1), 1e-9, Rotation.volume_error
+        yield f"free {cure}", "angle %", "", 100 * (turn / r - 1), 1e-9, lambda r: 100 * (r.rotation[-1] / (OMEGA * r.time[-1]) - 1)
+
+
 def compare_rotation(run):
     """Prints the table; returns the number of misses."""
     misses, results = 0, {}
     print(f"{'deck':<24}{'quantity':<52}{'paper':>8}{'expected':>14}{'scree':>14}{'difference':>12}")
-    for twin in ("", "-dda"):
-        for name, what, paper, expected, allowed, read in rows(lambda deck: deck + twin):
+    for table in (rows(lambda deck: deck), rows(lambda deck: deck + "-dda"), rows_of_cures()):
+        for name, what, paper, expected, allowed, read in table:
             if name not in results:
-                results[name] = Rotation(run(DECKS / f"{name}.ana", name=name))
+                deck, *cure = name.split()
+                results[name] = Rotation(run(DECKS / f"{deck}.ana", settings=[f"method.rotation={c}" for c in cure], name=name))
             found = read(results[name])
             miss = not abs(found - expected) <= allowed
             misses += miss

@@ -8,6 +8,7 @@ import numpy as np
 from .errors import ResultsError
 
 GIVEN_AS = {"fixed": 1, "load": 2, "measured": 3}  # /points/kind
+STEPS = ("search", "alone", "assemble", "factor", "solve", "judge", "friction", "restitution", "check", "update", "sleep")
 
 
 def read(path):
@@ -230,8 +231,10 @@ class Results(Group):
         return self["points/place"][self["points/kind"] == GIVEN_AS[kind]]
 
     def seconds(self, phase, of="wall"):
-        """What a phase took (read, set-up, steps, results), of the `wall` or of the `processor`."""
-        return self[f"cost/{of}_seconds"][list(self["cost/phase"]).index(phase)]
+        """What a phase took (doc/results.md), or all that make up the steps (`steps`), of the `wall` or of the `processor`; 0 where
+        there was none."""
+        phases = STEPS if phase == "steps" else (phase,)
+        return float(self[f"cost/{of}_seconds"][np.isin(self["cost/phase"], phases)].sum())
 
 
 def as_text(value):

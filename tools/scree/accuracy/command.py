@@ -8,11 +8,15 @@
                                                  blocks; rotation, area, mean stress of blocks; kinetic energy
     the ways, on each axis as the scene has it by default:
         --strains deck small green auto auto:1e-4      auto with an accuracy
+            exact adjusted second_order trigonometric exponential    small strain with that method.rotation, where asked for
         --integrators deck shi newmark newmark-half momentum momentum-1 decaying
+            alpha-1 alpha-0.8 alpha-0.5 alpha-0 central              to compare with, where asked for
         --steps 4 2 1 0.5 0.25                   over the step of the deck
         --contacts deck 0.1 10 multipliers       stiffness over that of the deck, or springs and multipliers
         --tolerances deck 1e-6 1e-3              iteration.tolerance
         --meshes deck 2 0.5                      cover.edge over that of the deck
+        --accuracies 1e-2 1e-3 1e-4              of runs that choose their steps by it: what is asked beside what is true and what is
+                                                 estimated; the largest step is the largest of --steps
         --all                                    every combination, not strains with steps and one of the others at a time
     --set GROUP.NAME=VALUE                       a setting of every run
     --rounds 3 --jobs N --limit 60               times that each run is timed; runs at once; seconds that one may take
@@ -32,7 +36,7 @@ import sys
 
 from ..errors import ScreeError
 from ..program import call, program, work_folder
-from .choices import DECK, INTEGRATORS, MULTIPLIERS, STRAINS, grid
+from .choices import COMPARED, CURES, DECK, INTEGRATORS, MULTIPLIERS, STRAINS, grid
 from .runs import Study, explain, run_all
 from .scenes import QUANTITIES, SHIPPED, own
 from .table import Findings, print_findings, write_csv, write_json
@@ -61,8 +65,8 @@ def tolerance(word):
 
 def strain(word):
     name, _, accuracy = word.partition(":")
-    if name not in (DECK, *STRAINS) or (accuracy and name != "auto"):
-        raise argparse.ArgumentTypeError(f"expected {DECK}, {', '.join(STRAINS)} or auto:ACCURACY, found '{word}'")
+    if name not in (DECK, *STRAINS, *CURES) or (accuracy and name != "auto"):
+        raise argparse.ArgumentTypeError(f"expected {DECK}, {', '.join(STRAINS + CURES)} or auto:ACCURACY, found '{word}'")
     if accuracy:
         above_zero(accuracy)
     return word
@@ -74,11 +78,12 @@ def arguments():
     parser.add_argument("--quantity", nargs="+", choices=QUANTITIES, default=["displacement", "rotation", "area", "kinetic"],
                         metavar="NAME", help="what a deck of one's own is judged by")
     parser.add_argument("--strains", nargs="+", type=strain)
-    parser.add_argument("--integrators", nargs="+", choices=[DECK, *INTEGRATORS], metavar="NAME")
+    parser.add_argument("--integrators", nargs="+", choices=[DECK, *INTEGRATORS, *COMPARED], metavar="NAME")
     parser.add_argument("--steps", nargs="+", type=above_zero)
     parser.add_argument("--contacts", nargs="+", type=contact)
     parser.add_argument("--tolerances", nargs="+", type=tolerance)
     parser.add_argument("--meshes", nargs="+", type=factor)
+    parser.add_argument("--accuracies", nargs="+", type=tolerance)
     parser.add_argument("--all", action="store_true", help="every combination")
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE", help="a setting of every run")
     parser.add_argument("--rounds", type=int, default=3)
@@ -96,7 +101,8 @@ def arguments():
 
 def axes_of(scene, given):
     """The axes of a scene, but for those that were given."""
-    asked = {axis: getattr(given, f"{axis}s" if axis != "mesh" else "meshes") for axis in scene.axes}
+    asked = {axis: getattr(given, {"mesh": "meshes", "accuracy": "accuracies"}.get(axis, f"{axis}s")) for axis in scene.axes}
+    asked["accuracy"] = asked["accuracy"] and [DECK, *asked["accuracy"]]
     return {axis: asked[axis] or words for axis, words in scene.axes.items()}
 
 

@@ -6,10 +6,11 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of what draws)
 
+from .choices import CURES  # noqa: E402
 from .table import METHOD  # noqa: E402
 
 LEAST = 1e-15  # an error of nothing is drawn there
-MARKERS = {"small": "o", "green": "s", "auto": "^"}
+MARKERS = {"small": "o", "green": "s", "auto": "^", **dict(zip(CURES, "xv<>D"))}
 LINES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)), (0, (8, 2)))
 
 

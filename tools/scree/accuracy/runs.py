@@ -101,7 +101,7 @@ class Study:
         asked = explain(decks, settings, self.path)
         files = files_of(decks, asked)
         kept = sorted((name, value) for name, value in asked.items() if name != "deck.geometry")
-        method = hashed(*files, [row for row in kept if not row[0].startswith("step.")])
+        method = hashed(*files, [row for row in kept if not row[0].startswith("step.") or row[0] == "step.accuracy"])
         key = hashed(self.program, *files, kept)
         return Run(self.scene, choice, decks, settings, asked, key, method, self.kept / f"{key}.json", extra)
 
@@ -155,6 +155,8 @@ def measure(run, path, limit):
         closed = history.contacts[:, 1:].sum(1) if "contacts" in history else np.zeros(1)
         values = {name: np.atleast_1d(np.asarray(quantity.measure(r), float)).ravel().tolist()
                   for name, quantity in run.scene.quantities.items()}
+        if "error" in history:
+            found["estimate"] = float(history.error.share[-1])
         return {**found, "seconds": r.seconds("steps", "processor"), "values": values,
                 "impacts": "contact.restitution" in run.asked or bool((np.diff(closed) > 0).any())}
 

@@ -25,13 +25,15 @@ class Quantity:
     """Numbers that a run is judged by.
 
     An error is the largest difference from `exact`, a closed form that leaves out as much as `doubt`, or without one from an
-    extrapolated reference; over `scale`, or without one over the largest number of the reference.
+    extrapolated reference; over `scale`, or without one over the largest number of the reference. `way` is in its unit the displacement
+    that an accuracy of the steps is a share of, where it is not that.
     """
 
     measure: typing.Callable  # results -> numbers
     exact: object = None
     scale: float = None
     doubt: float = 0.0
+    way: float = None
 
 
 @dataclasses.dataclass
@@ -52,8 +54,8 @@ class Scene:
 
 
 def axes(strains=STRAINS, integrators=STEPPERS, contacts=(DECK, "0.1", "10", MULTIPLIERS), tolerances=(DECK, "1e-6", "1e-3"),
-         meshes=(DECK,), steps=FACTORS):
-    return dict(zip(AXES, map(list, (strains, integrators, contacts, tolerances, meshes, steps))))
+         meshes=(DECK,), accuracies=(DECK,), steps=FACTORS):
+    return dict(zip(AXES, map(list, (strains, integrators, contacts, tolerances, meshes, accuracies, steps))))
 
 
 def shipped(text):
@@ -115,7 +117,7 @@ def triangle(name, text):
     stretch = 1e-6  # by what turns with it, and what that makes of an angle
     return Scene(name, text, with_groups(deck, "&method model='nmm', plane='strain' /"), {
         "area": Quantity(area_over_start, 1.0, 1.0, stretch),
-        "angle": Quantity(rotation(0), 2 * math.pi, 2 * math.pi, 1e-7)},
+        "angle": Quantity(rotation(0), 2 * math.pi, 2 * math.pi, 1e-7, way=2.0)},
         1.0, 0.01, axes(contacts=[DECK], steps=[4.0, 2.0, 1.0, 0.5, 0.25, 0.1]))
 
 
@@ -133,7 +135,7 @@ def pendulum(name, text):
     angle = -math.pi / 2 + references.pendulum(math.pi / 2, (arm**2 + 1 / 6) / arm, 2.0, G)
     # rho g L/E = 2.5e-6 of stretch at rest, three times that at the bottom
     return Scene(name, text, write, {
-        "angle": Quantity(rotation(0), angle, 1.0, 1e-5),
+        "angle": Quantity(rotation(0), angle, 1.0, 1e-5, way=2.0),
         "area": Quantity(area_over_start, 1.0, 1.0, 1e-5)},
         2.0, 0.01, axes(contacts=[DECK]))
 
@@ -179,7 +181,8 @@ def corner_drop(name, text):
     x, y, angle = references.SlopeImpact(0.05, 0.05, 0.3).place((0.125, 0.475), 0.15)
     return Scene(name, text, with_groups(deck, "&contact restitution=0 /"), {
         "way": Quantity(at_end(lambda r: r.measured_points.displacement[:, 0]), (x - 0.125, y - 0.475), None, 1e-6),
-        "angle": Quantity(rotation(1), angle, None, 1e-6)},
+        "angle": Quantity(rotation(1), angle, None, 1e-6),
+        "area": Quantity(area_over_start, 1.0, 1.0, 1e-5)},
         0.15, 0.002, axes())
 
 
@@ -214,7 +217,8 @@ def arc_slide(name, text):
     return Scene(name, text, with_groups(INPUT / "paper/arc/arc.ana", "&contact restitution=0 /"), {
         "rise": Quantity(lambda r: top(r)[1], exact.rise, arc.RISE, 1e-6),
         "time of the top": Quantity(lambda r: top(r)[0], arc.PUSH_TIME + exact.top_time, None, 1e-6),
-        "speed back": Quantity(speed_back, exact.speed_back, arc.SPEED, 1e-6)},
+        "speed back": Quantity(speed_back, exact.speed_back, arc.SPEED, 1e-6),
+        "area": Quantity(area_over_start, 1.0, 1.0, 1e-5)},
         1.9, 0.004, axes(steps=[2.0, 1.0, 0.5, 0.25]))
 
 

@@ -13,7 +13,7 @@ from .orders import agreed, distance, extrapolate, front, Limit, observed_order,
 from .runs import recorded
 
 TARGETS = (1e-1, 1e-2, 1e-3, 1e-4)
-METHOD = ("strain", "integrator", "contact", "tolerance", "mesh")
+METHOD = ("strain", "integrator", "contact", "tolerance", "mesh", "accuracy")
 
 
 class Answer:
@@ -35,11 +35,13 @@ def method_of(run):
     strain = asked["method.strain"]
     if strain == "auto" and ":" in choice.strain:
         strain = choice.strain
-    weights = [asked["integrator.beta"]] + [asked[name] for name in ("integrator.gamma",) if name in asked]
-    words = {"strain": strain, "integrator": f"{asked['integrator.scheme']} {', '.join(weights)}"}
-    for axis in ("contact", "tolerance", "mesh"):
+    if asked["method.rotation"] != "linear":
+        strain = asked["method.rotation"]
+    weights = [asked[name] for name in ("integrator.beta", "integrator.gamma", "integrator.rho") if name in asked]
+    words = {"strain": strain, "integrator": f"{asked['integrator.scheme']} {', '.join(weights)}".strip()}
+    for axis in METHOD[2:]:
         word = getattr(choice, axis)
-        is_factor = axis != "tolerance" and word != MULTIPLIERS
+        is_factor = axis not in ("tolerance", "accuracy") and word != MULTIPLIERS
         words[axis] = "" if word == DECK else f"{word} x" if is_factor else word
     return words
 
@@ -101,7 +103,7 @@ class Findings:
         seconds = record.get("seconds", [])
         row = {"scene": self.scene.name, **method_of(run), "step": run.step, "default": default, "method": run.method,
                "seconds": statistics.median(seconds) if seconds else None, "rounds": len(seconds),
-               **{name: record.get(name) for name in ("steps", "cuts", "solves", "instructions", "impacts", "ended")}}
+               **{name: record.get(name) for name in ("steps", "cuts", "solves", "instructions", "impacts", "estimate", "ended")}}
         for name in self.names:
             value, answer = record.get("values", {}).get(name), self.answers[name]
             error = answer.error(value) if value is not None and answer else math.inf
@@ -169,6 +171,18 @@ class Findings:
                               f"{default[0] / time:.1f} times" if default else "not reached"))
         return lines
 
+    def by_accuracy(self):
+        """Of each run that chose its steps by an accuracy: strain, what was asked, the largest error over the displacement, whose it is,
+        what was estimated, steps, seconds.
+        """
+        lines = []
+        for row in (row for row in self.rows if row["accuracy"]):
+            errors = [(error * self.answers[name].scale / (self.scene.quantities[name].way or self.answers[name].scale), name)
+                      for name in self.names if (error := row[f"error: {name}"]) is not None]
+            lines.append((row["strain"], float(row["accuracy"]), *max(errors, default=(None, row["ended"])), row["estimate"],
+                          row["steps"], row["seconds"]))
+        return lines
+
     def about(self, name):
         """A line on what a quantity is held against."""
         answer = self.answers[name]
@@ -182,7 +196,7 @@ def columns_of(names):
     errors = [column for name in names for column in ((name, f"error: {name}", ".2e", max(9, len(name))),
                                                       ("order", f"order in words: {name}", "", -13), ("", f"mark: {name}", "", -1))]
     return [("strain", "strain", "", -6), ("integrator", "integrator", "", -22), ("contact", "contact", "", -11),
-            ("tol.", "tolerance", "", -5), ("mesh", "mesh", "", -5), ("step", "step", ".4g", 9), *errors,
+            ("tol.", "tolerance", "", -5), ("mesh", "mesh", "", -5), ("accuracy", "accuracy", "", -8), ("step", "step", ".4g", 9), *errors,
             ("s", "seconds", ".4f", 9), ("steps", "steps", "d", 6), ("cut", "cuts", "d", 4), ("solves", "solves", "d", 7),
             ("instructions", "instructions", "d", 12), ("", "place", "", -8)]
 
@@ -196,6 +210,7 @@ def print_findings(findings):
     table = Table([column for column in columns_of(findings.names) if ":" in column[1] or any(row.get(column[1]) for row in rows)])
     for row in rows:
         table.add(row)
+    print_accuracies(findings)
     ended = [row["ended"] for row in findings.rows if row["ended"] != "complete"]
     others = [f"{ended.count(words)} ended: {words}" for words in dict.fromkeys(ended)]
     print(f"and {len(findings.rows) - len(rows)} other runs", *others, sep="; ")
@@ -205,6 +220,18 @@ def print_findings(findings):
             print(f"  order in the mesh, {method}: {order:.2f}")
         for wanted, best, others, default in findings.cheapest(name):
             print(f"  to {wanted:g}: {'; '.join(filter(None, (best, others, f'the default, {default}')))}")
+
+
+def print_accuracies(findings):
+    """What runs that chose their steps were asked beside what they came to: in doubt below what the answer leaves out."""
+    lines = findings.by_accuracy()
+    if lines:
+        table = Table([("strain", "strain", "", -6), ("asked", "asked", ".0e", 6), ("is off", "error", ".1e", 8),
+                       ("over that", "over", ".2f", 9), ("estimated", "estimate", ".1e", 9), ("", "", "", 1),
+                       ("whose", "name", "", -16), ("steps", "steps", "d", 7), ("s", "seconds", ".3f", 8)])
+        for strain, asked, error, name, estimate, steps, seconds in lines:
+            table.add({"strain": strain, "asked": asked, "error": error, "over": error and error / asked, "estimate": estimate, "": "",
+                       "name": name, "steps": steps, "seconds": seconds})
 
 
 def write_csv(path, all_findings):

@@ -1,6 +1,6 @@
 """Runs hard scenes and prints case | size | step | strain | restitution | verdict | worst figures | steps, cuts, solves | s | peers.
 
-    tools/hard [CASE ...] [--edges 1e-3 1 1e3] [--steps 5 1] [--strains small green] [--restitutions none 0 0.5 1] [--vary | --all]
+    tools/hard [CASE ...] [--edges 1e-3 1 1e3] [--steps 5 1] [--strains auto small green] [--restitutions none 0 0.5 1] [--vary | --all]
                [--random N [--first NUMBER]] [--limit SECONDS] [--sheet PICTURE.png] [--set GROUP.NAME=VALUE] [--scree PROGRAM] [--keep FOLDER] [--list]
 
 Without a case, all of them. Settings are default ones but for what is varied: the edge of a block in m, the step in ms for an edge of
@@ -38,11 +38,11 @@ class Way:
 
     edge: float = EDGE
     step: float = 1e3 * STEPS[0]   # ms, for an edge of 1 m
-    strain: str = "small"
+    strain: str = "auto"
     restitution: str = "none"
 
     def settings(self):
-        settings = [f"method.strain={self.strain}"] if self.strain != "small" else []
+        settings = [f"method.strain={self.strain}"] if self.strain != "auto" else []
         return settings + ([f"contact.restitution={self.restitution}"] if self.restitution != "none" else [])
 
 
@@ -51,10 +51,10 @@ def ways(given):
     axes = {"edge": given.edges, "step": given.steps, "strain": given.strains, "restitution": given.restitutions}
     if given.vary:
         base = Way()
-        others = {"edge": [1e-3, 1e3], "step": [1e3 * STEPS[1]], "strain": ["green"], "restitution": ["0", "0.5", "1"]}
+        others = {"edge": [1e-3, 1e3], "step": [1e3 * STEPS[1]], "strain": ["small", "green"], "restitution": ["0", "0.5", "1"]}
         return [base, *(dataclasses.replace(base, **{name: value}) for name, values in others.items() for value in values)]
     if given.all:
-        axes = {"edge": [1.0, 1e-3, 1e3], "step": [1e3 * s for s in STEPS], "strain": ["small", "green"],
+        axes = {"edge": [1.0, 1e-3, 1e3], "step": [1e3 * s for s in STEPS], "strain": ["auto", "small", "green"],
                 "restitution": ["none", "0", "0.5", "1"]}
     return [Way(*values) for values in itertools.product(*axes.values())]
 
@@ -121,10 +121,10 @@ def arguments():
     parser.add_argument("case", nargs="*", help=f"of {' '.join(CASES)}")
     parser.add_argument("--edges", type=float, nargs="+", default=[base.edge], help="of a block, m")
     parser.add_argument("--steps", type=float, nargs="+", default=[base.step], help="ms, for an edge of 1 m")
-    parser.add_argument("--strains", nargs="+", default=[base.strain], choices=("small", "green"))
+    parser.add_argument("--strains", nargs="+", default=[base.strain], choices=("auto", "small", "green"))
     parser.add_argument("--restitutions", nargs="+", default=[base.restitution], help="none, or numbers from 0 to 1")
     parser.add_argument("--vary", action="store_true", help="the way of all defaults, and from it one thing at a time")
-    parser.add_argument("--all", action="store_true", help="48 ways a case")
+    parser.add_argument("--all", action="store_true", help="72 ways a case")
     parser.add_argument("--random", type=int, default=0, metavar="N", help="N scenes drawn at random, with options at random, instead")
     parser.add_argument("--first", type=int, default=0, help="number of the first of these (0)")
     parser.add_argument("--limit", type=float, default=60.0, help="seconds of a run (60)")

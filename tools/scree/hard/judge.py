@@ -67,7 +67,7 @@ def momentum_change(r, scene, size):
 def growth_by_turning(r):
     """By how much small strain lets the area of a block grow, and what its spin is worth: 1 + r^2 in each step that turns it by r, a
     property that is known and said."""
-    if any(setting.startswith("method.strain = green") for setting in r.scene.settings):
+    if not any(setting.startswith("method.strain = small") for setting in r.scene.settings):
         return 0.0
     turned = np.diff(r.history.rotation, axis=0, prepend=0.0)
     return float((np.prod(1 + turned**2, axis=0) - 1).max())

@@ -1,0 +1,319 @@
+!> What a run came to, in words for a screen, and as a JSON object (doc/results.md).
+module scree_summary_words
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use scree_json, only: begin_list, begin_object, end_list, end_object, json_t, put, put_null
+  use scree_kinds, only: dp
+  use scree_run_summary, only: change_of_area, lost_otherwise, share_lost, summary_t, vertex_most_t
+  use scree_text, only: number_text, rounded_text, short_text, text_t
+  use scree_timers, only: cost_t
+  implicit none
+  private
+  public :: ending_t, json_of, lines_of
+
+  integer, parameter :: most_phases = 5          !! named on the screen
+  real(dp), parameter :: least_share = 0.02_dp   !! of the time that a phase named there took
+
+  !> How a run ended.
+  type :: ending_t
+    character(len=:), allocatable :: status      !! as in the results: complete, interrupted, or stopped: reason
+    character(len=:), allocatable :: path        !! of the results
+    integer :: warnings = 0
+    type(cost_t), allocatable :: cost(:)
+  end type ending_t
+
+contains
+
+  !> The summary as lines, the last of which names the results.
+  function lines_of(summary, ending) result(line)
+    type(summary_t), intent(in) :: summary
+    type(ending_t), intent(in) :: ending
+    type(text_t), allocatable :: line(:)
+
+    allocate (line(0))
+    call add('ended: '//words_of_end(summary, ending%status))
+    call add('steps: '//words_of_steps(summary, ending))
+    call add('moves: '//words_of_motion(summary))
+    call add('energy: '//words_of_energy(summary))
+    call add('area: '//words_of_change(change_of_area(summary)))
+    if (summary%touches) call add('overlap: '//words_of_overlap(summary))
+    call add('time: '//words_of_time(ending%cost))
+    if (ending%warnings > 0) call add('warnings: '//number_text(ending%warnings))
+    call add('results: '//ending%path)
+
+  contains
+
+    subroutine add(text)
+      character(len=*), intent(in) :: text
+
+      line = [line, text_t(text)]
+    end subroutine add
+
+  end function lines_of
+
+  !> How and when it ended.
+  function words_of_end(summary, status) result(text)
+    type(summary_t), intent(in) :: summary
+    character(len=*), intent(in) :: status
+    character(len=:), allocatable :: text
+
+    text = status(:index(status//':', ':') - 1)//' at time '//words_of_instant(summary%reached)
+    if (summary%asked < huge(summary%asked)) text = text//' of '//words_of_instant(summary%asked)
+  end function words_of_end
+
+  !> Steps planned and taken, and what they took.
+  function words_of_steps(summary, ending) result(text)
+    type(summary_t), intent(in) :: summary
+    type(ending_t), intent(in) :: ending
+    character(len=:), allocatable :: text
+
+    text = number_text(summary%taken)//' taken'
+    if (summary%planned >= 0) text = text//' of '//number_text(summary%planned)//' planned'
+    text = text//', '//number_text(summary%cut)//' tries cut, '//number_text(summary%solves)//' solves, '// &
+           number_text(factors_of(ending%cost))//' factors'
+  end function words_of_steps
+
+  !> What went farthest, what is fastest, and whether all is at rest.
+  function words_of_motion(summary) result(text)
+    type(summary_t), intent(in) :: summary
+    character(len=:), allocatable :: text
+
+    text = 'farthest '//words_of_vertex(summary%displacement)//'; fastest '//words_of_vertex(summary%speed)
+    if (.not. allocated(summary%at_rest)) return
+    text = text//'; '//trim(merge('at rest    ', 'not at rest', summary%at_rest))
+  end function words_of_motion
+
+  !> A value, its block and its place.
+  function words_of_vertex(most) result(text)
+    type(vertex_most_t), intent(in) :: most
+    character(len=:), allocatable :: text
+
+    text = 'nothing'
+    if (abs(most%value) > 0 .or. .not. ieee_is_finite(most%value)) &
+      text = 'block '//number_text(most%block)//' by '//words(most%value)//' at '//words_of_position(most%position)
+  end function words_of_vertex
+
+  !> What was given, and where it went.
+  function words_of_energy(summary) result(text)
+    type(summary_t), intent(in) :: summary
+    character(len=:), allocatable :: text
+
+    associate (lost => lost_otherwise(summary))
+      text = words(summary%given)//' given; friction took '//words(summary%friction)//', damping '//words(summary%damping)//'; '// &
+             words(abs(lost))//trim(merge(' made', ' lost', lost < 0))//' otherwise, '//words(100*abs(share_lost(summary)))//' %'
+    end associate
+  end function words_of_energy
+
+  !> A relative change in words.
+  function words_of_change(change) result(text)
+    real(dp), intent(in) :: change
+    character(len=:), allocatable :: text
+
+    text = words(100*abs(change))//' % '//trim(merge('lost  ', 'gained', change < 0))
+  end function words_of_change
+
+  !> The deepest overlap, where and when.
+  function words_of_overlap(summary) result(text)
+    type(summary_t), intent(in) :: summary
+    character(len=:), allocatable :: text
+
+    associate (overlap => summary%overlap)
+      text = 'none'
+      if (overlap%blocks(1) > 0) text = words(overlap%value)//' at most, block '//number_text(overlap%blocks(1))//' in block '// &
+        number_text(overlap%blocks(2))//', '//words_of_position(overlap%position)//', time '//words_of_instant(overlap%time)
+    end associate
+  end function words_of_overlap
+
+  !> Time of the wall, and the phases that took most of it.
+  function words_of_time(cost) result(text)
+    type(cost_t), intent(in) :: cost(:)
+    character(len=:), allocatable :: text
+    logical :: left(size(cost))
+    integer :: i, k
+
+    text = short_text(sum(cost%wall), 3)//' s'
+    left = .true.
+    do i = 1, min(most_phases, size(cost))
+      k = maxloc(cost%share, 1, mask=left)
+      if (cost(k)%share < least_share) exit
+      left(k) = .false.
+      text = text//', '//trim(cost(k)%phase)//' '//number_text(nint(100*cost(k)%share))//' %'
+    end do
+  end function words_of_time
+
+  !> A place in words.
+  function words_of_position(position) result(text)
+    real(dp), intent(in) :: position(2)
+    character(len=:), allocatable :: text
+
+    text = '('//words(position(1))//', '//words(position(2))//')'
+  end function words_of_position
+
+  !> A time in words.
+  function words_of_instant(time) result(text)
+    real(dp), intent(in) :: time
+    character(len=:), allocatable :: text
+
+    text = 'no number'
+    if (ieee_is_finite(time)) text = rounded_text(time)
+  end function words_of_instant
+
+  !> A number for people, whatever became of it.
+  function words(x)
+    real(dp), intent(in) :: x
+    character(len=:), allocatable :: words
+
+    words = 'no number'
+    if (ieee_is_finite(x)) words = short_text(x)
+  end function words
+
+  !> Matrices factorised.
+  pure integer function factors_of(cost) result(factors)
+    type(cost_t), intent(in) :: cost(:)
+
+    factors = sum(cost%calls, cost%phase == 'factor')
+  end function factors_of
+
+  !> The summary as a JSON object on one line.
+  function json_of(summary, ending) result(text)
+    type(summary_t), intent(in) :: summary
+    type(ending_t), intent(in) :: ending
+    character(len=:), allocatable :: text
+    type(json_t) :: json
+
+    call begin_object(json, '')
+    call put(json, 'status', ending%status)
+    call put(json, 'results', ending%path)
+    call put_steps(json, summary, factors_of(ending%cost))
+    call put_motion(json, summary)
+    call put_books(json, summary)
+    call put(json, 'change_of_area', change_of_area(summary))
+    call put_overlap(json, summary)
+    call put(json, 'warnings', ending%warnings)
+    call put_cost(json, ending%cost)
+    call end_object(json)
+    call move_alloc(json%text, text)
+  end function json_of
+
+  !> Times and steps.
+  subroutine put_steps(json, summary, factors)
+    type(json_t), intent(inout) :: json
+    type(summary_t), intent(in) :: summary
+    integer, intent(in) :: factors
+
+    call begin_object(json, 'time')
+    call put(json, 'from', summary%from)
+    call put(json, 'reached', summary%reached)
+    if (summary%asked < huge(summary%asked)) then
+      call put(json, 'asked', summary%asked)
+    else
+      call put_null(json, 'asked')
+    end if
+    call end_object(json)
+    call begin_object(json, 'steps')
+    if (summary%planned >= 0) then
+      call put(json, 'planned', summary%planned)
+    else
+      call put_null(json, 'planned')
+    end if
+    call put(json, 'taken', summary%taken)
+    call put(json, 'cut', summary%cut)
+    call put(json, 'solves', summary%solves)
+    call put(json, 'factors', factors)
+    call end_object(json)
+  end subroutine put_steps
+
+  !> What moves.
+  subroutine put_motion(json, summary)
+    type(json_t), intent(inout) :: json
+    type(summary_t), intent(in) :: summary
+
+    call put_vertex('displacement', summary%displacement)
+    call put_vertex('speed', summary%speed)
+    call put(json, 'at_rest', summary%at_rest)
+
+  contains
+
+    !> A value, its block and its place.
+    subroutine put_vertex(name, most)
+      character(len=*), intent(in) :: name
+      type(vertex_most_t), intent(in) :: most
+
+      call begin_object(json, name)
+      call put(json, 'largest', most%value)
+      call put(json, 'block', most%block)
+      call put_position(json, most%position)
+      call end_object(json)
+    end subroutine put_vertex
+
+  end subroutine put_motion
+
+  !> The books of energy.
+  subroutine put_books(json, summary)
+    type(json_t), intent(inout) :: json
+    type(summary_t), intent(in) :: summary
+
+    call begin_object(json, 'energy')
+    call put(json, 'given', summary%given)
+    call put(json, 'work', summary%work)
+    call put(json, 'fallen', summary%fallen)
+    call put(json, 'dissipated', summary%dissipated)
+    call put(json, 'friction', summary%friction)
+    call put(json, 'damping', summary%damping)
+    call put(json, 'asleep', summary%asleep)
+    call put(json, 'lost_otherwise', lost_otherwise(summary))
+    call put(json, 'share_lost', share_lost(summary))
+    call end_object(json)
+  end subroutine put_books
+
+  !> The deepest overlap, if there is any.
+  subroutine put_overlap(json, summary)
+    type(json_t), intent(inout) :: json
+    type(summary_t), intent(in) :: summary
+
+    associate (overlap => summary%overlap)
+      if (overlap%blocks(1) == 0) then
+        call put_null(json, 'overlap')
+        return
+      end if
+      call begin_object(json, 'overlap')
+      call put(json, 'largest', overlap%value)
+      call put(json, 'time', overlap%time)
+      call begin_list(json, 'blocks')
+      call put(json, '', overlap%blocks(1))
+      call put(json, '', overlap%blocks(2))
+      call end_list(json)
+      call put_position(json, overlap%position)
+      call end_object(json)
+    end associate
+  end subroutine put_overlap
+
+  !> A place.
+  subroutine put_position(json, position)
+    type(json_t), intent(inout) :: json
+    real(dp), intent(in) :: position(2)
+
+    call begin_list(json, 'position')
+    call put(json, '', position(1))
+    call put(json, '', position(2))
+    call end_list(json)
+  end subroutine put_position
+
+  !> What the phases cost.
+  subroutine put_cost(json, cost)
+    type(json_t), intent(inout) :: json
+    type(cost_t), intent(in) :: cost(:)
+    integer :: i
+
+    call begin_object(json, 'cost')
+    do i = 1, size(cost)
+      call begin_object(json, trim(cost(i)%phase))
+      call put(json, 'calls', cost(i)%calls)
+      call put(json, 'wall_seconds', cost(i)%wall)
+      call put(json, 'processor_seconds', cost(i)%processor)
+      call put(json, 'share', cost(i)%share)
+      call end_object(json)
+    end do
+    call end_object(json)
+  end subroutine put_cost
+
+end module scree_summary_words

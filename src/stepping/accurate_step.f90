@@ -1,0 +1,133 @@
+!> A step with an estimate of its error, and steps of the sizes that an accuracy asks for.
+!>
+!> What is asked is the error at the end of the run, a share of the displacement of the scene. What all steps so far will have come
+!> to by then is taken off, and what is left is spread over the time that is left: a step may add that much a time. So errors that
+!> take each other back leave more to be spent. The constants below are choices, tried on the shipped scenes. The error of a step a
+!> time goes with its size to the power of the order of the scheme; sizes follow it by a controller with a proportional and an
+!> integral part (Gustafsson 1991). A step that adds more than four times what it may is made again, shorter. Blocks whose contacts
+!> open or close in a step have no order, and ask for nothing.
+module scree_accurate_step
+  use scree_cache, only: rebuild_cache
+  use scree_deviation, only: estimate_step, motion_t, motions_of, order_of, step_error_t, way_of_run
+  use scree_errors, only: error_t
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_scene, only: settings_t
+  use scree_sleep, only: advance_awake
+  use scree_state, only: state_t
+  use scree_step_control, only: next_size
+  use scree_time_stepper, only: step_report_t
+  implicit none
+  private
+  public :: advance_estimated, excess_of, first_share, following_factor
+
+  !> Of the largest step the first has this share, as nothing is known before it.
+  real(dp), parameter :: first_share = 0.01_dp
+  !> Of what is asked, what a step may always add, spread over the time left, whatever those before it took.
+  real(dp), parameter :: least_spent = 0.1_dp
+  !> Of what is left of it, and of all of it, what the unknown instant of an impact may take.
+  real(dp), parameter :: struck = 0.25_dp, least_struck = 0.05_dp
+  !> Exponents of the controller, and its bounds.
+  real(dp), parameter :: integral = 0.3_dp, proportional = 0.4_dp, shrinks = 0.2_dp, grows = 1.25_dp
+  !> Over what a step may add, that has it made again, and what is aimed at then.
+  real(dp), parameter :: refused = 4.0_dp, safety = 0.9_dp
+
+contains
+
+  !> Takes `state` to the end of one step, as `advance` does, with an estimate of its error.
+  !>
+  !> Errors: as of `advance`.
+  subroutine advance_estimated(model, awake, cache, state, report, error)
+    type(model_t), intent(in) :: model
+    type(model_t), allocatable, intent(inout) :: awake !! the model in which what sleeps cannot move
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(inout) :: state
+    type(step_report_t), intent(out) :: report
+    type(error_t), allocatable, intent(out) :: error
+    type(state_t) :: began
+    type(motion_t) :: before, after
+    type(step_error_t) :: step
+    real(dp) :: again, excess, way
+    integer :: tries
+
+    began = state
+    before = motions_of(model, cache, state)
+    tries = 0
+    do
+      call advance_awake(model, next_size(model%settings, state), awake, cache, state, report, error)
+      if (allocated(error) .or. state%step == began%step) return
+      after = motions_of(model, cache, state)
+      call estimate_step(model, before, after, began, state, step)
+      report%refused = tries
+      if (.not. model%settings%aim > 0) return
+      way = way_of_run(model, cache, state, after)
+      excess = excess_of(model%settings, step, way, state, report%dt)
+      again = max(excess, excess_of_impact(model%settings, step, way))
+      if (again**order_of(model%settings) <= refused .or. shrinks*report%dt < model%settings%least_step) exit
+      tries = tries + 1
+      state = began
+      state%pace%size = report%dt*max(shrinks, safety/again)
+      call rebuild_cache(model, state, cache)
+      if (allocated(awake)) deallocate (awake)
+    end do
+    call choose_size(model%settings, excess, report, any(step%known), state)
+  end subroutine advance_estimated
+
+  !> Size of a step over that with which it would add what it may.
+  pure real(dp) function excess_of(settings, step, way, state, dt) result(excess)
+    type(settings_t), intent(in) :: settings
+    type(step_error_t), intent(in) :: step
+    real(dp), intent(in) :: way            !! displacement that the accuracy is a share of, length
+    type(state_t), intent(in) :: state     !! at the end of the step
+    real(dp), intent(in) :: dt             !! time
+    real(dp) :: left, share
+
+    left = max(dt, settings%end_time - state%time + dt)
+    excess = 0.0_dp
+    if (any(step%known)) then
+      share = max(settings%aim*way - maxval(step%total), least_spent*settings%aim*way)
+      excess = (maxval(step%at_end)/(share*dt/left))**(1.0_dp/order_of(settings))
+    end if
+    share = max(settings%aim - maxval(abs(state%deviation%growth)), least_spent*settings%aim)
+    excess = max(excess, maxval(step%growth)/(share*dt/left))
+  end function excess_of
+
+  !> Size of a step in which bodies meet over that with which the instant of that may stay unknown.
+  pure real(dp) function excess_of_impact(settings, step, way) result(excess)
+    type(settings_t), intent(in) :: settings
+    type(step_error_t), intent(in) :: step
+    real(dp), intent(in) :: way            !! displacement that the accuracy is a share of, length
+
+    excess = maxval(step%impact)/max(struck*(settings%aim*way - maxval(step%total + step%impacts)), least_struck*settings%aim*way)
+  end function excess_of_impact
+
+  !> Size of the next step over that of the last, by how much that and the one before it went beyond.
+  pure real(dp) function following_factor(excess, before) result(factor)
+    real(dp), intent(in) :: excess, before
+
+    factor = grows
+    if (excess > 0) factor = min(grows, max(shrinks, excess**(-integral - proportional)*before**proportional))
+  end function following_factor
+
+  !> Chooses the size of the next step. One that was shorter, to end at a frame, tells of those that are not.
+  pure subroutine choose_size(settings, excess, report, known, state)
+    type(settings_t), intent(in) :: settings
+    real(dp), intent(in) :: excess
+    type(step_report_t), intent(in) :: report
+    logical, intent(in) :: known            !! it was judged
+    type(state_t), intent(inout) :: state
+    real(dp) :: longest, size
+
+    longest = min(settings%step_size, grows*state%pace%size)
+    if (report%rejected > 0) longest = report%dt
+    if (known .or. excess > 0) then
+      size = report%dt*following_factor(excess, state%deviation%excess)
+      if (.not. excess > 0) size = longest
+      state%deviation%excess = max(excess, 0.01_dp)
+    else
+      size = state%pace%size
+    end if
+    state%pace%size = max(settings%least_step, min(longest, size))
+  end subroutine choose_size
+
+end module scree_accurate_step

@@ -1,0 +1,458 @@
+!> How far a run is off: an estimate of the error that each step makes, and of what has become of those before it.
+!>
+!> Blocks are looked at as rigid ones: x, y and the rotation times its radius of gyration make a vector q, whose length is the root
+!> mean square over the block. With the velocities v0, v1 at both ends of a step and the mean accelerations of it and the step
+!> before, of which j is the rate of change, a step that moves by d is off by
+!>
+!>     place      d - [dt (v0 + v1)/2 - dt^3 j/12]      what the motion at its ends says, to the fourth order (Hermite)
+!>     motion     (beta - 1/2) dt^2 j                   where forces balance at beta dt, not in the middle (Newmark)
+!>     growth     u_X v_Y - u_Y v_X                     area that small strain makes of a turn (Zhang et al. 2019, Eq. 14)
+!>
+!> as the error of Zienkiewicz and Xie 1991, of velocities in place of accelerations at both ends, so that it holds for every
+!> scheme, and sees how a body turns. What is off goes on: a free block by e' = u, u' = 0; one that is held, or touches, along the
+!> way that it goes, by e' = u, u' = k e, with k = da/ds of its speeding up along its way s (doc/theory.md, section 3).
+!>
+!> A step in which contacts of a block open or close has no order: its error is told apart.
+module scree_deviation
+  use scree_contacts, only: state_open
+  use scree_inertia, only: momentum
+  use scree_integrator, only: held_weight
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_scene, only: rotation_linear, scheme_newmark, settings_t
+  use scree_state, only: deviation_t, state_t
+  use scree_system, only: values_of
+  implicit none
+  private
+  public :: begin_deviation, error_of_blocks, estimate_step, motion_t, motions_of, order_of, scale_of, step_error_t, way_of_run
+
+  !> What steps add, and how a block speeds up along its way, are means over this share of the run, which stiff contacts and
+  !> supports do not ring through, or over some steps where these are longer: what is remembered in a step at least.
+  real(dp), parameter :: remembered_time = 0.01_dp, least_memory = 0.8_dp
+  !> A block that is held shakes on the spot, and goes nowhere, where the square of its mean velocity is below this share of its
+  !> mean square: springs ring.
+  real(dp), parameter :: on_the_spot = 0.25_dp
+  !> Of the square of a way that the centre of a block has to have, to tell the lead of the block.
+  real(dp), parameter :: least_of_centre = 0.1_dp
+  !> Share of the root of the area of the blocks that displacements are at least compared with.
+  real(dp), parameter :: least_way = 0.1_dp
+  !> An error grows by e to this at most in the time that is left, where forces drive it.
+  real(dp), parameter :: farthest = 3.0_dp
+
+  !> How the blocks move, as rigid ones.
+  type :: motion_t
+    real(dp), allocatable :: centre(:, :)   !! (2, n_blocks) length
+    real(dp), allocatable :: velocity(:, :) !! (3, n_blocks) x, y, spin times the radius of gyration, length/time
+    real(dp), allocatable :: gyration(:)    !! (n_blocks) radius, length
+    real(dp), allocatable :: rotation(:)    !! (n_blocks) rad
+    integer, allocatable :: touched(:)      !! (n) edge that each vertex of the outlines presses on, 0: none
+    logical, allocatable :: held(:)         !! (n_blocks) by fixed points or contacts
+  end type motion_t
+
+  !> Where in the run a step is.
+  type :: span_t
+    logical :: first = .false.              !! of the run
+    real(dp) :: last = 0.0_dp, dt = 0.0_dp  !! size of the step before, and of the step, time
+    real(dp) :: time = 0.0_dp, left = 0.0_dp !! at its end: time, and what is left of the run
+    real(dp) :: memory = 0.0_dp             !! over which means are taken, time
+    real(dp) :: remembered = 0.0_dp         !! share of sums that stays in the step
+  end type span_t
+
+  !> What is wrong with a step of one block.
+  type :: defect_t
+    logical :: changed = .false.            !! contacts of the block opened or closed
+    logical :: known = .false.              !! none did, nor in the step before
+    real(dp) :: apart = 0.0_dp              !! of the mean accelerations of this and the step before, time
+    real(dp) :: velocity(3) = 0.0_dp, acceleration(3) = 0.0_dp !! means over the step: length/time, length/time^2
+    real(dp) :: ahead(3) = 0.0_dp           !! of the way that the velocity makes, length
+    real(dp) :: place(3) = 0.0_dp           !! error of the way, length
+    real(dp) :: motion(3) = 0.0_dp          !! of the velocity at the end, length/time
+    real(dp) :: taken(3) = 0.0_dp           !! velocity that a change of the size of steps dissipates, length/time
+  end type defect_t
+
+  !> What a step makes of the error of the run.
+  type :: step_error_t
+    real(dp), allocatable :: at_end(:)      !! (n_blocks) what it will have come to at the end of the run, length
+    real(dp), allocatable :: growth(:)      !! (n_blocks) area over the area
+    real(dp), allocatable :: total(:)       !! (n_blocks) what all steps so far will have come to, length
+    real(dp), allocatable :: impact(:)      !! (n_blocks) what it may turn by as nobody knows when in the step it was struck, length
+    real(dp), allocatable :: impacts(:)     !! (n_blocks) that of all impacts before, length
+    logical, allocatable :: known(:)        !! (n_blocks) there is an estimate of `at_end`
+  end type step_error_t
+
+contains
+
+  !> Begins the estimate, with nothing off.
+  pure subroutine begin_deviation(model, cache, state)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(inout) :: state
+    type(motion_t) :: motion
+
+    motion = motions_of(model, cache, state)
+    if (allocated(state%deviation)) deallocate (state%deviation)
+    allocate (state%deviation)
+    associate (own => state%deviation, n => model%n_blocks)
+      own%from = motion%centre
+      allocate (own%place(3, n), own%motion(3, n), own%growth(n), own%impact(n), own%acceleration(3, n), own%restoring(2, n), &
+                own%pace(5, n), own%slow(7, n), source=0.0_dp)
+      allocate (own%smooth(n), source=.false.)
+    end associate
+  end subroutine begin_deviation
+
+  !> How the blocks move; those that cannot are at rest.
+  pure function motions_of(model, cache, state) result(motion)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(motion_t) :: motion
+    real(dp), dimension(model%n_blocks) :: mass, polar
+    real(dp) :: p(3)
+    integer :: b, e, k
+
+    associate (n => model%n_blocks)
+      allocate (motion%centre(2, n), motion%velocity(3, n), motion%gyration(n), source=0.0_dp)
+    end associate
+    motion%rotation = state%rotation
+    mass = 0.0_dp
+    polar = 0.0_dp
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      b = model%elements%block(e)
+      associate (own => cache%element(e))
+        mass(b) = mass(b) + own%mass
+        motion%centre(:, b) = motion%centre(:, b) + own%mass*own%kinematics%centroid
+      end associate
+    end do
+    do k = 1, size(model%free_block)
+      b = model%free_block(k)
+      if (mass(b) > 0) motion%centre(:, b) = motion%centre(:, b)/mass(b)
+    end do
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      b = model%elements%block(e)
+      associate (own => cache%element(e), centre => motion%centre(:, b))
+        p = momentum(own%kinematics, own%mass, values_of(model%elements, e, state%velocity))
+        p(3) = p(3) - centre(1)*p(2) + centre(2)*p(1)
+        motion%velocity(:, b) = motion%velocity(:, b) + p
+        polar(b) = polar(b) + own%mass*(sum((own%kinematics%centroid - centre)**2) &
+                                        + sum(own%kinematics%second(1:2))/own%kinematics%area)
+      end associate
+    end do
+    do k = 1, size(model%free_block)
+      b = model%free_block(k)
+      if (.not. mass(b) > 0) cycle
+      motion%gyration(b) = sqrt(polar(b)/mass(b))
+      motion%velocity(:, b) = motion%velocity(:, b)/[mass(b), mass(b), mass(b)*motion%gyration(b)]
+    end do
+    call find_touching(model, state, motion)
+  end function motions_of
+
+  !> Which vertices press on which edges, and which blocks are held by that or by fixed points.
+  pure subroutine find_touching(model, state, motion)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(motion_t), intent(inout) :: motion
+    integer :: e, i
+
+    allocate (motion%held(model%n_blocks), source=.false.)
+    if (allocated(model%effects%fixed_point)) then
+      associate (first => model%effects%fixed_point%first)
+        do e = 1, model%n_elements
+          if (first(e + 1) > first(e)) motion%held(model%elements%block(e)) = .true.
+        end do
+      end associate
+    end if
+    allocate (motion%touched(0))
+    if (.not. allocated(model%effects%contact)) return
+    deallocate (motion%touched)
+    allocate (motion%touched(size(model%outlines%block)), source=0)
+    do i = 1, size(state%contacts%contact)
+      associate (contact => state%contacts%contact(i), block => model%outlines%block)
+        associate (entrance => contact%entrance(contact%active))
+          if (entrance%state == state_open) cycle
+          motion%touched(entrance%vertex) = entrance%edge
+          motion%held(block([entrance%vertex, entrance%edge])) = .true.
+        end associate
+      end associate
+    end do
+  end subroutine find_touching
+
+  !> Takes in the errors of a step, and says what they will come to.
+  pure subroutine estimate_step(model, before, after, began, state, step)
+    type(model_t), intent(in) :: model
+    type(motion_t), intent(in) :: before, after   !! at both ends of the step
+    type(state_t), intent(in) :: began            !! at its beginning
+    type(state_t), intent(inout) :: state         !! at its end, with the deviation of its beginning
+    type(step_error_t), intent(out) :: step
+    real(dp) :: growth(model%n_blocks)
+    type(span_t) :: span
+    logical :: changed(model%n_blocks)
+    integer :: b, i, k
+
+    span%first = began%step == 0
+    span%last = began%pace%last
+    span%dt = state%pace%last
+    span%time = state%time
+    span%left = max(0.0_dp, model%settings%end_time - state%time)
+    span%memory = remembered_time*model%settings%end_time
+    span%remembered = max(least_memory, exp(-span%dt/span%memory))
+    step%impacts = state%deviation%impact
+    allocate (step%at_end(model%n_blocks), step%total(model%n_blocks), step%impact(model%n_blocks), source=0.0_dp)
+    allocate (step%known(model%n_blocks), source=.false.)
+    changed = .false.
+    do i = 1, size(after%touched)
+      if (after%touched(i) == before%touched(i)) cycle
+      changed(model%outlines%block(i)) = .true.
+      if (after%touched(i) > 0) changed(model%outlines%block(after%touched(i))) = .true.
+      if (before%touched(i) > 0) changed(model%outlines%block(before%touched(i))) = .true.
+    end do
+    growth = false_growth(model, began, state)
+    step%growth = abs(growth)
+    state%deviation%growth = state%deviation%growth + growth
+    do k = 1, size(model%free_block)
+      b = model%free_block(k)
+      call estimate_block(model, before, after, b, changed(b), span, state%deviation, step)
+      state%deviation%way = max(state%deviation%way, displacement(after, state%deviation, b))
+    end do
+    state%deviation%rough = count(changed(model%free_block))
+    state%deviation%step = maxval(step%at_end)
+  end subroutine estimate_step
+
+  !> Takes in the error of a step of one block.
+  pure subroutine estimate_block(model, before, after, b, changed, span, deviation, step)
+    type(model_t), intent(in) :: model
+    type(motion_t), intent(in) :: before, after
+    integer, intent(in) :: b
+    logical, intent(in) :: changed                !! some of its contacts opened or closed
+    type(span_t), intent(in) :: span
+    type(deviation_t), intent(inout) :: deviation
+    type(step_error_t), intent(inout) :: step
+    type(defect_t) :: own
+    real(dp) :: k
+
+    own = defect_of(model, before, after, b, changed, span, deviation)
+    step%known(b) = own%known
+    if (changed .and. .not. span%first) then
+      step%impact(b) = span%dt*abs(after%velocity(3, b) - before%velocity(3, b))
+      deviation%impact(b) = deviation%impact(b) + step%impact(b)
+    end if
+    k = 0.0_dp
+    if (after%held(b)) then
+      call follow_way(model%settings, after%gyration(b), b, span, own, deviation, k)
+    else
+      deviation%restoring(:, b) = 0.0_dp
+    end if
+    call carry_on(model%settings, k, b, span, own, deviation, step)
+  end subroutine estimate_block
+
+  !> What is wrong with a step of one block, as far as the motion at its ends tells; remembers its acceleration.
+  pure function defect_of(model, before, after, b, changed, span, deviation) result(own)
+    type(model_t), intent(in) :: model
+    type(motion_t), intent(in) :: before, after
+    integer, intent(in) :: b
+    logical, intent(in) :: changed
+    type(span_t), intent(in) :: span
+    type(deviation_t), intent(in) :: deviation
+    type(defect_t) :: own
+    real(dp) :: moved(3), end_velocity(3), jerk(3)
+
+    associate (beta => model%settings%beta, dt => span%dt)
+      end_velocity = after%velocity(:, b)/model%effects%carried
+      moved(1:2) = after%centre(:, b) - before%centre(:, b)
+      moved(3) = before%gyration(b)*(after%rotation(b) - before%rotation(b))
+      own%acceleration = (end_velocity - before%velocity(:, b))/dt
+      own%velocity = 0.5_dp*(before%velocity(:, b) + end_velocity)
+      own%ahead = moved - dt*own%velocity
+      own%apart = 0.5_dp*(dt + span%last)
+      if (model%settings%scheme == scheme_newmark) own%apart = beta*dt + (1 - beta)*span%last
+      own%known = deviation%smooth(b) .and. .not. changed
+      if (own%known) then
+        jerk = (own%acceleration - deviation%acceleration(:, b))/own%apart
+        own%place = own%ahead + dt**3/12*jerk
+        if (model%settings%scheme == scheme_newmark) own%motion = (beta - 0.5_dp)*dt**2*jerk
+      else if (span%first) then
+        own%place = own%ahead ! loads are there at once, and stay
+      end if
+      own%changed = changed
+    end associate
+  end function defect_of
+
+  !> Takes the error of a block that is held, and what a step adds, along the way that it goes, and tells how that speeds it up: k
+  !> in u' = k e.
+  pure subroutine follow_way(settings, gyration, b, span, own, deviation, k)
+    type(settings_t), intent(in) :: settings
+    real(dp), intent(in) :: gyration              !! length
+    integer, intent(in) :: b
+    type(span_t), intent(in) :: span
+    type(defect_t), intent(inout) :: own
+    type(deviation_t), intent(inout) :: deviation
+    real(dp), intent(out) :: k                    !! 1/time^2
+    real(dp) :: across(3), along(3), before(3), per_speed, pull, share, speed
+
+    k = 0.0_dp
+    before = deviation%slow(4:6, b)
+    share = exp(-span%dt/span%memory)
+    if (span%first) share = 0.0_dp
+    associate (slow => deviation%slow(:, b), restoring => deviation%restoring(:, b), dt => span%dt)
+      if (span%first .or. own%known) &
+        slow = share*slow + (1 - share)*[own%velocity, own%acceleration, dot_product(own%velocity, own%velocity)]
+      speed = norm2(slow(:3))
+      if (.not. speed > 0) return
+      along = slow(:3)/speed
+      pull = dot_product(along, slow(4:6))
+      across = slow(4:6) - pull*along
+      if (own%known) restoring = span%remembered*restoring &
+                                 + dt*[speed*dot_product(along, slow(4:6) - before)/own%apart + sum(across**2), speed**2]
+      if (restoring(2) > 0) k = min(restoring(1)/restoring(2), norm2(own%acceleration)/max(tiny(speed), gyration))
+      deviation%place(:, b) = along*dot_product(along, deviation%place(:, b))
+      deviation%motion(:, b) = along*dot_product(along, deviation%motion(:, b))
+      own%place = along*dot_product(along, own%place)
+      own%motion = along*dot_product(along, own%motion)
+      if (speed**2 < on_the_spot*slow(7)) then
+        own%place = 0.0_dp
+        own%motion = 0.0_dp
+      else if (settings%scheme /= scheme_newmark) then
+        per_speed = speed/(speed**2 + (pull*dt)**2)
+        if (own%known) own%motion = (own%place - along*lead(own%ahead, along))*pull*per_speed
+        own%taken = along*0.5_dp*held_weight(settings)*sum(slow(4:6)**2)*(dt - span%last)**2*per_speed
+      end if
+    end associate
+  end subroutine follow_way
+
+  !> How far along its way the scheme puts a block before what its velocity makes, which is no lag in time: it holds the energy of
+  !> that. Of the rotation it cannot be told from the turn of a step, so it is taken from the way of the centre.
+  pure real(dp) function lead(ahead, along)
+    real(dp), intent(in) :: ahead(3), along(3)
+
+    lead = 0.0_dp
+    if (sum(along(:2)**2) > least_of_centre) lead = dot_product(ahead(:2), along(:2))/sum(along(:2)**2)
+  end function lead
+
+  !> Carries the error of a block to the end of a step, with what the step adds, and tells what that will come to.
+  pure subroutine carry_on(settings, k, b, span, own, deviation, step)
+    type(settings_t), intent(in) :: settings
+    real(dp), intent(in) :: k                     !! 1/time^2
+    integer, intent(in) :: b
+    type(span_t), intent(in) :: span
+    type(defect_t), intent(in) :: own
+    type(deviation_t), intent(inout) :: deviation
+    type(step_error_t), intent(inout) :: step
+    real(dp) :: added(3), one_way, power, share, weight(2)
+
+    weight = becomes(k, span%dt, span%left)
+    power = span%dt**order_of(settings)
+    share = 1.0_dp
+    associate (e => deviation%place(:, b), u => deviation%motion(:, b), pace => deviation%pace(:, b), dt => span%dt)
+      added = weight(1)*own%place + weight(2)*own%motion
+      if (span%first .or. own%known) pace = span%remembered*pace + [added, norm2(added), power*dt]
+      one_way = max(0.0_dp, 2*norm2(pace(:3)) - pace(4)) ! what goes back and forth adds up to nothing
+      if (norm2(pace(:3)) > 0) share = one_way/norm2(pace(:3))
+      if (pace(5) > 0) & ! before the run nothing was added
+        step%at_end(b) = dt*power*one_way/(pace(5) + power*span%memory*exp(-span%time/span%memory))
+      u = u + k*dt*e + share*own%motion - own%taken
+      if (k*dt**2 < -1) u = 0.0_dp ! springs hold it
+      e = e + dt*u + share*own%place
+      step%total(b) = norm2(weight(1)*e + weight(2)*u)
+      if (k < 0) step%total(b) = hypot(norm2(e), weight(2)*norm2(u))
+    end associate
+    deviation%acceleration(:, b) = own%acceleration
+    deviation%smooth(b) = .not. own%changed
+  end subroutine carry_on
+
+  !> Order of a scheme: the power of the size of steps that what they add in a time goes with.
+  pure integer function order_of(settings) result(order)
+    type(settings_t), intent(in) :: settings
+
+    order = 2
+    if (settings%scheme == scheme_newmark .and. settings%beta > 0.5_dp) order = 1
+  end function order_of
+
+  !> What a unit of place and one of motion become at most in the time that is left, by u' = k e: 1, time.
+  pure function becomes(k, dt, left) result(weight)
+    real(dp), intent(in) :: k             !! 1/time^2
+    real(dp), intent(in) :: dt, left      !! time
+    real(dp) :: weight(2), x
+
+    weight = [1.0_dp, left]
+    if (k*dt**2 < -1) then
+      weight(2) = min(left, dt)
+    else if (k < 0) then
+      weight(2) = min(left, 1/sqrt(-k))
+    else if (k > 0) then
+      x = min(farthest, sqrt(k)*left)
+      weight = [cosh(x), sinh(x)/sqrt(k)]
+      if (.not. left > 0) weight(2) = 0.0_dp
+    end if
+  end function becomes
+
+  !> Area that small strain makes of the turns of a step, over the area, of each block.
+  pure function false_growth(model, began, state) result(growth)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: began, state     !! at both ends of the step
+    real(dp) :: growth(model%n_blocks)
+    real(dp) :: area(model%n_blocks), theta(4), det
+    integer :: e, k
+
+    growth = 0.0_dp
+    area = 0.0_dp
+    if (model%effects%rotation /= rotation_linear .or. model%effects%large_deformation) return
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      associate (b => model%elements%block(e), F0 => began%deformation(:, e), F1 => state%deformation(:, e))
+        det = F0(1)*F0(4) - F0(2)*F0(3)
+        area(b) = area(b) + model%elements%mass(e)
+        theta = [F1(1)*F0(4) - F1(3)*F0(2), F1(2)*F0(4) - F1(4)*F0(2), F1(3)*F0(1) - F1(1)*F0(3), F1(4)*F0(1) - F1(2)*F0(3)]/det &
+                - [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
+        growth(b) = growth(b) + model%elements%mass(e)*(theta(1)*theta(4) - theta(2)*theta(3))
+      end associate
+    end do
+    where (area > 0) growth = growth/area
+  end function false_growth
+
+  !> Displacement of a block since the start, the root mean square over it as of a rigid one.
+  pure real(dp) function displacement(motion, deviation, b)
+    type(motion_t), intent(in) :: motion
+    type(deviation_t), intent(in) :: deviation
+    integer, intent(in) :: b
+
+    displacement = norm2([motion%centre(:, b) - deviation%from(:, b), 2*motion%gyration(b)*sin(0.5_dp*motion%rotation(b))])
+  end function displacement
+
+  !> What errors are compared with: the largest displacement of a block so far, at least a tenth of the root of the area of all that
+  !> can move; length.
+  pure real(dp) function scale_of(model, cache, deviation) result(scale)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(deviation_t), intent(in) :: deviation
+    real(dp) :: area
+    integer :: k
+
+    area = 0.0_dp
+    do k = 1, size(model%elements%free)
+      area = area + cache%element(model%elements%free(k))%kinematics%area
+    end do
+    scale = max(deviation%way, least_way*sqrt(area))
+  end function scale_of
+
+  !> Largest displacement that a run has come to, or comes to if it goes on for half as long as it has been, and no longer than it
+  !> is to; length.
+  pure real(dp) function way_of_run(model, cache, state, motion) result(way)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(motion_t), intent(in) :: motion
+
+    way = scale_of(model, cache, state%deviation) + 0.5_dp*min(state%time, max(0.0_dp, model%settings%end_time - state%time)) &
+          *maxval(norm2(motion%velocity, 1))
+  end function way_of_run
+
+  !> Estimated error of the place of each block, length.
+  pure function error_of_blocks(deviation) result(error)
+    type(deviation_t), intent(in) :: deviation
+    real(dp) :: error(size(deviation%growth))
+
+    error = norm2(deviation%place, 1)
+  end function error_of_blocks
+
+end module scree_deviation

@@ -1,0 +1,93 @@
+"""Steps by accuracy: what a run is off by at its end goes with what was asked, and is what it says."""
+import math
+import os
+import pathlib
+
+import numpy as np
+import pytest
+import scree
+from scree.accuracy import scenes
+from scree.validation import references
+
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
+G = 9.81
+ARM = math.sqrt(0.5)
+RADIUS = math.sqrt(ARM**2 + 1 / 6)  # of gyration of a square about its corner
+
+
+def pendulum(folder, end, *settings):
+    """A square of 1 m that swings from beside its pin: its results, and the error of its angle."""
+    decks, _ = scenes.SHIPPED["pendulum"][1]().write(folder, 1.0)
+    r = scree.run(*decks, output=folder / "x.h5", settings=[f"step.end_time={end}", "method.strain=green", *settings])
+    exact = -math.pi / 2 + references.pendulum(math.pi / 2, (ARM**2 + 1 / 6) / ARM, end, G)
+    return r, abs(r.history.rotation[-1, 0] - exact)
+
+
+def triangle(folder, *settings):
+    """The turning triangle, of which small strain makes area: its results, and that."""
+    decks, _ = scenes.SHIPPED["triangle"][1]().write(folder, 1.0)
+    r = scree.run(*decks, output=folder / "x.h5", settings=["step.end_time=1", *settings])
+    return r, r.bodies.area[-1, 0] / r.bodies.area[0, 0] - 1
+
+
+@pytest.mark.parametrize("end", [0.5, 1.0, 1.5, 2.0])
+@pytest.mark.parametrize("scheme", [["integrator.scheme=energy_momentum", "integrator.beta=0.5"], ["integrator.scheme=energy_decaying"],
+                                    ["integrator.scheme=newmark"]])
+def test_the_estimate_is_the_error(tmp_path, end, scheme):
+    """It is within a factor 2, also where half a period has brought the errors of steps against each other."""
+    r, error = pendulum(tmp_path, end, *scheme, "step.size=0.01", "output.error=estimate")
+    assert error / 2 < r.history.error.displacement[-1] / RADIUS < 2 * error
+    assert r.bodies.error[-1, 0] == r.history.error.displacement[-1]
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
+def test_a_pendulum_is_off_by_what_was_asked(tmp_path, accuracy):
+    """At most by 3 times that share of its way, and within 3 of it."""
+    r, error = pendulum(tmp_path, 2.0, f"step.accuracy={accuracy}", "step.size=0.04")
+    share = error / 2  # of the chord of half a turn
+    assert accuracy / 3 < share < 3 * accuracy
+    assert r.history.step_size.max() <= 0.04 * (1 + 1e-6) and r.history.time[-1] == 2.0
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 3e-3])
+def test_small_strain_makes_no_more_area_than_was_asked(tmp_path, accuracy):
+    r, growth = triangle(tmp_path, f"step.accuracy={accuracy}", "step.size=0.04", "method.strain=small")
+    assert accuracy / 3 < growth < 3 * accuracy
+    assert r.history.error.growth[-1] == pytest.approx(growth, rel=0.05)
+
+
+def test_frames_fall_on_their_times(tmp_path):
+    r, _ = pendulum(tmp_path, 1.0, "step.accuracy=1e-3", "step.size=0.04", "output.interval=0.13")
+    np.testing.assert_array_equal(r.times, [0.13 * k for k in range(8)] + [1.0])
+    sizes = r.history.step_size
+    assert (sizes[1:] / sizes[:-1]).min() > 0.15  # none is a sliver
+
+
+def test_what_rests_gets_to_the_largest_step(tmp_path):
+    """Blocks that are put up at once ring for a while, and stand."""
+    decks, settings = scenes.SHIPPED["wall"][1]().write(tmp_path, 1.0)
+    r = scree.run(*decks, output=tmp_path / "x.h5",
+                  settings=[*settings, "step.end_time=0.5", "step.size=0.02", "step.accuracy=1e-3"])
+    assert r.history.step_size.max() == pytest.approx(0.02) and len(r.history.time) < 300
+
+
+def test_nothing_is_said_of_errors_unless_asked(tmp_path):
+    r, _ = pendulum(tmp_path, 0.1)
+    assert "error" not in r.history and "error" not in r.bodies
+
+
+@pytest.mark.parametrize("settings, said", [
+    (["method.preset=shi"], "step.accuracy only with step.control='fixed'|method.preset='none'"),
+    (["contact.rules=shi", "method.preset=shi"], "method.preset='none'"),
+    (["step.accuracy=0"], "above 0")])
+def test_what_cannot_be_is_refused_in_a_line(tmp_path, settings, said):
+    with pytest.raises(scree.RunFailed, match=said) as failed:
+        pendulum(tmp_path, 0.1, "step.accuracy=1e-3", *settings)
+    assert failed.value.status == 2 and len(failed.value.said.strip().splitlines()) == 1
+
+
+def test_a_static_deck_is_refused(tmp_path):
+    decks, _ = scenes.SHIPPED["cantilever"][1]().write(tmp_path, 1.0)
+    with pytest.raises(scree.RunFailed, match="step.accuracy only with k01 above 0") as failed:
+        scree.run(*decks, output=tmp_path / "x.h5", settings=["step.accuracy=1e-3"])
+    assert failed.value.status == 2
