@@ -8,7 +8,7 @@
 !> open or close in a step have no order, and ask for nothing.
 module scree_accurate_step
   use scree_cache, only: rebuild_cache
-  use scree_deviation, only: estimate_step, motion_t, motions_of, order_of, step_error_t, way_of_run
+  use scree_deviation, only: estimate_step, motion_t, motions_of, order_of, remembered_time, step_error_t, way_of_run
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -31,6 +31,8 @@ module scree_accurate_step
   real(dp), parameter :: integral = 0.3_dp, proportional = 0.4_dp, shrinks = 0.2_dp, grows = 1.25_dp
   !> Over what a step may add, that has it made again, and what is aimed at then.
   real(dp), parameter :: refused = 4.0_dp, safety = 0.9_dp
+  !> A step over a period that it resolves to an accuracy of 1 with a scheme of order 2: sqrt(12)/(2 pi).
+  real(dp), parameter :: resolved = 0.5_dp
 
 contains
 
@@ -63,7 +65,7 @@ contains
       way = way_of_run(model, cache, state, after)
       excess = excess_of(model%settings, step, way, state, report%dt)
       again = max(excess, excess_of_impact(model%settings, step, way))
-      if (again**order_of(model%settings) <= refused .or. shrinks*report%dt < model%settings%least_step) exit
+      if (again**order_of(model%settings) <= refused .or. shrinks*report%dt < least_size(model%settings, began)) exit
       tries = tries + 1
       state = began
       state%pace%size = report%dt*max(shrinks, safety/again)
@@ -127,7 +129,19 @@ contains
     else
       size = state%pace%size
     end if
-    state%pace%size = max(settings%least_step, min(longest, size))
+    state%pace%size = min(longest, max(least_size(settings, state), size))
   end subroutine choose_size
+
+  !> Smallest step that an error asks for, time. What rings at the start, as contacts that are loaded at once, cannot be told
+  !> from what goes on until means over `remembered_time` do: until then a step is no shorter than resolves a period of that time.
+  pure real(dp) function least_size(settings, state) result(least)
+    type(settings_t), intent(in) :: settings
+    type(state_t), intent(in) :: state
+    real(dp) :: told
+
+    told = remembered_time*settings%end_time
+    least = settings%least_step
+    if (state%time < told) least = max(least, told*resolved*settings%aim**(1.0_dp/order_of(settings)))
+  end function least_size
 
 end module scree_accurate_step

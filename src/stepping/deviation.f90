@@ -24,7 +24,8 @@ module scree_deviation
   use scree_system, only: values_of
   implicit none
   private
-  public :: begin_deviation, error_of_blocks, estimate_step, motion_t, motions_of, order_of, scale_of, step_error_t, way_of_run
+  public :: begin_deviation, error_of_blocks, estimate_step, motion_t, motions_of, order_of, remembered_time, scale_of, &
+            step_error_t, way_of_run
 
   !> What steps add, and how a block speeds up along its way, are means over this share of the run, which stiff contacts and
   !> supports do not ring through, or over some steps where these are longer: what is remembered in a step at least.

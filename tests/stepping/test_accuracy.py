@@ -71,6 +71,16 @@ def test_what_rests_gets_to_the_largest_step(tmp_path):
     assert r.history.step_size.max() == pytest.approx(0.02) and len(r.history.time) < 300
 
 
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-4])
+def test_what_rings_at_the_start_is_not_followed(tmp_path, accuracy):
+    """A block on a plane gets its weight at once: its contacts ring ten times in a hundredth of the run, and it slides away evenly."""
+    decks, settings = scenes.SHIPPED["slide"][1]().write(tmp_path, 1.0)
+    r = scree.run(*decks, output=tmp_path / "x.h5", settings=[*settings, f"step.accuracy={accuracy}", "step.size=2e-3"])
+    way = np.linalg.norm(r.measured_points.displacement[-1, 0])
+    assert way == pytest.approx(0.5 * G * (0.5 - 0.3 * math.sqrt(0.75)), rel=max(accuracy, 1e-3))
+    assert (r.history.time < 0.01).sum() < 100
+
+
 def test_nothing_is_said_of_errors_unless_asked(tmp_path):
     r, _ = pendulum(tmp_path, 0.1)
     assert "error" not in r.history and "error" not in r.bodies
