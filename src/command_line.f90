@@ -15,6 +15,8 @@ module scree_command_line
     'scree run     --restart FILE               goes on with the run of a results file from its last', &
     '                                           checkpoint; its decks and settings are those of the run', &
     'scree check   [GEOMETRY] ANALYSIS | STEM   reads and checks, says what is in it, warns, runs nothing', &
+    'scree estimate [GEOMETRY] ANALYSIS | STEM  tells from short runs how long whole ones will take, as the', &
+    '                                           deck is and with each --accuracy', &
     'scree explain [GEOMETRY] ANALYSIS | STEM   prints the decks back, each number with its meaning', &
     'scree explain --settings                   prints the table of all settings', &
     'scree cut     GEOMETRY                     writes the blocks as a block file and prints their areas', &
@@ -26,6 +28,7 @@ module scree_command_line
     '  -o, --output FILE         what run, cut or joints writes; default: the stem of the deck and', &
     '                            .h5, .blk or .geo, here; with --restart the file itself', &
     '  --set GROUP.NAME=VALUE    over what the deck says; may be repeated', &
+    '  --accuracy A ...          estimate: values of step.accuracy, each of which is a run of its own', &
     '  --restart FILE            run: goes on with a run; --set of step and output may be given', &
     '  --xdmf                    writes an XDMF side-car too', &
     '  --classic-output          run: writes the frames as Shi''s programs keep them too, .replay', &
@@ -36,15 +39,15 @@ module scree_command_line
     'Exit status: 0 done, 1 the run failed, 2 bad input, 130 or 143 stopped by SIGINT (Ctrl-C) or SIGTERM;', &
     'what a run that stops has done is in its results file.']
 
-  character(len=*), parameter :: verbs(*) = [character(len=7) :: 'run', 'check', 'explain', 'cut', 'joints']
+  character(len=*), parameter :: verbs(*) = [character(len=8) :: 'run', 'check', 'estimate', 'explain', 'cut', 'joints']
 
   !> A switch, and the verbs that it goes with.
   type :: switch_t
     character(len=16) :: name
-    character(len=28) :: verbs
+    character(len=40) :: verbs
   end type switch_t
 
-  character(len=*), parameter :: any_verb = 'run check explain cut joints'
+  character(len=*), parameter :: any_verb = 'run check estimate explain cut joints'
   type(switch_t), parameter :: switches(*) = [ &
     switch_t('--quiet', any_verb), switch_t('--xdmf', any_verb), switch_t('--classic-output', 'run'), &
     switch_t('--strict', 'run or check'), switch_t('--settings', 'explain')]
@@ -55,6 +58,7 @@ module scree_command_line
     character(len=:), allocatable :: geometry     !! '' where the analysis names it
     character(len=:), allocatable :: analysis     !! deck; of `cut` and `joints` the one there is
     type(text_t), allocatable :: settings(:)    !! given with --set
+    type(text_t), allocatable :: accuracy(:)    !! estimate: values of step.accuracy
     logical :: settings_only = .false.            !! explain: the table of settings
     logical :: cuts_analysis = .false.            !! cut: an analysis deck, else a geometry
     type(run_options_t) :: options
@@ -70,7 +74,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    allocate (command%settings(0))
+    allocate (command%settings(0), command%accuracy(0))
     command%geometry = ''
     command%analysis = ''
     command%options%results_path = ''
@@ -79,7 +83,7 @@ contains
     if (command%verb == '-h' .or. command%verb == 'help') command%verb = '--help'
     if (command%verb == '--version' .or. command%verb == '--help') return
     if (all(command%verb /= verbs)) then
-      call fail(error, status_bad_input, 'expected run, check, explain, cut, joints, --version or --help, found '''// &
+      call fail(error, status_bad_input, 'expected run, check, estimate, explain, cut, joints, --version or --help, found '''// &
                 command%verb//'''')
       return
     end if
@@ -104,28 +108,18 @@ contains
     select case (word)
     case ('--help', '-h')
       command%verb = '--help'
-    case ('--set', '-o', '--output', '--restart', '--summary')
+    case ('--set', '-o', '--output', '--restart', '--summary', '--accuracy')
       if (i > command_argument_count()) then
         call fail(error, status_bad_input, 'expected a word after '//word//', found the end')
         return
       end if
-      if (any(word == [character(len=9) :: '--restart', '--summary']) .and. command%verb /= 'run') then
-        call fail(error, status_bad_input, 'expected '//word//' with run, found it with '//command%verb)
-      else if (word == '--summary') then
-        command%options%with_json = argument(i) == 'json'
-        if (.not. command%options%with_json) &
-          call fail(error, status_bad_input, 'expected json after --summary, found '''//argument(i)//'''')
-      else if (word == '--restart') then
-        command%options%restart_path = argument(i)
-      else if (word /= '--set') then
-        command%options%results_path = argument(i)
-      else if (command%verb == 'joints') then
-        call fail(error, status_bad_input, 'expected --set with run, check or explain, found it with joints')
-      else
+      do
         given = argument(i)
-        command%settings = [command%settings, text_t(given)]
-      end if
-      i = i + 1
+        call take_value(word, given, command, error)
+        i = i + 1
+        if (allocated(error) .or. word /= '--accuracy' .or. i > command_argument_count()) exit
+        if (verify(argument(i), '0123456789.eEdD+-') > 0) exit
+      end do
     case default
       if (any(switches%name == word)) then
         call take_switch(word, command, error)
@@ -136,6 +130,37 @@ contains
       end if
     end select
   end subroutine take_word
+
+  !> Takes the word that belongs to the one before it.
+  subroutine take_value(word, given, command, error)
+    character(len=*), intent(in) :: word, given
+    type(command_t), intent(inout) :: command
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: verb
+
+    verb = 'run'
+    if (word == '--accuracy') verb = 'estimate'
+    if (any(word == [character(len=10) :: '--restart', '--summary', '--accuracy']) .and. command%verb /= verb) then
+      call fail(error, status_bad_input, 'expected '//word//' with '//verb//', found it with '//command%verb)
+      return
+    end if
+    select case (word)
+    case ('--set')
+      command%settings = [command%settings, text_t(given)]
+      if (command%verb == 'joints') &
+        call fail(error, status_bad_input, 'expected --set with run, check, estimate or explain, found it with joints')
+    case ('--accuracy')
+      command%accuracy = [command%accuracy, text_t(given)]
+    case ('--summary')
+      command%options%with_json = given == 'json'
+      if (.not. command%options%with_json) &
+        call fail(error, status_bad_input, 'expected json after --summary, found '''//given//'''')
+    case ('--restart')
+      command%options%restart_path = given
+    case default
+      command%options%results_path = given
+    end select
+  end subroutine take_value
 
   !> Takes a word that turns something on.
   subroutine take_switch(word, command, error)

@@ -6,6 +6,7 @@ program scree
   use scree_check_scene, only: check_scene
   use scree_command_line, only: command_t, help, read_command_line
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_estimate, only: estimate_runs
   use scree_explain, only: explain_scene, explain_settings
   use scree_files, only: refuse_to_replace, same_file
   use scree_joints, only: make_joints
@@ -41,6 +42,8 @@ program scree
         call cut_geometry()
       else if (command%verb == 'joints') then
         call make_joints(command%analysis, command%options%results_path, command%options%quiet, error)
+      else if (command%verb == 'estimate') then
+        call estimate_runs(command%geometry, command%analysis, command%settings, command%accuracy, output_unit, error)
       else
         call begin_phase(timers, phase_read)
         if (len(command%options%restart_path) > 0) &

@@ -13,6 +13,7 @@ module scree_simulation
   use scree_islands, only: release_equations
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
+  use scree_prediction, only: enough, note_step, probe_t
   use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, stays_short, tell
   use scree_restart, only: open_past, past_t, resume_output
   use scree_results_file, only: abandon_results, check_targets
@@ -24,7 +25,7 @@ module scree_simulation
   use scree_sleep, only: advance_awake
   use scree_start, only: begin_run
   use scree_state, only: state_t
-  use scree_step_control, only: after_step, at_end, frame_due, next_size
+  use scree_step_control, only: after_step, at_end, frame_due, next_size, share_done
   use scree_summary_words, only: ending_t, json_of, lines_of
   use scree_text, only: number_text, rounded_text, text_t
   use scree_time_stepper, only: step_report_t
@@ -47,19 +48,23 @@ module scree_simulation
     type(summary_t), allocatable :: summary !! of its steps
     type(trouble_t) :: cut               !! why a try was cut last
     integer :: framed = 0                !! step of the last frame, or one that none is to follow
+    type(probe_t), allocatable :: probe  !! of a run that is to tell what it takes, and leaves no results
   end type run_t
 
 contains
 
   !> Runs a scene to its end and writes the results; or its model alone, one frame with the model as set up.
   !>
+  !> With a probe it is left as soon as that has enough, and leaves no file.
+  !>
   !> Errors: bad input that only the set-up can see, and a run that fails or that a signal stops; what was written until then stays.
-  subroutine simulate(scene, blocks, timers, options, error)
+  subroutine simulate(scene, blocks, timers, options, error, probe)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     type(timers_t), intent(in) :: timers !! of what was done for it before
     type(run_options_t), intent(in) :: options
     type(error_t), allocatable, intent(out) :: error
+    type(probe_t), intent(inout), optional :: probe
     type(run_t) :: run
     type(past_t) :: past
     type(state_t) :: first
@@ -95,11 +100,17 @@ contains
       call put_frame(run%output, run%model, run%cache, run%state, run%watch, error)
     end if
     call begin_phase(run%cache%timers, phase_other)
+    if (present(probe)) run%probe = probe
     if (options%runs .and. .not. allocated(error)) call run_steps(scene, run, error)
 
     call release_equations(run%cache%equations)
     call end_progress(run%progress)
-    call end_run(options, run, error)
+    if (present(probe)) then
+      probe = run%probe
+      call abandon_results(run%output%file)
+    else
+      call end_run(options, run, error)
+    end if
   end subroutine simulate
 
   !> Writes how a run ended, and says what it came to.
@@ -202,8 +213,16 @@ contains
     allocate (run%summary)
     call begin_summary(run%model, run%cache, run%state, run%summary)
     do while (.not. (allocated(error) .or. at_end(scene%settings, run%state)) .and. stop_signal() == 0)
+      if (allocated(run%probe)) then
+        call note_step(share_done(scene%settings, run%state), run%probe)
+        if (enough(run%probe)) return
+      end if
       call run_step(scene, run, error)
     end do
+    if (allocated(run%probe)) then
+      call note_step(share_done(scene%settings, run%state), run%probe)
+      run%probe%ended = .not. allocated(error) .and. at_end(scene%settings, run%state)
+    end if
     if (.not. (allocated(error) .or. at_end(scene%settings, run%state))) &
       call fail(error, status_signal + stop_signal(), 'interrupted by '//signal_name(stop_signal())//' after step '// &
                 number_text(run%state%step)//', at time '//rounded_text(run%state%time)//'; what was done is in '// &

@@ -5,7 +5,7 @@ module scree_step_control
   use scree_state, only: state_t
   implicit none
   private
-  public :: after_step, at_end, frame_due, next_size, resume_pace
+  public :: after_step, at_end, frame_due, next_size, resume_pace, share_done
 
   real(dp), parameter :: growth = 1.2_dp     !! of a step that was cut, once it goes well again
   integer, parameter :: easy_steps = 3       !! in a row, before it grows
@@ -37,6 +37,14 @@ contains
       end if
     end associate
   end function next_size
+
+  !> Share of a run that is done, from 0 to 1.
+  pure real(dp) function share_done(settings, state)
+    type(settings_t), intent(in) :: settings
+    type(state_t), intent(in) :: state
+
+    share_done = min(1.0_dp, max(state%time/settings%end_time, real(state%step, dp)/settings%most_steps))
+  end function share_done
 
   !> Takes in how a step went that is done, and sets its time to a target that it met.
   pure subroutine after_step(settings, dt, rejected, state)

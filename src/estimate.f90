@@ -1,0 +1,144 @@
+!> How long runs of a deck will take, told by short ones.
+module scree_estimate
+  use, intrinsic :: iso_c_binding, only: c_int, c_long
+  use scree_block_input, only: blocks_t
+  use scree_errors, only: error_t
+  use scree_kinds, only: dp
+  use scree_prediction, only: begin_probe, forecast_t, predict, probe_t, seconds_of, steps_of
+  use scree_read_scene, only: read_scene
+  use scree_scene, only: run_options_t, scene_t
+  use scree_simulation, only: simulate
+  use scree_text, only: number_text, rounded_text, text_t
+  use scree_timers, only: begin_timers, timers_t
+  implicit none
+  private
+  public :: estimate_runs
+
+  real(dp), parameter :: probe_seconds = 10.0_dp !! that the steps of one run may take
+
+  !> C: struct rusage on Linux and the BSDs, two times of two longs and fourteen longs.
+  type, bind(c) :: usage_t
+    integer(c_long) :: times(4)
+    integer(c_long) :: most_resident      !! kB
+    integer(c_long) :: others(13)
+  end type usage_t
+
+  interface
+    function c_usage(who, usage) bind(c, name='getrusage')
+      import :: c_int, usage_t
+      integer(c_int), value :: who
+      type(usage_t), intent(out) :: usage
+      integer(c_int) :: c_usage
+    end function c_usage
+
+    function c_process() bind(c, name='getpid')
+      import :: c_int
+      integer(c_int) :: c_process
+    end function c_process
+  end interface
+
+contains
+
+  !> Runs a deck as it is, and with each accuracy from the coarsest on, for some seconds each, and prints what whole runs will take:
+  !> Runs a deck as it is, and with each accuracy from the coarsest on, for some seconds each, and prints what whole runs take:
+  !> or as in a coarser run that came to its end.
+  !>
+  !> Errors: decks that do not run, a run that fails or that a signal stops.
+  subroutine estimate_runs(geometry, analysis, settings, accuracy, unit, error)
+    character(len=*), intent(in) :: geometry, analysis
+    type(text_t), intent(in) :: settings(:)  !! given with --set
+    type(text_t), intent(in) :: accuracy(:)  !! values of step.accuracy, the coarsest first
+    integer, intent(in) :: unit
+    type(error_t), allocatable, intent(out) :: error
+    type(probe_t) :: shape !! the last run that came to its end
+    character(len=:), allocatable :: asked
+    integer :: i
+
+    write (unit, '(a)') 'run               steps   seconds      from        to  memory, MB  told by'
+    call estimate_run('as it is', settings)
+    do i = 1, size(accuracy)
+      if (allocated(error)) return
+      asked = 'step.accuracy='//accuracy(i)%text
+      call estimate_run('accuracy '//accuracy(i)%text, [settings, text_t(asked)])
+    end do
+
+  contains
+
+    subroutine estimate_run(name, settings)
+      character(len=*), intent(in) :: name
+      type(text_t), intent(in) :: settings(:)
+      type(probe_t) :: probe
+
+      call run_probe(geometry, analysis, settings, probe, error)
+      if (allocated(error)) return
+      if (shape%ended) then
+        call print_forecast(unit, name, probe, predict(steps_of(probe), steps_of(shape)), &
+                            predict(seconds_of(probe), seconds_of(shape)))
+      else
+        call print_forecast(unit, name, probe, predict(steps_of(probe)), predict(seconds_of(probe)))
+      end if
+      if (probe%ended) shape = probe
+    end subroutine estimate_run
+
+  end subroutine estimate_runs
+
+  !> Runs a deck for some seconds.
+  subroutine run_probe(geometry, analysis, settings, probe, error)
+    character(len=*), intent(in) :: geometry, analysis
+    type(text_t), intent(in) :: settings(:)
+    type(probe_t), intent(out) :: probe
+    type(error_t), allocatable, intent(out) :: error
+    type(run_options_t) :: options
+    type(scene_t) :: scene
+    type(blocks_t) :: blocks
+    type(timers_t) :: timers
+
+    call begin_probe(probe_seconds, probe)
+    call begin_timers(timers)
+    call read_scene(geometry, analysis, settings, scene, blocks, error)
+    if (allocated(error)) return
+    options%results_path = scratch_folder()//'/scree-estimate-'//number_text(int(c_process()))//'.h5'
+    options%restart_path = ''
+    options%runs = .true.
+    options%quiet = .true.
+    call simulate(scene, blocks, timers, options, error, probe)
+  end subroutine run_probe
+
+  !> Where files go that are not to stay.
+  function scratch_folder() result(folder)
+    character(len=:), allocatable :: folder
+    integer :: length
+
+    call get_environment_variable('TMPDIR', length=length)
+    allocate (character(len=length) :: folder)
+    if (length > 0) call get_environment_variable('TMPDIR', folder)
+    if (length == 0) folder = '/tmp'
+  end function scratch_folder
+
+  subroutine print_forecast(unit, name, probe, steps, seconds)
+    integer, intent(in) :: unit
+    character(len=*), intent(in) :: name
+    type(probe_t), intent(in) :: probe
+    type(forecast_t), intent(in) :: steps, seconds
+    type(usage_t) :: usage
+    character(len=:), allocatable :: by
+
+    by = 'the whole run'
+    if (.not. probe%ended) by = number_text(probe%n - 1)//' steps, '//rounded_text(100*probe%share(probe%n))//' % of the run'
+    if (c_usage(0_c_int, usage) /= 0) usage%most_resident = 0
+    write (unit, '(a16,i8,3(1x,a9),1x,i11,2x,a)') name//repeat(' ', max(0, 16 - len(name))), nint(min(steps%value, 1e9_dp)), &
+      three_digits(seconds%value), three_digits(seconds%low), three_digits(seconds%high), usage%most_resident/1024, by
+    flush (unit)
+  end subroutine print_forecast
+
+  !> A number of seconds, to three digits.
+  pure function three_digits(x) result(text)
+    real(dp), intent(in) :: x
+    character(len=9) :: text
+
+    write (text, '(es9.2)') x
+    if (x >= 0.01_dp .and. x < 100) write (text, '(f9.3)') x
+    if (x >= 100 .and. x < 1e8_dp) write (text, '(f9.0)') x
+  end function three_digits
+
+end module scree_estimate

@@ -1,0 +1,135 @@
+!> What a run will take, told from the beginning of it: a probe notes how far each step got and when, and what is left is taken to
+!> cost as that did, or as another run of the scene that came to its end.
+module scree_prediction
+  use scree_kinds, only: dp, i8
+  implicit none
+  private
+  public :: amounts_t, begin_probe, enough, forecast_t, note_step, predict, probe_t, seconds_of, steps_of
+
+  !> Shares of the way of a probe from which on its pace is taken: what it says first, and what the spread is told by.
+  real(dp), parameter :: pace_from(4) = [0.75_dp, 0.0_dp, 0.25_dp, 0.5_dp]
+
+  !> The steps of a run that may end early.
+  type :: probe_t
+    real(dp) :: most = 0.0_dp              !! what it may take, s
+    logical :: ended = .false.             !! the run came to its end
+    integer :: n = 0                       !! steps noted
+    real(dp), allocatable :: share(:)      !! (>= n) of the run that is done with each
+    real(dp), allocatable :: seconds(:)    !! (>= n) since the probe began, s
+    integer(i8), private :: begun = 0
+  end type probe_t
+
+  !> How much a run had taken, of seconds or steps, where it had got to.
+  type :: amounts_t
+    logical :: ended = .false.
+    real(dp), allocatable :: share(:)      !! (n) of the run, rising
+    real(dp), allocatable :: amount(:)     !! (n) rising
+  end type amounts_t
+
+  !> What something will come to.
+  type :: forecast_t
+    real(dp) :: value = 0.0_dp, low = 0.0_dp, high = 0.0_dp
+  end type forecast_t
+
+contains
+
+  !> Begins a probe.
+  subroutine begin_probe(most, probe)
+    real(dp), intent(in) :: most  !! s
+    type(probe_t), intent(out) :: probe
+
+    probe%most = most
+    allocate (probe%share(1000), probe%seconds(1000))
+    call system_clock(probe%begun)
+  end subroutine begin_probe
+
+  !> Notes a step, or, with a share of 0, that steps begin.
+  subroutine note_step(share, probe)
+    real(dp), intent(in) :: share !! of the run that is done
+    type(probe_t), intent(inout) :: probe
+
+    if (probe%n == size(probe%share)) then
+      probe%share = [probe%share, probe%share]
+      probe%seconds = [probe%seconds, probe%seconds]
+    end if
+    probe%n = probe%n + 1
+    probe%share(probe%n) = share
+    probe%seconds(probe%n) = seconds_since(probe%begun)
+  end subroutine note_step
+
+  !> Whether a probe has taken what it may, and says something.
+  logical function enough(probe)
+    type(probe_t), intent(in) :: probe
+
+    enough = .false.
+    if (probe%n > 1) enough = probe%seconds(probe%n) - probe%seconds(1) > probe%most
+  end function enough
+
+  real(dp) function seconds_since(begun)
+    integer(i8), intent(in) :: begun
+    integer(i8) :: now, rate
+
+    call system_clock(now, rate)
+    seconds_since = real(now - begun, dp)/real(rate, dp)
+  end function seconds_since
+
+  !> The seconds of a probe.
+  pure function seconds_of(probe) result(amounts)
+    type(probe_t), intent(in) :: probe
+    type(amounts_t) :: amounts
+
+    amounts = amounts_t(probe%ended, probe%share(:probe%n), probe%seconds(:probe%n))
+  end function seconds_of
+
+  !> The steps of a probe.
+  pure function steps_of(probe) result(amounts)
+    type(probe_t), intent(in) :: probe
+    type(amounts_t) :: amounts
+    integer :: i
+
+    amounts = amounts_t(probe%ended, probe%share(:probe%n), [(real(i - 1, dp), i=1, probe%n)])
+  end function steps_of
+
+  !> What a run will come to. Of one that ended it is known.
+  !>
+  !> The pace of its last quarter goes on; the spread is that of the paces from other points on. Where another run ended, what is
+  !> left takes as many times what was done as it did there; else as its share of the run says.
+  pure function predict(done, shape) result(forecast)
+    type(amounts_t), intent(in) :: done            !! at least of two points
+    type(amounts_t), intent(in), optional :: shape !! of another run
+    type(forecast_t) :: forecast
+    real(dp) :: whole(size(pace_from))
+    integer :: from, i, n
+
+    n = size(done%share)
+    whole = done%amount(n)
+    if (.not. done%ended) then
+      do i = 1, size(pace_from)
+        from = count(done%share < pace_from(i)*done%share(n))
+        from = max(1, min(n - 1, from))
+        associate (now => work_until(done%share(n), shape), before => work_until(done%share(from), shape))
+          whole(i) = done%amount(n) + (done%amount(n) - done%amount(from))*(1 - now)/max(epsilon(now), now - before)
+        end associate
+      end do
+    end if
+    forecast = forecast_t(whole(1), minval(whole), maxval(whole))
+  end function predict
+
+  !> Share of its amount that a run takes up to a share of its way.
+  pure real(dp) function work_until(share, shape) result(work)
+    real(dp), intent(in) :: share
+    type(amounts_t), intent(in), optional :: shape
+    integer :: i, n
+
+    work = share
+    if (.not. present(shape)) return
+    n = size(shape%share)
+    if (.not. shape%amount(n) > shape%amount(1)) return
+    i = max(1, min(n - 1, count(shape%share <= share)))
+    work = shape%amount(i)
+    if (shape%share(i + 1) > shape%share(i)) &
+      work = work + (shape%amount(i + 1) - shape%amount(i))*(share - shape%share(i))/(shape%share(i + 1) - shape%share(i))
+    work = (work - shape%amount(1))/(shape%amount(n) - shape%amount(1))
+  end function work_until
+
+end module scree_prediction

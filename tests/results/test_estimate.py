@@ -1,0 +1,60 @@
+"""What `scree estimate` tells of runs that nobody has made yet."""
+import os
+import pathlib
+import re
+
+import pytest
+import scree
+from scree import call
+from scree.bench import scenes
+
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
+ARC = SOURCE / "input/paper/arc/arc.ana"
+
+
+def told(tmp_path, *words):
+    """The rows of an estimate, by their names: steps, seconds, least, most, MB; and by what."""
+    done = call("estimate", *words, cwd=tmp_path, env={**os.environ, "TMPDIR": str(tmp_path)})
+    assert done.returncode == 0, done.stderr
+    rows = {}
+    for line in done.stdout.splitlines()[1:]:
+        name, *numbers, by = re.fullmatch(r"(.{16}) *(\d+) +(\S+) +(\S+) +(\S+) +(\d+)  (.*)", line).groups()
+        rows[name.strip()] = [float(number) for number in numbers], by
+    return rows
+
+
+def test_runs_that_end_are_known(tmp_path):
+    rows = told(tmp_path, ARC, "--accuracy", "1e-2", "1e-3", "--set", "step.size=2e-3")
+    assert list(rows) == ["as it is", "accuracy 1e-2", "accuracy 1e-3"]
+    for name, settings in (("as it is", []), ("accuracy 1e-3", ["step.accuracy=1e-3"])):
+        run = scree.run(ARC, output=tmp_path / "x.h5", settings=["step.size=2e-3", *settings])
+        (steps, seconds, least, most, memory), by = rows[name]
+        assert (steps, by) == (len(run.history.time), "the whole run")
+        assert 0 < seconds == least == most and 5 < memory < 1000
+    assert {path.name for path in tmp_path.iterdir()} == {"x.h5"}  # a probe leaves nothing
+
+
+def test_a_long_run_is_told_by_its_beginning(tmp_path):
+    """A wall at rest for 200 s: as many steps as it has room for; what they take is spread by how the pace changes."""
+    decks = scenes.wall(6, end=200.0).write(tmp_path, 1e-3)
+    rows = told(tmp_path, *decks)
+    (steps, seconds, least, most, _), by = rows["as it is"]
+    assert steps == pytest.approx(200_000, rel=1e-3)
+    assert re.fullmatch(r"\d+ steps, \S+ % of the run", by)
+    assert 10 < least <= seconds <= most < 1e4
+
+
+@pytest.mark.parametrize("words, said", [
+    ([ARC, "--accuracy", "x"], "step.accuracy"),
+    ([ARC, "--accuracy"], "expected a word after --accuracy"),
+    ([ARC, "--summary", "json"], "expected --summary with run, found it with estimate"),
+    ([ARC, "--set", "step.size=-1"], "step.size"),
+    (["nothing.ana"], "nothing.ana")])
+def test_what_cannot_be_is_refused_in_a_line(tmp_path, words, said):
+    done = call("estimate", *words, cwd=tmp_path)
+    assert done.returncode == 2 and said in done.stderr and len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_run_that_fails_says_so(tmp_path):
+    done = call("estimate", SOURCE / "input/paper/rotation/t4.ana", "--accuracy", "1e-3", cwd=tmp_path)
+    assert done.returncode == 1 and "energy has come from nothing" in done.stderr
