@@ -166,6 +166,7 @@ contains
     entrance%stiffness = was%stiffness
     entrance%length = was%length
     entrance%bonded = was%bonded
+    entrance%slid = was%slid
     entrance%lagged_friction = was%lagged_friction
   end subroutine recall
 

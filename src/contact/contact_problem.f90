@@ -4,7 +4,7 @@ module scree_contact_problem
   use scree_contact_rules, only: anchor_what_closes, gaps_and_slips, rows_along, spring_of
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: state_locked, state_open, state_sliding
-  use scree_coulomb_contact, only: bond
+  use scree_coulomb_contact, only: bond, friction_of
   use scree_equations, only: equations_t, island_problem, place_row
   use scree_friction_problem, only: friction_problem_t, spring_back, spring_forth, spring_locked, spring_open, &
                                     spring_pulled
@@ -43,7 +43,7 @@ contains
         call spring_of(try, i, now, spring%pressing, spring%stiffness)
         spring%shear = entrance%multiplier(2) - entrance%stiffness(2)*now(k)%slip
         spring%shear_stiffness = entrance%stiffness(2)
-        spring%friction = try%law%friction(entrance%joint)
+        spring%friction = friction_of(try%law, entrance)
         spring%cohesion = bond(entrance, try%law%cohesion(entrance%joint))
         spring%bonded = entrance%bonded .and. entrance%state /= state_open
         row(:, 1) = try%geometry(k, i)%normal

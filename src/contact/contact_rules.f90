@@ -20,7 +20,7 @@ module scree_contact_rules
                             state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, meet_as_shi, meet_by_entrances, meeting_t
   use scree_corners, only: survey_t, tilt
-  use scree_coulomb_contact, only: add_friction, anchor_where_crossed, judge_coulomb, press_springs, slide_coulomb
+  use scree_coulomb_contact, only: add_friction, anchor_where_crossed, friction_of, judge_coulomb, press_springs, slide_coulomb
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_shi_contact, only: adapted_stiffness, add_edge, anchor_where_closed, anchored_rows, close_touching, judge_shi, slide_shi
@@ -403,7 +403,7 @@ contains
     case (rules_shi)
       rubs = .false.
     case default
-      rubs = entrance%state == state_sliding .and. law%friction(entrance%joint) > 0
+      rubs = entrance%state == state_sliding .and. friction_of(law, entrance) > 0
     end select
   end function rubs
 

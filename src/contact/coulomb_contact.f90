@@ -14,7 +14,8 @@ module scree_coulomb_contact
   use scree_kinds, only: dp
   implicit none
   private
-  public :: act_on, add_friction, anchor_where_crossed, bond, judge_closed, judge_coulomb, press_springs, set_state, slide_coulomb
+  public :: act_on, add_friction, anchor_where_crossed, bond, friction_of, judge_closed, judge_coulomb, press_springs, set_state, &
+            slide_coulomb
 
 contains
 
@@ -26,6 +27,19 @@ contains
     bond = 0.0_dp
     if (entrance%bonded) bond = strength*entrance%length
   end function bond
+
+  !> Tangent of the friction angle of an entrance. Where its joint wears it falls in a line with the way that the entrance had slid
+  !> when the step began, from the peak to what is left (Palmer & Rice 1973: slip weakening).
+  pure real(dp) function friction_of(law, entrance) result(friction)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+
+    friction = law%friction(entrance%joint)
+    if (.not. allocated(law%worn)) return
+    associate (worn => law%worn(:, entrance%joint))
+      if (worn(2) > 0) friction = friction + (worn(1) - friction)*min(1.0_dp, entrance%slid/worn(2))
+    end associate
+  end function friction_of
 
   !> Forces across the entrances of a contact by spring, multiplier and dashpot, each as if it were the one that acts.
   pure function press_springs(stiffness, dashpot, contact, start, now) result(force)
@@ -49,10 +63,12 @@ contains
     type(contact_law_t), intent(in) :: law
     type(entrance_t), intent(in) :: entrance       !! that acts
     type(contact_force_t), intent(inout) :: force  !! with those across the entrances that press
+    real(dp) :: friction
 
     force%along_by_slip = 0.0_dp
-    force%along = law%friction(entrance%joint)*(force%across(1) + force%across(2)) + bond(entrance, law%cohesion(entrance%joint))
-    force%along_by_gap = law%friction(entrance%joint)*(force%across_by_gap(:, 1) + force%across_by_gap(:, 2))
+    friction = friction_of(law, entrance)
+    force%along = friction*(force%across(1) + force%across(2)) + bond(entrance, law%cohesion(entrance%joint))
+    force%along_by_gap = friction*(force%across_by_gap(:, 1) + force%across_by_gap(:, 2))
     force%along = -entrance%direction*force%along
     force%along_by_gap = -entrance%direction*force%along_by_gap
     if (entrance%bonded .and. entrance%direction*force%along > 0) then
@@ -185,7 +201,7 @@ contains
     real(dp) :: limit, shear
 
     shear = entrance%multiplier(2) - entrance%stiffness(2)*slip
-    limit = max(0.0_dp, law%friction(entrance%joint)*pressing + bond(entrance, law%cohesion(entrance%joint)))
+    limit = max(0.0_dp, friction_of(law, entrance)*pressing + bond(entrance, law%cohesion(entrance%joint)))
     if (entrance%state == state_sliding .and. limit > 0 .and. entrance%direction*shear > 0) then
       state = state_locked ! it turned back; whether it slides there the next iteration tells
     else if (entrance%state /= state_open .and. abs(abs(shear) - limit) <= doubt) then
@@ -222,6 +238,7 @@ contains
     kept = (entrance%multiplier(2) - shear)/entrance%stiffness(2)
     work = abs(shear*(slip - kept))
     entrance%anchor = entrance%anchor + (slip - kept)/edge_length
+    entrance%slid = entrance%slid + abs(slip - kept)
     slip = kept
     entrance%bonded = entrance%bonded .and. (holds .or. .not. abs(shear) > 0)
   end subroutine slide_coulomb

@@ -9,7 +9,7 @@ module scree_open_close
                                  put_anchors
   use scree_contact_try, only: contact_try_t, count_states, of_elements
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
-  use scree_coulomb_contact, only: act_on, bond
+  use scree_coulomb_contact, only: act_on, bond, friction_of
   use scree_kinds, only: dp
   use scree_model, only: model_t
   implicit none
@@ -123,7 +123,7 @@ contains
     type(contact_law_t), intent(in) :: law
     type(entrance_t), intent(in) :: entrance
 
-    can_lock = law%friction(entrance%joint) > 0 .or. bond(entrance, law%cohesion(entrance%joint)) > 0
+    can_lock = friction_of(law, entrance) > 0 .or. bond(entrance, law%cohesion(entrance%joint)) > 0
   end function can_lock
 
   !> Lets multipliers take the forces of closed contacts over, where an overlap or a gap above the bound is left.

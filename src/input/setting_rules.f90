@@ -80,10 +80,15 @@ module scree_setting_rules
     setting_rule_t('contact.restitution', '', 'k01', is_positive, .true., 'a static step hands no velocity on'), &
     setting_rule_t('contact.restitution', '', 'step.control', '|fixed|', .false., &
                    'steps as long as the displacement lets them miss when an impact is, and make energy in it'), &
-    setting_rule_t('joints.kn, joints.ks', '', 'contact.method', '|penalty|augmented|', .true., 'nothing touches'), &
+    setting_rule_t('joints.kn, joints.ks, joints.residual_phi, joints.residual_slip', '', &
+                   'contact.method', '|penalty|augmented|', .true., 'nothing touches'), &
     setting_rule_t('joints.kn, joints.ks', '', 'contact.rules', '|coulomb|conserving|', .false., &
                    'contact by Shi''s rules has one stiffness for all'), &
     setting_rule_t('joints.ks', '', 'joints.kn', is_given, .true., 'a joint that gives along it gives across it'), &
+    setting_rule_t('joints.residual_phi, joints.residual_slip', '', 'contact.rules', '|coulomb|conserving|', .false., &
+                   'Shi''s rules have one friction'), &
+    setting_rule_t('joints.residual_phi', '', 'joints.residual_slip', is_given, .true., 'it falls over a slip'), &
+    setting_rule_t('joints.residual_slip', '', 'joints.residual_phi', is_given, .true., 'there is nothing to fall to'), &
     setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|auto|', .true., &
                    'small strain needs no iteration to nest in'), &
     setting_rule_t('contact.adapt', 'shi', 'contact.rules', '|shi|', .false., &

@@ -253,6 +253,10 @@ contains
                              'force/length^3', 0.0_dp), s%joint_kn)
     call row%reals(setting_t('joints', 'ks', 'likewise along a joint; without it kn over contact.shear_ratio', &
                              'force/length^3', 0.0_dp), s%joint_ks)
+    call row%reals(setting_t('joints', 'residual_phi', 'friction angle that sliding leaves, one for each material', 'degree', &
+                             0.0_dp, most=89.0_dp), s%worn_angle)
+    call row%reals(setting_t('joints', 'residual_slip', 'slip over which the angle falls to that; 0: it does not', 'length', &
+                             0.0_dp), s%worn_slip)
   end subroutine visit_joints
 
   !> Fixed points and load points.
@@ -461,28 +465,35 @@ contains
 
   end subroutine check_numbers
 
-  !> Error where joint stiffness is not one number for each joint material, or only along or only across one.
+  !> Error where a list is not one number for each joint material, or stiffness is only along or only across one.
   subroutine check_joints(scene, error)
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
     integer :: n
 
+    n = 0
+    if (allocated(scene%joint_material)) n = size(scene%joint_material)
     associate (s => scene%settings)
-      if (.not. allocated(s%joint_kn)) return
-      n = 0
-      if (allocated(scene%joint_material)) n = size(scene%joint_material)
-      if (size(s%joint_kn) /= n) then
-        call wrong_joints('joints.kn', number_text(n)//' numbers, one for each joint material', number_text(size(s%joint_kn)))
-      else if (allocated(s%joint_ks)) then
-        if (size(s%joint_ks) /= n) then
-          call wrong_joints('joints.ks', number_text(n)//' numbers, one for each joint material', number_text(size(s%joint_ks)))
-        else if (any(s%joint_kn > 0 .neqv. s%joint_ks > 0)) then
-          call wrong_joints('joints.ks', 'above 0 where joints.kn is, and 0 where that is', 'other')
-        end if
-      end if
+      call check_count('joints.kn', s%joint_kn)
+      call check_count('joints.ks', s%joint_ks)
+      call check_count('joints.residual_phi', s%worn_angle)
+      call check_count('joints.residual_slip', s%worn_slip)
+      if (allocated(error) .or. .not. (allocated(s%joint_kn) .and. allocated(s%joint_ks))) return
+      if (any(s%joint_kn > 0 .neqv. s%joint_ks > 0)) &
+        call wrong_joints('joints.ks', 'above 0 where joints.kn is, and 0 where that is', 'other')
     end associate
 
   contains
+
+    !> Error where a list is not one number for each joint material.
+    subroutine check_count(name, values)
+      character(len=*), intent(in) :: name
+      real(dp), allocatable, intent(in) :: values(:)
+
+      if (allocated(error) .or. .not. allocated(values)) return
+      if (size(values) /= n) call wrong_joints(name, number_text(n)//' numbers, one for each joint material', &
+                                               number_text(size(values)))
+    end subroutine check_count
 
     !> Error at the place a list came from.
     subroutine wrong_joints(name, expected, found)

@@ -44,6 +44,7 @@ module scree_contacts
     real(dp) :: stiffness(2) = 0.0_dp    !! across and along, of both entrances of a contact, force/length per unit thickness
     real(dp) :: length = 0.0_dp          !! of the joint that the contact stands for, where it has cohesion or strength
     logical :: bonded = .false.          !! cohesion and tensile strength are not lost
+    real(dp) :: slid = 0.0_dp            !! way that the contact has slid since it was found, length
     real(dp) :: lagged_friction = 0.0_dp !! friction of the iteration before, by Shi's rules, force
   end type entrance_t
 
@@ -126,6 +127,7 @@ module scree_contacts
     real(dp) :: shear_stiffness = 0.0_dp    !! p over the shear ratio (Shi: h2)
     real(dp), allocatable :: joint_stiffness(:, :) !! (2, n_joints) kn, ks, 0: none; where the scene has some, force/length^3
     real(dp), allocatable :: friction(:)    !! (n_joints) tangent of the friction angle
+    real(dp), allocatable :: worn(:, :)     !! (2, n_joints) residual `friction`, slip by then, length; where the scene has them
     real(dp), allocatable :: cohesion(:)    !! (n_joints) force/length^2
     real(dp), allocatable :: strength(:)    !! (n_joints) in tension, force/length^2
     real(dp) :: penetration = huge(1.0_dp)  !! that multipliers leave; huge: springs alone, length

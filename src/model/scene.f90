@@ -137,6 +137,8 @@ module scree_scene
     integer :: rules = rules_coulomb        !! of contact
     logical :: adapts_stiffness = .false.   !! of contacts, by Shi's rules
     real(dp), allocatable :: joint_kn(:)    !! (n_joints) stiffness across; 0: that of a contact, force/length^3
+    real(dp), allocatable :: worn_angle(:)  !! (n_joints) friction angle that sliding leaves, degrees
+    real(dp), allocatable :: worn_slip(:)   !! (n_joints) slip by then; 0: it stays as it is, length
     real(dp), allocatable :: joint_ks(:)    !! (n_joints) likewise along; not there: that across over the shear ratio
     logical :: nested = .false.             !! the open-close iteration runs inside each iteration of the deformation
     integer :: fixed = fixed_exact

@@ -4,6 +4,7 @@ module scree_bearings
   use scree_contact_rules, only: gap_and_slip, gaps_and_slips, press
   use scree_contact_try, only: contact_try_t, of_elements
   use scree_contacts, only: state_open
+  use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
   use scree_impulses, only: impulse_problem_t, resistance_of, velocity_at
   use scree_kinds, only: dp
@@ -96,7 +97,7 @@ contains
             own%before(1) = max(0.0_dp, start%multiplier(1) - entrance%stiffness(1)/start%hardening*start%gap)
             own%before(2) = start%multiplier(2) &
                             - entrance%stiffness(2)*(start%share - entrance%anchor)*try%geometry(contact%active, i)%edge_length
-            own%before(2) = sign(min(abs(own%before(2)), law%friction(entrance%joint)*own%before(1)), own%before(2))
+            own%before(2) = sign(min(abs(own%before(2)), friction_of(law, entrance)*own%before(1)), own%before(2))
           end if
           if (entrance%bonded) own%before = own%force ! a bond bears all that comes
         end associate
@@ -343,7 +344,7 @@ contains
     do i = 1, size(bearing)
       associate (contact => try%contact(bearing(i)%contact), pair => pair_of(try, bearing(i)%contact), &
                  geometry => try%geometry(try%contact(bearing(i)%contact)%active, bearing(i)%contact))
-        problem%friction(i) = try%law%friction(contact%entrance(contact%active)%joint)
+        problem%friction(i) = friction_of(try%law, contact%entrance(contact%active))
         problem%glued(i) = contact%entrance(contact%active)%bonded
         do side = 1, 2
           problem%body(side, i) = bodies%number(model%elements%block(pair(side)))

@@ -23,6 +23,7 @@ module scree_impact
   use scree_contact_rules, only: gap_and_slip, place
   use scree_contact_try, only: contact_try_t, of_elements, take_all
   use scree_contacts, only: state_locked, state_open, state_sliding
+  use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
   use scree_impulses, only: apply, energy_of, impulse_problem_t, impulses_t, restore, solve_compression, velocity_at
   use scree_integrator, only: end_rates
@@ -473,7 +474,7 @@ contains
           meets(i) = now%gap < impact%bearing(i)%moment .or. (kept > 0 .and. .not. law%restitution > 0) ! plastic ones do not part
           entrance%state = state_open
           if (.not. meets(i)) cycle
-          entrance%state = merge(state_locked, state_sliding, law%friction(entrance%joint) > 0)
+          entrance%state = merge(state_locked, state_sliding, friction_of(law, entrance) > 0)
           entrance%multiplier = 0.0_dp
           entrance%rest = entrance%rest + now%gap + kept/entrance%stiffness(1)
           entrance%anchor = entrance%anchor + now%slip/now%edge_length

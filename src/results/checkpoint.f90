@@ -331,6 +331,7 @@ contains
     end do
     call archive%part('entrance%length', entrance%length)
     call archive%part('entrance%bonded', entrance%bonded)
+    call archive%part('entrance%slid', entrance%slid)
     call archive%part('entrance%lagged_friction', entrance%lagged_friction)
   end subroutine visit_entrances
 

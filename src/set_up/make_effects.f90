@@ -218,6 +218,8 @@ contains
         effects%contact%rules = s%rules
         effects%contact%shi = shi_law_of(scene)
         effects%contact%friction = [tan(joint%friction_angle*degree), 0.0_dp]
+        if (allocated(s%worn_angle)) effects%contact%worn = reshape([tan(s%worn_angle*degree), 0.0_dp, s%worn_slip, 0.0_dp], &
+                                                                   [2, size(s%worn_angle) + 1], order=[2, 1])
         effects%contact%cohesion = [joint%cohesion, 0.0_dp]
         effects%contact%strength = [joint%tensile_strength, 0.0_dp]
       end associate

@@ -117,7 +117,7 @@ contains
     associate (entrance => contact%entrance(:contact%n_entrances))
       numbers = [contact%force, contact%pressed, contact%energy, contact%inherits, &
                  entrance%direction, entrance%anchor, entrance%rest, &
-                 entrance%multiplier(1), entrance%multiplier(2), entrance%length, entrance%lagged_friction, &
+                 entrance%multiplier(1), entrance%multiplier(2), entrance%length, entrance%slid, entrance%lagged_friction, &
                  entrance%stiffness(1), entrance%stiffness(2)]
     end associate
   end function numbers_of_contact

@@ -1,0 +1,102 @@
+"""Joints whose friction falls as they slide: a block on a plane of 30 degrees, with a peak of 35 and a residual angle of 20 degrees."""
+import math
+import os
+import pathlib
+
+import numpy as np
+import pytest
+import scree
+
+SLOPE = pathlib.Path(os.environ["SCREE_SOURCE"]) / "input/validation/b1-slide/slope30.blk"
+G, THETA = 9.81, math.radians(30)
+PEAK, RESIDUAL, SLIP = math.tan(math.radians(35)), math.tan(math.radians(20)), 0.05
+START = G * (math.sin(THETA) - math.cos(THETA) * PEAK)  # accelerations at the peak and where it is worn
+END = G * (math.sin(THETA) - math.cos(THETA) * RESIDUAL)
+RATE = math.sqrt(G * math.cos(THETA) * (PEAK - RESIDUAL) / SLIP)  # s'' = START + RATE^2 s until s is SLIP
+
+
+def slid(folder, speed, end, *settings, step=1e-3, scale=1.0):
+    """The run of the block that begins with a speed down the plane, and how far it has slid, as if the scene was not scaled."""
+    time = math.sqrt(scale)
+    velocity = (speed * time * math.cos(THETA), -speed * time * math.sin(THETA))
+    rows = SLOPE.read_text().splitlines()
+    for i in [*range(5, 10), *range(13, 18), *range(21, 25), 25]:  # vertices, then fixed and measured points
+        words = rows[i].split()
+        at = 0 if i >= 21 else 1
+        rows[i] = " ".join([*words[:at], *(repr(float(word) * scale) for word in words[at:at + 2]), *words[at + 2:]])
+    (folder / "slope.blk").write_text("\n".join(rows) + "\n")
+    deck = folder / "wear.ana"
+    deck.write_text(f"1 {round(end / step)} 2 1 0.05 {step * time!r}\n"
+                    f"2500 0 {1e10 * scale!r} 0.25  0 0 0  0 0 0  0 0 0\n"
+                    f"2500 24525 {1e10 * scale!r} 0.25  0 0 0  0 0 0  {velocity[0]!r} {velocity[1]!r} 0\n"
+                    "35 0 0\n&deck geometry='slope.blk', dialect='short' /\n"
+                    f"&joints residual_phi=20, residual_slip={SLIP * scale!r} /\n")
+    run = scree.run(deck, output=folder / "wear.h5", settings=settings)
+    return run, np.linalg.norm(run.measured_points.displacement[-1, 0]) / scale
+
+
+def exact(speed, end):
+    """How far it slides in closed form: by an exponential until the joint is worn, evenly faster from there."""
+    if speed < -START / RATE:
+        return (-START - math.sqrt(START**2 - (RATE * speed) ** 2)) / RATE**2  # it stops
+    def way(t):
+        return START / RATE**2 * (math.cosh(RATE * t) - 1) + speed / RATE * math.sinh(RATE * t)
+    worn = root_of(lambda t: way(t) - SLIP, 0.0, 10.0)
+    faster = START / RATE * math.sinh(RATE * worn) + speed * math.cosh(RATE * worn)
+    return SLIP + faster * (end - worn) + 0.5 * END * (end - worn) ** 2
+
+
+def root_of(f, low, high):
+    """Where a function that rises is 0."""
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if f(middle) < 0 else (low, middle)
+    return low
+
+
+@pytest.mark.parametrize("settings", [["method.strain=small"], ["method.strain=green"], ["contact.rules=conserving"],
+                                      ["contact.method=augmented"], ["contact.restitution=0.3"]])
+@pytest.mark.parametrize("speed", [0.1, 0.3])
+def test_a_block_wears_its_joint(tmp_path, settings, speed):
+    """The slower one stops, the faster one wears the joint down and slides away. Friction is that of the start of a step: order 1."""
+    off = [slid(tmp_path, speed, 0.6, *settings, step=step)[1] / exact(speed, 0.6) - 1 for step in (2e-3, 1e-3)]
+    assert abs(off[1]) < 3e-3
+    assert off[0] / off[1] == pytest.approx(2, rel=0.05)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_size_does_not_matter(tmp_path, scale):
+    assert slid(tmp_path, 0.3, 0.6, scale=scale)[1] == pytest.approx(slid(tmp_path, 0.3, 0.6)[1], rel=1e-9)
+
+
+def test_friction_takes_what_the_fall_does_not_leave(tmp_path):
+    """The books: the work against the peak over the slip that wears, and that of the residual angle from there on."""
+    run, way = slid(tmp_path, 0.3, 0.6)
+    pressing = 24525 * 0.5 * math.cos(THETA)
+    lost = pressing * (0.5 * (PEAK + RESIDUAL) * SLIP + RESIDUAL * (way - SLIP))
+    assert run.history.energy.friction[-1] == pytest.approx(lost, rel=5e-3)
+
+
+def test_a_joint_that_does_not_wear_is_as_one_without(tmp_path):
+    plain = slid(tmp_path, 0.3, 0.3)[0].vertices(-1)
+    same = slid(tmp_path, 0.3, 0.3, "joints.residual_phi=35")[0].vertices(-1)
+    stays = slid(tmp_path, 0.3, 0.3, "joints.residual_slip=0")[0].vertices(-1)
+    assert same.tobytes() == stays.tobytes() != plain.tobytes()
+
+
+def test_wear_goes_on_after_a_restart(tmp_path):
+    whole = slid(tmp_path, 0.3, 0.6)[0].vertices(-1).tobytes()
+    run, _ = slid(tmp_path, 0.3, 0.6, "step.count=100")
+    path = tmp_path / "wear.h5"
+    assert scree.call("run", "--restart", path, "--quiet", "--set", "step.count=600").returncode == 0
+    assert scree.read(path).vertices(-1).tobytes() == whole
+
+
+@pytest.mark.parametrize("settings, said", [
+    (["joints.residual_phi=20 20"], "1 numbers, one for each joint material"),
+    (["joints.residual_phi=90"], "at most 89"),
+    (["contact.rules=shi", "method.preset=shi"], "joints.residual_phi")])
+def test_what_cannot_be_is_refused_in_a_line(tmp_path, settings, said):
+    with pytest.raises(scree.RunFailed) as failed:
+        slid(tmp_path, 0.1, 0.1, *settings)
+    assert failed.value.status == 2 and said in failed.value.said and len(failed.value.said.strip().splitlines()) == 1
