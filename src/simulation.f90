@@ -7,6 +7,7 @@ module scree_simulation
   use scree_check_scene, only: warn_of_model
   use scree_critical_step, only: find_largest_step
   use scree_effects, only: refresh_elements
+  use scree_equilibrium, only: is_balanced, words_of_balance
   use scree_errors, only: error_t, fail, status_signal
   use scree_initial_overlaps, only: refuse_overlaps
   use scree_interruption, only: heed_signals, signal_name, stop_signal
@@ -14,7 +15,7 @@ module scree_simulation
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_prediction, only: enough, note_step, probe_t
-  use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, stays_short, tell
+  use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, stays_short, tell, warn
   use scree_restart, only: open_past, past_t, resume_output
   use scree_results_file, only: abandon_results, check_targets
   use scree_run_summary, only: add_step, begin_summary, sum_up, summary_t
@@ -35,6 +36,9 @@ module scree_simulation
   implicit none
   private
   public :: simulate
+
+  !> Status of a static run whose steps ran out before it came to rest.
+  character(len=*), parameter :: unsettled = 'not in equilibrium'
 
   !> A run as it goes.
   type :: run_t
@@ -124,16 +128,17 @@ contains
     integer :: i
 
     ending%path = options%results_path
+    ending%status = status_of(options, run, error)
+    if (index(ending%status, unsettled) == 1) call warn(run%progress, ending%status)
     ending%warnings = run%progress%warnings
     ending%cost = costs_of(run%cache%timers)
-    ending%status = status_of(options, error)
     call end_output(run%output, run%cache, run%state, run%watch, ending%status, ending%cost, close_error)
     if (.not. allocated(error)) call move_alloc(close_error, error)
     if (.not. allocated(run%summary)) then
       if (.not. allocated(error)) call tell(run%progress, 'results: '//options%results_path)
       return
     end if
-    ending%status = status_of(options, error)
+    ending%status = status_of(options, run, error)
     call sum_up(run%model, run%cache, run%state, run%summary)
     if (options%with_json) then
       write (output_unit, '(a)') json_of(run%summary, ending)
@@ -147,13 +152,21 @@ contains
   end subroutine end_run
 
   !> How a run ended, in a word, or in those of its error.
-  pure function status_of(options, error) result(status)
+  pure function status_of(options, run, error) result(status)
     type(run_options_t), intent(in) :: options
+    type(run_t), intent(in) :: run
     type(error_t), allocatable, intent(in) :: error
     character(len=:), allocatable :: status
 
     status = trim(merge('complete', 'cut     ', options%runs))
-    if (.not. allocated(error)) return
+    if (.not. allocated(error)) then
+      if (.not. allocated(run%summary)) return
+      if (.not. allocated(run%summary%balance)) return
+      associate (balance => run%summary%balance)
+        if (.not. is_balanced(run%model%settings, balance)) status = unsettled//': '//words_of_balance(balance)
+      end associate
+      return
+    end if
     status = 'stopped: '//error%message
     if (error%status > status_signal) status = 'interrupted'
   end function status_of

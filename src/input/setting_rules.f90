@@ -13,8 +13,8 @@ module scree_setting_rules
   public :: check_rules, drop_overridden, condition_text, setting_rules, subject_text
 
   !> What may be asked of the other setting but one of some choices: that it has a value in the deck, that it has none, that it
-  !> is a number above 0.
-  character(len=*), parameter :: is_given = 'given', is_not_given = 'not given', is_positive = 'above 0'
+  !> is a number above 0, or 0.
+  character(len=*), parameter :: is_given = 'given', is_not_given = 'not given', is_positive = 'above 0', is_zero = '0'
 
   !> Some settings, or a choice of one, go only with another setting.
   type :: setting_rule_t
@@ -67,6 +67,7 @@ module scree_setting_rules
                    'the errors of the other forms are not known to it'), &
     setting_rule_t('output.error', 'estimate', 'method.rotation', '|linear|exact|', .false., &
                    'what the other cures leave is not known to it'), &
+    setting_rule_t('step.balance', '', 'k01', is_zero, .false., 'what moves is not in equilibrium'), &
     setting_rule_t('step.sleep', '', 'k01', is_positive, .false., 'a static step has no speed that tells of rest'), &
     setting_rule_t('step.sleep', '', 'step.control', '|fixed|', .false., 'Shi''s rules look at all bodies'), &
     setting_rule_t('step.sleep', '', 'contact.method', '|penalty|augmented|', .true., 'nothing touches that could wake it'), &
@@ -204,6 +205,8 @@ contains
       text = 'without '//trim(rule%other)
     case (is_positive)
       text = 'with '//trim(rule%other)//' above 0'
+    case (is_zero)
+      text = 'with '//trim(rule%other)//' 0'
     case default
       text = 'with '//with_value(trim(rule%other), rule%allowed(2:len_trim(rule%allowed) - 1))
     end select
@@ -230,12 +233,24 @@ contains
         if (is_given_by(word)) found = trim(rule%other)//'='//word%value
       end associate
     case (is_positive)
-      if (.not. number_of(scene, trim(rule%other)) > 0) found = trim(rule%other)//'='//real_text(number_of(scene, trim(rule%other)))
+      if (.not. number_of(scene, trim(rule%other)) > 0) found = with_number()
+    case (is_zero)
+      if (abs(number_of(scene, trim(rule%other))) > 0) found = with_number()
     case default
       associate (word => scene%words(index_of(scene%words, trim(rule%other))))
         if (index(rule%allowed, '|'//word%value//'|') == 0) found = with_value(trim(rule%other), word%value)
       end associate
     end select
+
+  contains
+
+    !> The other setting with its number.
+    function with_number() result(text)
+      character(len=:), allocatable :: text
+
+      text = trim(rule%other)//'='//real_text(number_of(scene, trim(rule%other)))
+    end function with_number
+
   end function against
 
   !> Whether a rule is about a setting as it is.

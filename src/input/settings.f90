@@ -175,6 +175,9 @@ contains
                               0.0_dp, 1.0_dp, .true., default='none: steps of the size given'), s%aim)
       call row%real(setting_t('step', 'least', 'a step that must be smaller ends the run', 'time', 0.0_dp, open=.true., &
                               default='1e-6 of the size'), s%least_step, 1e-6_dp*s%step_size)
+      call row%real(setting_t('step', 'balance', &
+                              'share of its weight and loads that may be out of balance on a body where a static run ends', '1', &
+                              0.0_dp, 1.0_dp, .true., default='none: a static run takes all its steps'), s%balance)
       call row%real(setting_t('step', 'sleep', &
                               'share of weight, and of sqrt(g size), below which bodies at rest fall asleep; 0: none does', &
                               '1', 0.0_dp, 1.0_dp), &

@@ -8,7 +8,7 @@ module scree_base_acceleration
   use scree_time_table, only: mean_over
   implicit none
   private
-  public :: add_base_acceleration, base_acceleration_t, work_of_base
+  public :: add_base_acceleration, base_acceleration_t, size_of_base, work_of_base
 
   !> Called for when the ground accelerates at some time.
   type :: base_acceleration_t
@@ -27,6 +27,15 @@ contains
 
     call add_force(term, -mass*matmul(mean_over(self%record, rule%load_from, rule%load_to), element%at_centroid))
   end subroutine add_base_acceleration
+
+  !> Magnitude of the inertia force of one element, per unit thickness.
+  pure real(dp) function size_of_base(self, mass, rule)
+    type(base_acceleration_t), intent(in) :: self
+    real(dp), intent(in) :: mass !! mass/length
+    type(step_rule_t), intent(in) :: rule
+
+    size_of_base = mass*norm2(mean_over(self%record, rule%load_from, rule%load_to))
+  end function size_of_base
 
   !> Work of the inertia force of one element in a step, force per unit thickness times length.
   pure real(dp) function work_of_base(self, mass, rule, element, unknown)

@@ -1,6 +1,6 @@
 !> The effects of a scene. This file is the only one that asks which are present.
 module scree_effects
-  use scree_base_acceleration, only: add_base_acceleration, work_of_base
+  use scree_base_acceleration, only: add_base_acceleration, size_of_base, work_of_base
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_fixed_point, only: add_fixed_springs, spring_energy, work_of_springs
   use scree_gravity, only: add_gravity, gravity_energy
@@ -11,14 +11,14 @@ module scree_effects
   use scree_mass_damping, only: add_mass_damping, damped_energy
   use scree_material, only: push_elasticity_forward
   use scree_model, only: cache_t, effects_t, element_cache_t, model_t
-  use scree_point_load, only: add_point_loads, work_of_point_loads
+  use scree_point_load, only: add_point_loads, size_of_point_loads, work_of_point_loads
   use scree_state, only: state_t
   use scree_stiffness, only: add_small_strain
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_drag, add_element_effects, energy_of_fixed_springs, energy_of_weight, loss_by_damping, power_of_weight, &
-            refresh_elements, supports_move, work_of_loads, work_of_supports
+  public :: add_drag, add_element_effects, energy_of_fixed_springs, energy_of_weight, load_on_element, loss_by_damping, &
+            power_of_weight, refresh_elements, supports_move, work_of_loads, work_of_supports
 
   integer, parameter :: n = element_unknowns
 
@@ -106,6 +106,22 @@ contains
     if (allocated(model%effects%mass_damping)) &
       call add_force(term, -model%effects%mass_damping%rate*matmul(own%mass_matrix, velocity))
   end subroutine add_drag
+
+  !> Magnitudes of the weight, the loads and the inertia force of the ground that act on one element in a step, summed; force per
+  !> unit thickness.
+  pure real(dp) function load_on_element(model, own, e, rule) result(load)
+    type(model_t), intent(in) :: model
+    type(element_cache_t), intent(in) :: own   !! of the element
+    integer, intent(in) :: e
+    type(step_rule_t), intent(in) :: rule
+
+    load = 0.0_dp
+    associate (effects => model%effects)
+      if (allocated(effects%gravity)) load = load + abs(own%mass_ratio*effects%gravity%weight(e))
+      if (allocated(effects%base_acceleration)) load = load + size_of_base(effects%base_acceleration, own%mass, rule)
+      if (allocated(effects%point_load)) load = load + size_of_point_loads(effects%point_load, e, rule)
+    end associate
+  end function load_on_element
 
   !> Work of the point loads on one element, and of the inertia force of the ground, in a step.
   pure real(dp) function work_of_loads(model, own, state, e, unknown, rule) result(work)

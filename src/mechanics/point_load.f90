@@ -8,7 +8,7 @@ module scree_point_load
   use scree_time_table, only: mean_over
   implicit none
   private
-  public :: add_point_loads, point_load_t, work_of_point_loads
+  public :: add_point_loads, point_load_t, size_of_point_loads, work_of_point_loads
 
   !> Called for when a load point has a force.
   type :: point_load_t
@@ -34,6 +34,19 @@ contains
                                   displacement_matrix(element, position(:, self%point(i)))))
     end do
   end subroutine add_point_loads
+
+  !> Magnitudes of the loads on element `e`, summed, force per unit thickness.
+  pure real(dp) function size_of_point_loads(self, e, rule) result(load)
+    type(point_load_t), intent(in) :: self
+    integer, intent(in) :: e
+    type(step_rule_t), intent(in) :: rule
+    integer :: i
+
+    load = 0.0_dp
+    do i = self%first(e), self%first(e + 1) - 1
+      load = load + norm2(mean_over(self%table(i), rule%load_from, rule%load_to))
+    end do
+  end function size_of_point_loads
 
   !> Work of the loads on element `e` in a step, force per unit thickness times length.
   pure real(dp) function work_of_point_loads(self, e, position, rule, element, unknown) result(work)

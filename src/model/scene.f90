@@ -122,6 +122,7 @@ module scree_scene
     logical :: chooses_step = .false.       !! by Shi's rules, from the displacement that a step may have
     real(dp) :: least_step = 0.0_dp         !! a step that must be smaller ends the run, time
     real(dp) :: aim = 0.0_dp                !! share of its displacement that the run may be off by; 0: steps as given
+    real(dp) :: balance = -1.0_dp           !! share of what acts that may be out of balance where a static run ends; below 0: none
     real(dp) :: sleep = 0.0_dp              !! share of weight and speed below which bodies at rest fall asleep, 0: none does
     integer :: iterate = iterate_hybrid
     integer :: test = test_theta

@@ -117,6 +117,7 @@ contains
     call archive%part('step', state%step)
     call archive%part('pace%size', state%pace%size)
     call archive%part('pace%last', state%pace%last)
+    call archive%part('pace%unbalanced', state%pace%unbalanced)
     call archive%part('pace%easy', state%pace%easy)
     call archive%part('pace%frames', state%pace%frames)
     call archive%array('vertex', state%vertex)

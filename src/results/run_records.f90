@@ -25,6 +25,7 @@ module scree_run_records
     integer :: iterations = 0, solves = 0, rejected = 0, green = 0, sleeping = 0, slept = 0, body_asleep = 0
     integer :: error = 0, error_growth = 0, error_share = 0, error_step = 0, error_impact = 0, rough = 0, refused = 0
     integer :: body_error = 0
+    integer :: unbalanced = 0, unbalanced_block = 0
     integer :: contacts = 0, open_close = 0, judged = 0, judged_step = 0, overlap = 0, spring = 0, friction = 0
     integer :: touch_count = 0, touch_blocks = 0, touch_state = 0, touch_place = 0, touch_normal = 0, touch_force = 0
     integer :: body_green = 0, body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
@@ -88,6 +89,11 @@ contains
                   records%error_impact)
       call a_step('error/rough', [integer ::], '1', 'blocks whose contacts opened or closed in the step', records%rough, .true.)
       call a_step('error/refused', [integer ::], '1', 'steps made again as they were off by too much', records%refused, .true.)
+    end if
+    if (.not. model%effects%carried > 0) then
+      call a_step('unbalanced', [integer ::], '1', 'largest force out of balance of a block over what acts on it', &
+                  records%unbalanced)
+      call a_step('unbalanced_block', [integer ::], '1', 'that block, from 1', records%unbalanced_block, .true.)
     end if
     if (sleeps) then
       call a_step('asleep', [integer ::], '1', 'bodies that sleep', records%sleeping, .true.)
@@ -233,6 +239,10 @@ contains
         call put(records%rough, [real(own%rough, dp)])
         call put(records%refused, [real(report%refused, dp)])
       end associate
+    end if
+    if (allocated(report%balance)) then
+      call put(records%unbalanced, [report%balance%share])
+      call put(records%unbalanced_block, [real(report%balance%block, dp)])
     end if
     asleep = 0
     if (allocated(state%sleep)) then

@@ -2,6 +2,7 @@
 module scree_run_summary
   use scree_contacts, only: contact_t
   use scree_energy, only: stored_energy
+  use scree_equilibrium, only: balance_t, tolerance_of
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_regions, only: first_vertex_of, last_vertex_of
@@ -41,6 +42,8 @@ module scree_run_summary
     type(vertex_most_t) :: displacement  !! since the start, at the end
     type(vertex_most_t) :: speed         !! at the end
     logical, allocatable :: at_rest      !! not allocated: there is no weight to tell by, or no speed, as in a static run
+    type(balance_t), allocatable :: balance !! of a static run, after its last step
+    real(dp) :: tolerance = 0.0_dp       !! share out of balance that counts as equilibrium
     logical :: touches = .false.         !! the scene has contact
     type(overlap_most_t) :: overlap
     real(dp) :: area = 0.0_dp            !! of all blocks, length^2
@@ -66,6 +69,7 @@ contains
     summary%books_from = state%books
     summary%area_from = area_of(cache)
     summary%touches = allocated(model%effects%contact)
+    summary%tolerance = tolerance_of(model%settings)
     associate (s => model%settings)
       summary%asked = s%end_time
       if (s%chooses_step) return
@@ -85,6 +89,7 @@ contains
     summary%cut = summary%cut + report%rejected
     summary%solves = summary%solves + report%solves
     summary%absolute_work = summary%absolute_work + abs(report%work)
+    if (allocated(report%balance)) summary%balance = report%balance
     summary%fallen = max(summary%fallen, summary%books_from%gravity - state%books%gravity)
     if (state%contacts%penetration > summary%overlap%value) call take_overlap(model, state, summary%overlap)
   end subroutine add_step

@@ -1,6 +1,7 @@
 !> What a run came to, in words for a screen, and as a JSON object (doc/results.md).
 module scree_summary_words
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use scree_equilibrium, only: words_of_balance
   use scree_json, only: begin_list, begin_object, end_list, end_object, json_t, put, put_null
   use scree_kinds, only: dp
   use scree_run_summary, only: change_of_area, lost_otherwise, share_lost, summary_t, vertex_most_t
@@ -33,6 +34,7 @@ contains
     call add('ended: '//words_of_end(summary, ending%status))
     call add('steps: '//words_of_steps(summary, ending))
     call add('moves: '//words_of_motion(summary))
+    if (allocated(summary%balance)) call add('balance: '//words_of_forces(summary))
     call add('energy: '//words_of_energy(summary))
     call add('area: '//words_of_change(change_of_area(summary)))
     if (summary%touches) call add('overlap: '//words_of_overlap(summary))
@@ -81,6 +83,22 @@ contains
     if (.not. allocated(summary%at_rest)) return
     text = text//'; '//trim(merge('at rest    ', 'not at rest', summary%at_rest))
   end function words_of_motion
+
+  !> Whether the forces of a static run balance, and how it moves where they do not.
+  function words_of_forces(summary) result(text)
+    type(summary_t), intent(in) :: summary
+    character(len=:), allocatable :: text
+
+    associate (balance => summary%balance)
+      if (balance%block == 0) then
+        text = 'nothing can move'
+      else if (balance%share <= summary%tolerance) then
+        text = 'in equilibrium, to '//words(balance%share)//' of what acts on block '//number_text(balance%block)
+      else
+        text = 'not in equilibrium: '//words_of_balance(balance)
+      end if
+    end associate
+  end function words_of_forces
 
   !> A value, its block and its place.
   function words_of_vertex(most) result(text)
@@ -185,6 +203,7 @@ contains
     call put(json, 'results', ending%path)
     call put_steps(json, summary, factors_of(ending%cost))
     call put_motion(json, summary)
+    call put_balance(json, summary)
     call put_books(json, summary)
     call put(json, 'change_of_area', change_of_area(summary))
     call put_overlap(json, summary)
@@ -247,6 +266,29 @@ contains
 
   end subroutine put_motion
 
+  !> How far a static run is from equilibrium.
+  subroutine put_balance(json, summary)
+    type(json_t), intent(inout) :: json
+    type(summary_t), intent(in) :: summary
+
+    if (.not. allocated(summary%balance)) then
+      call put_null(json, 'balance')
+      return
+    end if
+    associate (balance => summary%balance)
+      call begin_object(json, 'balance')
+      call put(json, 'share', balance%share)
+      call put(json, 'tolerance', summary%tolerance)
+      call put(json, 'force', balance%force)
+      call put(json, 'block', balance%block)
+      call put_position(json, balance%position)
+      call put_pair(json, 'way', balance%way)
+      call put(json, 'speed', balance%speed)
+      call put(json, 'others', balance%others)
+      call end_object(json)
+    end associate
+  end subroutine put_balance
+
   !> The books of energy.
   subroutine put_books(json, summary)
     type(json_t), intent(inout) :: json
@@ -292,11 +334,20 @@ contains
     type(json_t), intent(inout) :: json
     real(dp), intent(in) :: position(2)
 
-    call begin_list(json, 'position')
-    call put(json, '', position(1))
-    call put(json, '', position(2))
-    call end_list(json)
+    call put_pair(json, 'position', position)
   end subroutine put_position
+
+  !> Two numbers.
+  subroutine put_pair(json, name, pair)
+    type(json_t), intent(inout) :: json
+    character(len=*), intent(in) :: name
+    real(dp), intent(in) :: pair(2)
+
+    call begin_list(json, name)
+    call put(json, '', pair(1))
+    call put(json, '', pair(2))
+    call end_list(json)
+  end subroutine put_pair
 
   !> What the phases cost.
   subroutine put_cost(json, cost)

@@ -80,12 +80,12 @@ contains
     end if
   end subroutine resume_pace
 
-  !> Whether the run is over.
+  !> Whether the run is over; a static one that asks for it where it has come to equilibrium.
   pure logical function at_end(settings, state)
     type(settings_t), intent(in) :: settings
     type(state_t), intent(in) :: state
 
-    at_end = state%time >= settings%end_time .or. state%step >= settings%most_steps
+    at_end = state%time >= settings%end_time .or. state%step >= settings%most_steps .or. state%pace%unbalanced <= settings%balance
   end function at_end
 
   !> Whether the step that ended in this state makes a frame; counts it.

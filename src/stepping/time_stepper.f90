@@ -10,6 +10,7 @@ module scree_time_stepper
   use scree_critical_step, only: find_largest_step
   use scree_effects, only: refresh_elements
   use scree_energy, only: close_books, loss_of_step, work_of_step
+  use scree_equilibrium, only: balance_t, find_balance
   use scree_equations, only: constrain_equations, group_elements
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_impact, only: any_closes, push_apart, rebound
@@ -49,6 +50,7 @@ module scree_time_stepper
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness
     type(trouble_t) :: cut               !! why its last try that was rejected was
     type(trouble_t) :: impact            !! why an impact in it was left to springs
+    type(balance_t), allocatable :: balance !! at its end, of a static step
     integer, allocatable :: reached(:)   !! blocks asleep that others may touch; allocated: they are to wake, no step was made
   end type step_report_t
 
@@ -88,6 +90,10 @@ contains
                            work_of_step(model, cache, state, try%rule, try%d), outcome%cut, outcome%impact)
     call accept(model, try, report%work, cache, state)
     call check_state(model, state, error)
+    if (allocated(error) .or. model%effects%carried > 0) return
+    allocate (report%balance)
+    call find_balance(model, cache, state, try%contacts, try%d, report%balance, error)
+    state%pace%unbalanced = report%balance%share
   end subroutine advance
 
   !> What the tries of a step begin with.

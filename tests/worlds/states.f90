@@ -20,7 +20,7 @@ contains
     name = ''
     if (a%step /= b%step .or. .not. same([a%time], [b%time])) name = 'time'
     if (a%pace%easy /= b%pace%easy .or. a%pace%frames /= b%pace%frames .or. .not. &
-        same([a%pace%size, a%pace%last], [b%pace%size, b%pace%last])) name = 'pace'
+        same([a%pace%size, a%pace%last, a%pace%unbalanced], [b%pace%size, b%pace%last, b%pace%unbalanced])) name = 'pace'
     if (.not. same([a%vertex], [b%vertex])) name = 'vertex'
     if (.not. same([a%point], [b%point])) name = 'point'
     if (.not. same([a%cover], [b%cover])) name = 'cover'

@@ -1,0 +1,227 @@
+!> Whether a static run has come to equilibrium, and what moves where it has not.
+!>
+!> A static step begins at rest and balances its forces with inertia, M d/(gamma dt^2): it stands still where that is nothing, not
+!> before. So where a step ends the forces are summed up once more without it, in the places, stresses and contacts that the next
+!> step would begin with: loads less elastic forces, contacts between them, less what fixed points and followed covers bear.
+!>
+!> Of a body that is a force r of each unknown, over the displacement that a unit of it makes (`span`): of a DDA block two forces, a
+!> moment and three forces of strain over its size, of manifold elements two forces of each cover. What is out of balance is the sum
+!> of their magnitudes, two by two: the resultant of a rigid body that accelerates, whatever the mesh, and more where it bends. Its
+!> share is of what acts on the body, its weight and its loads; where it has none, of what acts on the scene; where nothing does, of
+!> the elastic forces and contacts that balance on all bodies. A body that falls freely has a share of 1, one that slides down a
+!> plane sin a - cos a tan phi.
+module scree_equilibrium
+  use scree_constraints, only: constraints_t
+  use scree_contact_beginning, only: begin_contacts
+  use scree_contact_try, only: contact_try_t, take_island
+  use scree_effects, only: add_element_effects, load_on_element
+  use scree_element_term, only: step_rule_t, term_t
+  use scree_equations, only: add_equations, begin_equations, constrain_equations, is_island, members, wholly_held
+  use scree_errors, only: error_t
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_pair_effects, only: add_pair_effects
+  use scree_scene, only: settings_t
+  use scree_state, only: state_t
+  use scree_step_constraints, only: constraints_of_step
+  use scree_system, only: element_unknowns, values_of
+  use scree_text, only: number_text, short_text
+  implicit none
+  private
+  public :: balance_t, find_balance, is_balanced, tolerance_of, words_of_balance
+
+  integer, parameter :: n = element_unknowns
+
+  !> Share out of balance that is called equilibrium where a scene asks for none.
+  real(dp), parameter :: usual = 1e-3_dp
+
+  !> How far a state is from equilibrium: of the body that is farthest.
+  type :: balance_t
+    real(dp) :: share = 0.0_dp           !! out of balance, over what acts
+    integer :: block = 0                 !! from 1; 0: nothing can move
+    real(dp) :: force = 0.0_dp           !! out of balance, per unit thickness
+    real(dp) :: position(2) = 0.0_dp     !! of its centroid, length
+    real(dp) :: way(2) = 0.0_dp          !! that it went in the step, length
+    real(dp) :: speed = 0.0_dp           !! that over the size of the step, length/time
+    integer :: others = 0                !! bodies besides that are not in equilibrium either
+  end type balance_t
+
+contains
+
+  !> Finds how far the end of a static step is from equilibrium.
+  !>
+  !> Errors: as of `constraints_of_step`.
+  subroutine find_balance(model, cache, state, contacts, d, balance, error)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache          !! of the state; its equations hold the forces then
+    type(state_t), intent(in) :: state             !! at the end of the step
+    type(contact_try_t), intent(in) :: contacts    !! of the step
+    real(dp), intent(in) :: d(:)                   !! (n_unknowns) of the step
+    type(balance_t), intent(out) :: balance
+    type(error_t), allocatable, intent(out) :: error
+    real(dp), dimension(model%n_blocks) :: left, acts
+    integer :: k
+
+    call sum_up_forces(model, cache, state, contacts, error)
+    if (allocated(error)) return
+    call forces_of_bodies(model, cache, state, left, acts)
+    left = left/max(acts, tiny(acts))
+    do k = 1, size(model%free_block)
+      associate (b => model%free_block(k))
+        if (balance%block > 0 .and. .not. left(b) > balance%share) cycle
+        balance%share = left(b)
+        balance%block = b
+      end associate
+    end do
+    if (balance%block == 0) return
+    balance%force = balance%share*acts(balance%block)
+    balance%others = count(left(model%free_block) > tolerance_of(model%settings)) - 1
+    call place_body(model, cache, d, balance)
+    balance%speed = norm2(balance%way)/state%pace%last
+  end subroutine find_balance
+
+  !> Sums up the forces of all groups at a state, at rest.
+  subroutine sum_up_forces(model, cache, state, contacts, error)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(contact_try_t), intent(in) :: contacts
+    type(error_t), allocatable, intent(out) :: error
+    type(constraints_t) :: constraints
+    type(contact_try_t) :: now
+    type(step_rule_t) :: rule
+    type(term_t) :: term
+    real(dp) :: nothing(model%n_unknowns)
+    logical :: meets, touches
+    integer :: group, k
+
+    call constraints_of_step(model, cache, state, state%time, constraints, error)
+    if (allocated(error)) return
+    call constrain_equations(cache%equations, constraints)
+    rule = rule_at(state)
+    nothing = 0.0_dp
+    touches = allocated(model%effects%contact) .and. size(contacts%contact) > 0
+    if (touches) then
+      now = contacts
+      now%contact = state%contacts%contact
+      call begin_contacts(model, cache, state, rule, now)
+    end if
+    do group = 1, cache%equations%n_groups
+      if (wholly_held(cache%equations, group)) cycle
+      call begin_equations(cache%equations, group)
+      associate (list => members(cache%equations, group))
+        do k = 1, size(list)
+          call add_element_effects(model, cache%element(list(k)), state, list(k), nothing(:n), rule, term)
+          call add_equations(cache%equations, group, k, cache%element(list(k))%kinematics%span, term)
+        end do
+      end associate
+      if (.not. (touches .and. is_island(cache%equations, group))) cycle
+      call take_island(now, group - cache%equations%n_alone, meets)
+      if (meets) call add_pair_effects(model, now, group, .true., nothing, cache%equations)
+    end do
+  end subroutine sum_up_forces
+
+  !> The rule of a step in which nothing moves, with the loads of the state.
+  pure type(step_rule_t) function rule_at(state) result(rule)
+    type(state_t), intent(in) :: state
+
+    rule%dt = state%pace%last ! of no consequence: nothing moves
+    rule%end_time = state%time
+    rule%load_from = state%time
+    rule%load_to = state%time
+  end function rule_at
+
+  !> What is out of balance on each body, and what acts on it; of those that cannot move nothing.
+  subroutine forces_of_bodies(model, cache, state, left, acts)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    real(dp), intent(out) :: left(:), acts(:)      !! (n_blocks) force per unit thickness
+    logical :: counted(model%n_unknowns), held(model%n_elements)
+    real(dp) :: balancing
+    integer :: e, group, i, k
+
+    left = 0.0_dp
+    acts = 0.0_dp
+    balancing = 0.0_dp
+    counted = .false.
+    held = .false.
+    do group = 1, cache%equations%n_groups
+      if (wholly_held(cache%equations, group)) held(members(cache%equations, group)) = .true.
+    end do
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      associate (ids => model%elements%unknown(:, e), span => cache%element(e)%kinematics%span, b => model%elements%block(e))
+        acts(b) = acts(b) + load_on_element(model, cache%element(e), e, rule_at(state))
+        if (held(e)) cycle
+        do i = 1, n, 2 ! unknowns come in twos, those of a cover together
+          if (counted(ids(i))) cycle
+          counted(ids(i)) = .true.
+          left(b) = left(b) + norm2(cache%equations%force(ids(i:i + 1))/span(i:i + 1))
+          balancing = balancing + norm2(cache%equations%scale(ids(i:i + 1))/span(i:i + 1))
+        end do
+      end associate
+    end do
+    if (.not. any(acts > 0)) acts = balancing
+    where (.not. acts > 0) acts = sum(acts)
+  end subroutine forces_of_bodies
+
+  !> Places the body, and finds which way it went.
+  pure subroutine place_body(model, cache, d, balance)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    real(dp), intent(in) :: d(:)                   !! (n_unknowns) of the step
+    type(balance_t), intent(inout) :: balance
+    real(dp) :: area
+    integer :: e, k
+
+    area = 0.0_dp
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      if (model%elements%block(e) /= balance%block) cycle
+      associate (element => cache%element(e)%kinematics)
+        area = area + element%area
+        balance%position = balance%position + element%area*(element%centroid + model%origin)
+        balance%way = balance%way + element%area*matmul(element%at_centroid, values_of(model%elements, e, d))
+      end associate
+    end do
+    balance%position = balance%position/area
+    balance%way = balance%way/area
+  end subroutine place_body
+
+  !> Share out of balance up to which a state counts as in equilibrium.
+  pure real(dp) function tolerance_of(settings) result(tolerance)
+    type(settings_t), intent(in) :: settings
+
+    tolerance = usual
+    if (settings%balance > 0) tolerance = settings%balance
+  end function tolerance_of
+
+  !> Whether a state is in equilibrium.
+  pure logical function is_balanced(settings, balance)
+    type(settings_t), intent(in) :: settings
+    type(balance_t), intent(in) :: balance
+
+    is_balanced = balance%share <= tolerance_of(settings)
+  end function is_balanced
+
+  !> A state that is not in equilibrium in words: which body, where, by how much, and how it moves.
+  pure function words_of_balance(balance) result(text)
+    type(balance_t), intent(in) :: balance
+    character(len=:), allocatable :: text
+
+    text = 'block '//number_text(balance%block)//' at '//words_of_pair(balance%position)//' is out of balance by '// &
+           short_text(balance%share)//' of what acts on it, and moved by '//words_of_pair(balance%way)// &
+           ' in the last step, '//short_text(balance%speed)//' a time'
+    if (balance%others > 0) text = text//'; so are '//number_text(balance%others)//' others'
+  end function words_of_balance
+
+  !> Two numbers in words.
+  pure function words_of_pair(pair) result(text)
+    real(dp), intent(in) :: pair(2)
+    character(len=:), allocatable :: text
+
+    text = '('//short_text(pair(1))//', '//short_text(pair(2))//')'
+  end function words_of_pair
+
+end module scree_equilibrium

@@ -1,0 +1,77 @@
+"""Static runs through the program: what they say of equilibrium, and that they end by it."""
+import json
+
+import numpy as np
+import pytest
+import scree
+from scree import call
+from scree.block_files import block_file, box, held
+
+GROUND = (1, box(-2, 8, -1, 0))
+
+
+def decks(folder, phi=30.0, tilt=0.0, steps=40, dt=0.02, groups="", size=1.0):
+    """A block of 1 x 1 on a plane that falls to the right by `tilt`, held at its corners."""
+    turn = np.array([[np.cos(tilt), np.sin(tilt)], [-np.sin(tilt), np.cos(tilt)]])
+    ground, block = size * box(-2, 8, -1, 0) @ turn.T, size * box(0, 1, 0, 1) @ turn.T
+    (folder / "x.blk").write_text(block_file("x", [(1, ground), (1, block)], held(ground, 1)))
+    (folder / "x.ana").write_text(f"0 {steps} 1 1 0.05 {dt!r}\n2500 24525 {1e9 * size!r} 0.25\n0 0 0  0 0 0  0 0 0\n{phi!r} 0 0\n{groups}\n")
+    return [folder / "x.blk", folder / "x.ana"]
+
+
+def summary(folder, *given, status=0):
+    done = call("run", *given, "-o", folder / "r.h5", "--quiet", "--summary", "json")
+    assert done.returncode == status, done.stderr
+    return json.loads(done.stdout), done.stderr, scree.read(folder / "r.h5")
+
+
+def test_a_block_that_slides_is_said_to(tmp_path):
+    """sin a - cos a tan phi of its weight is out of balance; the run says so, where, and how it goes on."""
+    said, warned, r = summary(tmp_path, *decks(tmp_path, phi=20.0, tilt=0.5))
+    balance, expected = said["balance"], np.sin(0.5) - np.cos(0.5) * np.tan(np.radians(20))
+    assert balance["share"] == pytest.approx(expected, rel=1e-3)
+    assert balance["block"] == 2 and balance["tolerance"] == 1e-3 and balance["others"] == 0
+    length = np.linalg.norm(balance["way"])
+    np.testing.assert_allclose(balance["way"] / length, [np.cos(0.5), -np.sin(0.5)], atol=1e-4)
+    assert length == pytest.approx(balance["speed"] * 0.02)
+    assert said["status"] == r.scene.status and said["status"].startswith("not in equilibrium: block 2 at (")
+    assert warned.count("warning: not in equilibrium: block 2") == 1 and said["warnings"] == 1
+    assert (r.history.unbalanced[-1], r.history.unbalanced_block[-1]) == (balance["share"], 2)
+    lines = call("run", *decks(tmp_path, phi=20.0, tilt=0.5), "-o", tmp_path / "r.h5").stdout
+    assert "balance: not in equilibrium: block 2 at (" in lines and "ended: not in equilibrium at time 0.8 of 0.8" in lines
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("groups", ["", "&method strain='green' /", "&method model='nmm' /\n&cover edge={0!r} /",
+                                    "&method preset='shi' /", "&contact method='augmented' /"])
+def test_a_run_ends_where_it_has_come_to_equilibrium(groups, size, tmp_path):
+    given = decks(tmp_path, tilt=0.3, steps=1000, dt=0.02 * size**0.5, size=size,
+                  groups=groups.format(0.5 * size) + "\n&step balance=1e-4 /")
+    said, warned, r = summary(tmp_path, *given)
+    assert said["status"] == "complete" and "not in equilibrium" not in warned
+    assert said["balance"]["share"] <= 1e-4 < r.history.unbalanced[:-1].min()
+    assert r.times[-1] == r.history.time[-1] and len(r.history.time) < 200
+
+
+def test_a_dynamic_run_has_no_such_number(tmp_path):
+    deck = decks(tmp_path)
+    deck[1].write_text("1" + deck[1].read_text()[1:])
+    said, _, r = summary(tmp_path, *deck)
+    assert said["balance"] is None and "unbalanced" not in dir(r.history)
+    done = call("run", *deck, "--set", "step.balance=1e-3", "-o", tmp_path / "r.h5")
+    assert done.returncode == 2 and "expected step.balance only with k01 0" in done.stderr and "found k01=1" in done.stderr
+
+
+def test_a_run_goes_on_from_where_it_was_in_balance(tmp_path):
+    """To a smaller share, with the same bits as in one run; to the same there is nothing left to do."""
+    given = decks(tmp_path, tilt=0.3, steps=1000, groups="&step balance=1e-2 /")
+    first, _, _ = summary(tmp_path, *given)
+    done = call("run", "--restart", tmp_path / "r.h5", "-o", tmp_path / "again.h5")
+    assert done.returncode == 2
+    gone_on = scree.read(tmp_path / "r.h5").path
+    done = call("run", "--restart", gone_on, "--set", "step.balance=1e-6", "-o", tmp_path / "on.h5", "--quiet")
+    assert done.returncode == 0, done.stderr
+    whole = scree.run(*given, settings=["step.balance=1e-6"], output=tmp_path / "whole.h5")
+    on = scree.read(tmp_path / "on.h5")
+    assert len(on.history.time) > first["steps"]["taken"]
+    np.testing.assert_array_equal(on.history.unbalanced, whole.history.unbalanced)
