@@ -27,8 +27,9 @@ module scree_command_line
     '', &
     '  -o, --output FILE         what run, cut or joints writes; default: the stem of the deck and', &
     '                            .h5, .blk or .geo, here; with --restart the file itself', &
-    '  --set GROUP.NAME=VALUE    over what the deck says; may be repeated', &
     '  --accuracy A ...          estimate: values of step.accuracy, each of which is a run of its own', &
+    '  --set GROUP.NAME=VALUE    a setting, over what the deck says; may be repeated', &
+    '  --set "joint(1).phi=30"   a number of a deck, by its name in doc/decks.md, with the checks of the deck', &
     '  --restart FILE            run: goes on with a run; --set of step and output may be given', &
     '  --xdmf                    writes an XDMF side-car too', &
     '  --classic-output          run: writes the frames as Shi''s programs keep them too, .replay', &

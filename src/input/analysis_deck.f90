@@ -3,6 +3,7 @@
 !> The short order has 6 + 13 nb + 3 nj numbers; Shi's has the contact stiffness g0 and a table for each fixed and load
 !> point as well, so it always has more. Layout, number by number, in doc/decks.md.
 module scree_analysis_deck
+  use scree_deck_options, only: begin_thing
   use scree_deck_text, only: count_numbers, deck_t, expect, expect_end, next_count, next_index, next_real, next_reals
   use scree_errors, only: error_t
   use scree_kinds, only: dp, i8
@@ -28,10 +29,11 @@ contains
     integer(i8) :: short
     logical :: in_short_order
 
+    call begin_thing(deck%options, 'deck')
     call next_real(deck, 'the share of velocity handed on (k01; 0 static, 1 dynamic)', scene%carried, error, &
-                   least=0.0_dp, most=1.0_dp)
+                   least=0.0_dp, most=1.0_dp, name='k01')
     if (allocated(error)) return
-    call next_index(deck, 'the number of steps (n5)', scene%n_steps, error)
+    call next_index(deck, 'the number of steps (n5)', scene%n_steps, error, name='n5')
     if (allocated(error)) return
     call next_count(deck, 'block materials (nb)', per_block_material, n_block, error, least=1)
     if (allocated(error)) return
@@ -46,13 +48,14 @@ contains
     end if
 
     call next_real(deck, 'the largest displacement of a step over half the model size (g2)', scene%displacement_ratio, error, &
-                   least=0.0_dp)
+                   least=0.0_dp, name='g2')
     if (allocated(error)) return
-    call next_real(deck, 'the step size (g1)', scene%step_size, error, above=0.0_dp)
+    call next_real(deck, 'the step size (g1)', scene%step_size, error, above=0.0_dp, name='g1')
     if (allocated(error)) return
     allocate (scene%fixed_table(n_fixed), scene%load_table(n_loads))
     if (.not. in_short_order) then
-      call next_real(deck, 'the stiffness of contact (g0; 0: the program chooses)', scene%contact_stiffness, error, least=0.0_dp)
+      call next_real(deck, 'the stiffness of contact (g0; 0: the program chooses)', scene%contact_stiffness, error, &
+                     least=0.0_dp, name='g0')
       if (allocated(error)) return
       call read_tables(deck, short, n_fixed, n_loads, scene, error)
       if (allocated(error)) return
@@ -96,9 +99,11 @@ contains
     do i = 1, size(k5)
       if (k5(i) == 0) cycle
       if (i <= n_fixed) then
-        call read_table(point_name(i), k5(i), scene%fixed_table(i))
+        call begin_thing(deck%options, 'fixed_point', i)
+        call read_table(point_name(i), 'move', k5(i), scene%fixed_table(i))
       else
-        call read_table(point_name(i), k5(i), scene%load_table(i - n_fixed))
+        call begin_thing(deck%options, 'load_point', i - n_fixed)
+        call read_table(point_name(i), 'force', k5(i), scene%load_table(i - n_fixed))
       end if
       if (allocated(error)) return
     end do
@@ -117,16 +122,18 @@ contains
       end if
     end function point_name
 
-    !> Reads t x y.
-    subroutine read_table(what, n, table)
-      character(len=*), intent(in) :: what
+    !> Reads t x y, by the names time(k), move_x(k), move_y(k), or force_x(k), force_y(k).
+    subroutine read_table(what, name, n, table)
+      character(len=*), intent(in) :: what, name
       integer, intent(in) :: n
       type(time_table_t), intent(out) :: table
+      character(len=:), allocatable :: at
       integer :: k
 
       allocate (table%time(n), table%value(2, n))
       do k = 1, n
-        call next_real(deck, 'time '//number_text(k)//' of '//what, table%time(k), error)
+        at = '('//number_text(k)//')'
+        call next_real(deck, 'time '//number_text(k)//' of '//what, table%time(k), error, name='time'//at)
         if (allocated(error)) return
         if (k > 1) then
           if (table%time(k) <= table%time(k - 1)) then
@@ -134,7 +141,8 @@ contains
             return
           end if
         end if
-        call next_reals(deck, 'the values of '//what//' at time '//number_text(k), table%value(:, k), error)
+        call next_reals(deck, 'the values of '//what//' at time '//number_text(k), table%value(:, k), error, &
+                        names=[name//'_x'//at, name//'_y'//at])
         if (allocated(error)) return
       end do
     end subroutine read_table
@@ -153,20 +161,23 @@ contains
     allocate (materials(n))
     do i = 1, n
       of = ' of block material '//number_text(i)
+      call begin_thing(deck%options, 'material', i)
       associate (material => materials(i))
-        call next_real(deck, 'the density (ma)'//of, material%density, error, least=0.0_dp)
+        call next_real(deck, 'the density (ma)'//of, material%density, error, least=0.0_dp, name='ma|density')
         if (allocated(error)) return
-        call next_real(deck, 'the unit weight (we)'//of, material%unit_weight, error)
+        call next_real(deck, 'the unit weight (we)'//of, material%unit_weight, error, name='we|unit_weight')
         if (allocated(error)) return
-        call next_real(deck, 'the modulus E'//of, material%young, error, above=0.0_dp)
+        call next_real(deck, 'the modulus E'//of, material%young, error, above=0.0_dp, name='E|young')
         if (allocated(error)) return
-        call next_real(deck, 'Poisson''s ratio'//of, material%poisson, error, above=-1.0_dp, below=0.5_dp)
+        call next_real(deck, 'Poisson''s ratio'//of, material%poisson, error, above=-1.0_dp, below=0.5_dp, &
+                       name='nu|poisson')
         if (allocated(error)) return
-        call next_reals(deck, 'the stress s11 s22 s12'//of, material%stress, error)
+        call next_reals(deck, 'the stress s11 s22 s12'//of, material%stress, error, names=['s11', 's22', 's12'])
         if (allocated(error)) return
-        call next_reals(deck, 'the stress gradient t11 t22 t12'//of, material%stress_gradient, error)
+        call next_reals(deck, 'the stress gradient t11 t22 t12'//of, material%stress_gradient, error, &
+                        names=['t11', 't22', 't12'])
         if (allocated(error)) return
-        call next_reals(deck, 'the velocity vx vy vr'//of, material%velocity, error)
+        call next_reals(deck, 'the velocity vx vy vr'//of, material%velocity, error, names=['vx', 'vy', 'vr'])
         if (allocated(error)) return
       end associate
     end do
@@ -184,11 +195,14 @@ contains
     allocate (materials(n))
     do i = 1, n
       of = ' of joint material '//number_text(i)
-      call next_real(deck, 'the friction angle'//of, materials(i)%friction_angle, error, least=0.0_dp, below=90.0_dp)
+      call begin_thing(deck%options, 'joint', i, also='material')
+      call next_real(deck, 'the friction angle'//of, materials(i)%friction_angle, error, least=0.0_dp, below=90.0_dp, &
+                     name='phi|friction_angle')
       if (allocated(error)) return
-      call next_real(deck, 'the cohesion'//of, materials(i)%cohesion, error, least=0.0_dp)
+      call next_real(deck, 'the cohesion'//of, materials(i)%cohesion, error, least=0.0_dp, name='c|cohesion')
       if (allocated(error)) return
-      call next_real(deck, 'the tensile strength'//of, materials(i)%tensile_strength, error, least=0.0_dp)
+      call next_real(deck, 'the tensile strength'//of, materials(i)%tensile_strength, error, least=0.0_dp, &
+                     name='T|tensile_strength')
       if (allocated(error)) return
     end do
   end subroutine read_joint_materials

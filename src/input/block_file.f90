@@ -5,6 +5,7 @@
 !> (the first edge's stands at the second vertex). A block with holes is one polygon with seams (scree_keyholes).
 module scree_block_file
   use scree_block_input, only: block_moments, blocks_t
+  use scree_deck_options, only: begin_thing
   use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals, numbers_left, &
                              read_deck
   use scree_errors, only: error_t, fail, status_bad_input
@@ -202,11 +203,13 @@ contains
 
     allocate (points(n))
     do i = 1, n
+      call begin_thing(deck%options, what//'_point', i)
       if (typed) then
         call next_real(deck, 'the type of '//what//' point '//number_text(i), code, error)
         if (allocated(error)) return
       end if
-      call next_reals(deck, 'x y of '//what//' point '//number_text(i), points(i)%position, error)
+      call next_reals(deck, 'x y of '//what//' point '//number_text(i), points(i)%position, error, &
+                      names=['x', 'y'])
       if (allocated(error)) return
       call next_real(deck, 'the block of '//what//' point '//number_text(i), code, error, least=0.0_dp, &
                      most=real(n_blocks, dp))

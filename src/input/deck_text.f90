@@ -6,6 +6,7 @@
 !> Numbers have a range, so that nothing that is made of them overflows: squares of forces and fourth powers of lengths are
 !> the largest.
 module scree_deck_text
+  use scree_deck_options, only: deck_options_t, find_option
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_file_bytes, only: read_bytes
   use scree_kinds, only: dp, i8
@@ -34,6 +35,8 @@ module scree_deck_text
     integer :: groups_line = 0             !! and its line
     integer :: n_lines = 0                 !! of the file
     integer :: first_comma = 0             !! position of the first comma between two digits, before the groups; 0: none
+    type(deck_options_t) :: options        !! numbers of the command line, over those of the text
+    integer :: option = 0                  !! the one that the number read last came from; 0: the text
   end type deck_t
 
   character(len=1), parameter :: lf = achar(10), cr = achar(13), tab = achar(9)
@@ -196,54 +199,68 @@ contains
     character(len=:), allocatable, intent(out) :: word
     type(error_t), allocatable, intent(out) :: error
 
-    word = ''
+    call take_word(deck, what, word, error)
+  end subroutine next_word
+
+  !> Next word as it is, or what the command line gives in its place.
+  subroutine take_word(deck, what, word, error, name)
+    type(deck_t), intent(inout) :: deck
+    character(len=*), intent(in) :: what
+    character(len=:), allocatable, intent(out) :: word
+    type(error_t), allocatable, intent(out) :: error
+    character(len=*), intent(in), optional :: name !! that the command line may give it by
+
     call need_word(deck, what, error)
     if (allocated(error)) return
     deck%at = deck%at + 1
-    word = deck%text(deck%first(deck%at):deck%last(deck%at))
-  end subroutine next_word
+    deck%option = 0
+    if (present(name)) call find_option(deck%options, name, deck%option)
+    if (deck%option > 0) then
+      word = deck%options%option(deck%option)%value
+    else
+      word = deck%text(deck%first(deck%at):deck%last(deck%at))
+    end if
+  end subroutine take_word
 
   !> Next number as a real.
   !>
   !> Errors: the numbers have ended, this is none, it is outside [least, most], or not above or below, or beyond the
   !> arithmetic.
-  subroutine next_real(deck, what, value, error, least, above, most, below)
+  subroutine next_real(deck, what, value, error, least, above, most, below, name)
     type(deck_t), intent(inout) :: deck
     character(len=*), intent(in) :: what   !! it is, for the error
     real(dp), intent(out) :: value
     type(error_t), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: least, above, most, below
-    character(len=:), allocatable :: range
+    character(len=*), intent(in), optional :: name !! of it in its thing, as ma|density, for --set
+    character(len=:), allocatable :: range, word
     real(dp) :: lower
 
     value = 0.0_dp
-    call need_word(deck, what, error)
+    call take_word(deck, what, word, error, name)
     if (allocated(error)) return
-    deck%at = deck%at + 1
-    associate (word => deck%text(deck%first(deck%at):deck%last(deck%at)))
-      if (.not. word_is_real(word)) then
-        call expect(deck, 'a number for '//what, in_quotes(word), error)
-        return
-      end if
-      value = real_of(word)
-      lower = -largest_number
-      if (present(least)) lower = least
-      if (present(above)) lower = above
-      range = beyond_arithmetic(value, lower)
-      if (present(least)) then
-        if (value < least) range = 'at least '//real_text(least)
-      end if
-      if (present(above)) then
-        if (value <= above) range = 'above '//real_text(above)
-      end if
-      if (len(range) == 0 .and. present(most)) then
-        if (value > most) range = 'at most '//real_text(most)
-      end if
-      if (len(range) == 0 .and. present(below)) then
-        if (value >= below) range = 'below '//real_text(below)
-      end if
-      if (len(range) > 0) call expect(deck, what//' '//range, in_quotes(word), error)
-    end associate
+    if (.not. word_is_real(word)) then
+      call expect(deck, 'a number for '//what, in_quotes(word), error)
+      return
+    end if
+    value = real_of(word)
+    lower = -largest_number
+    if (present(least)) lower = least
+    if (present(above)) lower = above
+    range = beyond_arithmetic(value, lower)
+    if (present(least)) then
+      if (value < least) range = 'at least '//real_text(least)
+    end if
+    if (present(above)) then
+      if (value <= above) range = 'above '//real_text(above)
+    end if
+    if (len(range) == 0 .and. present(most)) then
+      if (value > most) range = 'at most '//real_text(most)
+    end if
+    if (len(range) == 0 .and. present(below)) then
+      if (value >= below) range = 'below '//real_text(below)
+    end if
+    if (len(range) > 0) call expect(deck, what//' '//range, in_quotes(word), error)
   end subroutine next_real
 
   !> What a number has to be where the arithmetic cannot work with it, in words; '' where it can.
@@ -259,15 +276,20 @@ contains
   end function beyond_arithmetic
 
   !> Next numbers as reals.
-  subroutine next_reals(deck, what, value, error)
+  subroutine next_reals(deck, what, value, error, names)
     type(deck_t), intent(inout) :: deck
     character(len=*), intent(in) :: what
     real(dp), intent(out) :: value(:)
     type(error_t), allocatable, intent(out) :: error
+    character(len=*), intent(in), optional :: names(:) !! of each in their thing, for --set
     integer :: i
 
     do i = 1, size(value)
-      call next_real(deck, what, value(i), error)
+      if (present(names)) then
+        call next_real(deck, what, value(i), error, name=trim(names(i)))
+      else
+        call next_real(deck, what, value(i), error)
+      end if
       if (allocated(error)) return
     end do
   end subroutine next_reals
@@ -290,33 +312,32 @@ contains
   end subroutine next_count
 
   !> Next number as a whole number.
-  subroutine next_index(deck, what, value, error, least, most)
+  subroutine next_index(deck, what, value, error, least, most, name)
     type(deck_t), intent(inout) :: deck
     character(len=*), intent(in) :: what
     integer, intent(out) :: value
     type(error_t), allocatable, intent(out) :: error
     integer, intent(in), optional :: least !! 0 where absent
     integer, intent(in), optional :: most
+    character(len=*), intent(in), optional :: name !! of it in its thing, for --set
+    character(len=:), allocatable :: word
     integer :: lowest
 
     value = 0
-    call need_word(deck, what, error)
+    call take_word(deck, what, word, error, name)
     if (allocated(error)) return
     lowest = 0
     if (present(least)) lowest = least
-    deck%at = deck%at + 1
-    associate (word => deck%text(deck%first(deck%at):deck%last(deck%at)))
-      if (.not. word_is_whole(word)) then
-        call expect(deck, 'a whole number of at most nine digits for '//what, in_quotes(word), error)
-        return
-      end if
-      read (word, *) value
-      if (value < lowest) then
-        call expect(deck, what//' at least '//number_text(lowest), in_quotes(word), error)
-      else if (present(most)) then
-        if (value > most) call expect(deck, what//' at most '//number_text(most), in_quotes(word), error)
-      end if
-    end associate
+    if (.not. word_is_whole(word)) then
+      call expect(deck, 'a whole number of at most nine digits for '//what, in_quotes(word), error)
+      return
+    end if
+    read (word, *) value
+    if (value < lowest) then
+      call expect(deck, what//' at least '//number_text(lowest), in_quotes(word), error)
+    else if (present(most)) then
+      if (value > most) call expect(deck, what//' at most '//number_text(most), in_quotes(word), error)
+    end if
   end subroutine next_index
 
   !> Error where the numbers have ended.
@@ -331,14 +352,19 @@ contains
               ', found the end of the numbers'//remark_on_commas(deck, len(deck%text)))
   end subroutine need_word
 
-  !> Error at the word read last: file, line, expected, found.
+  !> Error at the word read last: file, line, expected, found; or the option that gave it in place of the line.
   pure subroutine expect(deck, expected, found, error)
     type(deck_t), intent(in) :: deck
     character(len=*), intent(in) :: expected, found
     type(error_t), allocatable, intent(out) :: error
 
-    call fail(error, status_bad_input, deck%name//':'//number_text(deck%line(max(deck%at, 1)))//': expected '//expected// &
-              ', found '//found//remark_on_commas(deck, deck%last(max(deck%at, 1))))
+    if (deck%option > 0) then
+      call fail(error, status_bad_input, '--set '//deck%options%option(deck%option)%text//': expected '//expected// &
+                ', found '//found//comma_remark(:merge(len(comma_remark), 0, index(found, ',') > 0)))
+    else
+      call fail(error, status_bad_input, deck%name//':'//number_text(deck%line(max(deck%at, 1)))//': expected '//expected// &
+                ', found '//found//remark_on_commas(deck, deck%last(max(deck%at, 1))))
+    end if
   end subroutine expect
 
   !> The remark on decimal commas where there may have been one before a position.
@@ -359,6 +385,7 @@ contains
 
     if (deck%at == deck%n_words) return
     deck%at = deck%at + 1
+    deck%option = 0
     call expect(deck, 'the end of the numbers', in_quotes(deck%text(deck%first(deck%at):deck%last(deck%at))), error)
   end subroutine expect_end
 

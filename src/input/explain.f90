@@ -34,6 +34,9 @@ contains
     call points('measured point', scene%measured_points)
 
     call title('analysis: '//scene%analysis_name)
+    do i = 1, size(scene%options)
+      call title('  given: --set '//scene%options(i)%text)
+    end do
     call number('share of velocity handed on (k01)', scene%carried, '1')
     call number('steps (n5)', real(scene%n_steps, dp), '1')
     call number('largest displacement of a step over half the model size (g2)', scene%displacement_ratio, '1')
@@ -119,7 +122,7 @@ contains
 
       do i = 1, size(scene%block_material)
         associate (m => scene%block_material(i))
-          call title('block material '//number_text(i))
+          call title('block material '//number_text(i)//' (material('//number_text(i)//') for --set)')
           call number('density (ma)', m%density, 'mass/length^3')
           call number('unit weight (we)', m%unit_weight, 'force/length^3')
           call number('Young''s modulus (E)', m%young, 'force/length^2')
@@ -137,7 +140,7 @@ contains
 
       do i = 1, size(scene%joint_material)
         associate (m => scene%joint_material(i))
-          call title('joint material '//number_text(i))
+          call title('joint material '//number_text(i)//' (joint('//number_text(i)//') for --set)')
           call number('friction angle (phi)', m%friction_angle, 'degree')
           call number('cohesion (c)', m%cohesion, 'force/length^2')
           call number('tensile strength (T)', m%tensile_strength, 'force/length^2')

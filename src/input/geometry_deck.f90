@@ -2,6 +2,7 @@
 !>
 !> Layout, number by number, in doc/decks.md. Source: Shi's dc as read by the public derivative ntdda.
 module scree_geometry_deck
+  use scree_deck_options, only: begin_thing
   use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_kinds, only: dp
@@ -20,8 +21,9 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: n_bolts, n_fixed, n_holes, n_lines, n_loads, n_material, n_measured
 
+    call begin_thing(deck%options, 'deck')
     call next_real(deck, 'the least distance of edge and node (e0)', scene%least_distance, error, &
-                   least=0.0_dp, below=1.0_dp)
+                   least=0.0_dp, below=1.0_dp, name='e0')
     if (allocated(error)) return
     call next_count(deck, 'lines', 5, n_lines, error, least=1)
     if (allocated(error)) return
@@ -45,15 +47,15 @@ contains
     if (allocated(error)) return
     call read_lines(deck, 'line', .true., n_lines, scene%lines, error)
     if (allocated(error)) return
-    call read_lines(deck, 'material line', .true., n_material, scene%material_lines, error)
+    call read_lines(deck, 'material_line', .true., n_material, scene%material_lines, error)
     if (allocated(error)) return
-    call read_lines(deck, 'fixed line', .false., n_fixed, scene%fixed_lines, error)
+    call read_lines(deck, 'fixed_line', .false., n_fixed, scene%fixed_lines, error)
     if (allocated(error)) return
-    call read_points(deck, 'load point', n_loads, scene%load_points, error)
+    call read_points(deck, 'load_point', n_loads, scene%load_points, error)
     if (allocated(error)) return
-    call read_points(deck, 'measured point', n_measured, scene%measured_points, error)
+    call read_points(deck, 'measured_point', n_measured, scene%measured_points, error)
     if (allocated(error)) return
-    call read_points(deck, 'hole point', n_holes, scene%hole_points, error)
+    call read_points(deck, 'hole_point', n_holes, scene%hole_points, error)
     if (allocated(error)) return
     call expect_end(deck, error)
     if (allocated(error)) return
@@ -62,32 +64,37 @@ contains
   end subroutine read_geometry_deck
 
   !> Reads x1 y1 x2 y2 and, where the lines have one, a material.
-  subroutine read_lines(deck, what, has_material, n, lines, error)
+  subroutine read_lines(deck, kind, has_material, n, lines, error)
     type(deck_t), intent(inout) :: deck
-    character(len=*), intent(in) :: what
+    character(len=*), intent(in) :: kind !! as --set names it
     logical, intent(in) :: has_material
     integer, intent(in) :: n
     type(line_t), allocatable, intent(out) :: lines(:)
     type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: what
     real(dp) :: number(4)
     integer :: i
 
     allocate (lines(n))
+    what = in_words(kind)
     do i = 1, n
-      call next_reals(deck, 'the ends x1 y1 x2 y2 of '//what//' '//number_text(i), number, error)
+      call begin_thing(deck%options, kind, i)
+      call next_reals(deck, 'the ends x1 y1 x2 y2 of '//what//' '//number_text(i), number, error, &
+                      names=['x1', 'y1', 'x2', 'y2'])
       if (allocated(error)) return
       lines(i)%ends = reshape(number, [2, 2])
       lines(i)%deck_line = deck%line(deck%at)
       if (.not. has_material) cycle
-      call next_index(deck, 'the material of '//what//' '//number_text(i), lines(i)%material, error, least=1)
+      call next_index(deck, 'the material of '//what//' '//number_text(i), lines(i)%material, error, least=1, &
+                      name=merge('jm', 'bm', kind == 'line'))
       if (allocated(error)) return
     end do
   end subroutine read_lines
 
   !> Reads x y.
-  subroutine read_points(deck, what, n, points, error)
+  subroutine read_points(deck, kind, n, points, error)
     type(deck_t), intent(inout) :: deck
-    character(len=*), intent(in) :: what
+    character(len=*), intent(in) :: kind !! as --set names it
     integer, intent(in) :: n
     type(point_t), allocatable, intent(out) :: points(:)
     type(error_t), allocatable, intent(out) :: error
@@ -95,11 +102,23 @@ contains
 
     allocate (points(n))
     do i = 1, n
-      call next_reals(deck, 'x y of '//what//' '//number_text(i), points(i)%position, error)
+      call begin_thing(deck%options, kind, i)
+      call next_reals(deck, 'x y of '//in_words(kind)//' '//number_text(i), points(i)%position, error, names=['x', 'y'])
       if (allocated(error)) return
       points(i)%deck_line = deck%line(deck%at)
     end do
   end subroutine read_points
+
+  !> A kind of thing, as --set names it, with a blank between its words.
+  pure function in_words(kind)
+    character(len=*), intent(in) :: kind
+    character(len=len(kind)) :: in_words
+    integer :: at
+
+    in_words = kind
+    at = index(kind, '_')
+    if (at > 0) in_words(at:at) = ' '
+  end function in_words
 
   !> Writes a geometry deck that reads back as the same scene, over a file of that name. Errors: it cannot be written.
   !>

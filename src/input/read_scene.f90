@@ -4,6 +4,7 @@ module scree_read_scene
   use scree_analysis_deck, only: read_analysis_deck
   use scree_block_file, only: read_block_file
   use scree_block_input, only: blocks_t, make_blocks
+  use scree_deck_options, only: check_all_taken, deck_options_t
   use scree_deck_text, only: deck_t, read_deck
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_geometry_deck, only: read_geometry_deck
@@ -28,7 +29,7 @@ contains
   subroutine read_scene(geometry, analysis, options, scene, blocks, error)
     character(len=*), intent(in) :: geometry     !! '': named by the analysis deck, or STEM.geo
     character(len=*), intent(in) :: analysis     !! deck or STEM
-    type(text_t), intent(in) :: options(:)       !! GROUP.NAME=VALUE of the command line
+    type(text_t), intent(in) :: options(:)       !! GROUP.NAME=VALUE and THING.NAME=VALUE of the command line
     type(scene_t), intent(out) :: scene
     type(blocks_t), intent(out) :: blocks
     type(error_t), allocatable, intent(out) :: error
@@ -43,7 +44,7 @@ contains
     call read_groups(deck, scene%words, error)
     if (allocated(error)) return
     do i = 1, size(options)
-      call set_word(options(i)%text, scene%words, error)
+      call set_word(options(i)%text, scene%words, deck%options, error)
       if (allocated(error)) return
     end do
     call drop_overridden(scene%words)
@@ -51,13 +52,15 @@ contains
 
     call name_geometry(geometry, scene, error)
     if (allocated(error)) return
-    call read_geometry(scene, error)
+    call read_geometry(scene, error, deck%options)
     if (allocated(error)) return
     call make_blocks(scene, blocks, error)
     if (allocated(error)) return
     scene%extent = maxval(maxval(blocks%vertex, 2) - minval(blocks%vertex, 2))
 
     call read_analysis_deck(deck, count(blocks%point_kind == fixed_point), count(blocks%point_kind == load_point), scene, error)
+    if (allocated(error)) return
+    call check_all_taken(deck%options, error)
     if (allocated(error)) return
     call fill_settings(scene, error)
     if (allocated(error)) return
@@ -130,19 +133,22 @@ contains
   !> Reads the geometry named in the scene, a block file where its name says so.
   !>
   !> Errors: `status_bad_input` with file, line, expected and found.
-  subroutine read_geometry(scene, error)
+  subroutine read_geometry(scene, error, options)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
+    type(deck_options_t), intent(inout), optional :: options !! numbers of --set, over those of the deck
     type(deck_t) :: deck
 
     call read_deck(scene%geometry_name, deck, error)
     if (allocated(error)) return
     scene%geometry_text = deck%text
+    if (present(options)) deck%options = options
     if (is_block_file(scene%geometry_name)) then
       call read_block_file(deck, scene, error)
     else
       call read_geometry_deck(deck, scene, error)
     end if
+    if (present(options)) options = deck%options
   end subroutine read_geometry
 
   !> Whether a name is that of a block file.

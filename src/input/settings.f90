@@ -4,6 +4,7 @@
 !> To add one, write its row here and its component in `settings_t`.
 module scree_settings
   use scree_contacts, only: rules_conserving, rules_coulomb, rules_shi
+  use scree_deck_options, only: add_option, deck_options_t, is_of_deck
   use scree_deck_text, only: deck_t, in_quotes
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
@@ -363,10 +364,12 @@ contains
     end do
   end subroutine read_groups
 
-  !> Takes GROUP.NAME=VALUE of the command line, over what the deck says. Errors as of `read_groups`.
-  subroutine set_word(option, words, error)
+  !> Takes GROUP.NAME=VALUE of the command line, over what the deck says. THING.NAME=VALUE, a number of the decks, is kept for who
+  !> reads them. Errors as of `read_groups`.
+  subroutine set_word(option, words, numbers, error)
     character(len=*), intent(in) :: option
     type(word_t), intent(inout) :: words(:)
+    type(deck_options_t), intent(inout) :: numbers
     type(error_t), allocatable, intent(out) :: error
     type(word_t) :: given
     integer :: dot, equal, i
@@ -383,6 +386,9 @@ contains
     i = index_of(words, given%name)
     if (i > 0) then
       if (allocated(words(i)%value)) deallocate (words(i)%value)
+    else if (is_of_deck(given%name)) then
+      call add_option(option, numbers)
+      return
     end if
     call put_word(settings_table(), '--set '//option//': ', given, words, error)
   end subroutine set_word
