@@ -36,8 +36,9 @@ import sys
 
 from ..errors import ScreeError
 from ..program import call, program, work_folder
+from ..records import explain
 from .choices import COMPARED, CURES, DECK, INTEGRATORS, MULTIPLIERS, STRAINS, grid
-from .runs import Study, explain, run_all
+from .runs import Study, run_all
 from .scenes import QUANTITIES, SHIPPED, own
 from .table import Findings, print_findings, write_csv, write_json
 

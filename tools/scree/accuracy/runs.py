@@ -1,12 +1,9 @@
 """Runs scenes in many ways. What a run gives and takes is kept in a file of its own, so that a study that was stopped goes on."""
 import concurrent.futures
-import contextlib
 import dataclasses
-import hashlib
 import json
 import pathlib
 import re
-import sys
 import tempfile
 
 import numpy as np
@@ -14,7 +11,8 @@ import numpy as np
 from ..bench.effects import Counter
 from ..bench.processes import start
 from ..errors import RunFailed, ScreeError
-from ..program import call, done_or_failed, with_settings
+from ..program import with_settings
+from ..records import Bar, explain, files_of, hashed, replace, stopped_at_once
 from ..results import read
 from . import scenes
 from .choices import Choice, DECK
@@ -49,29 +47,6 @@ class Run:
 
     def words(self, output):
         return ["run", *self.decks, "-o", output, "--quiet", *with_settings(self.settings)]
-
-
-def explain(decks, settings, path):
-    """The settings of a scene with more of them, by name, and where its geometry is; RunFailed where the program refuses them."""
-    said = done_or_failed(call("explain", *decks, *with_settings(settings), path=path)).stdout
-    asked = dict(re.findall(r"^  (\w+\.\w+) = (.*?)(?: \[\S*\])?  \(.*\)$", said, re.M))
-    return {**asked, "deck.geometry": re.search(r"^geometry: (.*)$", said, re.M)[1]}
-
-
-def hashed(*parts):
-    digest = hashlib.sha256()
-    for part in parts:
-        digest.update(part if isinstance(part, bytes) else str(part).encode())
-        digest.update(b"\0")
-    return digest.hexdigest()[:20]
-
-
-def files_of(decks, asked):
-    """What decks and the files that their settings name say."""
-    folder = decks[-1].parent
-    beside = [folder / asked[name] for name in ("cover.mesh", "acceleration.file") if name in asked]
-    paths = dict.fromkeys(path.resolve() for path in [*decks, pathlib.Path(asked["deck.geometry"]), *beside])
-    return [path.read_bytes() for path in paths if path.is_file()]
 
 
 class Study:
@@ -172,9 +147,7 @@ def recorded(run):
 
 def keep(run, found):
     """Replaces the record of a run, whole or not at all."""
-    partial = run.record.with_suffix(".part")
-    partial.write_text(json.dumps(found))
-    partial.replace(run.record)
+    replace(run.record, json.dumps(found))
 
 
 def do(run, path, limit):
@@ -227,34 +200,3 @@ def run_all(studies, path, rounds, jobs, limit, instructions=False):
                     done.result()
                     bar.advance(waiting[done].scene.name)
         bar.end()
-
-
-@contextlib.contextmanager
-def stopped_at_once(pool):
-    """Ends a pool without the runs that wait, where something goes wrong or someone stops it."""
-    try:
-        yield
-    except BaseException:
-        pool.shutdown(cancel_futures=True)
-        raise
-
-
-class Bar:
-    """How far a round is, on stderr: a bar on a terminal, else a line at each tenth."""
-
-    def __init__(self, what, total):
-        self.what, self.total, self.done, self.said = what, total, 0, 0
-
-    def advance(self, name):
-        self.done += 1
-        tenths = 10 * self.done // self.total
-        if sys.stderr.isatty():
-            bar = "#" * (2 * tenths)
-            print(f"\r{self.what} [{bar:<20}] {self.done}/{self.total} {name:<20}", end="", file=sys.stderr, flush=True)
-        elif tenths > self.said:
-            print(f"{self.what}: {self.done} of {self.total} runs", file=sys.stderr, flush=True)
-        self.said = tenths
-
-    def end(self):
-        if self.done and sys.stderr.isatty():
-            print(file=sys.stderr)

@@ -1,0 +1,215 @@
+"""tools/study: one scene with many numbers, also when it is killed, and elsewhere."""
+import csv
+import os
+import pathlib
+import signal
+import subprocess
+import time
+
+import numpy as np
+import pytest
+import scree
+from scree.records import explain
+from scree.study.picture import rank_correlation
+from scree.study.tables import TableError, read_table
+
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
+TOOL = SOURCE / "tools" / "study"
+SLIDE = SOURCE / "input" / "validation" / "b1-slide" / "slope30.ana"  # a block on a plane of 30 degrees, g 9.81, for 1 s
+TABLE = """deck = "slide.ana"
+set = ["step.count=100", "output.every=100"]
+[grid]
+"joint(1).phi" = [10, 16.5, 20]
+"contact.restitution" = { from = 0, to = 0.5, count = 2 }
+[quantities]
+down = ["measured_points/displacement", -1, 0, 1]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "slide.ana").write_text(SLIDE.read_text().replace("slope30.blk", str(SLIDE.parent / "slope30.blk")))
+    (tmp_path / "slide.toml").write_text(TABLE)
+    return tmp_path
+
+
+def study(folder, *words, status=0):
+    done = subprocess.run([TOOL, *words], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == status, done.stderr
+    return done
+
+
+def table_of(folder, name="slide"):
+    with open(folder / name / "table.csv") as f:
+        return list(csv.DictReader(f))
+
+
+def test_each_run_slides_as_coulomb_says_and_is_made_once(folder):
+    done = study(folder, "slide.toml", "--jobs", "2")
+    assert done.stdout.startswith("6 runs: 6 complete, 0 ended before, 0 not run; 6 made now")
+    rows = table_of(folder)
+    assert [(row["joint(1).phi"], row["contact.restitution"]) for row in rows] == [
+        (phi, e) for phi in ("10", "16.5", "20") for e in ("0.0", "0.5")]
+    for row in rows:
+        slope, phi, t = np.radians(30), np.radians(float(row["joint(1).phi"])), 0.2
+        along = 9.81 * (np.sin(slope) - np.cos(slope) * np.tan(phi)) * t ** 2 / 2
+        assert row["status"] == "complete" and row["steps.taken"] == "100"
+        assert float(row["displacement.largest"]) == pytest.approx(along, rel=1e-3)
+        assert float(row["down"]) == pytest.approx(-along * np.sin(slope), rel=1e-3)
+    before = (folder / "slide" / "table.csv").read_bytes()
+    assert "0 made now" in study(folder, "slide.toml").stdout
+    assert (folder / "slide" / "table.csv").read_bytes() == before
+    (folder / "slide.toml").write_text(TABLE.replace("16.5", "17"))  # what changes is made, what does not is not
+    assert "2 made now" in study(folder, "slide.toml").stdout
+    (folder / "slide.ana").write_text((folder / "slide.ana").read_text().replace("2500 24525", "2500 24000"))
+    assert "6 made now" in study(folder, "slide.toml").stdout
+
+
+def test_a_study_that_is_killed_ends_with_the_same_table(folder):
+    (folder / "slide.toml").write_text(TABLE.replace("[10, 16.5, 20]", "{ from = 1, to = 25, count = 20 }"))
+    study(folder, "slide.toml", "-o", "whole")
+    records = folder / "slide" / "runs"
+    for number, least in ((signal.SIGKILL, 5), (signal.SIGTERM, 10), (signal.SIGINT, 15)):
+        process = subprocess.Popen([TOOL, "slide.toml"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        until = time.monotonic() + 30
+        while not records.exists() or len(list(records.glob("*.json"))) < least:
+            assert time.monotonic() < until and process.poll() is None
+            time.sleep(0.002)
+        process.send_signal(number)
+        said = process.communicate()[1]
+        assert process.returncode == (-9 if number == signal.SIGKILL else 128 + number) and "Traceback" not in said, said
+        assert least <= len(list(records.glob("*.json"))) < 40 and not (folder / "slide" / "table.csv").exists()
+    made = int(study(folder, "slide.toml").stdout.split("not run; ")[1].split()[0])
+    assert 0 < made <= 25
+    assert (folder / "slide" / "table.csv").read_bytes() == (folder / "whole" / "table.csv").read_bytes()
+    assert not list(records.glob("*.h5"))
+
+
+def test_numbers_of_the_decks_tell_runs_apart_as_settings_do(folder):
+    """What tools/cost_of_accuracy names its records by, too."""
+    asked = explain([folder / "slide.ana"], ["joint(1).phi=30", "step.size=0.01"], None)
+    assert asked["joint(1).phi"] == "30" and asked["step.size"] == "0.01" and asked["deck.geometry"].endswith("slope30.blk")
+
+
+def test_a_table_of_lines_and_results_that_are_kept(folder):
+    (folder / "runs.csv").write_text("material(2).vx, joint(1).phi\n0.5,30\n\n-0.5, 20\n0,40\n")
+    study(folder, "runs.csv", "slide.ana", "--set", "step.count=20", "--keep", "-o", "kept")
+    rows = table_of(folder, "kept")
+    assert [row["joint(1).phi"] for row in rows] == ["30", "20", "40"]
+    results = [scree.read(folder / "kept" / row["results"]) for row in rows]
+    assert [list(r.scene.options) for r in results][1] == ["step.count=20", "material(2).vx=-0.5", "joint(1).phi=20"]
+    (folder / "kept" / rows[1]["results"]).unlink()
+    assert "1 made now" in study(folder, "runs.csv", "slide.ana", "--set", "step.count=20", "--keep", "-o", "kept").stdout
+
+
+def test_runs_that_end_before_are_lines_too(folder):
+    """A run that fails, one that is refused: the table says why, the study goes on."""
+    (folder / "runs.csv").write_text("joint(1).phi,step.size\n30,0.01\n95,0.01\n30,-1\n20,0.01\n")
+    done = study(folder, "runs.csv", "slide.ana")
+    assert "4 runs: 2 complete, 2 ended before" in done.stdout
+    states = [row["status"] for row in table_of(folder, "runs")]
+    assert states[0] == states[3] == "complete" and "below 90, found '95'" in states[1] and "above 0, found '-1'" in states[2]
+
+
+def test_parts_of_an_array_job_make_the_same_table(folder):
+    (folder / "slide.toml").write_text(TABLE.replace("[10, 16.5, 20]", "[10]"))
+    study(folder, "slide.toml", "-o", "whole")
+    assert "2 runs in 2 parts" in study(folder, "slide.toml", "--slurm").stdout
+    script = folder / "slide" / "study.sbatch"
+    assert "#SBATCH --array=0-1\n" in script.read_text()
+    rows = study(folder, "slide.toml", "--collect", status=1).stdout
+    assert "2 not run; 0 made now" in rows
+    for task in range(2):
+        subprocess.run(["bash", script], env=os.environ | {"SLURM_ARRAY_TASK_ID": str(task)}, check=True, cwd="/")
+        assert len(list((folder / "slide" / "runs").glob("*.json"))) == task + 1
+    assert "0 made now" in study(folder, "slide.toml", "--collect").stdout
+    assert (folder / "slide" / "table.csv").read_bytes() == (folder / "whole" / "table.csv").read_bytes()
+
+
+def test_a_snakefile_has_the_commands_of_the_parts(folder):
+    """Its rules are Python but for their heads; the commands are run here as Snakemake would."""
+    (folder / "slide.toml").write_text(TABLE.replace("[10, 16.5, 20]", "[10]"))
+    study(folder, "slide.toml", "-o", "whole")
+    study(folder, "slide.toml", "--snakemake")
+    text = (folder / "slide" / "Snakefile").read_text()
+    collect, part = (line.split("shell: ")[1] for line in text.splitlines() if "shell: " in line)
+    assert text.splitlines()[1] == "PARTS = 2" and f'output: "{folder}/slide/table.csv"' in text
+    for number in range(2):
+        command = eval(part).format(wildcards=type("", (), {"part": number}))
+        subprocess.run(command, shell=True, check=True, cwd="/")
+    subprocess.run(eval(collect), shell=True, check=True, cwd="/", stdout=subprocess.DEVNULL)
+    assert (folder / "slide" / "table.csv").read_bytes() == (folder / "whole" / "table.csv").read_bytes()
+
+
+def test_samples_have_their_distributions_and_their_seed(tmp_path):
+    path = tmp_path / "t.toml"
+    text = ('[sample]\nnumber=400\nseed=7\n"a.u"={from=-1,to=3}\n"a.l"={from=1e-3,to=1e3,scale="log"}\n'
+            '"a.n"={mean=30,deviation=2}\n"a.c"={mean=0,deviation=1,least=0}\n"a.p"=["x","y","z","w"]\n')
+    path.write_text(text)
+    table = read_table(path)
+    columns = dict(zip(table.names, zip(*table.rows)))
+    u, logs, n, c = (np.sort(np.array(columns[name], float)) for name in ("a.u", "a.l", "a.n", "a.c"))
+    parts = np.arange(401) / 400
+    for low, values, high in ((4 * parts[:-1] - 1, u, 4 * parts[1:] - 1), (6 * parts[:-1] - 3, np.log10(logs), 6 * parts[1:] - 3)):
+        assert (low - 1e-9 <= values).all() and (values <= high + 1e-9).all()  # one in each part
+    assert n.mean() == pytest.approx(30, abs=0.02) and n.std() == pytest.approx(2, rel=0.02)
+    assert c.min() >= 0 and c.mean() == pytest.approx(np.sqrt(2 / np.pi), rel=0.01)  # a half of a normal distribution
+    assert sorted(columns["a.p"]).count("x") == 100 and len(set(columns["a.p"])) == 4
+    assert abs(rank_correlation(np.array(columns["a.u"], float), np.array(columns["a.n"], float))) < 0.15
+    assert read_table(path).rows == table.rows
+    assert columns["a.u"][:2] == ("-0.6931649427383354", "0.05940002293501756")  # on any machine
+    path.write_text(text.replace("seed=7", "seed=8"))
+    assert read_table(path).rows != table.rows
+    path.write_text(text.replace('"a.p"=["x","y","z","w"]\n', ""))  # a name has numbers of its own
+    assert [row[:4] for row in table.rows] == read_table(path).rows
+
+
+def test_a_grid_meets_each_sample(tmp_path):
+    (tmp_path / "t.toml").write_text('[grid]\n"a.x"=[1,2]\n"a.y"={from=1,to=100,count=3,scale="log"}\n'
+                                     '[sample]\nnumber=5\n"b.z"={from=0,to=1}\n')
+    rows = read_table(tmp_path / "t.toml").rows
+    assert len(rows) == 30 and [row[:2] for row in rows[::5]][:3] == [["1", "1.0"], ["1", "10.0"], ["1", "100.0"]]
+    assert [row[2] for row in rows[:5]] == [row[2] for row in rows[5:10]]
+
+
+@pytest.mark.parametrize("text, expected", [
+    ("", "at least one run"), ("[grid]\n", "at least one run"), ("x = 1\n", "expected deck, geometry"), ("[grid\n", "expected TOML"),
+    ('[grid]\n"x"=[1]\n', "names for --set"), ('[grid]\n"a.b"={from=1,to=2}\n', "doc/studies.md"), ('[grid]\n"a.b"=3\n', "doc/studies.md"),
+    ('[grid]\n"a.b"={from=1,to=2,count=1}\n', "from 2"), ('[sample]\nnumber=3\n"a.b"={from=-1,to=2,scale="log"}\n', "above 0"),
+    ('[sample]\nnumber=0\n"a.b"=[1]\n', "from 1"), ('[sample]\n"a.b"=[1]\n', "from 1"),
+    ('[sample]\nnumber=2\n"a.b"={mean=1,deviation=-1}\n', "sigma"), ('[grid]\n"a.b"=[1]\n[sample]\nnumber=2\n"a.b"=[1]\n', "each once")])
+def test_a_bad_table_is_one_line(text, expected, tmp_path):
+    (tmp_path / "t.toml").write_text(text)
+    with pytest.raises(TableError, match=expected) as found:
+        read_table(tmp_path / "t.toml")
+    assert "\n" not in str(found.value) and "t.toml" in str(found.value)
+
+
+def test_what_cannot_be_studied_is_one_line(folder):
+    (folder / "short.csv").write_text("joint(1).phi,contact.restitution\n30\n")
+    (folder / "wrong.csv").write_text("joint(7).phi\n30\n")
+    (folder / "quantity.toml").write_text(TABLE.replace('displacement", -1, 0, 1', 'displacement", -1, 9, 1'))
+    for words, expected in (
+            (["none.csv"], "expected a table of runs"), (["short.csv", "slide.ana"], "expected 2 values in run 1, found 1"),
+            (["wrong.csv", "slide.ana"], "joint(1)"), (["wrong.csv"], "expected a deck"), (["slide.toml", "none.ana"], "no such file"),
+            (["quantity.toml"], "quantity down: expected a dataset"), (["slide.toml", "--draw", "colour"], "displacement.largest"),
+            (["slide.toml", "--part", "6/6"], "from 0 to N-1"), (["slide.toml", "--jobs", "0"], "from 1")):
+        done = study(folder, *words, status=2)
+        assert expected in done.stderr.splitlines()[-1] and "Traceback" not in done.stderr, done.stderr
+
+
+def test_the_picture_of_a_study(folder):
+    done = study(folder, "slide.toml", "--draw", "down")
+    picture = folder / done.stdout.splitlines()[-1]
+    assert picture.read_bytes().startswith(b"\x89PNG") and picture.stat().st_size > 10000
+
+
+def test_rank_correlation_is_spearmans():
+    """1 - 6 sum d^2 / (n (n^2 - 1)) without ties; a law that grows has 1."""
+    chance = np.random.default_rng(1)
+    x, y = chance.random(50), chance.random(50)
+    d = x.argsort().argsort() - y.argsort().argsort()
+    assert rank_correlation(x, y) == pytest.approx(1 - 6 * (d ** 2).sum() / (50 * (50 ** 2 - 1)), rel=1e-12)
+    assert rank_correlation(x, np.exp(5 * x)) == pytest.approx(1) and rank_correlation(x, -x ** 3) == pytest.approx(-1)
+    assert rank_correlation(np.array([1.0, 1, 2, 2]), np.array([5.0, 5, 7, 7])) == pytest.approx(1)
+    assert rank_correlation(x, np.ones(50)) == 0

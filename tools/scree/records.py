@@ -1,0 +1,71 @@
+"""Runs that are many: what tells one from another, what is kept of each, how far they are."""
+import contextlib
+import hashlib
+import pathlib
+import re
+import sys
+
+from .program import call, done_or_failed, with_settings
+
+
+def explain(decks, settings, path):
+    """The settings of a scene with more of them, and the numbers of the decks that these give, by name, and where its geometry is;
+    RunFailed where the program refuses them."""
+    said = done_or_failed(call("explain", *decks, *with_settings(settings), path=path)).stdout
+    asked = dict(re.findall(r"^  (\w+\.\w+) = (.*?)(?: \[\S*\])?  \(.*\)$", said, re.M))
+    given = dict(re.findall(r"^  given: --set (.*?)=(.*)$", said, re.M))
+    return {**given, **asked, "deck.geometry": re.search(r"^geometry: (.*)$", said, re.M)[1]}
+
+
+def hashed(*parts):
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(part if isinstance(part, bytes) else str(part).encode())
+        digest.update(b"\0")
+    return digest.hexdigest()[:20]
+
+
+def files_of(decks, asked):
+    """What decks and the files that their settings name say."""
+    folder = decks[-1].parent
+    beside = [folder / asked[name] for name in ("cover.mesh", "acceleration.file") if name in asked]
+    paths = dict.fromkeys(path.resolve() for path in [*decks, pathlib.Path(asked["deck.geometry"]), *beside])
+    return [path.read_bytes() for path in paths if path.is_file()]
+
+
+def replace(path, text):
+    """Replaces a file by a text, whole or not at all."""
+    partial = path.with_suffix(".part")
+    partial.write_text(text)
+    partial.replace(path)
+
+
+@contextlib.contextmanager
+def stopped_at_once(pool):
+    """Ends a pool without the runs that wait, where something goes wrong or someone stops it."""
+    try:
+        yield
+    except BaseException:
+        pool.shutdown(cancel_futures=True)
+        raise
+
+
+class Bar:
+    """How far a round is, on stderr: a bar on a terminal, else a line at each tenth."""
+
+    def __init__(self, what, total):
+        self.what, self.total, self.done, self.said = what, total, 0, 0
+
+    def advance(self, name):
+        self.done += 1
+        tenths = 10 * self.done // self.total
+        if sys.stderr.isatty():
+            bar = "#" * (2 * tenths)
+            print(f"\r{self.what} [{bar:<20}] {self.done}/{self.total} {name:<20}", end="", file=sys.stderr, flush=True)
+        elif tenths > self.said:
+            print(f"{self.what}: {self.done} of {self.total} runs", file=sys.stderr, flush=True)
+        self.said = tenths
+
+    def end(self):
+        if self.done and sys.stderr.isatty():
+            print(file=sys.stderr)

@@ -1,0 +1,1 @@
+"""tools/study: one scene with many numbers."""

@@ -1,0 +1,64 @@
+"""Draws what a study found: a column of its table against each number that varies."""
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ..errors import ScreeError
+
+MOST_COLUMNS = 3  # of panels
+
+
+def ranks(values):
+    """Places of values in order, those that are equal sharing theirs."""
+    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
+    return (np.cumsum(count) - (count - 1) / 2)[place]
+
+
+def rank_correlation(x, y):
+    """Spearman's: 1 where y grows with x, -1 where it falls, whatever the law; 0 without either."""
+    x, y = ranks(x), ranks(y)
+    return float(np.corrcoef(x, y)[0, 1]) if np.ptp(x) > 0 and np.ptp(y) > 0 else 0.0
+
+
+def numbers_of(values):
+    """A column as numbers, NaN where it has none; None where it is of words."""
+    try:
+        return np.array([np.nan if value in ("", None) else float(value) for value in values])
+    except ValueError:
+        return None
+
+
+def draw(names, header, lines, quantity, path):
+    """A panel for each name that varies, coloured by the name after it. Returns the path."""
+    columns = {name: numbers_of(column) for name, column in zip(header, zip(*lines))}
+    if columns.get(quantity) is None:
+        known = [name for name, column in columns.items() if column is not None and name not in (*names, "run")]
+        raise ScreeError(f"--draw: expected a column of numbers: {', '.join(known)}; found '{quantity}'")
+    there = np.isfinite(columns[quantity])
+    varied = [name for name in names if columns[name] is not None and np.ptp(columns[name]) > 0]
+    if not there.any() or not varied:
+        raise ScreeError(f"--draw: expected runs with {quantity} and a number that varies, found none")
+    y, wide = columns[quantity][there], min(len(varied), MOST_COLUMNS)
+    figure, axes = plt.subplots(-(-len(varied) // wide), wide, figsize=(4.2 * wide, 3.4 * -(-len(varied) // wide)), squeeze=False,
+                                sharey=True, layout="constrained")
+    for axis, name, other in zip(axes.flat, varied, [*varied[1:], varied[0]]):
+        x = columns[name][there]
+        colours = dict(c=columns[other][there], cmap="cividis") if other != name else dict(color="0.2")
+        points = axis.scatter(x, y, s=16, linewidths=0.3, edgecolors="white", **colours)
+        if other != name:
+            figure.colorbar(points, ax=axis, label=other)
+        axis.set(xlabel=name, title=f"rank correlation {rank_correlation(x, y):+.2f}")
+        axis.title.set_fontsize(10)
+        axis.grid(True, linewidth=0.4, color="0.88")
+        axis.set_axisbelow(True)
+    for axis in axes.flat[len(varied):]:
+        axis.set_visible(False)
+    for row in axes:
+        row[0].set_ylabel(quantity)
+    try:
+        figure.savefig(path, dpi=150)
+    except (OSError, ValueError) as problem:
+        raise ScreeError(f"{path}: cannot write the picture: {problem}") from None
+    return path

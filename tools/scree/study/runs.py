@@ -1,0 +1,181 @@
+"""The runs of a study: made where their records are missing, a file each, so that a study that was killed goes on."""
+import concurrent.futures
+import csv
+import io
+import json
+import os
+import subprocess
+import threading
+import time
+
+import numpy as np
+
+from ..errors import ScreeError
+from ..program import program, with_settings
+from ..records import Bar, explain, files_of, hashed, replace, stopped_at_once
+from ..results import read
+
+NAME_FILES = ("deck.geometry", "cover.mesh", "acceleration.file")  # settings that name a file
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_THREAD_LIMIT": "1"}  # where as many runs as processors go on at once
+DONE, FAILED, BAD_INPUT = 0, 1, 2  # exit statuses of a run that came to something
+
+# Columns of the table of a study, from what `--summary json` prints (doc/results.md); places are two columns.
+SUMMARY = ("time.reached", "steps.taken", "steps.cut", "displacement.largest", "displacement.block", "displacement.position",
+           "speed.largest", "at_rest", "energy.given", "energy.friction", "energy.share_lost", "change_of_area", "overlap.largest",
+           "warnings")
+PLACES = ("displacement.position",)
+
+
+class Study:
+    """The runs of a table: number, settings and the key that their records are named by, which is that of program, decks and settings."""
+
+    def __init__(self, table, decks, settings, folder, path=None, keeps_results=False):
+        self.table, self.decks, self.path = table, decks, program(path)
+        self.settings, self.folder, self.keeps = [*table.settings, *settings], folder, keeps_results
+        (folder / "runs").mkdir(parents=True, exist_ok=True)
+        explain(decks, self.settings_of(table.rows[0]), self.path)  # a name or a deck that is wrong is said before any run
+        self.lock, self.going, self.stopping = threading.Lock(), set(), False
+        self.keys = self.all_keys()
+
+    def settings_of(self, row):
+        return [*self.settings, *(f"{name}={value}" for name, value in zip(self.table.names, row))]
+
+    def all_keys(self):
+        """The key of each run. Files are looked at once, unless the table names them."""
+        names_files = any(name in NAME_FILES for name in self.table.names)
+        program_key, quantities = hashed(self.path.read_bytes()), sorted(self.table.quantities.items())
+        keys, files = [], None
+        for row in self.table.rows:
+            if files is None or names_files:
+                files = hashed(*files_of(self.decks, explain(self.decks, self.settings_of(row), self.path)))
+            keys.append(hashed(program_key, files, self.settings_of(row), quantities))
+        return keys
+
+    def record_path(self, number):
+        return self.folder / "runs" / f"{self.keys[number]}.json"
+
+    def results_path(self, number):
+        return self.record_path(number).with_suffix(".h5")
+
+    def record(self, number):
+        """What is kept of a run; None where it is to be made."""
+        try:
+            found = json.loads(self.record_path(number).read_text())
+        except (OSError, ValueError):
+            return None
+        return None if self.keeps and found["status"] == "complete" and not self.results_path(number).exists() else found
+
+    def make(self, number):
+        """Makes a run and keeps what it came to; of one that was stopped nothing is kept."""
+        partial = self.folder / "runs" / f"{self.keys[number]}-{os.getpid()}.h5"
+        for left in (self.folder / "runs").glob(f"{self.keys[number]}-*.h5"):
+            left.unlink(missing_ok=True)  # of a study that was killed
+        try:
+            words = [self.path, "run", *self.decks, "-o", partial, "--quiet", "--summary", "json",
+                     *with_settings(self.settings_of(self.table.rows[number]))]
+            begun = time.perf_counter()
+            status, printed, said = self.call(words)
+            seconds = time.perf_counter() - begun
+            if status not in (DONE, FAILED, BAD_INPUT):
+                return False
+            found = {"status": "complete" if status == DONE else last_line(said), "seconds": seconds,
+                     "summary": json.loads(printed) if printed.strip() else None}
+            if status == DONE:
+                found["quantities"] = {name: self.measured(partial, name) for name in self.table.quantities}
+            if self.keeps and partial.exists():
+                partial.replace(self.results_path(number))
+            replace(self.record_path(number), json.dumps(found))
+            return True
+        finally:
+            partial.unlink(missing_ok=True)
+
+    def call(self, words):
+        """Exit status and what a process printed, until it ends or the study is stopped."""
+        with self.lock:
+            if self.stopping:
+                return -1, "", ""
+            process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ONE_THREAD | os.environ)
+            self.going.add(process)
+        try:
+            printed, said = process.communicate()
+        finally:
+            self.going.discard(process)
+        return process.returncode, printed, said
+
+    def stop(self):
+        """Ends the runs that go on."""
+        with self.lock:
+            self.stopping = True
+        for process in list(self.going):
+            process.terminate()
+
+    def measured(self, path, name):
+        """A quantity of the results of a run."""
+        dataset, *index = self.table.quantities[name]
+        try:
+            value = np.asarray(read(path)[dataset], float)[tuple(index)]
+            return float(value)
+        except (KeyError, IndexError, TypeError, ValueError) as problem:
+            raise ScreeError(f"quantity {name}: expected a dataset of the results and the place of one number in it, found "
+                             f"{[dataset, *index]}: {str(problem.args[0]).removeprefix(f'{path}: ')}") from None
+
+    def run(self, numbers, jobs):
+        """Makes those of the runs that are not there, so many at once. Returns how many it made, and how many ended by a signal."""
+        left = [number for number in numbers if self.record(number) is None]
+        bar, made = Bar("study", len(left)), 0
+        with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+            waiting = {pool.submit(self.make, number): number for number in left}
+            with stopped_at_once(pool):
+                try:
+                    for done in concurrent.futures.as_completed(waiting):
+                        made += done.result()
+                        bar.advance(f"run {waiting[done] + 1}")
+                except BaseException:
+                    self.stop()
+                    raise
+        bar.end()
+        return made, len(left) - made
+
+    def columns(self):
+        """Header and lines of the table of what the runs came to. It has no times of the clock: it is the same however often the study
+        was stopped."""
+        places = {name: [f"{name}.x", f"{name}.y"] if name in PLACES else [name] for name in SUMMARY}
+        header = ["run", *self.table.names, "status", *sum(places.values(), []), *self.table.quantities]
+        if self.keeps:
+            header.append("results")
+        lines = []
+        for number, row in enumerate(self.table.rows):
+            found = self.record(number) or {"status": "not run"}
+            values = [value for name in SUMMARY for value in self.summary_values(found.get("summary"), name)]
+            quantities = found.get("quantities", {})
+            line = [number + 1, *row, found["status"], *values, *(quantities.get(name) for name in self.table.quantities)]
+            if self.keeps:
+                there = self.results_path(number)
+                line.append(there.relative_to(self.folder) if there.exists() else None)
+            lines.append(line)
+        return header, lines
+
+    @staticmethod
+    def summary_values(summary, name):
+        """Of a member of a summary, with points between the names."""
+        for part in name.split("."):
+            summary = summary[part] if summary is not None else None
+        if name in PLACES:
+            return summary or [None, None]
+        return [summary]
+
+    def write_table(self):
+        """Writes the table; returns its path and its lines."""
+        header, lines = self.columns()
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows([["" if value is None else value for value in line] for line in lines])
+        path = self.folder / "table.csv"
+        replace(path, text.getvalue())
+        return path, header, lines
+
+
+def last_line(said):
+    lines = said.strip().splitlines() or [""]
+    return lines[-1].removeprefix("scree: ")

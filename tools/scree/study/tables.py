@@ -1,0 +1,129 @@
+"""Which runs a study has: a CSV file with a run a line, or a TOML file of lists, ranges and samples."""
+import csv
+import dataclasses
+import itertools
+import pathlib
+import random
+import statistics
+import tomllib
+
+from ..errors import ScreeError
+
+KNOWN = ("deck", "geometry", "set", "grid", "sample", "quantities")
+
+
+class TableError(ScreeError):
+    """A table that says no runs."""
+
+
+@dataclasses.dataclass
+class Table:
+    """Names for `--set`, and for each run their values as texts; decks and settings of all runs, where the table has them; what is read
+    from the results of each run, as name: (dataset, index...)."""
+
+    names: list
+    rows: list
+    decks: list = dataclasses.field(default_factory=list)
+    settings: list = dataclasses.field(default_factory=list)
+    quantities: dict = dataclasses.field(default_factory=dict)
+
+
+def read_table(path):
+    """The table of a file, TOML where its name ends so, else CSV. TableError with the file and what is wrong."""
+    path = pathlib.Path(path)
+    try:
+        text = path.read_text()
+    except (OSError, UnicodeDecodeError) as problem:
+        raise TableError(f"{path}: expected a table of runs, found: {problem}") from None
+    table = from_toml(path, text) if path.suffix == ".toml" else from_csv(path, text)
+    if not table.rows or not table.names:
+        raise TableError(f"{path}: expected at least one run and one name, found none")
+    wrong = [name for name in table.names if "=" in name or "." not in name]
+    if wrong or len(set(table.names)) < len(table.names):
+        raise TableError(f"{path}: expected names for --set, each once, found {', '.join(wrong or table.names)}")
+    return table
+
+
+def from_csv(path, text):
+    lines = [[word.strip() for word in line] for line in csv.reader(text.splitlines()) if any(word.strip() for word in line)]
+    if not lines:
+        raise TableError(f"{path}: expected a line with names for --set, found none")
+    for number, line in enumerate(lines[1:], 1):
+        if len(line) != len(lines[0]) or "" in line:
+            raise TableError(f"{path}: expected {len(lines[0])} values in run {number}, found {len([w for w in line if w])}")
+    return Table(lines[0], lines[1:])
+
+
+def from_toml(path, text):
+    try:
+        given = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as problem:
+        raise TableError(f"{path}: expected TOML, found: {problem}") from None
+    unknown = [name for name in given if name not in KNOWN]
+    if unknown:
+        raise TableError(f"{path}: expected {', '.join(KNOWN)}, found {unknown[0]}")
+    grid, sample = given.get("grid", {}), dict(given.get("sample", {}))
+    try:
+        number, seed = sample.pop("number", 0 if sample else 1), sample.pop("seed", 1)
+        if not isinstance(number, int) or not isinstance(seed, int) or number < 1:
+            raise TableError(f"{path}: expected whole numbers for number (from 1) and seed in [sample], found {number} and {seed}")
+        drawn = list(zip(*(draw(name, what, number, f"{seed} {name}") for name, what in sample.items()))) or [()]
+        values = itertools.product(*(points(name, what) for name, what in grid.items()))
+        rows = [[text_of(value) for value in (*point, *one)] for point in values for one in drawn]
+    except (TypeError, ValueError, KeyError) as problem:
+        raise TableError(f"{path}: expected lists, or tables of numbers as doc/studies.md has them, found: {problem}") from None
+    names = [name for name in ("geometry", "deck") if name in given]
+    return Table([*grid, *sample], rows, [path.parent / given[name] for name in names], given.get("set", []),
+                 {name: tuple(what) for name, what in given.get("quantities", {}).items()})
+
+
+def text_of(value):
+    """A value as `--set` takes it."""
+    if isinstance(value, list):
+        return " ".join(text_of(one) for one in value)
+    return value if isinstance(value, str) else repr(value)
+
+
+def points(name, what):
+    """The values of a name in a grid: a list, or so many from one to another, evenly or by equal ratios."""
+    if isinstance(what, list):
+        return what
+    check_keys(name, what, {"from", "to", "count"}, {"scale"})
+    if what["count"] < 2:  # noqa: PLR2004  the ends
+        raise ValueError(f"count {what['count']} of {name}, which is to be from 2")
+    return [between(name, what, i / (what["count"] - 1)) for i in range(what["count"])]
+
+
+def draw(name, what, number, seed):
+    """So many values of a name: one from each of as many parts of equal probability, in an order by chance (McKay et al. 1979).
+
+    The random numbers are those that Python promises not to change, so a seed gives the same values anywhere; each name has its own.
+    """
+    chance = random.Random(seed)
+    order = sorted(range(number), key=[chance.random() for _ in range(number)].__getitem__)
+    shares = [(part + chance.random()) / number for part in order]
+    if isinstance(what, list):
+        return [what[int(share * len(what))] for share in shares]
+    if "mean" not in what:
+        check_keys(name, what, {"from", "to"}, {"scale"})
+        return [between(name, what, share) for share in shares]
+    check_keys(name, what, {"mean", "deviation"}, {"least", "most"})
+    normal = statistics.NormalDist(what["mean"], what["deviation"])
+    least, most = (normal.cdf(what[end]) if end in what else bound for end, bound in (("least", 0.0), ("most", 1.0)))
+    shares = [min(max(least + share * (most - least), 1e-300), 1 - 2 ** -53) for share in shares]
+    return [normal.inv_cdf(share) for share in shares]  # cut off at the ends, not piled up there
+
+
+def check_keys(name, what, needed, allowed):
+    if not needed <= set(what) <= needed | allowed or what.get("scale", "log") not in ("log", "linear"):
+        raise ValueError(f"{what} for {name}")
+
+
+def between(name, what, share):
+    """What lies at a share of the way."""
+    low, high = what["from"], what["to"]
+    if what.get("scale") != "log":
+        return low + share * (high - low)
+    if min(low, high) <= 0:
+        raise ValueError(f"{what} for {name}: a scale of log needs numbers above 0")
+    return low * (high / low) ** share
