@@ -10,9 +10,9 @@ module scree_block_input
   use scree_loop_tracing, only: trace_regions
   use scree_polygon, only: twice_area
   use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
-  use scree_scene, only: line_t, point_t, scene_t
+  use scree_scene, only: bolt_record_t, line_t, point_t, scene_t, somewhere
   use scree_simplex_integration, only: moments_t, polygon_moments
-  use scree_system, only: fixed_point, load_point, measured_point
+  use scree_system, only: bolt_end, fixed_point, load_point, measured_point
   use scree_text, only: number_text, real_text
   implicit none
   private
@@ -36,9 +36,11 @@ module scree_block_input
     real(dp), allocatable :: vertex(:, :)      !! (2, n_vertices), length
     integer, allocatable :: material(:)        !! (n_blocks)
     integer, allocatable :: line(:)            !! (n_blocks) of the block file, where the outline begins; 0: cut from lines
-    integer, allocatable :: point_kind(:)      !! (n_points) fixed, load, measured: in this order
+    integer, allocatable :: point_kind(:)      !! (n_points) fixed, load, measured, ends of bolts: in this order
     real(dp), allocatable :: point(:, :)       !! (2, n_points), length
     integer, allocatable :: point_block(:)     !! (n_points) block that carries it
+    type(bolt_record_t), allocatable :: bolt(:) !! with the blocks that carry their ends, in the coordinates of the deck
+    integer, allocatable :: end_point(:, :)    !! (2, n_bolts) point at each end, 0: in the ground
     real(dp), allocatable :: crack(:, :, :)    !! (xy, end, n) pieces of joints that end inside blocks, length
     integer, allocatable :: crack_joint(:)     !! (n) their joint materials
   end type blocks_t
@@ -54,7 +56,8 @@ contains
 
   !> Makes the blocks of a scene whose geometry has been read.
   !>
-  !> Errors, with the line of the deck: lines that enclose nothing, points and material lines outside every block.
+  !> Errors, with the line of the deck: lines that enclose nothing, points and material lines outside every block, bolts without an
+  !> end in one.
   subroutine make_blocks(scene, blocks, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(out) :: blocks
@@ -91,6 +94,8 @@ contains
     call add_points(scene, load_point, 'load', scene%load_points, finder, blocks, points, error)
     if (allocated(error)) return
     call add_points(scene, measured_point, 'measured', scene%measured_points, finder, blocks, points, error)
+    if (allocated(error)) return
+    call add_bolts(scene, finder, blocks, points, error)
     blocks%point_kind = points%kind(:points%n)
     blocks%point_block = points%block(:points%n)
     blocks%point = points%position(:, :points%n)
@@ -330,7 +335,7 @@ contains
     type(blocks_t), intent(in) :: blocks
     type(found_points_t), intent(inout) :: points
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: distance, position(2)
+    real(dp) :: position(2)
     integer :: b, i
 
     do i = 1, size(given)
@@ -338,21 +343,62 @@ contains
       b = given(i)%block
       if (b == 0) then
         b = block_at(finder, blocks%shape, blocks%vertex, position)
-        if (b == 0) then
-          call wrong(scene, given(i)%deck_line, 'a '//what//' point inside a block', 'one outside', error)
-          return
-        end if
+        if (b == 0) call wrong(scene, given(i)%deck_line, 'a '//what//' point inside a block', 'one outside', error)
       else
-        distance = distance_outside(blocks%shape, blocks%vertex, b, position)
-        if (distance > beside*block_size(blocks, b)) then
-          call wrong(scene, given(i)%deck_line, 'a '//what//' point in its block '//number_text(b)//' or within '// &
-                     real_text(beside)//' of its size', 'one '//real_text(distance)//' outside', error)
-          return
-        end if
+        call check_inside(blocks, b, position, 'a '//what//' point', source_of(scene, given(i)%deck_line), error)
       end if
+      if (allocated(error)) return
       call add_point(points, kind, position, b)
     end do
   end subroutine add_points
+
+  !> Error where a place is not in a block, nor beside it.
+  subroutine check_inside(blocks, b, position, what, source, error)
+    type(blocks_t), intent(in) :: blocks
+    integer, intent(in) :: b
+    real(dp), intent(in) :: position(2)     !! length
+    character(len=*), intent(in) :: what, source
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: distance
+
+    distance = distance_outside(blocks%shape, blocks%vertex, b, position)
+    if (distance > beside*block_size(blocks, b)) &
+      call fail(error, status_bad_input, source//': expected '//what//' in its block '//number_text(b)//' or within '// &
+                real_text(beside)//' of its size, found one '//real_text(distance)//' outside')
+  end subroutine check_inside
+
+  !> Adds the ends of the bolts to the blocks that hold them. An end in no block is in the ground.
+  subroutine add_bolts(scene, finder, blocks, points, error)
+    type(scene_t), intent(in) :: scene
+    type(block_finder_t), intent(in) :: finder
+    type(blocks_t), intent(inout) :: blocks
+    type(found_points_t), intent(inout) :: points
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: position(2)
+    integer :: i, k
+
+    blocks%bolt = scene%bolts
+    allocate (blocks%end_point(2, size(blocks%bolt)), source=0)
+    do i = 1, size(blocks%bolt)
+      associate (bolt => blocks%bolt(i))
+        do k = 1, 2
+          position = bolt%ends(:, k) - blocks%origin
+          if (bolt%block(k) == somewhere) then
+            bolt%block(k) = block_at(finder, blocks%shape, blocks%vertex, position)
+          else if (bolt%block(k) > 0) then
+            call check_inside(blocks, bolt%block(k), position, 'an end of a bolt', bolt%source, error)
+            if (allocated(error)) return
+          end if
+          if (bolt%block(k) == 0) cycle
+          call add_point(points, bolt_end, position, bolt%block(k))
+          blocks%end_point(k, i) = points%n
+        end do
+        if (any(bolt%block > 0)) cycle
+        call fail(error, status_bad_input, bolt%source//': expected a bolt with an end in a block, found both outside')
+        return
+      end associate
+    end do
+  end subroutine add_bolts
 
   !> Larger side of the box around a block, length.
   pure real(dp) function block_size(blocks, b)
@@ -388,7 +434,16 @@ contains
     character(len=*), intent(in) :: expected, found
     type(error_t), allocatable, intent(out) :: error
 
-    call fail(error, status_bad_input, scene%geometry_name//':'//number_text(line)//': expected '//expected//', found '//found)
+    call fail(error, status_bad_input, source_of(scene, line)//': expected '//expected//', found '//found)
   end subroutine wrong
+
+  !> A line of the geometry, for an error.
+  pure function source_of(scene, line) result(source)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: line
+    character(len=:), allocatable :: source
+
+    source = scene%geometry_name//':'//number_text(line)
+  end function source_of
 
 end module scree_block_input

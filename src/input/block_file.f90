@@ -4,6 +4,7 @@
 !> the count of numbers tells which. The joint material of a row is that of the edge that ends there, as the files show
 !> (the first edge's stands at the second vertex). A block with holes is one polygon with seams (scree_keyholes).
 module scree_block_file
+  use scree_bolt_records, only: bolt_text, numbers_of_bolt, read_bolts
   use scree_block_input, only: block_moments, blocks_t
   use scree_deck_options, only: begin_thing
   use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals, numbers_left, &
@@ -13,7 +14,7 @@ module scree_block_file
   use scree_keyholes, only: join_loops
   use scree_kinds, only: dp
   use scree_scene, only: point_t, polygons_t, scene_t
-  use scree_system, only: fixed_point, load_point, measured_point
+  use scree_system, only: bolt_end, fixed_point, load_point, measured_point
   use scree_regions, only: first_vertex_of, joint_between, last_vertex_of, loops_of, region_count
   use scree_simplex_integration, only: moments_t
   use scree_text, only: number_text, real_text
@@ -25,7 +26,7 @@ module scree_block_file
 
   !> How many things a block file has of each kind.
   type :: counts_t
-    integer :: blocks = 0, rows = 0, fixed = 0, loads = 0, measured = 0
+    integer :: blocks = 0, bolts = 0, rows = 0, fixed = 0, loads = 0, measured = 0
   end type counts_t
 
 contains
@@ -47,11 +48,13 @@ contains
     call read_ranges(deck, n%rows, first, last, line, material, error)
     if (allocated(error)) return
     n_points = n%fixed + n%loads + n%measured
-    typed = numbers_left(deck) == 3*n%rows + 4*n_points .and. n_points > 0
+    typed = numbers_left(deck) == 3*n%rows + numbers_of_bolt*n%bolts + 4*n_points .and. n_points > 0
     allocate (row(3, n%rows), row_line(n%rows))
     call read_rows(deck, first, last, row, row_line, error)
     if (allocated(error)) return
     call take_polygons(first, last, line, material, row, row_line, scene%blocks)
+    call read_bolts(deck, n%bolts, n%blocks, scene%bolts, error)
+    if (allocated(error)) return
     call read_points(deck, typed, 'fixed', n%fixed, n%blocks, scene%fixed_points, error)
     if (allocated(error)) return
     call read_points(deck, typed, 'load', n%loads, n%blocks, scene%load_points, error)
@@ -66,16 +69,11 @@ contains
     type(deck_t), intent(inout) :: deck
     type(counts_t), intent(out) :: n
     type(error_t), allocatable, intent(out) :: error
-    integer :: bolts
 
     call next_count(deck, 'blocks', 3, n%blocks, error, least=1)
     if (allocated(error)) return
-    call next_index(deck, 'the number of bolts', bolts, error)
+    call next_count(deck, 'bolts', numbers_of_bolt, n%bolts, error)
     if (allocated(error)) return
-    if (bolts > 0) then
-      call expect(deck, '0 bolts, as bolts are not simulated', number_text(bolts), error)
-      return
-    end if
     call next_count(deck, 'vertex rows', 3, n%rows, error, least=1)
     if (allocated(error)) return
     call next_count(deck, 'fixed points', 3, n%fixed, error)
@@ -151,7 +149,8 @@ contains
       if (.not. allocated(error)) call next_index(deck, 'a count', n(i), error)
     end do
     if (allocated(error)) return
-    associate (numbers => real(numbers_left(deck), dp) - 3*(real(n(1), dp) + n(3)), points => sum(real(n(4:), dp)))
+    associate (numbers => real(numbers_left(deck), dp) - 3*(real(n(1), dp) + n(3)) - numbers_of_bolt*real(n(2), dp), &
+               points => sum(real(n(4:), dp)))
       may_replace_blocks = n(1) > 0 .and. (nint(numbers - 3*points) == 0 .or. nint(numbers - 4*points) == 0)
     end associate
   end function may_replace_blocks
@@ -243,7 +242,8 @@ contains
     end do
     open (newunit=unit, file=path, action='write', status='replace', iostat=status, iomsg=reason)
     if (status == 0) write (unit, '(a)', iostat=status, iomsg=reason) &
-      number_text(size(n))//' 0 '//number_text(sum(n + 4)), number_text(count(blocks%point_kind == fixed_point))//' '// &
+      number_text(size(n))//' '//number_text(size(blocks%bolt))//' '//number_text(sum(n + 4)), &
+      number_text(count(blocks%point_kind == fixed_point))//' '// &
       number_text(count(blocks%point_kind == load_point))//' '//number_text(count(blocks%point_kind == measured_point))
     row = 1
     do b = 1, size(n)
@@ -266,7 +266,13 @@ contains
       call put(0, moments(b)%area*moments(b)%centroid)
       call put(0, moments(b)%centroid)
     end do
-    do k = 1, size(blocks%point_kind)
+    do k = 1, size(blocks%bolt)
+      associate (bolt => blocks%bolt(k))
+        if (status == 0) write (unit, '(3(es23.16,1x),/,es23.16,2(1x,i0),/,a)', iostat=status, iomsg=reason) bolt%ends, &
+          bolt%block, bolt_text(bolt)
+      end associate
+    end do
+    do k = 1, count(blocks%point_kind /= bolt_end)
       if (status == 0) write (unit, '(2(es23.16,1x),i0)', iostat=status, iomsg=reason) blocks%point(:, k) + blocks%origin, &
         blocks%point_block(k)
     end do

@@ -11,7 +11,7 @@ module scree_deck_options
 
   !> What has numbers, as it stands in names; each but `deck` has the number of one behind it.
   character(len=*), parameter :: kinds(*) = [character(len=14) :: 'deck', 'material', 'joint', 'line', 'material_line', &
-    'fixed_line', 'hole_point', 'fixed_point', 'load_point', 'measured_point']
+    'bolt', 'fixed_line', 'hole_point', 'fixed_point', 'load_point', 'measured_point']
 
   !> A number that `--set` gives.
   type :: option_t

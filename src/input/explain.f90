@@ -32,6 +32,14 @@ contains
     end if
     call points('load point', scene%load_points)
     call points('measured point', scene%measured_points)
+    do i = 1, size(scene%bolts)
+      associate (bolt => scene%bolts(i))
+        call numbers('bolt '//number_text(i)//' x1 y1 x2 y2', [bolt%ends], 'length')
+        call number('bolt '//number_text(i)//' stiffness (e0)', bolt%stiffness, 'force/length')
+        call number('bolt '//number_text(i)//' strength (t0; 0: without limit)', bolt%strength, 'force')
+        call number('bolt '//number_text(i)//' pretension (f0)', bolt%pretension, 'force')
+      end associate
+    end do
 
     call title('analysis: '//scene%analysis_name)
     do i = 1, size(scene%options)

@@ -2,6 +2,7 @@
 !>
 !> Layout, number by number, in doc/decks.md. Source: Shi's dc as read by the public derivative ntdda.
 module scree_geometry_deck
+  use scree_bolt_records, only: bolt_text, read_bolts
   use scree_deck_options, only: begin_thing
   use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
@@ -31,12 +32,8 @@ contains
     if (allocated(error)) return
     call next_count(deck, 'material lines', 5, n_material, error)
     if (allocated(error)) return
-    call next_index(deck, 'the number of bolts', n_bolts, error)
+    call next_count(deck, 'bolts', 7, n_bolts, error)
     if (allocated(error)) return
-    if (n_bolts > 0) then
-      call expect(deck, '0 bolts, as bolts are not simulated', number_text(n_bolts), error)
-      return
-    end if
     call next_count(deck, 'fixed lines', 4, n_fixed, error)
     if (allocated(error)) return
     call next_count(deck, 'load points', 2, n_loads, error)
@@ -48,6 +45,8 @@ contains
     call read_lines(deck, 'line', .true., n_lines, scene%lines, error)
     if (allocated(error)) return
     call read_lines(deck, 'material_line', .true., n_material, scene%material_lines, error)
+    if (allocated(error)) return
+    call read_bolts(deck, n_bolts, -1, scene%bolts, error)
     if (allocated(error)) return
     call read_lines(deck, 'fixed_line', .false., n_fixed, scene%fixed_lines, error)
     if (allocated(error)) return
@@ -129,7 +128,7 @@ contains
     character(len=*), intent(in) :: remark     !! one line
     type(error_t), allocatable, intent(out) :: error
     character(len=200) :: reason
-    integer :: status, unit
+    integer :: i, status, unit
 
     open (newunit=unit, file=name, action='write', status='replace', iostat=status, iomsg=reason)
     if (status /= 0) then
@@ -139,13 +138,16 @@ contains
     call put(real_text(scene%least_distance))
     call put(number_text(size(scene%lines))//' '//number_text(scene%n_boundary))
     call put(number_text(size(scene%material_lines)))
-    call put('0') ! bolts
+    call put(number_text(size(scene%bolts)))
     call put(number_text(size(scene%fixed_lines)))
     call put(number_text(size(scene%load_points)))
     call put(number_text(size(scene%measured_points)))
     call put(number_text(size(scene%hole_points)))
     call put_lines(scene%lines, .true.)
     call put_lines(scene%material_lines, .true.)
+    do i = 1, size(scene%bolts)
+      call put(place_text(scene%bolts(i)%ends(:, 1))//' '//place_text(scene%bolts(i)%ends(:, 2))//' '//bolt_text(scene%bolts(i)))
+    end do
     call put_lines(scene%fixed_lines, .false.)
     call put_points(scene%load_points)
     call put_points(scene%measured_points)

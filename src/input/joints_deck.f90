@@ -60,7 +60,7 @@ contains
     type(outline_t), allocatable :: outline(:)
     type(outline_t) :: window
 
-    allocate (joints%sets(0), scene%material_lines(0), scene%fixed_lines(0), scene%load_points(0), &
+    allocate (joints%sets(0), scene%material_lines(0), scene%fixed_lines(0), scene%bolts(0), scene%load_points(0), &
               scene%measured_points(0), scene%hole_points(0), outline(0))
     call read_deck(name, deck, error)
     if (allocated(error)) return

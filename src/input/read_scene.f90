@@ -4,6 +4,7 @@ module scree_read_scene
   use scree_analysis_deck, only: read_analysis_deck
   use scree_block_file, only: read_block_file
   use scree_block_input, only: blocks_t, make_blocks
+  use scree_bolt_records, only: take_bolts
   use scree_deck_options, only: check_all_taken, deck_options_t
   use scree_deck_text, only: deck_t, read_deck
   use scree_errors, only: error_t, fail, status_bad_input
@@ -53,6 +54,8 @@ contains
     call name_geometry(geometry, scene, error)
     if (allocated(error)) return
     call read_geometry(scene, error, deck%options)
+    if (allocated(error)) return
+    call take_bolts(scene, error)
     if (allocated(error)) return
     call make_blocks(scene, blocks, error)
     if (allocated(error)) return

@@ -42,6 +42,7 @@ contains
     call visit_contact_states(row, scene%settings)
     call visit_joints(row, scene%settings)
     call visit_points(row, scene)
+    call visit_bolts(row, scene%settings)
     call visit_ground(row, scene%settings)
     call visit_output(row, scene%settings)
   end subroutine visit_settings
@@ -281,6 +282,23 @@ contains
                                'tables', 'force'), s%load_force)
     end associate
   end subroutine visit_points
+
+  !> Bolts beside those of the geometry.
+  subroutine visit_bolts(row, s)
+    type(setting_rows_t), intent(inout) :: row
+    type(settings_t), intent(inout) :: s
+
+    call row%reals(setting_t('bolts', 'ends', 'x1 y1 x2 y2 of each bolt; the ground holds an end that lies in no block', &
+                             'length'), s%bolt_ends)
+    call row%reals(setting_t('bolts', 'stiffness', 'along a bolt, per unit thickness; one number for each of ends, or for all', &
+                             'force/length', 0.0_dp, open=.true.), s%bolt_stiffness)
+    call row%reals(setting_t('bolts', 'pretension', 'tension at the start, likewise', 'force', 0.0_dp, default='0'), &
+                   s%bolt_pretension)
+    call row%reals(setting_t('bolts', 'strength', 'largest tension, likewise; 0: without limit', 'force', 0.0_dp, default='0'), &
+                   s%bolt_strength)
+    call row%choice(setting_t('bolts', 'limit', 'what bolts do at their strength, those of the geometry too', &
+                              choices='|yields|breaks|'), s%bolts_break, .false.)
+  end subroutine visit_bolts
 
   !> How the ground moves, and what damps the motion.
   subroutine visit_ground(row, s)

@@ -1,6 +1,7 @@
 !> The effects of a scene. This file is the only one that asks which are present.
 module scree_effects
   use scree_base_acceleration, only: add_base_acceleration, size_of_base, work_of_base
+  use scree_bolt, only: add_bolts_of_element, bolt_energy, work_between
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_fixed_point, only: add_fixed_springs, spring_energy, work_of_springs
   use scree_gravity, only: add_gravity, gravity_energy
@@ -14,11 +15,12 @@ module scree_effects
   use scree_point_load, only: add_point_loads, size_of_point_loads, work_of_point_loads
   use scree_state, only: state_t
   use scree_stiffness, only: add_small_strain
-  use scree_system, only: element_unknowns
+  use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: add_drag, add_element_effects, energy_of_fixed_springs, energy_of_weight, load_on_element, loss_by_damping, &
-            power_of_weight, refresh_elements, supports_move, work_of_loads, work_of_supports
+  public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, load_on_element, &
+            loss_by_damping, power_of_weight, refresh_elements, supports_move, work_of_bolts_between, work_of_loads, &
+            work_of_supports
 
   integer, parameter :: n = element_unknowns
 
@@ -93,6 +95,8 @@ contains
         if (effects%fixed_point%by_springs) &
           call add_fixed_springs(effects%fixed_point, e, state%point, rule%end_time, element, unknown, term)
       end if
+      if (allocated(effects%bolt)) &
+        call add_bolts_of_element(effects%bolt, state%bolts, e, state%point, rule, element, unknown, term)
     end associate
   end subroutine add_element_effects
 
@@ -169,6 +173,31 @@ contains
     end if
   end function work_of_supports
 
+  !> Work in a step of what pulls bolts apart that join two elements, where supports are exact. Forces out of balance on the
+  !> elements alone are those of the supports and of these.
+  pure real(dp) function work_of_bolts_between(model, cache, state, d, rule) result(work)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state         !! at the beginning of the step
+    real(dp), intent(in) :: d(:)               !! (n_unknowns) of the step
+    type(step_rule_t), intent(in) :: rule
+    integer :: k, m
+
+    work = 0.0_dp
+    if (.not. allocated(model%effects%bolt) .or. model%effects%fixed_point%by_springs) return
+    associate (bolt => model%effects%bolt)
+      do k = 1, size(bolt%pair, 2)
+        associate (pair => bolt%pair(:, k))
+          do m = bolt%first_of(k), bolt%first_of(k + 1) - 1
+            work = work + work_between(bolt, state%bolts, bolt%joining(m), pair, state%point, rule, &
+                                       cache%element(pair)%kinematics, &
+                                       [values_of(model%elements, pair(1), d), values_of(model%elements, pair(2), d)])
+          end do
+        end associate
+      end do
+    end associate
+  end function work_of_bolts_between
+
   !> Energy that mass damping takes from one element in a step.
   pure real(dp) function loss_by_damping(model, own, unknown, rule) result(loss)
     type(model_t), intent(in) :: model
@@ -215,5 +244,14 @@ contains
     if (.not. allocated(model%effects%fixed_point)) return
     if (model%effects%fixed_point%by_springs) energy = spring_energy(model%effects%fixed_point, state%point, state%time)
   end function energy_of_fixed_springs
+
+  !> Energy of the bolts.
+  pure real(dp) function energy_of_bolts(model, state) result(energy)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+
+    energy = 0.0_dp
+    if (allocated(model%effects%bolt)) energy = bolt_energy(model%effects%bolt, state%bolts, state%point)
+  end function energy_of_bolts
 
 end module scree_effects

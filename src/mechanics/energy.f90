@@ -1,7 +1,7 @@
 !> The books of energy and momentum, per unit thickness.
 module scree_energy
-  use scree_effects, only: energy_of_fixed_springs, energy_of_weight, loss_by_damping, power_of_weight, supports_move, &
-      work_of_loads, work_of_supports
+  use scree_effects, only: energy_of_bolts, energy_of_fixed_springs, energy_of_weight, loss_by_damping, power_of_weight, &
+      supports_move, work_of_bolts_between, work_of_loads, work_of_supports
   use scree_element_term, only: step_rule_t
   use scree_inertia, only: kinetic_energy, momentum
   use scree_integrator, only: held_weight, holds_power
@@ -45,6 +45,7 @@ contains
       books%held = held_weight(model%settings)*books%held
       if (holds_power(model%settings)) books%held = held_in_half_a_step(model, cache, state)
       books%fixed_springs = energy_of_fixed_springs(model, state)
+      books%bolts = energy_of_bolts(model, state)
     end associate
   end subroutine close_books
 
@@ -106,7 +107,7 @@ contains
     type(books_t), intent(in) :: books
 
     energy = books%kinetic + books%strain + books%gravity + books%fixed_springs + books%contact_springs + books%sleeping_springs &
-             + books%held
+             + books%bolts + books%held
   end function stored_energy
 
   !> Energy of a stress in a unit of area, sigma D^-1 sigma / 2.
@@ -152,6 +153,7 @@ contains
         if (moving) supports = supports + work_of_supports(model, cache%element(e), state, e, unknown, rule)
       end associate
     end do
+    if (moving) supports = supports + work_of_bolts_between(model, cache, state, d, rule)
     work = work + supports
   end function work_of_step
 

@@ -3,6 +3,7 @@
 !> Dropping the cache after any step changes no bit of the run.
 module scree_model
   use scree_base_acceleration, only: base_acceleration_t
+  use scree_bolt, only: bolt_t
   use scree_contacts, only: contact_law_t, contact_search_t
   use scree_equations, only: equations_t
   use scree_fixed_point, only: fixed_point_t
@@ -36,6 +37,7 @@ module scree_model
     type(mass_damping_t), allocatable :: mass_damping
     type(point_load_t), allocatable :: point_load
     type(fixed_point_t), allocatable :: fixed_point
+    type(bolt_t), allocatable :: bolt
     type(contact_law_t), allocatable :: contact
   end type effects_t
 

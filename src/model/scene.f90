@@ -9,8 +9,8 @@ module scree_scene
   use scree_text, only: text_t
   implicit none
   private
-  public :: block_material_t, effect_t, joint_material_t, line_t, point_t, polygons_t, run_options_t, scene_t, settings_t, &
-            time_table_t, word_t
+  public :: block_material_t, bolt_record_t, effect_t, joint_material_t, line_t, point_t, polygons_t, run_options_t, scene_t, &
+            settings_t, time_table_t, word_t
 
   !> Order of the numbers of an analysis deck: told by their count, or said.
   integer, parameter, public :: dialect_auto = 1, dialect_short = 2, dialect_shi = 3
@@ -41,6 +41,9 @@ module scree_scene
   !> Fixed points: eliminated exactly, or held by springs (Shi's df12).
   integer, parameter, public :: fixed_exact = 1, fixed_penalty = 2
 
+  !> A block that is not said.
+  integer, parameter, public :: somewhere = -1
+
   !> A line of a geometry deck.
   type :: line_t
     real(dp) :: ends(2, 2) = 0.0_dp !! (xy, end), length
@@ -54,6 +57,16 @@ module scree_scene
     integer :: deck_line = 0        !! where it stands in its deck
     integer :: block = 0            !! block that carries it, 0 where the deck does not say
   end type point_t
+
+  !> An axial spring between two points (Shi: h).
+  type :: bolt_record_t
+    real(dp) :: ends(2, 2) = 0.0_dp         !! (xy, end), length
+    integer :: block(2) = somewhere         !! block that carries each end, 0: the ground does, `somewhere`: the one that it is in
+    real(dp) :: stiffness = 0.0_dp          !! e0, force/length per unit thickness
+    real(dp) :: strength = 0.0_dp           !! t0, 0: without limit, force per unit thickness
+    real(dp) :: pretension = 0.0_dp         !! f0, force per unit thickness
+    character(len=:), allocatable :: source !! where it stands: file and line
+  end type bolt_record_t
 
   !> Closed loops, counter-clockwise, as a block file gives them.
   type :: polygons_t
@@ -145,6 +158,11 @@ module scree_scene
     integer :: fixed = fixed_exact
     real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness
     real(dp), allocatable :: load_force(:)  !! fx fy of each load point, force per unit thickness
+    real(dp), allocatable :: bolt_ends(:)   !! x1 y1 x2 y2 of each bolt, length
+    real(dp), allocatable :: bolt_stiffness(:)  !! of each bolt, or one of all, force/length per unit thickness
+    real(dp), allocatable :: bolt_strength(:)   !! likewise, 0: without limit, force per unit thickness
+    real(dp), allocatable :: bolt_pretension(:) !! likewise, force per unit thickness
+    logical :: bolts_break = .false.        !! at their strength, else they yield
     real(dp), allocatable :: ground_table(:) !! t ax ay of the ground, at one time after the other
     character(len=:), allocatable :: ground_file !! file of such lines
     real(dp) :: ground_scale = 1.0_dp       !! factor of ax and ay
@@ -206,6 +224,7 @@ module scree_scene
     type(line_t), allocatable :: material_lines(:)
     type(line_t), allocatable :: fixed_lines(:)    !! equal ends: a fixed point
     type(point_t), allocatable :: load_points(:), measured_points(:), hole_points(:)
+    type(bolt_record_t), allocatable :: bolts(:)
     type(polygons_t), allocatable :: blocks        !! given by a block file
     type(mesh_t), allocatable :: mesh              !! mathematical mesh that a file gives
     type(point_t), allocatable :: fixed_points(:)  !! given by a block file

@@ -5,7 +5,10 @@ module scree_state
   use scree_kinds, only: dp
   implicit none
   private
-  public :: books_t, deviation_t, pace_t, sleep_t, state_t
+  public :: bolt_memory_t, books_t, deviation_t, pace_t, sleep_t, state_t
+
+  !> What a bolt is: as it began, longer by having yielded, or gone.
+  integer, parameter, public :: bolt_elastic = 0, bolt_yielded = 1, bolt_broken = 2
 
   !> Energy at one time, what has come and gone since the start, and momentum about the origin of the decks.
   type :: books_t
@@ -15,11 +18,13 @@ module scree_state
     real(dp) :: fixed_springs = 0.0_dp   !! of springs that hold fixed points
     real(dp) :: contact_springs = 0.0_dp !! of what is awake
     real(dp) :: sleeping_springs = 0.0_dp !! of contacts of what sleeps
+    real(dp) :: bolts = 0.0_dp
     real(dp) :: held = 0.0_dp            !! by the integrator, out of sudden changes of velocity
     real(dp) :: at_start = 0.0_dp        !! all of these when the run began
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports since then
     real(dp) :: damping = 0.0_dp         !! that mass damping took since then
     real(dp) :: friction = 0.0_dp        !! lost in sliding since then
+    real(dp) :: yield = 0.0_dp           !! lost in bolts that yielded or broke since then
     real(dp) :: asleep = 0.0_dp          !! motion of what fell asleep, since then
     real(dp) :: momentum(3) = 0.0_dp     !! x, y: mass/time; angular: mass length/time
   end type books_t
@@ -42,6 +47,12 @@ module scree_state
     integer, allocatable :: inside(:, :)       !! (2, n) vertices, each with the edge that it is inside of
     integer :: count(3) = 0                    !! contacts open, sliding, locked
   end type sleep_t
+
+  !> What bolts remember.
+  type :: bolt_memory_t
+    real(dp), allocatable :: rest(:)           !! (n_bolts) length without force
+    integer, allocatable :: state(:)           !! (n_bolts) `bolt_elastic`, `bolt_yielded`, `bolt_broken`
+  end type bolt_memory_t
 
   !> How far the run is estimated to be off, by what the steps so far have made of it. Of a block x, y and the rotation times its
   !> radius of gyration: their norm is the root mean square over the block.
@@ -79,6 +90,7 @@ module scree_state
     integer, allocatable :: pair(:, :)         !! (2, n_pairs) elements that the equations of the last step coupled
     type(factored_t), allocatable :: factored(:) !! matrices whose factors the solutions of the next step go on from
     type(contact_memory_t) :: contacts
+    type(bolt_memory_t), allocatable :: bolts  !! where the scene has any
     type(sleep_t), allocatable :: sleep        !! where the scene lets bodies sleep
     type(deviation_t), allocatable :: deviation !! where the scene asks for it
     type(books_t) :: books

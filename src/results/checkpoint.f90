@@ -9,7 +9,7 @@ module scree_checkpoint
   use scree_kinds, only: dp
   use scree_factored, only: factored_t
   use scree_results_file, only: declare_series, put_series, results_t, rows_of_series, store_words
-  use scree_state, only: books_t, deviation_t, sleep_t, state_t
+  use scree_state, only: bolt_memory_t, books_t, deviation_t, sleep_t, state_t
   use scree_watch, only: watch_t
   implicit none
   private
@@ -132,6 +132,7 @@ contains
     call archive%array('pair', state%pair)
     call visit_factored(archive, state%factored)
     call visit_contacts(archive, state%contacts)
+    call visit_bolts(archive, state%bolts)
     call visit_sleep(archive, state%sleep)
     call visit_deviation(archive, state%deviation)
     call visit_books(archive, state%books)
@@ -217,11 +218,13 @@ contains
     call archive%part('books%fixed_springs', books%fixed_springs)
     call archive%part('books%contact_springs', books%contact_springs)
     call archive%part('books%sleeping_springs', books%sleeping_springs)
+    call archive%part('books%bolts', books%bolts)
     call archive%part('books%held', books%held)
     call archive%part('books%at_start', books%at_start)
     call archive%part('books%work', books%work)
     call archive%part('books%damping', books%damping)
     call archive%part('books%friction', books%friction)
+    call archive%part('books%yield', books%yield)
     call archive%part('books%asleep', books%asleep)
     call archive%part('books%momentum', books%momentum)
   end subroutine visit_books
@@ -241,6 +244,19 @@ contains
     call archive%part('contacts%count', memory%count)
     call visit_list(archive, memory%contact)
   end subroutine visit_contacts
+
+  !> What bolts remember, where there are any.
+  subroutine visit_bolts(archive, bolts)
+    type(archive_t), intent(inout) :: archive
+    type(bolt_memory_t), allocatable, intent(inout) :: bolts
+    type(bolt_memory_t), allocatable :: own
+
+    if (allocated(bolts)) own = bolts
+    if (.not. allocated(own)) allocate (own)
+    call archive%array('bolts%rest', own%rest)
+    call archive%array('bolts%state', own%state)
+    if (archive%reading .and. allocated(own%rest)) call move_alloc(own, bolts)
+  end subroutine visit_bolts
 
   !> What sleeps. Where nothing may, and a file has something that does, it sleeps on.
   subroutine visit_sleep(archive, sleep)

@@ -17,6 +17,7 @@ module scree_run_output
   use scree_run_records, only: declare_records, put_frame_records, put_step_records, records_t, velocity_of_vertices
   use scree_scene, only: effect_t, model_nmm, run_options_t, scene_t
   use scree_state, only: state_t
+  use scree_system, only: bolt_end
   use scree_time_stepper, only: step_report_t
   use scree_timers, only: cost_t
   use scree_watch, only: watch_t
@@ -159,7 +160,7 @@ contains
     end do
     allocate (results%classic)
     call begin_classic_output(results%classic, results%path, layout%material, layout%first, layout%corner, joint, &
-                              model%points%kind, model%points%element, error)
+                              model%points%kind(:n_marked(model)), model%points%element, error)
   end subroutine begin_classic
 
   !> Joints of the edges, and the points with the elements that carry them.
@@ -169,19 +170,28 @@ contains
     type(state_t), intent(in) :: state
     type(layout_t), intent(in) :: layout
     type(error_t), allocatable, intent(out) :: error
+    integer :: n
 
     call store_rows(results, '/elements/joint', [integer ::], .true., '1', 'joint material of the edge from each vertex to the '// &
                     'next, 0: a line of the mesh', real(model%elements%shape%joint(layout%corner), dp), error)
-    if (allocated(error) .or. size(model%points%kind) == 0) return
+    n = n_marked(model)
+    if (allocated(error) .or. n == 0) return
     call store_rows(results, '/points/kind', [integer ::], .true., '1', '1 fixed, 2 load, 3 measured point', &
-                    real(model%points%kind, dp), error)
+                    real(model%points%kind(:n), dp), error)
     if (allocated(error)) return
     call store_rows(results, '/points/place', [2], .false., 'length', 'place at the start', &
-                    [state%point + spread(model%origin, 2, size(state%point, 2))], error)
+                    [state%point(:, :n) + spread(model%origin, 2, n)], error)
     if (allocated(error)) return
     call store_rows(results, '/points/element', [integer ::], .true., '1', 'element that carries it', &
-                    real(model%points%element, dp), error)
+                    real(model%points%element(:n), dp), error)
   end subroutine store_parts
+
+  !> Points that a deck marks: all but the ends of bolts, which are the last.
+  pure integer function n_marked(model)
+    type(model_t), intent(in) :: model
+
+    n_marked = count(model%points%kind /= bolt_end)
+  end function n_marked
 
   !> Covers of manifold elements, from 1, at the start.
   subroutine store_covers(results, model, state, error)

@@ -1,5 +1,6 @@
 !> What a run records besides its frames: /history a step, /bodies a frame, /measured_points a step.
 module scree_run_records
+  use scree_bolt, only: ends_of, length_of, tension_of
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_t, state_open
   use scree_deviation, only: error_of_blocks, scale_of
@@ -26,6 +27,7 @@ module scree_run_records
     integer :: error = 0, error_growth = 0, error_share = 0, error_step = 0, error_impact = 0, rough = 0, refused = 0
     integer :: body_error = 0
     integer :: unbalanced = 0, unbalanced_block = 0
+    integer :: bolts = 0, yield = 0, bolt_ends = 0, bolt_force = 0, bolt_elongation = 0, bolt_state = 0
     integer :: contacts = 0, open_close = 0, judged = 0, judged_step = 0, overlap = 0, spring = 0, friction = 0
     integer :: touch_count = 0, touch_blocks = 0, touch_state = 0, touch_place = 0, touch_normal = 0, touch_force = 0
     integer :: body_green = 0, body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
@@ -99,6 +101,11 @@ contains
       call a_step('asleep', [integer ::], '1', 'bodies that sleep', records%sleeping, .true.)
       call a_step('energy/asleep', [integer ::], energy_unit, 'motion of what fell asleep, since the start', records%slept)
     end if
+    if (allocated(model%effects%bolt)) then
+      call a_step('energy/bolts', [integer ::], energy_unit, 'energy of the bolts', records%bolts)
+      call a_step('energy/yield', [integer ::], energy_unit, 'energy lost in bolts that yielded or broke since the start', &
+                  records%yield)
+    end if
     if (allocated(model%effects%contact)) then
       call a_step('contacts', [3], '1', 'contacts open, sliding, locked', records%contacts, .true.)
       call a_step('open_close_iterations', [integer ::], '1', 'judgements of the contacts of an island', records%open_close, .true.)
@@ -130,6 +137,15 @@ contains
                     records%touch_force, .false.)
     end if
 
+    if (allocated(model%effects%bolt)) then
+      n = size(model%effects%bolt%stiffness)
+      call a_series('/bolts/ends', [2, 2, n], 'length', 'places of both ends', records%bolt_ends, per_frame=.true.)
+      call a_series('/bolts/force', [n], 'force', 'tension; below 0 it pushes', records%bolt_force, per_frame=.true.)
+      call a_series('/bolts/elongation', [n], 'length', 'growth of its length since the start', records%bolt_elongation, &
+                    per_frame=.true.)
+      call a_series('/bolts/state', [n], '1', '0 elastic, 1 has yielded, 2 broken', records%bolt_state, .true., per_frame=.true.)
+    end if
+
     records%measured = pack([(i, i=1, size(model%points%kind))], model%points%kind == measured_point)
     n = size(records%measured)
     if (n == 0) return
@@ -151,14 +167,14 @@ contains
         call declare_series(results, '/history/'//name, shape, units, description, handle, error, whole)
     end subroutine a_step
 
-    subroutine a_series(path, shape, units, description, handle, whole)
+    subroutine a_series(path, shape, units, description, handle, whole, per_frame)
       character(len=*), intent(in) :: path, units, description
       integer, intent(in) :: shape(:)
       integer, intent(out) :: handle
-      logical, intent(in) :: whole
+      logical, intent(in), optional :: whole, per_frame
 
       handle = 0
-      if (.not. allocated(error)) call declare_series(results, path, shape, units, description, handle, error, whole)
+      if (.not. allocated(error)) call declare_series(results, path, shape, units, description, handle, error, whole, per_frame)
     end subroutine a_series
 
     subroutine a_frame(name, shape, units, description, handle)
@@ -259,6 +275,8 @@ contains
     call put(records%overlap, [state%contacts%penetration])
     call put(records%spring, [state%books%contact_springs + state%books%sleeping_springs])
     call put(records%friction, [state%books%friction])
+    if (records%bolts > 0) call put(records%bolts, [state%books%bolts])
+    if (records%yield > 0) call put(records%yield, [state%books%yield])
     do i = 1, size(records%measured)
       associate (point => state%point(:, records%measured(i)))
         e = model%points%element(records%measured(i))
@@ -316,6 +334,7 @@ contains
     if (records%body_error > 0) call put(records%body_error, error_of_blocks(state%deviation))
     if (records%body_asleep > 0) call put(records%body_asleep, real(state%sleep%island, dp))
     if (records%touch_count > 0) call put_contacts()
+    if (records%bolt_force > 0) call put_bolts()
 
   contains
 
@@ -325,6 +344,19 @@ contains
 
       if (.not. allocated(error)) call put_series(results, handle, values, error)
     end subroutine put
+
+    !> A row of the bolts.
+    subroutine put_bolts()
+      integer :: i
+
+      associate (bolt => model%effects%bolt, n => size(state%bolts%state))
+        call put(records%bolt_ends, [(ends_of(bolt, i, state%point) + spread(model%origin, 2, 2), i=1, n)])
+        call put(records%bolt_force, [(tension_of(bolt, state%bolts, i, state%point), i=1, n)])
+        call put(records%bolt_elongation, [(length_of(bolt, i, state%point) - length_of(bolt, i, model%start_point), &
+                                            i=1, n)])
+        call put(records%bolt_state, real(state%bolts%state, dp))
+      end associate
+    end subroutine put_bolts
 
     !> A row of each closed contact.
     subroutine put_contacts()

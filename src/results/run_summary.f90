@@ -49,7 +49,8 @@ module scree_run_summary
     real(dp) :: area = 0.0_dp            !! of all blocks, length^2
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness as all energies
     real(dp) :: fallen = 0.0_dp          !! most that the weights have given
-    real(dp) :: friction = 0.0_dp, damping = 0.0_dp, asleep = 0.0_dp, dissipated = 0.0_dp
+    real(dp) :: friction = 0.0_dp, damping = 0.0_dp, yield = 0.0_dp, asleep = 0.0_dp, dissipated = 0.0_dp
+    logical :: has_bolts = .false.       !! the scene has
     real(dp) :: given = 0.0_dp           !! kinetic and strain energy at the start, fallen, and absolute work
     type(books_t), private :: books_from
     real(dp), private :: area_from = 0.0_dp, absolute_work = 0.0_dp
@@ -70,6 +71,7 @@ contains
     summary%area_from = area_of(cache)
     summary%touches = allocated(model%effects%contact)
     summary%tolerance = tolerance_of(model%settings)
+    summary%has_bolts = allocated(model%effects%bolt)
     associate (s => model%settings)
       summary%asked = s%end_time
       if (s%chooses_step) return
@@ -137,18 +139,19 @@ contains
       summary%work = now%work - from%work
       summary%friction = now%friction - from%friction
       summary%damping = now%damping - from%damping
+      summary%yield = now%yield - from%yield
       summary%asleep = now%asleep - from%asleep
       summary%dissipated = (now%at_start + now%work - stored_energy(now)) - (from%at_start + from%work - stored_energy(from))
       summary%given = stored_energy(from) - from%gravity + summary%fallen + summary%absolute_work
     end associate
   end subroutine sum_up
 
-  !> Energy that went elsewhere than into friction, damping and sleep: by the integrator, in impacts, with bonds; below 0 it was
-  !> made.
+  !> Energy that went elsewhere than into friction, damping, bolts and sleep: by the integrator, in impacts, with bonds; below 0 it
+  !> was made.
   pure real(dp) function lost_otherwise(summary) result(lost)
     type(summary_t), intent(in) :: summary
 
-    lost = summary%dissipated - summary%friction - summary%damping - summary%asleep
+    lost = summary%dissipated - summary%friction - summary%damping - summary%yield - summary%asleep
   end function lost_otherwise
 
   !> That over what was given; 0 where nothing was.

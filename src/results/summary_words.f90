@@ -116,8 +116,10 @@ contains
     character(len=:), allocatable :: text
 
     associate (lost => lost_otherwise(summary))
-      text = words(summary%given)//' given; friction took '//words(summary%friction)//', damping '//words(summary%damping)//'; '// &
-             words(abs(lost))//trim(merge(' made', ' lost', lost < 0))//' otherwise, '//words(100*abs(share_lost(summary)))//' %'
+      text = words(summary%given)//' given; friction took '//words(summary%friction)//', damping '//words(summary%damping)
+      if (summary%has_bolts) text = text//', bolts '//words(summary%yield)
+      text = text//'; '//words(abs(lost))//trim(merge(' made', ' lost', lost < 0))//' otherwise, '// &
+             words(100*abs(share_lost(summary)))//' %'
     end associate
   end function words_of_energy
 
@@ -301,6 +303,7 @@ contains
     call put(json, 'dissipated', summary%dissipated)
     call put(json, 'friction', summary%friction)
     call put(json, 'damping', summary%damping)
+    if (summary%has_bolts) call put(json, 'bolts', summary%yield)
     call put(json, 'asleep', summary%asleep)
     call put(json, 'lost_otherwise', lost_otherwise(summary))
     call put(json, 'share_lost', share_lost(summary))

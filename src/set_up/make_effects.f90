@@ -1,11 +1,15 @@
 !> The effects that a scene calls for, each with the reason.
 module scree_make_effects
+  use scree_block_input, only: blocks_t
+  use scree_bolt, only: bolt_t
   use scree_contacts, only: shi_law_t
   use scree_cover_input, only: cover_quality_t
+  use scree_grouping, only: sort_into
   use scree_interpolation, only: kinematics_of, kinematics_t
   use scree_kinds, only: dp
   use scree_material, only: elasticity
   use scree_model, only: effects_t
+  use scree_pairs, only: list_pairs, number_of_pair, pair_of
   use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, rotation_linear, scene_t, &
                          scheme_central_difference, scheme_energy_decaying, scheme_energy_momentum, scheme_generalized_alpha, &
                          settings_t, strain_auto, strain_green, strain_small, time_table_t
@@ -28,12 +32,12 @@ module scree_make_effects
 contains
 
   !> The effects, decided once. Only materials that a block is made of count.
-  subroutine make_effects(scene, system, state, quality, cracked, effects, list)
+  subroutine make_effects(scene, blocks, system, state, quality, effects, list)
     type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
     type(cover_quality_t), intent(in) :: quality
-    logical, intent(in) :: cracked                    !! a joint ends inside a block
     type(effects_t), intent(out) :: effects
     type(effect_t), allocatable, intent(out) :: list(:)
 
@@ -50,6 +54,7 @@ contains
     end if
     call hold_points()
     call load_points()
+    call bolt_blocks()
     call let_touch()
     if (scene%settings%sleep > 0) call name('sleep', 'sleep='//real_text(scene%settings%sleep)//' in &step')
     if (any(system%points%kind == measured_point)) &
@@ -195,6 +200,22 @@ contains
       end associate
     end subroutine hold_points
 
+    !> Bolts of the geometry and of &bolts.
+    subroutine bolt_blocks()
+      integer :: in_ground
+
+      if (size(blocks%bolt) == 0) return
+      in_ground = count(blocks%end_point == 0)
+      if (in_ground > 0) then
+        call name('bolts', number_text(size(blocks%bolt))//' in the decks; '//number_text(in_ground)// &
+                  ' ends in no block, which the ground holds')
+      else
+        call name('bolts', number_text(size(blocks%bolt))//' in the decks')
+      end if
+      allocate (effects%bolt)
+      effects%bolt = bolts_of(blocks, system, scene%settings%bolts_break)
+    end subroutine bolt_blocks
+
     !> Contact, where there is more than one block, or a joint in one under a mesh that may close.
     subroutine let_touch()
       real(dp), parameter :: degree = acos(-1.0_dp)/180
@@ -203,7 +224,7 @@ contains
         if (s%contact == contact_none) return
         if (system%n_blocks > 1) then
           call name('contact', number_text(system%n_blocks)//' blocks; springs of '//springs_text(s))
-        else if (cracked .and. system%n_elements > 1) then
+        else if (size(blocks%crack_joint) > 0 .and. system%n_elements > 1) then ! a joint ends inside a block
           call name('contact', 'a joint inside a block; springs of '//springs_text(s))
         else
           return
@@ -270,6 +291,43 @@ contains
     end function has_force
 
   end subroutine make_effects
+
+  !> Bolts with the elements that carry their ends.
+  pure type(bolt_t) function bolts_of(blocks, system, break) result(bolts)
+    type(blocks_t), intent(in) :: blocks
+    type(system_t), intent(in) :: system
+    logical, intent(in) :: break             !! at their strength
+    integer :: i, k, pair(2, size(blocks%bolt))
+    integer, dimension(size(blocks%bolt)) :: alone_in, place
+    logical :: joins(size(blocks%bolt))
+
+    associate (n => size(blocks%bolt))
+      bolts%point = blocks%end_point
+      allocate (bolts%element(2, n), source=0)
+      allocate (bolts%ground(2, 2, n), source=0.0_dp)
+      allocate (bolts%carries(system%n_elements), source=.false.)
+      do i = 1, n
+        bolts%ground(:, :, i) = blocks%bolt(i)%ends - spread(system%origin, 2, 2)
+        do k = 1, 2
+          if (bolts%point(k, i) > 0) bolts%element(k, i) = system%points%element(bolts%point(k, i))
+          if (bolts%element(k, i) > 0) bolts%carries(bolts%element(k, i)) = .true.
+        end do
+        pair(:, i) = pair_of(bolts%element(1, i), bolts%element(2, i))
+      end do
+      bolts%stiffness = blocks%bolt%stiffness
+      bolts%strength = merge(blocks%bolt%strength, huge(1.0_dp), blocks%bolt%strength > 0)
+      bolts%breaks = break
+      joins = pair(1, :) > 0 .and. pair(1, :) < pair(2, :)
+      bolts%pair = list_pairs(reshape(pack(pair, spread(joins, 1, 2)), [2, count(joins)]), reshape([integer ::], [2, 0]))
+      alone_in = merge(0, pair(2, :), joins)
+      call sort_into(alone_in, system%n_elements, bolts%first, bolts%alone)
+      place = 0
+      do i = 1, n
+        if (joins(i)) place(i) = number_of_pair(bolts%pair, pair(:, i))
+      end do
+      call sort_into(place, size(bolts%pair, 2), bolts%first_of, bolts%joining)
+    end associate
+  end function bolts_of
 
   !> Sorts points and their tables by the element that carries them.
   pure subroutine by_element(system, points, tables, first, point, table)

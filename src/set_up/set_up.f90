@@ -3,6 +3,7 @@ module scree_set_up
   use scree_body_overlap, only: find_overlaps
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
   use scree_block_input, only: block_area, block_moments, block_size, block_source, blocks_t
+  use scree_bolt, only: begin_bolts
   use scree_contact_rules, only: rests_inside
   use scree_contacts, only: outlines_t, overlap_t
   use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh, covered_t
@@ -44,7 +45,6 @@ contains
     type(effect_t), allocatable, intent(out) :: list(:)
     type(error_t), allocatable, intent(out) :: error
     type(cover_quality_t) :: quality
-    logical :: cracked
     logical, allocatable :: fixed(:) ! (n_blocks)
 
     model%settings = scene%settings
@@ -52,9 +52,8 @@ contains
     if (allocated(error)) return
     model%start = state%vertex
     model%start_point = state%point
-    cracked = .false.
-    if (allocated(blocks%crack_joint)) cracked = size(blocks%crack_joint) > 0
-    call make_effects(scene, model%system_t, state, quality, cracked, model%effects, list)
+    call make_effects(scene, blocks, model%system_t, state, quality, model%effects, list)
+    if (allocated(model%effects%bolt)) state%bolts = begin_bolts(model%effects%bolt, state%point, blocks%bolt%pretension)
     call leave_out_fixed(model, state)
     if (model%settings%sleep > 0 .and. .not. allocated(model%effects%gravity)) then
       call fail(error, status_bad_input, given_at(scene%words, 'step.sleep')//': expected blocks with weight with step.sleep, '// &

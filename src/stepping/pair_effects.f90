@@ -3,19 +3,22 @@
 !> An effect names the pairs of elements that it acts between, and adds a term to each; the loop, the scatter and the pattern of the
 !> equations are the same for all.
 module scree_pair_effects
+  use scree_bolt, only: add_bolt_between
   use scree_contact_forces, only: add_contacts_of_pair, closed_contacts, closed_contacts_t
   use scree_contact_pairs, only: number_pairs, pairs_of_contacts
   use scree_contact_try, only: contact_try_t
-  use scree_element_term, only: clear_pair_term, pair_term_t
+  use scree_element_term, only: clear_pair_term, pair_term_t, step_rule_t
   use scree_equations, only: add_pair, equations_t, pairs_of_group
   use scree_grouping, only: sort_into
   use scree_kinds, only: dp
-  use scree_model, only: model_t
-  use scree_pairs, only: list_pairs
+  use scree_model, only: cache_t, model_t
+  use scree_pairs, only: list_pairs, number_of_pair
   use scree_state, only: state_t
+  use scree_system, only: values_of
   implicit none
   private
-  public :: add_pair_effects, couples_pairs, list_coupled_pairs, order_contacts
+  public :: add_bolts, add_pair_effects, couples_pairs, is_bolted, list_coupled_pairs, order_contacts, &
+            pairs_of_bolts
 
 contains
 
@@ -24,7 +27,17 @@ contains
     type(model_t), intent(in) :: model
 
     couples_pairs = allocated(model%effects%contact)
+    if (allocated(model%effects%bolt)) couples_pairs = couples_pairs .or. size(model%effects%bolt%pair, 2) > 0
   end function couples_pairs
+
+  !> Whether any of some elements carries a bolt.
+  pure logical function is_bolted(model, element)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: element(:)
+
+    is_bolted = .false.
+    if (allocated(model%effects%bolt)) is_bolted = any(model%effects%bolt%carries(element))
+  end function is_bolted
 
   !> Puts the contacts in the order of the islands of their pairs.
   pure subroutine order_contacts(equations, contacts)
@@ -46,13 +59,69 @@ contains
     type(contact_try_t), intent(inout) :: contacts !! as they are found
     integer, allocatable :: needed(:, :)
 
-    needed = reshape([integer ::], [2, 0])
-    if (allocated(model%effects%contact)) needed = pairs_of_contacts(model%outlines%element, contacts%contact)
+    needed = pairs_of_bolts(model)
+    if (allocated(model%effects%contact)) &
+      needed = all_of(needed, pairs_of_contacts(model%outlines%element, contacts%contact))
     contacts%pair = list_pairs(needed, state%pair)
     if (allocated(model%effects%contact)) call number_pairs(model%outlines%element, contacts%pair, contacts%contact)
   end subroutine list_coupled_pairs
 
-  !> Adds every present effect between two elements of an island to its equations.
+  !> Pairs of two lists.
+  pure function all_of(a, b)
+    integer, intent(in) :: a(:, :), b(:, :)      !! (2, n)
+    integer :: all_of(2, size(a, 2) + size(b, 2))
+
+    all_of(:, :size(a, 2)) = a
+    all_of(:, size(a, 2) + 1:) = b
+  end function all_of
+
+  !> Pairs of elements that bolts join, one of which can move at least, in order.
+  pure function pairs_of_bolts(model) result(pairs)
+    type(model_t), intent(in) :: model
+    integer, allocatable :: pairs(:, :)         !! (2, n)
+    logical :: can_move(model%n_elements)
+    integer :: i
+
+    allocate (pairs(2, 0))
+    if (.not. allocated(model%effects%bolt)) return
+    can_move = .false.
+    can_move(model%elements%free) = .true.
+    associate (all_pairs => model%effects%bolt%pair)
+      pairs = all_pairs(:, pack([(i, i=1, size(all_pairs, 2))], can_move(all_pairs(1, :)) .or. can_move(all_pairs(2, :))))
+    end associate
+  end function pairs_of_bolts
+
+  !> Adds the bolts between two elements of an island to its equations.
+  subroutine add_bolts(model, cache, state, group, rule, d, equations)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state          !! at the beginning of the step
+    integer, intent(in) :: group                !! of the island
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)                !! (n_unknowns) of the step so far
+    type(equations_t), intent(inout) :: equations
+    type(pair_term_t) :: term
+    integer, allocatable :: number(:)
+    integer :: k, m, of_bolts, pair(2)
+
+    number = pairs_of_group(equations, group)
+    associate (bolt => model%effects%bolt)
+      if (size(bolt%pair, 2) == 0) return
+      do k = 1, size(number)
+        pair = equations%paired(:, number(k))
+        of_bolts = number_of_pair(bolt%pair, pair)
+        if (any(bolt%pair(:, of_bolts) /= pair)) cycle
+        call clear_pair_term(term)
+        do m = bolt%first_of(of_bolts), bolt%first_of(of_bolts + 1) - 1
+          call add_bolt_between(bolt, state%bolts, bolt%joining(m), pair, state%point, rule, cache%element(pair)%kinematics, &
+                                [values_of(model%elements, pair(1), d), values_of(model%elements, pair(2), d)], term)
+        end do
+        call add_pair(equations, group, k, term)
+      end do
+    end associate
+  end subroutine add_bolts
+
+  !> Adds the effects between two elements of an island that are judged, to its equations.
   subroutine add_pair_effects(model, contacts, group, symmetric, d, equations)
     type(model_t), intent(in) :: model
     type(contact_try_t), intent(in) :: contacts !! of which those of the island are settled
@@ -65,7 +134,7 @@ contains
     integer, allocatable :: pair(:)
     integer :: k
 
-    if (.not. couples_pairs(model)) return
+    if (.not. allocated(model%effects%contact)) return
     pair = pairs_of_group(equations, group)
     closed = closed_contacts(contacts, size(pair), equations%place_of)
     do k = 1, size(pair)

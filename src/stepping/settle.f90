@@ -18,10 +18,11 @@ module scree_settle
   use scree_errors, only: error_t
   use scree_friction_problem, only: friction_problem_t
   use scree_friction_solver, only: friction_work_t, solve_friction
+  use scree_interpolation, only: kinematics_t
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_open_close, only: hold_contacts, judge_contacts, judge_prediction, keep_lines, return_anchors
-  use scree_pair_effects, only: add_pair_effects
+  use scree_pair_effects, only: add_bolts, add_pair_effects, is_bolted
   use scree_scene, only: iterate_hybrid, iterate_newton, problems_all, problems_none, test_residual
   use scree_state, only: state_t
   use scree_step_try, only: outcome_t, reject
@@ -55,6 +56,7 @@ module scree_settle
     type(step_rule_t) :: rule
     logical :: linear = .true.                !! forces and gaps are linear in displacements: small strain alone, or explicit
     logical :: in_contact = .false.
+    logical :: bolted = .false.
     type(iteration_rules_t) :: open_close     !! how contacts are judged
     logical :: nested = .false.               !! contacts settle for each operator of the deformation
     logical :: symmetric = .true.             !! the elements' operator is
@@ -98,6 +100,8 @@ contains
       group%rule%tangent = model%settings%iterate == iterate_newton
       if (touches(model, contacts)) call take_island(contacts, i - cache%equations%n_alone, group%in_contact)
       group%linear = group%linear .or. .not. (step_rule%end_weight > 0 .or. group%in_contact)
+      group%bolted = is_bolted(model, group%member)
+      group%linear = group%linear .and. .not. group%bolted ! its axis turns
       if (wholly_held(cache%equations, i) .and. .not. group%in_contact) then
         call check_areas(model, cache, group%member, d, outcome)
       else if (.not. is_island(cache%equations, i)) then
@@ -163,7 +167,7 @@ contains
       call check_area(model, cache, e, d, outcome)
       if (allocated(outcome%trouble%what)) return
       associate (ids => model%elements%unknown(:, e))
-        change = maxval(abs(matmul(cache%element(e)%kinematics%gradient, cache%equations%correction(ids))))
+        change = change_of(cache%element(e)%kinematics, cache%equations%correction(ids), group%bolted)
       end associate
       outcome%settled = is_settled(model, group, change, residual)
       if (outcome%settled) return
@@ -272,7 +276,7 @@ contains
                           cache%equations)
   end subroutine assemble
 
-  !> Begins the equations with what the elements add.
+  !> Begins the equations with what the elements add, and the bolts between them.
   subroutine add_elements(model, cache, state, group, d)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -297,6 +301,7 @@ contains
         call add_equations(cache%equations, group%number, k, cache%element(e)%kinematics%span, term)
       end associate
     end do
+    if (group%bolted) call add_bolts(model, cache, state, group%number, group%rule, d, cache%equations)
   end subroutine add_elements
 
   !> Solves for a correction and adds it to `d`.
@@ -479,8 +484,18 @@ contains
     linear_tolerance = max(model%settings%tolerance, round_off)
   end function linear_tolerance
 
-  !> Largest change of a component of theta since the last linearisation, and its element; where bodies touch, of the position over
-  !> the size too.
+  !> Largest component of theta that unknowns make; where forces follow positions, of the displacement over the size too.
+  pure real(dp) function change_of(element, unknown, with_position) result(change)
+    type(kinematics_t), intent(in) :: element
+    real(dp), intent(in) :: unknown(:)       !! (n)
+    logical, intent(in) :: with_position
+
+    change = maxval(abs(matmul(element%gradient, unknown)))
+    if (with_position) change = max(change, maxval(abs(matmul(element%at_centroid, unknown)))/sqrt(element%area))
+  end function change_of
+
+  !> Largest change of a component of theta since the last linearisation, and its element; where bodies touch or are bolted, of the
+  !> position over the size too.
   pure subroutine find_change(model, cache, group, d, change, element)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -497,8 +512,7 @@ contains
       associate (ids => model%elements%unknown(:, group%member(k)), kinematics => cache%element(group%member(k))%kinematics)
         moved = cache%equations%correction(ids)
         if (group%in_contact) moved = d(ids) - group%linear_at(:, k)
-        own = maxval(abs(matmul(kinematics%gradient, moved)))
-        if (group%in_contact) own = max(own, maxval(abs(matmul(kinematics%at_centroid, moved)))/sqrt(kinematics%area))
+        own = change_of(kinematics, moved, group%in_contact .or. group%bolted)
         if (own <= change) cycle
         change = own
         element = group%member(k)

@@ -1,10 +1,10 @@
 !> Islands of bodies at rest fall asleep: they are left as they are until something may change that.
 !>
-!> An island is a set of bodies that contacts of the step join, cut at bodies that cannot move. Where all of its bodies have been
-!> near equilibrium for some steps it falls asleep: its motion, of which little is left, is taken and booked, its contacts are laid
-!> aside, and its bodies count among those that cannot move. It wakes before a step in which a body that is awake may reach one of
-!> its bodies, or in which a load, the ground or a support of one is another than when it fell asleep. So what is asleep touches
-!> nothing that moves.
+!> An island is a set of bodies that contacts of the step and bolts join, cut at bodies that cannot move. Where all of its bodies
+!> have been near equilibrium for some steps it falls asleep: its motion, of which little is left, is taken and booked, its contacts
+!> are laid aside, and its bodies count among those that cannot move. It wakes before a step in which a body that is awake may reach
+!> one of its bodies, or in which a load, the ground or a support of one is another than when it fell asleep. So what is asleep
+!> touches nothing that moves.
 module scree_sleep
   use scree_contacts, only: contact_search_t, contact_t
   use scree_energy, only: books_of_fixed, close_books
@@ -240,11 +240,12 @@ contains
     end associate
   end function bodies_at_rest
 
-  !> The island of each block: the first block of those that contacts join it to, itself included.
+  !> The island of each block: the first block of those that contacts and bolts join it to, itself included.
   pure function islands_of(model, state) result(island)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     integer :: island(model%n_blocks)
+    logical :: can_move(model%n_blocks)
     integer :: b, i, joined(2)
 
     island = [(b, b=1, model%n_blocks)]
@@ -255,6 +256,14 @@ contains
       joined = blocks_of(model, state%contacts%contact(i))
       call unite(island, joined(1), joined(2))
     end do
+    if (allocated(model%effects%bolt)) then
+      can_move = .false.
+      can_move(model%free_block) = .true.
+      do i = 1, size(model%effects%bolt%pair, 2)
+        joined = model%elements%block(model%effects%bolt%pair(:, i))
+        if (all(can_move(joined))) call unite(island, joined(1), joined(2))
+      end do
+    end if
     island = [(root_of(island, b), b=1, model%n_blocks)]
   end function islands_of
 

@@ -1,5 +1,6 @@
 !> One accepted step: large deformation outside (Zhang et al. 2019, Fig. 9).
 module scree_time_stepper
+  use scree_bolt, only: accept_bolts
   use scree_constraints, only: constraints_t, complete_unknowns
   use scree_contact_acceptance, only: accept_contacts, forget_margin
   use scree_contact_beginning, only: begin_again, begin_contacts
@@ -19,7 +20,7 @@ module scree_time_stepper
   use scree_islands, only: keep_factored, recall_factored
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_pair_effects, only: couples_pairs, list_coupled_pairs, order_contacts
+  use scree_pair_effects, only: couples_pairs, list_coupled_pairs, order_contacts, pairs_of_bolts
   use scree_scene, only: scheme_central_difference
   use scree_settle, only: settle
   use scree_state, only: state_t
@@ -157,17 +158,25 @@ contains
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
 
+    logical :: one_island, touching
+
     if (.not. couples_pairs(model)) return
-    if (may_touch(model, cache, state, try)) then
+    touching = .false.
+    one_island = .false.
+    if (allocated(model%effects%contact)) then
+      touching = may_touch(model, cache, state, try)
+      one_island = settles_as_one(model%effects%contact)
+    end if
+    if (touching) then
       call look_for_contacts(model, cache, state, try)
       call list_coupled_pairs(model, state, try%contacts)
-      call group_elements(model%elements, try%contacts%pair, settles_as_one(model%effects%contact), cache%equations)
-      call order_contacts(cache%equations, try%contacts)
-      call begin_contacts(model, cache, state, try%rule, try%contacts)
     else
-      try%contacts%pair = reshape([integer ::], [2, 0])
-      call group_elements(model%elements, try%contacts%pair, settles_as_one(model%effects%contact), cache%equations)
+      try%contacts%pair = pairs_of_bolts(model)
     end if
+    call group_elements(model%elements, try%contacts%pair, one_island, cache%equations)
+    if (.not. touching) return
+    call order_contacts(cache%equations, try%contacts)
+    call begin_contacts(model, cache, state, try%rule, try%contacts)
   end subroutine begin_pairs
 
   !> Whether any bodies are near each other in a try, or have been in the step before.
@@ -317,6 +326,7 @@ contains
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(inout) :: state
     real(dp) :: friction
+    real(dp), allocatable :: before(:, :)   ! places of points, where there are bolts
 
     state%books%work = state%books%work + work
     state%books%damping = state%books%damping + loss_of_step(model, cache, try%rule, try%d)
@@ -332,7 +342,9 @@ contains
     if (couples_pairs(model)) state%pair = try%contacts%pair
     if (allocated(try%green)) state%green = try%green
     call keep_factored(cache%equations, state%factored)
+    if (allocated(state%bolts)) before = state%point
     call update_state(model, cache, try%rule, try%d, try%impact, state)
+    if (allocated(state%bolts)) call accept_bolts(model%effects%bolt, before, state%point, state%bolts, state%books%yield)
     call refresh_elements(model, state, cache)
     call close_books(model, cache, state)
   end subroutine accept

@@ -30,6 +30,10 @@ contains
     if (.not. same([a%deformation], [b%deformation])) name = 'deformation'
     if (.not. same(a%rotation, b%rotation)) name = 'rotation'
     if (any(a%green .neqv. b%green)) name = 'strain'
+    if (allocated(a%bolts) .neqv. allocated(b%bolts)) name = 'whether there are bolts'
+    if (allocated(a%bolts) .and. allocated(b%bolts)) then
+      if (.not. (same(a%bolts%rest, b%bolts%rest) .and. same_whole(a%bolts%state, b%bolts%state))) name = 'bolts'
+    end if
     if (.not. same(numbers_of(a%books), numbers_of(b%books))) name = 'books'
     if (.not. same_whole([a%pair], [b%pair])) name = 'pairs'
     if (size(a%factored) /= size(b%factored)) name = 'number of islands'
@@ -128,8 +132,8 @@ contains
     real(dp), allocatable :: numbers(:)
 
     numbers = [books%kinetic, books%strain, books%gravity, books%fixed_springs, books%contact_springs, &
-               books%sleeping_springs, books%asleep, books%held, books%at_start, &
-               books%work, books%damping, books%friction, books%momentum]
+               books%sleeping_springs, books%bolts, books%asleep, books%held, &
+               books%at_start, books%work, books%damping, books%friction, books%yield, books%momentum]
   end function numbers_of
 
   !> Whether two lists of numbers are the same to the bit.

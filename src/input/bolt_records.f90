@@ -1,0 +1,156 @@
+!> Bolts as decks give them: rows of a geometry deck (Shi's dc), records of a block file, lists of the group &bolts.
+!>
+!> Each is `x1 y1 x2 y2 e0 t0 f0`: ends, stiffness, strength, pretension; a block file has the blocks `n1 n2` of the ends before e0.
+module scree_bolt_records
+  use scree_deck_options, only: begin_thing
+  use scree_deck_text, only: deck_t, expect, next_real, next_reals
+  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_kinds, only: dp
+  use scree_scene, only: bolt_record_t, scene_t
+  use scree_setting_table, only: given_at
+  use scree_text, only: number_text, real_text
+  implicit none
+  private
+  public :: bolt_text, numbers_of_bolt, read_bolts, take_bolts
+
+  integer, parameter :: numbers_of_bolt = 9 !! in a block file
+
+contains
+
+  !> Reads bolts. Errors: numbers that are no bolt, with their line.
+  subroutine read_bolts(deck, n, n_blocks, bolts, error)
+    type(deck_t), intent(inout) :: deck
+    integer, intent(in) :: n
+    integer, intent(in) :: n_blocks       !! of a block file; below 0: the deck names none
+    type(bolt_record_t), allocatable, intent(out) :: bolts(:)
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: number(3)
+    character(len=:), allocatable :: name
+    integer :: i, k
+
+    allocate (bolts(n))
+    do i = 1, n
+      name = 'bolt '//number_text(i)
+      call begin_thing(deck%options, 'bolt', i)
+      associate (bolt => bolts(i))
+        call next_reals(deck, 'the first end x1 y1 of '//name, bolt%ends(:, 1), error, names=['x1', 'y1'])
+        if (allocated(error)) return
+        call next_reals(deck, 'the second end x2 y2 of '//name, bolt%ends(:, 2), error, names=['x2', 'y2'])
+        if (allocated(error)) return
+        do k = 1, merge(2, 0, n_blocks >= 0)
+          call next_real(deck, 'the block of an end of '//name//' (0: the ground)', number(k), error, least=0.0_dp, &
+                         most=real(n_blocks, dp))
+          if (allocated(error)) return
+          bolt%block(k) = nint(number(k))
+          if (abs(number(k) - bolt%block(k)) > 0) then
+            call expect(deck, 'the number of a block', real_text(number(k)), error)
+            return
+          end if
+        end do
+        call next_reals(deck, 'stiffness, strength, pretension e0 t0 f0 of '//name, number, error, &
+                        names=['e0|stiffness ', 't0|strength  ', 'f0|pretension'])
+        if (allocated(error)) return
+        bolt%stiffness = number(1)
+        bolt%strength = number(2)
+        bolt%pretension = number(3)
+        bolt%source = deck%name//':'//number_text(deck%line(deck%at))
+        call check_bolt(bolt, i, error)
+        if (allocated(error)) return
+      end associate
+    end do
+  end subroutine read_bolts
+
+  !> Adds the bolts of &bolts to those of the geometry. Errors: lists that do not go together, numbers that are no bolt.
+  subroutine take_bolts(scene, error)
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    type(bolt_record_t), allocatable :: bolts(:)
+    real(dp), allocatable :: stiffness(:), strength(:), pretension(:)
+    integer :: i, n
+
+    if (.not. allocated(scene%bolts)) allocate (scene%bolts(0))
+    associate (s => scene%settings)
+      if (.not. allocated(s%bolt_ends)) return
+      n = size(s%bolt_ends)/4
+      if (n == 0 .or. size(s%bolt_ends) /= 4*n) then
+        call fail(error, status_bad_input, given_at(scene%words, 'bolts.ends')// &
+                  ': expected four numbers x1 y1 x2 y2 for each bolt in bolts.ends, found '//number_text(size(s%bolt_ends)))
+        return
+      end if
+      call spread_out(s%bolt_stiffness, 'bolts.stiffness', stiffness)
+      if (.not. allocated(error)) call spread_out(s%bolt_strength, 'bolts.strength', strength)
+      if (.not. allocated(error)) call spread_out(s%bolt_pretension, 'bolts.pretension', pretension)
+      if (allocated(error)) return
+      allocate (bolts(n))
+      do i = 1, n
+        bolts(i)%ends = reshape(s%bolt_ends(4*i - 3:4*i), [2, 2])
+        bolts(i)%stiffness = stiffness(i)
+        bolts(i)%strength = strength(i)
+        bolts(i)%pretension = pretension(i)
+        bolts(i)%source = given_at(scene%words, 'bolts.ends')
+        if (stiffness(i) > 0) call check_bolt(bolts(i), i, error) ! else a rule of settings is broken, which says so
+        if (allocated(error)) return
+      end do
+    end associate
+    scene%bolts = [scene%bolts, bolts]
+
+  contains
+
+    !> A number for each bolt, of one for each or for all; 0 where there is none.
+    subroutine spread_out(given, name, values)
+      real(dp), allocatable, intent(in) :: given(:)
+      character(len=*), intent(in) :: name
+      real(dp), allocatable, intent(out) :: values(:) !! (n)
+
+      allocate (values(n), source=0.0_dp)
+      if (.not. allocated(given)) return
+      if (size(given) == 1) then
+        values = given(1)
+      else if (size(given) == n) then
+        values = given
+      else
+        call fail(error, status_bad_input, given_at(scene%words, name)//': expected '//name//' with one number or '// &
+                  number_text(n)//', one for each bolt of bolts.ends, found '//number_text(size(given)))
+      end if
+    end subroutine spread_out
+
+  end subroutine take_bolts
+
+  !> Error where numbers are no bolt.
+  subroutine check_bolt(bolt, i, error)
+    type(bolt_record_t), intent(in) :: bolt
+    integer, intent(in) :: i                !! its number where it stands
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. bolt%stiffness > 0) then
+      call wrong('a stiffness above 0', real_text(bolt%stiffness))
+    else if (bolt%strength < 0) then
+      call wrong('a strength from 0 (none)', real_text(bolt%strength))
+    else if (bolt%pretension < 0) then
+      call wrong('a pretension from 0', real_text(bolt%pretension))
+    else if (bolt%strength > 0 .and. bolt%pretension > bolt%strength) then
+      call wrong('a pretension up to the strength, '//real_text(bolt%strength), real_text(bolt%pretension))
+    else if (.not. norm2(bolt%ends(:, 2) - bolt%ends(:, 1)) > 0) then
+      call wrong('two ends', 'one place')
+    end if
+
+  contains
+
+    !> The error.
+    subroutine wrong(expected, found)
+      character(len=*), intent(in) :: expected, found
+
+      call fail(error, status_bad_input, bolt%source//': expected '//expected//' of bolt '//number_text(i)//', found '//found)
+    end subroutine wrong
+
+  end subroutine check_bolt
+
+  !> Stiffness, strength and pretension, as they read back.
+  pure function bolt_text(bolt) result(text)
+    type(bolt_record_t), intent(in) :: bolt
+    character(len=:), allocatable :: text
+
+    text = real_text(bolt%stiffness)//' '//real_text(bolt%strength)//' '//real_text(bolt%pretension)
+  end function bolt_text
+
+end module scree_bolt_records
