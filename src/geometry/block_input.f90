@@ -385,7 +385,7 @@ contains
           position = bolt%ends(:, k) - blocks%origin
           if (bolt%block(k) == somewhere) then
             bolt%block(k) = block_at(finder, blocks%shape, blocks%vertex, position)
-          else if (bolt%block(k) > 0) then
+          else
             call check_inside(blocks, bolt%block(k), position, 'an end of a bolt', bolt%source, error)
             if (allocated(error)) return
           end if

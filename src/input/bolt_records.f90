@@ -38,11 +38,11 @@ contains
         call next_reals(deck, 'the second end x2 y2 of '//name, bolt%ends(:, 2), error, names=['x2', 'y2'])
         if (allocated(error)) return
         do k = 1, merge(2, 0, n_blocks >= 0)
-          call next_real(deck, 'the block of an end of '//name//' (0: the ground)', number(k), error, least=0.0_dp, &
+          call next_real(deck, 'the block of an end of '//name, number(k), error, least=0.0_dp, &
                          most=real(n_blocks, dp))
           if (allocated(error)) return
-          bolt%block(k) = nint(number(k))
-          if (abs(number(k) - bolt%block(k)) > 0) then
+          if (nint(number(k)) > 0) bolt%block(k) = nint(number(k)) ! 0: in none that the cutter found
+          if (abs(number(k) - anint(number(k))) > 0) then
             call expect(deck, 'the number of a block', real_text(number(k)), error)
             return
           end if

@@ -61,7 +61,7 @@ module scree_scene
   !> An axial spring between two points (Shi: h).
   type :: bolt_record_t
     real(dp) :: ends(2, 2) = 0.0_dp         !! (xy, end), length
-    integer :: block(2) = somewhere         !! block that carries each end, 0: the ground does, `somewhere`: the one that it is in
+    integer :: block(2) = somewhere         !! block that carries each end, 0: the ground does, `somewhere`: what it lies in
     real(dp) :: stiffness = 0.0_dp          !! e0, force/length per unit thickness
     real(dp) :: strength = 0.0_dp           !! t0, 0: without limit, force per unit thickness
     real(dp) :: pretension = 0.0_dp         !! f0, force per unit thickness

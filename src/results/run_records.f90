@@ -139,7 +139,7 @@ contains
 
     if (allocated(model%effects%bolt)) then
       n = size(model%effects%bolt%stiffness)
-      call a_series('/bolts/ends', [2, 2, n], 'length', 'places of both ends', records%bolt_ends, per_frame=.true.)
+      call a_series('/bolts/ends', [4, n], 'length', 'x1 y1 x2 y2 of the ends', records%bolt_ends, per_frame=.true.)
       call a_series('/bolts/force', [n], 'force', 'tension; below 0 it pushes', records%bolt_force, per_frame=.true.)
       call a_series('/bolts/elongation', [n], 'length', 'growth of its length since the start', records%bolt_elongation, &
                     per_frame=.true.)

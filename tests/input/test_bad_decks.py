@@ -59,6 +59,20 @@ def geometry(line, text):
     return {"g.geo": "\n".join(lines) + "\n"}
 
 
+def bolts(*rows):
+    """The geometry deck with bolts, from line 13 on."""
+    lines = GEOMETRY.splitlines()
+    lines[3] = str(len(rows))
+    return {"g.geo": "\n".join(lines[:12] + list(rows) + lines[12:]) + "\n"}
+
+
+def block_bolt(row):
+    """A block file with a bolt in line 12."""
+    lines = BLOCKS.splitlines()
+    lines[0] = "1 1 8"
+    return {"g.blk": "\n".join(lines[:11] + [row] + lines[11:]) + "\n", "a.ana": ANALYSIS.replace("g.geo", "g.blk")}
+
+
 def analysis(line, text):
     """The analysis deck with one line replaced."""
     lines = ANALYSIS.splitlines()
@@ -99,7 +113,19 @@ BAD = {
     "a count of 999999999": (geometry(2, "999999999 0"), "g.geo:2:", "at most"),
     "a count that is real": (geometry(2, "4.5 0"), "g.geo:2:", "whole"),
     "more boundary than lines": (geometry(2, "4 5"), "g.geo:2:", "at most 4"),
-    "bolts": (geometry(4, "1"), "g.geo:4:", "bolts are not simulated"),
+    "bolts without room": (geometry(4, "9"), "g.geo:4:", "numbers for bolts"),
+    "bolts that are not there": (geometry(4, "1"), "g.geo:15:", "e0 t0 f0 of bolt 1"),
+    "a bolt without stiffness": (bolts("0.1 0.1 0.9 0.9 0 0 0"), "g.geo:13:", "stiffness above 0"),
+    "a bolt that is stretched beyond its strength": (bolts("0.1 0.1 0.9 0.9 5 1 2"), "g.geo:13:", "pretension up to the strength, 1"),
+    "a bolt that pushes": (bolts("0.1 0.1 0.9 0.9 5 1 -2"), "g.geo:13:", "pretension from 0"),
+    "a bolt without length": (bolts("0.1 0.1 0.1 0.1 5 1 0"), "g.geo:13:", "two ends"),
+    "a bolt in the ground": (bolts("2 2 3 3 5 1 0"), "g.geo:13:", "an end in a block"),
+    "bolts of a group without a number": (groups("&bolts ends=0.1 0.1 0.9, stiffness=5 /\n"), "a.ana:13:", "four numbers"),
+    "bolts of a group without stiffness": (groups("&bolts ends=0.1 0.1 0.9 0.9 /\n"), "a.ana:13:", "bolts.stiffness"),
+    "bolts of a group with stiffness for two": (groups("&bolts ends=0.1 0.1 0.9 0.9\n stiffness=5 6 /\n"), "a.ana:14:", "found 2"),
+    "strength of no bolts": (groups("&bolts strength=5 /\n"), "a.ana:13:", "bolts.ends"),
+    "a bolt of a block file in a block that is not there": (block_bolt("0.1 0.1 0.9 0.9 1 2 5 0 0"), "g.blk:12:", "at most 1"),
+    "a bolt of a block file outside its block": (block_bolt("0.1 0.1 9 9 1 1 5 0 0"), "g.blk:12:", "in its block 1"),
     "joint material 0": (geometry(10, "1 0 1 1 0"), "g.geo:10:", "at least 1"),
     "joint material that is not there": (geometry(10, "1 0 1 1 2"), "g.geo:10:", "joint material up to 1"),
     "NaN in a line": (geometry(9, "nan 0 1 0 1"), "g.geo:9:", "number"),

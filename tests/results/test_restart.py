@@ -40,6 +40,8 @@ SCENES = {
     "blocks that fall asleep": lambda folder: (effects.on_ground(3, 2, 60.0).with_more(velocity=(20.0, 0.0, 0.0)).write(folder, "x"),
                                                ["step.sleep=1e-3", "step.end_time=5", "output.every=20"]),
     "steps by accuracy": lambda folder: ([SOURCE / "input/validation/b10-rocking/push0.24.ana"], ["step.accuracy=1e-3"]),
+    "bolts that yield": lambda folder: ([SOURCE / "input/validation/m10-bolted-block/bolt15.ana"],
+                                        ["bolts.pretension=17.3", "bolts.strength=17.3", "output.every=2"]),
     "impacts": lambda folder: ([SOURCE / "input/paper/arc/arc.ana"], ["contact.restitution=0.5", "step.size=2e-3"]),
 }
 

@@ -32,6 +32,7 @@ from .results import read
 FIELDS = ("block", "material", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement")
 LARGEST_NUMBER_OF_PANELS = 12
 POINTS = {1: ("fixed point", "^", "tab:red"), 2: ("load point", "v", "tab:orange"), 3: ("measured point", "o", "tab:cyan")}
+BOLTS = (("bolt", "-", "crimson"), ("bolt that has yielded", "-", "darkorange"), ("broken bolt", ":", "crimson"))  # by state
 LEAST_POLYGON_WITH_A_HOLE = 8  # two triangles, and two vertices there twice
 
 
@@ -137,14 +138,16 @@ class Blocks(Shapes):
     def __init__(self, path, name):
         self.name, self.times = name, [None]
         numbers = np.array(path.read_text().split(), float)
-        n_blocks, _, n_rows = numbers[:3].astype(int)
+        n_blocks, n_bolts, n_rows = numbers[:3].astype(int)
         self.table = numbers[6:6 + 3 * n_blocks].reshape(-1, 3).astype(int)
         at = 6 + 3 * n_blocks
         rows = numbers[at:at + 3 * n_rows].reshape(-1, 3)
         self.start = [rows[a - 1:b, 1:] for _, a, b in self.table]
         self.joint = np.concatenate([np.roll(rows[a - 1:b, 0], -1) for _, a, b in self.table]).astype(int)
         self.kind = np.repeat([1, 2, 3], numbers[3:6].astype(int))
-        self.place = numbers[at + 3 * n_rows:].reshape(-1, 3)[:, :2]
+        at += 3 * n_rows
+        self.bolt_ends = numbers[at:at + 9 * n_bolts].reshape(-1, 9)[:, :4].reshape(-1, 2, 2)
+        self.place = numbers[at + 9 * n_bolts:].reshape(-1, 3)[:, :2]
 
     def title(self, frame):
         return f"{self.name}, {len(self.start)} blocks"
@@ -159,6 +162,9 @@ class Blocks(Shapes):
 
     def points(self, frame):
         return self.kind, self.place
+
+    def bolts(self, frame):
+        return self.bolt_ends, np.zeros(len(self.bolt_ends), int)
 
     def covers(self, frame):
         raise PlotError(f"{self.name}: expected an analysis deck or results file for --covers, found a geometry")
@@ -199,6 +205,13 @@ class Frames(Shapes):
             return np.empty(0, int), np.empty((0, 2))
         given = self.file["points"]
         return given.kind, self.moved(frame, given.place, given.element - 1)
+
+    def bolts(self, frame):
+        """Ends (n, 2, 2) and states of the bolts."""
+        if "bolts" not in self.file:
+            return np.empty((0, 2, 2)), np.empty(0, int)
+        given = self.file["bolts"]
+        return given.ends[frame].reshape(-1, 2, 2), given.state[frame]
 
     def covers(self, frame):
         """Places of the nodes of the covers, and whether each follows others."""
@@ -282,6 +295,17 @@ def draw_points(axis, file, frame):
     return entries
 
 
+def draw_bolts(axis, file, frame):
+    """Bolts as lines between their ends."""
+    entries = {}
+    ends, states = file.bolts(frame)
+    for state, (name, style, colour) in enumerate(BOLTS):
+        if state in states:
+            axis.add_collection(LineCollection(ends[states == state], colors=colour, linestyles=style, linewidths=1.8))
+            entries[name] = Line2D([], [], color=colour, linestyle=style, linewidth=1.8)
+    return entries
+
+
 def draw_covers(axis, file, frame):
     """Nodes of the covers, hollow where they follow others."""
     entries = {}
@@ -312,6 +336,7 @@ def draw_frames(files, words, field, extras=()):
     corners = [np.vstack(file.polygons(frame)) for file, frame in slots if frame is not None]
     if draw_covers in extras:
         corners += [file.covers(frame)[0] for file, frame in slots if frame is not None]
+    corners += [file.bolts(frame)[0].reshape(-1, 2) for file, frame in slots if frame is not None]
     every = np.vstack(corners + [np.vstack(file.start) for file in files])
     centre, reach = (every.min(0) + every.max(0)) / 2, 0.55 * max(np.ptp(every, axis=0).max(), 1e-300)
     rows = len(slots) // columns
@@ -328,7 +353,7 @@ def draw_frames(files, words, field, extras=()):
         picture = PathCollection(file.outlines(frame), array=next(given)[0], cmap="viridis", **edges)
         picture.set_clim(low, high if high > low else low + 1)
         axis.add_collection(picture)
-        for extra in extras:
+        for extra in (draw_bolts, *extras):
             entries.update(extra(axis, file, frame))
         axis.set(xlim=(centre[0] - reach, centre[0] + reach), ylim=(centre[1] - reach, centre[1] + reach), aspect="equal")
         axis.set_title(file.title(frame) if len(files) > 1 or isinstance(file, Blocks) else f"t = {file.times[frame]:.6g}",

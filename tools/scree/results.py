@@ -115,7 +115,7 @@ class Results(Group):
             if group in f:
                 f[group].visititems(lambda _, item: steps.append(len(item)) if isinstance(item, h5py.Dataset) else None)
         n_steps = min(steps, default=0)
-        return {"history": n_steps, "measured_points": n_steps, "bodies": self.n_frames}
+        return {"history": n_steps, "measured_points": n_steps, "bodies": self.n_frames, "bolts": self.n_frames}
 
     def _stamp_now(self):
         found = os.stat(self.path)

@@ -287,3 +287,15 @@ def m9(run):
         yield Row(f"{n} courses: worst overlap", 0.0, worst_overlap(r.polygons()), 3e-4, 1.0)
         sideways = np.abs(r.bodies.centroid[-1, :, 0] - r.bodies.centroid[0, :, 0]).max()
         yield Row(f"{n} courses: largest move sideways", 0.0, sideways, 3e-4, 1.0)
+
+
+@case
+def m10(run):
+    """A bolt holds a block that slides: its tension, and half a percent on both sides of it as pretension and strength."""
+    for angle in (0, 15, 30):
+        deck, limit = DECKS / "m10-bolted-block" / f"bolt{angle}.ana", references.bolt_tension(100.0, 30, 20, angle)
+        yield Row(f"tension, bolt at {angle} degrees", limit, run(deck).bolts.force[-1, 0], 5e-3)
+        for name, share in (("stands", 1.005), ("falls", 0.995)):
+            force = f"{share * limit:.9g}"
+            r = run(deck, settings=[f"bolts.pretension={force}", f"bolts.strength={force}"], name=f"m10-bolt{angle}-{name}")
+            yield Row(f"{share} of it, bolt at {angle} degrees", name, movement(r, 4.0))

@@ -17,6 +17,14 @@ def slide(angle, mu, time, g=9.81):
     return max(0.0, g * (math.sin(angle) - mu * math.cos(angle))) * time**2 / 2
 
 
+def bolt_tension(weight, slope, friction, angle):
+    """Tension with which a bolt at an angle to a plane just holds a block on it: W sin - T cos a = (W cos + T sin a) tan phi.
+
+    Angles in degrees."""
+    slope, mu, angle = math.radians(slope), math.tan(math.radians(friction)), math.radians(angle)
+    return weight * (math.sin(slope) - mu * math.cos(slope)) / (math.cos(angle) + mu * math.sin(angle))
+
+
 def stop(speed, mu, angle=0.0, g=9.81):
     """Time and distance to rest of a block that is thrown down a plane, friction against it."""
     deceleration = g * (mu * math.cos(angle) - math.sin(angle))
