@@ -77,6 +77,11 @@ contains
                   ': expected four numbers x1 y1 x2 y2 for each bolt in bolts.ends, found '//number_text(size(s%bolt_ends)))
         return
       end if
+      if (.not. allocated(s%bolt_stiffness)) then
+        call fail(error, status_bad_input, given_at(scene%words, 'bolts.ends')// &
+                  ': expected bolts.stiffness with bolts.ends, found none')
+        return
+      end if
       call spread_out(s%bolt_stiffness, 'bolts.stiffness', stiffness)
       if (.not. allocated(error)) call spread_out(s%bolt_strength, 'bolts.strength', strength)
       if (.not. allocated(error)) call spread_out(s%bolt_pretension, 'bolts.pretension', pretension)
@@ -88,7 +93,7 @@ contains
         bolts(i)%strength = strength(i)
         bolts(i)%pretension = pretension(i)
         bolts(i)%source = given_at(scene%words, 'bolts.ends')
-        if (stiffness(i) > 0) call check_bolt(bolts(i), i, error) ! else a rule of settings is broken, which says so
+        call check_bolt(bolts(i), i, error)
         if (allocated(error)) return
       end do
     end associate

@@ -76,7 +76,6 @@ module scree_setting_rules
                    'small strain is linear, and its first solution exact'), &
     setting_rule_t('bolts.stiffness, bolts.pretension, bolts.strength', '', 'bolts.ends', is_given, .true., &
                    'bolts of the geometry have their own'), &
-    setting_rule_t('bolts.ends', '', 'bolts.stiffness', is_given, .false., 'a bolt is a spring'), &
     setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.rules, '// &
                    'contact.initial, contact.adapt, contact.coupling', '', &
                    'contact.method', '|penalty|augmented|', .true., 'nothing touches'), &
