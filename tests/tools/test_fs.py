@@ -1,0 +1,66 @@
+"""tools/fs: factors of safety with a known answer."""
+import csv
+import math
+import os
+import pathlib
+import subprocess
+
+import pytest
+
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
+CASES = SOURCE / "input" / "validation"
+PLANE = CASES / "b1-slide" / "slope30-phi28.ana"
+
+
+def found(folder, *words, status=0):
+    """What tools/fs prints last, and the lines of its table."""
+    done = subprocess.run([SOURCE / "tools" / "fs", *map(str, words), "-o", "out"], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == status, done.stderr
+    if status:
+        return done.stderr, []
+    with (folder / "out" / "fs.csv").open() as file:
+        lines = list(csv.DictReader(file))
+    assert {path.name for path in (folder / "out").iterdir()} == {"fs.csv", "mechanism.png", "stands.h5", "falls.h5"}
+    return done.stdout.splitlines()[-1], lines
+
+
+def factors(lines):
+    """The factors that the answer is between."""
+    falls = min(float(line["factor"]) for line in lines if line["stands"] == "False")
+    return max(float(line["factor"]) for line in lines if line["stands"] == "True" and float(line["factor"]) < falls), falls
+
+
+@pytest.mark.parametrize("phi, slope", [(28, 30), (40, 30), (20, 30)])
+def test_a_block_on_a_plane(tmp_path, phi, slope):
+    """tan phi over the tangent of the slope. It stands where no more than 1e-4 of its weight is out of balance, 2e-4 of what drives it."""
+    said, lines = found(tmp_path, PLANE, "--set", f"joint(1).phi={phi}")
+    exact = math.tan(math.radians(phi)) / math.tan(math.radians(slope))
+    stands, falls = factors(lines)
+    assert stands * (1 - 2e-4) < exact < falls and falls / stands - 1 < 6e-3
+    assert said.startswith("factor of safety: ") and float(said.split()[3]) == pytest.approx(exact, rel=6e-3)
+    assert all(int(line["solves"]) < 50 for line in lines if line["stands"] == "True")
+
+
+def test_a_plane_failure(tmp_path):
+    """Friction and cohesion: the deck has the strength of a factor of 1.14608, over 0.99 of that (doc/validation.md, M5)."""
+    _, lines = found(tmp_path, CASES / "m5-plane-failure" / "stands.ana", "--within", "2e-3")
+    stands, falls = factors(lines)
+    assert stands < 1 / 0.99 < falls
+    assert {line["block"] for line in lines if line["stands"] == "False"} == {"2"}
+
+
+def test_joints_may_be_named(tmp_path):
+    """The crack behind the block has no strength: to reduce that of the plane alone changes nothing."""
+    _, lines = found(tmp_path, CASES / "m5-plane-failure" / "stands.ana", "--joints", "1", "--within", "0.05")
+    stands, falls = factors(lines)
+    assert stands < 1 / 0.99 < falls
+
+
+@pytest.mark.parametrize("words, status, said", [
+    ([PLANE, "--joints", "2"], 1, "expected joint materials of the scene, 1 to 1, found [2]"),
+    ([PLANE, "--set", "joint(1).phi=0"], 1, "nothing to reduce"),
+    ([PLANE, "--set", "joint(1).phi=1", "--most", "4"], 1, "it falls with a factor of 0.25: strength does not hold it"),
+    ([PLANE, "--within", "0"], 2, "invalid"),
+    (["nothing.ana"], 2, "nothing.ana")])
+def test_what_has_no_factor_is_said(tmp_path, words, status, said):
+    assert said in found(tmp_path, *words, status=status)[0]

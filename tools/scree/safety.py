@@ -1,0 +1,170 @@
+"""The factor of safety of a scene by strength reduction, with a table of the runs that tell it and a picture of what moves.
+
+    tools/fs [GEOMETRY] ANALYSIS [--joints N ...] [--balance 1e-4] [--within 0.005] [--most 16] [--set GROUP.NAME=VALUE] [-o FOLDER]
+
+tan phi, cohesion and tensile strength of the joint materials, all of them or those of --joints, are divided by a factor F, and the
+scene is run as a static one, from where it stands, until what is out of balance on each body is below a share of its weight and
+loads (--balance), or to its last step. It stands where it comes to that, it falls where it does not, or where the run fails. From F =
+1 on, F is doubled or halved until the scene stands with one factor and falls with another, and what is between is halved until
+both are within a share of each other (--within): then the factor of safety is between them. FOLDER, by default that of the deck with
+-fs, holds fs.csv, the results of the last run that stands and of the first that falls, and mechanism.png, where the blocks of the latter
+have gone. Exit status 0; 1 where nothing falls up to --most or stands down to its inverse, or a run is stopped; 2 for bad input.
+"""
+import argparse
+import csv
+import dataclasses
+import json
+import math
+import pathlib
+import re
+import sys
+
+from .errors import ScreeError
+from .plot import draw_frames, open_shapes
+from .program import call, done_or_failed, with_settings
+
+STANDS = "complete"
+MOVES = "not in equilibrium"
+STRENGTH = re.compile(r"^joint material (\d+).*\n  friction angle \(phi\): (\S+).*\n  cohesion \(c\): (\S+).*\n  tensile strength \(T\): (\S+)",
+                      re.M)
+
+
+@dataclasses.dataclass
+class Trial:
+    """A run with a factor, and what it came to: share that is out of balance, body that is so most, largest displacement."""
+
+    factor: float
+    stands: bool
+    steps: int = 0
+    solves: int = 0
+    share: float = math.nan
+    block: int = 0
+    displacement: float = math.nan
+    said: str = ""
+
+
+class Reduction:
+    """A scene whose strength is reduced."""
+
+    def __init__(self, decks, settings, joints, balance, folder, path=None):
+        self.decks, self.folder, self.path = decks, folder, path
+        self.settings = [*settings, "deck.k01=0", f"step.balance={balance!r}"]
+        said = done_or_failed(call("explain", *decks, *with_settings(self.settings), path=path)).stdout
+        there = {int(number): tuple(map(float, strength)) for number, *strength in STRENGTH.findall(said)}
+        unknown = [joint for joint in joints if joint not in there]
+        if unknown or not there:
+            raise ScreeError(f"expected joint materials of the scene, 1 to {len(there)}, found {unknown or 'none'}")
+        self.strength = {joint: there[joint] for joint in (joints or there)}
+        if not any(max(strength) > 0 for strength in self.strength.values()):
+            raise ScreeError("expected a joint with friction, cohesion or tensile strength, found none: there is nothing to reduce")
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def reduced(self, factor):
+        """Settings of a run with strength over a factor."""
+        for joint, (phi, cohesion, tension) in self.strength.items():
+            weaker = math.degrees(math.atan(math.tan(math.radians(phi)) / factor))
+            yield f"joint({joint}).phi={weaker!r}"
+            yield f"joint({joint}).c={cohesion / factor!r}"
+            yield f"joint({joint}).T={tension / factor!r}"
+
+    def try_factor(self, factor):
+        """Runs the scene; its results are kept as those of the last one that stood, or fell."""
+        partial = self.folder / "trial.h5"
+        done = call("run", *self.decks, "-o", partial, "--quiet", "--summary", "json",
+                    *with_settings([*self.settings, *self.reduced(factor)]), path=self.path)
+        if done.returncode not in (0, 1):
+            done_or_failed(done)
+        came_to = json.loads(done.stdout)
+        status, balance = came_to["status"], came_to["balance"] or {}
+        stands = status == STANDS
+        if partial.exists():
+            partial.replace(self.folder / ("stands.h5" if stands else "falls.h5"))
+        return Trial(factor, stands, came_to["steps"]["taken"], came_to["steps"]["solves"], balance.get("share", math.nan),
+                     balance.get("block", 0), came_to["displacement"]["largest"], "" if stands else status)
+
+
+def search(try_factor, within, most):
+    """Tries factors until one at which a scene stands and one at which it falls are near each other; all trials, in their order.
+
+    Raises ScreeError where it stands with all of them, or with none."""
+    trials = [try_factor(1.0)]
+    yield trials[0]
+    step = 2.0 if trials[0].stands else 0.5
+    while trials[-1].stands == trials[0].stands:
+        factor = trials[-1].factor * step
+        if not 1 / most <= factor <= most:
+            raise ScreeError(f"it stands with a factor of {trials[-1].factor:g}: strength does not decide" if trials[0].stands else
+                             f"it falls with a factor of {trials[-1].factor:g}: strength does not hold it")
+        trials.append(try_factor(factor))
+        yield trials[-1]
+    stands, falls = bracket(trials)
+    while falls - stands > within * stands:
+        trials.append(try_factor(0.5 * (stands + falls)))
+        yield trials[-1]
+        stands, falls = bracket(trials)
+
+
+def bracket(trials):
+    """The largest factor at which a scene stood below the smallest at which it fell, and that."""
+    falls = min(trial.factor for trial in trials if not trial.stands)
+    return max((trial.factor for trial in trials if trial.stands and trial.factor < falls), default=0.0), falls
+
+
+def find(reduction, within, most):
+    """The factors between which a scene begins to fall, and the trials that tell; prints each."""
+    trials = []
+    print(f"{'factor':>10}  {'':<7}{'steps':>7}{'solves':>8}{'out of balance':>16}{'block':>7}{'displacement':>14}", flush=True)
+    for trial in search(reduction.try_factor, within, most):
+        trials.append(trial)
+        print(f"{trial.factor:10.5f}  {'stands' if trial.stands else 'falls':<7}{trial.steps:7}{trial.solves:8}{trial.share:16.2e}"
+              f"{trial.block:7}{trial.displacement:14.3e}", flush=True)
+        if not trial.stands and not trial.said.startswith(MOVES):
+            print(f"            the run ended: {trial.said}")
+    return *bracket(trials), trials
+
+
+def write_table(path, trials):
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(field.name for field in dataclasses.fields(Trial))
+        writer.writerows(dataclasses.astuple(trial) for trial in trials)
+
+
+def above(least, word):
+    value = float(word)
+    if not least < value < math.inf:
+        raise ValueError(f"above {least}")
+    return value
+
+
+def main():
+    def over_zero(word):
+        return above(0.0, word)
+
+    def over_one(word):
+        return above(1.0, word)
+
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("decks", nargs="+", metavar="DECK")
+    parser.add_argument("--joints", nargs="+", type=int, default=[], metavar="N", help="joint materials to weaken; default: all")
+    parser.add_argument("--balance", type=over_zero, default=1e-4, help="share out of balance with which it stands")
+    parser.add_argument("--within", type=over_zero, default=5e-3, help="share between the factors in the end")
+    parser.add_argument("--most", type=over_one, default=16.0, help="largest factor, and inverse of the smallest")
+    parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE", help="a setting of every run")
+    parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
+    parser.add_argument("-o", "--output", type=pathlib.Path, metavar="FOLDER")
+    given = parser.parse_intermixed_args()
+    if len(given.decks) > 2:
+        parser.error(f"expected at most a geometry and an analysis deck, found {' '.join(given.decks)}")
+    folder = given.output or pathlib.Path(pathlib.Path(given.decks[-1]).stem + "-fs")
+    try:
+        reduction = Reduction(given.decks, given.set, given.joints, given.balance, folder, given.scree)
+        stands, falls, trials = find(reduction, given.within, given.most)
+    except ScreeError as problem:
+        print(f"tools/fs: {problem}", file=sys.stderr)
+        return getattr(problem, "status", 1)
+    write_table(folder / "fs.csv", trials)
+    draw_frames([open_shapes(str(folder / "falls.h5"), given.scree, folder)], ["last"], "displacement").savefig(
+        folder / "mechanism.png", dpi=130)
+    print(f"factor of safety: {0.5 * (stands + falls):.4g} ({stands:.5g} stands, {falls:.5g} falls); {folder}/fs.csv, mechanism.png")
+    return 0
