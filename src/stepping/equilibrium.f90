@@ -75,7 +75,7 @@ contains
     end do
     if (balance%block == 0) return
     balance%force = balance%share*acts(balance%block)
-    balance%others = count(left(model%free_block) > tolerance_of(model%settings)) - 1
+    balance%others = max(0, count(left(model%free_block) > tolerance_of(model%settings)) - 1)
     call place_body(model, cache, d, balance)
     balance%speed = norm2(balance%way)/state%pace%last
   end subroutine find_balance
