@@ -37,8 +37,8 @@ module scree_simulation
   private
   public :: simulate
 
-  !> Status of a static run whose steps ran out before it came to rest.
-  character(len=*), parameter :: unsettled = 'not in equilibrium'
+  !> Status of a static run whose steps ran out before it came to rest, and of one that ends as a body moves on and on.
+  character(len=*), parameter :: unsettled = 'not in equilibrium', moving = 'moves'
 
   !> A run as it goes.
   type :: run_t
@@ -129,7 +129,7 @@ contains
 
     ending%path = options%results_path
     ending%status = status_of(options, run, error)
-    if (index(ending%status, unsettled) == 1) call warn(run%progress, ending%status)
+    if (index(ending%status, unsettled) == 1 .or. index(ending%status, moving) == 1) call warn(run%progress, ending%status)
     ending%warnings = run%progress%warnings
     ending%cost = costs_of(run%cache%timers)
     call end_output(run%output, run%cache, run%state, run%watch, ending%status, ending%cost, close_error)
@@ -163,7 +163,10 @@ contains
       if (.not. allocated(run%summary)) return
       if (.not. allocated(run%summary%balance)) return
       associate (balance => run%summary%balance)
-        if (.not. is_balanced(run%model%settings, balance)) status = unsettled//': '//words_of_balance(balance)
+        if (is_balanced(run%model%settings, balance)) return
+        status = unsettled
+        if (balance%moves) status = moving
+        status = status//': '//words_of_balance(balance)
       end associate
       return
     end if
@@ -293,7 +296,7 @@ contains
     associate (s => scene%settings, state => run%state)
       call show_step(run%progress, state%step, state%time, min(s%end_time, state%time*(s%most_steps/real(state%step, dp))), &
                      report%dt, report%iterations)
-      if (.not. (s%chooses_step .or. s%aim > 0) .and. allocated(run%cut%what)) then
+      if (.not. (s%chooses_step .or. s%aim > 0 .or. s%balance > 0) .and. allocated(run%cut%what)) then
         if (stays_short(run%progress, report%dt, s%step_size)) call tell(run%progress, 'steps stay short, '// &
           rounded_text(report%dt)//' of '//rounded_text(s%step_size)//', as tries are cut: '//words_of(run%cut, run%model))
       end if

@@ -10,8 +10,9 @@ module scree_settings
   use scree_kinds, only: dp
   use scree_named_groups, only: group_begins, groups_end, groups_t, name_has_value, next_item, start_groups, wrong_item
   use scree_scene, only: &
-    contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, mass_constant, &
-    mass_follows_area, model_dda, model_nmm, plane_stress, problems_none, rotation_linear, scene_t, scheme_central_difference, &
+    contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, iterate_newton, &
+    mass_constant, mass_follows_area, model_dda, model_nmm, plane_stress, problems_none, rotation_linear, scene_t, &
+    scheme_central_difference, &
     scheme_energy_decaying, scheme_energy_momentum, scheme_generalized_alpha, scheme_newmark, settings_t, &
     start_dissipative, start_zero, strain_auto, strain_green, strain_small, test_theta, transport_field, transport_rates, word_t
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
@@ -156,15 +157,19 @@ contains
   subroutine visit_step(row, scene)
     type(setting_rows_t), intent(inout) :: row
     type(scene_t), intent(inout) :: scene
+    logical :: counts !! it is the number of steps that ends the run, not their time
 
+    counts = scene%settings%chooses_step .or. scene%settings%balance > 0
     associate (s => scene%settings)
-      call row%real(setting_t('step', 'size', 'largest step', 'time', 0.0_dp, open=.true., default='g1 of the deck'), &
+      call row%real(setting_t('step', 'size', 'largest step; with balance the first', 'time', 0.0_dp, open=.true., &
+                              default='g1 of the deck'), &
                     s%step_size, scene%step_size)
       call row%real(setting_t('step', 'end_time', 'end of the run', 'time', 0.0_dp, open=.true., &
-                              default='n5 steps of the size; none with control shi'), &
-                    s%end_time, scene%n_steps*s%step_size, when=.not. s%chooses_step)
+                              default='n5 steps of the size; none with balance and control shi'), &
+                    s%end_time, scene%n_steps*s%step_size, when=.not. counts)
       call row%whole(setting_t('step', 'count', 'steps after which the run ends', '1', 1.0_dp, 1e9_dp, &
-                               default='none; n5 with control shi'), s%most_steps, max(1, scene%n_steps), when=s%chooses_step)
+                               default='none; n5 with balance and control shi'), &
+                     s%most_steps, max(1, scene%n_steps), when=counts)
       call row%real(setting_t('step', 'travel', &
                               'of a vertex in a step, at most, over half the size of the model; a longer step is cut', '1', &
                               0.0_dp, open=.true., default='none; g2 with control shi'), &
@@ -176,7 +181,8 @@ contains
                               'share of its displacement that the run may be off by at its end, for which it chooses steps', '1', &
                               0.0_dp, 1.0_dp, .true., default='none: steps of the size given'), s%aim)
       call row%real(setting_t('step', 'least', 'a step that must be smaller ends the run', 'time', 0.0_dp, open=.true., &
-                              default='1e-6 of the size'), s%least_step, 1e-6_dp*s%step_size)
+                              default='1e-6 of the size, 1e-12 with balance'), &
+                    s%least_step, merge(1e-12_dp, 1e-6_dp, s%balance > 0)*s%step_size)
       call row%real(setting_t('step', 'balance', &
                               'share of its weight and loads that may be out of balance on a body where a static run ends', '1', &
                               0.0_dp, 1.0_dp, .true., default='none: a static run takes all its steps'), s%balance)
@@ -194,13 +200,14 @@ contains
 
     call row%choice(setting_t('iteration', 'method', &
                               'operator with Green strain: secant, tangent, or secant first and tangent near the end', &
-                              choices='|secant|newton|hybrid|'), s%iterate, iterate_hybrid)
+                              choices='|secant|newton|hybrid|', default='hybrid; newton with step.balance'), &
+                    s%iterate, merge(iterate_newton, iterate_hybrid, s%balance > 0))
     call row%choice(setting_t('iteration', 'test', 'what must settle: the displacement gradient, or the balance of forces', &
                               choices='|theta|residual|'), s%test, test_theta)
     call row%real(setting_t('iteration', 'tolerance', &
                             'largest change of theta, or largest force out of balance over the largest force', '1', &
-                            0.0_dp, 1.0_dp, .true., default='1e-10 for theta, 1e-9 for residual'), &
-                  s%tolerance, merge(1e-10_dp, 1e-9_dp, s%test == test_theta))
+                            0.0_dp, 1.0_dp, .true., default='1e-10 for theta, 1e-7 with step.balance; 1e-9 for residual'), &
+                  s%tolerance, merge(merge(1e-7_dp, 1e-10_dp, s%balance > 0), 1e-9_dp, s%test == test_theta))
     call row%whole(setting_t('iteration', 'most', 'iterations before the step is cut', '1', 1.0_dp, 1e6_dp), &
                    s%most_iterations, 25)
   end subroutine visit_iteration
@@ -319,8 +326,9 @@ contains
     type(settings_t), intent(inout) :: s
 
     call row%whole(setting_t('output', 'every', 'steps from frame to frame', '1', 1.0_dp, 1e9_dp, &
-                             default='about 100 frames, even in time; by count with step.control shi'), &
-                   s%frame_every, 1 + (s%most_steps - 1)/default_frames, when=s%chooses_step .and. .not. s%frame_interval > 0)
+                             default='about 100 frames, even in time; by count with step.balance and control shi'), &
+                   s%frame_every, 1 + (s%most_steps - 1)/default_frames, &
+                   when=(s%chooses_step .or. s%balance > 0) .and. .not. s%frame_interval > 0)
     call row%real(setting_t('output', 'interval', 'time from frame to frame, met exactly; instead of every', 'time', 0.0_dp, &
                             open=.true.), s%frame_interval)
     call row%choice(setting_t('output', 'error', 'estimate of the error of the steps', choices='|none|estimate|', &

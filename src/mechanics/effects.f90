@@ -16,10 +16,11 @@ module scree_effects
   use scree_state, only: state_t
   use scree_stiffness, only: add_small_strain
   use scree_system, only: element_unknowns, values_of
+  use scree_time_table, only: last_change
   implicit none
   private
   public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, load_on_element, &
-            loss_by_damping, power_of_weight, refresh_elements, supports_move, work_of_bolts_between, work_of_loads, &
+            loss_by_damping, power_of_weight, refresh_elements, steady_from, supports_move, work_of_bolts_between, work_of_loads, &
             work_of_supports
 
   integer, parameter :: n = element_unknowns
@@ -144,6 +145,18 @@ contains
         work = work + work_of_point_loads(effects%point_load, e, state%point, rule, own%kinematics, unknown)
     end associate
   end function work_of_loads
+
+  !> Time from which loads, the ground and supports stay as they are.
+  pure real(dp) function steady_from(model) result(time)
+    type(model_t), intent(in) :: model
+
+    time = -huge(time)
+    associate (effects => model%effects)
+      if (allocated(effects%base_acceleration)) time = max(time, last_change([effects%base_acceleration%record]))
+      if (allocated(effects%point_load)) time = max(time, last_change(effects%point_load%table))
+      if (allocated(effects%fixed_point)) time = max(time, last_change(effects%fixed_point%table))
+    end associate
+  end function steady_from
 
   !> Whether any support moves in the run.
   pure logical function supports_move(model)

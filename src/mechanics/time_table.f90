@@ -4,9 +4,21 @@ module scree_time_table
   use scree_scene, only: time_table_t
   implicit none
   private
-  public :: mean_over, value_at
+  public :: last_change, mean_over, value_at
 
 contains
+
+  !> Time after which none of some tables changes; before all times where none does.
+  pure real(dp) function last_change(table) result(time)
+    type(time_table_t), intent(in) :: table(:)
+    integer :: i
+
+    time = -huge(time)
+    do i = 1, size(table)
+      if (.not. allocated(table(i)%time)) cycle
+      if (size(table(i)%time) > 1) time = max(time, maxval(table(i)%time))
+    end do
+  end function last_change
 
   !> Value of a table: linear between its times; outside its first and last value, or zero where it does not keep them.
   pure function value_at(table, time) result(value)

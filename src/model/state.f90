@@ -5,7 +5,7 @@ module scree_state
   use scree_kinds, only: dp
   implicit none
   private
-  public :: bolt_memory_t, books_t, deviation_t, pace_t, sleep_t, state_t
+  public :: bolt_memory_t, books_t, deviation_t, pace_t, settling_t, sleep_t, state_t
 
   !> What a bolt is: as it began, longer by having yielded, or gone.
   integer, parameter, public :: bolt_elastic = 0, bolt_yielded = 1, bolt_broken = 2
@@ -33,10 +33,19 @@ module scree_state
   type :: pace_t
     real(dp) :: size = 0.0_dp            !! that the next step may have, time
     real(dp) :: last = 0.0_dp            !! size of the last step, time
-    real(dp) :: unbalanced = huge(1.0_dp) !! share of what acts, at the end of the last static step
     integer :: easy = 0                  !! steps since the last cut
     integer :: frames = 0                !! after the first; with a spacing, the last multiple of it that was passed
   end type pace_t
+
+  !> How a static run comes to equilibrium, after its last step. A share is that of a force out of balance in what acts on a body.
+  type :: settling_t
+    real(dp) :: unbalanced = huge(1.0_dp)      !! the largest share of a body
+    logical :: steady = .false.                !! loads and supports stay as they are from here on
+    real(dp) :: grows = 1.0_dp                 !! size that the next step may have over that of the last
+    integer :: moving = 0                      !! block that moves on and on; 0: none
+    real(dp), allocatable :: share(:)          !! (n_blocks)
+    real(dp), allocatable :: way(:)            !! (n_blocks) gone in steps in a row that brought it no nearer, over its size
+  end type settling_t
 
   !> What sleeps: it is left as it is. Its contacts are with what sleeps too, or cannot move.
   type :: sleep_t
@@ -92,6 +101,7 @@ module scree_state
     type(contact_memory_t) :: contacts
     type(bolt_memory_t), allocatable :: bolts  !! where the scene has any
     type(sleep_t), allocatable :: sleep        !! where the scene lets bodies sleep
+    type(settling_t), allocatable :: settling  !! of a static run that ends in equilibrium
     type(deviation_t), allocatable :: deviation !! where the scene asks for it
     type(books_t) :: books
   end type state_t

@@ -9,7 +9,7 @@ module scree_checkpoint
   use scree_kinds, only: dp
   use scree_factored, only: factored_t
   use scree_results_file, only: declare_series, put_series, results_t, rows_of_series, store_words
-  use scree_state, only: bolt_memory_t, books_t, deviation_t, sleep_t, state_t
+  use scree_state, only: bolt_memory_t, books_t, deviation_t, settling_t, sleep_t, state_t
   use scree_watch, only: watch_t
   implicit none
   private
@@ -117,7 +117,6 @@ contains
     call archive%part('step', state%step)
     call archive%part('pace%size', state%pace%size)
     call archive%part('pace%last', state%pace%last)
-    call archive%part('pace%unbalanced', state%pace%unbalanced)
     call archive%part('pace%easy', state%pace%easy)
     call archive%part('pace%frames', state%pace%frames)
     call archive%array('vertex', state%vertex)
@@ -134,6 +133,7 @@ contains
     call visit_contacts(archive, state%contacts)
     call visit_bolts(archive, state%bolts)
     call visit_sleep(archive, state%sleep)
+    call visit_settling(archive, state%settling)
     call visit_deviation(archive, state%deviation)
     call visit_books(archive, state%books)
     call archive%part('watch%energy', watch%energy)
@@ -274,6 +274,23 @@ contains
     call visit_list(archive, own%contact)
     if (archive%reading .and. allocated(own%island)) call move_alloc(own, sleep)
   end subroutine visit_sleep
+
+  !> How a static run comes to equilibrium. Where a file has nothing of it, it begins.
+  subroutine visit_settling(archive, settling)
+    type(archive_t), intent(inout) :: archive
+    type(settling_t), allocatable, intent(inout) :: settling
+    type(settling_t), allocatable :: own
+
+    if (allocated(settling) .and. .not. archive%reading) own = settling
+    if (.not. allocated(own)) allocate (own)
+    call archive%part('settling%unbalanced', own%unbalanced)
+    call archive%part('settling%steady', own%steady)
+    call archive%part('settling%grows', own%grows)
+    call archive%part('settling%moving', own%moving)
+    call archive%array('settling%share', own%share)
+    call archive%array('settling%way', own%way)
+    if (archive%reading .and. allocated(own%share) .and. allocated(settling)) call move_alloc(own, settling)
+  end subroutine visit_settling
 
   !> How far the run is off. Where nothing asks for it, and a file has it, it goes on; where a file has none, it begins.
   subroutine visit_deviation(archive, deviation)

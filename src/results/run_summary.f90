@@ -74,7 +74,7 @@ contains
     summary%has_bolts = allocated(model%effects%bolt)
     associate (s => model%settings)
       summary%asked = s%end_time
-      if (s%chooses_step) return
+      if (s%chooses_step .or. s%balance > 0) return
       planned = (s%end_time - state%time)/s%step_size
       summary%planned = ceiling(min(real(s%most_steps - state%step, dp), planned*(1 - 1e-9_dp)))
     end associate

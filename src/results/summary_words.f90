@@ -272,6 +272,7 @@ contains
   subroutine put_balance(json, summary)
     type(json_t), intent(inout) :: json
     type(summary_t), intent(in) :: summary
+    logical, allocatable :: moves
 
     if (.not. allocated(summary%balance)) then
       call put_null(json, 'balance')
@@ -287,6 +288,8 @@ contains
       call put_pair(json, 'way', balance%way)
       call put(json, 'speed', balance%speed)
       call put(json, 'others', balance%others)
+      moves = balance%moves
+      call put(json, 'moves', moves)
       call end_object(json)
     end associate
   end subroutine put_balance

@@ -10,32 +10,49 @@
 !> share is of what acts on the body, its weight and its loads; where it has none, of what acts on the scene; where nothing does, of
 !> the elastic forces and contacts that balance on all bodies. A body that falls freely has a share of 1, one that slides down a
 !> plane sin a - cos a tan phi.
+!>
+!> A run that is to end in equilibrium chooses its steps. What holds a body takes up what is out of balance: if that went from r0 to
+!> r1 while the body moved by w (root mean square), it goes on by w r1/(r0 - r1) until it is nothing, were forces linear, in steps
+!> of any size. So a body that would not go farther than a small share of its size, or that a fixed point holds, asks for no
+!> small steps; another goes by at most that share in one, as the way goes with the square of the step. One that would go on by more than
+!> its size, and in such steps in a row has gone by a hundredth of it, moves: there is no equilibrium nearby.
 module scree_equilibrium
   use scree_constraints, only: constraints_t
   use scree_contact_beginning, only: begin_contacts
   use scree_contact_try, only: contact_try_t, take_island
-  use scree_effects, only: add_element_effects, load_on_element
+  use scree_effects, only: add_element_effects, load_on_element, steady_from
   use scree_element_term, only: step_rule_t, term_t
   use scree_equations, only: add_equations, begin_equations, constrain_equations, is_island, members, wholly_held
   use scree_errors, only: error_t
+  use scree_inertia, only: kinetic_energy
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_pair_effects, only: add_pair_effects
   use scree_scene, only: settings_t
   use scree_state, only: state_t
   use scree_step_constraints, only: constraints_of_step
-  use scree_system, only: element_unknowns, values_of
+  use scree_step_try, only: try_t
+  use scree_system, only: element_unknowns, fixed_point, values_of
   use scree_text, only: number_text, short_text
   implicit none
   private
-  public :: balance_t, find_balance, is_balanced, tolerance_of, words_of_balance
+  public :: balance_t, begin_settling, find_balance, is_balanced, tolerance_of, words_of_balance
 
   integer, parameter :: n = element_unknowns
 
   !> Share out of balance that is called equilibrium where a scene asks for none.
   real(dp), parameter :: usual = 1e-3_dp
 
-  !> How far a state is from equilibrium: of the body that is farthest.
+  !> Most that a step may be larger than the one before, and the least share of it.
+  real(dp), parameter :: most_growth = 3.0_dp, least_growth = 0.1_dp
+  !> Of its size, what a body that nothing holds may move by in a step.
+  real(dp), parameter :: reach = 0.005_dp
+  !> Of the way that ends a try, what a vertex may leap in a step.
+  real(dp), parameter :: leaps = 0.5_dp
+  !> Of its size, what a body goes that moves, and what it would go on by.
+  real(dp), parameter :: gone = 0.01_dp, goes_on = 1.0_dp
+
+  !> How far a state is from equilibrium: of the body that is farthest, or that moves on and on.
   type :: balance_t
     real(dp) :: share = 0.0_dp           !! out of balance, over what acts
     integer :: block = 0                 !! from 1; 0: nothing can move
@@ -44,6 +61,7 @@ module scree_equilibrium
     real(dp) :: way(2) = 0.0_dp          !! that it went in the step, length
     real(dp) :: speed = 0.0_dp           !! that over the size of the step, length/time
     integer :: others = 0                !! bodies besides that are not in equilibrium either
+    logical :: moves = .false.           !! no equilibrium is near
   end type balance_t
 
 contains
@@ -51,18 +69,17 @@ contains
   !> Finds how far the end of a static step is from equilibrium.
   !>
   !> Errors: as of `constraints_of_step`.
-  subroutine find_balance(model, cache, state, contacts, d, balance, error)
+  subroutine find_balance(model, cache, try, state, balance, error)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache          !! of the state; its equations hold the forces then
-    type(state_t), intent(in) :: state             !! at the end of the step
-    type(contact_try_t), intent(in) :: contacts    !! of the step
-    real(dp), intent(in) :: d(:)                   !! (n_unknowns) of the step
+    type(try_t), intent(in) :: try                 !! that the step took
+    type(state_t), intent(inout) :: state          !! at the end of the step; how it settles is written
     type(balance_t), intent(out) :: balance
     type(error_t), allocatable, intent(out) :: error
     real(dp), dimension(model%n_blocks) :: left, acts
     integer :: k
 
-    call sum_up_forces(model, cache, state, contacts, error)
+    call sum_up_forces(model, cache, state, try%contacts, error)
     if (allocated(error)) return
     call forces_of_bodies(model, cache, state, left, acts)
     left = left/max(acts, tiny(acts))
@@ -73,12 +90,96 @@ contains
         balance%block = b
       end associate
     end do
+    if (allocated(state%settling)) then
+      call take_in(model, cache, try, left, state)
+      balance%moves = state%settling%moving > 0
+      if (balance%moves) balance%block = state%settling%moving
+    end if
     if (balance%block == 0) return
+    balance%share = left(balance%block)
     balance%force = balance%share*acts(balance%block)
     balance%others = max(0, count(left(model%free_block) > tolerance_of(model%settings)) - 1)
-    call place_body(model, cache, d, balance)
+    call place_body(model, cache, try%d, balance)
     balance%speed = norm2(balance%way)/state%pace%last
   end subroutine find_balance
+
+  !> Begins a run that is to end in equilibrium.
+  pure subroutine begin_settling(model, state)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(inout) :: state
+
+    allocate (state%settling)
+    allocate (state%settling%share(model%n_blocks), source=huge(1.0_dp))
+    allocate (state%settling%way(model%n_blocks), source=0.0_dp)
+  end subroutine begin_settling
+
+  !> Takes in how bodies moved in a step and what that took off their forces out of balance: which of them moves on and on, and how
+  !> much larger the next step may be.
+  pure subroutine take_in(model, cache, try, share, state)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(try_t), intent(in) :: try                 !! that the step took
+    real(dp), intent(in) :: share(:)               !! (n_blocks) out of balance at its end
+    type(state_t), intent(inout) :: state
+    real(dp) :: way(model%n_blocks), left
+    logical :: first, held(model%n_blocks)
+    integer :: b, k
+
+    way = ways_of(model, cache, try%d)
+    held = .false.
+    held(model%elements%block(pack(model%points%element, model%points%kind == fixed_point))) = .true.
+    associate (own => state%settling)
+      own%steady = state%time >= steady_from(model)
+      first = .not. own%unbalanced < huge(left)
+      own%grows = min(most_growth, sqrt(leaps/max(try%leap, leaps/most_growth**2)))
+      own%moving = 0
+      do k = 1, size(model%free_block)
+        b = model%free_block(k)
+        left = way_left(way(b), own%share(b), share(b))
+        if (held(b) .or. .not. share(b) > tolerance_of(model%settings)) left = 0.0_dp
+        if (left > reach) &
+          own%grows = min(own%grows, max(least_growth, sqrt(reach/max(way(b), tiny(left)))))
+        if (left > goes_on .and. own%steady .and. .not. first) then
+          own%way(b) = own%way(b) + way(b)
+        else
+          own%way(b) = 0.0_dp
+        end if
+        if (own%moving == 0 .and. own%way(b) > gone) own%moving = b
+      end do
+      own%share = share
+      own%unbalanced = maxval([0.0_dp, share(model%free_block)])
+    end associate
+  end subroutine take_in
+
+  !> How far a body is to go on, were forces linear: it went a way while the share out of balance went from one value to another.
+  pure real(dp) function way_left(way, from, to)
+    real(dp), intent(in) :: way, from, to
+
+    way_left = huge(way)
+    if (from < huge(from) .and. from > to) way_left = way*to/(from - to)
+  end function way_left
+
+  !> Root mean square of the displacement of each body in a step, over its size, the root of its area.
+  pure function ways_of(model, cache, d) result(way)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    real(dp), intent(in) :: d(:)                   !! (n_unknowns) of the step
+    real(dp), dimension(model%n_blocks) :: way, mass, area
+    integer :: e, k
+
+    way = 0.0_dp
+    mass = 0.0_dp
+    area = 0.0_dp
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      associate (own => cache%element(e), b => model%elements%block(e))
+        way(b) = way(b) + 2*kinetic_energy(own%mass_matrix, values_of(model%elements, e, d))
+        mass(b) = mass(b) + own%mass
+        area(b) = area(b) + own%kinematics%area
+      end associate
+    end do
+    where (mass > 0) way = sqrt(max(way, 0.0_dp)/(mass*area))
+  end function ways_of
 
   !> Sums up the forces of all groups at a state, at rest.
   subroutine sum_up_forces(model, cache, state, contacts, error)
@@ -213,6 +314,7 @@ contains
     text = 'block '//number_text(balance%block)//' at '//words_of_pair(balance%position)//' is out of balance by '// &
            short_text(balance%share)//' of what acts on it, and moved by '//words_of_pair(balance%way)// &
            ' in the last step, '//short_text(balance%speed)//' a time'
+    if (balance%moves) text = text//', and nothing stops it'
     if (balance%others > 0) text = text//'; so are '//number_text(balance%others)//' others'
   end function words_of_balance
 

@@ -272,7 +272,8 @@ contains
     call add_elements(model, cache, state, group, d)
     if (.not. group%in_contact) return
     if (.not. group%frozen) group%linear_at = values_of_members(model, group, d)
-    call add_pair_effects(model, contacts, group%number, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen), d, &
+    call add_pair_effects(model, contacts, group%number, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen) &
+                          .and. .not. model%settings%balance > 0, d, &
                           cache%equations)
   end subroutine assemble
 

@@ -16,6 +16,7 @@ module scree_start
   use scree_effects, only: add_drag, add_element_effects, refresh_elements
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_energy, only: close_books, stored_energy
+  use scree_equilibrium, only: begin_settling
   use scree_equations, only: add_equations, begin_equations, constrain_equations, members, solve_equations, weakest_element
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_integrator, only: turns_acceleration
@@ -63,6 +64,7 @@ contains
     if (allocated(error)) return
     call close_books(model, cache, state)
     state%books%at_start = stored_energy(state%books)
+    if (model%settings%balance > 0) call begin_settling(model, state)
     if (model%settings%estimates_error) call begin_deviation(model, cache, state)
   end subroutine begin_run
 

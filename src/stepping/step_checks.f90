@@ -50,6 +50,7 @@ contains
 
     if (.not. looks_as_far_as_it_moves(model%effects%contact)) return
     beyond = outran(model, cache, state, try%dt, try%contacts, try%d)
+    try%leap = max(try%leap, beyond(3))
     if (beyond(3) > 1) then
       call reject_fastest(model, cache, state, 'a vertex leapt over what is near it, or turned too far', &
                           'a smaller step.least', try, outcome)

@@ -9,6 +9,8 @@ module scree_step_control
 
   real(dp), parameter :: growth = 1.2_dp     !! of a step that was cut, once it goes well again
   integer, parameter :: easy_steps = 3       !! in a row, before it grows
+  !> Of a static run that is to come to equilibrium: growth after a cut, and the largest step over the first.
+  real(dp), parameter :: careful = 2.0_dp, largest = 1e6_dp
   !> A target is met where what is left is below this share of a state%step, so that round-off makes no step of its own.
   real(dp), parameter :: met = 1e-6_dp
 
@@ -53,7 +55,9 @@ contains
     integer, intent(in) :: rejected      !! tries
     type(state_t), intent(inout) :: state
 
-    if (.not. settings%aim > 0) then ! else the error of the step has chosen the size
+    if (settles(state)) then
+      call choose_size(settings, dt, rejected, state)
+    else if (.not. settings%aim > 0) then ! else the error of the step has chosen the size
       if (rejected > 0) then
         state%pace%size = dt
         state%pace%easy = 0
@@ -65,12 +69,36 @@ contains
     if (abs(target_time(settings, state) - state%time) <= met*dt) state%time = target_time(settings, state)
   end subroutine after_step
 
+  !> Whether a static run is to come to equilibrium under loads that stay.
+  pure logical function settles(state)
+    type(state_t), intent(in) :: state
+
+    settles = .false.
+    if (allocated(state%settling)) settles = state%settling%steady
+  end function settles
+
+  !> Chooses the size of the next step of a static run: as much larger as what moves allows, and carefully after a cut.
+  pure subroutine choose_size(settings, dt, rejected, state)
+    type(settings_t), intent(in) :: settings
+    real(dp), intent(in) :: dt           !! time
+    integer, intent(in) :: rejected      !! tries
+    type(state_t), intent(inout) :: state
+    real(dp) :: factor
+
+    factor = state%settling%grows
+    if (rejected > 0) state%pace%easy = -easy_steps
+    if (rejected > 0) factor = min(factor, 1.0_dp)
+    if (state%pace%easy < 0) factor = min(factor, careful)
+    if (rejected == 0) state%pace%easy = state%pace%easy + 1
+    state%pace%size = max(settings%least_step, min(factor*dt, largest*settings%step_size))
+  end subroutine choose_size
+
   !> Fits the pace of a run that goes on to settings that may have been changed since; where they are the same nothing changes.
   pure subroutine resume_pace(settings, state)
     type(settings_t), intent(in) :: settings
     type(state_t), intent(inout) :: state
 
-    if (.not. settings%chooses_step) state%pace%size = min(state%pace%size, settings%step_size)
+    if (.not. (settings%chooses_step .or. settles(state))) state%pace%size = min(state%pace%size, settings%step_size)
     if (settings%frame_every > 0) return
     if (settings%frame_spacing > 0) then
       state%pace%frames = int(state%time/settings%frame_spacing + met)
@@ -80,12 +108,16 @@ contains
     end if
   end subroutine resume_pace
 
-  !> Whether the run is over; a static one that asks for it where it has come to equilibrium.
+  !> Whether the run is over; a static one that asks for it where it is in equilibrium, or a body moves on.
   pure logical function at_end(settings, state)
     type(settings_t), intent(in) :: settings
     type(state_t), intent(in) :: state
 
-    at_end = state%time >= settings%end_time .or. state%step >= settings%most_steps .or. state%pace%unbalanced <= settings%balance
+    at_end = state%time >= settings%end_time .or. state%step >= settings%most_steps
+    if (.not. allocated(state%settling)) return
+    associate (own => state%settling)
+      at_end = at_end .or. (own%steady .and. (own%unbalanced <= settings%balance .or. own%moving > 0))
+    end associate
   end function at_end
 
   !> Whether the step that ended in this state makes a frame; counts it.

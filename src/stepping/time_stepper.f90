@@ -38,6 +38,8 @@ module scree_time_stepper
 
   !> Share of a step that did not settle (Zhang et al. 2019), and where Shi's rules choose the step.
   real(dp), parameter :: cut = 0.35_dp, shorter_cut = 0.3_dp
+  !> And of one of a static run that chooses its steps: what bears the load is known to orders of magnitude alone.
+  real(dp), parameter :: static_cut = 0.1_dp
 
   !> What a step took.
   type :: step_report_t
@@ -93,8 +95,7 @@ contains
     call check_state(model, state, error)
     if (allocated(error) .or. model%effects%carried > 0) return
     allocate (report%balance)
-    call find_balance(model, cache, state, try%contacts, try%d, report%balance, error)
-    state%pace%unbalanced = report%balance%share
+    call find_balance(model, cache, try, state, report%balance, error)
   end subroutine advance
 
   !> What the tries of a step begin with.
@@ -138,6 +139,7 @@ contains
     try%rule = step_rule_for(model%settings, state%step, state%time, state%pace%last, try%dt)
     try%remedy = remedy_shorter
     try%shorter = merge(shorter_cut, cut, model%settings%chooses_step)
+    if (allocated(state%settling)) try%shorter = static_cut
     if (rejected > 0 .and. goes_on_after_cut(try%contacts%law)) then
       call begin_again(try%rule, try%contacts)
     else

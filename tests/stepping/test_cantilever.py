@@ -9,8 +9,8 @@ DEPTH, WIDTH, FORCE = 0.1, 0.02, 500.0  # of a beam of length 1 m; two forces at
 SCHEME = "&integrator scheme='newmark', beta=1, gamma=0.5 /"
 
 
-def deflection(folder, rows, offset=0.0, least=0.0, steps=1, scheme=SCHEME):
-    """Mean displacement of the free corners of a beam of some rows of equilateral triangles, and the number of elements.
+def beam(folder, rows, offset=0.0, least=0.0, steps=1, scheme=SCHEME, force=FORCE):
+    """Run of a beam of some rows of equilateral triangles.
 
     The mesh may lie some rows off the beam. Fixed points stand where the mesh meets the clamped edge, so that the linear field
     of every element is zero all along it."""
@@ -26,13 +26,21 @@ def deflection(folder, rows, offset=0.0, least=0.0, steps=1, scheme=SCHEME):
 30 0 0
 &method model='nmm', strain='green' /
 {scheme}
-&iteration method='newton', most=100 /
-&loads force=0 {-FORCE / WIDTH} 0 {-FORCE / WIDTH} /
+&loads force=0 {-force / WIDTH} 0 {-force / WIDTH} /
 &cover edge={height / math.sqrt(0.75)!r}, origin=0 {offset * height!r}, least={least} /
 """)
-    f = scree.run(folder / "beam.ana")
-    moved = f.measured_points.position[-1] - [[1, 0], [1, DEPTH]]
-    return -moved.mean(0), f.n_elements
+    return scree.run(folder / "beam.ana")
+
+
+def tip(f):
+    """Mean displacement of the free corners."""
+    return -(f.measured_points.position[-1] - [[1, 0], [1, DEPTH]]).mean(0)
+
+
+def deflection(folder, rows, offset=0.0, least=0.0, steps=1, scheme=SCHEME):
+    """Deflection of the tip in steps of 1000 s, and the number of elements."""
+    f = beam(folder, rows, offset, least, steps, scheme + "\n&iteration method='newton', most=100 /")
+    return tip(f), f.n_elements
 
 
 @pytest.mark.parametrize("rows, elements, v, u", [(2, 72, 0.4998329363, 0.1642259916), (4, 284, 0.5788343595, 0.2291348325),
@@ -50,6 +58,28 @@ def test_the_deflection_does_not_depend_on_the_number_of_steps(tmp_path):
     """The elasticity is pushed forward, so there is a strain energy: one step and three end in the same place."""
     one, three = (deflection(tmp_path, 4, steps=n)[0] for n in (1, 3))
     np.testing.assert_allclose(three, one, rtol=1e-8)
+
+
+@pytest.mark.parametrize("first", [1e3, 1.0, 1e-3, 1e-5])
+def test_a_static_solve_finds_its_load_steps(first, tmp_path):
+    """From any first step, in at most 12 solves a load step, and in the same place: that of one step; with three times the load,
+    for which one step is too large, too."""
+    f = beam(tmp_path, 4, steps=60, scheme=f"&step balance=1e-6, size={first!r} /")
+    assert f.scene.status == "complete" and f.history.unbalanced[-1] <= 1e-6
+    assert f.history.solves.max() <= 12 and f.history.solves.sum() <= 30 and not f.history.rejected.any()
+    np.testing.assert_allclose(tip(f), [0.2291348325, 0.5788343595], rtol=6e-5)
+    f = beam(tmp_path, 4, steps=60, scheme=f"&step balance=1e-6, size={first!r} /", force=3 * FORCE)
+    assert f.scene.status == "complete" and f.history.solves.sum() <= 50
+    assert f.history.solves[f.history.rejected == 0].max() <= 12
+    np.testing.assert_allclose(tip(f), tip(beam(tmp_path, 4, steps=60, scheme="&step balance=1e-8, size=2e-5 /", force=3 * FORCE)),
+                               rtol=1e-6)
+
+
+def test_steps_that_creep_are_not_called_equilibrium(tmp_path):
+    """Ten steps of 10 us are a third of the way; the run says so, and which block."""
+    f = beam(tmp_path, 4, steps=10, scheme="&step size=1e-5, end_time=1e-4 /")
+    assert f.scene.status.startswith("not in equilibrium: block 1 at (")
+    assert f.history.unbalanced[-1] > 0.1 and tip(f)[1] < 0.9 * 0.5788343595
 
 
 def test_a_static_run_balances_where_its_step_ends_unless_told_otherwise(tmp_path):

@@ -5,7 +5,12 @@ import numpy as np
 import pytest
 import scree
 from scree import call
+from scree import block_files
 from scree.block_files import block_file, box, held
+from scree.program import TREE
+from scree.validation import references
+
+DECKS = TREE / "input" / "validation"
 
 GROUND = (1, box(-2, 8, -1, 0))
 
@@ -75,3 +80,47 @@ def test_a_run_goes_on_from_where_it_was_in_balance(tmp_path):
     on = scree.read(tmp_path / "on.h5")
     assert len(on.history.time) > first["steps"]["taken"]
     np.testing.assert_array_equal(on.history.unbalanced, whole.history.unbalanced)
+
+
+def problem(folder, name):
+    """Decks of a static problem of tools/validate."""
+    case, rest = name.split("/")
+    if case == "m2-toppling":
+        (folder / "m2.blk").write_text(block_files.columns(references.Toppling()))
+        return [folder / "m2.blk", DECKS / f"{name}.ana"]
+    if case == "m3-arch":
+        voussoirs, words = rest.split("-")
+        thickness = references.arch_thickness(int(voussoirs), polygon=True) * (1.02 if words == "stands" else 0.98)
+        (folder / "m3.blk").write_text(block_files.arch(int(voussoirs), thickness))
+        return [folder / "m3.blk", DECKS / "m3-arch" / "static.ana"]
+    return [DECKS / f"{name}.ana"]
+
+
+@pytest.mark.parametrize("case", ["m2-toppling/", "m3-arch/8-", "m3-arch/64-", "m5-plane-failure/", "m6-roof-wedge/"])
+def test_a_static_problem_has_its_verdict_in_few_solves(case, tmp_path):
+    """Half a degree, two percent and one percent on both sides of the limit. Columns that topple take twice as many."""
+    said, warned, r = summary(tmp_path, *problem(tmp_path, case + "stands"))
+    assert said["status"] == "complete" and said["balance"]["share"] <= 1e-4 and not said["balance"]["moves"]
+    assert said["steps"]["solves"] <= 50 and warned == ""
+    said, warned, r = summary(tmp_path, *problem(tmp_path, case + "falls"))
+    assert said["status"].startswith("moves: block ") and "nothing stops it" in warned and said["balance"]["moves"]
+    assert said["balance"]["share"] > 5e-3 and r.bodies.centroid[-1, :, 1].sum() < r.bodies.centroid[0, :, 1].sum()
+    assert said["steps"]["solves"] <= (120 if case.startswith("m2") else 50)
+
+
+def test_a_load_that_changes_is_followed_to_its_end(tmp_path):
+    """The run neither ends nor takes larger steps before the last time of a table: a push that grows to half of what friction
+    holds, then to twice."""
+    for push, status in ((0.5, "complete"), (2.0, "moves")):
+        given = decks(tmp_path, phi=30.0)
+        weight = 24525.0
+        force = push * weight * np.tan(np.radians(30))
+        (tmp_path / "x.blk").write_text(block_file("x", [(1, GROUND[1]), (1, box(0, 1, 0, 1))], held(GROUND[1], 1), [(0.5, 0.1, 2)]))
+        tables = f"0 0 0 0 2\n0 0 0  1 {force!r} 0"
+        given[1].write_text(f"0 60 1 1 0.05 0.1 0\n{tables}\n2500 {weight} 1e9 0.25\n0 0 0  0 0 0  0 0 0\n30 0 0\n"
+                            "&deck dialect='shi' /\n&step balance=1e-4 /\n")
+        said, _, r = summary(tmp_path, *given)
+        assert said["status"].split(":")[0] == status
+        steady = r.history.time >= 1 - 1e-9
+        np.testing.assert_allclose(r.history.step_size[~steady], 0.1)
+        assert steady.any() and r.history.step_size[steady][1:].max(initial=1) > 0.2

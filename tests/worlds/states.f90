@@ -4,7 +4,7 @@ module states
   use scree_contacts, only: contact_memory_t, contact_t
   use scree_factored, only: factored_t
   use scree_kinds, only: dp
-  use scree_state, only: books_t, deviation_t, state_t
+  use scree_state, only: books_t, deviation_t, settling_t, state_t
   implicit none
   private
   public :: first_difference
@@ -20,7 +20,7 @@ contains
     name = ''
     if (a%step /= b%step .or. .not. same([a%time], [b%time])) name = 'time'
     if (a%pace%easy /= b%pace%easy .or. a%pace%frames /= b%pace%frames .or. .not. &
-        same([a%pace%size, a%pace%last, a%pace%unbalanced], [b%pace%size, b%pace%last, b%pace%unbalanced])) name = 'pace'
+        same([a%pace%size, a%pace%last], [b%pace%size, b%pace%last])) name = 'pace'
     if (.not. same([a%vertex], [b%vertex])) name = 'vertex'
     if (.not. same([a%point], [b%point])) name = 'point'
     if (.not. same([a%cover], [b%cover])) name = 'cover'
@@ -50,12 +50,24 @@ contains
       if (len(name) == 0) name = difference_of_contacts(contact_memory_t(a%sleep%contact, a%sleep%inside), &
                                                         contact_memory_t(b%sleep%contact, b%sleep%inside))
     end if
+    if (allocated(a%settling) .neqv. allocated(b%settling)) name = 'whether the run settles'
+    if (allocated(a%settling) .and. allocated(b%settling)) then
+      if (.not. same(numbers_of_settling(a%settling), numbers_of_settling(b%settling))) name = 'settling'
+    end if
     if (allocated(a%deviation) .neqv. allocated(b%deviation)) name = 'whether the error is estimated'
     if (allocated(a%deviation) .and. allocated(b%deviation)) then
       if (.not. same(numbers_of_deviation(a%deviation), numbers_of_deviation(b%deviation))) name = 'deviation'
       if (any(a%deviation%smooth .neqv. b%deviation%smooth)) name = 'smooth steps'
     end if
   end function first_difference
+
+  !> How a static run comes to equilibrium, as numbers.
+  pure function numbers_of_settling(own) result(numbers)
+    type(settling_t), intent(in) :: own
+    real(dp), allocatable :: numbers(:)
+
+    numbers = [own%unbalanced, merge(1.0_dp, 0.0_dp, own%steady), own%grows, real(own%moving, dp), own%share, own%way]
+  end function numbers_of_settling
 
   !> How far a run is off, as numbers.
   pure function numbers_of_deviation(own) result(numbers)
