@@ -68,14 +68,18 @@ module scree_setting_rules
     setting_rule_t('output.error', 'estimate', 'method.rotation', '|linear|exact|', .false., &
                    'what the other cures leave is not known to it'), &
     setting_rule_t('step.balance', '', 'k01', is_zero, .false., 'what moves is not in equilibrium'), &
+    setting_rule_t('step.balance', '', 'step.control', '|fixed|', .false., 'Shi''s rules choose steps by displacement'), &
     setting_rule_t('step.sleep', '', 'k01', is_positive, .false., 'a static step has no speed that tells of rest'), &
     setting_rule_t('step.sleep', '', 'step.control', '|fixed|', .false., 'Shi''s rules look at all bodies'), &
     setting_rule_t('step.sleep', '', 'contact.method', '|penalty|augmented|', .true., 'nothing touches that could wake it'), &
     setting_rule_t('step.sleep', '', 'contact.rules', '|coulomb|conserving|', .false., 'Shi''s rules look at all bodies'), &
-    setting_rule_t('iteration.method, iteration.test, iteration.tolerance', '', 'method.strain', '|green|auto|', .true., &
+    setting_rule_t('iteration.method, iteration.test, iteration.tolerance, iteration.relaxation', '', 'method.strain', &
+                   '|green|auto|', .true., &
                    'small strain is linear, and its first solution exact'), &
     setting_rule_t('bolts.stiffness, bolts.pretension, bolts.strength', '', 'bolts.ends', is_given, .true., &
                    'bolts of the geometry have their own'), &
+    setting_rule_t('iteration.relaxation', '', 'iteration.method', '|secant|hybrid|', .true., &
+                   'the tangent needs its whole correction'), &
     setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.rules, '// &
                    'contact.initial, contact.adapt, contact.coupling', '', &
                    'contact.method', '|penalty|augmented|', .true., 'nothing touches'), &

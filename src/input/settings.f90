@@ -210,6 +210,9 @@ contains
                   s%tolerance, merge(merge(1e-7_dp, 1e-10_dp, s%balance > 0), 1e-9_dp, s%test == test_theta))
     call row%whole(setting_t('iteration', 'most', 'iterations before the step is cut', '1', 1.0_dp, 1e6_dp), &
                    s%most_iterations, 25)
+    call row%real(setting_t('iteration', 'relaxation', &
+                            'share of a correction by the secant that is taken, where nothing touches', '1', &
+                            0.0_dp, 1.0_dp, .true.), s%relaxation, 1.0_dp)
   end subroutine visit_iteration
 
   !> The forces of contact.

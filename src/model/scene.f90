@@ -141,6 +141,7 @@ module scree_scene
     integer :: test = test_theta
     real(dp) :: tolerance = 1e-10_dp        !! of the chosen test
     integer :: most_iterations = 25
+    real(dp) :: relaxation = 1.0_dp         !! share of a correction by the secant that is taken, where nothing touches
     integer :: contact = contact_penalty
     real(dp) :: contact_stiffness = 0.0_dp  !! across a contact, force/length per unit thickness
     real(dp) :: shear_ratio = 2.5_dp        !! of that to the stiffness along it

@@ -13,9 +13,9 @@
 !>
 !> A run that is to end in equilibrium chooses its steps. What holds a body takes up what is out of balance: if that went from r0 to
 !> r1 while the body moved by w (root mean square), it goes on by w r1/(r0 - r1) until it is nothing, were forces linear, in steps
-!> of any size. So a body that would not go farther than a small share of its size, or that a fixed point holds, asks for no
-!> small steps; another goes by at most that share in one, as the way goes with the square of the step. One that would go on by more than
-!> its size, and in such steps in a row has gone by a hundredth of it, moves: there is no equilibrium nearby.
+!> of any size. So a body that would not go farther than a small share of its size, or that a fixed point holds, asks for no small
+!> steps; another goes by at most that share in one, as the way goes with the square of the step. One that would go on by more
+!> than its size, and in such steps in a row has gone by a hundredth of it, moves: there is no equilibrium nearby.
 module scree_equilibrium
   use scree_constraints, only: constraints_t
   use scree_contact_beginning, only: begin_contacts

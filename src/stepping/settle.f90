@@ -161,7 +161,7 @@ contains
         outcome%settled = is_balanced(model, cache, group%number)
         if (outcome%settled) return
       end if
-      call correct(model, cache, group%number, .false., d, residual, outcome)
+      call correct(model, cache, group, d, residual, outcome)
       outcome%iterations = max(outcome%iterations, i)
       if (allocated(outcome%trouble%what)) return
       call check_area(model, cache, e, d, outcome)
@@ -221,7 +221,7 @@ contains
       if (outcome%settled) return
       outcome%iterations = max(outcome%iterations, i)
       call begin_phase(cache%timers, phase_solve)
-      call correct(model, cache, group%number, group%far, d, residual, outcome)
+      call correct(model, cache, group, d, residual, outcome)
       if (allocated(outcome%trouble%what)) return
       call begin_phase(cache%timers, phase_judge)
       call check_areas(model, cache, group%member, d, outcome)
@@ -305,26 +305,49 @@ contains
     if (group%bolted) call add_bolts(model, cache, state, group%number, group%rule, d, cache%equations)
   end subroutine add_elements
 
-  !> Solves for a correction and adds it to `d`.
-  subroutine correct(model, cache, number, roughly, d, residual, outcome)
+  !> Solves for a correction and adds it to `d`: roughly where another one follows, and of the secant the share that is asked for.
+  subroutine correct(model, cache, group, d, residual, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
-    integer, intent(in) :: number                 !! of the group
-    logical, intent(in) :: roughly                !! as another correction follows
+    type(group_t), intent(in) :: group
     real(dp), intent(inout) :: d(:)
     real(dp), intent(out) :: residual             !! of the correction
     type(outcome_t), intent(inout) :: outcome
     type(error_t), allocatable :: error
     integer :: e
 
-    call solve_equations(cache%equations, cache%timers, number, linear_tolerance(model), .not. model%settings%shi, roughly, d, &
-                         residual, error)
+    call solve_equations(cache%equations, cache%timers, group%number, linear_tolerance(model), .not. model%settings%shi, &
+                         group%far, d, residual, error)
     outcome%solves = outcome%solves + 1
-    if (.not. allocated(error)) return
-    e = weakest_element(cache%equations, number)
+    if (.not. allocated(error)) then
+      if (model%settings%relaxation < 1 .and. .not. (group%linear .or. group%in_contact .or. group%rule%tangent)) &
+        call take_back(model, group, (1 - model%settings%relaxation)*cache%equations%correction, d)
+      return
+    end if
+    e = weakest_element(cache%equations, group%number)
     call reject(outcome, error%message, 'a smaller step.size, and check density, E and fixed points there', e, &
                 cache%element(max(1, e))%kinematics%centroid)
   end subroutine correct
+
+  !> Takes a part of a correction back. Elements may share unknowns.
+  pure subroutine take_back(model, group, part, d)
+    type(model_t), intent(in) :: model
+    type(group_t), intent(in) :: group
+    real(dp), intent(in) :: part(:)               !! (n_unknowns)
+    real(dp), intent(inout) :: d(:)
+    logical :: done(size(d))
+    integer :: k, u
+
+    done = .false.
+    do k = 1, size(group%member)
+      do u = 1, size(model%elements%unknown, 1)
+        associate (id => model%elements%unknown(u, group%member(k)))
+          if (.not. done(id)) d(id) = d(id) - part(id)
+          done(id) = .true.
+        end associate
+      end do
+    end do
+  end subroutine take_back
 
   !> Judges the contacts after a correction, and rejects the try where they go round in circles.
   subroutine judge(model, cache, state, group, contacts, d, outcome)

@@ -60,7 +60,7 @@ def breach(subject, condition):
             for value in SETTINGS[other][1].split(", "):
                 own_line = f"{other}={value}" == "contact.method=none" and "augmented" not in allowed
                 if value not in re.findall(r"'(.*?)'", allowed) and not own_line:
-                    yield {}, [*given, f"{other}={value}"]
+                    yield {"k01": "0"} if subject == "step.balance" else {}, [*given, f"{other}={value}"]  # static runs alone have it
         else:
             yield {}, given
 
