@@ -19,3 +19,7 @@ class RunFailed(ScreeError):
     def __init__(self, words, status, said):
         super().__init__(words)
         self.status, self.said = status, said
+
+
+class PlotError(ScreeError):
+    """What cannot be drawn."""

@@ -1,7 +1,9 @@
 """Draws results files, geometries and models: deformed shapes of frames, or histories; more files are laid over each other.
 
     tools/plot FILE [...] [--frames first last 10 | all] [--field stress_xx] [-o PICTURE.png]
-                          [--joints] [--points] [--numbers] [--covers] [--scree PROGRAM]
+                          [--joints [material | state | forces]] [--vectors [displacement | velocity]] [--crosses]
+                          [--points] [--numbers] [--covers] [--window X1 Y1 X2 Y2] [--range LOW HIGH | full] [--no-mesh]
+                          [--colours MAP] [--dpi N] [--scree PROGRAM]
     tools/plot RESULTS.h5 [...] --history rotation area energy/kinetic [-o PICTURE.png]
 
 FILE is a results file, a geometry (.geo, .blk, .blck, block.in), whose blocks are drawn, or an analysis deck (.ana), whose elements
@@ -10,6 +12,7 @@ are drawn as set up, under its mathematical mesh where it has one. Geometries an
 Needs Debian's python3-numpy, python3-h5py and python3-matplotlib.
 """
 import argparse
+import dataclasses
 import pathlib
 import sys
 import tempfile
@@ -21,23 +24,24 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib import patheffects
 from matplotlib.collections import LineCollection, PathCollection
+from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 
-from .errors import ScreeError
+from .errors import PlotError, ScreeError
+from .overlays import VECTORS, Common, draw_contact_forces, draw_crosses, draw_joint_states, robust_limits
 from .program import cut
 from .results import read
 
 FIELDS = ("block", "material", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement")
 LARGEST_NUMBER_OF_PANELS = 12
+BOTH_SIGNS = 0.1   # of the smaller of two signs over the larger, from which on zero is white
+PALER = 0.4        # share of white in colours that something is drawn over
+LEAST_SIDE = 0.25  # of a picture over the other
 POINTS = {1: ("fixed point", "^", "tab:red"), 2: ("load point", "v", "tab:orange"), 3: ("measured point", "o", "tab:cyan")}
 BOLTS = (("bolt", "-", "crimson"), ("bolt that has yielded", "-", "darkorange"), ("broken bolt", ":", "crimson"))  # by state
 LEAST_POLYGON_WITH_A_HOLE = 8  # two triangles, and two vertices there twice
-
-
-class PlotError(ScreeError):
-    """What cannot be drawn."""
 
 
 def loops_of(polygon):
@@ -107,16 +111,26 @@ class Shapes:
         """A path an element."""
         return [outline(polygon, loops) for polygon, loops in zip(self.polygons(frame), self.shape())]
 
-    def joint_edges(self, frame):
-        """Edges by joint material; lines of the mesh and seams are none."""
+    def edges(self, frame):
+        """Edges of joints and boundary (n, 2, 2), their joint material and element (n); lines of the mesh and seams are none."""
         joints = np.split(self.joint, np.cumsum([len(polygon) for polygon in self.start])[:-1])
-        edges, of_edge = [np.empty((0, 2, 2))], [np.empty(0, int)]
-        for polygon, joint, loops in zip(self.polygons(frame), joints, self.shape()):
+        edges, of_edge, element = [np.empty((0, 2, 2))], [np.empty(0, int)], [np.empty(0, int)]
+        for e, (polygon, joint, loops) in enumerate(zip(self.polygons(frame), joints, self.shape())):
             for loop in loops:
                 edges.append(np.stack([polygon[loop], polygon[np.roll(loop, -1)]], axis=1))
                 of_edge.append(joint[loop])
-        edges, of_edge = np.concatenate(edges), np.concatenate(of_edge)
-        return {int(k): edges[of_edge == k] for k in np.unique(of_edge) if k > 0}
+                element.append(np.full(len(loop), e))
+        edges, of_edge, element = map(np.concatenate, (edges, of_edge, element))
+        return edges[of_edge > 0], of_edge[of_edge > 0], element[of_edge > 0]
+
+    def joint_edges(self, frame):
+        """Edges by joint material."""
+        edges, of_edge, _ = self.edges(frame)
+        return {int(k): edges[of_edge == k] for k in np.unique(of_edge)}
+
+    def has_mesh(self):
+        """Whether blocks are of several elements."""
+        return len(np.unique(self.values(0, "block")[0])) < len(self.start)
 
     def block_numbers(self, frame):
         """A place in each block: in the element nearest to its centroid."""
@@ -274,7 +288,7 @@ def chosen_frames(words, count):
     return numbers
 
 
-def draw_joints(axis, file, frame):
+def draw_joints(axis, file, frame, common):
     """Edges in the colour of their joint material; returns the entries of the legend by what they say."""
     entries = {}
     for material, edges in file.joint_edges(frame).items():
@@ -284,7 +298,7 @@ def draw_joints(axis, file, frame):
     return entries
 
 
-def draw_points(axis, file, frame):
+def draw_points(axis, file, frame, common):
     """Fixed, load and measured points with a marker each."""
     entries = {}
     kinds, places = file.points(frame)
@@ -295,7 +309,7 @@ def draw_points(axis, file, frame):
     return entries
 
 
-def draw_bolts(axis, file, frame):
+def draw_bolts(axis, file, frame, common):
     """Bolts as lines between their ends."""
     entries = {}
     ends, states = file.bolts(frame)
@@ -306,7 +320,7 @@ def draw_bolts(axis, file, frame):
     return entries
 
 
-def draw_covers(axis, file, frame):
+def draw_covers(axis, file, frame, common):
     """Nodes of the covers, hollow where they follow others."""
     entries = {}
     places, follows = file.covers(frame)
@@ -317,7 +331,7 @@ def draw_covers(axis, file, frame):
     return entries
 
 
-def draw_numbers(axis, file, frame):
+def draw_numbers(axis, file, frame, common):
     """The number of each block in it."""
     for number, place in file.block_numbers(frame).items():
         axis.annotate(str(number), place, ha="center", va="center", fontsize=7,
@@ -325,47 +339,103 @@ def draw_numbers(axis, file, frame):
     return {}
 
 
-def draw_frames(files, words, field, extras=()):
+@dataclasses.dataclass
+class Look:
+    """How frames are drawn, where it is not told by itself."""
+
+    window: list = None     # x and y of two corners
+    range: list = None      # of the colours: two numbers, or ["full"]; else all but the hundredth at each end
+    mesh: bool = True       # lines within blocks
+    colours: str = None     # a map of matplotlib
+
+
+def limits_of(values, field, look):
+    """Limits and map of the colours. A field that has both signs, each of some size, is white at zero."""
+    low, high = robust_limits(values) if look.range is None and field not in ("block", "material") else (values.min(), values.max())
+    colours = "cividis"
+    if min(-low, high) > BOTH_SIGNS * max(-low, high):
+        low, high, colours = -max(-low, high), max(-low, high), "RdBu_r"
+    if look.range not in (None, ["full"]):
+        low, high = look.range
+    return low, high if high > low else low + 1, look.colours or colours
+
+
+def window_of(files, slots, extras, look):
+    """Corners of what is drawn, (2, 2)."""
+    if look.window:
+        return np.array(look.window).reshape(2, 2)
+    corners = [np.vstack(file.polygons(frame)) for file, frame in slots]
+    if draw_covers in extras:
+        corners += [file.covers(frame)[0] for file, frame in slots]
+    corners += [file.bolts(frame)[0].reshape(-1, 2) for file, frame in slots]
+    every = np.vstack(corners + [np.vstack(file.start) for file in files])
+    low, high = every.min(0), every.max(0)
+    size = max((high - low).max(), 1e-300)
+    spare = np.maximum(0.05 * size, (LEAST_SIDE * size - (high - low)) / 2)
+    return np.array([low - spare, high + spare])
+
+
+def draw_frames(files, words, field, extras=(), look=None):
     """A panel a frame, files below each other, one colour scale; extras draw on each panel."""
+    look = look or Look()
     chosen = [chosen_frames(words, len(file.times)) for file in files]
     columns = min(max(map(len, chosen)), 4)
     slots = [(file, frame) for file, frames in zip(files, chosen)
              for frame in frames + [None] * (-len(frames) % columns)]
-    values = [file.values(frame, field) for file, frame in slots if frame is not None]
-    low, high = min(v.min() for v, _ in values), max(v.max() for v, _ in values)
-    corners = [np.vstack(file.polygons(frame)) for file, frame in slots if frame is not None]
-    if draw_covers in extras:
-        corners += [file.covers(frame)[0] for file, frame in slots if frame is not None]
-    corners += [file.bolts(frame)[0].reshape(-1, 2) for file, frame in slots if frame is not None]
-    every = np.vstack(corners + [np.vstack(file.start) for file in files])
-    centre, reach = (every.min(0) + every.max(0)) / 2, 0.55 * max(np.ptp(every, axis=0).max(), 1e-300)
-    rows = len(slots) // columns
-    figure, axes = plt.subplots(rows, columns, figsize=(3.4 * columns + 1.2, 3.4 * rows), squeeze=False,
-                                layout="constrained", sharex=True, sharey=True)
-    edges = dict(edgecolors="0.6", linewidths=0.3) if draw_joints in extras else dict(edgecolors="0.15", linewidths=0.6)
+    drawn = [slot for slot in slots if slot[1] is not None]
+    values = [file.values(frame, field) for file, frame in drawn]
+    low, high, colours = limits_of(np.concatenate([v for v, _ in values]), field, look)
+    window = window_of(files, drawn, extras, look)
+    if OVER.intersection(extras):
+        colours = paler(colours)
+    common, (wide, tall) = Common(drawn, np.ptp(window, axis=0).max()), np.ptp(window, axis=0)
+    rows, side = len(slots) // columns, 3.4 if len(drawn) > 1 else 5.6
+    figure, axes = plt.subplots(rows, columns, figsize=(side * columns + 1.2, (side * min(tall / wide, 1.4) + 0.5) * rows + 0.3),
+                                squeeze=False, layout="constrained", sharex=True, sharey=True)
     picture, entries, given = None, {}, iter(values)
     for axis, (file, frame) in zip(axes.flat, slots):
         if frame is None:
             axis.set_visible(False)
             continue
-        if frame > 0:
-            axis.add_collection(PathCollection(file.outlines(0), facecolors="none", edgecolors="0.7", linewidths=0.8))
-        picture = PathCollection(file.outlines(frame), array=next(given)[0], cmap="viridis", **edges)
-        picture.set_clim(low, high if high > low else low + 1)
-        axis.add_collection(picture)
+        axis.set(xlim=window[:, 0], ylim=window[:, 1], aspect="equal")
+        picture = draw_shapes(axis, file, frame, next(given)[0], draw_joints in extras, look)
+        picture.set(clim=(low, high), cmap=colours)
         for extra in (draw_bolts, *extras):
-            entries.update(extra(axis, file, frame))
-        axis.set(xlim=(centre[0] - reach, centre[0] + reach), ylim=(centre[1] - reach, centre[1] + reach), aspect="equal")
+            entries.update(extra(axis, file, frame, common))
         axis.set_title(file.title(frame) if len(files) > 1 or isinstance(file, Blocks) else f"t = {file.times[frame]:.6g}",
                        fontsize=10)
     figure.supxlabel("x [length]", fontsize=10)
     figure.supylabel("y [length]", fontsize=10)
-    figure.colorbar(picture, ax=axes, label=values[0][1], shrink=0.8,
+    beyond = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[
+        min(v.min() for v, _ in values) < low, max(v.max() for v, _ in values) > high]
+    figure.colorbar(picture, ax=axes, label=values[0][1], shrink=0.8, extend=beyond,
                     ticks=MaxNLocator(integer=True) if field in ("block", "material") else None)
     if entries:
-        axes[-1, 0].legend(entries.values(), entries.keys(), fontsize=8, frameon=False, ncols=2, loc="upper center",
+        axes[-1, 0].legend(entries.values(), entries.keys(), fontsize=8, frameon=False, ncols=4, loc="upper center",
                            bbox_to_anchor=(0.5, -0.12), borderaxespad=0)
     return figure
+
+
+def paler(colours):
+    """A map with more white, so that lines show on its dark end."""
+    return ListedColormap(PALER + (1 - PALER) * plt.get_cmap(colours)(np.linspace(0, 1, 256)))
+
+
+def draw_shapes(axis, file, frame, values, with_joints, look):
+    """The elements of a frame in their colours, lines of the mesh thinner than edges of blocks, over their outlines at the start."""
+    meshed = isinstance(file, Frames) and file.has_mesh()
+    if frame > 0 and not meshed:
+        axis.add_collection(PathCollection(file.outlines(0), facecolors="none", edgecolors="0.7", linewidths=0.8))
+    if meshed:
+        edges = dict(edgecolors="0.35", linewidths=0.15) if look.mesh else dict(edgecolors="none", antialiaseds=False)
+    else:
+        edges = dict(edgecolors="0.6", linewidths=0.3) if with_joints else dict(edgecolors="0.15", linewidths=0.6)
+    picture = axis.add_collection(PathCollection(file.outlines(frame), array=values, **edges))
+    if meshed and not with_joints:
+        if frame > 0:
+            axis.add_collection(LineCollection(file.edges(0)[0], colors="0.7", linewidths=0.8, zorder=0.9))
+        axis.add_collection(LineCollection(file.edges(frame)[0], colors="0.15", linewidths=0.8))
+    return picture
 
 
 def draw_histories(paths, names):
@@ -395,27 +465,66 @@ def draw_histories(paths, names):
     return figure
 
 
+# What is not to be lost on dark colours.
+OVER = {draw_joint_states, draw_contact_forces, draw_crosses, *VECTORS.values()}
+JOINTS = {"material": draw_joints, "state": draw_joint_states, "forces": draw_contact_forces}
+
+
+def extras_of(given):
+    """What is drawn over the blocks, in its order."""
+    return [*([JOINTS[given.joints]] if given.joints else []), *(given.extras or []),
+            *([VECTORS[given.vectors]] if given.vectors else [])]
+
+
+def look_of(given):
+    """How it is drawn; PlotError where the words say nothing."""
+    given_range = given.range
+    if given_range not in (None, ["full"]):
+        try:
+            low, high = given_range = [float(word) for word in given_range]
+        except ValueError:
+            low, high = 0.0, 0.0
+        if not low < high:
+            raise PlotError(f"--range: expected LOW HIGH or full, found {' '.join(given.range)}")
+    if given.window and not (given.window[0] < given.window[2] and given.window[1] < given.window[3]):
+        raise PlotError(f"--window: expected X1 Y1 X2 Y2 with X1 below X2 and Y1 below Y2, found {given.window}")
+    if not 10 <= given.dpi <= 2000:
+        raise PlotError(f"--dpi: expected a number from 10 to 2000, found {given.dpi:g}")
+    return Look(given.window, given_range, not given.no_mesh, given.colours)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", metavar="FILE")
     parser.add_argument("--history", nargs="+", metavar="NAME", help="histories to draw, as below /history")
     parser.add_argument("--frames", nargs="+", metavar="FRAME", help="default: first last")
     parser.add_argument("--field", choices=FIELDS, default="block")
-    parser.add_argument("--joints", action="append_const", dest="extras", const=draw_joints, help="edges by joint material")
+    parser.add_argument("--joints", nargs="?", const="material", choices=JOINTS,
+                        help="edges by joint material; by state: stick, slip, open; forces: of contacts, too")
+    parser.add_argument("--vectors", nargs="?", const="displacement", choices=VECTORS, help="arrows at the middle of elements")
+    parser.add_argument("--crosses", action="append_const", dest="extras", const=draw_crosses,
+                        help="principal stresses, compression and tension apart")
     parser.add_argument("--covers", action="append_const", dest="extras", const=draw_covers, help="nodes of the covers")
     parser.add_argument("--points", action="append_const", dest="extras", const=draw_points, help="fixed, load, measured points")
     parser.add_argument("--numbers", action="append_const", dest="extras", const=draw_numbers, help="numbers of blocks")
+    parser.add_argument("--window", nargs=4, type=float, metavar=("X1", "Y1", "X2", "Y2"), help="what is drawn; default: all")
+    parser.add_argument("--range", nargs="+", metavar="VALUE",
+                        help="of the colours: LOW HIGH, or full; default: without the hundredth part at each end")
+    parser.add_argument("--no-mesh", action="store_true", help="no lines within blocks")
+    parser.add_argument("--colours", choices=plt.colormaps(), metavar="MAP", help="a colour map of matplotlib")
+    parser.add_argument("--dpi", type=float, default=150)
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
     parser.add_argument("-o", "--output", help="picture; default: the first file with .png")
     given = parser.parse_args()
     try:
+        extras, look = extras_of(given), look_of(given)
         with tempfile.TemporaryDirectory() as folder:
             figure = (draw_histories(given.files, given.history) if given.history else
                       draw_frames([open_shapes(path, given.scree, folder) for path in given.files], given.frames, given.field,
-                                  given.extras or ()))
+                                  extras, look))
         output = given.output or str(pathlib.Path(given.files[0]).with_suffix(".png"))
         try:
-            figure.savefig(output, dpi=130)
+            figure.savefig(output, dpi=given.dpi, bbox_inches="tight", pad_inches=0.05)
         except (OSError, ValueError) as error:
             raise PlotError(f"{output}: cannot write the picture: {error}") from None
     except ScreeError as error:

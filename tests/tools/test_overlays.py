@@ -1,0 +1,191 @@
+"""What tools/plot draws over blocks, held against the numbers of the results: vectors, principal stresses, joints, forces; and how."""
+import os
+import pathlib
+import subprocess
+
+import numpy as np
+import pytest
+import scree
+from matplotlib import image
+from matplotlib.collections import LineCollection, PathCollection
+from matplotlib.quiver import Quiver
+from scree import overlays, plot
+from scree.errors import PlotError
+
+SCREE = os.environ["SCREE"]
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
+TOOL = SOURCE / "tools" / "plot"
+CASES = SOURCE / "input" / "validation"
+SHEARED = """1 3 1 1 0.01 0.001
+2500 0 1e9 0.2
+3e5 -1e5 1e5
+0 0 0
+0.2 -0.1 0.3
+30 0 0
+&deck geometry='{geometry}' /
+&contact method='none' /
+"""
+SQUARE = """0.001 4 4 0 0 0 0 0 0
+0 0 {a} 0 1
+{a} 0 {a} {a} 1
+{a} {a} 0 {a} 1
+0 {a} 0 0 1
+"""
+
+
+def lines_of(axis, name):
+    """The segments of what a panel has of a name."""
+    found = [c for c in axis.collections if isinstance(c, LineCollection) and c.get_label() == name]
+    return np.array([segment for c in found for segment in c.get_segments()])
+
+
+def frames(path):
+    return plot.Frames(path, path.stem)
+
+
+@pytest.fixture(scope="module")
+def slides(tmp_path_factory):
+    """A block on a plane of 30 degrees that slides, one that stays."""
+    folder = tmp_path_factory.mktemp("slides")
+    for name, phi in (("slips", 16), ("sticks", 40)):
+        scree.run(CASES / "b1-slide" / "slope30.ana", output=folder / f"{name}.h5",
+                  settings=[f"joint(1).phi={phi}", "step.count=400", "output.every=200", "contact.rules=coulomb", "deck.k01=1"])
+    return folder
+
+
+@pytest.mark.parametrize("edge", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("model", ["dda", "nmm"])
+def test_vectors_are_those_of_the_centroids_and_crosses_the_principal_stresses(model, edge, tmp_path):
+    (tmp_path / "s.geo").write_text(SQUARE.format(a=edge))
+    (tmp_path / "s.ana").write_text(SHEARED.format(geometry="s.geo"))
+    mesh = ["method.model=nmm", f"cover.edge={0.4 * edge!r}"] if model == "nmm" else []
+    speed = [f"material(1).vx={0.2 * edge!r}", f"material(1).vy={-0.1 * edge!r}"]
+    r = scree.run("s.ana", settings=["output.every=1", *mesh, *speed], cwd=tmp_path)
+    file = frames(tmp_path / "s.h5")
+    if model == "dda":
+        np.testing.assert_allclose(overlays.displacements(file, 2), r.bodies.centroid[2] - r.bodies.centroid[0], atol=1e-12 * edge)
+        np.testing.assert_allclose(overlays.velocities(file, 2), r.bodies.velocity[2], rtol=1e-9)
+    area, centre = np.array([plot.area_and_centroid(polygon)[0] for polygon in file.polygons(2)]), overlays.centroids(file, 2)
+    assert len(area) == (1 if model == "dda" else len(file.start)) and (model == "dda" or len(area) > 5)
+    np.testing.assert_allclose(centre, [plot.area_and_centroid(polygon)[1] for polygon in file.polygons(2)], atol=1e-12 * edge)
+
+    values, angle = overlays.principal_stresses(file, 0)
+    for (xx, yy, xy), (major, minor), a in zip(r.stress(0), values, angle):
+        true, axes = np.linalg.eigh([[xx, xy], [xy, yy]])
+        assert (minor, major) == pytest.approx(tuple(true), rel=1e-9) and major > 0 > minor
+        assert abs(axes[:, 1] @ [np.cos(a), np.sin(a)]) == pytest.approx(1, rel=1e-9)
+
+    panel = plot.draw_frames([file], ["0"], "major", [overlays.draw_crosses]).axes[0]
+    for name, value, turned in (("tension", values[:, 0], 0), ("compression", values[:, 1], np.pi / 2)):
+        bars = lines_of(panel, name)
+        along = bars[:, 1] - bars[:, 0]
+        assert 0 < len(bars) <= len(area)
+        np.testing.assert_allclose(np.linalg.norm(along, axis=1), overlays.CROSS * 1.1 * edge * abs(value[0]) / abs(values).max(), rtol=1e-6)
+        np.testing.assert_allclose(abs(along @ [np.cos(angle[0] + turned), np.sin(angle[0] + turned)]), np.linalg.norm(along, axis=1),
+                                   rtol=1e-9)
+
+    panel = plot.draw_frames([file], ["last"], "major", [overlays.VECTORS["displacement"]]).axes[0]
+    arrows, = [c for c in panel.collections if isinstance(c, Quiver)]
+    moved = overlays.displacements(file, 3)
+    drawn = np.column_stack([arrows.U, arrows.V])
+    size = max(np.ptp(panel.get_xlim()), np.ptp(panel.get_ylim()))
+    assert len(drawn) <= len(moved) and np.linalg.norm(drawn, axis=1).max() == pytest.approx(overlays.LONGEST * size, rel=0.05)
+    factor = overlays.LONGEST * size / overlays.robust_limits(np.linalg.norm(moved, axis=1), 0.02)[1]
+    for place, arrow in zip(np.column_stack([arrows.X, arrows.Y]), drawn):
+        e = np.linalg.norm(overlays.centroids(file, 3) - place, axis=1).argmin()
+        np.testing.assert_allclose(arrow, factor * moved[e], rtol=1e-9)
+
+
+def test_a_block_that_slides_slips_one_that_stays_sticks_and_a_free_one_is_open(slides, tmp_path):
+    for name, state in (("slips", "slip"), ("sticks", "stick")):
+        file = frames(slides / f"{name}.h5")
+        found = overlays.joint_states(file, len(file.times) - 1)
+        assert {key for key, edges in found.items() if len(edges)} == {state}, name
+        lengths = np.linalg.norm(found[state][:, 1] - found[state][:, 0], axis=1)
+        slope = (found[state][:, 1] - found[state][:, 0]) / lengths[:, None]
+        np.testing.assert_allclose(np.abs(slope[:, 1]), 0.5, atol=1e-3)  # along the plane alone
+        assert all(len(edges) == 0 for edges in overlays.joint_states(file, 0).values())  # not looked for yet
+    scree.run(CASES / "b1-slide" / "slope30.ana", output=tmp_path / "up.h5",
+              settings=["material(2).vx=-1", "material(2).vy=2", "step.count=50"])  # away from the plane
+    found = overlays.joint_states(frames(tmp_path / "up.h5"), -1 % 51)
+    assert [len(found[key]) for key in ("stick", "slip")] == [0, 0] and len(found["open"]) == 1
+    assert np.linalg.norm(np.diff(found["open"][0], axis=0)) == pytest.approx(1, rel=1e-3)  # the block's own; the plane is longer
+
+
+def test_forces_of_contacts_bear_the_weight(slides):
+    file = frames(slides / "sticks.h5")
+    last = len(file.times) - 1
+    contacts = file.file.contacts_of(last)
+    signs = np.where(contacts.blocks[:, 0] == 2, 1, -1)[:, None]
+    weight = 24525 * file.file.bodies.area[0, 1]
+    np.testing.assert_allclose((signs * overlays.contact_forces(file, last)).sum(0), [0, weight], atol=2e-3 * weight)
+    panel = plot.draw_frames([file], ["last"], "block", [overlays.draw_contact_forces]).axes[0]
+    bars = lines_of(panel, "force")
+    np.testing.assert_allclose(bars.mean(1), contacts.place, atol=1e-9)
+    along = bars[:, 1] - bars[:, 0]
+    np.testing.assert_allclose(along[:, 0] * overlays.contact_forces(file, last)[:, 1], along[:, 1] * overlays.contact_forces(file, last)[:, 0],
+                               atol=1e-9 * weight)
+
+
+def test_colours_leave_out_what_is_far_off_unless_told():
+    values = np.append(np.linspace(0, 1, 199), 1e6)
+    assert overlays.robust_limits(values) == (values[2], values[197])
+    assert overlays.robust_limits(values[-50:]) == (values[-50], 1e6)  # of few all count
+    look = plot.Look()
+    assert plot.limits_of(values, "displacement", look)[:2] == (values[2], values[197])
+    assert plot.limits_of(values, "block", look)[:2] == (0, 1e6)
+    assert plot.limits_of(values, "displacement", plot.Look(range=["full"]))[:2] == (0, 1e6)
+    assert plot.limits_of(values, "displacement", plot.Look(range=[0.2, 0.3])) == (0.2, 0.3, "cividis")
+    assert plot.limits_of(np.array([-3.0, 1.0]), "major", look) == (-3, 3, "RdBu_r")  # white at zero
+    assert plot.limits_of(np.array([-3.0, 0.1]), "major", look) == (-3, 0.1, "cividis")
+    assert plot.limits_of(np.zeros(3), "major", look)[:2] == (0, 1)
+
+
+def test_one_arrow_in_each_cell():
+    class Size:
+        size = 36.0
+    places = np.random.default_rng(2).random((5000, 2)) * 36
+    chosen = overlays.spread_out(places, Size)
+    cells = np.floor(places[chosen])
+    assert len(chosen) == len(np.unique(cells, axis=0)) == len(np.unique(np.floor(places), axis=0))
+    assert list(overlays.spread_out(places[:1], Size)) == [0]
+
+
+def test_a_scale_is_a_round_number():
+    assert [overlays.round_below(x) for x in (1.0, 1.9, 2.0, 4.99, 5, 9.9, 0.03, 3.1e6)] == [1, 1, 2, 2, 5, 5, 0.02, 2e6]
+
+
+def test_lines_of_the_mesh_are_thin_or_none_and_the_window_is_what_was_asked_for(tmp_path):
+    (tmp_path / "s.geo").write_text(SQUARE.format(a=1))
+    (tmp_path / "s.ana").write_text(SHEARED.format(geometry="s.geo"))
+    scree.run("s.ana", settings=["method.model=nmm", "cover.edge=0.4"], cwd=tmp_path)
+    for look, width in ((None, 0.15), (plot.Look(mesh=False), 1.0)):
+        panel = plot.draw_frames([frames(tmp_path / "s.h5")], ["0"], "major", (), look).axes[0]
+        fill = next(c for c in panel.collections if isinstance(c, PathCollection))
+        outline = lines_of(panel, [c for c in panel.collections if isinstance(c, LineCollection)][-1].get_label())
+        assert np.linalg.norm(outline[:, 1] - outline[:, 0], axis=1).sum() == pytest.approx(4)
+        assert fill.get_linewidths()[0] == width and (len(fill.get_edgecolors()) == 0) == (look is not None)
+    panel = plot.draw_frames([frames(tmp_path / "s.h5")], ["0"], "major", (), plot.Look(window=[0.1, 0.2, 0.5, 0.4])).axes[0]
+    assert panel.get_xlim() == (0.1, 0.5) and panel.get_ylim() == (0.2, 0.4)
+
+
+def test_the_commands_of_the_manual_make_pictures(slides, tmp_path):
+    for words in (["--joints", "state", "--vectors"], ["--joints", "forces", "--crosses", "--frames", "last"], ["--vectors", "velocity"],
+                  ["--field", "minor", "--range", "full", "--no-mesh", "--colours", "viridis", "--window", "-1", "-1", "2", "2"]):
+        done = subprocess.run([TOOL, slides / "slips.h5", *words, "--dpi", "40", "-o", tmp_path / "p.png"], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        assert 150 < image.imread(tmp_path / "p.png").shape[1] < 400  # 5 to 9 inches
+
+
+def test_what_cannot_be_drawn_is_one_line(slides, tmp_path):
+    (tmp_path / "s.geo").write_text(SQUARE.format(a=1))
+    (tmp_path / "s.ana").write_text(SHEARED.format(geometry="s.geo"))
+    for words, expected in (
+            ([tmp_path / "s.geo", "--vectors"], "results file for --vectors"), ([tmp_path / "s.geo", "--crosses"], "for --crosses"),
+            ([tmp_path / "s.ana", "--joints", "state"], "run with contacts"), ([slides / "slips.h5", "--range", "2", "1"], "LOW HIGH"),
+            ([slides / "slips.h5", "--range", "a"], "LOW HIGH"), ([slides / "slips.h5", "--window", "1", "0", "0", "1"], "X1 below X2"),
+            ([slides / "slips.h5", "--dpi", "0"], "from 10 to 2000")):
+        done = subprocess.run([TOOL, *words, "--scree", SCREE, "-o", tmp_path / "p.png"], capture_output=True, text=True)
+        assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and expected in done.stderr, done.stderr
+    with pytest.raises(PlotError):
+        overlays.results_of(object.__new__(type("Geometry", (), {"name": "x"})), "--vectors")

@@ -1,0 +1,255 @@
+"""What is drawn over the blocks of a picture: vectors, principal stresses, states of joints, forces of contacts.
+
+Each `draw_...(axis, file, frame, common)` draws on a panel and returns the entries of the legend by what they say. Colours are those of
+Okabe and Ito (2008), told apart by those who see red and green alike; what differs in colour differs in line too, for print in grey.
+"""
+import numpy as np
+from matplotlib import patheffects
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+
+from .errors import PlotError
+
+SLIDING, LOCKED = 1, 2  # /contacts/state
+STATES = {"stick": dict(colors="#0072B2", linewidths=1.6, linestyles="solid"),
+          "slip": dict(colors="#D55E00", linewidths=2.8, linestyles="solid"),
+          "open": dict(colors="black", linewidths=1.4, linestyles=(0, (1, 1.2)))}
+COMPRESSION, TENSION = dict(colors="black", linewidths=1.1), dict(colors="#D55E00", linewidths=1.8)
+FORCE = dict(colors="#009E73", linewidths=1.8)
+MANY_BLOCKS = 100  # from which on their lines are thinner
+CELLS = 36       # over the width of a picture, that hold one vector or cross each
+LONGEST = 0.07   # of a vector, over that width
+CROSS = 0.07     # of a cross
+PARALLEL = 0.25  # sine of the most that an edge may turn from that of a contact on it
+BESIDE = 0.05    # of an edge and a contact on it, over the length of the edge
+OUTSIDE = 1e-3   # of where one looks for a neighbour of an edge, over its length
+
+
+class Common:
+    """What the panels of a picture have in common: their frames, their size and the scales of what is drawn over them."""
+
+    def __init__(self, slots, size):
+        self.slots, self.size, self.largest = slots, size, {}
+
+    def scale(self, measure, share):
+        """Length in the picture for one of what is measured, `measure(file, frame)`: its large values, but for the 2 % above them, are as
+        long as a share of the picture. The large value too."""
+        if measure not in self.largest:
+            values = np.concatenate([np.abs(np.ravel(measure(file, frame))) for file, frame in self.slots])
+            self.largest[measure] = robust_limits(values, 0.02)[1] if len(values) else 0.0
+        largest = self.largest[measure]
+        return (share * self.size / largest if largest > 0 else 0.0), largest
+
+
+def robust_limits(values, share=0.01):
+    """Least and largest without so large a share of the values at each end; of few values all count."""
+    values = np.sort(np.asarray(values, float).ravel())
+    left_out = int(share * len(values))
+    return values[left_out], values[len(values) - 1 - left_out]
+
+
+def spread_out(places, common):
+    """Those of the places that are drawn: one in each cell of a lattice, that nearest to its middle."""
+    cell = np.floor(places / (common.size / CELLS)) + 0.5
+    order = np.argsort(((places / (common.size / CELLS) - cell) ** 2).sum(1), kind="stable")
+    return order[np.unique(cell[order], axis=0, return_index=True)[1]]
+
+
+def round_below(value):
+    """The largest of 1, 2 and 5 times a power of ten up to a value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return power * max(digit for digit in (1, 2, 5) if digit * power <= value * (1 + 1e-9))
+
+
+def draw_scale(axis, scale, largest, what, colour):
+    """A bar with its value in the corner of a panel, below those that are there."""
+    if not largest > 0:
+        return
+    value, row = round_below(largest), len(getattr(axis, "scale_bars", []))
+    axis.scale_bars = [*getattr(axis, "scale_bars", []), what]
+    left, right = axis.get_xlim()
+    start, height = left + 0.03 * (right - left), 0.95 - 0.07 * row
+    axis.plot([start, start + scale * value], [height, height], color=colour, linewidth=2, transform=axis.get_xaxis_transform(),
+              solid_capstyle="butt", label="_scale")
+    axis.text(start + scale * value + 0.015 * (right - left), height, f"{value:g} {what}", fontsize=7, va="center",
+              transform=axis.get_xaxis_transform(), path_effects=[patheffects.withStroke(linewidth=2, foreground="white")])
+
+
+def results_of(file, what):
+    """The results behind a frame; PlotError for a geometry, which has none."""
+    if not hasattr(file, "file"):
+        raise PlotError(f"{file.name}: expected a results file for {what}, found a geometry")
+    return file.file
+
+
+def mean_over(polygon, values):
+    """The mean of a linear field over a polygon, which is its value at the centroid, from those at its vertices."""
+    own = polygon - polygon[0]
+    after, values_after = np.roll(own, -1, axis=0), np.roll(values, -1, axis=0)
+    twice = own[:, 0] * after[:, 1] - own[:, 1] * after[:, 0]
+    return twice @ (values + values_after + values[0]) / (3 * twice.sum())
+
+
+def means(file, frame, values):
+    """Of a field at all vertices, in each element."""
+    polygons = file.polygons(frame)
+    return np.array([mean_over(polygon, values[corners]) for polygon, corners in zip(polygons, file.corners)])
+
+
+def centroids(file, frame):
+    return means(file, frame, file.file.vertices(frame))
+
+
+def displacements(file, frame):
+    """Of the centroid of each element."""
+    return means(file, frame, results_of(file, "--vectors").displacement(frame))
+
+
+def velocities(file, frame):
+    return means(file, frame, results_of(file, "--vectors").velocity(frame))
+
+
+def lengths(vectors):
+    """How long the vectors of a frame are, as a measure."""
+    def measure(file, frame):
+        return np.linalg.norm(vectors(file, frame), axis=1)
+    return measure
+
+
+lengths_of = {vectors: lengths(vectors) for vectors in (displacements, velocities)}
+
+
+def draw_arrows(vectors, name, dimension):
+    """What draws vectors at the centroids of elements."""
+    def draw(axis, file, frame, common):
+        found = vectors(file, frame)
+        scale, largest = common.scale(lengths_of[vectors], LONGEST)
+        places = centroids(file, frame)
+        chosen = spread_out(places, common)
+        chosen = chosen[np.linalg.norm(found[chosen], axis=1) * scale > 1e-3 * common.size]  # no dots
+        if len(chosen):
+            axis.quiver(*places[chosen].T, *(scale * found[chosen]).T, angles="xy", scale_units="xy", scale=1, width=0.004,
+                        headwidth=4, headlength=5, color="black", edgecolor="white", linewidth=0.4, zorder=4)
+        draw_scale(axis, scale, largest, f"{name} [{dimension}]", "black")
+        return {}
+    return draw
+
+
+VECTORS = {"displacement": draw_arrows(displacements, "displacement", "length"),
+           "velocity": draw_arrows(velocities, "velocity", "length/time")}
+
+
+def principal_stresses(file, frame):
+    """Larger and smaller one of each element (e, 2), tension positive, and the direction of the larger, its angle with x (e)."""
+    xx, yy, xy = results_of(file, "--crosses").stress(frame).T
+    mean, half = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+    return np.stack([mean + half, mean - half], axis=1), np.arctan2(2 * xy, xx - yy) / 2
+
+
+def principal_values(file, frame):
+    return principal_stresses(file, frame)[0]
+
+
+def draw_crosses(axis, file, frame, common):
+    """Principal stresses of elements as crosses: lines along their directions, as long as they are large."""
+    values, angle = principal_stresses(file, frame)
+    scale, largest = common.scale(principal_values, CROSS)
+    places = centroids(file, frame)
+    chosen, entries = spread_out(places, common), {}
+    along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    across = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
+    place = np.concatenate([places[chosen]] * 2)
+    value = np.concatenate([values[chosen, 0], values[chosen, 1]])
+    half = (scale * np.abs(value) / 2)[:, None] * np.concatenate([along[chosen], across[chosen]])
+    for name, which, look in (("compression", value < 0, COMPRESSION), ("tension", value > 0, TENSION)):
+        if scale > 0:
+            axis.add_collection(LineCollection(np.stack([place - half, place + half], axis=1)[which], zorder=4, label=name, **look))
+        entries[name] = Line2D([], [], color=look["colors"], linewidth=look["linewidths"])
+    draw_scale(axis, scale, largest, "principal stress [force/length$^2$]", "black")
+    return entries
+
+
+def against_others(file):
+    """Whether each edge of a joint lies against another element at the start."""
+    if not hasattr(file, "against"):
+        edges, _, element = file.edges(0)
+        side = edges[:, 1] - edges[:, 0]
+        outside = edges.mean(1) + OUTSIDE * np.stack([side[:, 1], -side[:, 0]], axis=1)
+        order = np.argsort(outside[:, 0])
+        sorted_x, file.against = outside[order, 0], np.zeros(len(edges), bool)
+        for e, path in enumerate(file.outlines(0)):
+            low, high = file.start[e].min(0), file.start[e].max(0)
+            near = order[np.searchsorted(sorted_x, low[0]):np.searchsorted(sorted_x, high[0])]
+            near = near[(outside[near, 1] > low[1]) & (outside[near, 1] < high[1]) & (element[near] != e)]
+            if len(near):
+                file.against[near[path.contains_points(outside[near])]] = True
+    return file.against
+
+
+def edges_of_contact(edges, place, normal):
+    """Which edges a contact is on: those near it that run across its normal; both that end in a vertex on a straight joint."""
+    side = edges[:, 1] - edges[:, 0]
+    length = np.linalg.norm(side, axis=1)
+    share = np.clip(((place - edges[:, 0]) * side).sum(1) / length ** 2, 0, 1)
+    distance = np.linalg.norm(edges[:, 0] + share[:, None] * side - place, axis=1) / length
+    return (distance < BESIDE) & (np.abs(side @ normal) <= PARALLEL * length)
+
+
+def joint_states(file, frame):
+    """Edges of joints (n, 2, 2) by state: slip where a contact on them slides, stick where those on them are locked, open where there
+    is none and the edge lay against another at the start. At the start itself contacts are not looked for yet: there are none of them."""
+    results = results_of(file, "--joints state")
+    contacts = results.contacts_of(frame)
+    if contacts is None:
+        raise PlotError(f"{file.name}: expected a run with contacts for --joints state, found one without")
+    edges, _, element = file.edges(frame)
+    block = results.block[element]
+    of_block = {b: np.flatnonzero(block == b) for b in np.unique(block)}
+    state = np.where(against_others(file) & (frame > 0), 0, -1)
+    for blocks, now, place, normal in zip(contacts.blocks, contacts.state, contacts.place, contacts.normal):
+        for b in set(blocks):
+            own = of_block[b]
+            found = own[edges_of_contact(edges[own], place, normal)]
+            state[found[state[found] != SLIDING]] = now
+    return {name: edges[state == number] for name, number in (("stick", LOCKED), ("slip", SLIDING), ("open", 0))}
+
+
+def thinner_by(file):
+    """What the lines at the joints of many blocks are thinner by."""
+    return min(1.0, (MANY_BLOCKS / results_of(file, "--joints state").n_blocks) ** 0.3)
+
+
+def draw_joint_states(axis, file, frame, common):
+    """Edges by what their contacts do; the more there are, the thinner."""
+    thinner = thinner_by(file)
+    for name, edges in joint_states(file, frame).items():
+        look = STATES[name] | {"linewidths": thinner * STATES[name]["linewidths"]}
+        axis.add_collection(LineCollection(edges, zorder=3, label=name, **look))
+    return {name: Line2D([], [], color=look["colors"], linewidth=look["linewidths"], linestyle=look["linestyles"])
+            for name, look in STATES.items()}
+
+
+def contact_forces(file, frame):
+    """Force of each closed contact on the block of its vertex (n, 2), x and y."""
+    contacts = results_of(file, "--joints forces").contacts_of(frame)
+    if contacts is None or len(contacts) == 0:
+        return np.empty((0, 2))
+    left = np.stack([-contacts.normal[:, 1], contacts.normal[:, 0]], axis=1)
+    return contacts.force[:, :1] * contacts.normal + contacts.force[:, 1:] * left
+
+
+measure_of_forces = lengths(contact_forces)
+
+
+def draw_contact_forces(axis, file, frame, common):
+    """States of joints, and the force of each contact as a bar along it through its place."""
+    entries = draw_joint_states(axis, file, frame, common)
+    forces = contact_forces(file, frame)
+    thinner = thinner_by(file)
+    scale, largest = common.scale(measure_of_forces, LONGEST * thinner ** 2)
+    look = FORCE | {"linewidths": thinner * FORCE["linewidths"]}
+    if len(forces):
+        place, half = file.file.contacts_of(frame).place, scale * forces / 2
+        axis.add_collection(LineCollection(np.stack([place - half, place + half], axis=1), zorder=5, label="force", **look))
+    draw_scale(axis, scale, largest, "force of contact [force/length]", FORCE["colors"])
+    return {**entries, "force of contact": Line2D([], [], color=FORCE["colors"], linewidth=FORCE["linewidths"])}
