@@ -13,7 +13,7 @@ module scree_read_scene
   use scree_kinds, only: dp
   use scree_scene, only: contact_none, scene_t
   use scree_setting_rules, only: check_rules, drop_overridden
-  use scree_setting_table, only: from_of
+  use scree_setting_table, only: from_of, given_at
   use scree_settings, only: fill_settings, read_groups, set_word, store_settings
   use scree_system, only: fixed_point, load_point
   use scree_text, only: number_text, text_t
@@ -72,6 +72,8 @@ contains
     call check_materials(scene, blocks, error)
     if (allocated(error)) return
     call take_forces(scene, error)
+    if (allocated(error)) return
+    call take_boundary_loads(scene, error)
     if (allocated(error)) return
     call take_acceleration(scene, error)
     if (allocated(error)) return
@@ -236,6 +238,55 @@ contains
       end do
     end associate
   end subroutine take_forces
+
+  !> Loads on edges from &boundary. Errors: lists that do not go together, a line without length.
+  subroutine take_boundary_loads(scene, error)
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i, n
+
+    allocate (scene%boundary_loads(0))
+    associate (s => scene%settings)
+      if (.not. allocated(s%boundary_lines)) return
+      n = size(s%boundary_lines)/4
+      if (size(s%boundary_lines) /= 4*n) then
+        call wrong('boundary.lines', 'four numbers x1 y1 x2 y2 for each line', number_text(size(s%boundary_lines)))
+        return
+      end if
+      if (allocated(s%boundary_pressure)) then
+        if (size(s%boundary_pressure) /= 2*n) &
+          call wrong('boundary.pressure', number_text(2*n)//' numbers, p1 p2 for each line', number_text(size(s%boundary_pressure)))
+      end if
+      if (allocated(s%boundary_traction) .and. .not. allocated(error)) then
+        if (size(s%boundary_traction) /= 4*n) call wrong('boundary.traction', number_text(4*n)// &
+          ' numbers, tx1 ty1 tx2 ty2 for each line', number_text(size(s%boundary_traction)))
+      end if
+      if (allocated(error)) return
+      deallocate (scene%boundary_loads)
+      allocate (scene%boundary_loads(n))
+      do i = 1, n
+        associate (load => scene%boundary_loads(i))
+          load%ends = reshape(s%boundary_lines(4*i - 3:4*i), [2, 2])
+          if (.not. norm2(load%ends(:, 2) - load%ends(:, 1)) > 0) then
+            call wrong('boundary.lines', 'two ends of line '//number_text(i), 'one place')
+            return
+          end if
+          if (allocated(s%boundary_pressure)) load%pressure = s%boundary_pressure(2*i - 1:2*i)
+          if (allocated(s%boundary_traction)) load%traction = reshape(s%boundary_traction(4*i - 3:4*i), [2, 2])
+        end associate
+      end do
+    end associate
+
+  contains
+
+    !> Error at the place that a list came from.
+    subroutine wrong(name, expected, found)
+      character(len=*), intent(in) :: name, expected, found
+
+      call fail(error, status_bad_input, given_at(scene%words, name)//': expected '//name//' with '//expected//', found '//found)
+    end subroutine wrong
+
+  end subroutine take_boundary_loads
 
   !> Acceleration of the ground from &acceleration.
   subroutine take_acceleration(scene, error)

@@ -44,6 +44,7 @@ contains
     call visit_joints(row, scene%settings)
     call visit_points(row, scene)
     call visit_bolts(row, scene%settings)
+    call visit_boundary(row, scene%settings)
     call visit_ground(row, scene%settings)
     call visit_output(row, scene%settings)
   end subroutine visit_settings
@@ -309,6 +310,21 @@ contains
     call row%choice(setting_t('bolts', 'limit', 'what bolts do at their strength, those of the geometry too', &
                               choices='|yields|breaks|'), s%bolts_break, .false.)
   end subroutine visit_bolts
+
+  !> What acts on the edges of blocks.
+  subroutine visit_boundary(row, s)
+    type(setting_rows_t), intent(inout) :: row
+    type(settings_t), intent(inout) :: s
+
+    call row%reals(setting_t('boundary', 'lines', 'x1 y1 x2 y2 of each line: edges of blocks that lie on it are loaded', &
+                             'length'), s%boundary_lines)
+    call row%reals(setting_t('boundary', 'pressure', 'p1 p2 at the ends of each, linear between; it follows the edges', &
+                             'force/length^2', default='0'), s%boundary_pressure)
+    call row%reals(setting_t('boundary', 'traction', 'tx1 ty1 tx2 ty2 at the ends of each, linear between; it stays as it is', &
+                             'force/length^2', default='0'), s%boundary_traction)
+    call row%real(setting_t('boundary', 'ramp', 'from the start, in which these grow from 0', 'time', 0.0_dp, default='0'), &
+                  s%boundary_ramp)
+  end subroutine visit_boundary
 
   !> How the ground moves, and what damps the motion.
   subroutine visit_ground(row, s)

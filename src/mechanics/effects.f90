@@ -2,6 +2,7 @@
 module scree_effects
   use scree_base_acceleration, only: add_base_acceleration, size_of_base, work_of_base
   use scree_bolt, only: add_bolts_of_element, bolt_energy, work_between
+  use scree_edge_load, only: add_edge_loads, size_of_edge_loads, work_of_edge_loads
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_fixed_point, only: add_fixed_springs, spring_energy, work_of_springs
   use scree_gravity, only: add_gravity, gravity_energy
@@ -92,6 +93,8 @@ contains
                               rule, term)
       if (allocated(effects%point_load)) &
         call add_point_loads(effects%point_load, e, state%point, rule, element, term)
+      if (allocated(effects%edge_load)) &
+        call add_edge_loads(effects%edge_load, e, state%point, state%velocity(ids), rule, element, term)
       if (allocated(effects%fixed_point)) then
         if (effects%fixed_point%by_springs) &
           call add_fixed_springs(effects%fixed_point, e, state%point, rule%end_time, element, unknown, term)
@@ -114,9 +117,10 @@ contains
 
   !> Magnitudes of the weight, the loads and the inertia force of the ground that act on one element in a step, summed; force per
   !> unit thickness.
-  pure real(dp) function load_on_element(model, own, e, rule) result(load)
+  pure real(dp) function load_on_element(model, own, state, e, rule) result(load)
     type(model_t), intent(in) :: model
     type(element_cache_t), intent(in) :: own   !! of the element
+    type(state_t), intent(in) :: state         !! at the beginning of the step
     integer, intent(in) :: e
     type(step_rule_t), intent(in) :: rule
 
@@ -125,10 +129,11 @@ contains
       if (allocated(effects%gravity)) load = load + abs(own%mass_ratio*effects%gravity%weight(e))
       if (allocated(effects%base_acceleration)) load = load + size_of_base(effects%base_acceleration, own%mass, rule)
       if (allocated(effects%point_load)) load = load + size_of_point_loads(effects%point_load, e, rule)
+      if (allocated(effects%edge_load)) load = load + size_of_edge_loads(effects%edge_load, e, state%point, rule)
     end associate
   end function load_on_element
 
-  !> Work of the point loads on one element, and of the inertia force of the ground, in a step.
+  !> Work of the loads on one element, on points and edges, and of the inertia force of the ground, in a step.
   pure real(dp) function work_of_loads(model, own, state, e, unknown, rule) result(work)
     type(model_t), intent(in) :: model
     type(element_cache_t), intent(in) :: own   !! of the element
@@ -143,6 +148,9 @@ contains
         work = work + work_of_base(effects%base_acceleration, own%mass, rule, own%kinematics, unknown)
       if (allocated(effects%point_load)) &
         work = work + work_of_point_loads(effects%point_load, e, state%point, rule, own%kinematics, unknown)
+      if (allocated(effects%edge_load)) &
+        work = work + work_of_edge_loads(effects%edge_load, e, state%point, values_of(model%elements, e, state%velocity), rule, &
+                                         own%kinematics, unknown)
     end associate
   end function work_of_loads
 
@@ -154,6 +162,7 @@ contains
     associate (effects => model%effects)
       if (allocated(effects%base_acceleration)) time = max(time, last_change([effects%base_acceleration%record]))
       if (allocated(effects%point_load)) time = max(time, last_change(effects%point_load%table))
+      if (allocated(effects%edge_load)) time = max(time, effects%edge_load%ramp)
       if (allocated(effects%fixed_point)) time = max(time, last_change(effects%fixed_point%table))
     end associate
   end function steady_from

@@ -5,6 +5,7 @@ module scree_model
   use scree_base_acceleration, only: base_acceleration_t
   use scree_bolt, only: bolt_t
   use scree_contacts, only: contact_law_t, contact_search_t
+  use scree_edge_load, only: edge_load_t
   use scree_equations, only: equations_t
   use scree_fixed_point, only: fixed_point_t
   use scree_gravity, only: gravity_t
@@ -37,6 +38,7 @@ module scree_model
     type(mass_damping_t), allocatable :: mass_damping
     type(point_load_t), allocatable :: point_load
     type(fixed_point_t), allocatable :: fixed_point
+    type(edge_load_t), allocatable :: edge_load
     type(bolt_t), allocatable :: bolt
     type(contact_law_t), allocatable :: contact
   end type effects_t

@@ -4,7 +4,7 @@ module scree_time_table
   use scree_scene, only: time_table_t
   implicit none
   private
-  public :: last_change, mean_over, value_at
+  public :: last_change, mean_of_ramp, mean_over, ramp_at, value_at
 
 contains
 
@@ -61,6 +61,39 @@ contains
       left = right
     end do
   end function mean_over
+
+  !> Share of a load that grows evenly from 0 at time 0 to all of it at the end of a ramp.
+  pure real(dp) function ramp_at(ramp, time) result(share)
+    real(dp), intent(in) :: ramp     !! time; 0: none
+    real(dp), intent(in) :: time
+
+    share = 1.0_dp
+    if (time < ramp) share = max(0.0_dp, time)/ramp
+  end function ramp_at
+
+  !> Its mean from one time to another, exact; at one time its value.
+  pure real(dp) function mean_of_ramp(ramp, from, to) result(mean)
+    real(dp), intent(in) :: ramp     !! time; 0: none
+    real(dp), intent(in) :: from, to !! time, `from` not after `to`
+
+    if (.not. to > from) then
+      mean = ramp_at(ramp, to)
+    else if (from >= ramp) then
+      mean = 1.0_dp
+    else
+      mean = (area_until(to) - area_until(from))/(to - from)
+    end if
+
+  contains
+
+    !> Integral of the share up to a time.
+    pure real(dp) function area_until(time)
+      real(dp), intent(in) :: time
+
+      area_until = 0.5_dp*max(0.0_dp, min(time, ramp))**2/ramp + max(0.0_dp, time - ramp)
+    end function area_until
+
+  end function mean_of_ramp
 
   !> How many of the times are not after one.
   pure integer function times_until(times, time)

@@ -9,8 +9,8 @@ module scree_scene
   use scree_text, only: text_t
   implicit none
   private
-  public :: block_material_t, bolt_record_t, effect_t, joint_material_t, line_t, point_t, polygons_t, run_options_t, scene_t, &
-            settings_t, time_table_t, word_t
+  public :: block_material_t, bolt_record_t, boundary_load_t, effect_t, joint_material_t, line_t, point_t, polygons_t, &
+            run_options_t, scene_t, settings_t, time_table_t, word_t
 
   !> Order of the numbers of an analysis deck: told by their count, or said.
   integer, parameter, public :: dialect_auto = 1, dialect_short = 2, dialect_shi = 3
@@ -67,6 +67,13 @@ module scree_scene
     real(dp) :: pretension = 0.0_dp         !! f0, force per unit thickness
     character(len=:), allocatable :: source !! where it stands: file and line
   end type bolt_record_t
+
+  !> What acts on the edges of blocks that lie on a line: at its ends, linear between.
+  type :: boundary_load_t
+    real(dp) :: ends(2, 2) = 0.0_dp         !! (xy, end), length
+    real(dp) :: pressure(2) = 0.0_dp        !! against the edges, force/length^2
+    real(dp) :: traction(2, 2) = 0.0_dp     !! (xy, end), force/length^2
+  end type boundary_load_t
 
   !> Closed loops, counter-clockwise, as a block file gives them.
   type :: polygons_t
@@ -164,6 +171,10 @@ module scree_scene
     real(dp), allocatable :: bolt_strength(:)   !! likewise, 0: without limit, force per unit thickness
     real(dp), allocatable :: bolt_pretension(:) !! likewise, force per unit thickness
     logical :: bolts_break = .false.        !! at their strength, else they yield
+    real(dp), allocatable :: boundary_lines(:)    !! x1 y1 x2 y2 of each, length
+    real(dp), allocatable :: boundary_pressure(:) !! at both ends of each, force/length^2
+    real(dp), allocatable :: boundary_traction(:) !! tx ty at both ends of each, force/length^2
+    real(dp) :: boundary_ramp = 0.0_dp      !! in which they grow, time
     real(dp), allocatable :: ground_table(:) !! t ax ay of the ground, at one time after the other
     character(len=:), allocatable :: ground_file !! file of such lines
     real(dp) :: ground_scale = 1.0_dp       !! factor of ax and ay
@@ -226,6 +237,7 @@ module scree_scene
     type(line_t), allocatable :: fixed_lines(:)    !! equal ends: a fixed point
     type(point_t), allocatable :: load_points(:), measured_points(:), hole_points(:)
     type(bolt_record_t), allocatable :: bolts(:)
+    type(boundary_load_t), allocatable :: boundary_loads(:)
     type(polygons_t), allocatable :: blocks        !! given by a block file
     type(mesh_t), allocatable :: mesh              !! mathematical mesh that a file gives
     type(point_t), allocatable :: fixed_points(:)  !! given by a block file

@@ -186,11 +186,11 @@ contains
                     real(model%points%element(:n), dp), error)
   end subroutine store_parts
 
-  !> Points that a deck marks: all but the ends of bolts, which are the last.
+  !> Points that a deck marks: all but the ends of bolts and of edges that are loaded, which are the last.
   pure integer function n_marked(model)
     type(model_t), intent(in) :: model
 
-    n_marked = count(model%points%kind /= bolt_end)
+    n_marked = count(model%points%kind < bolt_end)
   end function n_marked
 
   !> Covers of manifold elements, from 1, at the start.

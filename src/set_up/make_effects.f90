@@ -15,7 +15,7 @@ module scree_make_effects
                          settings_t, strain_auto, strain_green, strain_small, time_table_t
   use scree_setting_table, only: index_of
   use scree_state, only: state_t
-  use scree_system, only: fixed_point, load_point, measured_point, system_t
+  use scree_system, only: edge_end, fixed_point, load_point, measured_point, system_t
   use scree_text, only: number_text, real_text
   implicit none
   private
@@ -54,6 +54,9 @@ contains
     end if
     call hold_points()
     call load_points()
+    if (size(scene%boundary_loads) > 0) &
+      call name('boundary loads', number_text(size(scene%boundary_loads))//' lines in &boundary, on '// &
+                number_text(count(system%points%kind == edge_end)/2)//' pieces of edges')
     call bolt_blocks()
     call let_touch()
     if (scene%settings%sleep > 0) call name('sleep', 'sleep='//real_text(scene%settings%sleep)//' in &step')

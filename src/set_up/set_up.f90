@@ -7,12 +7,14 @@ module scree_set_up
   use scree_contact_rules, only: rests_inside
   use scree_contacts, only: outlines_t, overlap_t
   use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh, covered_t
+  use scree_edge_load, only: edge_load_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_fixed_bodies, only: leave_out_fixed
   use scree_interpolation, only: kinematics_of, kinematics_t, rigid_velocity
   use scree_kinds, only: dp
   use scree_make_effects, only: make_effects
   use scree_outlines, only: make_outlines
+  use scree_loaded_edges, only: load_edges
   use scree_mathematical_mesh, only: regular_mesh, shortest_edge
   use scree_mesh, only: mesh_t
   use scree_model, only: model_t
@@ -45,14 +47,18 @@ contains
     type(effect_t), allocatable, intent(out) :: list(:)
     type(error_t), allocatable, intent(out) :: error
     type(cover_quality_t) :: quality
+    type(edge_load_t), allocatable :: load
     logical, allocatable :: fixed(:) ! (n_blocks)
 
     model%settings = scene%settings
     call make_system(scene, blocks, model%system_t, state, quality, error)
     if (allocated(error)) return
     model%start = state%vertex
+    call load_edges(scene, model%system_t, state, load, error)
+    if (allocated(error)) return
     model%start_point = state%point
     call make_effects(scene, blocks, model%system_t, state, quality, model%effects, list)
+    call move_alloc(load, model%effects%edge_load)
     if (allocated(model%effects%bolt)) state%bolts = begin_bolts(model%effects%bolt, state%point, blocks%bolt%pretension)
     call leave_out_fixed(model, state)
     if (model%settings%sleep > 0 .and. .not. allocated(model%effects%gravity)) then

@@ -253,7 +253,7 @@ contains
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       associate (ids => model%elements%unknown(:, e), span => cache%element(e)%kinematics%span, b => model%elements%block(e))
-        acts(b) = acts(b) + load_on_element(model, cache%element(e), e, rule_at(state))
+        acts(b) = acts(b) + load_on_element(model, cache%element(e), state, e, rule_at(state))
         if (held(e)) cycle
         do i = 1, n, 2 ! unknowns come in twos, those of a cover together
           if (counted(ids(i))) cycle

@@ -17,7 +17,7 @@ module scree_sleep
   use scree_state, only: state_t
   use scree_system, only: values_of
   use scree_time_stepper, only: advance, step_report_t
-  use scree_time_table, only: mean_over, value_at
+  use scree_time_table, only: mean_over, ramp_at, value_at
   use scree_timers, only: begin_phase, phase_sleep
   implicit none
   private
@@ -290,6 +290,15 @@ contains
           change = norm2(mean_over(effects%point_load%table(i), state%time, to) &
                          - value_at(effects%point_load%table(i), sleep%since(b)))
           is_disturbed(b) = is_disturbed(b) .or. change > share*sum(effects%gravity%weight, of_element == b)
+        end do
+      end if
+      if (allocated(effects%edge_load)) then
+        do k = 1, size(model%elements%free)
+          associate (e => model%elements%free(k), load => effects%edge_load)
+            b = of_element(e)
+            if (sleep%island(b) == 0 .or. load%first(e + 1) == load%first(e)) cycle
+            is_disturbed(b) = is_disturbed(b) .or. ramp_at(load%ramp, to) > ramp_at(load%ramp, sleep%since(b))
+          end associate
         end do
       end if
       if (allocated(effects%base_acceleration)) then
