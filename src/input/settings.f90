@@ -331,6 +331,8 @@ contains
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
+    call row%real(setting_t('gravity', 'ramp', 'from the start, in which the weight grows from 0', 'time', 0.0_dp, default='0'), &
+                  s%gravity_ramp)
     call row%reals(setting_t('acceleration', 'table', 't ax ay of the ground at ascending times'), s%ground_table)
     call row%text(setting_t('acceleration', 'file', 'file with lines t ax ay, from the folder of the analysis deck'), s%ground_file)
     call row%real(setting_t('acceleration', 'scale', 'factor of ax and ay, in units of the deck', '1'), s%ground_scale, 1.0_dp, &

@@ -45,12 +45,11 @@ contains
                    *full_load(self, e, position, velocity, rule, element))
   end subroutine add_edge_loads
 
-  !> Magnitudes of the loads on the edges of element `e`, summed, force per unit thickness.
-  pure real(dp) function size_of_edge_loads(self, e, position, rule) result(load)
+  !> Magnitudes of the loads on the edges of element `e`, when their ramp is over, summed; force per unit thickness.
+  pure real(dp) function size_of_edge_loads(self, e, position) result(load)
     type(edge_load_t), intent(in) :: self
     integer, intent(in) :: e
     real(dp), intent(in) :: position(:, :)    !! (2, n_points) at the beginning of the step, length
-    type(step_rule_t), intent(in) :: rule
     real(dp) :: along(2), q(2, 2)
     integer :: i
 
@@ -60,7 +59,6 @@ contains
       q = load_at_ends(self, i, along)
       load = load + 0.5_dp*(norm2(q(:, 1)) + norm2(q(:, 2)))
     end do
-    load = load*mean_of_ramp(self%ramp, rule%load_from, rule%load_to)
   end function size_of_edge_loads
 
   !> Work of the loads on the edges of element `e` in a step, force per unit thickness times length.

@@ -17,12 +17,12 @@ module scree_effects
   use scree_state, only: state_t
   use scree_stiffness, only: add_small_strain
   use scree_system, only: element_unknowns, values_of
-  use scree_time_table, only: last_change
+  use scree_time_table, only: last_change, mean_of_ramp, ramp_at
   implicit none
   private
   public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, load_on_element, &
-            loss_by_damping, power_of_weight, refresh_elements, steady_from, supports_move, work_of_bolts_between, work_of_loads, &
-            work_of_supports
+            loss_by_damping, power_of_weight, refresh_elements, share_of_weight, steady_from, supports_move, &
+            work_of_bolts_between, work_of_loads, work_of_ramp, work_of_supports
 
   integer, parameter :: n = element_unknowns
 
@@ -85,7 +85,8 @@ contains
         call add_small_strain(element, own%elasticity, own%stress, unknown, rule, term)
       end if
       if (allocated(effects%gravity)) &
-        call add_gravity(own%mass_ratio*effects%gravity%weight(e), element, term)
+        call add_gravity(own%mass_ratio*effects%gravity%weight(e) &
+                         *mean_of_ramp(effects%gravity%ramp, rule%load_from, rule%load_to), element, term)
       if (allocated(effects%base_acceleration)) &
         call add_base_acceleration(effects%base_acceleration, own%mass, rule, element, term)
       if (allocated(effects%mass_damping)) &
@@ -129,7 +130,7 @@ contains
       if (allocated(effects%gravity)) load = load + abs(own%mass_ratio*effects%gravity%weight(e))
       if (allocated(effects%base_acceleration)) load = load + size_of_base(effects%base_acceleration, own%mass, rule)
       if (allocated(effects%point_load)) load = load + size_of_point_loads(effects%point_load, e, rule)
-      if (allocated(effects%edge_load)) load = load + size_of_edge_loads(effects%edge_load, e, state%point, rule)
+      if (allocated(effects%edge_load)) load = load + size_of_edge_loads(effects%edge_load, e, state%point)
     end associate
   end function load_on_element
 
@@ -162,6 +163,7 @@ contains
     associate (effects => model%effects)
       if (allocated(effects%base_acceleration)) time = max(time, last_change([effects%base_acceleration%record]))
       if (allocated(effects%point_load)) time = max(time, last_change(effects%point_load%table))
+      if (allocated(effects%gravity)) time = max(time, effects%gravity%ramp)
       if (allocated(effects%edge_load)) time = max(time, effects%edge_load%ramp)
       if (allocated(effects%fixed_point)) time = max(time, last_change(effects%fixed_point%table))
     end associate
@@ -232,7 +234,45 @@ contains
       loss = damped_energy(model%effects%mass_damping, own%mass_matrix, unknown, rule%dt)
   end function loss_by_damping
 
-  !> Energy of the weight of one element, above y = 0.
+  !> Share of the weight that acts at a time.
+  pure real(dp) function share_of_weight(model, time) result(share)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: time
+
+    share = 1.0_dp
+    if (allocated(model%effects%gravity)) share = ramp_at(model%effects%gravity%ramp, time)
+  end function share_of_weight
+
+  !> Work in a step of what lets the weights grow: what their energy f S grows by beside what they do. With S the energy of all of
+  !> the weight, f its share, of which the balance takes the mean,
+  !>
+  !>     f1 S1 - f0 S0 - f (S1 - S0) = (f1 - f0) S0 + (f1 - f) (S1 - S0).
+  pure real(dp) function work_of_ramp(model, cache, state, d, rule) result(work)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state         !! at the beginning of the step
+    real(dp), intent(in) :: d(:)               !! (n_unknowns) of the step
+    type(step_rule_t), intent(in) :: rule
+    real(dp) :: before, rise, share(2)
+    integer :: e, k
+
+    work = 0.0_dp
+    if (.not. allocated(model%effects%gravity)) return
+    associate (ramp => model%effects%gravity%ramp, begins => rule%end_time - rule%dt)
+      share = [ramp_at(ramp, begins), ramp_at(ramp, rule%end_time)]
+      if (.not. share(2) > share(1)) return
+      before = cache%fixed%gravity
+      rise = 0.0_dp
+      do k = 1, size(model%elements%free)
+        e = model%elements%free(k)
+        before = before + energy_of_weight(model, cache%element(e), e)
+        rise = rise + power_of_weight(model, cache%element(e), e, values_of(model%elements, e, d))
+      end do
+      work = (share(2) - share(1))*before + (share(2) - mean_of_ramp(ramp, rule%load_from, rule%load_to))*rise
+    end associate
+  end function work_of_ramp
+
+  !> Energy of all the weight of one element, above y = 0.
   pure real(dp) function energy_of_weight(model, own, e) result(energy)
     type(model_t), intent(in) :: model
     type(element_cache_t), intent(in) :: own   !! of the element
@@ -245,7 +285,7 @@ contains
     end associate
   end function energy_of_weight
 
-  !> Rate of the energy of the weight of one element, force per unit thickness times length over time.
+  !> Rate of the energy of all the weight of one element, force per unit thickness times length over time.
   pure real(dp) function power_of_weight(model, own, e, velocity) result(power)
     type(model_t), intent(in) :: model
     type(element_cache_t), intent(in) :: own   !! of the element

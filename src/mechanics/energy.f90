@@ -1,7 +1,7 @@
 !> The books of energy and momentum, per unit thickness.
 module scree_energy
   use scree_effects, only: energy_of_bolts, energy_of_fixed_springs, energy_of_weight, loss_by_damping, power_of_weight, &
-      supports_move, work_of_bolts_between, work_of_loads, work_of_supports
+      share_of_weight, supports_move, work_of_bolts_between, work_of_loads, work_of_ramp, work_of_supports
   use scree_element_term, only: step_rule_t
   use scree_inertia, only: kinetic_energy, momentum
   use scree_integrator, only: held_weight, holds_power
@@ -44,6 +44,7 @@ contains
       end do
       books%held = held_weight(model%settings)*books%held
       if (holds_power(model%settings)) books%held = held_in_half_a_step(model, cache, state)
+      books%gravity = share_of_weight(model, state%time)*books%gravity
       books%fixed_springs = energy_of_fixed_springs(model, state)
       books%bolts = energy_of_bolts(model, state)
     end associate
@@ -56,19 +57,20 @@ contains
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
-    real(dp) :: halfway(element_unknowns), half
+    real(dp) :: halfway(element_unknowns), half, share
     integer :: e, k
 
     held = 0.0_dp
     if (state%step == 0) return
     half = 0.5_dp*state%pace%last
+    share = share_of_weight(model, state%time)
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       associate (velocity => values_of(model%elements, e, state%velocity), own => cache%element(e))
         halfway = velocity - half*values_of(model%elements, e, state%acceleration)
         held = held + kinetic_energy(own%mass_matrix, halfway) - kinetic_energy(own%mass_matrix, velocity) &
                - half*(own%kinematics%area*dot_product(state%stress(:, e), matmul(small_strain_operator(own%kinematics), halfway)) &
-                       + power_of_weight(model, own, e, halfway))
+                       + share*power_of_weight(model, own, e, halfway))
       end associate
     end do
   end function held_in_half_a_step
@@ -154,7 +156,7 @@ contains
       end associate
     end do
     if (moving) supports = supports + work_of_bolts_between(model, cache, state, d, rule)
-    work = work + supports
+    work = work + supports + work_of_ramp(model, cache, state, d, rule)
   end function work_of_step
 
   !> Energy that damping takes in a step.

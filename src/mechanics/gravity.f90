@@ -9,7 +9,8 @@ module scree_gravity
 
   !> Called for when a block material has weight. Each material's own unit weight acts, downwards.
   type :: gravity_t
-    real(dp), allocatable :: weight(:) !! (n_elements) at the start, force per unit thickness
+    real(dp), allocatable :: weight(:) !! (n_elements) at the start, when its ramp is over, force per unit thickness
+    real(dp) :: ramp = 0.0_dp          !! in which it grows from 0 as the run begins, time
   end type gravity_t
 
 contains

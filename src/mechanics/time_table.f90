@@ -68,7 +68,7 @@ contains
     real(dp), intent(in) :: time
 
     share = 1.0_dp
-    if (time < ramp) share = max(0.0_dp, time)/ramp
+    if (ramp > 0 .and. time < ramp) share = max(0.0_dp, time)/ramp
   end function ramp_at
 
   !> Its mean from one time to another, exact; at one time its value.
@@ -76,10 +76,10 @@ contains
     real(dp), intent(in) :: ramp     !! time; 0: none
     real(dp), intent(in) :: from, to !! time, `from` not after `to`
 
-    if (.not. to > from) then
-      mean = ramp_at(ramp, to)
-    else if (from >= ramp) then
+    if (.not. ramp > 0 .or. from >= ramp) then
       mean = 1.0_dp
+    else if (.not. to > from) then
+      mean = ramp_at(ramp, to)
     else
       mean = (area_until(to) - area_until(from))/(to - from)
     end if

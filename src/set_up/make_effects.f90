@@ -142,7 +142,10 @@ contains
         i = first_used(abs(material%unit_weight) > 0)
         if (i == 0) return
         call name('gravity', 'unit weight of block material '//number_text(i))
+        if (scene%settings%gravity_ramp > 0) &
+          call name('growing gravity', 'ramp='//real_text(scene%settings%gravity_ramp)//' in &gravity')
         allocate (effects%gravity)
+        effects%gravity%ramp = scene%settings%gravity_ramp
         allocate (effects%gravity%weight(system%n_elements))
         do e = 1, system%n_elements
           element = kinematics_of(system, state, e)

@@ -280,7 +280,7 @@ contains
 
     allocate (block(0))
     if (.not. any(state%sleep%island > 0)) return
-    is_disturbed = .false.
+    is_disturbed = grows(model, state, state%time + dt)
     associate (effects => model%effects, of_element => model%elements%block, of_point => model%points%element, &
                sleep => state%sleep, share => model%settings%sleep, to => state%time + dt)
       if (allocated(effects%point_load)) then
@@ -290,15 +290,6 @@ contains
           change = norm2(mean_over(effects%point_load%table(i), state%time, to) &
                          - value_at(effects%point_load%table(i), sleep%since(b)))
           is_disturbed(b) = is_disturbed(b) .or. change > share*sum(effects%gravity%weight, of_element == b)
-        end do
-      end if
-      if (allocated(effects%edge_load)) then
-        do k = 1, size(model%elements%free)
-          associate (e => model%elements%free(k), load => effects%edge_load)
-            b = of_element(e)
-            if (sleep%island(b) == 0 .or. load%first(e + 1) == load%first(e)) cycle
-            is_disturbed(b) = is_disturbed(b) .or. ramp_at(load%ramp, to) > ramp_at(load%ramp, sleep%since(b))
-          end associate
         end do
       end if
       if (allocated(effects%base_acceleration)) then
@@ -323,6 +314,37 @@ contains
     end associate
     block = pack([(b, b=1, model%n_blocks)], is_disturbed)
   end function disturbed
+
+  !> Blocks that sleep and whose weight or loads on edges have grown on their ramps since they fell asleep.
+  pure function grows(model, state, time)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: time
+    logical :: grows(model%n_blocks)
+    integer :: b, k
+
+    grows = .false.
+    do k = 1, size(model%elements%free)
+      associate (e => model%elements%free(k), effects => model%effects)
+        b = model%elements%block(e)
+        if (state%sleep%island(b) == 0) cycle
+        if (allocated(effects%gravity)) grows(b) = grows(b) .or. more(effects%gravity%ramp, state%sleep%since(b))
+        if (.not. allocated(effects%edge_load)) cycle
+        if (effects%edge_load%first(e + 1) > effects%edge_load%first(e)) &
+          grows(b) = grows(b) .or. more(effects%edge_load%ramp, state%sleep%since(b))
+      end associate
+    end do
+
+  contains
+
+    !> Whether there is more on a ramp now than there was.
+    pure logical function more(ramp, since)
+      real(dp), intent(in) :: ramp, since  !! time
+
+      more = ramp_at(ramp, time) > ramp_at(ramp, since)
+    end function more
+
+  end function grows
 
   !> Counts the contacts of what is awake and of what sleeps, and books the energy of their springs. Where nothing awake is in
   !> contact the memory has no overlap either, as after a step without contacts.

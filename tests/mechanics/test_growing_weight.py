@@ -1,0 +1,60 @@
+"""Weight that grows on a ramp: closed forms of a fall, and a start without a shock."""
+import math
+
+import numpy as np
+import pytest
+
+import scree
+from scree import block_files
+
+G, RAMP = 10.0, 0.4
+
+
+def run(folder, blocks, groups, fixed=(), steps=200, dt=0.005, young=1e8, settings=()):
+    (folder / "g.blk").write_text(block_files.block_file("growing", [(1, corners) for corners in blocks], fixed))
+    (folder / "g.ana").write_text(f"1\n{steps}\n1 1\n0.05\n{dt}\n2 20 {young} 0.25 0 0 0 0 0 0 0 0 0\n20 0 0\n"
+                                  f"&deck geometry='g.blk', dialect='short' /\n{groups}\n")
+    return scree.run(folder / "g.ana", settings=settings)
+
+
+@pytest.mark.parametrize("scheme", ("newmark", "energy_decaying", "energy_momentum", "generalized_alpha", "central_difference"))
+@pytest.mark.parametrize("height", (0.0, 1e4))
+def test_a_block_falls_as_its_weight_grows(height, scheme, tmp_path):
+    """v = g t^2/2T, then g (t - T/2); y by its integral; the books of energy balance, wherever y = 0 is."""
+    groups = f"&gravity ramp={RAMP} / &integrator scheme='{scheme}' / &output every=1 /"
+    r = run(tmp_path, [block_files.box(0, 1, height, height + 1)], groups, steps=100, dt=0.01, young=1e5)
+    t, late = r.times, np.maximum(r.times - RAMP, 0)
+    early = np.minimum(t, RAMP)
+    speed = G * (early**2 / (2 * RAMP) + late)
+    fall = G * (early**3 / (6 * RAMP) + RAMP * late / 2 + late**2 / 2)
+    assert -r.bodies.velocity[:, 0, 1] == pytest.approx(speed, abs=0.02 * G * RAMP)
+    assert r.bodies.centroid[0, 0, 1] - r.bodies.centroid[:, 0, 1] == pytest.approx(fall, abs=2e-2)
+    energy = r.history.energy
+    assert np.abs(energy.dissipated).max() < 2e-2 * energy.kinetic.max()
+    if height > 0:
+        assert energy.work[-1] == pytest.approx(2 * G * height, rel=1e-3)  # what lifts the weight to its height
+
+
+def test_a_ramp_keeps_the_shock_away(tmp_path):
+    """A block on a floor, with soft springs: it overshoots to nearly twice the overlap of its weight without a ramp, not with one."""
+    floor, block = block_files.box(-2, 3, -1, 0), block_files.box(0, 1, 0, 1)
+    over = {}
+    for ramp in (0.0, 2.0):
+        groups = f"&gravity ramp={ramp} / &contact stiffness=1e4 / &integrator scheme='energy_momentum', beta=0.5, start='zero' /"
+        r = run(tmp_path, [floor, block], groups, block_files.held(floor, 1), steps=1500, dt=0.002)
+        over[ramp] = r.history.overlap.max() / (20 / 2e4)
+    assert 1.8 < over[0.0] < 2.0  # springs that balance at the end of a step take some
+    assert over[2.0] == pytest.approx(1.0, abs=0.05)
+
+
+def test_what_sleeps_wakes_as_weight_grows(tmp_path):
+    """On a slope of 30 degrees a block with phi 20 slides from the start of the ramp; whatever sleeps, it goes as if none did."""
+    angle = math.radians(-30)
+    slope = block_files.turned(block_files.box(-5, 20, -1, 0), angle)
+    block = block_files.turned(block_files.box(-1, 0, 0, 0.5), angle)
+    ways = []
+    for sleep in ("0", "1e-3"):
+        r = run(tmp_path, [slope, block], "&gravity ramp=1 /", block_files.held(slope, 1), settings=[f"step.sleep={sleep}"])
+        ways.append(np.linalg.norm(r.bodies.centroid[-1, 1] - r.bodies.centroid[0, 1]))
+    exact = G * (math.sin(-angle) - math.tan(math.radians(20)) * math.cos(angle)) / 6
+    assert ways[0] == pytest.approx(exact, rel=2e-2) and ways[1] == pytest.approx(ways[0], rel=1e-6)
