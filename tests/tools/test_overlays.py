@@ -104,12 +104,34 @@ def test_a_block_that_slides_slips_one_that_stays_sticks_and_a_free_one_is_open(
         lengths = np.linalg.norm(found[state][:, 1] - found[state][:, 0], axis=1)
         slope = (found[state][:, 1] - found[state][:, 0]) / lengths[:, None]
         np.testing.assert_allclose(np.abs(slope[:, 1]), 0.5, atol=1e-3)  # along the plane alone
+        np.testing.assert_allclose(lengths, 1, rtol=1e-3)  # what the block covers of it
         assert all(len(edges) == 0 for edges in overlays.joint_states(file, 0).values())  # not looked for yet
     scree.run(CASES / "b1-slide" / "slope30.ana", output=tmp_path / "up.h5",
               settings=["material(2).vx=-1", "material(2).vy=2", "step.count=50"])  # away from the plane
     found = overlays.joint_states(frames(tmp_path / "up.h5"), -1 % 51)
     assert [len(found[key]) for key in ("stick", "slip")] == [0, 0] and len(found["open"]) == 1
     assert np.linalg.norm(np.diff(found["open"][0], axis=0)) == pytest.approx(1, rel=1e-3)  # the block's own; the plane is longer
+
+
+def test_a_part_of_a_joint_is_what_two_edges_have_of_each_other():
+    edge = np.array([[0.0, 0], [4, 0]])
+    for other, part in (([[3, 1e-3], [1, 0]], [[1, 0], [3, 0]]), ([[9, 0], [-9, 0]], edge), ([[6, 0], [2, 0]], [[2, 0], [4, 0]])):
+        np.testing.assert_allclose(overlays.common_part(edge, np.array(other, float)), part, atol=1e-12)
+    assert overlays.common_part(edge, np.array([[5.0, 0], [7, 0]])) is None
+
+
+def test_a_corner_on_an_edge_is_a_short_piece(tmp_path):
+    """A column that rocks on its corner: a piece of the floor where the corner is."""
+    scree.run(CASES / "b10-rocking" / "tilt0.5.ana", output=tmp_path / "x.h5", settings=["step.count=20", "output.every=5"])
+    file = frames(tmp_path / "x.h5")
+    counts = file.file["contacts/count"]
+    frame = int(np.flatnonzero(counts == 1)[0])
+    found = overlays.joint_states(file, frame)
+    piece, = [*found["slip"], *found["stick"]]
+    place = file.file.contacts_of(frame).place[0]
+    edge = min(np.linalg.norm(np.roll(file.start[1], -1, axis=0) - file.start[1], axis=1))
+    np.testing.assert_allclose(piece.mean(0), place, atol=1e-9)
+    assert np.linalg.norm(piece[1] - piece[0]) == pytest.approx(overlays.CORNER * edge, rel=1e-3)
 
 
 def test_forces_of_contacts_bear_the_weight(slides):

@@ -22,6 +22,7 @@ LONGEST = 0.07   # of a vector, over that width
 CROSS = 0.07     # of a cross
 PARALLEL = 0.25  # sine of the most that an edge may turn from that of a contact on it
 BESIDE = 0.05    # of an edge and a contact on it, over the length of the edge
+CORNER = 0.3     # of a piece of joint at a corner, over the shortest edge of its block
 OUTSIDE = 1e-3   # of where one looks for a neighbour of an edge, over its length
 
 
@@ -192,12 +193,21 @@ def edges_of_contact(edges, place, normal):
     length = np.linalg.norm(side, axis=1)
     share = np.clip(((place - edges[:, 0]) * side).sum(1) / length ** 2, 0, 1)
     distance = np.linalg.norm(edges[:, 0] + share[:, None] * side - place, axis=1) / length
-    return (distance < BESIDE) & (np.abs(side @ normal) <= PARALLEL * length)
+    return np.flatnonzero((distance < BESIDE) & (np.abs(side @ normal) <= PARALLEL * length))
+
+
+def common_part(edge, other):
+    """What an edge has of another one that lies on it (2, 2); None where that is nothing."""
+    side = edge[1] - edge[0]
+    low, high = np.sort((other - edge[0]) @ side / (side @ side))
+    low, high = max(low, 0.0), min(high, 1.0)
+    return edge[0] + np.array([[low], [high]]) * side if low < high else None
 
 
 def joint_states(file, frame):
-    """Edges of joints (n, 2, 2) by state: slip where a contact on them slides, stick where those on them are locked, open where there
-    is none and the edge lay against another at the start. At the start itself contacts are not looked for yet: there are none of them."""
+    """Parts of joints (n, 2, 2) by state: slip where a contact on them slides, stick where those on them are locked: what two edges have
+    of each other, or a short piece at a corner that touches an edge alone. Open: edges without contact that lay against another at the
+    start. At the start itself contacts are not looked for yet: there are none of them."""
     results = results_of(file, "--joints state")
     contacts = results.contacts_of(frame)
     if contacts is None:
@@ -205,13 +215,26 @@ def joint_states(file, frame):
     edges, _, element = file.edges(frame)
     block = results.block[element]
     of_block = {b: np.flatnonzero(block == b) for b in np.unique(block)}
-    state = np.where(against_others(file) & (frame > 0), 0, -1)
-    for blocks, now, place, normal in zip(contacts.blocks, contacts.state, contacts.place, contacts.normal):
-        for b in set(blocks):
-            own = of_block[b]
-            found = own[edges_of_contact(edges[own], place, normal)]
-            state[found[state[found] != SLIDING]] = now
-    return {name: edges[state == number] for name, number in (("stick", LOCKED), ("slip", SLIDING), ("open", 0))}
+    found, parts, touched = {}, {SLIDING: [], LOCKED: []}, set()
+    for (of_vertex, of_edge), now, place, normal in zip(contacts.blocks, contacts.state, contacts.place, contacts.normal):
+        first, second = (of_block[b][edges_of_contact(edges[of_block[b]], place, normal)] for b in (of_vertex, of_edge))
+        touched.update(first, second)
+        for pair in ((a, b) for a in first for b in second if a != b):
+            found[pair] = min(found.get(pair, now), now)  # sliding wins
+        if len(first) == 0 and len(second):
+            piece = CORNER * np.linalg.norm(edges[of_block[of_vertex], 1] - edges[of_block[of_vertex], 0], axis=1).min()
+            along = np.array([-normal[1], normal[0]])
+            parts[now].append(place + piece / 2 * np.array([-along, along]))
+    for (a, b), now in found.items():
+        part = common_part(edges[b], edges[a])
+        if part is not None:
+            parts[now].append(part)
+    open_ = against_others(file) & ~np.isin(np.arange(len(edges)), list(touched)) & (frame > 0)
+    return {"stick": as_segments(parts[LOCKED]), "slip": as_segments(parts[SLIDING]), "open": edges[open_]}
+
+
+def as_segments(parts):
+    return np.array(parts).reshape(-1, 2, 2)
 
 
 def thinner_by(file):

@@ -38,6 +38,9 @@ FIELDS = ("block", "material", "stress_xx", "stress_yy", "stress_xy", "major", "
 LARGEST_NUMBER_OF_PANELS = 12
 BOTH_SIGNS = 0.1   # of the smaller of two signs over the larger, from which on zero is white
 PALER = 0.4        # share of white in colours that something is drawn over
+PANEL, WHOLE = 3.4, 5.6  # inches of one of many panels, and of one alone
+LEGEND = 0.8       # inches below the panels
+TALLEST = 1.4      # of a panel, over its width
 LEAST_SIDE = 0.25  # of a picture over the other
 POINTS = {1: ("fixed point", "^", "tab:red"), 2: ("load point", "v", "tab:orange"), 3: ("measured point", "o", "tab:cyan")}
 BOLTS = (("bolt", "-", "crimson"), ("bolt that has yielded", "-", "darkorange"), ("broken bolt", ":", "crimson"))  # by state
@@ -375,44 +378,69 @@ def window_of(files, slots, extras, look):
     return np.array([low - spare, high + spare])
 
 
+class Stage:
+    """What panels have in common, each a frame of a file: window, colours, scales of what is drawn over."""
+
+    def __init__(self, files, slots, field, extras, look):
+        self.field, self.extras, self.look = field, extras, look
+        self.values = {slot: slot[0].values(slot[1], field) for slot in slots}
+        self.label = next(iter(self.values.values()))[1]
+        every = np.concatenate([values for values, _ in self.values.values()])
+        *self.limits, self.colours = limits_of(every, field, look)
+        if OVER.intersection(extras):
+            self.colours = paler(self.colours)
+        self.beyond = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[
+            every.min() < self.limits[0], every.max() > self.limits[1]]
+        self.window = window_of(files, slots, extras, look)
+        self.shape = np.ptp(self.window, axis=0)  # wide, tall
+        self.common = Common(slots, self.shape.max())
+
+    def draw(self, axis, file, frame):
+        """Draws a panel; returns the picture that the colours are of, and the entries of the legend."""
+        axis.set(xlim=self.window[:, 0], ylim=self.window[:, 1], aspect="equal")
+        picture = draw_shapes(axis, file, frame, self.values[file, frame][0], draw_joints in self.extras, self.look)
+        picture.set(clim=self.limits, cmap=self.colours)
+        entries = {}
+        for extra in (draw_bolts, *self.extras):
+            entries.update(extra(axis, file, frame, self.common))
+        return picture, entries
+
+    def frame_picture(self, figure, axes, picture, entries):
+        """Names of the axes, the bar of colours and the legend around the panels."""
+        figure.supxlabel("x [length]", fontsize=10)
+        figure.supylabel("y [length]", fontsize=10)
+        figure.colorbar(picture, ax=axes, label=self.label, shrink=0.8, extend=self.beyond,
+                        ticks=MaxNLocator(integer=True) if self.field in ("block", "material") else None)
+        if entries:
+            axes[-1, 0].legend(entries.values(), entries.keys(), fontsize=8, frameon=False, ncols=4, loc="upper center",
+                               bbox_to_anchor=(0.5, -0.12), borderaxespad=0)
+
+    def figure(self, rows, columns, side):
+        """A figure with so many panels of a side in inches."""
+        wide, tall = self.shape
+        size = (side * columns + 1.2, (side * min(tall / wide, TALLEST) + 0.5) * rows + (LEGEND if self.extras else 0.3))
+        return plt.subplots(rows, columns, figsize=size, squeeze=False, layout="constrained", sharex=True, sharey=True)
+
+
 def draw_frames(files, words, field, extras=(), look=None):
     """A panel a frame, files below each other, one colour scale; extras draw on each panel."""
-    look = look or Look()
     chosen = [chosen_frames(words, len(file.times)) for file in files]
     columns = min(max(map(len, chosen)), 4)
     slots = [(file, frame) for file, frames in zip(files, chosen)
              for frame in frames + [None] * (-len(frames) % columns)]
     drawn = [slot for slot in slots if slot[1] is not None]
-    values = [file.values(frame, field) for file, frame in drawn]
-    low, high, colours = limits_of(np.concatenate([v for v, _ in values]), field, look)
-    window = window_of(files, drawn, extras, look)
-    if OVER.intersection(extras):
-        colours = paler(colours)
-    common, (wide, tall) = Common(drawn, np.ptp(window, axis=0).max()), np.ptp(window, axis=0)
-    rows, side = len(slots) // columns, 3.4 if len(drawn) > 1 else 5.6
-    figure, axes = plt.subplots(rows, columns, figsize=(side * columns + 1.2, (side * min(tall / wide, 1.4) + 0.5) * rows + 0.3),
-                                squeeze=False, layout="constrained", sharex=True, sharey=True)
-    picture, entries, given = None, {}, iter(values)
+    stage = Stage(files, drawn, field, extras, look or Look())
+    figure, axes = stage.figure(len(slots) // columns, columns, PANEL if len(drawn) > 1 else WHOLE)
+    picture, entries = None, {}
     for axis, (file, frame) in zip(axes.flat, slots):
         if frame is None:
             axis.set_visible(False)
             continue
-        axis.set(xlim=window[:, 0], ylim=window[:, 1], aspect="equal")
-        picture = draw_shapes(axis, file, frame, next(given)[0], draw_joints in extras, look)
-        picture.set(clim=(low, high), cmap=colours)
-        for extra in (draw_bolts, *extras):
-            entries.update(extra(axis, file, frame, common))
+        picture, more = stage.draw(axis, file, frame)
+        entries.update(more)
         axis.set_title(file.title(frame) if len(files) > 1 or isinstance(file, Blocks) else f"t = {file.times[frame]:.6g}",
                        fontsize=10)
-    figure.supxlabel("x [length]", fontsize=10)
-    figure.supylabel("y [length]", fontsize=10)
-    beyond = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[
-        min(v.min() for v, _ in values) < low, max(v.max() for v, _ in values) > high]
-    figure.colorbar(picture, ax=axes, label=values[0][1], shrink=0.8, extend=beyond,
-                    ticks=MaxNLocator(integer=True) if field in ("block", "material") else None)
-    if entries:
-        axes[-1, 0].legend(entries.values(), entries.keys(), fontsize=8, frameon=False, ncols=4, loc="upper center",
-                           bbox_to_anchor=(0.5, -0.12), borderaxespad=0)
+    stage.frame_picture(figure, axes, picture, entries)
     return figure
 
 
@@ -493,11 +521,8 @@ def look_of(given):
     return Look(given.window, given_range, not given.no_mesh, given.colours)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("files", nargs="+", metavar="FILE")
-    parser.add_argument("--history", nargs="+", metavar="NAME", help="histories to draw, as below /history")
-    parser.add_argument("--frames", nargs="+", metavar="FRAME", help="default: first last")
+def add_words_of_frames(parser):
+    """What says how frames are drawn, in a picture and in a film."""
     parser.add_argument("--field", choices=FIELDS, default="block")
     parser.add_argument("--joints", nargs="?", const="material", choices=JOINTS,
                         help="edges by joint material; by state: stick, slip, open; forces: of contacts, too")
@@ -513,6 +538,14 @@ def main():
     parser.add_argument("--no-mesh", action="store_true", help="no lines within blocks")
     parser.add_argument("--colours", choices=plt.colormaps(), metavar="MAP", help="a colour map of matplotlib")
     parser.add_argument("--dpi", type=float, default=150)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="+", metavar="FILE")
+    parser.add_argument("--history", nargs="+", metavar="NAME", help="histories to draw, as below /history")
+    parser.add_argument("--frames", nargs="+", metavar="FRAME", help="default: first last")
+    add_words_of_frames(parser)
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
     parser.add_argument("-o", "--output", help="picture; default: the first file with .png")
     given = parser.parse_args()

@@ -51,10 +51,10 @@ def stopped_at_once(pool):
 
 
 class Bar:
-    """How far a round is, on stderr: a bar on a terminal, else a line at each tenth."""
+    """How far a round of runs is, or what else is many, on stderr: a bar on a terminal, else a line at each tenth."""
 
-    def __init__(self, what, total):
-        self.what, self.total, self.done, self.said = what, total, 0, 0
+    def __init__(self, what, total, things="runs"):
+        self.what, self.total, self.things, self.done, self.said = what, total, things, 0, 0
 
     def advance(self, name):
         self.done += 1
@@ -63,7 +63,7 @@ class Bar:
             bar = "#" * (2 * tenths)
             print(f"\r{self.what} [{bar:<20}] {self.done}/{self.total} {name:<20}", end="", file=sys.stderr, flush=True)
         elif tenths > self.said:
-            print(f"{self.what}: {self.done} of {self.total} runs", file=sys.stderr, flush=True)
+            print(f"{self.what}: {self.done} of {self.total} {self.things}", file=sys.stderr, flush=True)
         self.said = tenths
 
     def end(self):

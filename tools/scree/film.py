@@ -1,0 +1,110 @@
+"""Makes a film of the frames of a results file.
+
+    tools/film RESULTS.h5 [-o FILM.mp4 | FILM.gif] [--fps 20] [--every N]
+                          [--field stress_xx] [--joints [material | state | forces]] [--vectors [displacement | velocity]]
+                          [--crosses] [--points] [--numbers] [--covers] [--window X1 Y1 X2 Y2] [--range LOW HIGH | full]
+                          [--no-mesh] [--colours MAP] [--dpi N]
+
+Colours and scales are those of all frames, so that they do not change on the way. An .mp4 needs ffmpeg (Debian's ffmpeg), a .gif
+Debian's python3-pil, which matplotlib brings along. Each frame is shown as long: a run writes them at even times by output.interval.
+"""
+import argparse
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from matplotlib.animation import FFMpegWriter, PillowWriter
+
+from .errors import PlotError, ScreeError
+from .plot import WHOLE, Frames, Stage, add_words_of_frames, extras_of, kind_of, look_of
+from .records import Bar
+
+WRITERS = {".mp4": (FFMpegWriter, "ffmpeg"), ".gif": (PillowWriter, "python3-pil")}  # and what Debian calls what they need
+
+
+def writer_for(path, fps):
+    """What writes a film of that name; PlotError where its ending is not known or a program is missing."""
+    if path.suffix not in WRITERS:
+        raise PlotError(f"{path}: expected a film with the ending {' or '.join(WRITERS)}, found '{path.suffix}'")
+    kind, package = WRITERS[path.suffix]
+    if not kind.isAvailable():
+        raise PlotError(f"{path}: expected {package} for a film of {path.suffix}, found none: apt-get install {package}, or give a "
+                        f"name with {' or '.join(ending for ending in WRITERS if ending != path.suffix)}")
+    return kind(fps=fps)
+
+
+def clear(axis):
+    """Takes what was drawn from a panel; axes, title and legend stay."""
+    for artist in [*axis.collections, *axis.lines, *axis.texts]:
+        artist.remove()
+    axis.scale_bars = []
+
+
+def film(file, frames, path, fps, dpi, field, extras, look):
+    """Writes the film of frames of a file."""
+    writer = writer_for(path, fps)
+    stage = Stage([file], [(file, frame) for frame in frames], field, extras, look)
+    figure, axes = stage.figure(1, 1, WHOLE)
+    axis = axes[0, 0]
+    digits = len(f"{max(file.times):.6g}")
+    picture, entries = stage.draw(axis, file, frames[-1])
+    stage.frame_picture(figure, axes, picture, entries)
+    axis.set_title(f"t = {file.times[frames[-1]]:.6g}", fontsize=10)
+    figure.canvas.draw()
+    figure.set_layout_engine("none")  # as laid out once: the rest does not move
+    bar = Bar("film", len(frames), "frames")
+    try:
+        with writer.saving(figure, str(path), dpi):
+            for frame in frames:
+                clear(axis)
+                stage.draw(axis, file, frame)
+                axis.set_title(f"t = {file.times[frame]:<{digits}.6g}", fontsize=10)
+                writer.grab_frame()
+                bar.advance(f"frame {frame}")
+    except (OSError, ValueError) as problem:
+        raise PlotError(f"{path}: cannot write the film: {problem}") from None
+    finally:
+        plt.close(figure)
+    bar.end()
+
+
+def above_zero(text):
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1000:  # noqa: PLR2004  frames in a second
+        raise argparse.ArgumentTypeError(f"expected a number above 0 and below 1000, found '{text}'")
+    return value
+
+
+def from_one(text):
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"expected a whole number from 1, found '{text}'")
+    return int(text)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
+    parser.add_argument("-o", "--output", type=pathlib.Path, metavar="FILM", help="default: the file with .mp4, or .gif without ffmpeg")
+    parser.add_argument("--fps", type=above_zero, default=20.0, help="frames in a second")
+    parser.add_argument("--every", type=from_one, default=1, metavar="N", help="each Nth frame")
+    add_words_of_frames(parser)
+    parser.set_defaults(dpi=120)
+    given = parser.parse_args()
+    output = given.output or given.file.with_suffix(".mp4" if FFMpegWriter.isAvailable() else ".gif")
+    try:
+        if kind_of(given.file) != "results":
+            raise PlotError(f"{given.file}: expected a results file, found another")
+        extras, look = extras_of(given), look_of(given)
+        file = Frames(given.file, given.file.stem)
+        film(file, range(0, len(file.times), given.every), output, given.fps, given.dpi, given.field, extras, look)
+    except ScreeError as error:
+        print(f"tools/film: {error}", file=sys.stderr)
+        return 2
+    print(output)
+    return 0
