@@ -1,4 +1,4 @@
-"""What tools/plot draws over blocks, held against the numbers of the results: vectors, principal stresses, joints, forces; and how."""
+"""What tools/plot draws over blocks, held against the results: vectors, principal stresses, joints, forces; and how it is drawn."""
 import os
 import pathlib
 import subprocess
@@ -80,9 +80,9 @@ def test_vectors_are_those_of_the_centroids_and_crosses_the_principal_stresses(m
         bars = lines_of(panel, name)
         along = bars[:, 1] - bars[:, 0]
         assert 0 < len(bars) <= len(area)
-        np.testing.assert_allclose(np.linalg.norm(along, axis=1), overlays.CROSS * 1.1 * edge * abs(value[0]) / abs(values).max(), rtol=1e-6)
-        np.testing.assert_allclose(abs(along @ [np.cos(angle[0] + turned), np.sin(angle[0] + turned)]), np.linalg.norm(along, axis=1),
-                                   rtol=1e-9)
+        length, direction = np.linalg.norm(along, axis=1), np.array([np.cos(angle[0] + turned), np.sin(angle[0] + turned)])
+        np.testing.assert_allclose(length, overlays.CROSS * 1.1 * edge * abs(value[0]) / abs(values).max(), rtol=1e-6)
+        np.testing.assert_allclose(abs(along @ direction), length, rtol=1e-9)
 
     panel = plot.draw_frames([file], ["last"], "major", [overlays.VECTORS["displacement"]]).axes[0]
     arrows, = [c for c in panel.collections if isinstance(c, Quiver)]
@@ -144,9 +144,8 @@ def test_forces_of_contacts_bear_the_weight(slides):
     panel = plot.draw_frames([file], ["last"], "block", [overlays.draw_contact_forces]).axes[0]
     bars = lines_of(panel, "force")
     np.testing.assert_allclose(bars.mean(1), contacts.place, atol=1e-9)
-    along = bars[:, 1] - bars[:, 0]
-    np.testing.assert_allclose(along[:, 0] * overlays.contact_forces(file, last)[:, 1], along[:, 1] * overlays.contact_forces(file, last)[:, 0],
-                               atol=1e-9 * weight)
+    along, force = bars[:, 1] - bars[:, 0], overlays.contact_forces(file, last)
+    np.testing.assert_allclose(along[:, 0] * force[:, 1], along[:, 1] * force[:, 0], atol=1e-9 * weight)
 
 
 def test_colours_leave_out_what_is_far_off_unless_told():
@@ -192,9 +191,11 @@ def test_lines_of_the_mesh_are_thin_or_none_and_the_window_is_what_was_asked_for
 
 
 def test_the_commands_of_the_manual_make_pictures(slides, tmp_path):
-    for words in (["--joints", "state", "--vectors"], ["--joints", "forces", "--crosses", "--frames", "last"], ["--vectors", "velocity"],
+    for words in (["--joints", "state", "--vectors"], ["--joints", "forces", "--crosses", "--frames", "last"],
+                  ["--vectors", "velocity"],
                   ["--field", "minor", "--range", "full", "--no-mesh", "--colours", "viridis", "--window", "-1", "-1", "2", "2"]):
-        done = subprocess.run([TOOL, slides / "slips.h5", *words, "--dpi", "40", "-o", tmp_path / "p.png"], capture_output=True, text=True)
+        done = subprocess.run([TOOL, slides / "slips.h5", *words, "--dpi", "40", "-o", tmp_path / "p.png"], capture_output=True,
+                              text=True)
         assert done.returncode == 0, done.stderr
         assert 150 < image.imread(tmp_path / "p.png").shape[1] < 400  # 5 to 9 inches
 
@@ -204,8 +205,9 @@ def test_what_cannot_be_drawn_is_one_line(slides, tmp_path):
     (tmp_path / "s.ana").write_text(SHEARED.format(geometry="s.geo"))
     for words, expected in (
             ([tmp_path / "s.geo", "--vectors"], "results file for --vectors"), ([tmp_path / "s.geo", "--crosses"], "for --crosses"),
-            ([tmp_path / "s.ana", "--joints", "state"], "run with contacts"), ([slides / "slips.h5", "--range", "2", "1"], "LOW HIGH"),
-            ([slides / "slips.h5", "--range", "a"], "LOW HIGH"), ([slides / "slips.h5", "--window", "1", "0", "0", "1"], "X1 below X2"),
+            ([tmp_path / "s.ana", "--joints", "state"], "run with contacts"),
+            ([slides / "slips.h5", "--range", "2", "1"], "LOW HIGH"), ([slides / "slips.h5", "--range", "a"], "LOW HIGH"),
+            ([slides / "slips.h5", "--window", "1", "0", "0", "1"], "X1 below X2"),
             ([slides / "slips.h5", "--dpi", "0"], "from 10 to 2000")):
         done = subprocess.run([TOOL, *words, "--scree", SCREE, "-o", tmp_path / "p.png"], capture_output=True, text=True)
         assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and expected in done.stderr, done.stderr

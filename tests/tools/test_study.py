@@ -173,11 +173,14 @@ def test_a_grid_meets_each_sample(tmp_path):
 
 
 @pytest.mark.parametrize("text, expected", [
-    ("", "at least one run"), ("[grid]\n", "at least one run"), ("x = 1\n", "expected deck, geometry"), ("[grid\n", "expected TOML"),
-    ('[grid]\n"x"=[1]\n', "names for --set"), ('[grid]\n"a.b"={from=1,to=2}\n', "doc/studies.md"), ('[grid]\n"a.b"=3\n', "doc/studies.md"),
+    ("", "at least one run"), ("[grid]\n", "at least one run"), ("x = 1\n", "expected deck, geometry"),
+    ("[grid\n", "expected TOML"),
+    ('[grid]\n"x"=[1]\n', "names for --set"), ('[grid]\n"a.b"={from=1,to=2}\n', "doc/studies.md"),
+    ('[grid]\n"a.b"=3\n', "doc/studies.md"),
     ('[grid]\n"a.b"={from=1,to=2,count=1}\n', "from 2"), ('[sample]\nnumber=3\n"a.b"={from=-1,to=2,scale="log"}\n', "above 0"),
     ('[sample]\nnumber=0\n"a.b"=[1]\n', "from 1"), ('[sample]\n"a.b"=[1]\n', "from 1"),
-    ('[sample]\nnumber=2\n"a.b"={mean=1,deviation=-1}\n', "sigma"), ('[grid]\n"a.b"=[1]\n[sample]\nnumber=2\n"a.b"=[1]\n', "each once")])
+    ('[sample]\nnumber=2\n"a.b"={mean=1,deviation=-1}\n', "sigma"),
+    ('[grid]\n"a.b"=[1]\n[sample]\nnumber=2\n"a.b"=[1]\n', "each once")])
 def test_a_bad_table_is_one_line(text, expected, tmp_path):
     (tmp_path / "t.toml").write_text(text)
     with pytest.raises(TableError, match=expected) as found:
@@ -191,7 +194,8 @@ def test_what_cannot_be_studied_is_one_line(folder):
     (folder / "quantity.toml").write_text(TABLE.replace('displacement", -1, 0, 1', 'displacement", -1, 9, 1'))
     for words, expected in (
             (["none.csv"], "expected a table of runs"), (["short.csv", "slide.ana"], "expected 2 values in run 1, found 1"),
-            (["wrong.csv", "slide.ana"], "joint(1)"), (["wrong.csv"], "expected a deck"), (["slide.toml", "none.ana"], "no such file"),
+            (["wrong.csv", "slide.ana"], "joint(1)"), (["wrong.csv"], "expected a deck"),
+            (["slide.toml", "none.ana"], "no such file"),
             (["quantity.toml"], "quantity down: expected a dataset"), (["slide.toml", "--draw", "colour"], "displacement.largest"),
             (["slide.toml", "--part", "6/6"], "from 0 to N-1"), (["slide.toml", "--jobs", "0"], "from 1")):
         done = study(folder, *words, status=2)

@@ -6,7 +6,8 @@
                           [--no-mesh] [--colours MAP] [--dpi N]
 
 Colours and scales are those of all frames, so that they do not change on the way. An .mp4 needs ffmpeg (Debian's ffmpeg), a .gif
-Debian's python3-pil, which matplotlib brings along. Each frame is shown as long: a run writes them at even times by output.interval.
+Debian's python3-pil, which matplotlib brings along. Each frame is shown as
+long: a run writes them at even times by output.interval.
 """
 import argparse
 import pathlib
@@ -90,7 +91,8 @@ def from_one(text):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
-    parser.add_argument("-o", "--output", type=pathlib.Path, metavar="FILM", help="default: the file with .mp4, or .gif without ffmpeg")
+    parser.add_argument("-o", "--output", type=pathlib.Path, metavar="FILM",
+                        help="default: the file with .mp4, or .gif without ffmpeg")
     parser.add_argument("--fps", type=above_zero, default=20.0, help="frames in a second")
     parser.add_argument("--every", type=from_one, default=1, metavar="N", help="each Nth frame")
     add_words_of_frames(parser)

@@ -1,7 +1,8 @@
 """What is drawn over the blocks of a picture: vectors, principal stresses, states of joints, forces of contacts.
 
-Each `draw_...(axis, file, frame, common)` draws on a panel and returns the entries of the legend by what they say. Colours are those of
-Okabe and Ito (2008), told apart by those who see red and green alike; what differs in colour differs in line too, for print in grey.
+Each `draw_...(axis, file, frame, common)` draws on a panel and returns the entries of the legend by what they say. Colours
+are those of Okabe and Ito (2008), told apart by those who see red and green alike; what differs in colour differs in line too, for
+print in grey.
 """
 import numpy as np
 from matplotlib import patheffects
@@ -20,7 +21,7 @@ MANY_BLOCKS = 100  # from which on their lines are thinner
 CELLS = 36       # over the width of a picture, that hold one vector or cross each
 LONGEST = 0.07   # of a vector, over that width
 CROSS = 0.07     # of a cross
-PARALLEL = 0.25  # sine of the most that an edge may turn from that of a contact on it
+PARALLEL = 0.05  # sine of the most that an edge is turned from that of a contact on it; by more it touches with a corner
 BESIDE = 0.05    # of an edge and a contact on it, over the length of the edge
 CORNER = 0.3     # of a piece of joint at a corner, over the shortest edge of its block
 OUTSIDE = 1e-3   # of where one looks for a neighbour of an edge, over its length
@@ -33,8 +34,8 @@ class Common:
         self.slots, self.size, self.largest = slots, size, {}
 
     def scale(self, measure, share):
-        """Length in the picture for one of what is measured, `measure(file, frame)`: its large values, but for the 2 % above them, are as
-        long as a share of the picture. The large value too."""
+        """Length in the picture for one of what is measured, `measure(file, frame)`: its large values, but for the 2 % above them,
+        are as long as a share of the picture. The large value too."""
         if measure not in self.largest:
             values = np.concatenate([np.abs(np.ravel(measure(file, frame))) for file, frame in self.slots])
             self.largest[measure] = robust_limits(values, 0.02)[1] if len(values) else 0.0
@@ -205,9 +206,9 @@ def common_part(edge, other):
 
 
 def joint_states(file, frame):
-    """Parts of joints (n, 2, 2) by state: slip where a contact on them slides, stick where those on them are locked: what two edges have
-    of each other, or a short piece at a corner that touches an edge alone. Open: edges without contact that lay against another at the
-    start. At the start itself contacts are not looked for yet: there are none of them."""
+    """Parts of joints (n, 2, 2) by state: slip where a contact on them slides, stick where those on them are locked: what two edges
+    have of each other, or a short piece at a corner that touches an edge alone. Open: edges without contact that lay against
+    another at the start. At the start itself contacts are not looked for yet: there are none of them."""
     results = results_of(file, "--joints state")
     contacts = results.contacts_of(frame)
     if contacts is None:

@@ -450,7 +450,7 @@ def paler(colours):
 
 
 def draw_shapes(axis, file, frame, values, with_joints, look):
-    """The elements of a frame in their colours, lines of the mesh thinner than edges of blocks, over their outlines at the start."""
+    """The elements of a frame in their colours over their outlines at the start, lines of the mesh thinner than edges of blocks."""
     meshed = isinstance(file, Frames) and file.has_mesh()
     if frame > 0 and not meshed:
         axis.add_collection(PathCollection(file.outlines(0), facecolors="none", edgecolors="0.7", linewidths=0.8))

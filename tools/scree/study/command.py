@@ -102,7 +102,8 @@ def write_job(given, study):
         escaped = command.replace("{", "{{").replace("}", "}}")  # Snakemake fills in what is in braces
         facts.update(collect=repr(f"{escaped} --collect"), part=repr(f"{escaped} --jobs 1 --part {{wildcards.part}}/{parts}"))
     script.write_text((SLURM if given.slurm else SNAKEMAKE).format(**facts))
-    print(f"{script}: {runs} runs in {parts} parts; " + ("sbatch it, then --collect" if given.slurm else "snakemake --snakefile it"))
+    print(f"{script}: {runs} runs in {parts} parts; " +
+          ("sbatch it, then --collect" if given.slurm else "snakemake --snakefile it"))
     return 0
 
 
@@ -112,8 +113,9 @@ def tell(study, made):
     states = [one["status"] if one else "not run" for one in found]
     others = [state for state in states if state not in ("complete", "not run")]
     seconds = [one["seconds"] for one in found if one]
-    print(f"{len(states)} runs: {states.count('complete')} complete, {len(others)} ended before, {states.count('not run')} not run; "
-          f"{made} made now" + (f"; {sum(seconds) / len(seconds):.3g} s each" if seconds else ""))
+    print(f"{len(states)} runs: {states.count('complete')} complete, {len(others)} ended before, "
+          f"{states.count('not run')} not run; {made} made now" +
+          (f"; {sum(seconds) / len(seconds):.3g} s each" if seconds else ""))
     if others:
         print(f"run {states.index(others[0]) + 1}: {others[0]}")
     return int("not run" in states)

@@ -27,7 +27,7 @@ PLACES = ("displacement.position",)
 
 
 class Study:
-    """The runs of a table: number, settings and the key that their records are named by, which is that of program, decks and settings."""
+    """The runs of a table: number, settings and the key of their records, which is that of program, decks and settings."""
 
     def __init__(self, table, decks, settings, folder, path=None, keeps_results=False):
         self.table, self.decks, self.path = table, decks, program(path)
@@ -94,7 +94,8 @@ class Study:
         with self.lock:
             if self.stopping:
                 return -1, "", ""
-            process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ONE_THREAD | os.environ)
+            process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                       env=ONE_THREAD | os.environ)
             self.going.add(process)
         try:
             printed, said = process.communicate()
@@ -137,8 +138,8 @@ class Study:
         return made, len(left) - made
 
     def columns(self):
-        """Header and lines of the table of what the runs came to. It has no times of the clock: it is the same however often the study
-        was stopped."""
+        """Header and lines of the table of what the runs came to. It has no times of the clock: it is the same however often the
+        study was stopped."""
         places = {name: [f"{name}.x", f"{name}.y"] if name in PLACES else [name] for name in SUMMARY}
         header = ["run", *self.table.names, "status", *sum(places.values(), []), *self.table.quantities]
         if self.keeps:

@@ -18,8 +18,8 @@ class TableError(ScreeError):
 
 @dataclasses.dataclass
 class Table:
-    """Names for `--set`, and for each run their values as texts; decks and settings of all runs, where the table has them; what is read
-    from the results of each run, as name: (dataset, index...)."""
+    """Names for `--set`, and for each run their values as texts; decks and settings of all runs, where the table has them; what
+    is read from the results of each run, as name: (dataset, index...)."""
 
     names: list
     rows: list
@@ -97,7 +97,7 @@ def points(name, what):
 def draw(name, what, number, seed):
     """So many values of a name: one from each of as many parts of equal probability, in an order by chance (McKay et al. 1979).
 
-    The random numbers are those that Python promises not to change, so a seed gives the same values anywhere; each name has its own.
+    The random numbers are those that Python promises not to change: a seed gives the same values anywhere. Each name has its own.
     """
     chance = random.Random(seed)
     order = sorted(range(number), key=[chance.random() for _ in range(number)].__getitem__)
