@@ -75,6 +75,8 @@ contains
     if (allocated(error)) return
     call take_boundary_loads(scene, error)
     if (allocated(error)) return
+    call check_supports(scene, error)
+    if (allocated(error)) return
     call take_acceleration(scene, error)
     if (allocated(error)) return
     call read_mesh(scene, error)
@@ -287,6 +289,42 @@ contains
     end subroutine wrong
 
   end subroutine take_boundary_loads
+
+  !> Error where the lines of &support are none.
+  subroutine check_supports(scene, error)
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (s => scene%settings)
+      call check('support.normal', s%support_normal)
+      call check('support.x', s%support_x)
+      call check('support.y', s%support_y)
+      call check('support.both', s%support_both)
+    end associate
+
+  contains
+
+    !> Error where numbers are no lines.
+    subroutine check(name, lines)
+      character(len=*), intent(in) :: name
+      real(dp), allocatable, intent(in) :: lines(:)
+      integer :: i
+
+      if (.not. allocated(lines) .or. allocated(error)) return
+      if (modulo(size(lines), 4) /= 0) then
+        call fail(error, status_bad_input, given_at(scene%words, name)//': expected four numbers x1 y1 x2 y2 for each line in '// &
+                  name//', found '//number_text(size(lines)))
+        return
+      end if
+      do i = 1, size(lines), 4
+        if (norm2(lines(i + 2:i + 3) - lines(i:i + 1)) > 0) cycle
+        call fail(error, status_bad_input, given_at(scene%words, name)//': expected two ends of line '//number_text(1 + i/4)// &
+                  ' in '//name//', found one place')
+        return
+      end do
+    end subroutine check
+
+  end subroutine check_supports
 
   !> Acceleration of the ground from &acceleration.
   subroutine take_acceleration(scene, error)

@@ -77,6 +77,8 @@ module scree_setting_rules
                    '|green|auto|', .true., &
                    'small strain is linear, and its first solution exact'), &
     setting_rule_t('gravity.ramp', '', 'contact.restitution', is_not_given, .false., 'an impact takes the whole weight'), &
+    setting_rule_t('support.normal, support.x, support.y, support.both', '', 'contact.restitution', is_not_given, .false., &
+                   'an impact knows fixed points alone'), &
     setting_rule_t('boundary.pressure, boundary.traction, boundary.ramp', '', 'boundary.lines', is_given, .true., &
                    'there is nothing to load'), &
     setting_rule_t('bolts.stiffness, bolts.pretension, bolts.strength', '', 'bolts.ends', is_given, .true., &

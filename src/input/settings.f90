@@ -311,11 +311,16 @@ contains
                               choices='|yields|breaks|'), s%bolts_break, .false.)
   end subroutine visit_bolts
 
-  !> What acts on the edges of blocks.
+  !> What holds the edges of blocks, and what acts on them.
   subroutine visit_boundary(row, s)
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
+    call row%reals(setting_t('support', 'normal', 'x1 y1 x2 y2 of lines: edges of blocks that lie on one do not move across it', &
+                             'length'), s%support_normal)
+    call row%reals(setting_t('support', 'x', 'likewise of lines whose edges do not move along x', 'length'), s%support_x)
+    call row%reals(setting_t('support', 'y', 'likewise of lines whose edges do not move along y', 'length'), s%support_y)
+    call row%reals(setting_t('support', 'both', 'likewise of lines whose edges do not move', 'length'), s%support_both)
     call row%reals(setting_t('boundary', 'lines', 'x1 y1 x2 y2 of each line: edges of blocks that lie on it are loaded', &
                              'length'), s%boundary_lines)
     call row%reals(setting_t('boundary', 'pressure', 'p1 p2 at the ends of each, linear between; it follows the edges', &

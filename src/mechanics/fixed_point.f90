@@ -1,4 +1,4 @@
-!> Fixed points: eliminated exactly, or held by springs (Shi's df12).
+!> Fixed points, held in both directions or, as rollers, in one: eliminated exactly, or held by springs (Shi's df12).
 module scree_fixed_point
   use scree_constraints, only: add_constraint, constraints_t
   use scree_element_term, only: add_force, term_t
@@ -19,6 +19,7 @@ module scree_fixed_point
     real(dp) :: stiffness = 0.0_dp      !! of a spring, force/length per unit thickness
     integer, allocatable :: first(:)    !! (n_elements+1) element e carries first(e):first(e+1)-1
     integer, allocatable :: point(:)    !! (n) point of the system
+    real(dp), allocatable :: direction(:, :) !! (2, n) in which alone it is held, a roller's; 0: in both
     real(dp), allocatable :: home(:, :) !! (2, n) where it is held at the start, length
     type(time_table_t), allocatable :: table(:) !! (n) displacement of the home; without times: none
   end type fixed_point_t
@@ -39,6 +40,7 @@ contains
 
     do i = self%first(e), self%first(e + 1) - 1
       T = displacement_matrix(element, position(:, self%point(i)))
+      if (is_roller(self, i)) T = along(self%direction(:, i), T)
       pull = way_home(self, i, position, time) - matmul(T, unknown)
       term%matrix = term%matrix + self%stiffness*matmul(transpose(T), T)
       call add_force(term, self%stiffness*matmul(pull, T), self%stiffness*matmul(matmul(abs(T), abs(unknown)), abs(T)))
@@ -63,6 +65,12 @@ contains
     do i = self%first(e), self%first(e + 1) - 1
       T = displacement_matrix(element, position(:, self%point(i)))
       way = way_home(self, i, position, time)
+      if (is_roller(self, i)) then
+        call add_constraint(constraints, unknown_number, matmul(self%direction(:, i), T), element%span, &
+                            dot_product(self%direction(:, i), way), error)
+        if (allocated(error)) return
+        cycle
+      end if
       do axis = 1, 2
         call add_constraint(constraints, unknown_number, T(axis, :), element%span, way(axis), error)
         if (allocated(error)) return
@@ -92,7 +100,26 @@ contains
 
     way = self%home(:, i) - position(:, self%point(i))
     if (allocated(self%table(i)%time)) way = way + value_at(self%table(i), time) - value_at(self%table(i), 0.0_dp)
+    if (is_roller(self, i)) way = dot_product(self%direction(:, i), way)*self%direction(:, i)
   end function way_home
+
+  !> Whether fixed point `i` is held in one direction alone.
+  pure logical function is_roller(self, i)
+    type(fixed_point_t), intent(in) :: self
+    integer, intent(in) :: i
+
+    is_roller = any(abs(self%direction(:, i)) > 0)
+  end function is_roller
+
+  !> The part of displacements that is along a direction, of length 1.
+  pure function along(direction, T)
+    real(dp), intent(in) :: direction(2), T(2, element_unknowns)
+    real(dp) :: along(2, element_unknowns), part(element_unknowns)
+
+    part = matmul(direction, T)
+    along(1, :) = direction(1)*part
+    along(2, :) = direction(2)*part
+  end function along
 
   !> Work in a step of the moving homes of the springs on element `e`, with the forces at its end.
   pure real(dp) function work_of_springs(self, e, position, time, dt, element, unknown) result(work)

@@ -172,6 +172,10 @@ module scree_scene
     real(dp), allocatable :: bolt_strength(:)   !! likewise, 0: without limit, force per unit thickness
     real(dp), allocatable :: bolt_pretension(:) !! likewise, force per unit thickness
     logical :: bolts_break = .false.        !! at their strength, else they yield
+    real(dp), allocatable :: support_normal(:) !! x1 y1 x2 y2 of each line, length
+    real(dp), allocatable :: support_x(:)   !! likewise
+    real(dp), allocatable :: support_y(:)   !! likewise
+    real(dp), allocatable :: support_both(:) !! likewise
     real(dp), allocatable :: boundary_lines(:)    !! x1 y1 x2 y2 of each, length
     real(dp), allocatable :: boundary_pressure(:) !! at both ends of each, force/length^2
     real(dp), allocatable :: boundary_traction(:) !! tx ty at both ends of each, force/length^2

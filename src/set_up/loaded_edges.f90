@@ -1,26 +1,23 @@
-!> The pieces of edges that lines of the deck load.
+!> The pieces of edges that lines of the deck load or hold.
 module scree_loaded_edges
   use scree_edge_load, only: edge_load_t
+  use scree_edges_on_lines, only: add_point, piece_t, pieces_on_line
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_grouping, only: sort_into
   use scree_kinds, only: dp
   use scree_scene, only: scene_t
   use scree_setting_table, only: given_at
   use scree_state, only: state_t
-  use scree_system, only: edge_end, system_t
+  use scree_system, only: edge_end, roller_end, system_t
   use scree_text, only: number_text
   implicit none
   private
-  public :: load_edges
-
-  !> An edge lies on a line that is nearer than this share of the extent to it, and leans from it by less than this (sine).
-  real(dp), parameter :: nearest = 1e-4_dp, least_turn = 1e-2_dp
-  !> Pieces shorter than this share of their line are none.
-  real(dp), parameter :: shortest = 1e-9_dp
+  public :: hold_edges, load_edges
 
 contains
 
-  !> Finds the pieces of outer edges, and of both sides of joints, that lie on the lines of &boundary; their ends are points of the
-  !> system. Not allocated where there are no lines.
+  !> Finds the pieces that the lines of &boundary load; their ends become points of the system. Not allocated where there are no
+  !> lines.
   !>
   !> Errors: a line on which no edge lies.
   subroutine load_edges(scene, system, state, load, error)
@@ -29,78 +26,100 @@ contains
     type(state_t), intent(inout) :: state
     type(edge_load_t), allocatable, intent(out) :: load
     type(error_t), allocatable, intent(out) :: error
-    logical :: found(max(1, size(scene%boundary_loads)))
-    integer :: e, k, l, last, line
+    type(piece_t), allocatable :: of_line(:), piece(:)
+    integer, allocatable :: line(:), order(:)
+    integer :: i, k
 
     if (size(scene%boundary_loads) == 0) return
+    allocate (piece(0), line(0))
+    do i = 1, size(scene%boundary_loads)
+      of_line = pieces_on_line(system, state, scene%boundary_loads(i)%ends, scene%extent)
+      if (size(of_line) == 0) then
+        call no_edge(scene, 'boundary.lines', i, error)
+        return
+      end if
+      piece = [piece, of_line]
+      line = [line, spread(i, 1, size(of_line))]
+    end do
     allocate (load)
-    allocate (load%first(system%n_elements + 1), load%point(2, 0), load%pressure(2, 0), load%traction(2, 2, 0))
     load%ramp = scene%settings%boundary_ramp
-    load%first(1) = 1
-    found = .false.
-    associate (shape => system%elements%shape)
-      do e = 1, system%n_elements
-        do l = shape%first_loop(e), shape%first_loop(e + 1) - 1
-          last = shape%first_vertex(l + 1) - 1
-          do k = shape%first_vertex(l), last
-            if (shape%joint(k) == 0) cycle ! a line of the mesh
-            do line = 1, size(scene%boundary_loads)
-              call add_piece(line, e, state%vertex(:, [k, merge(shape%first_vertex(l), k + 1, k == last)]))
-            end do
-          end do
+    call sort_into(piece%element, system%n_elements, load%first, order)
+    allocate (load%point(2, size(order)), load%pressure(2, size(order)), load%traction(2, 2, size(order)))
+    do i = 1, size(order)
+      associate (own => piece(order(i)), given => scene%boundary_loads(line(order(i))))
+        do k = 1, 2
+          call add_point(edge_end, own%element, own%ends(:, k), system, state)
+          load%point(k, i) = size(system%points%kind)
+          load%pressure(k, i) = (1 - own%share(k))*given%pressure(1) + own%share(k)*given%pressure(2)
+          load%traction(:, k, i) = norm2(own%ends(:, 2) - own%ends(:, 1)) &
+                                   *((1 - own%share(k))*given%traction(:, 1) + own%share(k)*given%traction(:, 2))
         end do
-        load%first(e + 1) = size(load%point, 2) + 1
-      end do
+      end associate
+    end do
+  end subroutine load_edges
+
+  !> Finds the pieces that the lines of &support hold; their ends become points of the system. As displacements are linear along an
+  !> edge, what is held at its ends is held all along it.
+  !>
+  !> Errors: a line on which no edge lies.
+  subroutine hold_edges(scene, system, state, direction, error)
+    type(scene_t), intent(in) :: scene
+    type(system_t), intent(inout) :: system
+    type(state_t), intent(inout) :: state
+    real(dp), allocatable, intent(out) :: direction(:, :) !! (2, n_points) in which each point is held alone; 0: not so
+    type(error_t), allocatable, intent(out) :: error
+    real(dp), parameter :: x_axis(2) = [1.0_dp, 0.0_dp], y_axis(2) = [0.0_dp, 1.0_dp], of_line(2) = 0.0_dp
+
+    allocate (direction(2, size(system%points%kind)), source=0.0_dp)
+    associate (s => scene%settings)
+      call hold_lines('support.normal', s%support_normal, of_line)
+      call hold_lines('support.x', s%support_x, x_axis)
+      call hold_lines('support.y', s%support_y, y_axis)
+      call hold_lines('support.both', s%support_both, x_axis)
+      call hold_lines('support.both', s%support_both, y_axis)
     end associate
-    if (all(found)) return
-    call fail(error, status_bad_input, given_at(scene%words, 'boundary.lines')//': expected lines that edges of blocks lie on, '// &
-              'found none on line '//number_text(findloc(found, .false., 1)))
 
   contains
 
-    !> Adds the piece of an edge that lies on a line, if any.
-    subroutine add_piece(line, e, edge)
-      integer, intent(in) :: line, e
-      real(dp), intent(in) :: edge(2, 2)      !! its ends, length
-      real(dp) :: along(2), ends(2, 2), length, side(2), span, s(2), share(2)
-      integer :: k
+    !> Holds what lies on some lines in a direction; where that is 0, across them.
+    subroutine hold_lines(name, lines, along)
+      character(len=*), intent(in) :: name
+      real(dp), allocatable, intent(in) :: lines(:)
+      real(dp), intent(in) :: along(2)
+      type(piece_t), allocatable :: piece(:)
+      real(dp) :: line(2, 2), held(2)
+      integer :: i, k, m
 
-      associate (given => scene%boundary_loads(line))
-        ends = given%ends - spread(system%origin, 2, 2)
-        span = norm2(ends(:, 2) - ends(:, 1))
-        along = (ends(:, 2) - ends(:, 1))/span
-        length = norm2(edge(:, 2) - edge(:, 1))
-        do k = 1, 2
-          s(k) = dot_product(edge(:, k) - ends(:, 1), along)/span
-          side(k) = along(1)*(edge(2, k) - ends(2, 1)) - along(2)*(edge(1, k) - ends(1, 1))
+      if (.not. allocated(lines) .or. allocated(error)) return
+      do i = 1, size(lines)/4
+        line = reshape(lines(4*i - 3:4*i), [2, 2])
+        piece = pieces_on_line(system, state, line, scene%extent)
+        if (size(piece) == 0) then
+          call no_edge(scene, name, i, error)
+          return
+        end if
+        held = along
+        if (.not. norm2(along) > 0) held = [line(2, 1) - line(2, 2), line(1, 2) - line(1, 1)]/norm2(line(:, 2) - line(:, 1))
+        do m = 1, size(piece)
+          do k = 1, 2
+            call add_point(roller_end, piece(m)%element, piece(m)%ends(:, k), system, state)
+            direction = reshape([direction, held], [2, size(direction, 2) + 1])
+          end do
         end do
-        if (maxval(abs(side)) > nearest*scene%extent .or. abs(side(2) - side(1)) > least_turn*length) return
-        share = min(1.0_dp, max(0.0_dp, s))
-        if (abs(share(2) - share(1)) < shortest) return
-        found(line) = .true.
-        do k = 1, 2
-          call add_point(e, edge(:, 1) + (share(k) - s(1))/(s(2) - s(1))*(edge(:, 2) - edge(:, 1)))
-        end do
-        associate (m => size(system%points%kind))
-          load%point = reshape([load%point, m - 1, m], [2, size(load%point, 2) + 1])
-        end associate
-        load%pressure = reshape([load%pressure, (1 - share)*given%pressure(1) + share*given%pressure(2)], [2, size(load%point, 2)])
-        length = length*abs((share(2) - share(1))/(s(2) - s(1)))
-        load%traction = reshape([load%traction, (length*((1 - share(k))*given%traction(:, 1) + share(k)*given%traction(:, 2)), &
-                                                 k=1, 2)], [2, 2, size(load%point, 2)])
-      end associate
-    end subroutine add_piece
+      end do
+    end subroutine hold_lines
 
-    !> Adds a point of an element.
-    subroutine add_point(e, position)
-      integer, intent(in) :: e
-      real(dp), intent(in) :: position(2)     !! length
+  end subroutine hold_edges
 
-      system%points%kind = [system%points%kind, edge_end]
-      system%points%element = [system%points%element, e]
-      state%point = reshape([state%point, position], [2, size(state%point, 2) + 1])
-    end subroutine add_point
+  !> Error of a line on which no edge lies.
+  subroutine no_edge(scene, name, line, error)
+    type(scene_t), intent(in) :: scene
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: line
+    type(error_t), allocatable, intent(out) :: error
 
-  end subroutine load_edges
+    call fail(error, status_bad_input, given_at(scene%words, name)//': expected lines that edges of blocks lie on in '//name// &
+              ', found none on line '//number_text(line))
+  end subroutine no_edge
 
 end module scree_loaded_edges

@@ -15,7 +15,7 @@ module scree_make_effects
                          settings_t, strain_auto, strain_green, strain_small, time_table_t
   use scree_setting_table, only: index_of
   use scree_state, only: state_t
-  use scree_system, only: edge_end, fixed_point, load_point, measured_point, system_t
+  use scree_system, only: edge_end, fixed_point, load_point, measured_point, roller_end, system_t
   use scree_text, only: number_text, real_text
   implicit none
   private
@@ -32,12 +32,13 @@ module scree_make_effects
 contains
 
   !> The effects, decided once. Only materials that a block is made of count.
-  subroutine make_effects(scene, blocks, system, state, quality, effects, list)
+  subroutine make_effects(scene, blocks, system, state, quality, direction, effects, list)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
     type(cover_quality_t), intent(in) :: quality
+    real(dp), intent(in) :: direction(:, :)           !! (2, n_points) in which each point is held alone; 0: not so
     type(effects_t), intent(out) :: effects
     type(effect_t), allocatable, intent(out) :: list(:)
 
@@ -186,18 +187,25 @@ contains
 
     !> Fixed points.
     subroutine hold_points()
-      integer, allocatable :: of_kind(:)
+      type(time_table_t), allocatable :: table(:)
+      integer, allocatable :: of_kind(:), rollers(:)
       integer :: i
 
       of_kind = pack([(i, i=1, size(system%points%kind))], system%points%kind == fixed_point)
-      if (size(of_kind) == 0) return
+      rollers = pack([(i, i=1, size(system%points%kind))], system%points%kind == roller_end)
+      if (size(of_kind) + size(rollers) == 0) return
+      allocate (table(size(of_kind) + size(rollers)))
+      table(:size(of_kind)) = scene%fixed_table
       allocate (effects%fixed_point)
       associate (held => effects%fixed_point)
         held%by_springs = scene%settings%fixed /= fixed_exact
         held%stiffness = scene%settings%fixed_stiffness
-        call name('fixed points', number_text(size(of_kind))//' in the geometry, '// &
-                  merge('held by springs   ', 'eliminated exactly', held%by_springs))
-        call by_element(system, of_kind, scene%fixed_table, held%first, held%point, held%table)
+        if (size(of_kind) > 0) call name('fixed points', number_text(size(of_kind))//' in the geometry, '// &
+                                         merge('held by springs   ', 'eliminated exactly', held%by_springs))
+        if (size(rollers) > 0) call name('rollers', 'lines of &support, '//number_text(size(rollers)/2)//' times an edge, '// &
+                                         merge('held by springs   ', 'eliminated exactly', held%by_springs))
+        call by_element(system, [of_kind, rollers], table, held%first, held%point, held%table)
+        held%direction = direction(:, held%point)
         held%home = state%point(:, held%point)
         do i = 1, size(held%table)
           held%moves = held%moves .or. allocated(held%table(i)%time)

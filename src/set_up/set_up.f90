@@ -14,7 +14,7 @@ module scree_set_up
   use scree_kinds, only: dp
   use scree_make_effects, only: make_effects
   use scree_outlines, only: make_outlines
-  use scree_loaded_edges, only: load_edges
+  use scree_loaded_edges, only: hold_edges, load_edges
   use scree_mathematical_mesh, only: regular_mesh, shortest_edge
   use scree_mesh, only: mesh_t
   use scree_model, only: model_t
@@ -48,6 +48,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(cover_quality_t) :: quality
     type(edge_load_t), allocatable :: load
+    real(dp), allocatable :: direction(:, :) ! (2, n_points)
     logical, allocatable :: fixed(:) ! (n_blocks)
 
     model%settings = scene%settings
@@ -56,8 +57,10 @@ contains
     model%start = state%vertex
     call load_edges(scene, model%system_t, state, load, error)
     if (allocated(error)) return
+    call hold_edges(scene, model%system_t, state, direction, error)
+    if (allocated(error)) return
     model%start_point = state%point
-    call make_effects(scene, blocks, model%system_t, state, quality, model%effects, list)
+    call make_effects(scene, blocks, model%system_t, state, quality, direction, model%effects, list)
     call move_alloc(load, model%effects%edge_load)
     if (allocated(model%effects%bolt)) state%bolts = begin_bolts(model%effects%bolt, state%point, blocks%bolt%pretension)
     call leave_out_fixed(model, state)

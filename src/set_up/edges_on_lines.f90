@@ -1,0 +1,89 @@
+!> The pieces of edges of blocks that lie on lines of the deck.
+module scree_edges_on_lines
+  use scree_kinds, only: dp
+  use scree_state, only: state_t
+  use scree_system, only: system_t
+  implicit none
+  private
+  public :: add_point, piece_t, pieces_on_line
+
+  !> An edge lies on a line that is nearer than this share of the extent to it, and leans from it by less than this (sine).
+  real(dp), parameter :: nearest = 1e-4_dp, least_turn = 1e-2_dp
+  !> Pieces shorter than this share of their line are none.
+  real(dp), parameter :: shortest = 1e-9_dp
+
+  !> A piece of an edge.
+  type :: piece_t
+    integer :: element = 0
+    real(dp) :: ends(2, 2) = 0.0_dp !! (xy, end), counter-clockwise around the element, length
+    real(dp) :: share(2) = 0.0_dp   !! of the line, from its first end, at these
+  end type piece_t
+
+contains
+
+  !> Finds the pieces of outer edges, and of both sides of joints, that lie on a line, in the order of their elements.
+  pure function pieces_on_line(system, state, line, extent) result(pieces)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: line(2, 2)      !! its ends in coordinates of the deck, length
+    real(dp), intent(in) :: extent          !! of the model, length
+    type(piece_t), allocatable :: pieces(:)
+    type(piece_t) :: piece
+    integer :: e, k, l, last
+    logical :: found
+
+    allocate (pieces(0))
+    associate (shape => system%elements%shape)
+      do e = 1, system%n_elements
+        do l = shape%first_loop(e), shape%first_loop(e + 1) - 1
+          last = shape%first_vertex(l + 1) - 1
+          do k = shape%first_vertex(l), last
+            if (shape%joint(k) == 0) cycle ! a line of the mesh
+            call cut(state%vertex(:, [k, merge(shape%first_vertex(l), k + 1, k == last)]), &
+                     line - spread(system%origin, 2, 2), extent, piece, found)
+            if (.not. found) cycle
+            piece%element = e
+            pieces = [pieces, piece]
+          end do
+        end do
+      end do
+    end associate
+  end function pieces_on_line
+
+  !> Cuts out the piece of an edge that lies on a line, if any.
+  pure subroutine cut(edge, line, extent, piece, found)
+    real(dp), intent(in) :: edge(2, 2), line(2, 2) !! (xy, end), length
+    real(dp), intent(in) :: extent
+    type(piece_t), intent(out) :: piece
+    logical, intent(out) :: found
+    real(dp) :: along(2), s(2), side(2), span
+    integer :: k
+
+    span = norm2(line(:, 2) - line(:, 1))
+    along = (line(:, 2) - line(:, 1))/span
+    do k = 1, 2
+      s(k) = dot_product(edge(:, k) - line(:, 1), along)/span
+      side(k) = along(1)*(edge(2, k) - line(2, 1)) - along(2)*(edge(1, k) - line(1, 1))
+    end do
+    piece%share = min(1.0_dp, max(0.0_dp, s))
+    found = maxval(abs(side)) <= nearest*extent .and. abs(side(2) - side(1)) <= least_turn*norm2(edge(:, 2) - edge(:, 1)) .and. &
+            abs(piece%share(2) - piece%share(1)) >= shortest
+    if (.not. found) return
+    do k = 1, 2
+      piece%ends(:, k) = edge(:, 1) + (piece%share(k) - s(1))/(s(2) - s(1))*(edge(:, 2) - edge(:, 1))
+    end do
+  end subroutine cut
+
+  !> Adds a point of an element to the system, after all others.
+  pure subroutine add_point(kind, element, position, system, state)
+    integer, intent(in) :: kind, element
+    real(dp), intent(in) :: position(2)     !! length
+    type(system_t), intent(inout) :: system
+    type(state_t), intent(inout) :: state
+
+    system%points%kind = [system%points%kind, kind]
+    system%points%element = [system%points%element, element]
+    state%point = reshape([state%point, position], [2, size(state%point, 2) + 1])
+  end subroutine add_point
+
+end module scree_edges_on_lines
