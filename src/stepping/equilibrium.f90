@@ -27,7 +27,7 @@ module scree_equilibrium
   use scree_inertia, only: kinetic_energy
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_pair_effects, only: add_pair_effects
+  use scree_pair_effects, only: add_bolts, add_pair_effects, is_bolted
   use scree_scene, only: settings_t
   use scree_state, only: state_t
   use scree_step_constraints, only: constraints_of_step
@@ -215,6 +215,7 @@ contains
           call add_element_effects(model, cache%element(list(k)), state, list(k), nothing(:n), rule, term)
           call add_equations(cache%equations, group, k, cache%element(list(k))%kinematics%span, term)
         end do
+        if (is_bolted(model, list)) call add_bolts(model, cache, state, group, rule, nothing, cache%equations)
       end associate
       if (.not. (touches .and. is_island(cache%equations, group))) cycle
       call take_island(now, group - cache%equations%n_alone, meets)

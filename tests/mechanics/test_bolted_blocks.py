@@ -174,3 +174,13 @@ def test_bolts_are_drawn(tmp_path):
     figure = plot.draw_frames([frames], ["last"], "block")
     labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert labels == ["bolt", "bolt that has yielded"]
+
+
+def test_a_bolt_is_in_the_balance_of_a_static_run(tmp_path):
+    """The block slides until its bolt holds it, and that is equilibrium; without the bolt it slides on."""
+    r = scree.run(M10 / "bolt15.ana", output=tmp_path / "r.h5", settings=["deck.k01=0", "step.balance=1e-6"])
+    assert r.scene.status == "complete" and r.history.unbalanced[-1] < 1e-6
+    assert r.bolts.force[-1, 0] == pytest.approx(LIMIT, rel=1e-3)
+    weak = scree.run(M10 / "bolt15.ana", output=tmp_path / "weak.h5",
+                     settings=["deck.k01=0", "step.balance=1e-6", f"bolts.strength={0.9 * LIMIT}"])
+    assert weak.scene.status.startswith("moves: block 2")

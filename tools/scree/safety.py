@@ -24,7 +24,7 @@ from .plot import draw_frames, open_shapes
 from .program import call, done_or_failed, with_settings
 
 STANDS = "complete"
-MOVES = "not in equilibrium"
+MOVES = ("moves", "not in equilibrium")  # how a static run ends that finds none
 STRENGTH = re.compile(r"^joint material (\d+).*\n  friction angle \(phi\): (\S+).*\n  cohesion \(c\): (\S+).*\n  tensile strength \(T\): (\S+)",
                       re.M)
 
