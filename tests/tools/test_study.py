@@ -102,6 +102,19 @@ def test_a_table_of_lines_and_results_that_are_kept(folder):
     assert "1 made now" in study(folder, "runs.csv", "slide.ana", "--set", "step.count=20", "--keep", "-o", "kept").stdout
 
 
+def test_a_file_that_the_table_names_counts_with_what_it_says(folder):
+    for name in ("slope30", "slope45"):
+        (folder / f"{name}.blk").write_text((SLIDE.parent / f"{name}.blk").read_text())
+    (folder / "runs.csv").write_text("deck.geometry\nslope30.blk\nslope45.blk\n")
+    words = ["runs.csv", "slide.ana", "--set", "step.count=50"]
+    assert "2 made now" in study(folder, *words).stdout
+    moved = [float(row["displacement.largest"]) for row in table_of(folder, "runs")]
+    phi, t = np.radians(16.69924423399362), 0.1
+    assert moved == pytest.approx([9.81 * (np.sin(a) - np.cos(a) * np.tan(phi)) * t ** 2 / 2 for a in np.radians([30, 45])], rel=1e-3)
+    (folder / "slope45.blk").write_text((folder / "slope45.blk").read_text() + "! another\n")
+    assert "1 made now" in study(folder, *words).stdout
+
+
 def test_runs_that_end_before_are_lines_too(folder):
     """A run that fails, one that is refused: the table says why, the study goes on."""
     (folder / "runs.csv").write_text("joint(1).phi,step.size\n30,0.01\n95,0.01\n30,-1\n20,0.01\n")

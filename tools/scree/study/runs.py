@@ -68,8 +68,6 @@ class Study:
     def make(self, number):
         """Makes a run and keeps what it came to; of one that was stopped nothing is kept."""
         partial = self.folder / "runs" / f"{self.keys[number]}-{os.getpid()}.h5"
-        for left in (self.folder / "runs").glob(f"{self.keys[number]}-*.h5"):
-            left.unlink(missing_ok=True)  # of a study that was killed
         try:
             words = [self.path, "run", *self.decks, "-o", partial, "--quiet", "--summary", "json",
                      *with_settings(self.settings_of(self.table.rows[number]))]
@@ -135,7 +133,14 @@ class Study:
                     self.stop()
                     raise
         bar.end()
+        self.clear()
         return made, len(left) - made
+
+    def clear(self):
+        """Takes away what runs left that were killed or went on without their study, and have been made since."""
+        for left in (self.folder / "runs").glob("*-*.h5"):
+            if left.with_name(f"{left.name.split('-')[0]}.json").exists():
+                left.unlink(missing_ok=True)
 
     def columns(self):
         """Header and lines of the table of what the runs came to. It has no times of the clock: it is the same however often the
