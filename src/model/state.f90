@@ -43,6 +43,7 @@ module scree_state
     logical :: steady = .false.                !! loads and supports stay as they are from here on
     real(dp) :: grows = 1.0_dp                 !! size that the next step may have over that of the last
     integer :: moving = 0                      !! block that moves on and on; 0: none
+    real(dp) :: force = huge(1.0_dp)           !! out of balance on all bodies, summed, per unit thickness
     real(dp), allocatable :: share(:)          !! (n_blocks)
     real(dp), allocatable :: way(:)            !! (n_blocks) gone in steps in a row that brought it no nearer, over its size
   end type settling_t

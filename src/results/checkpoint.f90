@@ -284,6 +284,7 @@ contains
     if (allocated(settling) .and. .not. archive%reading) own = settling
     if (.not. allocated(own)) allocate (own)
     call archive%part('settling%unbalanced', own%unbalanced)
+    call archive%part('settling%force', own%force)
     call archive%part('settling%steady', own%steady)
     call archive%part('settling%grows', own%grows)
     call archive%part('settling%moving', own%moving)

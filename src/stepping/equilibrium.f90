@@ -15,7 +15,8 @@
 !> r1 while the body moved by w (root mean square), it goes on by w r1/(r0 - r1) until it is nothing, were forces linear, in steps
 !> of any size. So a body that would not go farther than a small share of its size, or that a fixed point holds, asks for no small
 !> steps; another goes by at most that share in one, as the way goes with the square of the step. One that would go on by more
-!> than its size, and in such steps in a row has gone by a hundredth of it, moves: there is no equilibrium nearby.
+!> than its size, by its own force and by those on all bodies, and in such steps in a row has gone by a hundredth of it, moves:
+!> there is no equilibrium nearby. Where the others still settle they may come to hold it.
 module scree_equilibrium
   use scree_constraints, only: constraints_t
   use scree_contact_beginning, only: begin_contacts
@@ -77,11 +78,13 @@ contains
     type(balance_t), intent(out) :: balance
     type(error_t), allocatable, intent(out) :: error
     real(dp), dimension(model%n_blocks) :: left, acts
+    real(dp) :: force
     integer :: k
 
     call sum_up_forces(model, cache, state, try%contacts, error)
     if (allocated(error)) return
     call forces_of_bodies(model, cache, state, left, acts)
+    force = sum(left(model%free_block))
     left = left/max(acts, tiny(acts))
     do k = 1, size(model%free_block)
       associate (b => model%free_block(k))
@@ -91,7 +94,7 @@ contains
       end associate
     end do
     if (allocated(state%settling)) then
-      call take_in(model, cache, try, left, state)
+      call take_in(model, cache, try, left, force, state)
       balance%moves = state%settling%moving > 0
       if (balance%moves) balance%block = state%settling%moving
     end if
@@ -115,11 +118,12 @@ contains
 
   !> Takes in how bodies moved in a step and what that took off their forces out of balance: which of them moves on and on, and how
   !> much larger the next step may be.
-  pure subroutine take_in(model, cache, try, share, state)
+  pure subroutine take_in(model, cache, try, share, force, state)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(try_t), intent(in) :: try                 !! that the step took
     real(dp), intent(in) :: share(:)               !! (n_blocks) out of balance at its end
+    real(dp), intent(in) :: force                  !! on all of them
     type(state_t), intent(inout) :: state
     real(dp) :: way(model%n_blocks), left
     logical :: first, held(model%n_blocks)
@@ -139,6 +143,7 @@ contains
         if (held(b) .or. .not. share(b) > tolerance_of(model%settings)) left = 0.0_dp
         if (left > reach) &
           own%grows = min(own%grows, max(least_growth, sqrt(reach/max(way(b), tiny(left)))))
+        left = min(left, way_left(way(b), own%force, force))
         if (left > goes_on .and. own%steady .and. .not. first) then
           own%way(b) = own%way(b) + way(b)
         else
@@ -147,6 +152,7 @@ contains
         if (own%moving == 0 .and. own%way(b) > gone) own%moving = b
       end do
       own%share = share
+      own%force = force
       own%unbalanced = maxval([0.0_dp, share(model%free_block)])
     end associate
   end subroutine take_in
