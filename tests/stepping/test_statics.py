@@ -54,6 +54,7 @@ def test_a_run_ends_where_it_has_come_to_equilibrium(groups, size, tmp_path):
                   groups=groups.format(0.5 * size) + "\n&step balance=1e-4 /")
     said, warned, r = summary(tmp_path, *given)
     assert said["status"] == "complete" and "not in equilibrium" not in warned
+    assert said["balance"]["others"] == 0 and not said["balance"]["moves"]
     assert said["balance"]["share"] <= 1e-4 < r.history.unbalanced[:-1].min()
     assert r.times[-1] == r.history.time[-1] and len(r.history.time) < 200
 
