@@ -77,6 +77,8 @@ contains
     if (allocated(error)) return
     call check_supports(scene, error)
     if (allocated(error)) return
+    call check_water(scene, error)
+    if (allocated(error)) return
     call take_acceleration(scene, error)
     if (allocated(error)) return
     call read_mesh(scene, error)
@@ -325,6 +327,23 @@ contains
     end subroutine check
 
   end subroutine check_supports
+
+  !> Error where the water table is none.
+  subroutine check_water(scene, error)
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. allocated(scene%settings%water_table)) return
+    associate (table => scene%settings%water_table, n => size(scene%settings%water_table))
+      if (modulo(n, 2) /= 0) then
+        call fail(error, status_bad_input, given_at(scene%words, 'water.table')// &
+                  ': expected two numbers x y for each point of water.table, found '//number_text(n))
+      else if (.not. all(table(3::2) > table(1:n - 2:2))) then
+        call fail(error, status_bad_input, given_at(scene%words, 'water.table')// &
+                  ': expected points of water.table with x ascending, found others')
+      end if
+    end associate
+  end subroutine check_water
 
   !> Acceleration of the ground from &acceleration.
   subroutine take_acceleration(scene, error)

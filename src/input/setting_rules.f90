@@ -79,8 +79,10 @@ module scree_setting_rules
     setting_rule_t('gravity.ramp', '', 'contact.restitution', is_not_given, .false., 'an impact takes the whole weight'), &
     setting_rule_t('support.normal, support.x, support.y, support.both', '', 'contact.restitution', is_not_given, .false., &
                    'an impact knows fixed points alone'), &
-    setting_rule_t('boundary.pressure, boundary.traction, boundary.ramp', '', 'boundary.lines', is_given, .true., &
-                   'there is nothing to load'), &
+    setting_rule_t('boundary.pressure, boundary.traction', '', 'boundary.lines', is_given, .true., 'there is nothing to load'), &
+    setting_rule_t('boundary.ramp', '', 'boundary.lines or water.table', is_given, .true., 'there is nothing that grows'), &
+    setting_rule_t('water.unit_weight', '', 'water.table', is_given, .true., 'there is no water'), &
+    setting_rule_t('water.table', '', 'water.unit_weight', is_given, .false., 'its pressure is not known'), &
     setting_rule_t('bolts.stiffness, bolts.pretension, bolts.strength', '', 'bolts.ends', is_given, .true., &
                    'bolts of the geometry have their own'), &
     setting_rule_t('iteration.relaxation', '', 'iteration.method', '|secant|hybrid|', .true., &

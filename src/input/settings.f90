@@ -327,8 +327,12 @@ contains
                              'force/length^2', default='0'), s%boundary_pressure)
     call row%reals(setting_t('boundary', 'traction', 'tx1 ty1 tx2 ty2 at the ends of each, linear between; it stays as it is', &
                              'force/length^2', default='0'), s%boundary_traction)
-    call row%real(setting_t('boundary', 'ramp', 'from the start, in which these grow from 0', 'time', 0.0_dp, default='0'), &
-                  s%boundary_ramp)
+    call row%real(setting_t('boundary', 'ramp', 'from the start, in which these and water grow from 0', 'time', 0.0_dp, &
+                           default='0'), s%boundary_ramp)
+    call row%reals(setting_t('water', 'table', 'x y of points of the water table, x ascending; it is level beyond its ends', &
+                             'length'), s%water_table)
+    call row%real(setting_t('water', 'unit_weight', 'pressure of the water over its depth', 'force/length^3', 0.0_dp, &
+                           open=.true.), s%water_weight)
   end subroutine visit_boundary
 
   !> How the ground moves, and what damps the motion.

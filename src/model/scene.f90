@@ -179,7 +179,9 @@ module scree_scene
     real(dp), allocatable :: boundary_lines(:)    !! x1 y1 x2 y2 of each, length
     real(dp), allocatable :: boundary_pressure(:) !! at both ends of each, force/length^2
     real(dp), allocatable :: boundary_traction(:) !! tx ty at both ends of each, force/length^2
-    real(dp) :: boundary_ramp = 0.0_dp      !! in which they grow, time
+    real(dp) :: boundary_ramp = 0.0_dp      !! in which they and the pressure of water grow, time
+    real(dp), allocatable :: water_table(:) !! x y of its points, length
+    real(dp) :: water_weight = 0.0_dp       !! of a unit of volume, force/length^3
     real(dp), allocatable :: ground_table(:) !! t ax ay of the ground, at one time after the other
     character(len=:), allocatable :: ground_file !! file of such lines
     real(dp) :: ground_scale = 1.0_dp       !! factor of ax and ay

@@ -1,11 +1,11 @@
-!> The pieces of edges of blocks that lie on lines of the deck.
+!> The pieces of edges of blocks that lie on lines of the deck, or below a water table.
 module scree_edges_on_lines
   use scree_kinds, only: dp
   use scree_state, only: state_t
   use scree_system, only: system_t
   implicit none
   private
-  public :: add_point, piece_t, pieces_on_line
+  public :: add_point, piece_t, pieces_on_line, pieces_under_water
 
   !> An edge lies on a line that is nearer than this share of the extent to it, and leans from it by less than this (sine).
   real(dp), parameter :: nearest = 1e-4_dp, least_turn = 1e-2_dp
@@ -17,6 +17,7 @@ module scree_edges_on_lines
     integer :: element = 0
     real(dp) :: ends(2, 2) = 0.0_dp !! (xy, end), counter-clockwise around the element, length
     real(dp) :: share(2) = 0.0_dp   !! of the line, from its first end, at these
+    real(dp) :: depth(2) = 0.0_dp   !! below the water table at these, length
   end type piece_t
 
 contains
@@ -73,6 +74,86 @@ contains
       piece%ends(:, k) = edge(:, 1) + (piece%share(k) - s(1))/(s(2) - s(1))*(edge(:, 2) - edge(:, 1))
     end do
   end subroutine cut
+
+  !> Finds the pieces of outer edges, and of both sides of joints, that lie below a water table, in the order of their elements.
+  pure function pieces_under_water(system, state, table) result(pieces)
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: table(:, :)     !! (2, n) x ascending, y; level beyond its ends; in coordinates of the deck, length
+    type(piece_t), allocatable :: pieces(:)
+    real(dp) :: level(2, size(table, 2)), edge(2, 2)
+    integer :: e, k, l, last
+
+    allocate (pieces(0))
+    level = table - spread(system%origin, 2, size(table, 2))
+    associate (shape => system%elements%shape)
+      do e = 1, system%n_elements
+        do l = shape%first_loop(e), shape%first_loop(e + 1) - 1
+          last = shape%first_vertex(l + 1) - 1
+          do k = shape%first_vertex(l), last
+            if (shape%joint(k) == 0) cycle ! a line of the mesh
+            edge = state%vertex(:, [k, merge(shape%first_vertex(l), k + 1, k == last)])
+            if (minval(edge(2, :)) < maxval(level(2, :))) call drown(e, edge, level, pieces)
+          end do
+        end do
+      end do
+    end associate
+  end function pieces_under_water
+
+  !> Adds the pieces of an edge that lie below a water table, on each part of which their depth is linear.
+  pure subroutine drown(e, edge, level, pieces)
+    integer, intent(in) :: e
+    real(dp), intent(in) :: edge(2, 2)      !! (xy, end), length
+    real(dp), intent(in) :: level(:, :)     !! (2, n)
+    type(piece_t), allocatable, intent(inout) :: pieces(:)
+    real(dp) :: at(size(level, 2) + 2), depth(2), from, to, root
+    integer :: i, n
+
+    n = size(level, 2)
+    at = 1.0_dp
+    at(1) = 0.0_dp
+    if (abs(edge(1, 2) - edge(1, 1)) > 0) at(2:n + 1) = (level(1, :) - edge(1, 1))/(edge(1, 2) - edge(1, 1))
+    if (edge(1, 2) < edge(1, 1)) at(2:n + 1) = at(n + 1:2:-1)
+    at = min(1.0_dp, max(0.0_dp, at))
+    do i = 1, n + 1
+      from = at(i)
+      to = at(i + 1)
+      if (to - from < shortest) cycle
+      depth = [depth_at(level, place(from)), depth_at(level, place(to))]
+      if (all(depth <= 0)) cycle
+      root = depth(1)/(depth(1) - depth(2) + merge(1.0_dp, 0.0_dp, all(depth > 0)))
+      if (depth(1) < 0) from = from + root*(to - at(i))
+      if (depth(2) < 0) to = at(i) + root*(to - at(i))
+      pieces = [pieces, piece_t(e, reshape([place(from), place(to)], [2, 2]), [0.0_dp, 0.0_dp], max(depth, 0.0_dp))]
+    end do
+
+  contains
+
+    !> A place on the edge.
+    pure function place(t)
+      real(dp), intent(in) :: t
+      real(dp) :: place(2)
+
+      place = (1 - t)*edge(:, 1) + t*edge(:, 2)
+    end function place
+
+  end subroutine drown
+
+  !> Depth of a place below a water table; below 0 it is above.
+  pure real(dp) function depth_at(level, place) result(depth)
+    real(dp), intent(in) :: level(:, :)     !! (2, n) x ascending, y; level beyond its ends
+    real(dp), intent(in) :: place(2)
+    real(dp) :: share
+    integer :: i
+
+    i = count(level(1, :) <= place(1))
+    if (i == 0 .or. i == size(level, 2)) then
+      depth = level(2, max(1, i)) - place(2)
+    else
+      share = (place(1) - level(1, i))/(level(1, i + 1) - level(1, i))
+      depth = (1 - share)*level(2, i) + share*level(2, i + 1) - place(2)
+    end if
+  end function depth_at
 
   !> Adds a point of an element to the system, after all others.
   pure subroutine add_point(kind, element, position, system, state)

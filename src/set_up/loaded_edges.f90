@@ -1,7 +1,7 @@
 !> The pieces of edges that lines of the deck load or hold.
 module scree_loaded_edges
   use scree_edge_load, only: edge_load_t
-  use scree_edges_on_lines, only: add_point, piece_t, pieces_on_line
+  use scree_edges_on_lines, only: add_point, piece_t, pieces_on_line, pieces_under_water
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_grouping, only: sort_into
   use scree_kinds, only: dp
@@ -16,44 +16,62 @@ module scree_loaded_edges
 
 contains
 
-  !> Finds the pieces that the lines of &boundary load; their ends become points of the system. Not allocated where there are no
-  !> lines.
+  !> Finds the pieces that the lines of &boundary and the water load; their ends become points of the system. Not allocated where
+  !> there is neither.
   !>
-  !> Errors: a line on which no edge lies.
+  !> Errors: a line on which no edge lies, water that reaches none.
   subroutine load_edges(scene, system, state, load, error)
     type(scene_t), intent(in) :: scene
     type(system_t), intent(inout) :: system
     type(state_t), intent(inout) :: state
     type(edge_load_t), allocatable, intent(out) :: load
     type(error_t), allocatable, intent(out) :: error
-    type(piece_t), allocatable :: of_line(:), piece(:)
+    type(piece_t), allocatable :: more(:), piece(:)
     integer, allocatable :: line(:), order(:)
     integer :: i, k
 
-    if (size(scene%boundary_loads) == 0) return
+    if (size(scene%boundary_loads) == 0 .and. .not. allocated(scene%settings%water_table)) return
     allocate (piece(0), line(0))
     do i = 1, size(scene%boundary_loads)
-      of_line = pieces_on_line(system, state, scene%boundary_loads(i)%ends, scene%extent)
-      if (size(of_line) == 0) then
+      more = pieces_on_line(system, state, scene%boundary_loads(i)%ends, scene%extent)
+      if (size(more) == 0) then
         call no_edge(scene, 'boundary.lines', i, error)
         return
       end if
-      piece = [piece, of_line]
-      line = [line, spread(i, 1, size(of_line))]
+      piece = [piece, more]
+      line = [line, spread(i, 1, size(more))]
     end do
+    if (allocated(scene%settings%water_table)) then
+      associate (table => scene%settings%water_table)
+        more = pieces_under_water(system, state, reshape(table, [2, size(table)/2]))
+      end associate
+      if (size(more) == 0) then
+        call fail(error, status_bad_input, given_at(scene%words, 'water.table')// &
+                  ': expected edges of blocks below water.table, found none')
+        return
+      end if
+      piece = [piece, more]
+      line = [line, spread(0, 1, size(more))]
+    end if
     allocate (load)
     load%ramp = scene%settings%boundary_ramp
     call sort_into(piece%element, system%n_elements, load%first, order)
-    allocate (load%point(2, size(order)), load%pressure(2, size(order)), load%traction(2, 2, size(order)))
+    allocate (load%point(2, size(order)))
+    allocate (load%pressure(2, size(order)), load%traction(2, 2, size(order)), source=0.0_dp)
     do i = 1, size(order)
-      associate (own => piece(order(i)), given => scene%boundary_loads(line(order(i))))
+      associate (own => piece(order(i)))
         do k = 1, 2
           call add_point(edge_end, own%element, own%ends(:, k), system, state)
           load%point(k, i) = size(system%points%kind)
-          load%pressure(k, i) = (1 - own%share(k))*given%pressure(1) + own%share(k)*given%pressure(2)
-          load%traction(:, k, i) = norm2(own%ends(:, 2) - own%ends(:, 1)) &
-                                   *((1 - own%share(k))*given%traction(:, 1) + own%share(k)*given%traction(:, 2))
         end do
+        load%pressure(:, i) = scene%settings%water_weight*own%depth
+        if (line(order(i)) == 0) cycle
+        associate (given => scene%boundary_loads(line(order(i))), length => norm2(own%ends(:, 2) - own%ends(:, 1)))
+          do k = 1, 2
+            load%pressure(k, i) = (1 - own%share(k))*given%pressure(1) + own%share(k)*given%pressure(2)
+            load%traction(:, k, i) = length*((1 - own%share(k))*given%traction(:, 1) + own%share(k)*given%traction(:, 2))
+          end do
+        end associate
       end associate
     end do
   end subroutine load_edges

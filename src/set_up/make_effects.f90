@@ -56,8 +56,11 @@ contains
     call hold_points()
     call load_points()
     if (size(scene%boundary_loads) > 0) &
-      call name('boundary loads', number_text(size(scene%boundary_loads))//' lines in &boundary, on '// &
+      call name('boundary loads', number_text(size(scene%boundary_loads))//' lines in &boundary; with water '// &
                 number_text(count(system%points%kind == edge_end)/2)//' pieces of edges')
+    if (allocated(scene%settings%water_table)) &
+      call name('water', 'table in &water; with boundary loads '//number_text(count(system%points%kind == edge_end)/2)// &
+                ' pieces of edges')
     call bolt_blocks()
     call let_touch()
     if (scene%settings%sleep > 0) call name('sleep', 'sleep='//real_text(scene%settings%sleep)//' in &step')

@@ -42,6 +42,10 @@ SCENES = {
     "steps by accuracy": lambda folder: ([SOURCE / "input/validation/b10-rocking/push0.24.ana"], ["step.accuracy=1e-3"]),
     "bolts that yield": lambda folder: ([SOURCE / "input/validation/m10-bolted-block/bolt15.ana"],
                                         ["bolts.pretension=17.3", "bolts.strength=17.3", "output.every=2"]),
+    "supports, loads and water that grow": lambda folder: (
+        [SOURCE / "input/validation/m10-bolted-block/bolt0.ana"],
+        ["support.normal=-17.320508 10 -21.320508 3.07179677", "boundary.lines=1.73205081 -1 2.73205081 0.73205081",
+         "boundary.pressure=3 1", "boundary.ramp=5", "gravity.ramp=4", "water.table=0 1 3 0", "water.unit_weight=2", "output.every=2"]),
     "impacts": lambda folder: ([SOURCE / "input/paper/arc/arc.ana"], ["contact.restitution=0.5", "step.size=2e-3"]),
 }
 

@@ -300,3 +300,11 @@ def m10(run):
             force = f"{share * limit:.9g}"
             r = run(deck, settings=[f"bolts.pretension={force}", f"bolts.strength={force}"], name=f"m10-bolt{angle}-{name}")
             yield Row(f"{share} of it, bolt at {angle} degrees", name, movement(r, 4.0))
+
+
+@case
+def m11(run):
+    """The plane failure of m5 with water in its crack and along its plane."""
+    for water in (7, 14):
+        for name, words in (("stands", "strength over 0.99 FS"), ("falls", "strength over 1.01 FS")):
+            yield Row(f"{words}, water {water}", name, movement(run(DECKS / "m11-wet-slope" / f"water{water}-{name}.ana"), 100.0))

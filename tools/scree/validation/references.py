@@ -243,11 +243,14 @@ def trapezium_half(inner, outer, b):
     return cross.sum() / 2, ((x + np.roll(x, -1)) * cross).sum() / 6
 
 
-def plane_failure(height, face, plane, crack, cohesion, phi, weight):
-    """Factor of safety of a dry plane slide with a vertical tension crack behind the crest (Hoek and Bray)."""
+def plane_failure(height, face, plane, crack, cohesion, phi, weight, water=0.0, water_weight=9.81):
+    """Factor of safety of a plane slide with a vertical tension crack behind the crest, with water in it and along the plane, where
+    its pressure falls to nothing at the toe (Hoek and Bray)."""
     length = (height - crack) / math.sin(plane)
     W = weight * height**2 / 2 * ((1 - (crack / height)**2) / math.tan(plane) - 1 / math.tan(face))
-    return (cohesion * length + W * math.cos(plane) * math.tan(phi)) / (W * math.sin(plane))
+    uplift, thrust = water_weight * water * length / 2, water_weight * water**2 / 2
+    across = W * math.cos(plane) - uplift - thrust * math.sin(plane)
+    return (cohesion * length + across * math.tan(phi)) / (W * math.sin(plane) + thrust * math.cos(plane))
 
 
 def roof_wedge(half_angle, phi, height, density, g=9.81):
