@@ -303,9 +303,10 @@ contains
                              'length'), s%bolt_ends)
     call row%reals(setting_t('bolts', 'stiffness', 'along a bolt, per unit thickness; one number for each of ends, or for all', &
                              'force/length', 0.0_dp, open=.true.), s%bolt_stiffness)
-    call row%reals(setting_t('bolts', 'pretension', 'tension at the start, likewise', 'force', 0.0_dp, default='0'), &
+    call row%reals(setting_t('bolts', 'pretension', 'tension at the start, likewise', 'force', 0.0_dp, default='0 of each'), &
                    s%bolt_pretension)
-    call row%reals(setting_t('bolts', 'strength', 'largest tension, likewise; 0: without limit', 'force', 0.0_dp, default='0'), &
+    call row%reals(setting_t('bolts', 'strength', 'largest tension, likewise; 0: without limit', 'force', 0.0_dp, &
+                             default='0 of each'), &
                    s%bolt_strength)
     call row%choice(setting_t('bolts', 'limit', 'what bolts do at their strength, those of the geometry too', &
                               choices='|yields|breaks|'), s%bolts_break, .false.)
@@ -324,9 +325,9 @@ contains
     call row%reals(setting_t('boundary', 'lines', 'x1 y1 x2 y2 of each line: edges of blocks that lie on it are loaded', &
                              'length'), s%boundary_lines)
     call row%reals(setting_t('boundary', 'pressure', 'p1 p2 at the ends of each, linear between; it follows the edges', &
-                             'force/length^2', default='0'), s%boundary_pressure)
+                             'force/length^2', default='0 of each'), s%boundary_pressure)
     call row%reals(setting_t('boundary', 'traction', 'tx1 ty1 tx2 ty2 at the ends of each, linear between; it stays as it is', &
-                             'force/length^2', default='0'), s%boundary_traction)
+                             'force/length^2', default='0 of each'), s%boundary_traction)
     call row%real(setting_t('boundary', 'ramp', 'from the start, in which these and water grow from 0', 'time', 0.0_dp, &
                            default='0'), s%boundary_ramp)
     call row%reals(setting_t('water', 'table', 'x y of points of the water table, x ascending; it is level beyond its ends', &

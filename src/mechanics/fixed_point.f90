@@ -19,7 +19,8 @@ module scree_fixed_point
     real(dp) :: stiffness = 0.0_dp      !! of a spring, force/length per unit thickness
     integer, allocatable :: first(:)    !! (n_elements+1) element e carries first(e):first(e+1)-1
     integer, allocatable :: point(:)    !! (n) point of the system
-    real(dp), allocatable :: direction(:, :) !! (2, n) in which alone it is held, a roller's; 0: in both
+    real(dp), allocatable :: direction(:, :) !! (2, n) in which alone it is held, a roller's; 0: in both.
+                                             !! Not allocated: there are no rollers
     real(dp), allocatable :: home(:, :) !! (2, n) where it is held at the start, length
     type(time_table_t), allocatable :: table(:) !! (n) displacement of the home; without times: none
   end type fixed_point_t
@@ -108,7 +109,8 @@ contains
     type(fixed_point_t), intent(in) :: self
     integer, intent(in) :: i
 
-    is_roller = any(abs(self%direction(:, i)) > 0)
+    is_roller = .false.
+    if (allocated(self%direction)) is_roller = any(abs(self%direction(:, i)) > 0)
   end function is_roller
 
   !> The part of displacements that is along a direction, of length 1.

@@ -208,7 +208,7 @@ contains
         if (size(rollers) > 0) call name('rollers', 'lines of &support, '//number_text(size(rollers)/2)//' times an edge, '// &
                                          merge('held by springs   ', 'eliminated exactly', held%by_springs))
         call by_element(system, [of_kind, rollers], table, held%first, held%point, held%table)
-        held%direction = direction(:, held%point)
+        if (size(rollers) > 0) held%direction = direction(:, held%point)
         held%home = state%point(:, held%point)
         do i = 1, size(held%table)
           held%moves = held%moves .or. allocated(held%table(i)%time)
