@@ -247,10 +247,9 @@ contains
   !> the weight, f its share, of which the balance takes the mean,
   !>
   !>     f1 S1 - f0 S0 - f (S1 - S0) = (f1 - f0) S0 + (f1 - f) (S1 - S0).
-  pure real(dp) function work_of_ramp(model, cache, state, d, rule) result(work)
+  pure real(dp) function work_of_ramp(model, cache, d, rule) result(work)
     type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state         !! at the beginning of the step
+    type(cache_t), intent(in) :: cache         !! at the beginning of the step
     real(dp), intent(in) :: d(:)               !! (n_unknowns) of the step
     type(step_rule_t), intent(in) :: rule
     real(dp) :: before, rise, share(2)

@@ -156,7 +156,7 @@ contains
       end associate
     end do
     if (moving) supports = supports + work_of_bolts_between(model, cache, state, d, rule)
-    work = work + supports + work_of_ramp(model, cache, state, d, rule)
+    work = work + supports + work_of_ramp(model, cache, d, rule)
   end function work_of_step
 
   !> Energy that damping takes in a step.
