@@ -106,7 +106,7 @@ contains
     real(dp), intent(in) :: edge(2, 2)      !! (xy, end), length
     real(dp), intent(in) :: level(:, :)     !! (2, n)
     type(piece_t), allocatable, intent(inout) :: pieces(:)
-    real(dp) :: at(size(level, 2) + 2), depth(2), from, to, root
+    real(dp) :: at(size(level, 2) + 2), depth(2), from, to, dry
     integer :: i, n
 
     n = size(level, 2)
@@ -121,9 +121,11 @@ contains
       if (to - from < shortest) cycle
       depth = [depth_at(level, place(from)), depth_at(level, place(to))]
       if (all(depth <= 0)) cycle
-      root = depth(1)/(depth(1) - depth(2) + merge(1.0_dp, 0.0_dp, all(depth > 0)))
-      if (depth(1) < 0) from = from + root*(to - at(i))
-      if (depth(2) < 0) to = at(i) + root*(to - at(i))
+      if (any(depth < 0)) then
+        dry = at(i) + depth(1)/(depth(1) - depth(2))*(at(i + 1) - at(i))
+        if (depth(1) < 0) from = dry
+        if (depth(2) < 0) to = dry
+      end if
       pieces = [pieces, piece_t(e, reshape([place(from), place(to)], [2, 2]), [0.0_dp, 0.0_dp], max(depth, 0.0_dp))]
     end do
 
