@@ -76,6 +76,35 @@ def test_a_block_that_rests_on_a_fixed_one_bears_its_weight(model, strain, tmp_p
     assert size_of(r) == (6, 36)
 
 
+def test_instructions_are_those_outside_of_the_c_library_and_the_timers():
+    profile = """events: Ir
+
+ob=(1) /bin/scree
+fn=(1) advance
+10 7
++1 5
+cob=(2) /usr/lib/libc.so.6
+cfn=(2) malloc
+calls=2 30
++3 1000
+* 2
+
+ob=(2)
+fn=(2)
+30 900
++5 100
+
+ob=(3) /usr/lib/libopenblas.so
+fn=(3) dgemm
+-4 40
+
+ob=(1)
+fn=(4) __scree_timers_MOD_begin_phase
+5 600
+"""
+    assert effects.own_instructions(profile) == 7 + 5 + 2 + 40
+
+
 @pytest.mark.skipif(not shutil.which("valgrind"), reason="instructions are counted by valgrind")
 @pytest.mark.parametrize("base, what, most", [
     ("a block falls", "with damping 0", 1.001), ("a block falls", "with restitution", 1.001),

@@ -1,9 +1,11 @@
-"""What an effect costs where it is absent, idle or far away: instructions a step beside the scene without it."""
+"""What an effect costs where it is absent, idle or far away: instructions of a step beside the scene without it."""
 import dataclasses
 import math
+import pathlib
 import re
 import shutil
 import subprocess
+import tempfile
 
 import numpy as np
 
@@ -17,6 +19,7 @@ DENSITY, GRAVITY, YOUNG, POISSON, FRICTION, STEP = 2500.0, 9.81, 1e10, 0.25, 30.
 RESTITUTION = ["contact.restitution=0", "integrator.gamma=0.5625"]  # the step as it is without
 ABSENT = 1.0  # ratio of an effect that is absent or of zero strength
 GROUND, REST, MOVING = 1, 2, 3  # materials: without weight; with it; with a velocity, too
+TIMERS = re.compile("scree_timers|scree_random_numbers|system_clock|cpu_time|gettime|scalbn|ldexp|lround")  # and what they call
 COLUMNS = [("scene", "scene", "", -46), ("blocks", "blocks", "d", 6), ("unknowns", "unknowns", "d", 8), ("entries", "entries", "d", 7),
            ("solves", "solves", ".2f", 6), ("instructions", "instructions", ".0f", 12), ("allocations", "allocations", ".1f", 11),
            ("ratio", "ratio", ".4f", 8), ("at most", "bound", ".2f", 7)]
@@ -130,19 +133,43 @@ class Counter:
     def __init__(self, program):
         self.program, self.valgrind = program, shutil.which("valgrind")
 
-    def count(self, tool, pattern, words):
+    def run(self, tool, words):
         done = subprocess.run([self.valgrind, *tool, self.program, *words], capture_output=True, text=True)
         if done.returncode:
             raise RunFailed((done.stderr.splitlines() or [""])[-1], done.returncode, done.stderr)
-        return int(re.search(pattern, done.stderr)[1].replace(",", ""))
+        return done.stderr
 
     def instructions(self, words):
-        """Those of the steps and the looks at what they made; without output."""
+        """Those of the steps and the looks at what they made, without output; and without those that are not the same each time."""
         steps = [f"--toggle-collect=__scree_{name}" for name in ("time_stepper_MOD_advance", "watch_MOD_watch_step")]
-        return self.count(["--tool=callgrind", "--callgrind-out-file=/dev/null", *steps], r"Collected : (\d+)", words)
+        with tempfile.NamedTemporaryFile("r", suffix=".callgrind") as profile:
+            self.run(["--tool=callgrind", f"--callgrind-out-file={profile.name}", *steps], words)
+            return own_instructions(pathlib.Path(profile.name).read_text())
 
     def allocations(self, words):
-        return self.count(["--tool=memcheck", "--leak-check=no", "--undef-value-errors=no"], r"total heap usage: ([\d,]+) allocs", words)
+        said = self.run(["--tool=memcheck", "--leak-check=no", "--undef-value-errors=no"], words)
+        return int(re.search(r"total heap usage: ([\d,]+) allocs", said)[1].replace(",", ""))
+
+
+def own_instructions(profile):
+    """Instructions in a profile of callgrind but those of the C library, whose allocator takes more or fewer as the heap happens to
+    lie, and of the timers of phases, which read the clocks more or less often as time goes. A line of cost is that of the object and
+    the function that were named last, or that of a call, after its line calls=."""
+    total, names, now, of_call = 0, {}, {}, False
+    for line in profile.splitlines():
+        named = re.match(r"(c?)(ob|fn)=(\(\d+\))(?: (.*))?$", line)
+        if named:
+            callee, kind, number, name = named.groups()
+            names[kind, number] = name or names.get((kind, number), "")
+            if not callee:
+                now[kind] = names[kind, number]
+        elif line.startswith("calls="):
+            of_call = True
+        elif line and line[0] in "0123456789+-*":
+            if not (of_call or "/libc.so" in now["ob"] or TIMERS.search(now["fn"])):
+                total += int(line.split()[-1])
+            of_call = False
+    return total
 
 
 def measure(scene, counter, folder, allocations=True):
