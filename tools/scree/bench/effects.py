@@ -16,7 +16,7 @@ from ..results import read
 from .tables import Table
 
 DENSITY, GRAVITY, YOUNG, POISSON, FRICTION, STEP = 2500.0, 9.81, 1e10, 0.25, 30.0, 0.005
-RESTITUTION = ["contact.restitution=0", "integrator.gamma=0.5625"]  # the step as it is without
+RESTITUTION = ["contact.restitution=0"]
 ABSENT = 1.0  # ratio of an effect that is absent or of zero strength
 GROUND, REST, MOVING = 1, 2, 3  # materials: without weight; with it; with a velocity, too
 TIMERS = re.compile("scree_timers|scree_random_numbers|system_clock|cpu_time|gettime|scalbn|ldexp|lround")  # and what they call
