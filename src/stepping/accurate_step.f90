@@ -31,7 +31,7 @@ module scree_accurate_step
   real(dp), parameter :: integral = 0.3_dp, proportional = 0.4_dp, shrinks = 0.2_dp, grows = 1.25_dp
   !> Over what a step may add, that has it made again, and what is aimed at then.
   real(dp), parameter :: refused = 4.0_dp, safety = 0.9_dp
-  !> A step over a period that it resolves to an accuracy of 1 with a scheme of order 2: sqrt(12)/(2 pi).
+  !> A step over a period that it resolves to an accuracy of 1 with a scheme of order 2: sqrt(12)/(2 pi), rounded.
   real(dp), parameter :: resolved = 0.5_dp
 
 contains
