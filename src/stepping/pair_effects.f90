@@ -7,17 +7,17 @@ module scree_pair_effects
   use scree_contact_forces, only: add_contacts_of_pair, closed_contacts, closed_contacts_t
   use scree_contact_pairs, only: number_pairs, pairs_of_contacts
   use scree_contact_try, only: contact_try_t
-  use scree_element_term, only: clear_pair_term, pair_term_t, step_rule_t
+  use scree_element_term, only: add_force, clear_pair_term, pair_term_t, step_rule_t, term_t
   use scree_equations, only: add_pair, equations_t, pairs_of_group
   use scree_grouping, only: sort_into
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_pairs, only: list_pairs, number_of_pair
   use scree_state, only: state_t
-  use scree_system, only: values_of
+  use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: add_bolts, add_pair_effects, couples_pairs, is_bolted, list_coupled_pairs, order_contacts, &
+  public :: add_bolts, add_forces_of_bolts, add_pair_effects, couples_pairs, is_bolted, list_coupled_pairs, order_contacts, &
             pairs_of_bolts
 
 contains
@@ -102,7 +102,7 @@ contains
     type(equations_t), intent(inout) :: equations
     type(pair_term_t) :: term
     integer, allocatable :: number(:)
-    integer :: k, m, of_bolts, pair(2)
+    integer :: k, of_bolts, pair(2)
 
     number = pairs_of_group(equations, group)
     associate (bolt => model%effects%bolt)
@@ -111,15 +111,50 @@ contains
         pair = equations%paired(:, number(k))
         of_bolts = number_of_pair(bolt%pair, pair)
         if (any(bolt%pair(:, of_bolts) /= pair)) cycle
-        call clear_pair_term(term)
-        do m = bolt%first_of(of_bolts), bolt%first_of(of_bolts + 1) - 1
-          call add_bolt_between(bolt, state%bolts, bolt%joining(m), pair, state%point, rule, cache%element(pair)%kinematics, &
-                                [values_of(model%elements, pair(1), d), values_of(model%elements, pair(2), d)], term)
-        end do
+        term = term_of_bolts(model, cache, state, of_bolts, rule, d)
         call add_pair(equations, group, k, term)
       end do
     end associate
   end subroutine add_bolts
+
+  !> Term of the bolts of a pair of elements.
+  pure type(pair_term_t) function term_of_bolts(model, cache, state, k, rule, d) result(term)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state          !! at the beginning of the step
+    integer, intent(in) :: k                    !! of the pairs that bolts join
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)                !! (n_unknowns) of the step so far
+    integer :: m
+
+    call clear_pair_term(term)
+    associate (bolt => model%effects%bolt, pair => model%effects%bolt%pair(:, k))
+      do m = bolt%first_of(k), bolt%first_of(k + 1) - 1
+        call add_bolt_between(bolt, state%bolts, bolt%joining(m), pair, state%point, rule, cache%element(pair)%kinematics, &
+                              [values_of(model%elements, pair(1), d), values_of(model%elements, pair(2), d)], term)
+      end do
+    end associate
+  end function term_of_bolts
+
+  !> Adds the forces of bolts between two elements to those of the elements, where nothing has moved yet.
+  pure subroutine add_forces_of_bolts(model, cache, state, rule, terms)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(step_rule_t), intent(in) :: rule
+    type(term_t), intent(inout) :: terms(:)     !! (n_elements)
+    type(pair_term_t) :: term
+    integer :: k, side
+
+    if (.not. allocated(model%effects%bolt)) return
+    do k = 1, size(model%effects%bolt%pair, 2)
+      term = term_of_bolts(model, cache, state, k, rule, 0*state%velocity)
+      do side = 1, 2
+        call add_force(terms(model%effects%bolt%pair(side, k)), &
+                       term%force((side - 1)*element_unknowns + 1:side*element_unknowns))
+      end do
+    end do
+  end subroutine add_forces_of_bolts
 
   !> Adds the effects between two elements of an island that are judged, to its equations.
   subroutine add_pair_effects(model, contacts, group, symmetric, d, equations)

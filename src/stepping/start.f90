@@ -23,6 +23,7 @@ module scree_start
   use scree_islands, only: keep_factored
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
+  use scree_pair_effects, only: add_forces_of_bolts
   use scree_scene, only: scheme_central_difference, start_acceleration, start_consistent
   use scree_state, only: state_t
   use scree_stiffness, only: small_strain_operator
@@ -143,6 +144,7 @@ contains
       call add_drag(model, cache%element(e), state%velocity(model%elements%unknown(:, e)), forces(e))
       penalty = max(penalty, stiffer*cache%element(e)%mass/cache%element(e)%elasticity(1, 1)) ! rho l^2 / E, time^2
     end do
+    call add_forces_of_bolts(model, cache, at_rest, rule, forces)
 
     stress = 0.0_dp
     do round = 1, most_rounds

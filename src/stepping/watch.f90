@@ -56,7 +56,7 @@ contains
     allocate (watch%soft(model%n_elements), source=.false.)
     watch%height = energy_of_weights(model, cache)
     watch%energy = energy_of(model, cache, state) + watch%height
-    watch%scale = state%books%kinetic + state%books%strain + state%books%fixed_springs
+    watch%scale = state%books%kinetic + state%books%strain + state%books%fixed_springs + state%books%bolts
     n_fixed = 0
     do i = 1, size(model%points%kind)
       associate (block => model%elements%block(model%points%element(i)))
@@ -270,7 +270,7 @@ contains
     integer :: e, k
 
     energy = state%books%strain + state%books%fixed_springs + state%books%contact_springs &
-             + state%books%sleeping_springs + state%books%held
+             + state%books%sleeping_springs + state%books%bolts + state%books%held
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       energy = energy + kinetic_energy(cache%element(e)%mass_matrix, &

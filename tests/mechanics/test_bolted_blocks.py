@@ -184,3 +184,25 @@ def test_a_bolt_is_in_the_balance_of_a_static_run(tmp_path):
     weak = scree.run(M10 / "bolt15.ana", output=tmp_path / "weak.h5",
                      settings=["deck.k01=0", "step.balance=1e-6", f"bolts.strength={0.9 * LIMIT}"])
     assert weak.scene.status.startswith("moves: block 2")
+
+
+def pulled(folder, groups, steps=1):
+    """Two boxes of mass 2 and 4, pulled together by 8 along their middles, with hardly any stiffness: accelerations 4 and -2."""
+    blocks = [(1, block_files.box(0, 1, 0, 1)), (1, block_files.box(4, 6, 0, 1))]
+    (folder / "g.blk").write_text(block_files.block_file("pulled", blocks))
+    (folder / "g.ana").write_text(f"1\n{steps}\n1 1\n0.05\n1e-3\n2 0 1e6 0.25\n0 0 0\n0 0 0\n0 0 0\n20 0 0\n&deck geometry='g.blk' /\n"
+                                  "&contact method='none' /\n&bolts ends=0.5 0.5 5 0.5, stiffness=1e-3, pretension=8 /\n" + groups)
+    return scree.run(folder / "g.ana")
+
+
+@pytest.mark.parametrize("method", ("model='dda'", "model='nmm'", "model='nmm' / &cover edge=0.6"))
+def test_a_start_with_the_acceleration_feels_bolts_between_blocks(method, tmp_path):
+    """The first step ends with the velocities a dt."""
+    r = pulled(tmp_path, f"&method {method} / &integrator scheme='newmark', beta=0.5, start='acceleration' /\n")
+    assert r.bodies.velocity[-1, :, 0] == pytest.approx([4e-3, -2e-3], rel=1e-6)
+
+
+def test_what_a_stretched_bolt_gives_comes_not_from_nothing(tmp_path):
+    """It has 32 000 of energy, and blocks without weight or strain feed on it."""
+    r = pulled(tmp_path, "&method strain='small' /\n", steps=100)
+    assert r.history.energy.kinetic[-1] == pytest.approx(0.5 * (2 * 0.4**2 + 4 * 0.2**2), rel=1e-3)
