@@ -7,6 +7,7 @@ module scree_model_facts
   use scree_constraints, only: constraints_t
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_t, parallel
+  use scree_edge_load, only: load_on_piece
   use scree_effects, only: refresh_elements
   use scree_errors, only: error_t
   use scree_initial_contacts, only: free_lengths, initial_contacts, reached_from
@@ -18,8 +19,9 @@ module scree_model_facts
   use scree_simplex_integration, only: moments_t
   use scree_state, only: state_t
   use scree_step_constraints, only: constraints_of_step
-  use scree_system, only: fixed_point
+  use scree_system, only: fixed_point, roller_end
   use scree_text, only: number_text
+  use scree_time_table, only: ramp_at
   implicit none
   private
   public :: block_fact_t, facts_of, facts_t, list_text, side_t
@@ -31,6 +33,7 @@ module scree_model_facts
   real(dp), parameter :: thin = 1e-2_dp        !! four times the area over the square of the outline: width over length of a strip
   real(dp), parameter :: noticeable = 1e-2_dp  !! of the largest stress: a traction that pushes a free edge
   real(dp), parameter :: beside = 0.01_dp      !! of the model: a fixed point that lies on a side
+  real(dp), parameter :: on_line = 1e-9_dp     !! of the model: a point that lies on the line of an edge, to round-off
   integer, parameter :: holds_whole = 3        !! fixed points that leave a DDA block no strain
 
   !> A block: its number, area and position.
@@ -42,7 +45,7 @@ module scree_model_facts
 
   !> Free edges that face a side of the model, and what the initial stress pushes them with.
   type :: side_t
-    real(dp) :: force = 0.0_dp    !! without a counterpart, over all of them; per unit thickness
+    real(dp) :: force = 0.0_dp    !! that neither loads nor supports bear, over all of them; per unit thickness
     integer :: block = 0          !! with the largest part of it
     real(dp) :: most = 0.0_dp     !! that part
   end type side_t
@@ -58,7 +61,8 @@ module scree_model_facts
     real(dp) :: shortest_edge = huge(1.0_dp)    !! length
     integer, allocatable :: sliver(:)           !! numbers of blocks that are thin, or sharper than contacts tell from a line
     integer, allocatable :: fixed_points(:)     !! (n_blocks) in each
-    integer, allocatable :: unheld(:)           !! numbers of blocks that touch nothing that leads to a fixed point
+    logical, allocatable :: held(:)             !! (n_blocks) by a fixed point, or by a support against a fall
+    integer, allocatable :: unheld(:)           !! numbers of blocks that touch nothing that leads to one that is held
     type(column_t) :: column                    !! compressed most by own weight
     real(dp) :: face_stiffness = 0.0_dp         !! of the softest joint as wide as that block, or two contacts, force/length
     real(dp) :: modulus = 1.0_dp                !! of a mass of such blocks, over that of its rock
@@ -92,9 +96,10 @@ contains
       if (blocks%point_kind(i) /= fixed_point) cycle
       facts%fixed_points(blocks%point_block(i)) = facts%fixed_points(blocks%point_block(i)) + 1
     end do
+    facts%held = facts%fixed_points > 0 .or. are_supported(model)
     call measure_blocks(blocks, facts)
     call initial_contacts(model, state, contact, candidate)
-    facts%unheld = pack([(b, b=1, model%n_blocks)], .not. reached_from(model, contact, facts%fixed_points > 0))
+    facts%unheld = pack([(b, b=1, model%n_blocks)], .not. reached_from(model, contact, facts%held))
     associate (rock => scene%block_material(facts%block_material))
       facts%has_weight = any(abs(rock%unit_weight) > 0)
       if (all(rock%density > 0)) facts%fall = 0.5_dp*scene%settings%step_size**2*maxval(abs(rock%unit_weight)/rock%density)
@@ -104,6 +109,22 @@ contains
     if (allocated(model%effects%contact)) call soften(scene, model, facts)
     call push_free_sides(scene, model, state, free_lengths(model, state, candidate), facts%side)
   end subroutine facts_of
+
+  !> Whether lines of &support hold each block against a fall: in a direction that is not level.
+  pure function are_supported(model) result(supported)
+    type(model_t), intent(in) :: model
+    logical :: supported(model%n_blocks)
+    integer :: i
+
+    supported = .false.
+    if (.not. any(model%points%kind == roller_end)) return
+    associate (held => model%effects%fixed_point)
+      do i = 1, size(held%point)
+        if (abs(held%direction(2, i)) > parallel) &
+          supported(model%elements%block(model%points%element(held%point(i)))) = .true.
+      end do
+    end associate
+  end function are_supported
 
   !> Unknowns that neither fixed points nor other unknowns determine.
   pure integer function solved_unknowns(model, state)
@@ -183,7 +204,7 @@ contains
     angle = modulo(atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b)), 2*acos(-1.0_dp))
   end function angle_between
 
-  !> What the initial stress pushes free edges with.
+  !> What the initial stress pushes free edges with, beyond what loads and supports on them bear when the run begins.
   !>
   !> An element that a fixed point holds, or that shares unknowns with one, bears its own; and so does the straight side of a
   !> block that two fixed points lie on, of whichever elements it is made.
@@ -214,10 +235,13 @@ contains
             call frame_of_edge(state%vertex(:, k), state%vertex(:, next), along, normal, length)
             middle = 0.5_dp*(state%vertex(:, k) + state%vertex(:, next)) + model%origin
             stress = rock%stress + middle(2)*rock%stress_gradient
-            force = [stress(1)*normal(1) + stress(3)*normal(2), stress(3)*normal(1) + stress(2)*normal(2)]
-            if (norm2(force) <= noticeable*largest .or. holds_side(e, state%vertex(:, k), normal)) cycle
+            force = free(k)*[stress(1)*normal(1) + stress(3)*normal(2), stress(3)*normal(1) + stress(2)*normal(2)]
+            if (norm2(force) <= noticeable*largest*free(k) .or. holds_side(e, state%vertex(:, k), normal)) cycle
+            force = force - load_on_edge(e, state%vertex(:, k), along, normal, length)
+            force = beyond_supports(e, state%vertex(:, k), normal, force)
+            if (norm2(force) <= noticeable*largest*free(k)) cycle
             faces = merge(merge(2, 1, normal(1) > 0), merge(4, 3, normal(2) > 0), abs(normal(1)) > abs(normal(2)))
-            of_block(faces, model%elements%block(e)) = of_block(faces, model%elements%block(e)) + norm2(force)*free(k)
+            of_block(faces, model%elements%block(e)) = of_block(faces, model%elements%block(e)) + norm2(force)
           end do
         end do
       end associate
@@ -244,6 +268,49 @@ contains
       end do
       holds_side = found > 1
     end function holds_side
+
+    !> Loads that act on an edge of element e when the run begins, per unit thickness.
+    pure function load_on_edge(e, position, along, normal, length) result(load)
+      integer, intent(in) :: e
+      real(dp), intent(in) :: position(2), along(2), normal(2), length !! where it begins, its frame
+      real(dp) :: load(2), middle(2)
+      integer :: i
+
+      load = 0.0_dp
+      if (.not. allocated(model%effects%edge_load)) return
+      associate (loads => model%effects%edge_load)
+        do i = loads%first(e), loads%first(e + 1) - 1
+          middle = 0.5_dp*sum(state%point(:, loads%point(:, i)), 2) - position
+          if (abs(dot_product(normal, middle)) > on_line*scene%extent .or. &
+              abs(dot_product(along, middle) - 0.5_dp*length) > 0.5_dp*length) cycle
+          load = load + ramp_at(loads%ramp, state%time)*load_on_piece(loads, i, state%point)
+        end do
+      end associate
+    end function load_on_edge
+
+    !> What of a force on an edge of element e the supports on its line leave.
+    pure function beyond_supports(e, position, normal, force) result(left)
+      integer, intent(in) :: e
+      real(dp), intent(in) :: position(2), normal(2)  !! length, 1
+      real(dp), intent(in) :: force(2)
+      real(dp) :: left(2), first(2)
+      integer :: i
+
+      left = force
+      if (.not. any(model%points%kind == roller_end)) return
+      first = 0.0_dp
+      associate (held => model%effects%fixed_point)
+        do i = held%first(e), held%first(e + 1) - 1
+          associate (direction => held%direction(:, i))
+            if (.not. norm2(direction) > 0) cycle ! a fixed point
+            if (abs(dot_product(normal, state%point(:, held%point(i)) - position)) > on_line*scene%extent) cycle
+            if (abs(first(1)*direction(2) - first(2)*direction(1)) > parallel) left = 0.0_dp ! two directions hold all
+            first = direction
+            left = left - dot_product(direction, left)*direction
+          end associate
+        end do
+      end associate
+    end function beyond_supports
 
   end subroutine push_free_sides
 

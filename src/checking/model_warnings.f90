@@ -47,8 +47,8 @@ contains
       call add('expected contacts to bear own weight with an overlap of at most '//short_text(100*most_penetration)// &
                ' % of the block, found '//short_text(100*facts%penetration/facts%column%width)//' % of block '// &
                number_text(facts%column%block)//': contact.stiffness or joints.kn too small?')
-    if (facts%has_weight .and. all(facts%fixed_points == 0)) &
-      call add('expected a fixed point, found none: all '//number_text(facts%n_blocks)//' blocks fall')
+    if (facts%has_weight .and. .not. any(facts%held)) &
+      call add('expected a fixed point or a support, found none: all '//number_text(facts%n_blocks)//' blocks fall')
     if (size(facts%sliver) > 0) &
       call add('expected no block thinner than 1/100 of its length or sharper than 3 degrees, found '//list_text(facts%sliver))
     if (may_make_energy(scene%settings%rules) .and. scene%settings%strain == strain_small .and. scene%carried > 0) &

@@ -15,7 +15,7 @@ module scree_edge_load
   use scree_time_table, only: mean_of_ramp
   implicit none
   private
-  public :: add_edge_loads, edge_load_t, size_of_edge_loads, work_of_edge_loads
+  public :: add_edge_loads, edge_load_t, load_on_piece, size_of_edge_loads, work_of_edge_loads
 
   integer, parameter :: n = element_unknowns
 
@@ -98,6 +98,16 @@ contains
       force = force + matmul((2*q(:, 1) + q(:, 2))/6, T(:, :, 1)) + matmul((q(:, 1) + 2*q(:, 2))/6, T(:, :, 2))
     end do
   end function full_load
+
+  !> Force on a piece when the ramp is over, per unit thickness.
+  pure function load_on_piece(self, i, position) result(force)
+    type(edge_load_t), intent(in) :: self
+    integer, intent(in) :: i                  !! piece
+    real(dp), intent(in) :: position(:, :)    !! (2, n_points) length
+    real(dp) :: force(2)
+
+    force = 0.5_dp*sum(load_at_ends(self, i, position(:, self%point(2, i)) - position(:, self%point(1, i))), 2)
+  end function load_on_piece
 
   !> What acts at both ends of a piece, times its length.
   pure function load_at_ends(self, i, along) result(q)

@@ -105,7 +105,7 @@ def test_a_friction_angle_in_radians_is_warned_of(phi, warned, tmp_path):
 def test_what_nothing_holds_is_warned_of(tmp_path):
     deck(tmp_path, fixed=[])
     facts, warnings = check(tmp_path)
-    assert len(warnings) == 1 and "fixed point, found none: all 4 blocks fall" in warnings[0]
+    assert len(warnings) == 1 and "fixed point or a support, found none: all 4 blocks fall" in warnings[0]
     assert facts["touch nothing that is held"] == "blocks 1 2 3 4"
     deck(tmp_path, fixed=[], rock=(2500.0, 0.0, 1e10))
     assert check(tmp_path)[1] == []  # nothing pulls it
@@ -143,6 +143,36 @@ def test_an_initial_stress_on_free_sides_is_warned_of(groups, tmp_path):
         assert facts[f"initial stress, {side}"].endswith(f"block {block}")
     stressed(tmp_path, True, K0, groups=groups)
     assert check(tmp_path)[1] == []
+
+
+SIDES = {"left": "0 1 0 3", "right": "8 1 8 3"}  # of the rows that no fixed point holds
+
+
+@pytest.mark.parametrize("method", ["", "&method model='nmm' /"])
+def test_supports_and_pressure_bear_an_initial_stress(method, tmp_path):
+    """Rollers on a side bear it all, the pressure of K0 too; half of that leaves half, and one that grows from 0 leaves it all."""
+    full = 24525.0
+    for side, line in SIDES.items():
+        other = {"left": "right", "right": "left"}[side]
+        for groups, left in ((f"&support normal={line} /", 0.0), (f"&boundary lines={line}, pressure={full} 0 /", 0.0),
+                             (f"&boundary lines={line}, pressure={full / 2} 0 /", full / 2),
+                             (f"&boundary lines={line}, pressure={full} 0, ramp=1 /", full), (f"&support y={line} /", full)):
+            stressed(tmp_path, False, K0, groups=method + groups)
+            facts = check(tmp_path)[0]
+            assert first_number(facts[f"initial stress, {other}"]) == pytest.approx(full, rel=1e-3)
+            assert first_number(facts.get(f"initial stress, {side}", "0")) == pytest.approx(left, rel=1e-3), groups
+    stressed(tmp_path, False, K0, groups=method + f"&support normal={SIDES['left']} / &boundary lines={SIDES['right']}, pressure={full} 0 /")
+    assert check(tmp_path)[1] == []
+
+
+def test_supports_hold_what_stands_on_them(tmp_path):
+    """Without a fixed point: a floor on a level support holds its column; upright rollers let it fall."""
+    deck(tmp_path, fixed=[], groups="&support normal=-2 -1 3 -1 /")
+    facts, warnings = check(tmp_path)
+    assert warnings == [] and facts["touch nothing that is held"] == "none"
+    deck(tmp_path, fixed=[], groups="&support normal=-2 -1 -2 0 /")
+    facts, warnings = check(tmp_path)
+    assert "all 4 blocks fall" in warnings[0] and facts["touch nothing that is held"] == "blocks 1 2 3 4"
 
 
 def test_blocks_that_may_not_touch_bear_no_stress_of_each_other(tmp_path):
