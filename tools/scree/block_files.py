@@ -80,6 +80,11 @@ def wall(n):
     return on_base(f"Wall in running bond, {n} courses", running_bond(n))
 
 
+def dam(width, height):
+    """A dam on a fixed base, its wet side at x = 0."""
+    return on_base(f"Dam {width:.9g} wide", [box(-20, 30, -10, 0), box(0, width, 0, height)])
+
+
 def columns(example, run=30.0, depth=20.0):
     """The toppling slope of Goodman and Bray: block 1 the stepped base, 2 to 17 the columns from the toe up."""
     w, b, count = example.width, example.step, len(example.height)

@@ -312,3 +312,49 @@ def m11(run):
     for water in (7, 14):
         for name, words in (("stands", "strength over 0.99 FS"), ("falls", "strength over 1.01 FS")):
             yield Row(f"{words}, water {water}", name, verdict(run(DECKS / "m11-wet-slope" / f"water{water}-{name}.ana")))
+
+
+def middles(r):
+    """Centroids of the elements at the start."""
+    found = []
+    for (x, y), (x1, y1) in ((polygon.T, np.roll(polygon, -1, axis=0).T) for polygon in r.polygons(0)):
+        twice = x * y1 - x1 * y
+        found.append([((x + x1) * twice).sum(), ((y + y1) * twice).sum()] / (3 * twice.sum()))
+    return np.array(found)
+
+
+@case
+def p1(run):
+    """Confined compression between rollers, of blocks and of a mesh: K0 = nu/(1 - nu)."""
+    for name, tolerance in (("stack", 5e-5), ("mesh", 0.02)):
+        r = run(DECKS / "p1-confined-column" / f"{name}.ana")
+        exact = references.confined_stress(10 - middles(r)[:, 1], 50.0, 20.0, 0.25)
+        off = np.abs(r.stress() - exact).max(axis=0)
+        for i, component in enumerate(("xx", "yy", "xy")):
+            yield Row(f"largest error of stress {component}, {name}", 0.0, off[i], tolerance, 250.0)
+        if name == "mesh":
+            yield Row("settlement of the top", references.confined_settlement(10.0, 50.0, 20.0, 1e7, 0.25),
+                      -r.measured_points.displacement[-1, 0, 1], 1e-3)
+
+
+@case
+def p2(run):
+    """Weight, initial stress, rollers and pressure with a gradient that fit each other."""
+    r = run(DECKS / "p2-k0" / "k0.ana")
+    yield Row("forces out of balance, over the weight", 0.0, r.history.unbalanced.max(), 1e-13, 1.0)
+    yield Row("largest move over what the weight alone settles", 0.0, np.abs(r.displacement()).max() / (20 * 6**2 / 2 / 1e6), 1e-9, 1.0)
+
+
+@case
+def p3(run):
+    """A dam under water: one percent on both sides of the friction, and of the width, that it needs."""
+    need = references.dam_friction(6.0, 12.0, 24.0, 10.0)
+    for factor, expected in ((1.01, "stands"), (0.99, "falls")):
+        name = f"p3-sliding-{expected}"
+        r = run(DECKS / "p3-dam" / "sliding.ana", (f"{name}.blk", block_files.dam(6.0, 12.0)), name=name,
+                settings=[f"joint(1).phi={math.degrees(math.atan(factor * need)):.12g}"])
+        yield Row(f"friction {factor:g} of what it needs", expected, verdict(r))
+        name = f"p3-turning-{expected}"
+        width = factor * references.dam_width(12.0, 24.0, 10.0)
+        r = run(DECKS / "p3-dam" / "turning.ana", (f"{name}.blk", block_files.dam(width, 12.0)), name=name)
+        yield Row(f"width {factor:g} of what it needs", expected, verdict(r))

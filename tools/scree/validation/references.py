@@ -399,3 +399,24 @@ class ArcSlide:
             centre, motion = self.state(end - ui**2)
             total += wi * ui * math.sqrt(self.mass(motion) / (2 * (energy - self.g * centre[1])))
         return total * math.sqrt(end - start)
+
+
+def confined_stress(depth, load, weight, nu):
+    """Stress (xx, yy, xy) at some depths of rock that cannot go aside, in plane strain, with a load on its top."""
+    across = -(load + weight * np.asarray(depth, float))
+    return np.column_stack([nu / (1 - nu) * across, across, 0 * across])
+
+
+def confined_settlement(height, load, weight, young, nu):
+    """Of its top: (load h + weight h^2/2)/M."""
+    return (load * height + weight * height**2 / 2) * (1 + nu) * (1 - 2 * nu) / (young * (1 - nu))
+
+
+def dam_friction(width, height, weight, water):
+    """Coefficient with which a box just stands against water to its crest: thrust over weight."""
+    return water * height**2 / 2 / (weight * width * height)
+
+
+def dam_width(height, weight, water):
+    """Width with which it just does not turn about its toe: weight b h b/2 = water h^3/6."""
+    return height * math.sqrt(water / (3 * weight))
