@@ -84,18 +84,22 @@ def results_of(file, what):
     return file.file
 
 
-def mean_over(polygon, values):
-    """The mean of a linear field over a polygon, which is its value at the centroid, from those at its vertices."""
-    own = polygon - polygon[0]
-    after, values_after = np.roll(own, -1, axis=0), np.roll(values, -1, axis=0)
-    twice = own[:, 0] * after[:, 1] - own[:, 1] * after[:, 0]
-    return twice @ (values + values_after + values[0]) / (3 * twice.sum())
+def first_of(lists):
+    """Where each list begins, of all of them one after the other."""
+    return np.cumsum([0, *map(len, lists[:-1])])
 
 
 def means(file, frame, values):
-    """Of a field at all vertices, in each element."""
-    polygons = file.polygons(frame)
-    return np.array([mean_over(polygon, values[corners]) for polygon, corners in zip(polygons, file.corners)])
+    """Of a linear field, its value at the centroid of each element, from those at all vertices."""
+    corners = file.corners
+    first, every = first_of(corners), np.concatenate(corners)
+    after = np.concatenate([np.roll(numbers, -1) for numbers in corners])
+    of_first = np.repeat(every[first], list(map(len, corners)))
+    places = file.file.vertices(frame)
+    own, own_after = places[every] - places[of_first], places[after] - places[of_first]
+    twice = own[:, 0] * own_after[:, 1] - own[:, 1] * own_after[:, 0]
+    sums = np.add.reduceat(twice[:, None] * (values[every] + values[after] + values[of_first]), first)
+    return sums / (3 * np.add.reduceat(twice, first))[:, None]
 
 
 def centroids(file, frame):

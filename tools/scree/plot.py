@@ -30,7 +30,7 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 
 from .errors import PlotError, ScreeError
-from .overlays import VECTORS, Common, draw_contact_forces, draw_crosses, draw_joint_states, robust_limits
+from .overlays import VECTORS, Common, draw_contact_forces, draw_crosses, draw_joint_states, first_of, robust_limits
 from .program import cut
 from .results import read
 
@@ -114,17 +114,20 @@ class Shapes:
         """A path an element."""
         return [outline(polygon, loops) for polygon, loops in zip(self.polygons(frame), self.shape())]
 
+    def edge_list(self):
+        """Of each edge, but seams: its two corners (n, 2), rows of those of all elements one after the other, its joint material,
+        0 for a line of the mesh, and its element (n)."""
+        if not hasattr(self, "listed"):
+            first = first_of(self.start)
+            loops = [at + loop for at, of_element in zip(first, self.shape()) for loop in of_element]
+            ends = np.stack([np.concatenate(loops), np.concatenate([np.roll(loop, -1) for loop in loops])], axis=1)
+            self.listed = ends, np.asarray(self.joint)[ends[:, 0]], np.searchsorted(first, ends[:, 0], side="right") - 1
+        return self.listed
+
     def edges(self, frame):
         """Edges of joints and boundary (n, 2, 2), their joint material and element (n); lines of the mesh and seams are none."""
-        joints = np.split(self.joint, np.cumsum([len(polygon) for polygon in self.start])[:-1])
-        edges, of_edge, element = [np.empty((0, 2, 2))], [np.empty(0, int)], [np.empty(0, int)]
-        for e, (polygon, joint, loops) in enumerate(zip(self.polygons(frame), joints, self.shape())):
-            for loop in loops:
-                edges.append(np.stack([polygon[loop], polygon[np.roll(loop, -1)]], axis=1))
-                of_edge.append(joint[loop])
-                element.append(np.full(len(loop), e))
-        edges, of_edge, element = map(np.concatenate, (edges, of_edge, element))
-        return edges[of_edge > 0], of_edge[of_edge > 0], element[of_edge > 0]
+        ends, of_edge, element = (found[self.edge_list()[1] > 0] for found in self.edge_list())
+        return np.vstack(self.polygons(frame))[ends], of_edge, element
 
     def joint_edges(self, frame):
         """Edges by joint material."""
@@ -247,7 +250,8 @@ class Frames(Shapes):
             return getattr(self.file, field), field
         if field == "displacement":
             size = np.linalg.norm(self.file.displacement(frame), axis=1)
-            return np.array([size[corners].mean() for corners in self.corners]), "displacement [length]"
+            sums = np.add.reduceat(size[np.concatenate(self.corners)], first_of(self.corners))
+            return sums / list(map(len, self.corners)), "displacement [length]"
         xx, yy, xy = self.file.stress(frame).T
         mean, half = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
         values = {"stress_xx": xx, "stress_yy": yy, "stress_xy": xy, "major": mean + half, "minor": mean - half}[field]
