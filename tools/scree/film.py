@@ -10,6 +10,7 @@ Debian's python3-pil, which matplotlib brings along. Each frame is shown as
 long: a run writes them at even times by output.interval.
 """
 import argparse
+import functools
 import pathlib
 import sys
 
@@ -19,6 +20,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.animation import FFMpegWriter, PillowWriter
 
+from .arguments import above_zero, whole_from
 from .errors import PlotError, ScreeError
 from .plot import WHOLE, Frames, Stage, add_words_of_frames, extras_of, kind_of, look_of
 from .records import Bar
@@ -72,29 +74,13 @@ def film(file, frames, path, fps, dpi, field, extras, look):
     bar.end()
 
 
-def above_zero(text):
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < 1000:  # noqa: PLR2004  frames in a second
-        raise argparse.ArgumentTypeError(f"expected a number above 0 and below 1000, found '{text}'")
-    return value
-
-
-def from_one(text):
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number from 1, found '{text}'")
-    return int(text)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="FILM",
                         help="default: the file with .mp4, or .gif without ffmpeg")
-    parser.add_argument("--fps", type=above_zero, default=20.0, help="frames in a second")
-    parser.add_argument("--every", type=from_one, default=1, metavar="N", help="each Nth frame")
+    parser.add_argument("--fps", type=functools.partial(above_zero, below=1000), default=20.0, help="frames in a second")
+    parser.add_argument("--every", type=whole_from(1), default=1, metavar="N", help="each Nth frame")
     add_words_of_frames(parser)
     parser.set_defaults(dpi=120)
     given = parser.parse_args()

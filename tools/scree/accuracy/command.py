@@ -34,6 +34,7 @@ import os
 import pathlib
 import sys
 
+from ..arguments import above_zero, whole_from
 from ..errors import ScreeError
 from ..program import call, program, work_folder
 from ..records import explain
@@ -43,12 +44,6 @@ from .scenes import QUANTITIES, SHIPPED, own
 from .table import Findings, print_findings, write_csv, write_json
 
 STOPPED = 130  # exit status of a study that someone stopped
-
-
-def above_zero(word):
-    if not 0 < float(word) < float("inf"):
-        raise argparse.ArgumentTypeError(f"expected a number above 0, found '{word}'")
-    return float(word)
 
 
 def factor(word):
@@ -87,17 +82,14 @@ def arguments():
     parser.add_argument("--accuracies", nargs="+", type=tolerance)
     parser.add_argument("--all", action="store_true", help="every combination")
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE", help="a setting of every run")
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="runs at once; default: the processors")
+    parser.add_argument("--rounds", type=whole_from(1), default=3)
+    parser.add_argument("--jobs", type=whole_from(1), default=len(os.sched_getaffinity(0)), help="runs at once; default: the processors")
     parser.add_argument("--limit", type=above_zero, default=60.0, metavar="SECONDS")
     parser.add_argument("--instructions", action="store_true")
     parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("cost-of-accuracy"))
     parser.add_argument("--list", action="store_true", help="the shipped set")
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
-    given = parser.parse_args()
-    if given.rounds < 1 or given.jobs < 1:
-        parser.error("expected --rounds and --jobs from 1")
-    return given
+    return parser.parse_args()
 
 
 def axes_of(scene, given):

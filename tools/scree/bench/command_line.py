@@ -61,6 +61,7 @@ import argparse
 import sys
 
 from .. import touching
+from ..arguments import above_zero, whole_from
 from ..errors import ScreeError
 from ..program import program, work_folder
 from . import peers, problems, settling
@@ -68,20 +69,6 @@ from .contact import contact, rules
 from .cutting import cutting, reading
 from .effects import effects
 from .fixed import fixed
-
-
-def counts(word):
-    """A number of lines, covers, blocks or steps."""
-    if int(word) < 2:
-        raise argparse.ArgumentTypeError(f"expected a whole number from 2, found '{word}'")
-    return int(word)
-
-
-def above_zero(word):
-    """A time or a length."""
-    if not float(word) > 0:
-        raise argparse.ArgumentTypeError(f"expected a number above 0, found '{word}'")
-    return float(word)
 
 
 def any_scree():
@@ -110,7 +97,7 @@ def add_settling(cases, options):
             ("column", [100, 400], 0.05, 1, "blocks of a column that collapses"),
             ("pyramid", [10, 20, 30], 0.005, 1, "blocks in the lowest course of a pyramid that stands")):
         case = cases.add_parser(name, parents=[options], help=what)
-        case.add_argument("--sizes", type=counts, nargs="+", default=sizes, metavar="N", help=what)
+        case.add_argument("--sizes", type=whole_from(2), nargs="+", default=sizes, metavar="N", help=what)
         case.add_argument("--edge", type=above_zero, default=edge, metavar="METRES", help="of a block")
         case.add_argument("--end", type=above_zero, default=end, metavar="SECONDS", help="of the motion")
         case.set_defaults(case=settling.settling, name=name)
@@ -141,25 +128,25 @@ def add_others(cases, options):
     case.add_argument("--json", metavar="FILE", help="writes the rows there too")
     case.set_defaults(case=problems.problems)
     case = cases.add_parser("cutting", parents=[options], help="time and memory beside n, joint maps and covers")
-    case.add_argument("--lines", type=counts, nargs="*", default=[1000, 10000, 100000], metavar="N")
-    case.add_argument("--covers", type=counts, nargs="*", default=[10000, 100000, 1000000], metavar="N",
+    case.add_argument("--lines", type=whole_from(2), nargs="*", default=[1000, 10000, 100000], metavar="N")
+    case.add_argument("--covers", type=whole_from(2), nargs="*", default=[10000, 100000, 1000000], metavar="N",
                       help="triangles in the area of the block; those on its sides are cut, so there are more elements")
     case.add_argument("--crossings", type=float, default=6, help="of a line on average")
     case.add_argument("--seed", type=int, default=1, help="of the lines")
     case.set_defaults(case=cutting)
     case = cases.add_parser("reading", parents=[options], help="time and memory beside n, block files")
-    case.add_argument("--blocks", type=counts, nargs="*", default=[1000, 10000, 100000], metavar="N")
+    case.add_argument("--blocks", type=whole_from(2), nargs="*", default=[1000, 10000, 100000], metavar="N")
     case.set_defaults(case=reading)
     case = cases.add_parser("contact", parents=[options], help="systems solved by the ways to treat contact")
     case.set_defaults(case=contact)
     case = cases.add_parser("rules", parents=[options], help="a wall that stands, by Shi's contact and by scree's")
-    case.add_argument("--steps", type=counts, default=200, help="of 5 ms, as asked for")
+    case.add_argument("--steps", type=whole_from(2), default=200, help="of 5 ms, as asked for")
     case.set_defaults(case=rules)
     case = cases.add_parser("fixed", parents=[options], help="what exact fixed points cost beside n")
-    case.add_argument("--blocks", type=counts, nargs="*", default=[100, 400, 1600], metavar="N")
+    case.add_argument("--blocks", type=whole_from(2), nargs="*", default=[100, 400, 1600], metavar="N")
     case.set_defaults(case=fixed)
     case = cases.add_parser("effects", parents=[options], help="instructions of what is absent, far away or at rest")
-    case.add_argument("--size", type=counts, default=1000, metavar="N", help="squares of the largest scene")
+    case.add_argument("--size", type=whole_from(2), default=1000, metavar="N", help="squares of the largest scene")
     case.add_argument("--allocations", action="store_true", help="counts allocations too, which takes as long again")
     case.add_argument("--json", metavar="FILE", help="writes the rows there too")
     case.set_defaults(case=effects)

@@ -18,6 +18,7 @@ import shlex
 import signal
 import sys
 
+from ..arguments import whole_from
 from ..errors import ScreeError
 from .runs import Study
 from .tables import read_table
@@ -57,19 +58,13 @@ def part_of(text):
     return int(number), int(parts)
 
 
-def jobs(text):
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected a number from 1, found '{text}'")
-    return int(text)
-
-
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("table", type=pathlib.Path, metavar="TABLE")
     parser.add_argument("decks", nargs="*", type=pathlib.Path, metavar="DECK", help="default: those of the table, from its folder")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="FOLDER", help="default: the name of the table, here")
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE", help="a setting of every run")
-    parser.add_argument("--jobs", type=jobs, default=len(os.sched_getaffinity(0)), help="runs at once; default: the processors")
+    parser.add_argument("--jobs", type=whole_from(1), default=len(os.sched_getaffinity(0)), help="runs at once; default: the processors")
     parser.add_argument("--keep", action="store_true", help="keeps the results files of the runs")
     parser.add_argument("--draw", metavar="QUANTITY", help="FOLDER/QUANTITY.png of a column of the table")
     instead = parser.add_mutually_exclusive_group()
