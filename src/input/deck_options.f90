@@ -4,7 +4,7 @@
 !> place of the word of the deck there, and so is checked as that would be. What no reader asked for is an error at the end.
 module scree_deck_options
   use scree_errors, only: error_t, fail, status_bad_input
-  use scree_text, only: number_text
+  use scree_text, only: in_lower_case, number_text
   implicit none
   private
   public :: add_option, begin_thing, check_all_taken, deck_options_t, find_option, is_of_deck
@@ -136,17 +136,5 @@ contains
       if (options%n(k) > 0) things = things//')'
     end do
   end function things_of
-
-  !> A text with small letters for capitals.
-  pure function in_lower_case(text)
-    character(len=*), intent(in) :: text
-    character(len=len(text)) :: in_lower_case
-    integer :: i
-
-    in_lower_case = text
-    do i = 1, len(text)
-      if (text(i:i) >= 'A' .and. text(i:i) <= 'Z') in_lower_case(i:i) = achar(iachar(text(i:i)) + 32)
-    end do
-  end function in_lower_case
 
 end module scree_deck_options

@@ -13,8 +13,8 @@ module scree_deck_text
   use scree_text, only: number_text, real_of, real_text
   implicit none
   private
-  public :: beyond_arithmetic, count_numbers, deck_t, expect, expect_end, in_quotes, next_count, next_index, next_real, &
-            next_reals, next_word, numbers_left, read_deck, read_text, word_is_real, word_is_whole
+  public :: beyond_arithmetic, count_numbers, deck_t, expect, expect_end, find_words, in_quotes, next_count, next_index, &
+            next_real, next_reals, next_word, numbers_left, read_deck, read_text, word_is_real, word_is_whole
 
   real(dp), parameter, public :: largest_number = 1e20_dp   !! magnitude, of every real number
   real(dp), parameter, public :: smallest_number = 1e-20_dp !! of one that may not be negative, unless it is 0

@@ -1,6 +1,6 @@
 !> Decks to a complete scene and its blocks.
 module scree_read_scene
-  use scree_acceleration_record, only: read_record_file, take_record
+  use scree_acceleration_record, only: is_peer_file, read_peer_files, read_record_file, take_record
   use scree_analysis_deck, only: read_analysis_deck
   use scree_block_file, only: read_block_file
   use scree_block_input, only: blocks_t, make_blocks
@@ -353,15 +353,37 @@ contains
     associate (s => scene%settings)
       if (allocated(s%ground_table)) then
         call take_record(s%ground_table, from_of(scene%words, 'acceleration.table'), scene%ground, error)
-      else if (allocated(s%ground_file)) then
-        call read_record_file(beside_analysis(scene, s%ground_file), scene%ground, error)
-      else
+      else if (.not. allocated(s%ground_file)) then
         return
+      else if (is_peer_file(s%ground_file)) then
+        call take_peer_record(scene, error)
+      else if (allocated(s%ground_vertical)) then
+        call fail(error, status_bad_input, from_of(scene%words, 'acceleration.vertical')// &
+                  ': expected acceleration.vertical beside a PEER record (.at2) in acceleration.file, found one beside '// &
+                  s%ground_file)
+      else
+        call read_record_file(beside_analysis(scene, s%ground_file), scene%ground, error)
       end if
       if (allocated(error)) return
       scene%ground%value = s%ground_scale*scene%ground%value
     end associate
     scene%ground%kept = .false.
   end subroutine take_acceleration
+
+  !> The record of PEER of &acceleration. Errors: as of `read_peer_files`; no scale, which says what g is here.
+  subroutine take_peer_record(scene, error)
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: vertical
+
+    vertical = ''
+    if (allocated(scene%settings%ground_vertical)) vertical = beside_analysis(scene, scene%settings%ground_vertical)
+    if (from_of(scene%words, 'acceleration.scale') == 'default') then
+      call fail(error, status_bad_input, from_of(scene%words, 'acceleration.file')// &
+                ': expected acceleration.scale, which is g in units of the deck, with a PEER record, found none')
+      return
+    end if
+    call read_peer_files(beside_analysis(scene, scene%settings%ground_file), vertical, scene%ground, error)
+  end subroutine take_peer_record
 
 end module scree_read_scene

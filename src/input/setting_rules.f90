@@ -142,6 +142,8 @@ module scree_setting_rules
     setting_rule_t('fixed_points.stiffness', '', 'fixed_points.method', '|penalty|', .true., &
                    'exact fixed points have no springs'), &
     setting_rule_t('acceleration.file', '', 'acceleration.table', is_not_given, .true., 'there is one ground'), &
+    setting_rule_t('acceleration.vertical', '', 'acceleration.file', is_given, .true., &
+                   'it is the other component of that record'), &
     setting_rule_t('acceleration.scale', '', 'acceleration.table or acceleration.file', is_given, .true., &
                    'there is nothing to scale'), &
     setting_rule_t('output.interval', '', 'output.every', is_not_given, .true., 'frames come by time or by steps')]

@@ -344,7 +344,9 @@ contains
     call row%real(setting_t('gravity', 'ramp', 'from the start, in which the weight grows from 0', 'time', 0.0_dp, default='0'), &
                   s%gravity_ramp)
     call row%reals(setting_t('acceleration', 'table', 't ax ay of the ground at ascending times'), s%ground_table)
-    call row%text(setting_t('acceleration', 'file', 'file with lines t ax ay, from the folder of the analysis deck'), s%ground_file)
+    call row%text(setting_t('acceleration', 'file', 'lines t ax ay, or PEER record (.at2) along x, from the folder of the deck'), &
+                  s%ground_file)
+    call row%text(setting_t('acceleration', 'vertical', 'PEER record along y, likewise'), s%ground_vertical)
     call row%real(setting_t('acceleration', 'scale', 'factor of ax and ay, in units of the deck', '1'), s%ground_scale, 1.0_dp, &
                   when=allocated(s%ground_table) .or. allocated(s%ground_file))
     call row%real(setting_t('damping', 'mass', 'alpha of the force -alpha M v against the velocity', '1/time', 0.0_dp, &

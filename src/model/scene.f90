@@ -183,7 +183,8 @@ module scree_scene
     real(dp), allocatable :: water_table(:) !! x y of its points, length
     real(dp) :: water_weight = 0.0_dp       !! of a unit of volume, force/length^3
     real(dp), allocatable :: ground_table(:) !! t ax ay of the ground, at one time after the other
-    character(len=:), allocatable :: ground_file !! file of such lines
+    character(len=:), allocatable :: ground_file !! file of such lines, or a PEER record of ax
+    character(len=:), allocatable :: ground_vertical !! PEER record of ay
     real(dp) :: ground_scale = 1.0_dp       !! factor of ax and ay
     real(dp) :: mass_damping = 0.0_dp       !! force over mass and velocity, 1/time
     integer :: frame_every = 0              !! steps from frame to frame; 0 where time counts

@@ -4,7 +4,7 @@ module scree_text
   use scree_kinds, only: dp
   implicit none
   private
-  public :: number_text, real_of, real_text, rounded_text, short_text, text_t, with_ending
+  public :: in_lower_case, number_text, real_of, real_text, rounded_text, short_text, text_t, with_ending
 
   !> One of several texts.
   type :: text_t
@@ -20,6 +20,18 @@ module scree_text
   end interface
 
 contains
+
+  !> A text with small letters for capitals.
+  pure function in_lower_case(text)
+    character(len=*), intent(in) :: text
+    character(len=len(text)) :: in_lower_case
+    integer :: i
+
+    in_lower_case = text
+    do i = 1, len(text)
+      if (text(i:i) >= 'A' .and. text(i:i) <= 'Z') in_lower_case(i:i) = achar(iachar(text(i:i)) + 32)
+    end do
+  end function in_lower_case
 
   !> A whole number as text.
   pure function number_text(i)

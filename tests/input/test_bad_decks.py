@@ -90,6 +90,20 @@ def record(text):
     return {"q.txt": text} | groups("&acceleration file='q.txt' /\n")
 
 
+PEER = """PEER STRONG MOTION RECORD
+NORTHRIDGE #1 & AFTERSHOCKS, 01/17/94, SOMEWHERE, 090
+ACCELERATION TIME SERIES IN UNITS OF G
+NPTS=   3, DT=   .0100 SEC
+  -.1000000E-03   .2000000E+00
+   .3000000E-03
+"""
+
+
+def peer(old="", new="", words="scale=9.81"):
+    """A record of PEER with a text replaced."""
+    return {"q.AT2": PEER.replace(old, new)} | groups(f"&acceleration file='q.AT2', {words} /\n")
+
+
 def blocks(line, text):
     """A block file with one line replaced."""
     lines = BLOCKS.splitlines()
@@ -218,6 +232,21 @@ BAD = {
     "a record with a group": (record("0 0 0\n1 0 0\n&end /\n"), "q.txt:3:", "alone"),
     "a record of bytes": (record("0 0 0\n\0"), "q.txt:2:", "byte 0"),
     "a record that is not there": (groups("&acceleration file='none.txt' /\n"), "none.txt:", "no such file"),
+    "a PEER record of velocities": (peer("ACCELERATION", "VELOCITY"), "q.AT2:3:", "acceleration ... in units of g"),
+    "a PEER record in other units": (peer("OF G", "OF CM/S/S"), "q.AT2:3:", "acceleration ... in units of g"),
+    "a PEER record that ends early": (peer("   .3000000E-03\n"), "q.AT2:4:", "as NPTS says (3), found 2"),
+    "a PEER record that goes on": (peer("  -.1", "0.5 -.1"), "q.AT2:4:", "as NPTS says (3), found 4"),
+    "a PEER record with a word in it": (peer(".3000000E-03", "end"), "q.AT2:6:", "number"),
+    "a PEER record without a time step": (peer("DT=   .0100 SEC"), "q.AT2:5:", "DT"),
+    "a PEER record with a time step of 0": (peer(".0100 SEC", "0 SEC"), "q.AT2:4:", "above 0"),
+    "a PEER record with its values in the head": (peer("\nNPTS=   3", " NPTS=   3"), "q.AT2:4:", "NPTS"),
+    "a PEER record of three lines": (peer(PEER[PEER.index("NPTS"):]), "q.AT2:4:", "head of four lines"),
+    "a PEER record without a scale": ({"q.AT2": PEER} | groups("&acceleration file='q.AT2' /\n"), "a.ana:13:", "acceleration.scale"),
+    "a PEER record beside another step": ({"v.at2": PEER.replace(".0100", ".0200")} | peer(words="vertical='v.at2', scale=9.81"),
+                                          "v.at2:4:", "time step of q.AT2 (0.01), found 0.02"),
+    "a PEER record beside a table": ({"q.txt": "0 0 0\n1 0 0\n"} | groups("&acceleration file='q.txt', vertical='q.AT2' /\n"), "a.ana:13:",
+                                     "beside a PEER record"),
+    "a vertical component alone": (groups("&acceleration vertical='q.AT2' /\n"), "a.ana:13:", "only with acceleration.file"),
     "a table of two columns": (groups("&acceleration table=0 0 1 1 /\n"), "a.ana:13:", "t ax ay"),
     "a table of one time": (groups("&acceleration table=0 0 1 /\n"), "a.ana:13:", "two times"),
     "a table that goes back": (groups("&acceleration table=0 0 1  0 0 2 /\n"), "a.ana:13:", "increase"),

@@ -18,7 +18,7 @@ COMPANY = {
     "integrator.start='acceleration'": ["method.strain=green"],
 }
 SAMPLES = {"contact.rules": "coulomb", "cover.mesh": "mesh.msh", "cover.origin": "0 0", "acceleration.table": "0 0 0 1 0 0",
-           "acceleration.file": "quake.txt"}
+           "acceleration.file": "quake.txt", "acceleration.vertical": "up.at2"}
 
 
 def tables():
