@@ -2,7 +2,7 @@
 program scree
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use scree_block_file, only: may_replace_blocks, write_block_file
-  use scree_block_input, only: block_moments, blocks_t, make_blocks
+  use scree_block_input, only: block_moments, blocks_t, joined_text, make_blocks
   use scree_check_scene, only: check_scene
   use scree_command_line, only: command_t, help, read_command_line
   use scree_errors, only: error_t, fail, status_bad_input
@@ -93,7 +93,7 @@ contains
     call make_blocks(scene, blocks, error)
     if (allocated(error)) return
     call begin_phase(timers, phase_frames)
-    call write_block_file(output, blocks, error)
+    call write_block_file(output, blocks, scene%words, error)
     if (allocated(error)) return
     if (.not. command%options%quiet) call list_blocks(costs_of(timers))
   end subroutine cut_geometry
@@ -110,6 +110,7 @@ contains
     write (output_unit, '(2(i0,a),es23.16,3(a,f7.3),a)') size(moments), ' blocks, ', size(blocks%crack_joint), &
       ' cracks, area ', sum(moments%area), '; read ', sum(cost%wall, cost%phase == 'read'), ' s, cut ', &
       sum(cost%wall, cost%phase == 'set-up'), ' s, write ', sum(cost%wall, cost%phase == 'frames'), ' s'
+    if (blocks%n_joined > 0) write (output_unit, '(a)') joined_text(blocks, scene)
     write (output_unit, '(a)') '   block material  corners    holes                    area              x              y'
     do b = 1, size(moments)
       write (output_unit, '(i8,3i9,1x,es23.16,2(1x,es14.7))') b, blocks%material(b), &

@@ -1,6 +1,6 @@
 !> `scree check`: what a scene calls for, its facts in words of an engineer, and warnings.
 module scree_check_scene
-  use scree_block_input, only: blocks_t
+  use scree_block_input, only: blocks_t, joined_text
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_initial_overlaps, only: overlap_texts, overlap_warning, refuse_overlaps
   use scree_kinds, only: dp
@@ -40,6 +40,7 @@ contains
     call facts_of(scene, blocks, model, state, facts)
     if (.not. quiet) then
       write (unit, '(3(i0,a))') facts%n_blocks, ' blocks, ', facts%n_elements, ' elements, ', facts%n_unknowns, ' unknowns'
+      if (blocks%n_joined > 0) write (unit, '(a)') joined_text(blocks, scene)
       do i = 1, size(list)
         write (unit, '(a)') 'effect: '//list(i)%name//' - '//list(i)%because
       end do

@@ -12,17 +12,18 @@ module scree_block_input
   use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
   use scree_scene, only: bolt_record_t, line_t, point_t, scene_t, somewhere
   use scree_simplex_integration, only: moments_t, polygon_moments
+  use scree_small_regions, only: join_small_regions
   use scree_system, only: bolt_end, fixed_point, load_point, measured_point
   use scree_text, only: number_text, real_text
   implicit none
   private
-  public :: block_area, block_moments, block_size, block_source, blocks_t, make_blocks, scale_of_lines
+  public :: block_area, block_moments, block_size, block_source, blocks_t, joined_text, make_blocks, scale_of_lines
 
   !> A fixed point lies this share of the scale inside the edge that its line crosses.
   real(dp), parameter :: inwards = 0.005_dp
   !> Points this share of the scale outside all blocks belong to the nearest (Shi: of a vertex); points whose block is given,
   !> this share of its size outside, to that.
-  real(dp), parameter :: beside = 1e-5_dp
+  real(dp), parameter :: near_blocks = 1e-5_dp
   !> The origin of blocks is not 0 where they are this many times their extent away from it.
   real(dp), parameter :: far_away = 4.0_dp
 
@@ -34,6 +35,7 @@ module scree_block_input
     type(regions_t) :: shape
     real(dp) :: origin(2) = 0.0_dp             !! length
     real(dp), allocatable :: vertex(:, :)      !! (2, n_vertices), length
+    integer :: n_joined = 0                    !! that were too small and joined a neighbour
     integer, allocatable :: material(:)        !! (n_blocks)
     integer, allocatable :: line(:)            !! (n_blocks) of the block file, where the outline begins; 0: cut from lines
     integer, allocatable :: point_kind(:)      !! (n_points) fixed, load, measured, ends of bolts: in this order
@@ -72,19 +74,19 @@ contains
       call enter_polygons(scene, blocks, error)
       if (allocated(error)) return
       scale = deck_scale(minval(blocks%vertex, 2), maxval(blocks%vertex, 2))
-      call set_up_finder(finder, blocks%shape, blocks%vertex, beside*scale)
+      call set_up_finder(finder, blocks%shape, blocks%vertex, near_blocks*scale)
       call add_points(scene, fixed_point, 'fixed', scene%fixed_points, finder, blocks, points, error)
       if (allocated(error)) return
     else
       call enclose_blocks(scene, blocks, scale, error)
       if (allocated(error)) return
-      call set_up_finder(finder, blocks%shape, blocks%vertex, beside*scale)
+      call set_up_finder(finder, blocks%shape, blocks%vertex, near_blocks*scale)
       call name_materials(scene, finder, blocks, error)
       if (allocated(error)) return
       if (size(scene%hole_points) > 0) then
         call remove_blocks(scene, finder, blocks, error)
         if (allocated(error)) return
-        call set_up_finder(finder, blocks%shape, blocks%vertex, beside*scale)
+        call set_up_finder(finder, blocks%shape, blocks%vertex, near_blocks*scale)
       end if
       do i = 1, size(scene%fixed_lines)
         call fix_line(scene, scene%fixed_lines(i), inwards*scale, finder, blocks, points, error)
@@ -136,6 +138,16 @@ contains
     source = scene%geometry_name
     if (blocks%line(b) > 0) source = source//':'//number_text(blocks%line(b))
   end function block_source
+
+  !> How many blocks joined a neighbour, in words.
+  pure function joined_text(blocks, scene) result(text)
+    type(blocks_t), intent(in) :: blocks
+    type(scene_t), intent(in) :: scene
+    character(len=:), allocatable :: text
+
+    text = number_text(blocks%n_joined)//' blocks smaller than '//real_text(scene%settings%least_block_area)// &
+           ' joined their neighbours'
+  end function joined_text
 
   !> Scale of lines for the distances of the cutter; length.
   pure real(dp) function scale_of_lines(lines)
@@ -200,6 +212,7 @@ contains
                  ' lines that enclose nothing', error)
       return
     end if
+    if (scene%settings%least_block_area > 0) call join_small_blocks(scene, scale, graph, blocks, beside)
     crack = pack([(i, i=1, size(graph%line))], beside(1, :) == beside(2, :) .and. beside(1, :) > 0)
     allocate (blocks%crack(2, 2, size(crack)))
     do i = 1, size(crack)
@@ -207,6 +220,31 @@ contains
     end do
     blocks%crack_joint = scene%lines(graph%line(crack))%material
   end subroutine enclose_blocks
+
+  !> Lets blocks smaller than `&blocks least_area` join their neighbours; not those of hole points.
+  subroutine join_small_blocks(scene, scale, graph, blocks, beside)
+    type(scene_t), intent(in) :: scene
+    real(dp), intent(in) :: scale
+    type(graph_t), intent(inout) :: graph
+    type(blocks_t), intent(inout) :: blocks
+    integer, allocatable, intent(inout) :: beside(:, :) !! (2, n_pieces) block left and right of each piece, 0: none
+    type(block_finder_t) :: finder
+    real(dp) :: area(region_count(blocks%shape))
+    logical :: held(size(area))
+    integer, allocatable :: line(:)
+    integer :: b, i
+
+    area = [(block_area(blocks, blocks%vertex, b), b=1, size(area))]
+    held = .false.
+    call set_up_finder(finder, blocks%shape, blocks%vertex, near_blocks*scale)
+    do i = 1, size(scene%hole_points)
+      b = block_at(finder, blocks%shape, blocks%vertex, scene%hole_points(i)%position - blocks%origin)
+      if (b > 0) held(b) = .true.
+    end do
+    call join_small_regions(scene%settings%least_block_area, area, held, scene%n_boundary, beside, graph, blocks%n_joined)
+    if (blocks%n_joined > 0) &
+      call trace_regions(graph, scene%lines%material, blocks%shape, blocks%vertex, line, beside)
+  end subroutine join_small_blocks
 
   !> Polygons of a block file as blocks. Errors: those that bound no block.
   subroutine enter_polygons(scene, blocks, error)
@@ -362,9 +400,9 @@ contains
     real(dp) :: distance
 
     distance = distance_outside(blocks%shape, blocks%vertex, b, position)
-    if (distance > beside*block_size(blocks, b)) &
+    if (distance > near_blocks*block_size(blocks, b)) &
       call fail(error, status_bad_input, source//': expected '//what//' in its block '//number_text(b)//' or within '// &
-                real_text(beside)//' of its size, found one '//real_text(distance)//' outside')
+                real_text(near_blocks)//' of its size, found one '//real_text(distance)//' outside')
   end subroutine check_inside
 
   !> Adds the ends of the bolts to the blocks that hold them. An end in no block is in the ground.

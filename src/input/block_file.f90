@@ -11,9 +11,10 @@ module scree_block_file
                              read_deck
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_files, only: holds_something
+  use scree_groups_of_places, only: groups_text
   use scree_keyholes, only: join_loops
   use scree_kinds, only: dp
-  use scree_scene, only: point_t, polygons_t, scene_t
+  use scree_scene, only: point_t, polygons_t, scene_t, word_t
   use scree_system, only: bolt_end, fixed_point, load_point, measured_point
   use scree_regions, only: first_vertex_of, joint_between, last_vertex_of, loops_of, region_count
   use scree_simplex_integration, only: moments_t
@@ -225,12 +226,14 @@ contains
   !> Writes blocks and points, every number so that it reads back as it was.
   !>
   !> Errors: the file cannot be written.
-  subroutine write_block_file(path, blocks, error)
+  subroutine write_block_file(path, blocks, words, error)
     character(len=*), intent(in) :: path
     type(blocks_t), intent(in) :: blocks
+    type(word_t), intent(in) :: words(:) !! settings, of which groups of places are written
     type(error_t), allocatable, intent(out) :: error
     type(moments_t) :: moments(region_count(blocks%shape))
     character(len=200) :: reason
+    character(len=:), allocatable :: groups
     integer, allocatable :: order(:)
     integer :: b, k, n(region_count(blocks%shape)), row, status, unit
     real(dp) :: radius
@@ -276,6 +279,8 @@ contains
       if (status == 0) write (unit, '(2(es23.16,1x),i0)', iostat=status, iomsg=reason) blocks%point(:, k) + blocks%origin, &
         blocks%point_block(k)
     end do
+    groups = groups_text(words, cut=.true.)
+    if (status == 0 .and. len(groups) > 0) write (unit, '(a)', iostat=status, iomsg=reason) groups
     if (status == 0) close (unit, iostat=status, iomsg=reason)
     if (status /= 0) call fail(error, status_bad_input, path//': expected a file that can be written, found: '//trim(reason))
 

@@ -6,6 +6,7 @@ module scree_geometry_deck
   use scree_deck_options, only: begin_thing
   use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
+  use scree_groups_of_places, only: groups_text
   use scree_kinds, only: dp
   use scree_scene, only: line_t, point_t, scene_t
   use scree_text, only: number_text, real_text
@@ -57,9 +58,6 @@ contains
     call read_points(deck, 'hole_point', n_holes, scene%hole_points, error)
     if (allocated(error)) return
     call expect_end(deck, error)
-    if (allocated(error)) return
-    if (deck%groups_line > 0) call fail(error, status_bad_input, deck%name//':'//number_text(deck%groups_line)// &
-                                        ': expected no groups in a geometry deck, found ''&''')
   end subroutine read_geometry_deck
 
   !> Reads x1 y1 x2 y2 and, where the lines have one, a material.
@@ -121,7 +119,7 @@ contains
 
   !> Writes a geometry deck that reads back as the same scene, over a file of that name. Errors: it cannot be written.
   !>
-  !> Nothing but numbers, so that other programs read it, and then a remark, where they have stopped reading.
+  !> Numbers, so that other programs read it, then a remark and groups of places, where they have stopped reading.
   subroutine write_geometry_deck(name, scene, remark, error)
     character(len=*), intent(in) :: name
     type(scene_t), intent(in) :: scene
@@ -153,6 +151,9 @@ contains
     call put_points(scene%measured_points)
     call put_points(scene%hole_points)
     call put('! '//remark)
+    if (allocated(scene%words)) then
+      if (len(groups_text(scene%words, cut=.false.)) > 0) call put(groups_text(scene%words, cut=.false.))
+    end if
     close (unit, iostat=status)
     if (status /= 0 .and. .not. allocated(error)) &
       call fail(error, status_run_failed, name//': expected a file that can be written, found no room')

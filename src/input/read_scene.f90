@@ -10,6 +10,7 @@ module scree_read_scene
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_geometry_deck, only: read_geometry_deck
   use scree_gmsh_file, only: read_gmsh_file
+  use scree_groups_of_places, only: take_groups
   use scree_kinds, only: dp
   use scree_scene, only: contact_none, scene_t
   use scree_setting_rules, only: check_rules, drop_overridden
@@ -139,7 +140,7 @@ contains
     end if
   end subroutine name_geometry
 
-  !> Reads the geometry named in the scene, a block file where its name says so.
+  !> Reads the geometry named in the scene, a block file where its name says so, and the groups of places that it ends in.
   !>
   !> Errors: `status_bad_input` with file, line, expected and found.
   subroutine read_geometry(scene, error, options)
@@ -158,6 +159,11 @@ contains
       call read_geometry_deck(deck, scene, error)
     end if
     if (present(options)) options = deck%options
+    if (allocated(error)) return
+    call take_groups(deck, scene%words, error)
+    if (allocated(error)) return
+    call drop_overridden(scene%words)
+    call store_settings(scene)
   end subroutine read_geometry
 
   !> Whether a name is that of a block file.

@@ -43,6 +43,7 @@ contains
     call visit_contact_states(row, scene%settings)
     call visit_joints(row, scene%settings)
     call visit_points(row, scene)
+    call visit_blocks(row, scene%settings)
     call visit_bolts(row, scene%settings)
     call visit_boundary(row, scene%settings)
     call visit_ground(row, scene%settings)
@@ -294,6 +295,15 @@ contains
     end associate
   end subroutine visit_points
 
+  !> What the cutter makes of lines.
+  subroutine visit_blocks(row, s)
+    type(setting_rows_t), intent(inout) :: row
+    type(settings_t), intent(inout) :: s
+
+    call row%real(setting_t('blocks', 'least_area', 'of a block cut from lines: a smaller one joins its neighbour', 'length^2', &
+                            0.0_dp, default='0'), s%least_block_area)
+  end subroutine visit_blocks
+
   !> Bolts beside those of the geometry.
   subroutine visit_bolts(row, s)
     type(setting_rows_t), intent(inout) :: row
@@ -384,17 +394,20 @@ contains
   end function settings_table
 
   !> Reads the groups of a deck. Errors: an unknown group or name, twice the same, a value of the wrong kind or range.
-  subroutine read_groups(deck, words, error)
+  subroutine read_groups(deck, words, error, only)
     type(deck_t), intent(in) :: deck
     type(word_t), allocatable, intent(out) :: words(:) !! in the order of the table
     type(error_t), allocatable, intent(out) :: error
+    character(len=*), intent(in), optional :: only(:)  !! groups that this deck may have; all where absent
     type(setting_t), allocatable :: table(:)
     type(groups_t) :: groups
     type(word_t) :: given
     character(len=:), allocatable :: done
+    integer :: i
 
     table = settings_table()
     words = blank_words(table)
+    if (present(only)) table = pack(table, [(any(only == table(i)%group), i=1, size(table))])
     done = ' '
     call start_groups(deck, groups)
     do

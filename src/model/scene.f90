@@ -167,6 +167,7 @@ module scree_scene
     real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness
     real(dp), allocatable :: load_force(:)  !! fx fy of each load point, force per unit thickness
     real(dp) :: gravity_ramp = 0.0_dp       !! in which the weight grows, time
+    real(dp) :: least_block_area = 0.0_dp   !! a smaller one joins its neighbour, length^2
     real(dp), allocatable :: bolt_ends(:)   !! x1 y1 x2 y2 of each bolt, length
     real(dp), allocatable :: bolt_stiffness(:)  !! of each bolt, or one of all, force/length per unit thickness
     real(dp), allocatable :: bolt_strength(:)   !! likewise, 0: without limit, force per unit thickness

@@ -119,7 +119,7 @@ BAD = {
     "geometry letters": (geometry(9, "0 zero 1 0 1"), "g.geo:9:", "number"),
     "geometry with text after it": ({"g.geo": GEOMETRY + "and more\n"}, "g.geo:15:", "end of the numbers"),
     "geometry with a number too many": ({"g.geo": GEOMETRY + "7\n"}, "g.geo:15:", "end of the numbers"),
-    "geometry with a group": ({"g.geo": GEOMETRY + "&deck /\n"}, "g.geo:15:", "no groups"),
+    "geometry with a group": ({"g.geo": GEOMETRY + "&deck /\n"}, "g.geo:15:", "one of the groups"),
     "negative e0": (geometry(1, "-0.1"), "g.geo:1:", "at least 0"),
     "no lines": (geometry(2, "0 0"), "g.geo:2:", "at least 1"),
     "negative count": (geometry(2, "-4 0"), "g.geo:2:", "at least 1"),
