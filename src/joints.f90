@@ -1,6 +1,6 @@
 !> Joint sets: from their deck to a geometry deck.
 module scree_joints
-  use scree_block_input, only: scale_of_lines
+  use scree_block_input, only: blocks_t, joined_text, make_blocks, scale_of_lines
   use scree_deck_text, only: read_text
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_files, only: holds_something, refuse_to_replace, same_file
@@ -29,6 +29,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(joints_t) :: joints
     type(scene_t) :: scene
+    type(blocks_t) :: blocks
     type(progress_t) :: progress
     type(line_t), allocatable :: boundary(:), traces(:)
     real(dp) :: shortest
@@ -68,6 +69,12 @@ contains
 
     counts = number_text(size(boundary))//' boundary lines, '//number_text(size(traces))//' joints of '// &
              number_text(size(joints%sets))//' sets, seed '//number_text(joints%seed)
+    if (scene%settings%least_block_area > 0) then
+      scene%geometry_name = geometry_path
+      call make_blocks(scene, blocks, error)
+      if (allocated(error)) return
+      counts = counts//'; '//joined_text(blocks, scene)
+    end if
     call write_geometry_deck(geometry_path, scene, remark//deck_path//': '//counts, error)
     if (allocated(error)) return
     call set_up_progress(quiet, progress)

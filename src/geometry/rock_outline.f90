@@ -11,7 +11,7 @@ module scree_rock_outline
   implicit none
   private
   public :: add_line, boundary_lines, clip_line, close_slope, crosses_itself, has_rock_at, hole_points, make_rock, &
-            outline_t, reaches_into_window, rock_t, rounded
+            meets_rock, outline_t, reaches_into_window, rock_t, rounded
 
   integer, parameter, public :: window_outline = 1, tunnel_outline = 2, slope_outline = 3
 
@@ -200,6 +200,20 @@ contains
         has_rock_at = .false.
     end do
   end function has_rock_at
+
+  !> Whether a line, in the coordinates of the deck, begins in the rock or runs in it or along it somewhere.
+  pure logical function meets_rock(rock, ends)
+    type(rock_t), intent(in) :: rock
+    real(dp), intent(in) :: ends(2, 2)
+    real(dp), allocatable :: position(:, :)
+    integer :: m
+
+    meets_rock = has_rock_at(rock, ends(:, 1))
+    call split_line(rock, ends - spread(rock%middle, 2, 2), position)
+    do m = 1, size(position, 2) - 1
+      meets_rock = meets_rock .or. any(rock_beside(rock, position(:, m:m + 1)))
+    end do
+  end function meets_rock
 
   !> Whether an outline takes something from the window.
   pure logical function reaches_into_window(rock, i)

@@ -6,11 +6,12 @@ module scree_joints_deck
   use scree_kinds, only: dp
   use scree_named_groups, only: group_begins, group_ends, groups_end, groups_t, name_has_value, next_item, start_groups, &
                                 wrong_item
-  use scree_rock_outline, only: close_slope, crosses_itself, has_rock_at, make_rock, outline_t, reaches_into_window, rock_t, &
-                                slope_outline, tunnel_outline, window_outline
+  use scree_rock_outline, only: close_slope, crosses_itself, has_rock_at, make_rock, meets_rock, outline_t, &
+                                reaches_into_window, rock_t, slope_outline, tunnel_outline, window_outline
   use scree_scene, only: line_t, point_t, scene_t, word_t
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
-  use scree_setting_table, only: blank_words, from_of, full_name, known_groups, put_word, setting_t
+  use scree_setting_table, only: blank_words, from_of, full_name, index_of, known_groups, put_word, setting_t
+  use scree_settings, only: settings_table
   use scree_text, only: number_text, real_text
   implicit none
   private
@@ -19,6 +20,7 @@ module scree_joints_deck
   !> What a deck asks for.
   type :: joints_t
     type(rock_t) :: rock
+    type(line_t), allocatable :: supports(:)   !! lines that hold edges
     type(joint_set_t), allocatable :: sets(:)
     integer :: seed = 1
   end type joints_t
@@ -43,7 +45,11 @@ module scree_joints_deck
     type(joint_set_t) :: set
     integer :: seed = 1
     real(dp) :: least_distance = default_least_distance !! e0 of the geometry deck
+    real(dp) :: least_area = 0.0_dp                    !! of its blocks, length^2
+    integer :: hold = 1                                !! of a support: a name of holds
   end type group_t
+
+  character(len=*), parameter :: holds(*) = [character(len=6) :: 'normal', 'x', 'y', 'both'] !! names of &support in an analysis
 
 contains
 
@@ -60,8 +66,9 @@ contains
     type(outline_t), allocatable :: outline(:)
     type(outline_t) :: window
 
-    allocate (joints%sets(0), scene%material_lines(0), scene%fixed_lines(0), scene%bolts(0), scene%load_points(0), &
-              scene%measured_points(0), scene%hole_points(0), outline(0))
+    allocate (joints%sets(0), joints%supports(0), scene%material_lines(0), scene%fixed_lines(0), scene%bolts(0), &
+              scene%load_points(0), scene%measured_points(0), scene%hole_points(0), outline(0))
+    scene%words = blank_words(settings_table())
     call read_deck(name, deck, error)
     if (allocated(error)) return
     if (count_numbers(deck) > 0) then
@@ -79,7 +86,7 @@ contains
     if (allocated(error)) return
     call check_sets(deck, joints, error)
     if (allocated(error)) return
-    call check_points(deck, joints%rock, scene, error)
+    call check_points(deck, joints, scene, error)
   end subroutine read_joints_deck
 
   !> Reads the groups of a deck and takes each.
@@ -157,6 +164,14 @@ contains
     call row%whole(setting_t('seed', 'value', 'of the random numbers', '1', 0.0_dp, 1e9_dp), group%seed, 1)
     call row%real(setting_t('deck', 'e0', 'of the geometry deck', '1', 1e-6_dp, 0.1_dp), group%least_distance, &
                   default_least_distance)
+    call row%real(setting_t('deck', 'least_area', 'of a block: a smaller one joins its neighbour', 'length^2', 0.0_dp), &
+                  group%least_area, 0.0_dp)
+    call row%reals(setting_t('fixed_line', 'x', 'of points of a fixed line', 'length', -farthest, farthest, needed=.true.), group%x)
+    call row%reals(setting_t('fixed_line', 'y', '', 'length', -farthest, farthest, needed=.true.), group%y)
+    call row%reals(setting_t('support', 'x', 'of points of a line whose edges are held', 'length', -farthest, farthest, &
+                             needed=.true.), group%x)
+    call row%reals(setting_t('support', 'y', '', 'length', -farthest, farthest, needed=.true.), group%y)
+    call row%choice(setting_t('support', 'hold', 'what it holds', choices='|normal|x|y|both|'), group%hold, 1)
     call row%reals(setting_t('fixed', 'x', 'of fixed points', 'length', -farthest, farthest, needed=.true.), group%x)
     call row%reals(setting_t('fixed', 'y', '', 'length', -farthest, farthest, needed=.true.), group%y)
     call row%reals(setting_t('load', 'x', 'of load points', 'length', -farthest, farthest, needed=.true.), group%x)
@@ -225,6 +240,10 @@ contains
       joints%seed = group%seed
     case ('deck')
       scene%least_distance = group%least_distance
+      scene%settings%least_block_area = group%least_area
+      if (group%least_area > 0) call add_to_word(scene, 'blocks.least_area', real_text(group%least_area))
+    case ('fixed_line', 'support')
+      call take_lines(group, joints, scene, error)
     case ('joint_set')
       joints%sets = [joints%sets, group%set]
       joints%sets(size(joints%sets))%deck_line = group%deck_line
@@ -280,6 +299,46 @@ contains
     end if
   end subroutine take_tunnel
 
+  !> Lines from point to point: fixed lines, or lines of a support.
+  subroutine take_lines(group, joints, scene, error)
+    type(group_t), intent(in) :: group
+    type(joints_t), intent(inout) :: joints
+    type(scene_t), intent(inout) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    type(line_t) :: line
+    real(dp), allocatable :: place(:, :)
+    integer :: i, k
+
+    call take_places(group, 2, place, error)
+    if (allocated(error)) return
+    line%deck_line = group%deck_line
+    do i = 1, size(place, 2) - 1
+      line%ends = place(:, i:i + 1)
+      if (group%name == 'support') then
+        joints%supports = [joints%supports, line]
+        do k = i, i + 1
+          call add_to_word(scene, 'support.'//trim(holds(group%hold)), real_text(place(1, k))//' '//real_text(place(2, k)))
+        end do
+      else
+        scene%fixed_lines = [scene%fixed_lines, line]
+      end if
+    end do
+  end subroutine take_lines
+
+  !> Adds numbers to a setting that the geometry is to end with.
+  subroutine add_to_word(scene, name, numbers)
+    type(scene_t), intent(inout) :: scene
+    character(len=*), intent(in) :: name, numbers
+
+    associate (word => scene%words(index_of(scene%words, name)))
+      if (allocated(word%value)) then
+        word%value = word%value//' '//numbers
+      else
+        word%value = numbers
+      end if
+    end associate
+  end subroutine add_to_word
+
   !> Points that are fixed, loaded or measured.
   subroutine take_points(group, scene, error)
     type(group_t), intent(in) :: group
@@ -322,7 +381,8 @@ contains
                       number_text(size(y)), error)
         return
       end if
-      if (least > 1 .and. n > 3 .and. group%name /= 'slope') then
+      if (least > 1 .and. n > 3 .and. group%name /= 'slope' .and. group%name /= 'support' .and. &
+          group%name /= 'fixed_line') then
         if (.not. (abs(x(n) - x(1)) > 0.0_dp .or. abs(y(n) - y(1)) > 0.0_dp)) n = n - 1
       end if
       if (n < least .or. (least > 1 .and. n > most_corners)) then
@@ -435,16 +495,26 @@ contains
     end do
   end subroutine check_sets
 
-  !> Error where a point is outside the rock.
-  subroutine check_points(deck, rock, scene, error)
+  !> Error where a point is outside the rock, or a line nowhere meets it.
+  subroutine check_points(deck, joints, scene, error)
     type(deck_t), intent(in) :: deck
-    type(rock_t), intent(in) :: rock
+    type(joints_t), intent(in) :: joints
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
     do i = 1, size(scene%fixed_lines)
-      call check(scene%fixed_lines(i)%ends(:, 1), scene%fixed_lines(i)%deck_line, 'fixed')
+      associate (line => scene%fixed_lines(i))
+        if (all(abs(line%ends(:, 1) - line%ends(:, 2)) <= 0)) then
+          call check(line%ends(:, 1), line%deck_line, 'fixed')
+        else
+          call check_line(line, 'fixed line')
+        end if
+      end associate
+      if (allocated(error)) return
+    end do
+    do i = 1, size(joints%supports)
+      call check_line(joints%supports(i), 'support')
       if (allocated(error)) return
     end do
     do i = 1, size(scene%load_points)
@@ -464,9 +534,18 @@ contains
       integer, intent(in) :: line
       character(len=*), intent(in) :: what
 
-      if (has_rock_at(rock, place)) return
+      if (has_rock_at(joints%rock, place)) return
       call wrong(deck, line, 'a '//what//' point in the rock', real_text(place(1))//' '//real_text(place(2))//' outside', error)
     end subroutine check
+
+    !> Error where a line is outside the rock.
+    subroutine check_line(line, what)
+      type(line_t), intent(in) :: line
+      character(len=*), intent(in) :: what
+
+      if (meets_rock(joints%rock, line%ends)) return
+      call wrong(deck, line%deck_line, 'a '//what//' that meets the rock', 'one outside', error)
+    end subroutine check_line
 
   end subroutine check_points
 

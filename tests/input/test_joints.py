@@ -37,8 +37,8 @@ def joints(folder, text, *words, output="rock.geo"):
 
 
 def read(text):
-    """A geometry deck by the layout of the manual."""
-    numbers = [float(word) for line in text.splitlines() for word in line.split("!")[0].split()]
+    """The numbers of a geometry deck by the layout of the manual."""
+    numbers = [float(word) for line in text.split("\n&")[0].splitlines() for word in line.split("!")[0].split()]
     deck = {"e0": numbers[0]}
     counts = [int(number) for number in numbers[1:9]]
     deck["boundary"] = counts[1]
@@ -183,6 +183,36 @@ def test_the_output_has_the_stem_of_the_deck_or_the_name_asked_for(tmp_path):
     assert done.returncode == 0 and done.stdout == "" and done.stderr == ""
 
 
+def test_fixed_lines_go_from_point_to_point(tmp_path):
+    deck = joints(tmp_path, DECK + "&fixed_line x=-1 10 21, y=0.2 0.3 0.2 /\n")
+    assert deck["fixed"] == [(1, 0.5, 1, 0.5), (19, 0.5, 19, 0.5), (-1, 0.2, 10, 0.3), (10, 0.3, 21, 0.2)]
+
+
+def test_supports_end_the_geometry_and_hold_the_rock(tmp_path):
+    """A closed line is four; what holds the rock along all of its bottom and sides leaves it at rest in equilibrium."""
+    joints(tmp_path, WINDOW + "&joint_set dip=30, spacing=3, length=50 /\n&support x=0 0, y=0 10 /\n&support x=20 20, y=0 10 /\n"
+           "&support x=0 20, y=0 0, hold='both' /\n&support x=0 1 1 0 0, y=0 0 1 1 0, hold='x' /\n")
+    text = (tmp_path / "rock.geo").read_text()
+    assert text.endswith("\n&support normal=0 0 0 10 20 0 20 10 x=0 0 1 0 1 0 1 1 1 1 0 1 0 1 0 0 both=0 0 20 0 /\n")
+    joints(tmp_path, text="".join(line + "\n" for line in (tmp_path / "rock.joints").read_text().splitlines()[:-1]))
+    (tmp_path / "rock.ana").write_text("0 200 1 1 0.05 0.01\n2500 25000 1e9 0.25\n0 0 0\n0 0 0\n0 0 0\n40 0 0\n&step balance=1e-3 /\n")
+    results = scree.run(tmp_path / "rock.ana")
+    assert results.scene.status == "complete" and results.history.unbalanced[-1] < 1e-3
+
+
+def test_slivers_join_and_it_is_said(tmp_path):
+    text = DECK.replace("&deck e0=0.002", "&deck e0=0.002, least_area=0.1")
+    deck = joints(tmp_path, text)
+    plain = joints(tmp_path, DECK, "-o", "plain.geo", output="plain.geo")
+    assert deck == plain  # the lines are the same, the cutter takes out what parts the slivers
+    said = scree.call("joints", "rock.joints", cwd=tmp_path).stdout
+    assert "joints of 2 sets" in said
+    (tmp_path / "rock.joints").write_text(text)
+    said = int(re.search(r"; (\d+) blocks smaller than 0.1 joined their neighbours\n", scree.call("joints", "rock.joints", cwd=tmp_path).stdout)[1])
+    counts = [int(scree.call("cut", name, cwd=tmp_path).stdout.split()[0]) for name in ("plain.geo", "rock.geo")]
+    assert said > 10 and counts[0] - counts[1] == said
+
+
 SET = "&joint_set dip=30, spacing=1, length=5"
 # name: deck, line of the error, a word of what was expected
 BAD = {
@@ -192,7 +222,7 @@ BAD = {
     "two seeds": (WINDOW + "&seed value=1 /\n&seed value=2 /\n", 3, "once"),
     "numbers": ("0.001\n" + WINDOW, 1, "'&'"),
     "numbers after a group": (WINDOW + "5\n", 2, "'&'"),
-    "an unknown group": (WINDOW + "&joints /\n", 2, "&window, &tunnel, &slope, &joint_set, &seed, &deck, &fixed, &load"),
+    "an unknown group": (WINDOW + "&joints /\n", 2, "&window, &tunnel, &slope, &joint_set, &seed, &deck, &fixed_line, &support, &fixed, &load"),
     "an unknown name": (WINDOW + "&joint_set\n dpi=3 /\n", 3, "dip, spacing, length, bridge, randomness, material"),
     "a name twice": (WINDOW + SET + ", dip=3 /\n", 2, "second dip"),
     "a name without '='": (WINDOW + "&seed value 3 /\n", 2, "'='"),
@@ -245,6 +275,11 @@ BAD = {
     "a fixed point outside": (WINDOW + "&fixed x=1 30, y=1 1 /\n", 2, "a fixed point in the rock"),
     "a load point in a tunnel": (WINDOW + "&tunnel centre=5 5, radius=1 /\n&load x=5, y=5 /\n", 3, "a load point in the rock"),
     "a measured point in the air": (WINDOW + "&slope x=0 20, y=5 5 /\n&measured x=5, y=6 /\n", 3, "a measured point"),
+    "a fixed line outside": (WINDOW + "&fixed_line x=0 20, y=-1 -1 /\n", 2, "a fixed line that meets the rock"),
+    "a fixed line of a point": (WINDOW + "&fixed_line x=1, y=1 /\n", 2, "from 2"),
+    "a support in the air": (WINDOW + "&slope x=0 20, y=5 5 /\n&support x=0 20, y=10 10 /\n", 3, "a support that meets the rock"),
+    "a support that holds nothing": (WINDOW + "&support x=0 20, y=0 0, hold='rock' /\n", 2, "normal, x, y, both"),
+    "a least area below 0": (WINDOW + "&deck least_area=-1 /\n", 2, "at least 0"),
     "a byte that is no text": ("&window\0 x=0 1, y=0 1 /\n", 1, "text"),
 }
 
