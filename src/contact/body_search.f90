@@ -129,10 +129,18 @@ contains
       end do
       bodies%margin = bodies%margin + at_rest*minval(bodies%shortest)
       bodies%pressed = bodies%pressed + at_rest*at_rest*minval(bodies%shortest)
-      bodies%reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, bodies%longest) &
-                     + room*bodies%longest ! of those that cannot move for ever
+      bodies%reach = reach_at_rest(model, bodies, bodies%longest)
     end associate
   end subroutine measure_bodies
+
+  !> How far contacts of what does not move are looked for, as long as circles hold, with the length of the edges about.
+  elemental real(dp) function reach_at_rest(model, bodies, local) result(reach)
+    type(model_t), intent(in) :: model
+    type(body_search_t), intent(in) :: bodies
+    real(dp), intent(in) :: local                 !! length
+
+    reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, local) + room*local
+  end function reach_at_rest
 
   !> Counts the displacement of a step.
   subroutine move_circles(model, d, bodies)
@@ -264,8 +272,9 @@ contains
       call place_boxes(grid, bodies%centre(:, free) - spread(bodies%radius(free) + bodies%reach(free), 1, 2), &
                        bodies%centre(:, free) + spread(bodies%radius(free) + bodies%reach(free), 1, 2))
       do j = 1, size(looked_at)
-        reach = bodies%reach(outlines%block(j))
         associate (start => x(:, outlines%start(j)), finish => x(:, outlines%finish(j)))
+          reach = bodies%reach(outlines%block(j))
+          if (outlines%fixed(j)) reach = reach_at_rest(model, bodies, norm2(finish - start))
           range = cells_of_box(grid, min(start, finish) - reach, max(start, finish) + reach)
           do row = range(2, 1), range(2, 2)
             do column = range(1, 1), range(1, 2)

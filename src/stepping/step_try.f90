@@ -28,7 +28,7 @@ module scree_step_try
   type :: try_t
     real(dp) :: dt = 0.0_dp              !! time
     type(step_rule_t) :: rule
-    logical, allocatable :: green(:)     !! (n_elements) Green strain, else small strain; where the step chooses
+    logical, allocatable :: green(:)     !! of the elements that can move: Green strain, else small; where the step chooses
     real(dp), allocatable :: d(:)        !! (n_unknowns) displacement of the step
     type(impact_t) :: impact             !! at its end
     type(contact_try_t) :: contacts

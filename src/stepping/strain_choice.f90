@@ -25,15 +25,15 @@ contains
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt                    !! time
-    logical, allocatable, intent(out) :: green(:) !! (n_elements)
+    logical, allocatable, intent(out) :: green(:) !! of the elements that can move
     real(dp) :: error(model%n_elements)
     integer :: e, i
 
     call find_errors(model, cache, state%pair, dt*state%velocity, error)
-    green = state%green
-    do i = 1, size(model%elements%free)
+    allocate (green(size(model%elements%free)))
+    do i = 1, size(green)
       e = model%elements%free(i)
-      green(e) = error(e) > merge(enough, 1.0_dp, green(e))*model%effects%accuracy
+      green(i) = error(e) > merge(enough, 1.0_dp, state%green(e))*model%effects%accuracy
     end do
   end subroutine choose_at_start
 
@@ -43,16 +43,16 @@ contains
     type(cache_t), intent(in) :: cache
     integer, intent(in) :: pair(:, :)             !! (2, n_pairs) elements that may touch in the step
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
-    logical, intent(inout) :: green(:)            !! (n_elements)
+    logical, intent(inout) :: green(:)            !! of the elements that can move
     logical, intent(out) :: found                 !! some are not what they were
     real(dp) :: error(model%n_elements)
 
+    found = .false.
+    if (all(green)) return
+    call find_errors(model, cache, pair, d, error)
     associate (free => model%elements%free)
-      found = .false.
-      if (all(green(free))) return
-      call find_errors(model, cache, pair, d, error)
-      found = any(error(free) > model%effects%accuracy .and. .not. green(free))
-      if (found) green(free) = green(free) .or. error(free) > enough*model%effects%accuracy
+      found = any(error(free) > model%effects%accuracy .and. .not. green)
+      if (found) green = green .or. error(free) > enough*model%effects%accuracy
     end associate
   end subroutine add_where_needed
 
@@ -94,12 +94,12 @@ contains
   !> Has the elements that can move take the strain that was chosen.
   pure subroutine take_choice(model, green, cache)
     type(model_t), intent(in) :: model
-    logical, intent(in) :: green(:)               !! (n_elements)
+    logical, intent(in) :: green(:)               !! of the elements that can move
     type(cache_t), intent(inout) :: cache
     integer :: i
 
-    do i = 1, size(model%elements%free)
-      cache%element(model%elements%free(i))%green = green(model%elements%free(i))
+    do i = 1, size(green)
+      cache%element(model%elements%free(i))%green = green(i)
     end do
   end subroutine take_choice
 

@@ -248,7 +248,10 @@ contains
       if (.not. (outcome%settled .and. allocated(try%green))) return
       call add_where_needed(model, cache, try%contacts%pair, try%d, try%green, found)
       if (.not. found) return
-      among = try%green .and. .not. cache%element%green
+      among = spread(.false., 1, model%n_elements)
+      associate (free => model%elements%free)
+        among(free) = try%green .and. .not. cache%element(free)%green
+      end associate
       call take_choice(model, try%green, cache)
       try%contacts%linear = .not. any(try%green)
     end do
@@ -342,7 +345,7 @@ contains
       if (searches(model)) call move_circles(model, try%d, cache%search%bodies)
     end if
     if (couples_pairs(model)) state%pair = try%contacts%pair
-    if (allocated(try%green)) state%green = try%green
+    if (allocated(try%green)) state%green(model%elements%free) = try%green
     call keep_factored(cache%equations, state%factored)
     if (allocated(state%bolts)) before = state%point
     call update_state(model, cache, try%rule, try%d, try%impact, state)
