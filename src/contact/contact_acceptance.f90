@@ -60,21 +60,23 @@ contains
       associate (contact => memory%contact(i), entrance => memory%contact(i)%entrance(memory%contact(i)%active))
         contact%force = 0.0_dp
         contact%pressed = 0.0_dp
+        contact%overlap = 0.0_dp
         contact%energy = 0.0_dp
         now = gaps_and_slips(model, try, i, d)
         if (entrance%state == state_open) then
           entrance%bonded = .false.
           entrance%multiplier = 0.0_dp
-          if (entrance%rest < 0) memory%penetration = max(memory%penetration, -(entrance%rest + now(contact%active)%gap))
+          if (entrance%rest < 0) contact%overlap = max(0.0_dp, -(entrance%rest + now(contact%active)%gap))
         else
           call accept_closed(try%law, press(try, i, now), now, held_together(entrance%pair), contact, closed)
           memory%gap = max(memory%gap, closed%gap)
-          memory%penetration = max(memory%penetration, -(entrance%rest + closed%gap))
+          contact%overlap = max(0.0_dp, -(entrance%rest + closed%gap))
           memory%pressed = max(memory%pressed, -closed%gap)
           contact%energy = closed%energy
           energy = energy + closed%energy
           friction = friction + closed%work
         end if
+        memory%penetration = max(memory%penetration, contact%overlap)
       end associate
     end do
     call soften(try%start%hardening, memory%contact)

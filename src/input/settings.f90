@@ -190,8 +190,8 @@ contains
                               0.0_dp, 1.0_dp, .true., default='none: a static run takes all its steps'), s%balance)
       call row%real(setting_t('step', 'sleep', &
                               'share of weight, and of sqrt(g size), below which bodies at rest fall asleep; 0: none does', &
-                              '1', 0.0_dp, 1.0_dp), &
-                    s%sleep, 0.0_dp)
+                              '1', 0.0_dp, 1.0_dp, default='1e-8 where there are weight and contact, in a dynamic run'), &
+                    s%sleep, 1e-8_dp)
     end associate
   end subroutine visit_step
 

@@ -41,6 +41,7 @@ module scree_model
     type(edge_load_t), allocatable :: edge_load
     type(bolt_t), allocatable :: bolt
     type(contact_law_t), allocatable :: contact
+    real(dp), allocatable :: sleep                 !! share of weight and speed below which islands at rest fall asleep
   end type effects_t
 
   !> What stays the same for one element through the iterations of a step.

@@ -51,11 +51,12 @@ module scree_state
   !> What sleeps: it is left as it is. Its contacts are with what sleeps too, or cannot move.
   type :: sleep_t
     integer, allocatable :: island(:)          !! (n_blocks) first block of the island that a block sleeps with, 0: it is awake
-    integer, allocatable :: quiet(:)           !! (n_blocks) steps in a row near equilibrium, of what is awake
+    integer, allocatable :: quiet(:)           !! (n_blocks) looks in a row near equilibrium, of what is awake
     real(dp), allocatable :: since(:)          !! (n_blocks) when it fell asleep, time
     type(contact_t), allocatable :: contact(:) !! as the last step before left them
     integer, allocatable :: inside(:, :)       !! (2, n) vertices, each with the edge that it is inside of
     integer :: count(3) = 0                    !! contacts open, sliding, locked
+    real(dp) :: penetration = 0.0_dp           !! largest overlap of them, length
   end type sleep_t
 
   !> What bolts remember.

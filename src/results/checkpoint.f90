@@ -271,6 +271,7 @@ contains
     call archive%array('sleep%since', own%since)
     call archive%array('sleep%inside', own%inside)
     call archive%part('sleep%count', own%count)
+    call archive%part('sleep%penetration', own%penetration)
     call visit_list(archive, own%contact)
     if (archive%reading .and. allocated(own%island)) call move_alloc(own, sleep)
   end subroutine visit_sleep
@@ -338,6 +339,7 @@ contains
       call archive%part('contact%force', contact%force(i))
     end do
     call archive%part('contact%pressed', contact%pressed)
+    call archive%part('contact%overlap', contact%overlap)
     call archive%part('contact%energy', contact%energy)
     call archive%part('contact%inherits', contact%inherits)
     do i = 1, 2

@@ -49,7 +49,7 @@ contains
     logical :: sleeps
 
     n = model%n_blocks
-    sleeps = model%settings%sleep > 0
+    sleeps = allocated(model%effects%sleep)
     call a_step('time', [integer ::], 'time', 'end of the step', records%time)
     call a_step('step_size', [integer ::], 'time', 'size of the step', records%step_size)
     call a_step('area', [integer ::], 'length^2', 'area of all blocks', records%area)
@@ -226,6 +226,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: asleep(3), e, i             ! contacts of what sleeps
     real(dp) :: largest                    ! estimated error of a place
+    real(dp) :: overlap
 
     call put(records%time, [state%time])
     call put(records%step_size, [report%dt])
@@ -261,10 +262,12 @@ contains
       call put(records%unbalanced_block, [real(report%balance%block, dp)])
     end if
     asleep = 0
+    overlap = state%contacts%penetration
     if (allocated(state%sleep)) then
       call put(records%sleeping, [real(count(state%sleep%island > 0), dp)])
       call put(records%slept, [state%books%asleep])
       asleep = state%sleep%count
+      overlap = max(overlap, state%sleep%penetration)
     end if
     call put(records%contacts, real(state%contacts%count + asleep, dp))
     call put(records%open_close, [real(size(report%judged, 2), dp)])
@@ -272,7 +275,7 @@ contains
       call put(records%judged_step, [real(state%step, dp)])
       call put(records%judged, real(report%judged(:, i), dp))
     end do
-    call put(records%overlap, [state%contacts%penetration])
+    call put(records%overlap, [overlap])
     call put(records%spring, [state%books%contact_springs + state%books%sleeping_springs])
     call put(records%friction, [state%books%friction])
     if (records%bolts > 0) call put(records%bolts, [state%books%bolts])

@@ -103,16 +103,15 @@ contains
     type(overlap_most_t), intent(inout) :: overlap
     type(contact_t) :: deepest
     integer :: i
-    real(dp) :: depth, most
+    real(dp) :: most
 
     overlap%value = state%contacts%penetration
     overlap%time = state%time
     most = -huge(most)
     do i = 1, size(state%contacts%contact)
       associate (contact => state%contacts%contact(i))
-        depth = contact%pressed - contact%entrance(contact%active)%rest
-        if (depth <= most) cycle
-        most = depth
+        if (contact%overlap <= most) cycle
+        most = contact%overlap
         deepest = contact
       end associate
     end do

@@ -2,6 +2,7 @@
 module scree_make_effects
   use scree_block_input, only: blocks_t
   use scree_bolt, only: bolt_t
+  use scree_contact_rules, only: looks_at_all
   use scree_contacts, only: shi_law_t
   use scree_cover_input, only: cover_quality_t
   use scree_grouping, only: sort_into
@@ -63,7 +64,7 @@ contains
                 ' pieces of edges')
     call bolt_blocks()
     call let_touch()
-    if (scene%settings%sleep > 0) call name('sleep', 'sleep='//real_text(scene%settings%sleep)//' in &step')
+    call let_sleep()
     if (any(system%points%kind == measured_point)) &
       call name('measured points', number_text(count(system%points%kind == measured_point))//' in the geometry')
 
@@ -262,6 +263,17 @@ contains
         effects%contact%strength = [joint%tensile_strength, 0.0_dp]
       end associate
     end subroutine let_touch
+
+    !> Islands at rest need no computing where a touch or a load can wake them, and a weight tells what little is.
+    subroutine let_sleep()
+      associate (s => scene%settings)
+        if (s%sleep <= 0 .or. scene%carried <= 0 .or. s%chooses_step) return
+        if (.not. (allocated(effects%gravity) .and. allocated(effects%contact))) return
+        if (looks_at_all(effects%contact)) return
+        effects%sleep = s%sleep
+        call name('sleep', 'weight and contact; step.sleep='//real_text(s%sleep))
+      end associate
+    end subroutine let_sleep
 
     !> Stiffness across and along each joint material, and of none.
     pure function joint_stiffness_of(s) result(stiffness)

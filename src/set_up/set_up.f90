@@ -64,7 +64,8 @@ contains
     call move_alloc(load, model%effects%edge_load)
     if (allocated(model%effects%bolt)) state%bolts = begin_bolts(model%effects%bolt, state%point, blocks%bolt%pretension)
     call leave_out_fixed(model, state)
-    if (model%settings%sleep > 0 .and. .not. allocated(model%effects%gravity)) then
+    if (.not. allocated(model%effects%gravity) .and. model%settings%sleep > 0 &
+        .and. from_of(scene%words, 'step.sleep') /= 'default') then
       call fail(error, status_bad_input, given_at(scene%words, 'step.sleep')//': expected blocks with weight with step.sleep, '// &
                 'a share of it, found none')
       return
@@ -98,7 +99,7 @@ contains
                        [2, count(.not. (fixed(inside(1, :)) .and. fixed(inside(2, :))))])
       model%outlines%inside = inside
     end associate
-    if (model%settings%sleep > 0) call keep_awake(model%n_blocks, state)
+    if (allocated(model%effects%sleep)) call keep_awake(model%n_blocks, state)
     if (scene%settings%chooses_step) model%effects%contact%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up
 

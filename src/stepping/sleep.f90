@@ -1,7 +1,7 @@
 !> Islands of bodies at rest fall asleep: they are left as they are until something may change that.
 !>
 !> An island is a set of bodies that contacts of the step and bolts join, cut at bodies that cannot move. Where all of its bodies
-!> have been near equilibrium for some steps it falls asleep: its motion, of which little is left, is taken and booked, its contacts
+!> have been near equilibrium for some time it falls asleep: its motion, of which little is left, is taken and booked, its contacts
 !> are laid aside, and its bodies count among those that cannot move. It wakes before a step in which a body that is awake may reach
 !> one of its bodies, or in which a load, the ground or a support of one is another than when it fell asleep. So what is asleep
 !> touches nothing that moves.
@@ -23,8 +23,8 @@ module scree_sleep
   private
   public :: advance_awake, bodies_at_rest
 
-  !> Steps in a row near equilibrium after which an island falls asleep.
-  integer, parameter :: quiet_steps = 20
+  !> Steps from one look at what is near equilibrium to the next, and looks in a row that find it so for an island to fall asleep.
+  integer, parameter :: steps_apart = 4, quiet_looks = 5
 
 contains
 
@@ -125,7 +125,7 @@ contains
     call leave_out_sleepers(model, awake, cache, state)
   end subroutine wake
 
-  !> Puts the islands to sleep all of whose bodies have been near equilibrium for some steps, and books their motion.
+  !> Puts the islands to sleep all of whose bodies have been near equilibrium for some time, and books their motion.
   subroutine put_to_sleep(model, awake, cache, state)
     type(model_t), intent(in) :: model
     type(model_t), intent(inout) :: awake
@@ -136,14 +136,15 @@ contains
     logical, allocatable :: moves(:)
     real(dp) :: motion
 
-    call count_quiet_steps(awake, cache, state)
-    if (.not. any(state%sleep%quiet(awake%free_block) >= quiet_steps)) return
+    if (modulo(state%step, steps_apart) /= 0) return
+    call count_quiet_looks(awake, cache, state)
+    if (.not. any(state%sleep%quiet(awake%free_block) >= quiet_looks)) return
     island = islands_of(model, state)
     sleeps = .false.
     sleeps(island(awake%free_block)) = .true.
     do k = 1, size(awake%free_block)
       associate (b => awake%free_block(k))
-        if (state%sleep%quiet(b) < quiet_steps) sleeps(island(b)) = .false.
+        if (state%sleep%quiet(b) < quiet_looks) sleeps(island(b)) = .false.
       end associate
     end do
     if (.not. any(sleeps)) return
@@ -179,21 +180,21 @@ contains
     state%books%asleep = state%books%asleep + motion - (state%books%kinetic + state%books%held)
   end subroutine put_to_sleep
 
-  !> Counts the steps in a row in which bodies that are awake were near equilibrium.
-  subroutine count_quiet_steps(awake, cache, state)
+  !> Counts the looks in a row at which bodies that are awake were near equilibrium.
+  subroutine count_quiet_looks(awake, cache, state)
     type(model_t), intent(in) :: awake
     type(cache_t), intent(in) :: cache
     type(state_t), intent(inout) :: state
     logical :: rests(awake%n_blocks)
     integer :: k
 
-    rests = bodies_at_rest(awake, cache, state, awake%settings%sleep)
+    rests = bodies_at_rest(awake, cache, state, awake%effects%sleep)
     do k = 1, size(awake%free_block)
       associate (quiet => state%sleep%quiet(awake%free_block(k)))
-        quiet = merge(min(quiet + 1, quiet_steps), 0, rests(awake%free_block(k)))
+        quiet = merge(min(quiet + 1, quiet_looks), 0, rests(awake%free_block(k)))
       end associate
     end do
-  end subroutine count_quiet_steps
+  end subroutine count_quiet_looks
 
   !> Bodies near equilibrium: with s the share asked for, their speed below s sqrt(g l) and the force out of balance below s times
   !> their weight, both as root mean squares over the body,
@@ -282,7 +283,7 @@ contains
     if (.not. any(state%sleep%island > 0)) return
     is_disturbed = grows(model, state, state%time + dt)
     associate (effects => model%effects, of_element => model%elements%block, of_point => model%points%element, &
-               sleep => state%sleep, share => model%settings%sleep, to => state%time + dt)
+               sleep => state%sleep, share => model%effects%sleep, to => state%time + dt)
       if (allocated(effects%point_load)) then
         do i = 1, size(effects%point_load%point)
           b = of_element(of_point(effects%point_load%point(i)))
@@ -346,19 +347,17 @@ contains
 
   end function grows
 
-  !> Counts the contacts of what is awake and of what sleeps, and books the energy of their springs. Where nothing awake is in
-  !> contact the memory has no overlap either, as after a step without contacts.
+  !> Counts the contacts of what is awake and of what sleeps, finds how much they overlap, and books the energy of their springs.
   pure subroutine sum_up_contacts(state)
     type(state_t), intent(inout) :: state
 
     state%contacts%count = count_states(state%contacts%contact)
     state%sleep%count = count_states(state%sleep%contact)
+    state%sleep%penetration = max(0.0_dp, maxval(state%sleep%contact%overlap))
     associate (memory => state%contacts)
       memory%pressed = max(0.0_dp, maxval(memory%contact%pressed))
-      if (size(memory%contact) == 0) then
-        memory%penetration = 0.0_dp
-        memory%gap = 0.0_dp
-      end if
+      memory%penetration = max(0.0_dp, maxval(memory%contact%overlap))
+      if (size(memory%contact) == 0) memory%gap = 0.0_dp ! as after a step without contacts
     end associate
     state%books%contact_springs = sum(state%contacts%contact%energy)
     state%books%sleeping_springs = sum(state%sleep%contact%energy)

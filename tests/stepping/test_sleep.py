@@ -29,7 +29,7 @@ def decks(folder, blocks, *, steps=600, dt=0.005, groups="", velocity=0.0, gravi
 
 def awake_and_asleep(folder, *given, share=1e-3):
     """The run without sleep and with it."""
-    return [scree.run(*given, output=folder / f"{share}.h5", settings=[f"step.sleep={share}"] if share else [])
+    return [scree.run(*given, output=folder / f"{share}.h5", settings=[f"step.sleep={share}"])
             for share in (0.0, share)]
 
 
@@ -155,5 +155,22 @@ def test_sleep_is_refused_where_nothing_tells_rest_or_wakes(given, words, tmp_pa
 
 
 def test_a_run_without_sleep_has_no_word_of_it(tmp_path):
-    run = scree.run(*decks(tmp_path, STACK, steps=40), output=tmp_path / "x.h5")
+    run = scree.run(*decks(tmp_path, STACK, steps=40, groups="&step sleep=0 /"), output=tmp_path / "x.h5")
     assert not hasattr(run.bodies, "asleep") and not hasattr(run.history, "asleep")
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_unless_it_is_told_otherwise_what_has_stopped_sleeps_and_is_where_it_would_be_awake(size, tmp_path):
+    """A square that slides to a stop: nothing else is there, and 1e-8 is far below what a stop takes to come to rest."""
+    blocks = [(1, size * box(-2, 8, -1, 0)), (2, size * box(0, 1, 0, 1))]
+    given = decks(tmp_path, blocks, dt=0.005 * np.sqrt(size), velocity=2 * np.sqrt(size), young=1e10 * size)
+    awake = scree.run(*given, output=tmp_path / "awake.h5", settings=["step.sleep=0"])
+    usual = scree.run(*given, output=tmp_path / "usual.h5")
+    assert usual.history.asleep[-1] == 1 and not hasattr(awake.history, "asleep")
+    assert awake.bodies.centroid[-1, 1, 0] > 0.8 * size
+    assert farthest(awake, usual) < 1e-12 * size
+
+
+def test_one_body_alone_has_nothing_that_could_wake_it(tmp_path):
+    given = decks(tmp_path, [GROUND], groups="&step sleep=1e-3 /", steps=3)
+    assert not hasattr(scree.run(*given, output=tmp_path / "x.h5").history, "asleep")

@@ -68,7 +68,7 @@ def test_check_prints_the_unknowns_that_fixed_points_leave(points, unknowns, edg
 @pytest.mark.parametrize("strain", ["small", "green"])
 def test_a_block_that_rests_on_a_fixed_one_bears_its_weight(model, strain, tmp_path):
     """The forces of its contacts add up to its weight, though the ground is no part of the system."""
-    scene = effects.on_ground(1).with_more(groups=f"&method model='{model}', strain='{strain}' /", settings=["output.every=1"])
+    scene = effects.on_ground(1).with_more(groups=f"&method model='{model}', strain='{strain}' /", settings=["output.every=1", *effects.AWAKE])
     r = run(scene, tmp_path, 400)
     contacts = r.contacts_of(-1)
     assert len(contacts) == 2
@@ -108,7 +108,7 @@ fn=(4) __scree_timers_MOD_begin_phase
 @pytest.mark.skipif(not shutil.which("valgrind"), reason="instructions are counted by valgrind")
 @pytest.mark.parametrize("base, what, most", [
     ("a block falls", "with damping 0", 1.001), ("a block falls", "with restitution", 1.001),
-    ("a block rests on a ground of 4 vertices", "with restitution", 1.001),
+    ("a block rests, awake (`step.sleep=0`), on a ground of 4 vertices", "with restitution", 1.001),
     ("a block falls, no contact in the deck", "beside 100 fixed blocks far away", 1.05),
     ("a block falls, no contact in the deck", "above a fixed slope, with contact", 2.0),
     ("two blocks fall 10 sizes apart, no contact in the deck", "with contact", 1.07)])

@@ -46,7 +46,7 @@ contains
     if (allocated(a%sleep) .and. allocated(b%sleep)) then
       if (.not. same_whole([a%sleep%island, a%sleep%quiet, a%sleep%inside, a%sleep%count], &
                            [b%sleep%island, b%sleep%quiet, b%sleep%inside, b%sleep%count])) name = 'sleep'
-      if (.not. same(a%sleep%since, b%sleep%since)) name = 'times of sleep'
+      if (.not. same([a%sleep%since, a%sleep%penetration], [b%sleep%since, b%sleep%penetration])) name = 'times of sleep'
       if (len(name) == 0) name = difference_of_contacts(contact_memory_t(a%sleep%contact, a%sleep%inside), &
                                                         contact_memory_t(b%sleep%contact, b%sleep%inside))
     end if
@@ -131,7 +131,7 @@ contains
     real(dp), allocatable :: numbers(:)
 
     associate (entrance => contact%entrance(:contact%n_entrances))
-      numbers = [contact%force, contact%pressed, contact%energy, contact%inherits, &
+      numbers = [contact%force, contact%pressed, contact%overlap, contact%energy, contact%inherits, &
                  entrance%direction, entrance%anchor, entrance%rest, &
                  entrance%multiplier(1), entrance%multiplier(2), entrance%length, entrance%slid, entrance%lagged_friction, &
                  entrance%stiffness(1), entrance%stiffness(2)]

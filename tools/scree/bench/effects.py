@@ -16,7 +16,7 @@ from ..results import read
 from .tables import Table
 
 DENSITY, GRAVITY, YOUNG, POISSON, FRICTION, STEP = 2500.0, 9.81, 1e10, 0.25, 30.0, 0.005
-RESTITUTION = ["contact.restitution=0"]
+RESTITUTION, AWAKE = ["contact.restitution=0"], ["step.sleep=0"]
 ABSENT = 1.0  # ratio of an effect that is absent or of zero strength
 GROUND, REST, MOVING = 1, 2, 3  # materials: without weight; with it; with a velocity, too
 TIMERS = re.compile("scree_timers|scree_random_numbers|system_clock|cpu_time|gettime|scalbn|ldexp|lround")  # and what they call
@@ -89,9 +89,9 @@ def cases(size):
     falls = Scene(squares(1, REST))
     alone = falls.with_more(settings=["contact.method=none"])
     rests = on_ground(1)
-    rests = rests.with_more(blocks=[ground(4), *rests.blocks[1:]])
+    rests = rests.with_more(blocks=[ground(4), *rests.blocks[1:]], settings=AWAKE)
     pair = falls.with_more(blocks=squares(2, REST, apart=11.0), settings=alone.settings)
-    hundred = on_ground(100)
+    hundred, hundred_and_one = (on_ground(100, moving).with_more(settings=AWAKE) for moving in (0, 1))
     few, many = max(1, size // 100), size
     far = [(GROUND, box(1000 + 4 * i, 1001 + 4 * i, 0, 1)) for i in range(100)]
     return {
@@ -112,18 +112,20 @@ def cases(size):
         "two blocks fall 10 sizes apart, no contact in the deck": [
             (pair, "", None),
             (pair.with_more(settings=[]), "with contact", 1.03)],
-        "a block rests on a ground of 4 vertices": [
+        "a block rests, awake (`step.sleep=0`), on a ground of 4 vertices": [
             (rests, "", None),
             (rests.with_more(blocks=[ground(4000, edges=1000), *rests.blocks[1:]]), "on one of 1003", 1.05),
-            (rests.with_more(settings=RESTITUTION), "with restitution", ABSENT)],
-        "100 blocks rest": [
+            (rests.with_more(settings=AWAKE + RESTITUTION), "with restitution", ABSENT)],
+        "100 blocks rest, awake": [
             (hundred, "", None),
-            (on_ground(100, 1), "and one slides elsewhere", None)],
-        "a block slides": [(on_ground(0, 1), "", None)],
+            (hundred_and_one, "and one slides elsewhere", None)],
+        "a block slides": [
+            (on_ground(0, 1), "", None),
+            (on_ground(0, 2, each=1), "and another elsewhere", 2.06)],
         f"{few} blocks slide": [
             (on_ground(0, few), "", None),
             (on_ground(many - few, few), f"and {many - few} rest", 10.0),
-            (on_ground(many - few, few).with_more(settings=["step.sleep=1e-3"]), f"and {many - few} sleep", 3.0)],
+            (on_ground(many - few, few).with_more(settings=["step.sleep=1e-3"]), "the same with `step.sleep=1e-3`", 3.0)],
     }
 
 
@@ -141,7 +143,7 @@ class Counter:
 
     def instructions(self, words):
         """Those of the steps and the looks at what they made, without output; and without those that are not the same each time."""
-        steps = [f"--toggle-collect=__scree_{name}" for name in ("time_stepper_MOD_advance", "watch_MOD_watch_step")]
+        steps = [f"--toggle-collect=__scree_{name}" for name in ("sleep_MOD_advance_awake", "watch_MOD_watch_step")]
         with tempfile.NamedTemporaryFile("r", suffix=".callgrind") as profile:
             self.run(["--tool=callgrind", f"--callgrind-out-file={profile.name}", *steps], words)
             return own_instructions(pathlib.Path(profile.name).read_text())
