@@ -12,6 +12,7 @@ module scree_bearings
   use scree_rigid_bodies, only: find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
+  use scree_time_table, only: mean_of_ramp
   implicit none
   private
   public :: any_closes, bearing_t, find_approaches, find_impulses, find_islands, list_bearings, pair_of, set_up_problem
@@ -153,7 +154,7 @@ contains
     stays = [(any(try%start(:try%contact(bearing(i)%contact)%n_entrances, bearing(i)%contact)%closed), i=1, size(bearing))]
     open = pack([(i, i=1, size(bearing))], .not. stays)
     call set_up_problem(model, cache, state, d, try, bearing(open), bodies, problem)
-    borne = weights(model)
+    borne = weights(model, rule)
     do i = 1, size(bearing)
       borne(bearing(i)%block) = max(borne(bearing(i)%block), bearing(i)%before(1))
     end do
@@ -180,9 +181,10 @@ contains
     bearing = pack(bearing, stays)
   end subroutine find_approaches
 
-  !> Weights of the blocks, force per unit thickness.
-  pure function weights(model)
+  !> Weights of the blocks in a step, force per unit thickness.
+  pure function weights(model, rule)
     type(model_t), intent(in) :: model
+    type(step_rule_t), intent(in) :: rule
     real(dp) :: weights(model%n_blocks)
     integer :: e
 
@@ -193,6 +195,7 @@ contains
         own = own + model%effects%gravity%weight(e)
       end associate
     end do
+    weights = mean_of_ramp(model%effects%gravity%ramp, rule%load_from, rule%load_to)*weights
   end function weights
 
   !> Tells the impacts apart: contacts of one island have bodies in common that are free to move. 0: no impact reaches it.

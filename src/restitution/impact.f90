@@ -32,6 +32,7 @@ module scree_impact
   use scree_rigid_bodies, only: add_motion, held_blocks, modes_of, motion_of, rigid_bodies_t, take_deformation
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
+  use scree_time_table, only: mean_of_ramp
   implicit none
   private
   public :: any_closes, impact_t, push_apart, rebound
@@ -216,17 +217,17 @@ contains
     call close_contacts(model, cache, state, d, without, impact, try)
     possible = .true.
     do i = 1, maxval(impact%bearing%island)
-      if (any(impact%bearing%island == i)) call rebound_island(model, cache, state, rule%dt, d, velocity, &
+      if (any(impact%bearing%island == i)) call rebound_island(model, cache, state, rule, d, velocity, &
                                                          pack(impact%bearing, impact%bearing%island == i), try, impact, possible)
     end do
   end subroutine rebound
 
   !> Likewise of one island.
-  pure subroutine rebound_island(model, cache, state, dt, d, velocity, bearing, try, impact, possible)
+  pure subroutine rebound_island(model, cache, state, rule, d, velocity, bearing, try, impact, possible)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
-    real(dp), intent(in) :: dt                   !! time
+    type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
     real(dp), intent(in) :: velocity(:)          !! (n_unknowns) before the impact
     type(bearing_t), intent(in) :: bearing(:)
@@ -244,7 +245,7 @@ contains
     of_step = motion_of(model, cache, state, bodies, velocity)
     at_start = motion_of(model, cache, state, bodies, state%velocity)
     e = merge(try%law%restitution, 0.0_dp, comes_by_itself(problem, bearing, at_start, of_step - at_start, &
-              dt*acceleration_by_weight(model, bodies)))
+              velocity_by_weight(model, bodies, rule)))
     before = of_step
     call bear_until_met(problem, bearing, before)
     call set_least(bearing, before, problem)
@@ -283,10 +284,11 @@ contains
     comes_by_itself = .false.
   end function comes_by_itself
 
-  !> Motion that weight makes in a unit of time of bodies in flight, those with fixed points by what these leave of it.
-  pure function acceleration_by_weight(model, bodies) result(motion)
+  !> Motion that weight makes in a step of bodies in flight, of those that are held in part by what that leaves of it.
+  pure function velocity_by_weight(model, bodies, rule) result(motion)
     type(model_t), intent(in) :: model
     type(rigid_bodies_t), intent(in) :: bodies
+    type(step_rule_t), intent(in) :: rule
     real(dp) :: motion(3, size(bodies%block))
     integer :: b
 
@@ -295,7 +297,8 @@ contains
     do b = 1, size(bodies%block)
       motion(:, b) = -bodies%mobility(:, 2, b)*sum(model%effects%gravity%weight(bodies%first(b):bodies%last(b)))
     end do
-  end function acceleration_by_weight
+    motion = rule%dt*mean_of_ramp(model%effects%gravity%ramp, rule%load_from, rule%load_to)*motion
+  end function velocity_by_weight
 
   !> Compression of an island, one impact after the other: what closes later has no part in it yet.
   pure subroutine compress_in_turn(bearing, motion, problem, impulses)

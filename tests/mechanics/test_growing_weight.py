@@ -58,3 +58,31 @@ def test_what_sleeps_wakes_as_weight_grows(tmp_path):
         ways.append(np.linalg.norm(r.bodies.centroid[-1, 1] - r.bodies.centroid[0, 1]))
     exact = G * (math.sin(-angle) - math.tan(math.radians(20)) * math.cos(angle)) / 6
     assert ways[0] == pytest.approx(exact, rel=2e-2) and ways[1] == pytest.approx(ways[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("e", (0.0, 0.5, 1.0))
+@pytest.mark.parametrize("method", ("", "&method model='nmm' /", "&method strain='green' /"))
+def test_a_block_bounces_while_its_weight_grows(method, e, tmp_path):
+    """It falls by h = g t^3/6T; what e^2 of its speed there takes it up to is by the same equations, and no step makes energy."""
+    height, ramp, dt = 0.3, 1.0, 0.002
+    floor, block = block_files.box(-2, 3, -1, 0), block_files.box(0, 1, height, 1 + height)
+    r = run(tmp_path, [floor, block], f"&gravity ramp={ramp} / &contact restitution={e} / &output every=1 /{method}",
+            block_files.held(floor, 1), steps=400, dt=dt, young=1e9)
+    at = (6 * height * ramp / G) ** (1 / 3)
+    speed = G * at**2 / (2 * ramp)
+    after = np.searchsorted(r.times, at + 2.5 * dt)
+    left = e * speed - G / (2 * ramp) * (r.times[after] ** 2 - at**2)
+    assert r.bodies.velocity[after, 1, 1] == pytest.approx(left, abs=0.03 * speed)
+    energy = r.history.energy
+    assert np.diff(energy.dissipated).min() > -1e-6 * energy.kinetic.max()
+    if e == 0:
+        assert r.bodies.centroid[-1, 1, 1] == pytest.approx(0.5, abs=1e-6)
+
+
+def test_what_rests_bears_its_growing_weight_with_restitution(tmp_path):
+    """Three blocks on each other: the floor bears what is there, and nothing hops."""
+    blocks = [block_files.box(-2, 3, -1, 0), *(block_files.box(0, 1, i, i + 1) for i in range(3))]
+    r = run(tmp_path, blocks, "&gravity ramp=0.5 / &contact restitution=0.5 / &output every=1 /", block_files.held(blocks[0], 1), young=1e7)
+    share = np.minimum(r.history.time / 0.5, 1)
+    overlap = share * 60 / (2 * 5e7)
+    assert r.history.overlap == pytest.approx(overlap, abs=0.03 * overlap.max())
