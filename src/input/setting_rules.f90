@@ -76,8 +76,6 @@ module scree_setting_rules
     setting_rule_t('iteration.method, iteration.test, iteration.tolerance, iteration.relaxation', '', 'method.strain', &
                    '|green|auto|', .true., &
                    'small strain is linear, and its first solution exact'), &
-    setting_rule_t('support.normal, support.x, support.y, support.both', '', 'contact.restitution', is_not_given, .false., &
-                   'an impact knows fixed points alone'), &
     setting_rule_t('boundary.pressure, boundary.traction', '', 'boundary.lines', is_given, .true., 'there is nothing to load'), &
     setting_rule_t('boundary.ramp', '', 'boundary.lines or water.table', is_given, .true., 'there is nothing that grows'), &
     setting_rule_t('water.unit_weight', '', 'water.table', is_given, .true., 'there is no water'), &

@@ -10,7 +10,7 @@ module scree_fixed_point
   use scree_time_table, only: value_at
   implicit none
   private
-  public :: add_fixed_springs, constrain_fixed_points, fixed_point_t, spring_energy, work_of_springs
+  public :: add_fixed_springs, constrain_fixed_points, fixed_point_t, is_roller, spring_energy, work_of_springs
 
   !> Called for when the scene has fixed points.
   type :: fixed_point_t

@@ -8,6 +8,7 @@
 !> so that impulses which change q alone leave strain rates and their energy as they are. A body of many manifold elements moves as
 !> one.
 module scree_rigid_bodies
+  use scree_fixed_point, only: is_roller
   use scree_interpolation, only: displacement_matrix, rigid_modes
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -23,17 +24,23 @@ module scree_rigid_bodies
     integer, allocatable :: number(:)           !! (n_blocks) of the body that a block is, 0: none
     integer, allocatable :: first(:), last(:)   !! (n) elements of the body
     integer, allocatable :: held_by(:, :)       !! (2, n) fixed points in different places, 0: none
+    logical, allocatable :: rolls(:)            !! (n) on lines of &support
+    logical, allocatable :: held(:)             !! (n) it has no motion of its own
     real(dp), allocatable :: moved(:)           !! (n_unknowns) displacement to the configuration
     real(dp), allocatable :: centre(:, :)       !! (2, n) of mass, length
     real(dp), allocatable :: mass(:, :)         !! (3, n) mass twice, and inertia about the centre; per unit thickness
     real(dp), allocatable :: mobility(:, :, :)  !! (3, 3, n) change of q by a unit of impulse; 0 for a body that is held
   end type rigid_bodies_t
 
+  !> Supports hold no turn of a body that is wider than them by the root of this, inverse.
+  real(dp), parameter :: narrow = 1e-10_dp
+
 contains
 
   !> Finds how bodies move as rigid ones.
   !>
-  !> A body with a fixed point turns about it, and one with two of them does not move, whether they are exact or springs.
+  !> A body with a fixed point turns about it, and one with two of them does not move, whether they are exact or springs. One on
+  !> supports has the motions that these leave it.
   pure subroutine find_bodies(model, cache, state, moved, takes_part, bodies)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -74,16 +81,126 @@ contains
     call hold(model, cache, state, bodies)
   end subroutine find_bodies
 
-  !> Blocks that fixed points in two places hold.
+  !> Blocks that fixed points in two places, or supports, leave no motion.
   pure function held_blocks(model, state) result(held)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    logical :: held(model%n_blocks)
-    integer :: by(2, model%n_blocks)
+    logical :: held(model%n_blocks), rolls(model%n_blocks)
+    integer, allocatable :: support(:)
+    real(dp), allocatable :: position(:, :)
+    real(dp) :: mobility(3, 3), motion(3), size_of_it
+    integer :: b, by(2, model%n_blocks), left
 
     by = holding_points(model, state)
     held = by(2, :) > 0
+    rolls = rolling_blocks(model)
+    do b = 1, model%n_blocks
+      if (held(b) .or. .not. rolls(b)) cycle
+      support = supports_of(model, b)
+      position = state%point(:, model%effects%fixed_point%point(support))
+      size_of_it = maxval(norm2(position - spread(position(:, 1), 2, size(support)), 1))
+      mobility = reshape([1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1/size_of_it**2], [3, 3])
+      motion = 0.0_dp
+      call obey(support_rows(model, support, position, position(:, 1)), mobility, motion, left)
+      held(b) = left == 0
+    end do
   end function held_blocks
+
+  !> Blocks on lines of &support.
+  pure function rolling_blocks(model) result(rolls)
+    type(model_t), intent(in) :: model
+    logical :: rolls(model%n_blocks)
+    integer :: i
+
+    rolls = .false.
+    if (.not. allocated(model%effects%fixed_point)) return
+    associate (held => model%effects%fixed_point)
+      do i = 1, size(held%point)
+        if (is_roller(held, i)) rolls(model%elements%block(model%points%element(held%point(i)))) = .true.
+      end do
+    end associate
+  end function rolling_blocks
+
+  !> Fixed points and ends of supports of a block, numbers among those that are held.
+  pure function supports_of(model, b) result(support)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: b                  !! block
+    integer, allocatable :: support(:)
+    integer :: i
+
+    associate (point => model%effects%fixed_point%point)
+      support = pack([(i, i=1, size(point))], model%elements%block(model%points%element(point)) == b)
+    end associate
+  end function supports_of
+
+  !> Rows of the velocities that supports hold: (x, y, turn) of a rigid motion about a centre, twice for each of them.
+  pure function support_rows(model, support, position, centre) result(row)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: support(:)
+    real(dp), intent(in) :: position(:, :)    !! (2, size(support)) length
+    real(dp), intent(in) :: centre(2)
+    real(dp) :: row(3, 2*size(support)), direction(2, 2)
+    integer :: i, k
+
+    do i = 1, size(support)
+      direction = reshape([1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [2, 2])
+      if (is_roller(model%effects%fixed_point, support(i))) &
+        direction = spread(model%effects%fixed_point%direction(:, support(i)), 2, 2)
+      associate (arm => position(:, i) - centre)
+        do k = 1, 2
+          row(:, 2*i - 2 + k) = [direction(:, k), direction(2, k)*arm(1) - direction(1, k)*arm(2)]
+        end do
+      end associate
+    end do
+  end function support_rows
+
+  !> Takes from a rigid motion q and its mobility P what supports hold, one after the other: with c the row of a velocity that is to
+  !> be w, a = P c,
+  !>
+  !>     q <- q + a (w - c.q)/(c.a),   P <- P - a a^T/(c.a)
+  !>
+  !> after which c.q = w and P c = 0, so that what comes later changes nothing of it.
+  pure subroutine obey(row, mobility, motion, left, rate)
+    real(dp), intent(in) :: row(:, :)         !! (3, n)
+    real(dp), intent(inout) :: mobility(3, 3), motion(3)
+    integer, intent(out) :: left              !! motions that are free
+    real(dp), intent(in), optional :: rate(:) !! (n) w, length/time; 0 where absent
+    real(dp) :: a(3), free(3, 3), own
+    integer :: i, k
+
+    free = mobility
+    left = 3
+    do i = 1, size(row, 2)
+      a = matmul(mobility, row(:, i))
+      own = dot_product(row(:, i), a)
+      if (.not. own > narrow*dot_product(row(:, i), matmul(free, row(:, i)))) cycle
+      motion = motion - a*dot_product(row(:, i), motion)/own
+      if (present(rate)) motion = motion + a*rate(i)/own
+      do k = 1, 3
+        mobility(:, k) = mobility(:, k) - a*a(k)/own
+      end do
+      left = left - 1
+      if (left == 0) exit
+    end do
+    if (left == 0) mobility = 0.0_dp
+  end subroutine obey
+
+  !> Where the supports of body `b` are in the configuration that contacts act in.
+  pure function places_of(model, cache, state, bodies, support) result(position)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(rigid_bodies_t), intent(in) :: bodies
+    integer, intent(in) :: support(:)
+    real(dp) :: position(2, size(support))
+    integer :: i
+
+    do i = 1, size(support)
+      associate (point => model%effects%fixed_point%point(support(i)))
+        position(:, i) = state%point(:, point) + moved_point(model, cache, state, point, bodies%moved)
+      end associate
+    end do
+  end function places_of
 
   !> Two fixed points of each block in different places; 0 where there are none.
   pure function holding_points(model, state) result(by)
@@ -103,19 +220,30 @@ contains
     end do
   end function holding_points
 
-  !> Takes from bodies with fixed points what these hold.
+  !> Takes from bodies with fixed points or supports what these hold.
   pure subroutine hold(model, cache, state, bodies)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(rigid_bodies_t), intent(inout) :: bodies
-    real(dp) :: turn(3)
-    integer :: b, by(2, model%n_blocks), k
+    real(dp) :: motion(3), turn(3)
+    integer, allocatable :: support(:)
+    integer :: b, by(2, model%n_blocks), k, left
+    logical :: rolls(model%n_blocks)
 
     by = holding_points(model, state)
     bodies%held_by = by(:, bodies%block)
+    rolls = rolling_blocks(model)
+    bodies%rolls = rolls(bodies%block)
+    bodies%held = bodies%held_by(2, :) > 0
     do b = 1, size(bodies%block)
-      if (bodies%held_by(2, b) > 0) then
+      if (bodies%rolls(b)) then
+        support = supports_of(model, bodies%block(b))
+        motion = 0.0_dp
+        call obey(support_rows(model, support, places_of(model, cache, state, bodies, support), bodies%centre(:, b)), &
+                  bodies%mobility(:, :, b), motion, left)
+        bodies%held(b) = left == 0
+      else if (bodies%held_by(2, b) > 0) then
         bodies%mobility(:, :, b) = 0.0_dp
       else if (bodies%held_by(1, b) > 0) then
         associate (arm => bodies%centre(:, b) - state%point(:, bodies%held_by(1, b)) &
@@ -156,7 +284,7 @@ contains
                         bodies%centre(:, bodies%number(model%elements%block(e))))
   end function modes_of
 
-  !> Rigid motions q (3, n) of the bodies in a field of rates; of those that are held, the motion of their fixed points.
+  !> Rigid motions q (3, n) of the bodies in a field of rates; of those that are held, the motion of what holds them.
   pure function motion_of(model, cache, state, bodies, rates) result(motion)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -173,7 +301,12 @@ contains
                                              modes_of(model, cache, state, bodies, e))
       end do
       motion(:, b) = motion(:, b)/bodies%mass(:, b)
-      if (bodies%held_by(2, b) > 0) motion(:, b) = motion_of_held(model, cache, state, bodies, b, rates)
+      if (.not. bodies%held(b)) cycle
+      if (bodies%rolls(b)) then
+        motion(:, b) = motion_of_supports(model, cache, state, bodies, b, rates)
+      else
+        motion(:, b) = motion_of_held(model, cache, state, bodies, b, rates)
+      end if
     end do
   end function motion_of
 
@@ -199,6 +332,32 @@ contains
     arm = bodies%centre(:, b) - position(:, 1)
     motion(1:2) = moving(:, 1) + motion(3)*[-arm(2), arm(1)]
   end function motion_of_held
+
+  !> Rigid motion of a body that its supports hold, with some fixed points or without.
+  pure function motion_of_supports(model, cache, state, bodies, b, rates) result(motion)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(rigid_bodies_t), intent(in) :: bodies
+    integer, intent(in) :: b
+    real(dp), intent(in) :: rates(:)          !! (n_unknowns)
+    real(dp) :: mobility(3, 3), motion(3), moving(2)
+    real(dp), allocatable :: rate(:), row(:, :)
+    integer, allocatable :: support(:)
+    integer :: i, left
+
+    support = supports_of(model, bodies%block(b))
+    row = support_rows(model, support, places_of(model, cache, state, bodies, support), bodies%centre(:, b))
+    allocate (rate(size(row, 2)))
+    do i = 1, size(support)
+      moving = moved_point(model, cache, state, model%effects%fixed_point%point(support(i)), rates)
+      rate(2*i - 1:2*i) = matmul(moving, row(1:2, 2*i - 1:2*i))
+    end do
+    mobility = reshape([1/bodies%mass(1, b), 0.0_dp, 0.0_dp, 0.0_dp, 1/bodies%mass(2, b), 0.0_dp, 0.0_dp, 0.0_dp, &
+                        1/bodies%mass(3, b)], [3, 3])
+    motion = 0.0_dp
+    call obey(row, mobility, motion, left, rate)
+  end function motion_of_supports
 
   !> Adds rigid motions of the bodies to a field of rates.
   pure subroutine add_motion(model, cache, state, bodies, motion, rates)
@@ -235,7 +394,7 @@ contains
     integer :: b
 
     do b = 1, size(bodies%block)
-      if (bodies%last(b) > bodies%first(b) .or. bodies%held_by(1, b) > 0) cycle
+      if (bodies%last(b) > bodies%first(b) .or. bodies%held_by(1, b) > 0 .or. bodies%rolls(b)) cycle
       associate (e => bodies%first(b), ids => model%elements%unknown(:, bodies%first(b)))
         change(ids) = change(ids) - share*(rates(ids) - matmul(modes_of(model, cache, state, bodies, e), motion(:, b)))
       end associate

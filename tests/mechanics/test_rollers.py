@@ -67,8 +67,7 @@ def test_k0_stays_in_balance_with_its_sides_on_rollers(tmp_path):
 
 
 BAD = {"&support normal=0 0 1 /": "four numbers", "&support x=0 0 0 0 /": "two ends of line 1",
-       "&support both=0 0 1 0 0 0.5 1 0.5 /": "support.both, found none on line 2",
-       "&support y=0 0 1 0 / &contact restitution=0.5 /": "contact.restitution"}
+       "&support both=0 0 1 0 0 0.5 1 0.5 /": "support.both, found none on line 2"}
 
 
 @pytest.mark.parametrize("groups", BAD)

@@ -146,3 +146,45 @@ def test_a_wall_that_a_block_falls_on_takes_the_impact_whatever_its_joints(mode,
         kinetic = f.history.energy.kinetic
         assert "left to springs" not in said
         assert kinetic[-20:].max() < 1e-3 * kinetic.max()
+
+
+def square(low, width=0.5, skew=0.0):
+    """Box at x = 0, its bottom from `low` at the left to `low + skew` at the right."""
+    return np.array([(0, low), (width, low + skew), (width, low + 1), (0, low + 1)])
+
+
+@pytest.mark.parametrize("mode, e, size", [*((mode, e, 1.0) for mode in ("dda", "green", "nmm") for e in (0.0, 0.5, 1.0)),
+                                           ("dda", 0.5, 1e-3), ("nmm", 0.5, 1e3)])
+def test_a_piston_between_rollers_bounces_without_turning(mode, e, size, tmp_path):
+    """It falls on one corner, 0.1 below its other, and leaves with e times its speed, where a free one would turn."""
+    body = square(0.2, skew=0.1) * size
+    sides = " ".join(f"{x!r}" for x in (*body[0], *body[3], *body[1], *body[2]))
+    dt = 1e-3 * math.sqrt(size)
+    f = run(tmp_path, [box(-2, 2, -1, 0) * size, body], f"&contact restitution={e} /\n&support x={sides} /\n{MODES[mode].replace('0.2', repr(0.2 * size))}",
+            dt, 250 * dt, [(-1.9 * size, -0.9 * size, 1), (1.9 * size, -0.9 * size, 1)], young=1e10 * max(size, 1))
+    t = math.sqrt(0.4 * size / G)
+    after = np.searchsorted(f.times, t + 2.5 * dt)
+    left = e * G * t - (G * (f.times[after] - t) if e else 0)
+    assert f.bodies.velocity[after, 1, 1] == pytest.approx(left, abs=0.015 * G * t)
+    assert np.abs(f.bodies.rotation[:, 1]).max() < 1e-5  # by strain
+    assert np.diff(total(f)).max() < 1e-7 * 1250 * G * 0.2 * size**3
+
+
+@pytest.mark.parametrize("mode", ["dda", "mesh"])
+def test_a_floor_on_supports_is_one_on_fixed_points(mode, tmp_path):
+    """Rollers at foot and sides leave it no motion, neither do fixed points; a block that falls askew goes the same way after it struck."""
+    floor, body = box(-2, 2, -1, 0), turned(box(0, 0.5, 0, 0.5), 0.4, 0.3)
+    groups = f"&contact restitution=0.6 /\n{MODES[mode]}"
+    ends = []
+    for supports, fixed in (("&support normal=-2 -1 2 -1  -2 -1 -2 0 /", []), ("", [(-1.99, -0.99, 1), (1.99, -0.99, 1), (1.99, -0.01, 1)])):
+        f = run(tmp_path, [floor, body], f"{groups}\n{supports}", 1e-3, 0.4, fixed, phi=30)
+        ends.append([*f.bodies.velocity[-1, 1], f.bodies.rotation[-1, 1]])
+    assert ends[0] == pytest.approx(ends[1], abs=0.01) and abs(ends[0][2]) > 0.1
+
+
+def test_what_strikes_a_floor_on_rollers_takes_it_along(tmp_path):
+    """Without rebound and with much friction both go on with the momentum along the rollers, m v/(m + M), M = 16 m."""
+    f = run(tmp_path, [box(-2, 2, -1, 0), box(0, 0.5, 0.05, 0.55)], "&contact restitution=0 /\n&support normal=-2 -1 2 -1 /", 1e-3, 0.25, [],
+            velocity=(0.1, -1, 0), phi=80)
+    assert f.bodies.velocity[-1, :, 0] == pytest.approx(0.1 / 17, rel=1e-2)
+    assert np.abs(f.bodies.rotation[-1]).max() < 1e-4
