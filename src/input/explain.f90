@@ -57,6 +57,7 @@ contains
       call table('load point '//number_text(i), 'force', scene%load_table(i))
     end do
     call table('acceleration of the ground', 'length/time^2', scene%ground)
+    call table('velocity of the wave', 'length/time', scene%wave)
     call block_materials()
     call joint_materials()
     call settings()

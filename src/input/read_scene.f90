@@ -1,6 +1,5 @@
 !> Decks to a complete scene and its blocks.
 module scree_read_scene
-  use scree_acceleration_record, only: is_peer_file, read_peer_files, read_record_file, take_record
   use scree_analysis_deck, only: read_analysis_deck
   use scree_block_file, only: read_block_file
   use scree_block_input, only: blocks_t, make_blocks
@@ -12,7 +11,8 @@ module scree_read_scene
   use scree_gmsh_file, only: read_gmsh_file
   use scree_groups_of_places, only: take_groups
   use scree_kinds, only: dp
-  use scree_scene, only: contact_none, scene_t
+  use scree_motion_record, only: is_peer_file, read_peer_files, read_record_file, take_record
+  use scree_scene, only: contact_none, scene_t, time_table_t
   use scree_setting_rules, only: check_rules, drop_overridden
   use scree_setting_table, only: from_of, given_at
   use scree_settings, only: fill_settings, read_groups, set_word, store_settings
@@ -76,11 +76,11 @@ contains
     if (allocated(error)) return
     call take_boundary_loads(scene, error)
     if (allocated(error)) return
-    call check_supports(scene, error)
+    call check_lines(scene, error)
     if (allocated(error)) return
     call check_water(scene, error)
     if (allocated(error)) return
-    call take_acceleration(scene, error)
+    call take_motions(scene, error)
     if (allocated(error)) return
     call read_mesh(scene, error)
   end subroutine read_scene
@@ -298,8 +298,8 @@ contains
 
   end subroutine take_boundary_loads
 
-  !> Error where the lines of &support are none.
-  subroutine check_supports(scene, error)
+  !> Error where the lines of &support or &absorbing are none.
+  subroutine check_lines(scene, error)
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
 
@@ -308,6 +308,8 @@ contains
       call check('support.x', s%support_x)
       call check('support.y', s%support_y)
       call check('support.both', s%support_both)
+      call check('absorbing.lines', s%absorbing_lines)
+      call check('absorbing.base', s%absorbing_base)
     end associate
 
   contains
@@ -332,7 +334,7 @@ contains
       end do
     end subroutine check
 
-  end subroutine check_supports
+  end subroutine check_lines
 
   !> Error where the water table is none.
   subroutine check_water(scene, error)
@@ -351,30 +353,52 @@ contains
     end associate
   end subroutine check_water
 
-  !> Acceleration of the ground from &acceleration.
-  subroutine take_acceleration(scene, error)
+  !> Acceleration of the ground from &acceleration, and the wave of &absorbing.
+  subroutine take_motions(scene, error)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
 
     associate (s => scene%settings)
-      if (allocated(s%ground_table)) then
-        call take_record(s%ground_table, from_of(scene%words, 'acceleration.table'), scene%ground, error)
-      else if (.not. allocated(s%ground_file)) then
-        return
-      else if (is_peer_file(s%ground_file)) then
-        call take_peer_record(scene, error)
-      else if (allocated(s%ground_vertical)) then
+      if (allocated(s%ground_vertical) .and. allocated(s%ground_file)) call check_vertical(s%ground_file)
+      if (allocated(error)) return
+      call take('acceleration', 't ax ay', s%ground_table, s%ground_file, s%ground_scale, scene%ground)
+      if (.not. allocated(error)) call take('absorbing', 't vx vy', s%wave_table, s%wave_file, s%wave_scale, scene%wave)
+    end associate
+
+  contains
+
+    !> Error where a vertical component stands beside a file that has two of them.
+    subroutine check_vertical(file)
+      character(len=*), intent(in) :: file
+
+      if (.not. is_peer_file(file)) &
         call fail(error, status_bad_input, from_of(scene%words, 'acceleration.vertical')// &
-                  ': expected acceleration.vertical beside a PEER record (.at2) in acceleration.file, found one beside '// &
-                  s%ground_file)
+                  ': expected acceleration.vertical beside a PEER record (.at2) in acceleration.file, found one beside '//file)
+    end subroutine check_vertical
+
+    !> One of them, from its table or its file; zero outside of its times.
+    subroutine take(group, numbers, table, file, scale, record)
+      character(len=*), intent(in) :: group, numbers
+      real(dp), allocatable, intent(in) :: table(:)
+      character(len=:), allocatable, intent(in) :: file
+      real(dp), intent(in) :: scale
+      type(time_table_t), intent(inout) :: record
+
+      if (allocated(table)) then
+        call take_record(table, group//'.table', numbers, from_of(scene%words, group//'.table'), record, error)
+      else if (.not. allocated(file)) then
+        return
+      else if (is_peer_file(file) .and. group == 'acceleration') then
+        call take_peer_record(scene, error)
       else
-        call read_record_file(beside_analysis(scene, s%ground_file), scene%ground, error)
+        call read_record_file(beside_analysis(scene, file), numbers, record, error)
       end if
       if (allocated(error)) return
-      scene%ground%value = s%ground_scale*scene%ground%value
-    end associate
-    scene%ground%kept = .false.
-  end subroutine take_acceleration
+      record%value = scale*record%value
+      record%kept = .false.
+    end subroutine take
+
+  end subroutine take_motions
 
   !> The record of PEER of &acceleration. Errors: as of `read_peer_files`; no scale, which says what g is here.
   subroutine take_peer_record(scene, error)

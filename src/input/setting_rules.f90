@@ -80,6 +80,11 @@ module scree_setting_rules
     setting_rule_t('boundary.ramp', '', 'boundary.lines or water.table', is_given, .true., 'there is nothing that grows'), &
     setting_rule_t('water.unit_weight', '', 'water.table', is_given, .true., 'there is no water'), &
     setting_rule_t('water.table', '', 'water.unit_weight', is_given, .false., 'its pressure is not known'), &
+    setting_rule_t('absorbing.file', '', 'absorbing.table', is_not_given, .true., 'there is one wave'), &
+    setting_rule_t('absorbing.scale', '', 'absorbing.table or absorbing.file', is_given, .true., 'there is nothing to scale'), &
+    setting_rule_t('absorbing.lines, absorbing.base', '', 'k01', is_positive, .false., 'a static step has no velocity'), &
+    setting_rule_t('absorbing.base', '', 'absorbing.table or absorbing.file', is_given, .false., 'no wave comes in'), &
+    setting_rule_t('absorbing.table, absorbing.file', '', 'absorbing.base', is_given, .false., 'a wave has to come in somewhere'), &
     setting_rule_t('bolts.stiffness, bolts.pretension, bolts.strength', '', 'bolts.ends', is_given, .true., &
                    'bolts of the geometry have their own'), &
     setting_rule_t('iteration.relaxation', '', 'iteration.method', '|secant|hybrid|', .true., &

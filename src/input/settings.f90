@@ -344,6 +344,13 @@ contains
                              'length'), s%water_table)
     call row%real(setting_t('water', 'unit_weight', 'pressure of the water over its depth', 'force/length^3', 0.0_dp, &
                            open=.true.), s%water_weight)
+    call row%reals(setting_t('absorbing', 'lines', 'x1 y1 x2 y2 of lines: edges of blocks that lie on one absorb waves', &
+                             'length'), s%absorbing_lines)
+    call row%reals(setting_t('absorbing', 'base', 'likewise of lines on which a wave comes in', 'length'), s%absorbing_base)
+    call row%reals(setting_t('absorbing', 'table', 't vx vy at ascending times: velocity of that wave'), s%wave_table)
+    call row%text(setting_t('absorbing', 'file', 'file with lines t vx vy, from the folder of the analysis deck'), s%wave_file)
+    call row%real(setting_t('absorbing', 'scale', 'factor of vx and vy, in units of the deck', '1'), s%wave_scale, 1.0_dp, &
+                  when=allocated(s%wave_table) .or. allocated(s%wave_file))
   end subroutine visit_boundary
 
   !> How the ground moves, and what damps the motion.

@@ -1,5 +1,6 @@
 !> The effects of a scene. This file is the only one that asks which are present.
 module scree_effects
+  use scree_absorbing_edge, only: absorbed_energy, absorb_velocity, add_absorbing_edges, size_of_wave, work_of_wave
   use scree_base_acceleration, only: add_base_acceleration, size_of_base, work_of_base
   use scree_bolt, only: add_bolts_of_element, bolt_energy, work_between
   use scree_edge_load, only: add_edge_loads, size_of_edge_loads, work_of_edge_loads
@@ -17,7 +18,7 @@ module scree_effects
   use scree_state, only: state_t
   use scree_stiffness, only: add_small_strain
   use scree_system, only: element_unknowns, values_of
-  use scree_time_table, only: last_change, mean_of_ramp, ramp_at
+  use scree_time_table, only: last_change, mean_of_ramp, mean_over, ramp_at
   implicit none
   private
   public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, load_on_element, &
@@ -96,6 +97,9 @@ contains
         call add_point_loads(effects%point_load, e, state%point, rule, element, term)
       if (allocated(effects%edge_load)) &
         call add_edge_loads(effects%edge_load, e, state%point, state%velocity(ids), rule, element, term)
+      if (allocated(effects%absorbing_edge)) &
+        call add_absorbing_edges(effects%absorbing_edge, e, state%point, state%velocity(ids), state%acceleration(ids), unknown, &
+                                 rule, element, term)
       if (allocated(effects%fixed_point)) then
         if (effects%fixed_point%by_springs) &
           call add_fixed_springs(effects%fixed_point, e, state%point, rule%end_time, element, unknown, term)
@@ -106,18 +110,22 @@ contains
   end subroutine add_element_effects
 
   !> Adds the forces on one element that its velocity alone makes.
-  pure subroutine add_drag(model, own, velocity, term)
+  pure subroutine add_drag(model, own, state, e, velocity, term)
     type(model_t), intent(in) :: model
     type(element_cache_t), intent(in) :: own   !! of the element
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: e
     real(dp), intent(in) :: velocity(n)        !! rates of its unknowns
     type(term_t), intent(inout) :: term
 
     if (allocated(model%effects%mass_damping)) &
       call add_force(term, -model%effects%mass_damping%rate*matmul(own%mass_matrix, velocity))
+    if (allocated(model%effects%absorbing_edge)) &
+      call absorb_velocity(model%effects%absorbing_edge, e, state%point, velocity, own%kinematics, term)
   end subroutine add_drag
 
-  !> Magnitudes of the weight, the loads and the inertia force of the ground that act on one element in a step, summed; force per
-  !> unit thickness.
+  !> Magnitudes of the weight, the loads, the inertia force of the ground and that of a wave that act on one element in a step,
+  !> summed; force per unit thickness.
   pure real(dp) function load_on_element(model, own, state, e, rule) result(load)
     type(model_t), intent(in) :: model
     type(element_cache_t), intent(in) :: own   !! of the element
@@ -131,10 +139,13 @@ contains
       if (allocated(effects%base_acceleration)) load = load + size_of_base(effects%base_acceleration, own%mass, rule)
       if (allocated(effects%point_load)) load = load + size_of_point_loads(effects%point_load, e, rule)
       if (allocated(effects%edge_load)) load = load + size_of_edge_loads(effects%edge_load, e, state%point)
+      if (allocated(effects%absorbing_edge)) &
+        load = load + size_of_wave(effects%absorbing_edge, e, state%point, &
+                                   mean_over(effects%absorbing_edge%wave, rule%load_from, rule%load_to))
     end associate
   end function load_on_element
 
-  !> Work of the loads on one element, on points and edges, and of the inertia force of the ground, in a step.
+  !> Work of the loads on one element, on points and edges, of the inertia force of the ground and of a wave, in a step.
   pure real(dp) function work_of_loads(model, own, state, e, unknown, rule) result(work)
     type(model_t), intent(in) :: model
     type(element_cache_t), intent(in) :: own   !! of the element
@@ -152,6 +163,8 @@ contains
       if (allocated(effects%edge_load)) &
         work = work + work_of_edge_loads(effects%edge_load, e, state%point, values_of(model%elements, e, state%velocity), rule, &
                                          own%kinematics, unknown)
+      if (allocated(effects%absorbing_edge)) &
+        work = work + work_of_wave(effects%absorbing_edge, e, state%point, rule, own%kinematics, unknown)
     end associate
   end function work_of_loads
 
@@ -165,6 +178,7 @@ contains
       if (allocated(effects%point_load)) time = max(time, last_change(effects%point_load%table))
       if (allocated(effects%gravity)) time = max(time, effects%gravity%ramp)
       if (allocated(effects%edge_load)) time = max(time, effects%edge_load%ramp)
+      if (allocated(effects%absorbing_edge)) time = max(time, last_change([effects%absorbing_edge%wave]))
       if (allocated(effects%fixed_point)) time = max(time, last_change(effects%fixed_point%table))
     end associate
   end function steady_from
@@ -222,16 +236,20 @@ contains
     end associate
   end function work_of_bolts_between
 
-  !> Energy that mass damping takes from one element in a step.
-  pure real(dp) function loss_by_damping(model, own, unknown, rule) result(loss)
+  !> Energy that mass damping and absorbing edges take from one element in a step.
+  pure real(dp) function loss_by_damping(model, own, state, e, unknown, rule) result(loss)
     type(model_t), intent(in) :: model
     type(element_cache_t), intent(in) :: own   !! of the element
+    type(state_t), intent(in) :: state         !! at the beginning of the step
+    integer, intent(in) :: e
     real(dp), intent(in) :: unknown(n)         !! of the step
     type(step_rule_t), intent(in) :: rule
 
     loss = 0.0_dp
     if (allocated(model%effects%mass_damping)) &
       loss = damped_energy(model%effects%mass_damping, own%mass_matrix, unknown, rule%dt)
+    if (allocated(model%effects%absorbing_edge)) &
+      loss = loss + absorbed_energy(model%effects%absorbing_edge, e, state%point, rule%dt, own%kinematics, unknown)
   end function loss_by_damping
 
   !> Share of the weight that acts at a time.

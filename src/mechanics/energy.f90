@@ -160,9 +160,10 @@ contains
   end function work_of_step
 
   !> Energy that damping takes in a step.
-  pure real(dp) function loss_of_step(model, cache, rule, d) result(loss)
+  pure real(dp) function loss_of_step(model, cache, state, rule, d) result(loss)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state            !! at the beginning of the step
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
     integer :: e, k
@@ -170,7 +171,7 @@ contains
     loss = 0.0_dp
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
-      loss = loss + loss_by_damping(model, cache%element(e), values_of(model%elements, e, d), rule)
+      loss = loss + loss_by_damping(model, cache%element(e), state, e, values_of(model%elements, e, d), rule)
     end do
   end function loss_of_step
 

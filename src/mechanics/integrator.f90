@@ -31,7 +31,7 @@ module scree_integrator
                          start_dissipative, transport_field
   implicit none
   private
-  public :: end_rates, held_weight, holds_power, step_rule_for, turns_acceleration
+  public :: end_rates, held_weight, holds_power, step_rule_for, turns_acceleration, velocity_at_balance
 
 contains
 
@@ -66,6 +66,22 @@ contains
     end if
     if (settings%scheme == scheme_central_difference) call kick(time, merge(before, 0.0_dp, step > 0), rule)
   end function step_rule_for
+
+  !> Velocity at the time of the balance, (1 - 2 lag) v1 + 2 lag d/dt, as c d + `carried` of the unknowns d of a step: d/dt for beta
+  !> 1, the velocity at the end for beta 1/2, whose lag is beta - 1/2 (doc/theory.md, section 3).
+  pure subroutine velocity_at_balance(rule, velocity, acceleration, c, carried)
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: velocity(:), acceleration(:) !! (n) at the beginning of the step
+    real(dp), intent(out) :: c                           !! 1/time
+    real(dp), intent(out) :: carried(:)                  !! (n)
+    real(dp) :: at_end
+
+    associate (beta => rule%velocity_weight, gamma => rule%displacement_weight, dt => rule%dt)
+      at_end = 1 - 2*rule%lag
+      c = (at_end*beta/gamma + 1 - at_end)/dt
+      carried = at_end*((1 - beta/gamma)*velocity + (1 - beta - rule%carried_weight*beta/gamma)*dt*acceleration)
+    end associate
+  end subroutine velocity_at_balance
 
   !> Weights of a step of central differences: its acceleration acts over half the step before, if any, and half of its own.
   pure subroutine kick(time, before, rule)

@@ -1,6 +1,7 @@
 !> Damping in proportion to mass and velocity.
 module scree_mass_damping
   use scree_element_term, only: add_force, step_rule_t, term_t
+  use scree_integrator, only: velocity_at_balance
   use scree_kinds, only: dp
   use scree_system, only: element_unknowns
   implicit none
@@ -16,8 +17,7 @@ module scree_mass_damping
 
 contains
 
-  !> Adds -alpha M v with v = (1 - 2 lag) v1 + 2 lag d/dt, the velocity at the time of the balance, linear in the
-  !> unknowns: d/dt for beta 1, the velocity at the end for beta 1/2, whose lag is beta - 1/2 (doc/theory.md, section 3).
+  !> Adds -alpha M v, with the velocity at the time of the balance.
   pure subroutine add_mass_damping(self, M, velocity, acceleration, unknown, rule, term)
     type(mass_damping_t), intent(in) :: self
     real(dp), intent(in) :: M(n, n)                      !! consistent, mass/length
@@ -25,13 +25,9 @@ contains
     real(dp), intent(in) :: unknown(n)                   !! of the step so far
     type(step_rule_t), intent(in) :: rule
     type(term_t), intent(inout) :: term
-    real(dp) :: at_end, c, carried(n)
+    real(dp) :: c, carried(n)
 
-    associate (beta => rule%velocity_weight, gamma => rule%displacement_weight, dt => rule%dt)
-      at_end = 1 - 2*rule%lag
-      c = (at_end*beta/gamma + 1 - at_end)/dt
-      carried = at_end*((1 - beta/gamma)*velocity + (1 - beta - rule%carried_weight*beta/gamma)*dt*acceleration)
-    end associate
+    call velocity_at_balance(rule, velocity, acceleration, c, carried)
     term%matrix = term%matrix + self%rate*c*M
     call add_force(term, -self%rate*matmul(M, carried))
     call add_force(term, -self%rate*c*matmul(M, unknown))

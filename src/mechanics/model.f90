@@ -2,6 +2,7 @@
 !>
 !> Dropping the cache after any step changes no bit of the run.
 module scree_model
+  use scree_absorbing_edge, only: absorbing_edge_t
   use scree_base_acceleration, only: base_acceleration_t
   use scree_bolt, only: bolt_t
   use scree_contacts, only: contact_law_t, contact_search_t
@@ -39,6 +40,7 @@ module scree_model
     type(point_load_t), allocatable :: point_load
     type(fixed_point_t), allocatable :: fixed_point
     type(edge_load_t), allocatable :: edge_load
+    type(absorbing_edge_t), allocatable :: absorbing_edge
     type(bolt_t), allocatable :: bolt
     type(contact_law_t), allocatable :: contact
     real(dp), allocatable :: sleep                 !! share of weight and speed below which islands at rest fall asleep

@@ -105,7 +105,7 @@ module scree_scene
   end type joint_material_t
 
   !> Values given at times, linear between them (Shi: k5, u0): displacement of a fixed point, force of a load point,
-  !> acceleration of the ground.
+  !> acceleration of the ground, velocity of a wave.
   type :: time_table_t
     real(dp), allocatable :: time(:)        !! (n) ascending, time
     real(dp), allocatable :: value(:, :)    !! (2, n)
@@ -183,6 +183,11 @@ module scree_scene
     real(dp) :: boundary_ramp = 0.0_dp      !! in which they and the pressure of water grow, time
     real(dp), allocatable :: water_table(:) !! x y of its points, length
     real(dp) :: water_weight = 0.0_dp       !! of a unit of volume, force/length^3
+    real(dp), allocatable :: absorbing_lines(:) !! x1 y1 x2 y2 of each line, length
+    real(dp), allocatable :: absorbing_base(:)  !! likewise, where the wave comes in
+    real(dp), allocatable :: wave_table(:)  !! t vx vy of it, at one time after the other
+    character(len=:), allocatable :: wave_file !! file of such lines
+    real(dp) :: wave_scale = 1.0_dp         !! factor of vx and vy
     real(dp), allocatable :: ground_table(:) !! t ax ay of the ground, at one time after the other
     character(len=:), allocatable :: ground_file !! file of such lines, or a PEER record of ax
     character(len=:), allocatable :: ground_vertical !! PEER record of ay
@@ -253,6 +258,7 @@ module scree_scene
     type(time_table_t), allocatable :: fixed_table(:) !! a fixed point each; without times: fixed for ever
     type(time_table_t), allocatable :: load_table(:)  !! a load point each; without times: no load
     type(time_table_t) :: ground            !! its acceleration, scaled; without times: none, length/time^2
+    type(time_table_t) :: wave              !! velocity of the wave that comes in, likewise, length/time
   end type scene_t
 
 end module scree_scene

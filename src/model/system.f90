@@ -9,7 +9,8 @@ module scree_system
 
   integer, parameter, public :: element_unknowns = 6 !! of a DDA block, and of three constant covers
 
-  integer, parameter, public :: fixed_point = 1, load_point = 2, measured_point = 3, bolt_end = 4, edge_end = 5, roller_end = 6
+  integer, parameter, public :: fixed_point = 1, load_point = 2, measured_point = 3, bolt_end = 4, edge_end = 5, &
+                                roller_end = 6, absorber_end = 7
 
   !> What deforms as one linear field: a DDA block, or a manifold element.
   type :: elements_t
@@ -30,10 +31,9 @@ module scree_system
     real(dp), allocatable :: weight(:, :) !! (3, n)
   end type extension_t
 
-  !> Fixed, load and measured points, ends of bolts, and of pieces of edges that are loaded or
-  !> held.
+  !> Fixed, load and measured points, ends of bolts, and of pieces of edges that are loaded, held or absorb waves.
   type :: points_t
-    integer, allocatable :: kind(:)       !! (n) `fixed_point`, `load_point`, `measured_point`, `bolt_end`, `edge_end`, `roller_end`
+    integer, allocatable :: kind(:)       !! (n) one of `fixed_point`, ..., `absorber_end`
     integer, allocatable :: element(:)    !! (n) element that carries it
     integer, allocatable :: free(:)       !! those of elements that can move
   end type points_t

@@ -69,8 +69,9 @@ contains
     if (abs(held_weight(model%settings)) > 0 .or. holds_power(model%settings)) &
       call a_step('energy/held', [integer ::], energy_unit, 'energy that the integrator holds between steps', &
                   records%held)
-    if (allocated(model%effects%mass_damping)) &
-      call a_step('energy/damping', [integer ::], energy_unit, 'energy that mass damping took since the start', records%damping)
+    if (allocated(model%effects%mass_damping) .or. allocated(model%effects%absorbing_edge)) &
+      call a_step('energy/damping', [integer ::], energy_unit, &
+                  'energy that mass damping and absorbing edges took since the start', records%damping)
     call a_step('energy/dissipated', [integer ::], energy_unit, &
                 'energy at the start and work since, less the energy now', records%dissipated)
     call a_step('deformation_iterations', [integer ::], '1', 'iterations of the step', records%iterations, .true.)

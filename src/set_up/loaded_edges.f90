@@ -1,18 +1,20 @@
-!> The pieces of edges that lines of the deck load or hold.
+!> The pieces of edges that lines of the deck load or hold, or that absorb waves.
 module scree_loaded_edges
+  use scree_absorbing_edge, only: absorbing_edge_t
   use scree_edge_load, only: edge_load_t
   use scree_edges_on_lines, only: add_point, piece_t, pieces_on_line, pieces_under_water
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_grouping, only: sort_into
   use scree_kinds, only: dp
-  use scree_scene, only: scene_t
+  use scree_material, only: elasticity
+  use scree_scene, only: scene_t, time_table_t
   use scree_setting_table, only: given_at
   use scree_state, only: state_t
-  use scree_system, only: edge_end, roller_end, system_t
+  use scree_system, only: absorber_end, edge_end, roller_end, system_t
   use scree_text, only: number_text
   implicit none
   private
-  public :: hold_edges, load_edges
+  public :: absorb_on_edges, hold_edges, load_edges
 
 contains
 
@@ -75,6 +77,69 @@ contains
       end associate
     end do
   end subroutine load_edges
+
+  !> Finds the pieces on the lines of &absorbing; their ends become points of the system. Not allocated where there are none.
+  !>
+  !> Errors: a line on which no edge lies.
+  subroutine absorb_on_edges(scene, system, state, absorbing, error)
+    type(scene_t), intent(in) :: scene
+    type(system_t), intent(inout) :: system
+    type(state_t), intent(inout) :: state
+    type(absorbing_edge_t), allocatable, intent(out) :: absorbing
+    type(error_t), allocatable, intent(out) :: error
+    type(piece_t), allocatable :: piece(:)
+    logical, allocatable :: lets_in(:)
+    integer, allocatable :: order(:)
+    real(dp) :: D(3, 3)
+    integer :: i, k
+
+    associate (s => scene%settings)
+      if (.not. allocated(s%absorbing_lines) .and. .not. allocated(s%absorbing_base)) return
+      allocate (piece(0), lets_in(0))
+      call find_pieces('absorbing.lines', s%absorbing_lines, .false.)
+      call find_pieces('absorbing.base', s%absorbing_base, .true.)
+      if (allocated(error)) return
+      allocate (absorbing)
+      absorbing%wave = time_table_t([0.0_dp], reshape([0.0_dp, 0.0_dp], [2, 1]), .false.)
+      if (allocated(scene%wave%time)) absorbing%wave = scene%wave
+      call sort_into(piece%element, system%n_elements, absorbing%first, order)
+      absorbing%lets_in = lets_in(order)
+      allocate (absorbing%point(2, size(order)), absorbing%impedance(2, size(order)))
+      do i = 1, size(order)
+        associate (own => piece(order(i)), rock => scene%block_material(system%elements%material(piece(order(i))%element)))
+          do k = 1, 2
+            call add_point(absorber_end, own%element, own%ends(:, k), system, state)
+            absorbing%point(k, i) = size(system%points%kind)
+          end do
+          D = elasticity(rock, s%plane)
+          absorbing%impedance(:, i) = sqrt(rock%density)*sqrt([D(1, 1), D(3, 3)])
+        end associate
+      end do
+    end associate
+
+  contains
+
+    !> Adds the pieces on some lines.
+    subroutine find_pieces(name, lines, comes_in)
+      character(len=*), intent(in) :: name
+      real(dp), allocatable, intent(in) :: lines(:)
+      logical, intent(in) :: comes_in
+      type(piece_t), allocatable :: more(:)
+      integer :: line
+
+      if (.not. allocated(lines) .or. allocated(error)) return
+      do line = 1, size(lines)/4
+        more = pieces_on_line(system, state, reshape(lines(4*line - 3:4*line), [2, 2]), scene%extent)
+        if (size(more) == 0) then
+          call no_edge(scene, name, line, error)
+          return
+        end if
+        piece = [piece, more]
+        lets_in = [lets_in, spread(comes_in, 1, size(more))]
+      end do
+    end subroutine find_pieces
+
+  end subroutine absorb_on_edges
 
   !> Finds the pieces that the lines of &support hold; their ends become points of the system. As displacements are linear along an
   !> edge, what is held at its ends is held all along it.

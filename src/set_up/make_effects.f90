@@ -16,7 +16,7 @@ module scree_make_effects
                          settings_t, strain_auto, strain_green, strain_small, time_table_t
   use scree_setting_table, only: index_of
   use scree_state, only: state_t
-  use scree_system, only: edge_end, fixed_point, load_point, measured_point, roller_end, system_t
+  use scree_system, only: absorber_end, edge_end, fixed_point, load_point, measured_point, roller_end, system_t
   use scree_text, only: number_text, real_text
   implicit none
   private
@@ -62,6 +62,9 @@ contains
     if (allocated(scene%settings%water_table)) &
       call name('water', 'table in &water; with boundary loads '//number_text(count(system%points%kind == edge_end)/2)// &
                 ' pieces of edges')
+    if (any(system%points%kind == absorber_end)) &
+      call name('absorbing edges', 'lines in &absorbing, '//number_text(count(system%points%kind == absorber_end)/2)// &
+                ' pieces of edges; '//merge('a wave comes in ', 'no wave comes in', allocated(scene%wave%time)))
     call bolt_blocks()
     call let_touch()
     call let_sleep()

@@ -1,5 +1,6 @@
 !> From a scene and its blocks to the model and its state at time 0.
 module scree_set_up
+  use scree_absorbing_edge, only: absorbing_edge_t
   use scree_body_overlap, only: find_overlaps
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
   use scree_block_input, only: block_area, block_moments, block_size, block_source, blocks_t
@@ -14,7 +15,7 @@ module scree_set_up
   use scree_kinds, only: dp
   use scree_make_effects, only: make_effects
   use scree_outlines, only: make_outlines
-  use scree_loaded_edges, only: hold_edges, load_edges
+  use scree_loaded_edges, only: absorb_on_edges, hold_edges, load_edges
   use scree_mathematical_mesh, only: regular_mesh, shortest_edge
   use scree_mesh, only: mesh_t
   use scree_model, only: model_t
@@ -48,6 +49,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(cover_quality_t) :: quality
     type(edge_load_t), allocatable :: load
+    type(absorbing_edge_t), allocatable :: absorbing
     real(dp), allocatable :: direction(:, :) ! (2, n_points)
     logical, allocatable :: fixed(:) ! (n_blocks)
 
@@ -59,9 +61,12 @@ contains
     if (allocated(error)) return
     call hold_edges(scene, model%system_t, state, direction, error)
     if (allocated(error)) return
+    call absorb_on_edges(scene, model%system_t, state, absorbing, error)
+    if (allocated(error)) return
     model%start_point = state%point
     call make_effects(scene, blocks, model%system_t, state, quality, direction, model%effects, list)
     call move_alloc(load, model%effects%edge_load)
+    call move_alloc(absorbing, model%effects%absorbing_edge)
     if (allocated(model%effects%bolt)) state%bolts = begin_bolts(model%effects%bolt, state%point, blocks%bolt%pretension)
     call leave_out_fixed(model, state)
     if (.not. allocated(model%effects%gravity) .and. model%settings%sleep > 0 &

@@ -6,6 +6,7 @@
 !> one of its bodies, or in which a load, the ground or a support of one is another than when it fell asleep. So what is asleep
 !> touches nothing that moves.
 module scree_sleep
+  use scree_absorbing_edge, only: size_of_wave
   use scree_contacts, only: contact_search_t, contact_t
   use scree_energy, only: books_of_fixed, close_books
   use scree_equations, only: forget_groups
@@ -13,6 +14,7 @@ module scree_sleep
   use scree_inertia, only: kinetic_energy
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
+  use scree_scene, only: time_table_t
   use scree_sets, only: root_of, unite
   use scree_state, only: state_t
   use scree_system, only: values_of
@@ -277,11 +279,11 @@ contains
     integer, allocatable :: block(:)
     logical :: is_disturbed(model%n_blocks)
     real(dp) :: change
-    integer :: b, i, k
+    integer :: b, i
 
     allocate (block(0))
     if (.not. any(state%sleep%island > 0)) return
-    is_disturbed = grows(model, state, state%time + dt)
+    is_disturbed = grows(model, state, state%time + dt) .or. is_shaken(model, dt, state)
     associate (effects => model%effects, of_element => model%elements%block, of_point => model%points%element, &
                sleep => state%sleep, share => model%effects%sleep, to => state%time + dt)
       if (allocated(effects%point_load)) then
@@ -291,17 +293,6 @@ contains
           change = norm2(mean_over(effects%point_load%table(i), state%time, to) &
                          - value_at(effects%point_load%table(i), sleep%since(b)))
           is_disturbed(b) = is_disturbed(b) .or. change > share*sum(effects%gravity%weight, of_element == b)
-        end do
-      end if
-      if (allocated(effects%base_acceleration)) then
-        do k = 1, size(model%elements%free)
-          associate (e => model%elements%free(k))
-            b = of_element(e)
-            if (sleep%island(b) == 0) cycle
-            change = model%elements%mass(e)*norm2(mean_over(effects%base_acceleration%record, state%time, to) &
-                                                  - value_at(effects%base_acceleration%record, sleep%since(b)))
-            is_disturbed(b) = is_disturbed(b) .or. change > share*effects%gravity%weight(e)
-          end associate
         end do
       end if
       if (allocated(effects%fixed_point)) then
@@ -315,6 +306,44 @@ contains
     end associate
     block = pack([(b, b=1, model%n_blocks)], is_disturbed)
   end function disturbed
+
+  !> Blocks that sleep and that the ground, or a wave, moves in the next step by more than the share of their weight.
+  pure function is_shaken(model, dt, state)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: dt          !! time
+    type(state_t), intent(in) :: state
+    logical :: is_shaken(model%n_blocks)
+    real(dp) :: change
+    integer :: b, k
+
+    is_shaken = .false.
+    if (.not. allocated(model%effects%base_acceleration) .and. .not. allocated(model%effects%absorbing_edge)) return
+    do k = 1, size(model%elements%free)
+      associate (e => model%elements%free(k), effects => model%effects)
+        b = model%elements%block(e)
+        if (state%sleep%island(b) == 0) cycle
+        change = 0.0_dp
+        if (allocated(effects%base_acceleration)) &
+          change = model%elements%mass(e)*norm2(change_of(effects%base_acceleration%record, state%sleep%since(b)))
+        if (allocated(effects%absorbing_edge)) &
+          change = change + size_of_wave(effects%absorbing_edge, e, state%point, &
+                                         change_of(effects%absorbing_edge%wave, state%sleep%since(b)))
+        is_shaken(b) = is_shaken(b) .or. change > model%settings%sleep*effects%gravity%weight(e)
+      end associate
+    end do
+
+  contains
+
+    !> Mean of a record in the step less its value at a time.
+    pure function change_of(record, since) result(change)
+      type(time_table_t), intent(in) :: record
+      real(dp), intent(in) :: since     !! time
+      real(dp) :: change(2)
+
+      change = mean_over(record, state%time, state%time + dt) - value_at(record, since)
+    end function change_of
+
+  end function is_shaken
 
   !> Blocks that sleep and whose weight or loads on edges have grown on their ramps since they fell asleep.
   pure function grows(model, state, time)

@@ -141,7 +141,7 @@ contains
     do e = 1, model%n_elements
       call add_element_effects(model, cache%element(e), at_rest, e, 0*state%velocity(model%elements%unknown(:, e)), &
                                rule, forces(e))
-      call add_drag(model, cache%element(e), state%velocity(model%elements%unknown(:, e)), forces(e))
+      call add_drag(model, cache%element(e), state, e, state%velocity(model%elements%unknown(:, e)), forces(e))
       penalty = max(penalty, stiffer*cache%element(e)%mass/cache%element(e)%elasticity(1, 1)) ! rho l^2 / E, time^2
     end do
     call add_forces_of_bolts(model, cache, at_rest, rule, forces)

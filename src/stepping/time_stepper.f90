@@ -334,7 +334,7 @@ contains
     real(dp), allocatable :: before(:, :)   ! places of points, where there are bolts
 
     state%books%work = state%books%work + work
-    state%books%damping = state%books%damping + loss_of_step(model, cache, try%rule, try%d)
+    state%books%damping = state%books%damping + loss_of_step(model, cache, state, try%rule, try%d)
     if (allocated(model%effects%contact)) then
       if (allocated(try%contacts%law%friction)) then
         call accept_contacts(model, try%d, try%contacts, state%contacts, state%books%contact_springs, friction)

@@ -46,6 +46,8 @@ SCENES = {
         [SOURCE / "input/validation/m10-bolted-block/bolt0.ana"],
         ["support.normal=-17.320508 10 -21.320508 3.07179677", "boundary.lines=1.73205081 -1 2.73205081 0.73205081",
          "boundary.pressure=3 1", "boundary.ramp=5", "gravity.ramp=4", "water.table=0 1 3 0", "water.unit_weight=2", "output.every=2"]),
+    "waves that come in and go out": lambda folder: ([SOURCE / "input/validation/w1-wave/s-free.ana"],
+                                                     ["method.strain=auto", "cover.edge=1", "step.count=60", "output.every=5"]),
     "impacts": lambda folder: ([SOURCE / "input/paper/arc/arc.ana"], ["contact.restitution=0.5", "step.size=2e-3"]),
 }
 

@@ -83,6 +83,12 @@ def test_confined_rock():
     assert references.confined_settlement(10.0, 50.0, 20.0, young, nu) == pytest.approx(-((yy - nu * (xx + zz)) / young).sum() / 100, rel=1e-9)
 
 
+def test_waves_are_as_fast_as_hooke_and_newton_have_it():
+    """Stress over strain of a bar that cannot get thicker, and of shear, over density; (cp/cs)^2 = 2 (1 - nu)/(1 - 2 nu)."""
+    speed = references.wave_speeds(2500.0, 1e10, 0.25)
+    assert speed["s"] ** 2 * 2500 == pytest.approx(4e9) and (speed["p"] / speed["s"]) ** 2 == pytest.approx(3.0)
+
+
 def test_dams():
     """With the width that it needs the resultant passes through the toe: thrust h/3 = weight b/2."""
     b = references.dam_width(12.0, 24.0, 10.0)
@@ -179,7 +185,7 @@ def test_overlap_is_the_depth_of_a_corner():
 
 
 BLOCKS = {"m1-column/column.blk": 11, "m6-roof-wedge/wedge.blk": 5, "m7-cradle/row.geo": 5, "p1-confined-column/stack.geo": 10,
-          "p1-confined-column/column.geo": 1, "p2-k0/k0.geo": 1}  # of those that have other than two
+          "p1-confined-column/column.geo": 1, "p2-k0/k0.geo": 1, "w1-wave/column.geo": 1}  # of those that have other than two
 
 
 @pytest.mark.parametrize("path", sorted(p.relative_to(SOURCE) for pattern in ("validation/*/*", "paper/arc/*", "paper/rockfall/*")

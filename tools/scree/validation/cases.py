@@ -358,3 +358,26 @@ def p3(run):
         width = factor * references.dam_width(12.0, 24.0, 10.0)
         r = run(DECKS / "p3-dam" / "turning.ana", (f"{name}.blk", block_files.dam(width, 12.0)), name=name)
         yield Row(f"width {factor:g} of what it needs", expected, verdict(r))
+
+
+def wave_of(path):
+    """Times and magnitude of the velocity of a record t vx vy."""
+    rows = np.loadtxt(path, comments="!")
+    return rows[:, 0], np.abs(rows[:, 1:]).max(axis=1)
+
+
+@case
+def w1(run):
+    """Waves come in at the foot of a column, and leave at its absorbing ends."""
+    for kind, name, i in (("p", "pressure", 1), ("s", "shear", 0)):
+        speed = references.wave_speeds(2500.0, 1e10, 0.25)[kind]
+        passing = 20 / speed
+        time, velocity = wave_of(DECKS / "w1-wave" / f"{kind}-wave.txt")
+        energy = 2500 * speed * np.trapz(velocity**2, time)
+        for top in ("absorbing", "free"):
+            r = run(DECKS / "w1-wave" / f"{kind}-{top}.ana")
+            stored = r.history.energy.kinetic + r.history.energy.strain
+            yield Row(f"energy that came in, {name}, {top} top", energy, at(r, 0.75 * passing, stored), 5e-3)
+            if top == "free":
+                yield Row(f"velocity of the top, {name}", 2 * velocity.max(), r.measured_points.velocity[:, 0, i].max(), 0.02)
+            yield Row(f"energy that comes back, {name}, {top} top", 0.0, stored[-1], 1e-4, energy)

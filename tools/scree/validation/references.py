@@ -420,3 +420,8 @@ def dam_friction(width, height, weight, water):
 def dam_width(height, weight, water):
     """Width with which it just does not turn about its toe: weight b h b/2 = water h^3/6."""
     return height * math.sqrt(water / (3 * weight))
+
+
+def wave_speeds(density, young, nu):
+    """Of waves of pressure and shear in plane strain."""
+    return {"p": math.sqrt(young * (1 - nu) / ((1 + nu) * (1 - 2 * nu)) / density), "s": math.sqrt(young / (2 * (1 + nu)) / density)}

@@ -1,6 +1,6 @@
-!> A record of the acceleration of the ground: t ax ay at ascending times, from a file or from the deck itself; or a component a
-!> file, as the PEER strong motion databases have them.
-module scree_acceleration_record
+!> A record of a motion, t x y at ascending times, from a file or from the deck itself: acceleration of the ground, or velocity of
+!> a wave; or a component of the acceleration a file, as the PEER strong motion databases have them.
+module scree_motion_record
   use scree_deck_text, only: deck_t, expect, find_words, in_quotes, next_index, next_real, next_reals, numbers_left, read_deck, &
                              read_text
   use scree_errors, only: error_t, fail, status_bad_input
@@ -15,11 +15,12 @@ module scree_acceleration_record
 
 contains
 
-  !> Reads a file whose lines are t ax ay.
+  !> Reads a file whose lines are a time and two components.
   !>
   !> Errors: a line of other than three numbers, times that do not increase, fewer than two lines.
-  subroutine read_record_file(name, record, error)
+  subroutine read_record_file(name, numbers, record, error)
     character(len=*), intent(in) :: name
+    character(len=*), intent(in) :: numbers !! of a line, as 't ax ay'
     type(time_table_t), intent(out) :: record
     type(error_t), allocatable, intent(out) :: error
     type(deck_t) :: deck
@@ -28,15 +29,15 @@ contains
 
     call read_deck(name, deck, error)
     if (allocated(error)) return
-    call refuse_groups(deck, 'lines t ax ay', error)
+    call refuse_groups(deck, 'lines '//numbers, error)
     if (allocated(error)) return
     allocate (row(3, (numbers_left(deck) + 2)/3))
     n = 0
     do while (numbers_left(deck) > 0)
       n = n + 1
-      call check_line(deck, error)
+      call check_line(deck, numbers, error)
       if (allocated(error)) return
-      call next_reals(deck, 't ax ay', row(:, n), error)
+      call next_reals(deck, numbers, row(:, n), error)
       if (allocated(error)) return
       if (n == 1) cycle
       if (row(1, n) <= row(1, n - 1)) then
@@ -45,8 +46,8 @@ contains
       end if
     end do
     if (n < 2) then
-      call fail(error, status_bad_input, name//':'//number_text(deck%n_lines)//': expected two lines t ax ay or more, found '// &
-                number_text(n))
+      call fail(error, status_bad_input, name//':'//number_text(deck%n_lines)//': expected two lines '//numbers// &
+                ' or more, found '//number_text(n))
       return
     end if
     record%time = row(1, :)
@@ -170,8 +171,9 @@ contains
   end subroutine refuse_groups
 
   !> Error where the next line with words has other than three.
-  subroutine check_line(deck, error)
+  subroutine check_line(deck, numbers, error)
     type(deck_t), intent(inout) :: deck
+    character(len=*), intent(in) :: numbers
     type(error_t), allocatable, intent(out) :: error
     integer :: last
 
@@ -183,13 +185,15 @@ contains
     if (last - deck%at == 3) return
     last = last - deck%at
     deck%at = deck%at + 1
-    call expect(deck, 'three numbers t ax ay', number_text(last), error)
+    call expect(deck, 'three numbers '//numbers, number_text(last), error)
   end subroutine check_line
 
-  !> Takes the numbers of acceleration.table. Errors as of `read_record_file`.
-  subroutine take_record(number, from, record, error)
+  !> Takes the numbers of a setting. Errors as of `read_record_file`.
+  subroutine take_record(number, name, numbers, from, record, error)
     real(dp), intent(in) :: number(:)
-    character(len=*), intent(in) :: from !! where they are given
+    character(len=*), intent(in) :: name    !! of the setting
+    character(len=*), intent(in) :: numbers !! of a time, as 't ax ay'
+    character(len=*), intent(in) :: from    !! where they are given
     type(time_table_t), intent(out) :: record
     type(error_t), allocatable, intent(out) :: error
     real(dp) :: row(3, size(number)/3)
@@ -197,14 +201,14 @@ contains
 
     n = size(number)
     if (modulo(n, 3) /= 0 .or. n < 6) then
-      call fail(error, status_bad_input, from//': expected t ax ay of acceleration.table at two times or more, found '// &
+      call fail(error, status_bad_input, from//': expected '//numbers//' of '//name//' at two times or more, found '// &
                 number_text(n)//' numbers')
       return
     end if
     row = reshape(number, shape(row))
     do i = 2, n/3
       if (row(1, i) > row(1, i - 1)) cycle
-      call fail(error, status_bad_input, from//': expected times of acceleration.table that increase, found '// &
+      call fail(error, status_bad_input, from//': expected times of '//name//' that increase, found '// &
                 real_text(row(1, i))//' after '//real_text(row(1, i - 1)))
       return
     end do
@@ -212,4 +216,4 @@ contains
     record%value = row(2:, :)
   end subroutine take_record
 
-end module scree_acceleration_record
+end module scree_motion_record

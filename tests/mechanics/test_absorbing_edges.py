@@ -1,0 +1,154 @@
+"""Edges that absorb waves and let one in: columns against d'Alembert, in every form of the step, of all sizes."""
+import math
+
+import numpy as np
+import pytest
+
+import scree
+from scree import block_files, call
+
+RHO, E, NU = 2.0, 2e4, 0.25
+SPEED = {"P": math.sqrt(E * (1 - NU) / ((1 + NU) * (1 - 2 * NU)) / RHO), "S": math.sqrt(E / (2 * (1 + NU)) / RHO)}  # in plane strain
+TRAPEZOIDAL = "scheme='newmark', beta=0.5, start='zero'"
+LENGTH, WIDTH = 10.0, 0.5
+
+
+def pulse(passing):
+    """Times, in which the wave is half the column long, and its velocity."""
+    time = np.linspace(0, 0.5 * passing, 101)
+    return time, 1e-4 * np.sin(2 * np.pi * time / passing) ** 2
+
+
+def column(folder, kind, h=0.5, dt=0.01, end=2.2, size=1.0, top=True, integrator=TRAPEZOIDAL, method="strain='small'", blocks=0, file=False):
+    """A column 10 x 0.5 that moves along the wave alone; in steps of `dt`, to `end`, in times that a wave takes through it.
+
+    Returns the results, that time, and the energy of the wave."""
+    length, width = LENGTH * size, WIDTH * size
+    passing = length / SPEED[kind]
+    time, velocity = pulse(passing)
+    zero = 0 * time
+    rows = np.column_stack([time, *((zero, velocity) if kind == "P" else (velocity, zero))])
+    text = "\n".join(" ".join(map(repr, map(float, row))) for row in rows)
+    (folder / "wave.txt").write_text(text)
+    wave = "file='wave.txt'" if file else f"table={text}"
+    parts = [block_files.box(0, width, i * length / blocks, (i + 1) * length / blocks) for i in range(blocks)]
+    cover = "" if blocks else f"/ &cover edge={h * size}, angle=10"
+    (folder / "w.blk").write_text(block_files.block_file("column", [(1, c) for c in parts or [block_files.box(0, width, 0, length)]],
+                                                         measured=[(width / 2, (1 - 1e-6) * length, max(1, blocks))]))
+    across = "x" if kind == "P" else "y"
+    (folder / "w.ana").write_text(
+        f"1\n{round(end / dt)}\n1 1\n0.05\n{dt * passing!r}\n{RHO} 0 {E} {NU} 0 0 0 0 0 0 0 0 0\n20 0 0\n&deck geometry='w.blk', dialect='short' /\n"
+        f"&method model='{'dda' if blocks else 'nmm'}', plane='strain', {method} {cover} / &integrator {integrator} / &output every=100 /\n"
+        f"&support {across}=0 0 0 {length}  {width} 0 {width} {length} /\n"
+        f"&absorbing base=0 0 {width} 0, {f'lines=0 {length} {width} {length}, ' if top else ''} {wave} /\n")
+    energy = RHO * SPEED[kind] * width * (velocity**2).sum() * (time[1] - time[0])
+    return scree.run(folder / "w.ana"), passing, energy
+
+
+def left(r, time):
+    """Energy in the column at a time."""
+    energy = r.history.energy
+    return np.interp(time, r.history.time, energy.kinetic + energy.strain)
+
+
+@pytest.mark.parametrize("kind", SPEED)
+def test_a_plane_wave_goes_through_and_does_not_come_back(kind, tmp_path):
+    """All of it is in the column at 3/4 of a passing; after 1.7 there is a hundred-thousandth, with half of h and dt a sixteenth of that."""
+    rest = []
+    for h, dt in ((0.5, 0.01), (0.25, 0.005)):
+        r, passing, energy = column(tmp_path, kind, h, dt)
+        assert left(r, 0.75 * passing) == pytest.approx(energy, rel=0.01 * h)
+        rest.append(left(r, 1.7 * passing) / energy)
+        books = r.history.energy
+        assert np.abs(books.dissipated - books.damping).max() < 2e-2 * (dt / 0.01) ** 2 * energy
+        assert books.damping[-1] == pytest.approx(2 * energy, rel=2e-3)  # half at the base, which the wave works against, half at the top
+    assert rest[0] < 3e-5 and rest[0] / rest[1] > 12
+
+
+@pytest.mark.parametrize("kind", SPEED)
+def test_a_free_top_moves_twice_as_fast_and_all_leaves_by_the_base(kind, tmp_path):
+    """v = 2 u'(t - L/c) at the top; the way that it makes is that of the wave twice."""
+    r, passing, energy = column(tmp_path, kind, 0.25, 0.005, end=3.0, top=False)
+    time, velocity = pulse(passing)
+    i = {"P": 1, "S": 0}[kind]
+    exact = 2 * np.interp(r.history.time - passing, time, velocity, left=0, right=0)
+    assert r.measured_points.velocity[:, 0, i] == pytest.approx(exact, abs=0.03 * exact.max())
+    assert r.measured_points.displacement[-1, 0, i] == pytest.approx(velocity.sum() * 2 * (time[1] - time[0]), rel=2e-3)
+    assert left(r, 2.8 * passing) < 1e-5 * energy
+
+
+SCHEMES = {"decaying": ("scheme='energy_decaying'", "strain='auto'"), "green": ("scheme='energy_momentum', beta=0.5", "strain='green'"),
+           "Shi's": ("scheme='newmark', beta=1", "strain='small'"), "alpha": ("scheme='generalized_alpha'", "strain='small'"),
+           "explicit": ("scheme='central_difference'", "strain='small'")}
+
+
+@pytest.mark.parametrize("kind, name", [("P", name) for name in SCHEMES] + [("S", "decaying"), ("S", "green")])
+def test_every_form_of_the_step_absorbs(kind, name, tmp_path):
+    """Less than a thousandth is left, and no step gives energy back that edges took."""
+    integrator, method = SCHEMES[name]
+    r, passing, energy = column(tmp_path, kind, 1.0 if name == "explicit" else 0.5, 0.01, integrator=integrator, method=method)
+    assert left(r, 0.75 * passing) > {"Shi's": 0.75, "decaying": 0.85}.get(name, 0.95) * energy  # these dissipate in steps as long
+    assert left(r, 1.9 * passing) < 1e-3 * energy
+    assert (np.diff(r.history.energy.damping) >= 0).all()
+
+
+@pytest.mark.parametrize("size", (1e-3, 1e3))
+def test_size_does_not_matter(size, tmp_path):
+    shares = []
+    for this in (1.0, size):
+        r, passing, energy = column(tmp_path, "P", size=this)
+        shares.append([left(r, 0.75 * passing) / energy, 1e3 * left(r, 1.7 * passing) / energy])
+    assert shares[0] == pytest.approx(shares[1], rel=1e-4)
+
+
+def test_a_stack_of_blocks_absorbs_too(tmp_path):
+    """Of 20 blocks of the DDA on each other, a wave of pressure; contacts make it softer than its ends, by 9 %: less than 1 % comes back."""
+    r, passing, energy = column(tmp_path, "P", blocks=20, dt=0.005, end=2.4)
+    assert left(r, 0.75 * passing) > 0.85 * energy  # springs of contact balance at the end of a step
+    assert left(r, 2.2 * passing) < 0.01 * energy
+
+
+def test_a_file_is_as_a_table(tmp_path):
+    found = [column(tmp_path, "S", end=0.5, file=file)[0].measured_points.displacement[-1, 0] for file in (False, True)]
+    assert (found[0] == found[1]).all()
+
+
+def test_a_block_that_begins_to_move_is_held_back(tmp_path):
+    """Of a start with the acceleration: -rho cp v W over the mass rho W H, from the first step on."""
+    (tmp_path / "b.blk").write_text(block_files.block_file("block", [(1, block_files.box(0, 2, 0, 4))]))
+    (tmp_path / "b.ana").write_text(f"1\n1\n1 1\n0.05\n1e-7\n{RHO} 0 {E} 0 0 0 0 0 0 0 0 3 0\n20 0 0\n&deck geometry='b.blk' /\n"
+                                    "&method strain='small' / &integrator scheme='newmark', beta=0.5, start='acceleration' /\n"
+                                    "&absorbing lines=0 0 2 0 /\n")
+    r = scree.run(tmp_path / "b.ana")
+    slower = math.sqrt(E / RHO) / 4 * 3 * 1e-7
+    assert 3 - r.bodies.velocity[-1, 0, 1] == pytest.approx(slower, rel=1e-3)
+
+
+def test_a_wave_wakes_what_sleeps(tmp_path):
+    """A block of 2 x 1 m whose weight its base bears, asleep when the wave comes, goes up with it as one that is awake."""
+    (tmp_path / "s.blk").write_text(block_files.block_file("asleep", [(1, block_files.box(0, 2, 0, 1)), (1, block_files.box(9, 10, 0, 1))],
+                                                         block_files.held(block_files.box(9, 10, 0, 1), 2)))
+    moved = []
+    for sleep in ("", "&step sleep=1e-3 /"):
+        (tmp_path / "s.ana").write_text(
+            f"1\n1000\n1 1\n0.05\n1e-3\n{RHO} 20 {E} 0 0 -20 0 0 20 0 0 0 0\n20 0 0\n&deck geometry='s.blk', dialect='short' /\n"
+            f"&boundary lines=0 0 2 0, pressure=20 20 / &absorbing base=0 0 2 0, table=0.5 0 0 0.6 0 0.1 0.7 0 0 /\n{sleep}\n")
+        r = scree.run(tmp_path / "s.ana")
+        moved.append(r.displacement()[:, 1].max())
+        assert not sleep or r.history.asleep[400] > 0
+    assert moved[0] == pytest.approx(0.02, rel=0.1) and moved[1] == pytest.approx(moved[0], rel=1e-6)
+
+
+BAD = {"&absorbing lines=0 0 1 /": "four numbers", "&absorbing lines=0 0 0 0 /": "two ends of line 1",
+       "&absorbing lines=0 5 1 5 /": "found none on line 1", "&absorbing base=0 0 1 0 /": "no wave comes in",
+       "&absorbing lines=0 0 1 0, table=0 0 0 1 0 1 /": "somewhere", "&absorbing base=0 0 1 0, table=0 0 0 1 0 /": "t vx vy of absorbing.table",
+       "&absorbing base=0 0 1 0, table=0 0 0 0 0 1 /": "times of absorbing.table that increase"}
+
+
+@pytest.mark.parametrize("groups", BAD)
+def test_what_absorbs_nothing_is_refused(groups, tmp_path):
+    (tmp_path / "g.blk").write_text(block_files.block_file("absorbing", [(1, block_files.box(0, 1, 0, 1))]))
+    (tmp_path / "g.ana").write_text(f"1\n5\n1 1\n0.05\n0.1\n1 0 1 0 0 0 0 0 0 0 0 0 0\n30 0 0\n&deck geometry='g.blk' /\n{groups}\n")
+    done = call("check", tmp_path / "g.ana")
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "g.ana:9: expected" in done.stderr
+    assert BAD[groups] in done.stderr, done.stderr
