@@ -130,16 +130,16 @@ contains
     ending%path = options%results_path
     ending%status = status_of(options, run, error)
     if (index(ending%status, unsettled) == 1 .or. index(ending%status, moving) == 1) call warn(run%progress, ending%status)
-    ending%warnings = run%progress%warnings
+    ending%warning = run%progress%warning
     ending%cost = costs_of(run%cache%timers)
-    call end_output(run%output, run%cache, run%state, run%watch, ending%status, ending%cost, close_error)
+    if (allocated(run%summary)) call sum_up(run%model, run%cache, run%state, run%summary)
+    call end_output(run%output, run%cache, run%state, run%watch, ending, run%summary, close_error)
     if (.not. allocated(error)) call move_alloc(close_error, error)
     if (.not. allocated(run%summary)) then
       if (.not. allocated(error)) call tell(run%progress, 'results: '//options%results_path)
       return
     end if
     ending%status = status_of(options, run, error)
-    call sum_up(run%model, run%cache, run%state, run%summary)
     if (options%with_json) then
       write (output_unit, '(a)') json_of(run%summary, ending)
     else

@@ -16,6 +16,7 @@ module scree_results_file
                                 reserve_disk, rows_t, write_text, write_whole, write_words
   use scree_interruption, only: ignore_size_limit
   use scree_kinds, only: dp
+  use scree_text, only: same_length, text_t
   use scree_timers, only: cost_t
   use scree_xdmf, only: add_xdmf_frame, begin_xdmf, may_replace_xdmf, xdmf_path, xdmf_t
   implicit none
@@ -42,7 +43,7 @@ module scree_results_file
 
   integer, parameter :: vtk_polygon = 7
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
-  integer(hsize_t), parameter :: closing_bytes = 65536 !! of the table of costs, with its indices
+  integer(hsize_t), parameter :: closing_bytes = 131072 !! of what the run came to and cost, with its indices
   integer(hsize_t), parameter :: head_bytes = 8192     !! of a dataset that holds space
   character(len=*), parameter :: point_fields(2) = [character(len=12) :: 'displacement', 'velocity']
   character(len=*), parameter :: cell_fields(3) = [character(len=12) :: 'stress_xx', 'stress_yy', 'stress_xy']
@@ -192,6 +193,8 @@ contains
     call h5gcreate_f(results%file, '/scene', group, status)
     call h5gclose_f(group, status)
     call h5gcreate_f(results%file, '/cost', group, status) ! a name more at the end could not be listed on a full disk
+    call h5gclose_f(group, status)
+    call h5gcreate_f(results%file, '/ending', group, status)
     call h5gclose_f(group, status)
     call store_text(results, 'status', 'running', error, room=300)
   end subroutine open_results
@@ -597,13 +600,15 @@ contains
     if (allocated(error)) error%message = results%path//': '//error%message
   end subroutine store_rows
 
-  !> Writes what waits, the costs and the status, and closes. Always closes; the first failure is the error.
+  !> Writes what waits, what the run came to, the costs and the status, and closes. Always closes; the first failure is the error.
   !>
   !> The status has its room in the file, so a full disk cannot keep it out: it says of a run that was complete that it stopped
   !> there. A file that never came to the disk is taken away.
-  subroutine close_results(results, status_text, cost, work, error)
+  subroutine close_results(results, status_text, summary, warning, cost, work, error)
     type(results_t), intent(inout) :: results
     character(len=*), intent(in) :: status_text  !! complete, cut, interrupted, or stopped: reason
+    character(len=*), intent(in) :: summary      !! as a JSON object; empty: none
+    type(text_t), intent(in) :: warning(:)       !! that were given
     type(cost_t), intent(in) :: cost(:)
     type(work_row_t), intent(in) :: work(:)
     type(error_t), allocatable, intent(out) :: error
@@ -615,6 +620,8 @@ contains
     if (results%file < 0) return
     call release_space(results, bytes_of_waiting(results) + closing_bytes, error)
     if (.not. allocated(error)) call append_waiting(results, error)
+    if (.not. allocated(error) .and. len(summary) > 0) call write_words(results%file, '/ending/summary', [summary], error)
+    if (.not. allocated(error)) call write_words(results%file, '/ending/warnings', same_length(warning), error)
     if (.not. allocated(error)) call write_costs(results%file, cost, work, error)
     if (allocated(error) .and. any(status_text == [character(len=8) :: 'complete', 'cut'])) then
       call store_text(results, 'status', 'stopped: '//error%message, status_error)

@@ -15,11 +15,12 @@ module scree_run_output
   use scree_results_file, only: add_frame, close_results, layout_t, open_results, results_t, store_rows, store_text, &
                                 store_words, work_row_t
   use scree_run_records, only: declare_records, put_frame_records, put_step_records, records_t, velocity_of_vertices
+  use scree_run_summary, only: summary_t
   use scree_scene, only: effect_t, model_nmm, run_options_t, scene_t
   use scree_state, only: state_t
+  use scree_summary_words, only: ending_t, json_of
   use scree_system, only: bolt_end
   use scree_time_stepper, only: step_report_t
-  use scree_timers, only: cost_t
   use scree_watch, only: watch_t
   implicit none
   private
@@ -122,14 +123,15 @@ contains
   end subroutine put_frame
 
   !> Writes a checkpoint of the last frame, how the run ended and what it cost, and closes the file.
-  subroutine end_output(output, cache, state, watch, status, cost, error)
+  subroutine end_output(output, cache, state, watch, ending, summary, error)
     type(run_output_t), intent(inout) :: output
     type(cache_t), intent(in) :: cache           !! whose equations were solved
     type(state_t), intent(in) :: state           !! the last
     type(watch_t), intent(in) :: watch
-    character(len=*), intent(in) :: status
-    type(cost_t), intent(in) :: cost(:)          !! of the phases
+    type(ending_t), intent(in) :: ending
+    type(summary_t), allocatable, intent(in) :: summary !! of the steps, where there are some
     type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: text
     type(solver_work_t) :: work
     integer :: numbers(2)
 
@@ -137,7 +139,10 @@ contains
       call put_checkpoint(output%file, output%checkpoints, output%file%n_frames - 1, state, watch, error)
     numbers = size_of_equations(cache%equations)
     work = work_of_solutions(cache%equations)
-    call close_results(output%file, status, cost, [work_row_t('factors by CHOLMOD', work%symmetric_factors), &
+    text = ''
+    if (allocated(summary)) text = json_of(summary, ending)
+    call close_results(output%file, ending%status, text, ending%warning, ending%cost, &
+                       [work_row_t('factors by CHOLMOD', work%symmetric_factors), &
                        work_row_t('factors by UMFPACK', work%other_factors), &
                        work_row_t('iterations of GMRES', work%iterations), work_row_t('unknowns', numbers(1)), &
                        work_row_t('entries', numbers(2))], error)

@@ -18,7 +18,7 @@ module scree_summary_words
   type :: ending_t
     character(len=:), allocatable :: status      !! as in the results: complete, interrupted, or stopped: reason
     character(len=:), allocatable :: path        !! of the results
-    integer :: warnings = 0
+    type(text_t), allocatable :: warning(:)      !! that were given
     type(cost_t), allocatable :: cost(:)
   end type ending_t
 
@@ -39,7 +39,7 @@ contains
     call add('area: '//words_of_change(change_of_area(summary)))
     if (summary%touches) call add('overlap: '//words_of_overlap(summary))
     call add('time: '//words_of_time(ending%cost))
-    if (ending%warnings > 0) call add('warnings: '//number_text(ending%warnings))
+    if (size(ending%warning) > 0) call add('warnings: '//number_text(size(ending%warning)))
     call add('results: '//ending%path)
 
   contains
@@ -209,7 +209,7 @@ contains
     call put_books(json, summary)
     call put(json, 'change_of_area', change_of_area(summary))
     call put_overlap(json, summary)
-    call put(json, 'warnings', ending%warnings)
+    call put(json, 'warnings', size(ending%warning))
     call put_cost(json, ending%cost)
     call end_object(json)
     call move_alloc(json%text, text)

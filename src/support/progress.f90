@@ -3,6 +3,7 @@ module scree_progress
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use scree_kinds, only: dp, i8
+  use scree_text, only: text_t
   implicit none
   private
   public :: end_progress, progress_t, set_up_progress, show_step, stays_short, tell, warn
@@ -20,7 +21,7 @@ module scree_progress
     logical :: line_open = .false.
     integer(i8) :: begun = 0, shown = 0         !! clock
     real(dp) :: from = 0.0_dp                   !! time of the run when it began
-    integer :: warnings = 0                     !! so far
+    type(text_t), allocatable :: warning(:)     !! that were given
     integer :: short = 0                        !! steps in a row that are short
     integer(i8) :: short_since = 0              !! clock
     logical :: told_of_short = .false.
@@ -41,6 +42,7 @@ contains
     type(progress_t), intent(out) :: progress
 
     progress%quiet = quiet
+    allocate (progress%warning(0))
     progress%terminal = isatty(1_c_int) /= 0
     call system_clock(progress%begun)
     progress%shown = progress%begun
@@ -117,7 +119,7 @@ contains
     type(progress_t), intent(inout) :: progress
     character(len=*), intent(in) :: line
 
-    progress%warnings = progress%warnings + 1
+    progress%warning = [progress%warning, text_t(line)]
     call end_progress(progress)
     write (error_unit, '(a)') 'scree: warning: '//line
   end subroutine warn

@@ -4,7 +4,7 @@ module scree_text
   use scree_kinds, only: dp
   implicit none
   private
-  public :: in_lower_case, number_text, real_of, real_text, rounded_text, short_text, text_t, with_ending
+  public :: in_lower_case, number_text, real_of, real_text, rounded_text, same_length, short_text, text_t, with_ending
 
   !> One of several texts.
   type :: text_t
@@ -160,5 +160,21 @@ contains
     if (dot <= index(path, '/', back=.true.) + 1) dot = len(path) + 1
     with_ending = path(:dot - 1)//ending
   end function with_ending
+
+  !> Texts as those of one length.
+  pure function same_length(text) result(words)
+    type(text_t), intent(in) :: text(:)
+    character(len=:), allocatable :: words(:)
+    integer :: i, longest
+
+    longest = 1
+    do i = 1, size(text)
+      longest = max(longest, len(text(i)%text))
+    end do
+    allocate (character(len=longest) :: words(size(text)))
+    do i = 1, size(text)
+      words(i) = text(i)%text
+    end do
+  end function same_length
 
 end module scree_text

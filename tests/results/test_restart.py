@@ -57,11 +57,11 @@ def words(settings):
 
 
 def datasets(path, but=()):
-    """All datasets of a run by name, but for what it cost and where it may be gone on from."""
+    """All datasets of a run by name, but for what its last part came to and cost, and where it may be gone on from."""
     found = {}
     with h5py.File(path) as f:
         f.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-    return {name: value for name, value in found.items() if not name.startswith(("cost", "checkpoint", "scene/options", *but))}
+    return {name: value for name, value in found.items() if not name.startswith(("cost", "ending", "checkpoint", "scene/options", *but))}
 
 
 def differing(a, b, but=()):

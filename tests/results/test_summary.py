@@ -10,6 +10,7 @@ import time
 import numpy as np
 import pytest
 from scree import call, read, touching
+from scree import run as run_of
 from scree.bench import effects, scenes
 
 SCREE = os.environ["SCREE"]
@@ -77,6 +78,7 @@ def check_numbers(said, r, of=slice(None)):
 
 def test_the_summary_has_the_numbers_of_the_file(run):
     said, r = run
+    assert r.summary == said
     check_numbers(said, r)
     history, energy = r.history, said["energy"]
     books = history.energy
@@ -147,6 +149,7 @@ def test_a_run_that_goes_on_sums_up_its_last_part(tmp_path):
     assert done.returncode == 0, done.stderr
     said, r = summary_of(done), read(tmp_path / "r.h5")
     assert said["steps"]["planned"] == said["steps"]["taken"] == 30 and said["time"]["from"] == first["time"]["reached"]
+    assert r.summary == said
     check_numbers(said, r, slice(20, None))
     assert said["energy"]["dissipated"] == pytest.approx(np.diff(r.history.energy.dissipated[[19, -1]])[0],
                                                          abs=1e-12 * np.abs(r.history.energy.gravity[-1]))
@@ -168,6 +171,9 @@ def test_a_screen_says_it_in_words_and_ends_with_the_file(tmp_path):
 def test_warnings_are_counted(tmp_path):
     done = call("run", CLASSIC / "freefall.geo", CLASSIC / "freefall.ana", "--summary", "json", "-o", tmp_path / "r.h5", "--quiet")
     assert summary_of(done)["warnings"] == done.stderr.count("scree: warning: ") == 1
+    assert [f"scree: warning: {line}" for line in read(tmp_path / "r.h5").warnings] == done.stderr.splitlines()
+    r = run_of(CLASSIC / "stack5.geo", CLASSIC / "stack5_dyn.ana", output=tmp_path / "r.h5", settings=["step.count=2"])
+    assert r.warnings == [] and r.summary["warnings"] == 0
 
 
 def test_a_summary_is_of_a_run_and_in_json(tmp_path):

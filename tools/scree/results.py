@@ -1,4 +1,5 @@
 """Reads results files (doc/results.md says what is in them)."""
+import json
 import os
 import pathlib
 
@@ -151,6 +152,16 @@ class Results(Group):
     def _attribute(self, path, name):
         with self._open() as f:
             return as_text(f[path.strip("/")].attrs[name])
+
+    @property
+    def summary(self):
+        """What the run came to, as `--summary json` prints it (doc/results.md); None where it has not ended, or was no run."""
+        return json.loads(self["ending/summary"][0]) if "ending/summary" in self else None
+
+    @property
+    def warnings(self):
+        """The warnings that the run gave; of one that has not ended none are known."""
+        return list(self["ending/warnings"]) if "ending/warnings" in self else []
 
     # Frames
 
