@@ -89,12 +89,19 @@ def first_of(lists):
     return np.cumsum([0, *map(len, lists[:-1])])
 
 
+def all_corners(file):
+    """Where the corners of each element begin, of those of all one after the other; and of each corner its vertex, the next one and
+    the first of its element."""
+    if not hasattr(file, "all_corners"):
+        first, every = first_of(file.corners), np.concatenate(file.corners)
+        after = np.concatenate([np.roll(corners, -1) for corners in file.corners])
+        file.all_corners = first, every, after, np.repeat(every[first], list(map(len, file.corners)))
+    return file.all_corners
+
+
 def means(file, frame, values):
     """Of a linear field, its value at the centroid of each element, from those at all vertices."""
-    corners = file.corners
-    first, every = first_of(corners), np.concatenate(corners)
-    after = np.concatenate([np.roll(numbers, -1) for numbers in corners])
-    of_first = np.repeat(every[first], list(map(len, corners)))
+    first, every, after, of_first = all_corners(file)
     places = file.file.vertices(frame)
     own, own_after = places[every] - places[of_first], places[after] - places[of_first]
     twice = own[:, 0] * own_after[:, 1] - own[:, 1] * own_after[:, 0]

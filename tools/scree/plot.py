@@ -30,11 +30,12 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 
 from .errors import PlotError, ScreeError
-from .overlays import VECTORS, Common, draw_contact_forces, draw_crosses, draw_joint_states, first_of, robust_limits
+from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
+                       robust_limits, velocities)
 from .program import cut
 from .results import read
 
-FIELDS = ("block", "material", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement")
+FIELDS = ("block", "material", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement", "velocity")
 LARGEST_NUMBER_OF_PANELS = 12
 BOTH_SIGNS = 0.1   # of the smaller of two signs over the larger, from which on zero is white
 PALER = 0.4        # share of white in colours that something is drawn over
@@ -248,10 +249,12 @@ class Frames(Shapes):
         """One number an element, and its label."""
         if field in ("block", "material"):
             return getattr(self.file, field), field
+        if field == "velocity":
+            return lengths_of[velocities](self, frame), "velocity [length/time]"
         if field == "displacement":
             size = np.linalg.norm(self.file.displacement(frame), axis=1)
-            sums = np.add.reduceat(size[np.concatenate(self.corners)], first_of(self.corners))
-            return sums / list(map(len, self.corners)), "displacement [length]"
+            first, every = all_corners(self)[:2]
+            return np.add.reduceat(size[every], first) / np.diff(first, append=len(every)), "displacement [length]"
         xx, yy, xy = self.file.stress(frame).T
         mean, half = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
         values = {"stress_xx": xx, "stress_yy": yy, "stress_xy": xy, "major": mean + half, "minor": mean - half}[field]

@@ -1,0 +1,1 @@
+"""One page of a run that needs nothing else (`tools/report`)."""

@@ -1,0 +1,37 @@
+"""Makes one page of a results file: what the run came to, its frames to play, histories, energy, cost, decks.
+
+    tools/report RESULTS.h5 [-o PAGE.html]
+
+The page needs no network and no other file. Any browser of 2023 or later shows it: frames are drawn in it, with zoom, and any field,
+vectors, states of joints and forces of contacts over the blocks.
+
+Needs Debian's python3-numpy, python3-h5py and python3-matplotlib.
+"""
+import argparse
+import pathlib
+import sys
+
+from ..errors import PlotError, ScreeError
+from ..plot import Frames, kind_of
+from .page import page_of
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
+    parser.add_argument("-o", "--output", type=pathlib.Path, metavar="PAGE", help="default: the file with .html")
+    given = parser.parse_args()
+    output = given.output or given.file.with_suffix(".html")
+    try:
+        if kind_of(given.file) != "results":
+            raise PlotError(f"{given.file}: expected a results file, found another")
+        text = page_of(Frames(given.file, given.file.stem))
+        try:
+            output.write_text(text, encoding="utf-8")
+        except OSError as problem:
+            raise PlotError(f"{output}: cannot write the page: {problem.strerror}") from None
+    except ScreeError as error:
+        print(f"tools/report: {error}", file=sys.stderr)
+        return 2
+    print(output)
+    return 0

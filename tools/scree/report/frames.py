@@ -1,0 +1,111 @@
+"""What the player of a page draws: shapes, motion, stress, velocity and contacts of all frames as arrays of whole numbers."""
+import numpy as np
+
+from ..errors import ResultsError
+from ..overlays import against_others, means
+from .packing import PLACES, POSITIONS, ROOTS, SHADES, quantised
+
+
+def pack_frames(file, pack):
+    """Adds what the frames of a results file have to a pack; returns what the player needs besides.
+
+    Places are those at the start, moved by the displacement of each frame. That is kept to 1/16382 of the largest of its block,
+    stress and velocity to 1/4094 of the largest of their element, forces of contacts by their roots.
+    """
+    results, corners = file.file, file.corners
+    n_frames = len(file.times)
+    start = results.vertices(0)
+    low, size = start.min(0), max(np.ptp(start, axis=0).max(), 1e-300)
+    pack.add("start", np.rint((start - low) / size * PLACES).T)
+    every, of_element = np.concatenate(corners), np.repeat(np.arange(len(corners)), list(map(len, corners)))
+    pack.add("corners", every)
+    pack.add("count", list(map(len, corners)))
+    blocks, block = np.unique(results.block, return_inverse=True)
+    pack.add("block", block)
+    pack.add("material", results.material)
+    ends, joint, element = file.edge_list()
+    pack.add("edges", every[ends].T)
+    pack.add("edge_joint", joint)
+    pack.add("edge_block", block[element])
+    against = np.zeros(len(joint), int)
+    against[joint > 0] = against_others(file)
+    pack.add("edge_against", against)
+
+    of_vertex = np.zeros(len(start), int)
+    of_vertex[every] = block[of_element]
+    motion = np.stack([results.vertices(k) - start for k in range(n_frames)], axis=2)  # (v, 2, f)
+    largest = np.zeros(len(blocks))
+    np.maximum.at(largest, of_vertex, np.abs(motion).max(axis=(1, 2)))
+    factor = np.where(largest > 0, largest, 1.0) / POSITIONS
+    pack.add("motion", np.rint(motion / factor[of_vertex, None, None]))
+    stress, stress_factor = quantised(np.stack([results.stress(k) for k in range(n_frames)], axis=2), SHADES, (1, 2))
+    pack.add("stress", stress)
+    speed = np.stack([means(file, k, results.velocity(k)) for k in range(n_frames)], axis=2)
+    velocity, velocity_factor = quantised(speed, SHADES, (1, 2))
+    pack.add("velocity", velocity)
+    return {"origin": low.tolist(), "size": size, "times": file.times.tolist(), "blocks": blocks.tolist(),
+            "motion_factor": digits(factor), "stress_factor": digits(stress_factor), "velocity_factor": digits(velocity_factor),
+            "points": points_of(file), "bolts": bolts_of(file), "force_factor": pack_contacts(results, of_vertex, block, pack)}
+
+
+def digits(values):
+    """Numbers with as many digits as they need here."""
+    return [float(f"{value:.7g}") for value in np.ravel(values)]
+
+
+def points_of(file):
+    """Kind of each point, and its place as a mean of vertices of its element with weights, which is so as this is deformed."""
+    kinds, places = file.points(0)
+    elements = file.file["points/element"] - 1 if len(kinds) else []
+    found = []
+    for kind, place, e in zip(kinds, places, elements):
+        weights = np.linalg.pinv(np.column_stack([file.start[e] - place, np.ones(len(file.start[e]))]).T)[:, 2]
+        found.append({"kind": int(kind), "vertices": file.corners[e].tolist(), "weights": digits(weights)})
+    return found
+
+
+def bolts_of(file):
+    """Ends and states of the bolts in each frame."""
+    found = [file.bolts(frame) for frame in range(len(file.times))]
+    return [{"ends": digits(ends), "state": states.tolist()} for ends, states in found] if len(found[0][1]) else []
+
+
+def vertices_of_contacts(results, frame, contacts, of_vertex, block):
+    """The vertex of each contact: of those of its block that at its place."""
+    places = np.vstack([results.vertices(frame), contacts.place])
+    owner = np.concatenate([of_vertex, block])
+    n_vertices = len(of_vertex)
+    order = np.lexsort((np.arange(len(places)), places[:, 1], places[:, 0], owner))
+    last = np.maximum.accumulate(np.where(order < n_vertices, np.arange(len(order)), 0))
+    vertex = np.empty(len(places), int)
+    vertex[order] = order[last]
+    vertex = vertex[n_vertices:]
+    if not (places[vertex] == contacts.place).all():
+        raise ResultsError(f"{results.path}: expected contacts at vertices in frame {frame}, found others")
+    return vertex
+
+
+def pack_contacts(results, of_vertex, block, pack):
+    """Adds the closed contacts, those of a vertex and the block of an edge one after the other in time, pairs of blocks together.
+    Returns the factor of their forces, whose roots are kept; None where there are none."""
+    if results.contacts_of(0) is None or not results["contacts/count"][:results.n_frames].sum():
+        return None
+    number = np.zeros(results.block.max() + 1, int)
+    number[results.block] = block
+    rows = []
+    for frame in range(results.n_frames):
+        contacts = results.contacts_of(frame)
+        blocks = number[contacts.blocks]
+        vertex = vertices_of_contacts(results, frame, contacts, of_vertex, blocks[:, 0])
+        angle = np.rint(np.arctan2(contacts.normal[:, 1], contacts.normal[:, 0]) * 128 / np.pi)
+        rows.append(np.column_stack([blocks.min(1), blocks.max(1), vertex, blocks[:, 1], np.full(len(vertex), frame), contacts.state,
+                                     angle, contacts.force]))
+    rows = np.vstack(rows)
+    rows = rows[np.lexsort(rows[:, 4::-1].T)]
+    root = np.sqrt(np.abs(rows[:, 7:]))
+    largest = root.max(initial=0.0) or 1.0
+    for name, column in (("contact_vertex", 2), ("contact_block", 3), ("contact_frame", 4), ("contact_state", 5),
+                         ("contact_angle", 6)):
+        pack.add(name, rows[:, column])
+    pack.add("contact_force", (np.sign(rows[:, 7:]) * np.rint(root / largest * ROOTS)).T)
+    return float(largest / ROOTS) ** 2

@@ -1,0 +1,114 @@
+const byId = id => document.getElementById(id);
+const FRAMES_A_SECOND = 20;
+
+/** Makes the page alive: unpacks the frames, draws histories, listens. */
+async function begin() {
+  const facts = JSON.parse(byId("facts").textContent), bytes = await unzipped(byId("frames").textContent);
+  const scene = new Scene(facts.scene, name => facts.arrays[name] && unfolded(bytes, facts.arrays[name]));
+  const player = new Player(byId("scene"), scene);
+  const marks = facts.charts.map(chart => {
+    const box = document.createElement("section");
+    box.className = "chart";
+    byId("charts").append(box);
+    return drawChart(box, chart, time => show(nearestFrame(scene.times, time)));
+  });
+  let pointed = -1, playing = 0;
+
+  function show(frame) {
+    player.frame = frame;
+    byId("frame").value = frame;
+    byId("time").textContent = `t = ${digits(scene.times[frame])}, frame ${frame} of ${scene.frames - 1}`;
+    for (const mark of marks) mark(scene.times[frame]);
+    player.draw();
+    say();
+  }
+
+  /** What the element that is pointed at has. */
+  function say() {
+    if (pointed < 0) {
+      byId("pointed").textContent = "";
+      return;
+    }
+    const stress = scene.stressOf(player.frame, pointed), [major, minor] = principal(stress);
+    byId("pointed").textContent = [`block ${scene.blocks[scene.block[pointed]]}`, `material ${scene.material[pointed]}`,
+      `displacement ${digits(scene.displacementOf(player.frame, pointed))}`,
+      `velocity ${digits(Math.hypot(...scene.velocityOf(player.frame, pointed)))}`,
+      `principal stresses ${digits(major)}, ${digits(minor)}`].join(" · ");
+  }
+
+  function redraw() {
+    for (const name of ["field", "joints", "vectors"]) player[name] = byId(name).value;
+    for (const name of ["crosses", "mesh", "points", "numbers"]) player[name] = byId(name).checked;
+    player.magnified = Number(byId("magnify").value) || 1;
+    drawColours(player);
+    drawLegend(player);
+    show(player.frame);
+  }
+
+  function step(stamp) {
+    if (!playing) return;
+    if (stamp - playing >= 1000 / FRAMES_A_SECOND - 4) { // a screen shows at its own times
+      playing = stamp;
+      show((player.frame + 1) % scene.frames);
+    }
+    requestAnimationFrame(step);
+  }
+
+  function play(on) {
+    playing = on ? performance.now() : 0;
+    byId("play").textContent = on ? "❚❚" : "►";
+    if (on) requestAnimationFrame(step);
+  }
+
+  player.pointed = element => { pointed = element; say(); };
+  byId("play").addEventListener("click", () => play(!playing));
+  byId("frame").max = scene.frames - 1;
+  byId("frame").addEventListener("input", () => { play(false); show(Number(byId("frame").value)); });
+  for (const name of ["field", "joints", "vectors", "crosses", "mesh", "points", "numbers", "magnify"])
+    byId(name).addEventListener("input", redraw);
+  byId("fit").addEventListener("click", () => { player.fit(); player.draw(); });
+  window.addEventListener("resize", () => player.draw());
+  document.addEventListener("keydown", event => {
+    if (event.target.tagName === "INPUT" && event.target.type === "number") return;
+    const moves = {ArrowRight: 1, ArrowLeft: -1};
+    if (event.key === " ") play(!playing);
+    else if (event.key in moves) show((player.frame + moves[event.key] + scene.frames) % scene.frames);
+    else return;
+    event.preventDefault();
+  });
+  for (const [id, needed] of [["mesh", scene.meshed], ["joints", scene.contactOrder], ["points", scene.points.length]])
+    byId(id).closest("label").hidden = !needed;
+  Object.assign(window, {player, show});
+  player.frame = scene.frames - 1;
+  redraw();
+}
+
+function nearestFrame(times, time) {
+  return times.reduce((best, t, k) => Math.abs(t - time) < Math.abs(times[best] - time) ? k : best, 0);
+}
+
+/** The bar of colours with its ends. */
+function drawColours(player) {
+  const {limits: [low, high], colours} = player.colours;
+  byId("bar").style.background = `linear-gradient(to right, ${colours.join(",")})`;
+  byId("low").textContent = digits(low);
+  byId("middle").textContent = LOOK.fields[player.field].label;
+  byId("high").textContent = digits(high);
+}
+
+function drawLegend(player) {
+  const entries = [];
+  if (player.joints) for (const [name, {colour, width, dash}] of Object.entries(LOOK.states)) entries.push([name, colour, width, dash.length]);
+  if (player.joints === "forces") entries.push(["force of contact", LOOK.force.colour, LOOK.force.width]);
+  if (player.crosses) for (const name of ["compression", "tension"]) entries.push([name, LOOK[name].colour, LOOK[name].width]);
+  const kinds = new Set(player.scene.points.map(point => point.kind));
+  if (player.points) for (const {kind, name, colour} of LOOK.points) if (kinds.has(kind)) entries.push([name, colour, 6]);
+  const states = new Set(player.scene.bolts.flatMap(bolts => bolts.state));
+  LOOK.bolts.forEach(({name, colour, dash}, k) => { if (states.has(k)) entries.push([name, colour, 2, dash.length]); });
+  byId("legend").replaceChildren(...entries.map(words => entry(...words)));
+}
+
+begin().then(() => { document.documentElement.dataset.state = "ready"; }, problem => {
+  byId("time").textContent = `This browser cannot draw the frames: ${problem.message}`;
+  document.documentElement.dataset.state = "failed";
+});

@@ -1,0 +1,115 @@
+"""The page: its parts in `page.html`, what they show from the results, the scripts that draw in it."""
+import html
+import importlib.resources
+import json
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.colors import to_hex
+
+from .. import overlays
+from ..overlays import Common, lengths_of, principal_values, robust_limits
+from ..plot import BOLTS, FIELDS, POINTS, Look, limits_of, paler
+from . import facts
+from .frames import pack_frames
+from .packing import Pack
+
+SCRIPTS = ("packing.js", "scene.js", "player.js", "overlays.js", "charts.js", "page.js")
+DASHES = {"-": [], ":": [2, 3]}  # of bolts, pixels
+
+
+def page_of(file):
+    """The page of the frames of a results file, as text."""
+    results, pack = file.file, Pack()
+    scene = pack_frames(file, pack)
+    look = look_of(file)
+    level, words, remarks = facts.verdict(results)
+    parts = {
+        "name": html.escape(file.name), "level": level, "verdict": html.escape(words), "remarks": listed(remarks),
+        "fields": "".join(f"<option>{name}</option>" for name in FIELDS), "tables": tables(results), "decks": decks(results),
+        "style": own("style.css"), "facts": as_json({"scene": scene, "arrays": pack.directory, "charts": facts.charts(results)}),
+        "frames": pack.text(),
+        "scripts": f"const LOOK = {as_json(look)};\n" + "".join(own(name) for name in SCRIPTS)}
+    first, *pieces = own("page.html").split("{{")
+    return first + "".join(parts[name] + rest for name, rest in (piece.split("}}", 1) for piece in pieces))
+
+
+def own(name):
+    """A file beside this one."""
+    return (importlib.resources.files(__package__) / name).read_text(encoding="utf-8")
+
+
+def as_json(value):
+    """JSON that cannot end the script that it stands in."""
+    return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+def look_of(file):
+    """Colours and sizes, those of pictures (plot.py, overlays.py), with limits and scales of all frames."""
+    frames = range(len(file.times))
+    fields = {}
+    for field in FIELDS:
+        found = [file.values(frame, field) for frame in frames]
+        low, high, colours = limits_of(np.concatenate([values for values, _ in found]), field, Look())
+        fields[field] = {"limits": [float(low), float(high)], "map": colours, "label": found[0][1].replace("$^2$", "²")}
+    common = Common([(file, frame) for frame in frames], 1.0)
+    measures = {"displacement": lengths_of[overlays.displacements], "velocity": lengths_of[overlays.velocities],
+                "stress": principal_values, "force": overlays.measure_of_forces}
+    return {
+        "fields": fields,
+        "maps": {name: {"full": hexes(plt.get_cmap(name)), "paler": hexes(paler(name))} for name in {f["map"] for f in fields.values()}},
+        "large": {name: float(common.scale(measure, 1.0)[1]) for name, measure in measures.items()},
+        "states": {name: drawn(look) for name, look in overlays.STATES.items()}, "force": drawn(overlays.FORCE),
+        "compression": drawn(overlays.COMPRESSION), "tension": drawn(overlays.TENSION),
+        "points": [{"kind": kind, "name": name, "colour": to_hex(colour)} for kind, (name, _, colour) in POINTS.items()],
+        "bolts": [{"name": name, "colour": to_hex(colour), "dash": DASHES[style]} for name, style, colour in BOLTS],
+        "sliding": overlays.SLIDING, "parallel": overlays.PARALLEL, "beside": overlays.BESIDE, "corner": overlays.CORNER,
+        "cells": overlays.CELLS, "longest": overlays.LONGEST, "cross": overlays.CROSS, "many_blocks": overlays.MANY_BLOCKS}
+
+
+def hexes(colours):
+    return [to_hex(colour) for colour in colours(np.arange(256))]
+
+
+def drawn(look):
+    """The look of lines: widths in pixels, gaps of a dash in widths."""
+    style = look.get("linestyles", "solid")
+    return {"colour": to_hex(look["colors"]), "width": look["linewidths"] * 4 / 3, "dash": [] if style == "solid" else list(style[1])}
+
+
+def listed(words):
+    return '<ul class="remarks">' + "".join(f"<li>{html.escape(line)}</li>" for line in words) + "</ul>" if words else ""
+
+
+def table(title, rows, numbers=()):
+    """A table below its title; nothing where it has no rows. Columns of numbers stand to the right."""
+    if not rows:
+        return ""
+    lines = "".join("<tr>" + "".join(f'<td class="number">{html.escape(cell)}</td>' if i in numbers else f"<td>{html.escape(cell)}</td>"
+                                     for i, cell in enumerate(row)) + "</tr>" for row in rows)
+    return f"<div><h2>{html.escape(title)}</h2><table>{lines}</table></div>"
+
+
+def tables(results):
+    """What the run came to, and what it was."""
+    warnings = results.warnings
+    cost = [(phase, f"{seconds:.3g} s", f"{calls} calls", share) for phase, seconds, share, calls in facts.cost_rows(results)]
+    bars = "".join(f'<tr><td>{phase}</td><td class="number">{seconds}</td><td class="number">{calls}</td><td class="share">'
+                   f'<div style="width:{100 * share:.1f}%"></div></td></tr>' for phase, seconds, calls, share in cost)
+    return "\n".join([
+        '<div class="columns">', table("What it came to", facts.outcome_rows(results)),
+        f"<div><h2>Warnings</h2>{listed(warnings)}</div>" if warnings else "",
+        table("Energy at the end", facts.energy_rows(results), (1,)), table("Estimated error at the end", facts.error_rows(results), (1,)),
+        f"<div><h2>Cost</h2><table>{bars}</table></div>" if cost else "", table("Scene", facts.scene_rows(results)),
+        table("Effects, and why", list(zip(results.scene.effects, results.scene.effect_reasons))), "</div>"])
+
+
+def decks(results):
+    """Decks and settings, folded."""
+    scene = results.scene
+    texts = [("Geometry deck", scene.geometry_deck), ("Analysis deck", scene.analysis_deck), ("Settings", "\n".join(scene.settings))]
+    return "\n".join(f"<details><summary>{name}</summary><pre>{html.escape(as_one(text))}</pre></details>" for name, text in texts)
+
+
+def as_one(text):
+    return text if isinstance(text, str) else "\n".join(text)
