@@ -115,7 +115,7 @@ def test_a_block_that_slides_slips_one_that_stays_sticks_and_a_free_one_is_open(
 
 def test_a_part_of_a_joint_is_what_two_edges_have_of_each_other():
     edge = np.array([[0.0, 0], [4, 0]])
-    for other, part in (([[3, 1e-3], [1, 0]], [[1, 0], [3, 0]]), ([[9, 0], [-9, 0]], edge), ([[6, 0], [2, 0]], [[2, 0], [4, 0]])):
+    for other, part in (([[3, 1e-3], [1, 0]], [0.25, 0.75]), ([[9, 0], [-9, 0]], [0, 1]), ([[6, 0], [2, 0]], [0.5, 1])):
         np.testing.assert_allclose(overlays.common_part(edge, np.array(other, float)), part, atol=1e-12)
     assert overlays.common_part(edge, np.array([[5.0, 0], [7, 0]])) is None
 
@@ -213,3 +213,26 @@ def test_what_cannot_be_drawn_is_one_line(slides, tmp_path):
         assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and expected in done.stderr, done.stderr
     with pytest.raises(PlotError):
         overlays.results_of(object.__new__(type("Geometry", (), {"name": "x"})), "--vectors")
+
+
+def test_magnified_displacements_move_all_that_is_drawn(slides):
+    """Blocks, centroids and points are as many times as far from where they began; states of joints are the same, on edges as drawn."""
+    file, large = frames(slides / "sticks.h5"), frames(slides / "sticks.h5")
+    large.magnified, last = 1e4, len(file.times) - 1
+    for what in (lambda f, k: f.vertices(k), lambda f, k: np.vstack(f.polygons(k)), overlays.centroids, lambda f, k: f.points(k)[1]):
+        start, now, far = what(file, 0), what(file, last), what(large, last)
+        np.testing.assert_allclose(far - start, 1e4 * (now - start), atol=1e-8)
+    assert np.abs(large.vertices(last) - file.vertices(0)).max() > 1e-3
+    for name, parts in overlays.joint_states(file, last).items():
+        far = overlays.joint_states(large, last)[name]
+        assert len(far) == len(parts)
+        edges = large.edges(last)[0]
+        for part in far:  # on an edge as drawn
+            side = edges[:, 1] - edges[:, 0]
+            off = [np.abs(side[:, 0] * (end - edges[:, 0])[:, 1] - side[:, 1] * (end - edges[:, 0])[:, 0]) / (side ** 2).sum(1) for end in part]
+            assert np.max(off, axis=0).min() < 1e-9
+    np.testing.assert_array_equal(overlays.displacements(large, last), overlays.displacements(file, last))  # numbers stay
+    panel = plot.draw_frames([large], ["last"], "block", (), plot.Look(magnify=1e4)).axes[0]
+    assert panel.get_title() == f"t = {file.times[last]:.6g}, displacements × 10000"
+    bars = lines_of(plot.draw_frames([large], ["last"], "block", [overlays.draw_contact_forces], plot.Look(magnify=1e4)).axes[0], "force")
+    np.testing.assert_allclose(bars.mean(1), large.vertices(last)[overlays.vertices_of_contacts(large, last)], atol=1e-9)

@@ -110,7 +110,8 @@ def means(file, frame, values):
 
 
 def centroids(file, frame):
-    return means(file, frame, file.file.vertices(frame))
+    """Of each element, as drawn."""
+    return means(file, frame, file.vertices(frame))
 
 
 def displacements(file, frame):
@@ -209,11 +210,29 @@ def edges_of_contact(edges, place, normal):
 
 
 def common_part(edge, other):
-    """What an edge has of another one that lies on it (2, 2); None where that is nothing."""
+    """From where to where along an edge another one lies on it, in shares of it (2); None where that is nowhere."""
     side = edge[1] - edge[0]
-    low, high = np.sort((other - edge[0]) @ side / (side @ side))
-    low, high = max(low, 0.0), min(high, 1.0)
-    return edge[0] + np.array([[low], [high]]) * side if low < high else None
+    shares = np.clip(np.sort((other - edge[0]) @ side / (side @ side)), 0, 1)
+    return shares if shares[0] < shares[1] else None
+
+
+def vertices_of_contacts(file, frame):
+    """The vertex of each contact of a frame: of those of its block that at its place."""
+    results, contacts = file.file, file.file.contacts_of(frame)
+    if not hasattr(file, "block_of_vertex"):
+        file.block_of_vertex = np.zeros(len(results.vertices(0)), int)
+        file.block_of_vertex[all_corners(file)[1]] = np.repeat(results.block, list(map(len, file.corners)))
+    n_vertices = len(file.block_of_vertex)
+    places = np.vstack([results.vertices(frame), contacts.place])
+    owner = np.concatenate([file.block_of_vertex, contacts.blocks[:, 0]])
+    order = np.lexsort((np.arange(len(places)), places[:, 1], places[:, 0], owner))  # contacts behind the vertex of their place
+    last = np.maximum.accumulate(np.where(order < n_vertices, np.arange(len(order)), 0))
+    vertex = np.empty(len(places), int)
+    vertex[order] = order[last]
+    vertex = vertex[n_vertices:]
+    if not (places[vertex] == contacts.place).all():
+        raise PlotError(f"{file.name}: expected contacts at vertices in frame {frame}, found others")
+    return vertex
 
 
 def joint_states(file, frame):
@@ -224,11 +243,13 @@ def joint_states(file, frame):
     contacts = results.contacts_of(frame)
     if contacts is None:
         raise PlotError(f"{file.name}: expected a run with contacts for --joints state, found one without")
-    edges, _, element = file.edges(frame)
+    edges, element = file.true_edges(frame), file.edges(frame)[2]
+    drawn, places = file.edges(frame)[0], file.vertices(frame)[vertices_of_contacts(file, frame)]
     block = results.block[element]
     of_block = {b: np.flatnonzero(block == b) for b in np.unique(block)}
     found, parts, touched = {}, {SLIDING: [], LOCKED: []}, set()
-    for (of_vertex, of_edge), now, place, normal in zip(contacts.blocks, contacts.state, contacts.place, contacts.normal):
+    for (of_vertex, of_edge), now, place, shown, normal in zip(contacts.blocks, contacts.state, contacts.place, places,
+                                                               contacts.normal):
         first, second = (of_block[b][edges_of_contact(edges[of_block[b]], place, normal)] for b in (of_vertex, of_edge))
         touched.update(first, second)
         for pair in ((a, b) for a in first for b in second if a != b):
@@ -236,13 +257,13 @@ def joint_states(file, frame):
         if len(first) == 0 and len(second):
             piece = CORNER * np.linalg.norm(edges[of_block[of_vertex], 1] - edges[of_block[of_vertex], 0], axis=1).min()
             along = np.array([-normal[1], normal[0]])
-            parts[now].append(place + piece / 2 * np.array([-along, along]))
+            parts[now].append(shown + piece / 2 * np.array([-along, along]))
     for (a, b), now in found.items():
-        part = common_part(edges[b], edges[a])
-        if part is not None:
-            parts[now].append(part)
+        shares = common_part(edges[b], edges[a])
+        if shares is not None:
+            parts[now].append(drawn[b, 0] + shares[:, None] * (drawn[b, 1] - drawn[b, 0]))
     open_ = against_others(file) & ~np.isin(np.arange(len(edges)), list(touched)) & (frame > 0)
-    return {"stick": as_segments(parts[LOCKED]), "slip": as_segments(parts[SLIDING]), "open": edges[open_]}
+    return {"stick": as_segments(parts[LOCKED]), "slip": as_segments(parts[SLIDING]), "open": drawn[open_]}
 
 
 def as_segments(parts):
@@ -284,7 +305,7 @@ def draw_contact_forces(axis, file, frame, common):
     scale, largest = common.scale(measure_of_forces, LONGEST * thinner ** 2)
     look = FORCE | {"linewidths": thinner * FORCE["linewidths"]}
     if len(forces):
-        place, half = file.file.contacts_of(frame).place, scale * forces / 2
+        place, half = file.vertices(frame)[vertices_of_contacts(file, frame)], scale * forces / 2
         axis.add_collection(LineCollection(np.stack([place - half, place + half], axis=1), zorder=5, label="force", **look))
     draw_scale(axis, scale, largest, "force of contact [force/length]", FORCE["colors"])
     return {**entries, "force of contact": Line2D([], [], color=FORCE["colors"], linewidth=FORCE["linewidths"])}

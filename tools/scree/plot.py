@@ -3,7 +3,7 @@
     tools/plot FILE [...] [--frames first last 10 | all] [--field stress_xx] [-o PICTURE.png]
                           [--joints [material | state | forces]] [--vectors [displacement | velocity]] [--crosses]
                           [--points] [--numbers] [--covers] [--window X1 Y1 X2 Y2] [--range LOW HIGH | full] [--no-mesh]
-                          [--colours MAP] [--dpi N] [--scree PROGRAM]
+                          [--magnify FACTOR] [--colours MAP] [--dpi N] [--scree PROGRAM]
     tools/plot RESULTS.h5 [...] --history rotation area energy/kinetic [-o PICTURE.png]
 
 FILE is a results file, a geometry (.geo, .blk, .blck, block.in), whose blocks are drawn, or an analysis deck (.ana), whose elements
@@ -29,6 +29,7 @@ from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 
+from .arguments import above_zero
 from .errors import PlotError, ScreeError
 from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
                        robust_limits, velocities)
@@ -192,10 +193,10 @@ class Blocks(Shapes):
 
 
 class Frames(Shapes):
-    """The frames of a results file."""
+    """The frames of a results file, as they are drawn: with displacements magnified."""
 
     def __init__(self, path, name):
-        self.name, self.file = name, read(path)
+        self.name, self.file, self.magnified = name, read(path), 1.0
         self.times, self.corners = self.file.times, self.file.corners()
         if len(self.times) == 0:
             raise PlotError(f"{path}: expected a frame, found none")
@@ -207,8 +208,21 @@ class Frames(Shapes):
 
     def polygons(self, frame):
         """Vertices of each element."""
-        vertices = self.file.vertices(frame)
+        vertices = self.vertices(frame)
         return [vertices[corners] for corners in self.corners]
+
+    def magnify(self, start, now):
+        """Places that were somewhere at the start, as drawn."""
+        return now if self.magnified == 1 else start + self.magnified * (now - start)
+
+    def vertices(self, frame):
+        """Places of all vertices as drawn."""
+        return self.magnify(self.file.vertices(0), self.file.vertices(frame))
+
+    def true_edges(self, frame):
+        """Edges of joints and boundary (n, 2, 2) where they are."""
+        ends, of_edge, _ = self.edge_list()
+        return self.file.vertices(frame)[all_corners(self)[1][ends[of_edge > 0]]]
 
     def moved(self, frame, places, elements):
         """Where places of elements, from 0, have come to: the field of an element is linear."""
@@ -232,7 +246,7 @@ class Frames(Shapes):
         if "bolts" not in self.file:
             return np.empty((0, 2, 2)), np.empty(0, int)
         given = self.file["bolts"]
-        return given.ends[frame].reshape(-1, 2, 2), given.state[frame]
+        return self.magnify(given.ends[0], given.ends[frame]).reshape(-1, 2, 2), given.state[frame]
 
     def covers(self, frame):
         """Places of the nodes of the covers, and whether each follows others."""
@@ -357,6 +371,11 @@ class Look:
     range: list = None      # of the colours: two numbers, or ["full"]; else all but the hundredth at each end
     mesh: bool = True       # lines within blocks
     colours: str = None     # a map of matplotlib
+    magnify: float = 1.0    # displacements by so much
+
+    def title(self, time):
+        """What stands above a panel."""
+        return f"t = {time}" + (f", displacements × {self.magnify:g}" if self.magnify != 1 else "")
 
 
 def limits_of(values, field, look):
@@ -390,6 +409,8 @@ class Stage:
 
     def __init__(self, files, slots, field, extras, look):
         self.field, self.extras, self.look = field, extras, look
+        for file in files:
+            file.magnified = look.magnify
         self.values = {slot: slot[0].values(slot[1], field) for slot in slots}
         self.label = next(iter(self.values.values()))[1]
         every = np.concatenate([values for values, _ in self.values.values()])
@@ -445,7 +466,7 @@ def draw_frames(files, words, field, extras=(), look=None):
             continue
         picture, more = stage.draw(axis, file, frame)
         entries.update(more)
-        axis.set_title(file.title(frame) if len(files) > 1 or isinstance(file, Blocks) else f"t = {file.times[frame]:.6g}",
+        axis.set_title(file.title(frame) if len(files) > 1 or isinstance(file, Blocks) else stage.look.title(f"{file.times[frame]:.6g}"),
                        fontsize=10)
     stage.frame_picture(figure, axes, picture, entries)
     return figure
@@ -525,7 +546,7 @@ def look_of(given):
         raise PlotError(f"--window: expected X1 Y1 X2 Y2 with X1 below X2 and Y1 below Y2, found {given.window}")
     if not 10 <= given.dpi <= 2000:
         raise PlotError(f"--dpi: expected a number from 10 to 2000, found {given.dpi:g}")
-    return Look(given.window, given_range, not given.no_mesh, given.colours)
+    return Look(given.window, given_range, not given.no_mesh, given.colours, given.magnify)
 
 
 def add_words_of_frames(parser):
@@ -542,6 +563,7 @@ def add_words_of_frames(parser):
     parser.add_argument("--window", nargs=4, type=float, metavar=("X1", "Y1", "X2", "Y2"), help="what is drawn; default: all")
     parser.add_argument("--range", nargs="+", metavar="VALUE",
                         help="of the colours: LOW HIGH, or full; default: without the hundredth part at each end")
+    parser.add_argument("--magnify", type=above_zero, default=1.0, metavar="FACTOR", help="displacements by so much")
     parser.add_argument("--no-mesh", action="store_true", help="no lines within blocks")
     parser.add_argument("--colours", choices=plt.colormaps(), metavar="MAP", help="a colour map of matplotlib")
     parser.add_argument("--dpi", type=float, default=150)

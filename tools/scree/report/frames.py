@@ -1,8 +1,7 @@
 """What the player of a page draws: shapes, motion, stress, velocity and contacts of all frames as arrays of whole numbers."""
 import numpy as np
 
-from ..errors import ResultsError
-from ..overlays import against_others, means
+from ..overlays import against_others, all_corners, means, vertices_of_contacts
 from .packing import PLACES, POSITIONS, ROOTS, SHADES, quantised
 
 
@@ -17,7 +16,7 @@ def pack_frames(file, pack):
     start = results.vertices(0)
     low, size = start.min(0), max(np.ptp(start, axis=0).max(), 1e-300)
     pack.add("start", np.rint((start - low) / size * PLACES).T)
-    every, of_element = np.concatenate(corners), np.repeat(np.arange(len(corners)), list(map(len, corners)))
+    every, of_element = all_corners(file)[1], np.repeat(np.arange(len(corners)), list(map(len, corners)))
     pack.add("corners", every)
     pack.add("count", list(map(len, corners)))
     blocks, block = np.unique(results.block, return_inverse=True)
@@ -45,7 +44,7 @@ def pack_frames(file, pack):
     pack.add("velocity", velocity)
     return {"origin": low.tolist(), "size": size, "times": file.times.tolist(), "blocks": blocks.tolist(),
             "motion_factor": digits(factor), "stress_factor": digits(stress_factor), "velocity_factor": digits(velocity_factor),
-            "points": points_of(file), "bolts": bolts_of(file), "force_factor": pack_contacts(results, of_vertex, block, pack)}
+            "points": points_of(file), "bolts": bolts_of(file), "force_factor": pack_contacts(file, block, pack)}
 
 
 def digits(values):
@@ -70,24 +69,10 @@ def bolts_of(file):
     return [{"ends": digits(ends), "state": states.tolist()} for ends, states in found] if len(found[0][1]) else []
 
 
-def vertices_of_contacts(results, frame, contacts, of_vertex, block):
-    """The vertex of each contact: of those of its block that at its place."""
-    places = np.vstack([results.vertices(frame), contacts.place])
-    owner = np.concatenate([of_vertex, block])
-    n_vertices = len(of_vertex)
-    order = np.lexsort((np.arange(len(places)), places[:, 1], places[:, 0], owner))
-    last = np.maximum.accumulate(np.where(order < n_vertices, np.arange(len(order)), 0))
-    vertex = np.empty(len(places), int)
-    vertex[order] = order[last]
-    vertex = vertex[n_vertices:]
-    if not (places[vertex] == contacts.place).all():
-        raise ResultsError(f"{results.path}: expected contacts at vertices in frame {frame}, found others")
-    return vertex
-
-
-def pack_contacts(results, of_vertex, block, pack):
+def pack_contacts(file, block, pack):
     """Adds the closed contacts, those of a vertex and the block of an edge one after the other in time, pairs of blocks together.
     Returns the factor of their forces, whose roots are kept; None where there are none."""
+    results = file.file
     if results.contacts_of(0) is None or not results["contacts/count"][:results.n_frames].sum():
         return None
     number = np.zeros(results.block.max() + 1, int)
@@ -96,7 +81,7 @@ def pack_contacts(results, of_vertex, block, pack):
     for frame in range(results.n_frames):
         contacts = results.contacts_of(frame)
         blocks = number[contacts.blocks]
-        vertex = vertices_of_contacts(results, frame, contacts, of_vertex, blocks[:, 0])
+        vertex = vertices_of_contacts(file, frame)
         angle = np.rint(np.arctan2(contacts.normal[:, 1], contacts.normal[:, 0]) * 128 / np.pi)
         rows.append(np.column_stack([blocks.min(1), blocks.max(1), vertex, blocks[:, 1], np.full(len(vertex), frame), contacts.state,
                                      angle, contacts.force]))

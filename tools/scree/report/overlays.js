@@ -141,9 +141,10 @@ function digits(value) {
 function drawBolts(player) {
   const {scene} = player;
   if (!scene.bolts.length) return;
-  const {ends, state} = scene.bolts[player.frame];
+  const {ends, state} = scene.bolts[player.frame], start = scene.bolts[0].ends;
+  const place = i => start[i] + player.magnified * (ends[i] - start[i]) - scene.origin[i % 2];
   LOOK.bolts.forEach(({colour, dash}, k) => {
-    const segments = state.flatMap((now, i) => now === k ? [0, 1, 2, 3].map(j => ends[4 * i + j] - scene.origin[j % 2]) : []);
+    const segments = state.flatMap((now, i) => now === k ? [0, 1, 2, 3].map(j => place(4 * i + j)) : []);
     player.stroke(asPixels(player, segments), colour, 2, dash);
   });
 }

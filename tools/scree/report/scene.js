@@ -130,13 +130,15 @@ class Scene {
   }
 
   /** What joints do, as overlays.py has it: parts as x1 y1 x2 y2. Slip and stick: what two edges have of each other, or a short
-   *  piece where a corner touches an edge; slip wins. Open: edges without contact that lay against another block at the start. */
-  jointParts(frame, places) {
+   *  piece where a corner touches an edge; slip wins. Open: edges without contact that lay against another block at the start.
+   *  Places are those as drawn. */
+  jointParts(frame, drawn) {
+    const places = this.positions(frame, 1); // who touches whom is asked of these
     const n = this.vertices, touched = new Uint8Array(this.edge_joint.length), parts = {stick: [], slip: [], open: []};
     const name = sliding => sliding ? "slip" : "stick", own = [], others = [], pairs = [];
     let lastA = -1, lastB = -1;
     const addPairs = () => {
-      for (let k = 0; k < pairs.length; k += 3) this.addCommonPart(pairs[k + 1], pairs[k], places, parts[name(pairs[k + 2])]);
+      for (let k = 0; k < pairs.length; k += 3) this.addCommonPart(pairs[k + 1], pairs[k], places, drawn, parts[name(pairs[k + 2])]);
       pairs.length = 0;
     };
     for (const contact of this.contactsOf(frame)) {
@@ -151,13 +153,13 @@ class Scene {
       for (const i of others) touched[i] = 1;
       for (const i of own) for (const j of others) if (i !== j) addPair(pairs, i, j, sliding);
       if (!own.length && others.length) {
-        const half = LOOK.corner * this.shortestEdge(a, places) / 2;
-        parts[name(sliding)].push(x - half * dx, y - half * dy, x + half * dx, y + half * dy);
+        const half = LOOK.corner * this.shortestEdge(a, places) / 2, px = drawn[v], py = drawn[n + v];
+        parts[name(sliding)].push(px - half * dx, py - half * dy, px + half * dx, py + half * dy);
       }
     }
     addPairs();
     for (let i = 0; i < touched.length && frame > 0; i++)
-      if (this.edge_against[i] && !touched[i]) parts.open.push(...this.edgeOf(i, places));
+      if (this.edge_against[i] && !touched[i]) parts.open.push(...this.edgeOf(i, drawn));
     return parts;
   }
 
@@ -189,12 +191,14 @@ class Scene {
   }
 
   /** Adds what an edge has of another one that lies on it. */
-  addCommonPart(edge, other, places, parts) {
+  addCommonPart(edge, other, places, drawn, parts) {
     const [x1, y1, x2, y2] = this.edgeOf(edge, places), dx = x2 - x1, dy = y2 - y1, [u1, v1, u2, v2] = this.edgeOf(other, places);
     const square = dx * dx + dy * dy, first = ((u1 - x1) * dx + (v1 - y1) * dy) / square;
     const second = ((u2 - x1) * dx + (v2 - y1) * dy) / square;
     const low = Math.max(Math.min(first, second), 0), high = Math.min(Math.max(first, second), 1);
-    if (low < high) parts.push(x1 + low * dx, y1 + low * dy, x1 + high * dx, y1 + high * dy);
+    if (low >= high) return;
+    const [px, py, qx, qy] = this.edgeOf(edge, drawn);
+    for (const share of [low, high]) parts.push(px + share * (qx - px), py + share * (qy - py));
   }
 
   /** Places of the points of a kind. */
