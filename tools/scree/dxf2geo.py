@@ -1,6 +1,7 @@
 """Turns a DXF joint map into a geometry deck (doc/decks.md).
 
-    tools/dxf2geo MAP.dxf [-o OUT.geo] [--e0 0.001] [--sagitta S] [--layer NAME=ROLE ...]
+    tools/dxf2geo MAP.dxf [-o OUT.geo] [--e0 0.001] [--sagitta S] [--layer NAME=ROLE ...] [--clip X1 Y1 X2 Y2 [X3 Y3 ...]]
+                  [--least-area A]
 
 What a layer holds is told by how its name begins, in capitals or not:
 
@@ -8,18 +9,23 @@ What a layer holds is told by how its name begins, in capitals or not:
     MATERIAL    material lines, of the block    HOLE        hole points
                 material at the end of the      any other   joint lines
                 name (MATERIAL_2)
-    FIXED       fixed lines and points
-    LOAD        load points
+    FIXED       fixed lines and points          TUNNEL      outlines of what is cut out of the rock;
+    LOAD        load points                     EXCAVATION  so too
+    BOLT        bolts, a line each              WATER       the water table
 
-The joint material of joint and boundary lines is the number at the end of the layer's name (JOINT_3, 3); layers without one get
-the numbers that are free, from 1, in order of name. --layer NAME=ROLE decides instead; ROLE is joint:N, boundary:N, material:N,
-fixed, load, measured, hole or skip.
+The joint material of joint and boundary lines and of tunnels is the number at the end of the layer's name (JOINT_3, 3); layers
+without one get the numbers that are free, from 1, in order of name. --layer NAME=ROLE decides instead; ROLE is joint:N, boundary:N,
+material:N, tunnel:N, bolt:STIFFNESS[:STRENGTH[:PRETENSION]] (which bolts need), water, fixed, load, measured, hole or skip.
+
+--clip takes what lies in a window, by two corners, or in a polygon, by three or more; its sides bound the rock where there is some.
+What lies in tunnels is left out, and they get hole points where rock closes them in. The water table becomes the group &water at
+the end of the deck, and --least-area, below which blocks join a neighbour, the group &blocks.
 
 Lines are LINE, LWPOLYLINE, POLYLINE, ARC, CIRCLE, ELLIPSE and SPLINE; points are POINT and, on the layers of points and of what is
 fixed, the centres of CIRCLE. INSERT is exploded. Curves become chords that are nowhere farther than the sagitta from them.
 The deck goes by layers in order of name, within a layer as the drawing does.
 
-Needs Debian's python3-ezdxf and python3-numpy.
+Needs Debian's python3-ezdxf and python3-numpy, and python3-shapely where something is clipped or cut out.
 """
 import argparse
 import collections
@@ -35,9 +41,12 @@ import ezdxf
 import numpy as np
 from ezdxf.math import Vec3
 
-LINE_KINDS = ("boundary", "joint", "material")  # with a number each
+LINE_KINDS = ("boundary", "joint", "material", "tunnel")  # with a number each
 POINT_KINDS = ("load", "measured", "hole")
-ROLES = "joint:N, boundary:N, material:N, fixed, load, measured, hole or skip"
+NAMED_KINDS = {"boundary": "boundary", "material": "material", "fixed": "fixed", "tunnel": "tunnel", "excavation": "tunnel",
+               "bolt": "bolt", "water": "water"} | {kind: kind for kind in POINT_KINDS}  # by the beginnings of names
+ROLES = ("joint:N, boundary:N, material:N, tunnel:N, bolt:STIFFNESS[:STRENGTH[:PRETENSION]], water, fixed, load, measured, hole "
+         "or skip")
 LARGEST_NUMBER = 2**31 - 1
 DEFAULT_SAGITTA = 1e-3  # over the extent
 LEAST_SAGITTA = 1e-9    # over the extent
@@ -46,7 +55,7 @@ STRAIGHT = 1e-12        # largest bulge of a line
 MOST_HALVINGS = 64      # of a spline
 SPLINE_FRAME_VERTEX = 16
 
-Role = collections.namedtuple("Role", "kind number")
+Role = collections.namedtuple("Role", "kind number bolt", defaults=[None])  # number: of a material; bolt: e0 t0 f0 of a deck
 
 
 class MapError(Exception):
@@ -316,7 +325,7 @@ def in_order(layer):
 
 def role_by_name(name):
     """The role that a layer's name says; number 0 where it says none."""
-    kind = next((kind for kind in ("boundary", "material", "fixed", *POINT_KINDS) if name.lower().startswith(kind)), "joint")
+    kind = next((kind for word, kind in NAMED_KINDS.items() if name.lower().startswith(word)), "joint")
     number = int("0" + re.search("[0-9]*$", name).group())
     return Role(kind, number if kind in LINE_KINDS and number <= LARGEST_NUMBER else 0)
 
@@ -326,30 +335,49 @@ def chosen_roles(words, drawing):
     roles = {}
     for word in words:
         name, _, role = word.rpartition("=")
-        found = re.fullmatch("(joint|boundary|material):([0-9]{1,10})|(fixed|load|measured|hole|skip)", role.lower())
-        if not name or not found or found[2] and not 1 <= int(found[2]) <= LARGEST_NUMBER:
+        found = re.fullmatch("(joint|boundary|material|tunnel):([0-9]{1,10})|(fixed|load|measured|hole|water|skip)", role.lower())
+        bolt = bolt_of(role.lower())
+        if not name or not (found or bolt) or found and found[2] and not 1 <= int(found[2]) <= LARGEST_NUMBER:
             raise MapError(f"--layer: expected NAME=ROLE with ROLE one of {ROLES} (N from 1), found '{shown(word)}'")
         if name.lower() not in drawing.names:
             raise MapError(f"{drawing.path}: expected a layer of the name '{shown(name)}' (--layer), found "
                            + ", ".join(f"'{shown(drawing.names[layer])}'" for layer in sorted(drawing.names, key=in_order)))
         if name.lower() in roles:
             raise MapError(f"--layer: expected one role for the layer '{shown(name)}', found two")
-        roles[name.lower()] = Role(found[1] or found[3], int(found[2] or 0))
+        roles[name.lower()] = Role("bolt", 0, bolt) if bolt else Role(found[1] or found[3], int(found[2] or 0))
     return roles
+
+
+def bolt_of(role):
+    """Stiffness, strength and pretension of a role bolt:...; None where it is another, or they are no such numbers."""
+    kind, *words = role.split(":")
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        return None
+    whole = kind == "bolt" and 1 <= len(numbers) <= 3 and numbers[0] > 0 and all(0 <= number < math.inf for number in numbers)
+    return tuple((numbers + [0.0, 0.0])[:3]) if whole else None
 
 
 def wanted(role, shapes):
     """The shapes of an entity that a layer of a role takes."""
     points = [shape for shape in shapes if isinstance(shape, Point)]
     curves = [shape for shape in shapes if not isinstance(shape, Point)]
+    if role.kind == "bolt":
+        return curves if len(curves) == 1 and isinstance(curves[0], Line) else []
     return points if role.kind in POINT_KINDS else points or curves if role.kind == "fixed" else curves
+
+
+def role_words(role):
+    """What the layer of a role is for."""
+    return "points" if role.kind in POINT_KINDS else "straight lines" if role.kind == "bolt" else "lines"
 
 
 class Deck:
     """The geometry deck of a drawing."""
 
-    def __init__(self, drawing, choice, e0, sagitta):
-        self.drawing, self.e0 = drawing, e0
+    def __init__(self, drawing, choice, e0, sagitta, clip=(), least_area=0.0):
+        self.drawing, self.e0, self.least_area = drawing, e0, least_area
         self.taken = {}                        # shapes by layer, in order of name
         self.left_out = collections.Counter()  # entities by layer and what they are
         self.roles = {layer: choice.get(layer) or role_by_name(drawing.names[layer])
@@ -359,6 +387,15 @@ class Deck:
         self.number_layers()
         self.sagitta = self.choose_sagitta(sagitta)
         self.flatten()
+        self.said = []                         # what clip and tunnels became
+        self.outside = 0                       # lines and points that they take away
+        if clip or self.lines["tunnel"]:
+            self.take_rock(clip)
+        if not self.lines["boundary"] and not self.lines["joint"]:
+            raise MapError(f"{self.drawing.path}: expected joint or boundary lines"
+                           + (" in the clip" if self.outside else "") + ", found none"
+                           + (f" but {self.dropped} of no length" if self.dropped else "") + self.why_empty())
+        self.table = self.water_table()
 
     def take(self, layer, role):
         """Takes the shapes of a layer."""
@@ -366,8 +403,7 @@ class Deck:
         for kind, shapes in self.drawing.held[layer] if role.kind != "skip" else ():
             some = [] if isinstance(shapes, str) else wanted(role, shapes)
             if not some:
-                self.left_out[layer, shapes if isinstance(shapes, str) else
-                              f"{kind} (this layer is for {'points' if role.kind in POINT_KINDS else 'lines'})"] += 1
+                self.left_out[layer, shapes if isinstance(shapes, str) else f"{kind} (this layer is for {role_words(role)})"] += 1
             for shape in some:
                 self.expect_flat(layer, kind, shape)
                 taken.append(shape)
@@ -384,17 +420,22 @@ class Deck:
             raise MapError(f"{self.drawing.path}: expected z = 0, found {where} with z = {z[abs(z).argmax()]:.6g}")
 
     def number_layers(self):
-        """Gives the free numbers to the layers of joint and boundary lines without one."""
+        """Gives the free numbers to the layers of joint and boundary lines and of tunnels without one."""
+        for layer in self.taken:
+            if self.roles[layer].kind == "bolt" and not self.roles[layer].bolt:
+                name = shown(self.drawing.names[layer])
+                raise MapError(f"{self.drawing.path}: expected the stiffness of bolts, "
+                               f"--layer '{name}=bolt:STIFFNESS[:STRENGTH[:PRETENSION]]', found '{name}'")
         numbered = [layer for layer in self.taken if self.roles[layer].kind in LINE_KINDS]
         used = {self.roles[layer].number for layer in numbered if self.roles[layer].kind != "material"}
-        free = (number for number in itertools.count(1) if number not in used)
+        self.free = (number for number in itertools.count(1) if number not in used)
         for layer in numbered:
-            kind, number = self.roles[layer]
+            kind, number, _ = self.roles[layer]
             if number == 0 and kind == "material":
                 name = shown(self.drawing.names[layer])
                 raise MapError(f"{self.drawing.path}: expected a block material from 1 at the end of the layer's name or "
                                f"--layer '{name}=material:N', found '{name}'")
-            self.roles[layer] = Role(kind, number or next(free))
+            self.roles[layer] = Role(kind, number or next(self.free))
 
     def choose_sagitta(self, given):
         """The sagitta that was given, or else the default of the drawing's extent: its width or height, the larger."""
@@ -424,7 +465,7 @@ class Deck:
         self.lines, self.points = collections.defaultdict(list), collections.defaultdict(list)
         self.counts = {}
         for layer, shapes in self.taken.items():
-            kind, number = self.roles[layer]
+            kind, number, bolt = self.roles[layer]
             before = len(self.lines[kind]), len(self.points[kind])
             for shape in shapes:
                 places = shape.vertices(self.sagitta).tolist()
@@ -437,12 +478,69 @@ class Deck:
                     if start == end:
                         self.dropped += 1
                     else:
-                        self.lines[kind].append(start + end + ([number] if number else []))
+                        self.lines[kind].append(start + end + ([number] if number else list(bolt or ())))
             points = len(self.points[kind]) - before[1]
             self.counts[layer] = len(self.lines[kind]) - before[0] - (points if kind == "fixed" else 0), points
-        if not self.lines["boundary"] and not self.lines["joint"]:
-            raise MapError(f"{self.drawing.path}: expected joint or boundary lines, found none"
-                           + (f" but {self.dropped} of no length" if self.dropped else "") + self.why_empty())
+
+    def take_rock(self, clip):
+        """Clips lines and points, cuts the tunnels out and adds what bounds the rock then."""
+        try:
+            from . import drawn_rock
+        except ImportError:
+            raise MapError("expected shapely for --clip and tunnels, found none: on Debian, apt-get install python3-shapely") from None
+        window = drawn_rock.Polygon(corners_of(clip)) if clip else None
+        if clip and not (window.is_valid and window.area > 0):
+            raise MapError("--clip: expected corners of a polygon whose sides meet there alone, found " + " ".join(map(repr, clip)))
+        outlines = collections.defaultdict(list)
+        for line in self.lines["tunnel"]:
+            outlines[line[4]].append(line)
+        try:
+            tunnels = {number: drawn_rock.enclosed(lines) for number, lines in outlines.items()}
+        except drawn_rock.OpenOutline as end:
+            raise MapError(f"{self.drawing.path}: expected closed outlines of tunnels, found an open one at {end}") from None
+        rock = drawn_rock.Rock(window, list(tunnels.values()), self.lines["boundary"], self.points["hole"])
+        if self.lines["boundary"] and not rock.encloses:
+            self.said.append("boundary lines enclose nothing: all that is clipped is rock")
+        for kind in ("boundary", "joint", "material", "fixed", "bolt"):
+            kept = [rock.part_of(line, kind != "joint") if kind != "bolt" and line[:2] != line[2:4]
+                    else [line] if rock.holds_points([line[:2], line[2:4]]).all() else [] for line in self.lines[kind]]
+            self.outside += sum(not parts for parts in kept)
+            self.lines[kind] = list(itertools.chain(*kept))
+        for kind in POINT_KINDS:
+            left = rock.holds_holes(self.points[kind]) if kind == "hole" else rock.holds_points(self.points[kind])
+            self.outside += int((~left).sum())
+            self.points[kind] = [point for point, stays in zip(self.points[kind], left) if stays]
+        if clip:
+            sides, number = rock.outline(rock.clip), next(self.free)
+            self.lines["boundary"] += [side + [number] for side in sides]
+            self.said.append(f"clip: boundary, joint material {number}, {counted(len(sides), 'line')}")
+        for number, tunnel in tunnels.items():
+            sides = rock.outline(drawn_rock.sides_of(tunnel))
+            self.lines["boundary"] += [side + [number] for side in sides]
+            self.said.append(f"tunnels of joint material {number}: boundary, {counted(len(sides), 'line')}")
+        holes = rock.hole_points()
+        self.points["hole"] += holes
+        if tunnels:
+            self.said.append(f"tunnels that rock closes in: {counted(len(holes), 'hole point')}")
+        if self.outside:
+            self.said.append(f"left out, where no rock is left: {counted(self.outside, 'line or point', 'lines and points')}")
+
+    def water_table(self):
+        """The points of the water table, x ascending, from the lines of its layers."""
+        chains = []
+        for start_end in self.lines["water"]:
+            start, end = start_end[:2], start_end[2:]
+            if chains and chains[-1][-1] == start:
+                chains[-1].append(end)
+            else:
+                chains.append([start, end])
+        chains = sorted(chain if chain[0][0] < chain[-1][0] else chain[::-1] for chain in chains)
+        places = [place for place, _ in itertools.groupby(itertools.chain(*chains))]
+        for before, after in zip(places, places[1:]):
+            if not after[0] > before[0]:
+                raise MapError(f"{self.drawing.path}: expected a water table with one level at each x, found points at x = "
+                               f"{before[0]:.6g} and, after it, {after[0]:.6g}")
+        return places
 
     def mapping(self):
         """Lines that say what each layer became."""
@@ -453,13 +551,16 @@ class Deck:
                 text.append(f"{name}skipped, {counted(len(self.drawing.held[layer]), 'entity', 'entities')}")
             elif layer in self.counts:
                 what = {"joint": f"joint material {role.number}", "boundary": f"boundary, joint material {role.number}",
-                        "material": f"block material {role.number}"}.get(role.kind, role.kind)
+                        "material": f"block material {role.number}", "tunnel": f"tunnels, joint material {role.number}",
+                        "bolt": "bolts of stiffness, strength, pretension " + " ".join(map(repr, role.bolt or ())),
+                        "water": "water table"}.get(role.kind, role.kind)
                 lines, points = self.counts[layer]
                 text.append(name + ", ".join([what] + [counted(n, one) for n, one in ((lines, "line"), (points, "point")) if n]))
         for (layer, why), count in sorted(self.drawing.hidden.items()):
             name, entities = shown(self.drawing.names[layer]), counted(count, "entity", "entities")
             text.append(f"layer '{name}'" + (f": {entities} invisible, skipped" if why == "invisible" else
                                              f" is {why}: {entities} skipped"))
+        text += self.said
         if self.dropped:
             text.append(f"dropped {counted(self.dropped, 'line')} of no length")
         return text
@@ -487,11 +588,28 @@ class Deck:
         head = [f"From {name}, chords within {self.sagitta:.6g} of the curves", *self.mapping(), *self.warnings()]
         numbers = [(repr(self.e0), "least distance of edge and node, over the size (e0)"),
                    (f"{len(lines)} {len(self.lines['boundary'])}", "lines, boundary lines"),
-                   (len(self.lines["material"]), "material lines"), (0, "bolts"), (len(self.lines["fixed"]), "fixed lines"),
+                   (len(self.lines["material"]), "material lines"), (len(self.lines["bolt"]), "bolts"),
+                   (len(self.lines["fixed"]), "fixed lines"),
                    *((len(self.points[kind]), f"{kind} points") for kind in POINT_KINDS)]
-        rows = itertools.chain(lines, self.lines["material"], self.lines["fixed"], *(self.points[kind] for kind in POINT_KINDS))
+        rows = itertools.chain(lines, *(self.lines[kind] for kind in ("material", "bolt", "fixed")),
+                               *(self.points[kind] for kind in POINT_KINDS))
         return "".join([f"! {line}\n" for line in head] + [f"{number!s:<12} ! {what}\n" for number, what in numbers]
-                       + [" ".join(map(repr, row)) + "\n" for row in rows])
+                       + [" ".join(map(repr, row)) + "\n" for row in rows] + self.groups())
+
+    def groups(self):
+        """The groups of places that the deck ends in."""
+        text = [f"&blocks least_area={self.least_area!r} /\n"] if self.least_area > 0 else []
+        if self.table:
+            text.append("&water table=" + "  ".join(f"{x!r} {y!r}" for x, y in self.table) + " /\n")
+        return text
+
+
+def corners_of(numbers):
+    """The corners of a clip: two are those of a window."""
+    x, y = numbers[::2], numbers[1::2]
+    if len(x) == 2:
+        x, y = [x[0], x[1], x[1], x[0]], [y[0], y[0], y[1], y[1]]
+    return list(zip(x, y))
 
 
 def counted(number, one, more=None):
@@ -508,6 +626,9 @@ def main():
     parser.add_argument("--sagitta", type=float, metavar="S",
                         help="largest distance of a chord from its curve; default: 1e-3 of the drawing's extent")
     parser.add_argument("--layer", action="append", default=[], metavar="NAME=ROLE", help="role of a layer; may be repeated")
+    parser.add_argument("--clip", type=float, nargs="+", default=[], metavar="X",
+                        help="x and y of two corners of a window, or of three or more of a polygon")
+    parser.add_argument("--least-area", type=float, default=0.0, metavar="A", help="of a block: a smaller one joins its neighbour")
     given = parser.parse_args()
     logging.disable()  # ezdxf's; what matters of it is said here
     try:
@@ -515,11 +636,15 @@ def main():
             raise MapError(f"--e0: expected at least 0 and below 1, found {given.e0}")
         if given.sagitta is not None and not 0 < given.sagitta < math.inf:
             raise MapError(f"--sagitta: expected a length above 0, found {given.sagitta}")
+        if given.clip and (len(given.clip) < 4 or len(given.clip) % 2 or not np.isfinite(given.clip).all()):
+            raise MapError(f"--clip: expected x and y of two corners or more, found {' '.join(map(repr, given.clip))}")
+        if not 0 <= given.least_area < math.inf:
+            raise MapError(f"--least-area: expected an area from 0, found {given.least_area}")
         output = pathlib.Path(given.output or pathlib.Path(given.map).with_suffix(".geo"))
         if output.resolve() == pathlib.Path(given.map).resolve():
             raise MapError(f"{output}: expected another name than the map's for the deck (-o), found the same")
         drawing = Drawing(given.map)
-        deck = Deck(drawing, chosen_roles(given.layer, drawing), given.e0, given.sagitta)
+        deck = Deck(drawing, chosen_roles(given.layer, drawing), given.e0, given.sagitta, given.clip, given.least_area)
         try:
             output.write_text(deck.text(), encoding="utf-8")
         except OSError as error:
