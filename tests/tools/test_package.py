@@ -1,6 +1,10 @@
 """The package of tools/: results are read as the program wrote them, and runs say what the program says."""
+import base64
+import inspect
 import os
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 
@@ -154,6 +158,88 @@ def test_the_package_needs_no_installation_and_no_folder(tmp_path):
     done = subprocess.run([sys.executable, "-B", "-c", code], cwd=tmp_path, capture_output=True, text=True,
                           env={**os.environ, "PYTHONPATH": str(SOURCE / "tools")})
     assert done.returncode == 0 and int(done.stdout) >= 2, done.stderr
+
+
+def test_settings_are_given_by_name_with_all_their_digits(tmp_path):
+    """A number, a list, numpy's numbers, a word, a number of a material; as the texts do."""
+    given = {"step.size": 0.1 / 3, "step.count": np.int64(3), "damping.mass": np.float64(0.7), "method.plane": "strain",
+             "acceleration.table": [0, 1, (2.5, 1), np.array([1, 0])], "material(1).ma": 2000}
+    texts = [f"step.size={0.1 / 3!r}", "step.count=3", "damping.mass=0.7", "method.plane=strain", "acceleration.table=0 1 2.5 1 1 0",
+             "material(1).ma=2000"]
+    by_name = scree.run(T4, output=tmp_path / "a.h5", set=given)
+    by_text = scree.run(T4, output=tmp_path / "b.h5", settings=texts)
+    assert len(by_name.history.time) == 3 and by_name.history.step_size[0] == 0.1 / 3
+    np.testing.assert_array_equal(by_name.vertices(), by_text.vertices())
+    for wrong in (True, None, object()):
+        with pytest.raises(TypeError, match="a text, a number or a list"):
+            scree.run(T4, output=tmp_path / "c.h5", set={"step.size": wrong})
+    with pytest.raises(scree.RunFailed, match="step.size above 0"):
+        scree.run(T4, output=tmp_path / "c.h5", set={"step.size": -1})
+
+
+def test_tables_hold_the_arrays_of_the_file(incline):
+    steps = incline.table_of_steps()
+    np.testing.assert_array_equal(steps.index, incline.history.time)
+    np.testing.assert_array_equal(steps["energy/kinetic"], incline.history.energy.kinetic)
+    assert steps.shape[0] == 20 and "rotation" not in steps and "time" not in steps
+    blocks = incline.table_of_blocks(7)
+    assert list(blocks.index) == [1, 2] and blocks.index.name == "block"
+    np.testing.assert_array_equal(blocks[["centroid_x", "centroid_y"]], incline.bodies.centroid[7])
+    np.testing.assert_array_equal(blocks[["stress_xx", "stress_yy", "stress_xy"]], incline.bodies.stress[7])
+    np.testing.assert_array_equal(blocks["area"], incline.bodies.area[7])
+    contacts, expected = incline.table_of_contacts(), incline.contacts_of()
+    assert len(contacts) == len(expected) > 0 and set(contacts["state"]) <= {"sliding", "locked"}
+    np.testing.assert_array_equal(contacts[["normal_force", "shear_force"]], expected.force)
+    np.testing.assert_array_equal(contacts[["vertex_block", "edge_block"]], expected.blocks)
+    spin = scree.run(T4, output=incline.path.with_name("t4.h5"), set={"step.count": 1})
+    assert len(spin.table_of_contacts()) == 0 and list(spin.table_of_contacts()) == list(contacts)
+
+
+def test_shapes_have_the_holes_of_the_elements(tmp_path):
+    """A square of 10 with a hole of 2 x 2 and one of 1 x 1."""
+    (tmp_path / "g.geo").write_text(
+        "0.001 12 12 0 0 1 0 0 2\n0 0 10 0 1\n10 0 10 10 1\n10 10 0 10 1\n0 10 0 0 1\n2 2 4 2 1\n4 2 4 4 1\n4 4 2 4 1\n2 4 2 2 1\n"
+        "6 6 7 6 1\n7 6 7 7 1\n7 7 6 7 1\n6 7 6 6 1\n1 1 1 1\n3 3\n6.5 6.5\n")
+    (tmp_path / "a.ana").write_text("1 1 1 1 0.05 0.01\n1 0 1e6 0.2\n0 0 0\n0 0 0\n0 0 0\n30 0 0\n&deck geometry='g.geo' /\n")
+    shape, = scree.run(tmp_path / "a.ana").shapes(0)
+    assert shape.is_valid and sorted(hole.length for hole in shape.interiors) == pytest.approx([4, 8])
+    assert shape.area == pytest.approx(95, rel=1e-12) and shape.exterior.length == pytest.approx(40)
+
+
+def test_a_notebook_shows_facts_and_a_picture(incline):
+    png, text = incline._repr_png_(), incline._repr_html_()
+    assert png.startswith(b"\x89PNG") and len(png) > 3000
+    assert base64.b64decode(re.search(r"base64,([^\"]*)", text)[1]).startswith(b"\x89PNG")
+    assert "<td>2</td>" in text and "frames</th><td>21, to t = 0.2" in text and str(incline.path) in text
+
+
+def test_what_is_public_has_a_docstring_and_types():
+    things = [getattr(scree, name) for name in scree.__all__ if not name.endswith(("Error", "Missing", "Failed"))]
+    things += [method for name, method in inspect.getmembers(scree.Results, inspect.isfunction) if not name.startswith("_")]
+    for thing in things:
+        assert thing.__doc__, thing
+        if inspect.isfunction(thing) and thing is not scree.Runner:
+            assert {*inspect.signature(thing).parameters} - {"self"} <= {*thing.__annotations__}, thing
+            assert "return" in thing.__annotations__, thing
+    assert (SOURCE / "tools" / "scree" / "py.typed").exists()
+
+
+def test_the_package_installs_with_the_commands(tmp_path):
+    """By pip, from what is on the machine, into a folder of its own; its commands run elsewhere, by the program of the shell's path."""
+    shutil.copytree(SOURCE / "tools", tmp_path / "tools", ignore=shutil.ignore_patterns("__pycache__"))
+    subprocess.run([sys.executable, "-m", "pip", "install", "-q", "--no-index", "--no-deps", "--no-build-isolation", "--no-warn-script-location",
+                    "--root-user-action", "ignore", "--target", tmp_path / "site", tmp_path / "tools"], check=True, cwd=tmp_path)
+    commands = {path.name for path in (tmp_path / "site" / "bin").iterdir()}
+    python = {path.name for path in (SOURCE / "tools").iterdir() if path.is_file() and path.read_text().startswith("#!/usr/bin/python3")}
+    assert commands == {"scree-" + name.replace("_", "-") for name in python}
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "scree").symlink_to(os.environ["SCREE"])
+    environment = {"PATH": f"{tmp_path / 'bin'}:/usr/bin:/bin", "PYTHONPATH": str(tmp_path / "site"), "HOME": str(tmp_path)}
+    code = f"import scree; print(scree.__file__, scree.run({str(T4)!r}, output='x.h5', set={{'step.count': 2}}).n_frames)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, env=environment)
+    assert done.returncode == 0 and str(tmp_path / "site") in done.stdout, done.stderr
+    done = subprocess.run([tmp_path / "site" / "bin" / "scree-plot", "x.h5"], cwd=tmp_path, capture_output=True, text=True, env=environment)
+    assert done.returncode == 0 and (tmp_path / "x.png").exists(), done.stderr
 
 
 @pytest.mark.parametrize("name", ["validate", "bench", "plot", "compare_shi", "paper", "dxf2geo"])

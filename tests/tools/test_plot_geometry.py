@@ -10,6 +10,7 @@ from matplotlib import image
 from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.path import Path
 from scree import plot as tool
+from scree.polygons import loops_of
 
 SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
@@ -124,9 +125,9 @@ def test_loops_of_a_polygon_with_seams_are_its_holes():
     square, first, second = [(0, 0), (9, 0), (9, 9), (0, 9)], [(1, 1), (1, 2), (2, 1)], [(3, 3), (3, 4), (4, 3)]
     polygon = np.array([*square[:1], first[0], first[1], first[2], second[0], *second[1:], second[0], first[2], first[0], *square],
                        float)
-    loops = [set(map(tuple, polygon[loop])) for loop in tool.loops_of(polygon)]
+    loops = [set(map(tuple, polygon[loop])) for loop in loops_of(polygon)]
     assert sorted(map(len, loops)) == [3, 3, 4] and set(square) in loops and set(first) in loops and set(second) in loops
-    assert len(tool.loops_of(np.array(square, float))) == 1
+    assert len(loops_of(np.array(square, float))) == 1
 
 
 @pytest.mark.parametrize("name", ["map.geo", "map.ana", "covered.ana"])

@@ -17,10 +17,10 @@ import sys
 import numpy as np
 
 from .errors import ProgramMissing, RunFailed
-from .program import TREE, Runner, work_folder
+from .program import Runner, input_folder, work_folder
 from .validation import arc
 
-DECKS = TREE / "input" / "paper" / "rotation"
+DECKS = input_folder() / "paper" / "rotation"
 OMEGA = 2 * math.pi  # rad/s, of the start
 DENSITY, EDGE = 2500.0, 0.1
 
@@ -145,7 +145,7 @@ def sweep_arc(run):
                 exact = arc.reference(points, opening)
                 lossless = arc.elastic(points, opening)[1] if scheme == "conserving" else 0.0
                 for dt in (0.005, 0.001):
-                    slide = arc.Slide(run, TREE / "input" / "paper" / "arc" / "arc.ana", scheme, points, opening, dt)
+                    slide = arc.Slide(run, input_folder() / "paper" / "arc" / "arc.ana", scheme, points, opening, dt)
                     rise, back = slide.rise - exact.rise, (slide.speed_back - exact.speed_back) / arc.SPEED
                     miss = {"plastic": max(abs(rise), abs(back)) > 0.01 or slide.energy_gain > 1e-3,
                             "conserving": slide.rise < 0.995 <= lossless or slide.energy_error > 1e-3}.get(scheme, False)

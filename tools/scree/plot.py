@@ -13,13 +13,12 @@ Needs Debian's python3-numpy, python3-h5py and python3-matplotlib.
 """
 import argparse
 import dataclasses
+import os
 import pathlib
 import sys
 import tempfile
 
-import matplotlib
-
-matplotlib.use("Agg")
+os.environ.setdefault("MPLBACKEND", "Agg")  # unless something else draws here, as a notebook does
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib import patheffects
@@ -33,6 +32,7 @@ from .arguments import above_zero
 from .errors import PlotError, ScreeError
 from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
                        robust_limits, velocities)
+from .polygons import loops_of
 from .program import cut
 from .results import read
 
@@ -46,24 +46,6 @@ TALLEST = 1.4      # of a panel, over its width
 LEAST_SIDE = 0.25  # of a picture over the other
 POINTS = {1: ("fixed point", "^", "tab:red"), 2: ("load point", "v", "tab:orange"), 3: ("measured point", "o", "tab:cyan")}
 BOLTS = (("bolt", "-", "crimson"), ("bolt that has yielded", "-", "darkorange"), ("broken bolt", ":", "crimson"))  # by state
-LEAST_POLYGON_WITH_A_HOLE = 8  # two triangles, and two vertices there twice
-
-
-def loops_of(polygon):
-    """Vertices of each loop of a polygon whose holes are joined by seams, edges that it runs through both ways."""
-    corners = list(map(tuple, polygon))
-
-    def part(numbers):
-        n = len(numbers)
-        if n >= LEAST_POLYGON_WITH_A_HOLE:
-            edges = {(corners[numbers[i]], corners[numbers[(i + 1) % n]]): i for i in range(n)}
-            for i in range(n - 4):
-                j = edges.get((corners[numbers[i + 1]], corners[numbers[i]]), 0)
-                if j >= i + 4:  # each vertex that is there twice stays where no seam starts
-                    return part(numbers[:i] + numbers[j + 1:]) + part(numbers[i + 1:j])
-        return [np.array(numbers)]
-
-    return part(list(range(len(corners))))
 
 
 def outline(polygon, loops):

@@ -1,6 +1,8 @@
 """Polygons: arrays of their corners."""
 import numpy as np
 
+LEAST_POLYGON_WITH_A_HOLE = 8  # two triangles, and two vertices there twice
+
 
 def worst_overlap(polygons):
     """Depth of the deepest corner of a polygon, of any shape, in another: its distance from the outline.
@@ -54,3 +56,20 @@ def deepest_overlap(polygons):
         behind = np.einsum("pkx,pckx->pkc", outward[a], corners[a][:, None] - corners[b][:, :, None]).max(2)
         depth = np.minimum(depth, np.where(real[a], behind, np.inf).min(1))
     return max(0.0, float(depth.max()))
+
+
+def loops_of(polygon):
+    """Vertices of each loop of a polygon whose holes are joined by seams, edges that it runs through both ways."""
+    corners = list(map(tuple, polygon))
+
+    def part(numbers):
+        n = len(numbers)
+        if n >= LEAST_POLYGON_WITH_A_HOLE:
+            edges = {(corners[numbers[i]], corners[numbers[(i + 1) % n]]): i for i in range(n)}
+            for i in range(n - 4):
+                j = edges.get((corners[numbers[i + 1]], corners[numbers[i]]), 0)
+                if j >= i + 4:  # each vertex that is there twice stays where no seam starts
+                    return part(numbers[:i] + numbers[j + 1:]) + part(numbers[i + 1:j])
+        return [np.array(numbers)]
+
+    return part(list(range(len(corners))))

@@ -1,29 +1,47 @@
 """The program: where it is, and how it is run."""
+from __future__ import annotations
+
 import contextlib
+import numbers
 import os
 import pathlib
 import shutil
 import subprocess
 import tempfile
 import time
+import typing
+from collections.abc import Iterable, Iterator, Mapping
 
 from .errors import ProgramMissing, RunFailed
-from .results import read
+from .results import Results, read
+
+StrPath = str | os.PathLike
 
 TREE = pathlib.Path(__file__).resolve().parents[2]
 BUILT = TREE / "build" / "release" / "bin" / "scree"
+PREFIX = (TREE / ".." / "..").resolve()  # where this is PREFIX/lib/python3/dist-packages/scree
+INSTALLED = PREFIX / "bin" / "scree"
 
 
-def program(path=None):
-    """The path of the program: the one given, else that of the variable SCREE, else that of the build folder, else the one that
-    the shell finds."""
-    path = path or os.environ.get("SCREE") or (BUILT if BUILT.exists() else shutil.which("scree") or BUILT)
+def program(path: StrPath | None = None) -> pathlib.Path:
+    """The path of the program: the one given, else that of the variable SCREE, else that of the build folder, else the one that is
+    installed beside this package, else the one that the shell finds."""
+    path = path or os.environ.get("SCREE") or next((there for there in (BUILT, INSTALLED) if there.exists()), None)
+    path = path or shutil.which("scree") or BUILT
     if not pathlib.Path(path).exists():
         raise ProgramMissing(f"expected the program {path}, found none: build it, or name it with --scree or the variable SCREE")
     return pathlib.Path(path).absolute()
 
 
-def call(*words, path=None, **options):
+def input_folder() -> pathlib.Path:
+    """The folder input/ of the source tree, or of what is installed."""
+    found = shutil.which("scree")
+    prefixes = [PREFIX, *(pathlib.Path(found).resolve().parents[1:2] if found else [])]
+    folders = [TREE / "input", *(prefix / "share" / "scree" / "input" for prefix in prefixes)]
+    return next((folder for folder in folders if folder.exists()), TREE / "input")
+
+
+def call(*words: StrPath, path: StrPath | None = None, **options: typing.Any) -> subprocess.CompletedProcess[str]:
     """Runs `scree WORDS` and returns what subprocess.run does, with what it printed as text, whatever its exit status.
 
     `path` names another program; options are those of subprocess.run, such as cwd and timeout.
@@ -31,7 +49,7 @@ def call(*words, path=None, **options):
     return subprocess.run([program(path), *words], capture_output=True, text=True, **options)
 
 
-def done_or_failed(done):
+def done_or_failed(done: subprocess.CompletedProcess[str]) -> subprocess.CompletedProcess[str]:
     """What `call` returned, if its exit status is 0; else RunFailed."""
     if done.returncode:
         said = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
@@ -39,30 +57,46 @@ def done_or_failed(done):
     return done
 
 
-def with_settings(settings):
+def with_settings(settings: Iterable[str]) -> list[str]:
     """Words of the command line for settings such as step.size=0.01."""
     return [word for setting in settings for word in ("--set", setting)]
 
 
-def run(*decks, output=None, settings=(), words=(), path=None, **options):
+def as_word(value: typing.Any) -> str:
+    """A value of a setting as a deck has it: a text as it is, numbers with all their digits, those of a list one after the other."""
+    if isinstance(value, str | os.PathLike):
+        return str(value)
+    if isinstance(value, Iterable):
+        return " ".join(map(as_word, value))
+    if isinstance(value, numbers.Integral) and not isinstance(value, bool):
+        return str(int(value))
+    if isinstance(value, numbers.Real) and not isinstance(value, bool):
+        return repr(float(value))
+    raise TypeError(f"expected a text, a number or a list of these for a setting, found {value!r}")
+
+
+def run(*decks: StrPath, output: StrPath | None = None, set: Mapping[str, typing.Any] | None = None, settings: Iterable[str] = (),
+        words: Iterable[str] = (), path: StrPath | None = None, **options: typing.Any) -> Results:
     """Runs decks (an analysis; or a geometry and an analysis) and returns their Results; raises RunFailed with the program's words.
 
-    `output` is the results file, by default beside the analysis; `settings` are texts such as "step.size=0.01"; `words` are more
-    words of the command line, `path` is another program, options are those of subprocess.run.
+    `output` is the results file, by default beside the analysis; `set` has values by name, such as {"step.size": 0.01,
+    "joint(1).phi": 30, "water.table": [0, 4, 20, 6]}; `settings` are the same as texts, "step.size=0.01"; `words` are more words of
+    the command line, `path` is another program, options are those of subprocess.run.
     """
     output = pathlib.Path(output or pathlib.Path(decks[-1]).with_suffix(".h5"))
-    done_or_failed(call("run", *decks, "-o", output, "--quiet", *with_settings(settings), *words, path=path, **options))
+    given = [*settings, *(f"{name}={as_word(value)}" for name, value in (set or {}).items())]
+    done_or_failed(call("run", *decks, "-o", output, "--quiet", *with_settings(given), *words, path=path, **options))
     return read(pathlib.Path(options.get("cwd") or ".") / output)
 
 
-def cut(*decks, output, path=None, **options):
+def cut(*decks: StrPath, output: StrPath, path: StrPath | None = None, **options: typing.Any) -> pathlib.Path:
     """Cuts a geometry to a block file, or an analysis to a results file of the model as set up; raises RunFailed."""
     done_or_failed(call("cut", *decks, "-o", output, "--quiet", path=path, **options))
     return pathlib.Path(output)
 
 
 @contextlib.contextmanager
-def work_folder(keep=None):
+def work_folder(keep: StrPath | None = None) -> Iterator[pathlib.Path]:
     """A folder for runs: the one to keep, made where it is not there, or one that goes again."""
     if keep:
         pathlib.Path(keep).mkdir(parents=True, exist_ok=True)

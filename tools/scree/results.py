@@ -1,18 +1,30 @@
 """Reads results files (doc/results.md says what is in them)."""
+from __future__ import annotations
+
+import base64
+import html
+import io
 import json
 import os
 import pathlib
+import typing
+from collections.abc import Iterator
 
 import h5py
 import numpy as np
 
+from . import tables
 from .errors import ResultsError
+
+if typing.TYPE_CHECKING:
+    import pandas
+    from shapely.geometry import Polygon
 
 GIVEN_AS = {"fixed": 1, "load": 2, "measured": 3}  # /points/kind
 STEPS = ("search", "alone", "assemble", "factor", "solve", "judge", "friction", "restitution", "check", "update", "sleep")
 
 
-def read(path):
+def read(path: str | os.PathLike) -> Results:
     """The results of a file of `scree run` or `scree cut`."""
     return Results(path)
 
@@ -24,15 +36,15 @@ class Group:
     iteration go over the names. Texts are str.
     """
 
-    def __init__(self, results, name):
+    def __init__(self, results: Results, name: str) -> None:
         self._results, self._name, self._read = results, name, {}
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> typing.Any:
         if name not in self._read:
             self._read[name] = self._results._fetch(self._name, name)
         return self._read[name]
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> typing.Any:
         if name.startswith("_"):
             raise AttributeError(name)
         try:
@@ -40,27 +52,27 @@ class Group:
         except KeyError as problem:
             raise AttributeError(problem.args[0]) from None
 
-    def __contains__(self, name):
+    def __contains__(self, name: str) -> bool:
         with self._results._open() as f:
             return f"{self._name}/{name}" in f
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[str]:
         with self._results._open() as f:
             return iter(list(f[self._name or "/"]))
 
-    def __dir__(self):
+    def __dir__(self) -> list[str]:
         with self._results._open() as f:
             return [*super().__dir__(), *f[self._name or "/"], *f[self._name or "/"].attrs]
 
-    def units(self, name):
+    def units(self, name: str) -> str:
         """The dimension of a dataset, such as force/length^2."""
         return self._results._attribute(f"{self._name}/{name}", "units")
 
-    def description(self, name):
+    def description(self, name: str) -> str:
         """What a dataset is, in words."""
         return self._results._attribute(f"{self._name}/{name}", "description")
 
-    def series(self):
+    def series(self) -> list[str]:
         """Names of all datasets in it and below, such as energy/kinetic."""
         names = []
         with self._results._open() as f:
@@ -72,11 +84,11 @@ class Contacts:
     """The closed contacts of a frame, a row each: `blocks` of the vertex and of the edge, `state` (1 sliding, 2 locked), `place` of
     the vertex, outer `normal` of the edge, `force` on the block of the vertex along the normal and the normal turned left."""
 
-    def __init__(self, group, rows):
+    def __init__(self, group: Group, rows: slice) -> None:
         self.blocks, self.state, self.place, self.normal, self.force = (
             group[name][rows] for name in ("blocks", "state", "place", "normal", "force"))
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.state)
 
 
@@ -89,7 +101,7 @@ class Results(Group):
     numbers from 1 are those of the deck. Of a run that was killed the rows that all series have are there.
     """
 
-    def __init__(self, path):
+    def __init__(self, path: str | os.PathLike) -> None:
         super().__init__(self, "")
         self.path = pathlib.Path(path)
         try:
@@ -106,7 +118,7 @@ class Results(Group):
         except KeyError as problem:
             raise ResultsError(f"{path}: expected a results file of scree, found one without {problem.args[0]}") from None
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"<results {self.path}: {self.n_blocks} blocks, {self.n_frames} frames, {self.scene.status}>"
 
     def _rows_that_count(self, f):
@@ -166,26 +178,26 @@ class Results(Group):
     # Frames
 
     @property
-    def times(self):
+    def times(self) -> np.ndarray:
         """Time of each frame (f)."""
         return self["VTKHDF/Steps/Values"][:self.n_frames]
 
     @property
-    def frame_steps(self):
+    def frame_steps(self) -> np.ndarray:
         """Number of the step that each frame is the end of (f); 0 for the start."""
         return np.searchsorted(np.append(0.0, self.history.time), self.times)
 
     @property
-    def n_blocks(self):
+    def n_blocks(self) -> int:
         return self["bodies/area"].shape[1]
 
     @property
-    def block(self):
+    def block(self) -> np.ndarray:
         """Number of the block of each element (e), from 1. A block of DDA is one element."""
         return self["VTKHDF/CellData/block"]
 
     @property
-    def material(self):
+    def material(self) -> np.ndarray:
         """Number of the material of each element (e), from 1."""
         return self["VTKHDF/CellData/material"]
 
@@ -201,47 +213,86 @@ class Results(Group):
         with self._open() as f:
             return f[f"VTKHDF/{name}"][n * frame:n * (frame + 1)]
 
-    def vertices(self, frame=-1):
+    def vertices(self, frame: int = -1) -> np.ndarray:
         """Places of all vertices in a frame (v, 2)."""
         return self._of_frame("Points", frame, self._n_vertices)[:, :2]
 
-    def displacement(self, frame=-1):
+    def displacement(self, frame: int = -1) -> np.ndarray:
         """Of all vertices since the start (v, 2)."""
         return self._of_frame("PointData/displacement", frame, self._n_vertices)[:, :2]
 
-    def velocity(self, frame=-1):
+    def velocity(self, frame: int = -1) -> np.ndarray:
         """Of all vertices (v, 2)."""
         return self._of_frame("PointData/velocity", frame, self._n_vertices)[:, :2]
 
-    def stress(self, frame=-1):
+    def stress(self, frame: int = -1) -> np.ndarray:
         """Cauchy stress of all elements (e, 3): xx, yy, xy, tension positive. That of blocks is bodies.stress."""
         return np.stack([self._of_frame(f"CellData/stress_{c}", frame, self.n_elements) for c in ("xx", "yy", "xy")], axis=1)
 
-    def corners(self):
+    def corners(self) -> list[np.ndarray]:
         """For each element the vertices that its polygon runs through, counter-clockwise, as rows of `vertices`."""
         return np.split(self["VTKHDF/Connectivity"], self["VTKHDF/Offsets"][1:-1])
 
-    def polygons(self, frame=-1):
+    def polygons(self, frame: int = -1) -> list[np.ndarray]:
         """The polygon of each element in a frame, an array (n, 2) each."""
         vertices = self.vertices(frame)
         return [vertices[corners] for corners in self.corners()]
 
-    def contacts_of(self, frame=-1):
+    def contacts_of(self, frame: int = -1) -> Contacts | None:
         """The closed contacts of a frame; None where the scene has no contact."""
         if "contacts" not in self:
             return None
         frame, count = self._frame(frame), self["contacts/count"]
         return Contacts(self["contacts"], slice(count[:frame].sum(), count[:frame + 1].sum()))
 
+    # For pandas, shapely and notebooks
+
+    def table_of_steps(self) -> pandas.DataFrame:
+        """A row for each step, by the time of its end, as a table of pandas: its energies, its size and the like."""
+        return tables.table_of_steps(self)
+
+    def table_of_blocks(self, frame: int = -1) -> pandas.DataFrame:
+        """A row for each block in a frame, by its number from 1, as a table of pandas: area, centroid, velocity, stress and the like."""
+        return tables.table_of_blocks(self, frame)
+
+    def table_of_contacts(self, frame: int = -1) -> pandas.DataFrame:
+        """A row for each closed contact of a frame, as a table of pandas."""
+        return tables.table_of_contacts(self, frame)
+
+    def shapes(self, frame: int = -1) -> list[Polygon]:
+        """The polygon of each element in a frame, with holes where it has some, for shapely."""
+        return tables.shapes(self, frame)
+
+    def _repr_png_(self) -> bytes | None:
+        """A picture of the last frame; None without matplotlib."""
+        try:
+            from .plot import Frames, draw_frames, plt
+        except ImportError:
+            return None
+        figure = draw_frames([Frames(self.path, self.path.stem)], ["last"], "block")
+        picture = io.BytesIO()
+        figure.savefig(picture, format="png", dpi=80, bbox_inches="tight")
+        plt.close(figure)
+        return picture.getvalue()
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: what the file holds, and the picture."""
+        rows = {"file": self.path, "status": self.scene.status, "blocks": self.n_blocks, "elements": self.n_elements,
+                "frames": f"{self.n_frames}, to t = {self.times[-1]:.6g}", "steps": len(self.history.time)}
+        picture = self._repr_png_()
+        image = f'<img src="data:image/png;base64,{base64.b64encode(picture).decode()}"/>' if picture else ""
+        return ("<table>" + "".join(f"<tr><th>{name}</th><td>{html.escape(str(value))}</td></tr>" for name, value in rows.items())
+                + f"</table>{image}")
+
     # Points, costs
 
-    def given_points(self, kind):
+    def given_points(self, kind: str) -> np.ndarray:
         """Places (n, 2) at the start of the points of a kind: fixed, load or measured."""
         if "points" not in self:
             return np.empty((0, 2))
         return self["points/place"][self["points/kind"] == GIVEN_AS[kind]]
 
-    def seconds(self, phase, of="wall"):
+    def seconds(self, phase: str, of: str = "wall") -> float:
         """What a phase took (doc/results.md), or all that make up the steps (`steps`), of the `wall` or of the `processor`; 0 where
         there was none."""
         phases = STEPS if phase == "steps" else (phase,)

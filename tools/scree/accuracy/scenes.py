@@ -9,11 +9,11 @@ import numpy as np
 from .. import touching
 from ..block_files import block_file, box, running_bond, on_base, turned
 from ..errors import ScreeError
-from ..program import TREE
+from ..program import input_folder
 from ..validation import arc, references
 from .choices import AXES, DECK, INTEGRATORS, MULTIPLIERS, number
 
-INPUT, G = TREE / "input", 9.81
+INPUT, G = input_folder(), 9.81
 SHIPPED = {}
 FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
 STRAINS = [DECK, "small", "green", "auto"]

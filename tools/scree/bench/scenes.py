@@ -8,10 +8,10 @@ import math
 from .. import touching
 from ..block_files import box, on_base, running_bond, turned
 from ..errors import ScreeError
-from ..program import TREE
+from ..program import input_folder
 
 DENSITY, GRAVITY, YOUNG, POISSON = 2500.0, 9.81, 1e10, 0.25
-SLOPES = TREE / "input" / "bench" / "slope"
+SLOPES = input_folder() / "bench" / "slope"
 
 
 @dataclasses.dataclass

@@ -6,11 +6,11 @@ import numpy as np
 
 from .. import block_files
 from ..polygons import worst_overlap
-from ..program import TREE
+from ..program import input_folder
 from . import references
 
-DECKS = TREE / "input" / "validation"
-PAPER = TREE / "input" / "paper"
+DECKS = input_folder() / "validation"
+PAPER = input_folder() / "paper"
 G = 9.81
 CASES = {}
 
