@@ -63,7 +63,7 @@ def with_settings(settings: Iterable[str]) -> list[str]:
 
 
 def as_word(value: typing.Any) -> str:
-    """A value of a setting as a deck has it: a text as it is, numbers with all their digits, those of a list one after the other."""
+    """A value of a setting as a deck has it: a text as it is, numbers with all their digits, a list one by one."""
     if isinstance(value, str | os.PathLike):
         return str(value)
     if isinstance(value, Iterable):

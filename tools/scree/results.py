@@ -252,7 +252,7 @@ class Results(Group):
         return tables.table_of_steps(self)
 
     def table_of_blocks(self, frame: int = -1) -> pandas.DataFrame:
-        """A row for each block in a frame, by its number from 1, as a table of pandas: area, centroid, velocity, stress and the like."""
+        """A row for each block in a frame, by its number from 1, as a table of pandas: area, centroid, stress and the like."""
         return tables.table_of_blocks(self, frame)
 
     def table_of_contacts(self, frame: int = -1) -> pandas.DataFrame:

@@ -30,7 +30,7 @@ def table_of_steps(results: Results) -> pandas.DataFrame:
 
 
 def table_of_blocks(results: Results, frame: int = -1) -> pandas.DataFrame:
-    """A row for each block in a frame, by its number from 1; area, centroid_x and _y, velocity, rotation, stress_xx, _yy and _xy."""
+    """A row for each block in a frame, by its number from 1; area, centroid_x and _y, rotation, stress_xx, _yy and _xy ..."""
     import pandas
     frame, columns = results._frame(frame), {}
     for name in results.bodies:

@@ -1,0 +1,75 @@
+"""What `cmake --install` leaves: a folder that may be moved, with program, commands, decks, man page and completion."""
+import os
+import pathlib
+import re
+import subprocess
+
+import pytest
+import scree
+
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
+BUILD = pathlib.Path(os.environ["SCREE"]).parents[1]
+COMMANDS = re.findall(r"^(scree-[a-z0-9-]+) = ", (SOURCE / "tools" / "pyproject.toml").read_text(), re.M)
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """The folder, moved after it was installed."""
+    folder = tmp_path_factory.mktemp("installed")
+    subprocess.run(["cmake", "--install", BUILD, "--prefix", folder / "first"], check=True, stdout=subprocess.DEVNULL)
+    return (folder / "first").rename(folder / "moved")
+
+
+def call(folder, name, *words, cwd):
+    """Runs something of the folder, with nothing else of scree in sight."""
+    return subprocess.run([folder / "bin" / name, *words], cwd=cwd, capture_output=True, text=True,
+                          env={"PATH": "/usr/bin:/bin", "HOME": str(cwd)})
+
+
+def test_a_moved_folder_runs_and_draws_its_decks(installed, tmp_path):
+    deck = installed / "share" / "scree" / "input" / "paper" / "rotation" / "t4.ana"
+    done = call(installed, "scree", "run", deck, "--set", "step.count=3", "--quiet", cwd=tmp_path)
+    assert done.returncode == 0 and len(scree.read(tmp_path / "t4.h5").history.time) == 3, done.stderr
+    done = call(installed, "scree-plot", "t4.h5", cwd=tmp_path)
+    assert done.returncode == 0 and (tmp_path / "t4.png").exists(), done.stderr
+    done = call(installed, "scree-plot", deck, "-o", "deck.png", cwd=tmp_path)  # by the program beside it
+    assert done.returncode == 0 and (tmp_path / "deck.png").exists(), done.stderr
+
+
+def test_each_command_is_there_and_says_how_it_is_used(installed, tmp_path):
+    assert {path.name for path in (installed / "bin").iterdir()} == {"scree", *COMMANDS} and len(COMMANDS) > 10
+    for name in COMMANDS:
+        done = call(installed, name, "--help", cwd=tmp_path)
+        assert done.returncode == 0 and "usage: " + name in done.stdout, done.stderr
+    assert not list(installed.rglob("__pycache__"))
+
+
+def test_the_man_page_says_what_the_program_says(installed):
+    page = (installed / "share" / "man" / "man1" / "scree.1").read_text()
+    plain = page.replace("\\-", "-").replace("\\&", "").replace("\\e", "\\")
+    for line in scree.call("--help").stdout.splitlines()[3:]:
+        assert line.removeprefix("Exit status: ") in plain, line
+    settings, rules = scree.call("explain", "--settings").stdout.split("\n\n")
+    for line in settings.splitlines()[2:]:
+        name, values, unit, default, meaning = (cell.strip() for cell in line.strip("|").split("|"))
+        text = "; ".join(filter(None, [meaning, values])) + (f" [{unit}]" if unit else "")
+        assert f".B {name.strip('`')}\n{text}; default: {default}\n" in plain, name
+    for line in rules.splitlines()[2:]:
+        name, other, why = (cell.strip() for cell in line.strip("|").split("|"))
+        assert f".B {name.strip('`')}\n{other}: {why}\n" in plain, name
+
+
+@pytest.mark.parametrize("words, offered", [
+    (["ru"], ["run"]), (["e"], ["estimate", "explain"]), (["--v"], ["--version"]), (["run", "--sum"], ["--summary"]),
+    (["run", "a.ana", "--summary", ""], ["json"]), (["run", "--set", "integrator.b"], ["integrator.beta="]), (["run", "a"], [])])
+def test_bash_completes_verbs_options_and_settings(words, offered, installed):
+    script = ('compopt() { :; }; source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _scree; printf "%s\\n" "${COMPREPLY[@]}"')
+    completion = installed / "share" / "bash-completion" / "completions" / "scree"
+    done = subprocess.run(["bash", "-c", script, "bash", completion, installed / "bin" / "scree", *words], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout.split() == offered and not done.stderr
+
+
+def test_there_is_one_version():
+    version = re.search(r"project\(scree VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text())[1]
+    assert scree.call("--version").stdout == f"scree {version}\n"
+    assert re.search(r'^version = "(.*)"', (SOURCE / "tools" / "pyproject.toml").read_text(), re.M)[1] == version
