@@ -65,6 +65,18 @@ def test_each_run_slides_as_coulomb_says_and_is_made_once(folder):
     assert "6 made now" in study(folder, "slide.toml").stdout
 
 
+def test_a_static_run_that_finds_no_equilibrium_says_so(folder):
+    """The plane dips 30 degrees."""
+    (folder / "still.toml").write_text('deck = "slide.ana"\nset = ["deck.k01=0", "step.balance=1e-4"]\n[grid]\n"joint(1).phi" = [29, 31]\n')
+    done = study(folder, "still.toml", "--keep")
+    assert done.stdout.startswith("2 runs: 1 complete, 1 ended before, 0 not run") and "\nrun 1: moves: block 2 at" in done.stdout
+    rows = table_of(folder, "still")
+    assert rows[0]["status"].startswith("moves: block 2 at") and rows[1]["status"] == "complete"
+    for row in rows:
+        (folder / "still" / row["results"]).unlink()
+    assert "2 made now" in study(folder, "still.toml", "--keep").stdout
+
+
 def test_a_study_that_is_killed_ends_with_the_same_table(folder):
     (folder / "slide.toml").write_text(TABLE.replace("[10, 16.5, 20]", "{ from = 1, to = 25, count = 20 }"))
     study(folder, "slide.toml", "-o", "whole")

@@ -63,7 +63,7 @@ class Study:
             found = json.loads(self.record_path(number).read_text())
         except (OSError, ValueError):
             return None
-        return None if self.keeps and found["status"] == "complete" and not self.results_path(number).exists() else found
+        return None if self.keeps and "quantities" in found and not self.results_path(number).exists() else found
 
     def make(self, number):
         """Makes a run and keeps what it came to; of one that was stopped nothing is kept."""
@@ -76,8 +76,8 @@ class Study:
             seconds = time.perf_counter() - begun
             if status not in (DONE, FAILED, BAD_INPUT):
                 return False
-            found = {"status": "complete" if status == DONE else last_line(said), "seconds": seconds,
-                     "summary": json.loads(printed) if printed.strip() else None}
+            summary = json.loads(printed) if printed.strip() else None
+            found = {"status": summary["status"] if status == DONE else last_line(said), "seconds": seconds, "summary": summary}
             if status == DONE:
                 found["quantities"] = {name: self.measured(partial, name) for name in self.table.quantities}
             if self.keeps and partial.exists():
