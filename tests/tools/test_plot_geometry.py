@@ -69,6 +69,15 @@ def scene(tmp_path_factory):
     return folder
 
 
+def test_groups_of_places_after_the_numbers_are_passed_over(scene):
+    """`scree cut` carries them on from the geometry."""
+    (scene / "places.geo").write_text(GEOMETRY + "&support both=0 0 10 0 /\n&blocks least_area=5 /\n")
+    made = scree.cut(scene / "places.geo", output=scene / "places.blk")
+    assert "&support" in made.read_text()
+    shapes = tool.Blocks(made, "places")
+    assert len(shapes.polygons(0)) == 2 and len(shapes.points(0)[0]) == len(tool.Blocks(scene / "map.blk", "map").points(0)[0])
+
+
 def shapes(path, folder):
     return tool.open_shapes(path, SCREE, folder)
 

@@ -141,7 +141,7 @@ class Blocks(Shapes):
 
     def __init__(self, path, name):
         self.name, self.times = name, [None]
-        numbers = np.array(path.read_text().split(), float)
+        numbers = np.array(path.read_text().partition("&")[0].split(), float)  # groups of places follow them
         n_blocks, n_bolts, n_rows = numbers[:3].astype(int)
         self.table = numbers[6:6 + 3 * n_blocks].reshape(-1, 3).astype(int)
         at = 6 + 3 * n_blocks
