@@ -1,0 +1,266 @@
+"""Runs the examples of input/examples and the pages of doc/ whose commands are to be tried, and holds them against what they say.
+
+    tools/gallery [NAME ...] [--write] [--keep FOLDER] [--jobs N] [--scree PROGRAM]
+
+A name is that of an example, or of a page (tutorial, practice); without any all are run. An example is an analysis deck whose
+opening comment says what it shows, the commands to give (indented), and after `Expect:` the numbers to expect:
+
+    history/rotation[-1, 2] = 1.5708 within 0.001: why        of the results of the deck; `largest` for an index: the largest there
+    factor of safety = 1.1984 within 0.5 %: why               what the commands print after these words
+
+On a page the commands are in blocks ```sh, each followed by a block ```text where it quotes what they print: its lines are found
+in that order, with numbers that agree to 1 %. Commands run in a folder of their own, with the folders of the tree in it. --write
+makes doc/gallery.md of the examples, and puts the pictures that examples and pages make into doc/pictures. Exit status 1 where a
+number is off, or a command fails.
+"""
+import argparse
+import concurrent.futures
+import dataclasses
+import math
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+from .arguments import whole_from
+from .errors import ScreeError
+from .program import TREE, program, work_folder
+from .results import read
+
+EXAMPLES, PAGES, PICTURES = TREE / "input" / "examples", ("tutorial", "practice"), TREE / "doc" / "pictures"
+INTRODUCTION = """# Gallery
+
+What `input/examples` has, as its decks say it; their commands are given in the folder of scree. `tools/gallery` runs them and
+those of [the tutorial](tutorial.md), and holds the numbers against what is expected; `--write` makes this page and its pictures.
+"""
+EXPECTED = re.compile(r"(?P<what>.+?) = (?P<value>\S+) within (?P<within>\S+?)(?P<share> %)?: (?P<why>.+)")
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
+QUOTED = 0.01       # share by which a number that a page quotes may differ
+INDENT = "    "
+
+
+@dataclasses.dataclass
+class Expected:
+    """A number that a scene comes to: what it is, its value, by how much it may differ, and why it is this."""
+
+    what: str
+    value: float
+    within: float
+    why: str
+
+
+@dataclasses.dataclass
+class Outcome:
+    """A row of the table: what was expected, what was found, by how much it differs, and by how much it may; or what went wrong."""
+
+    scene: str
+    what: str
+    expected: float = math.nan
+    found: float = math.nan
+    within: float = math.nan
+    wrong: str = ""
+
+    @property
+    def holds(self):
+        return not self.wrong and abs(self.found - self.expected) <= self.within
+
+
+@dataclasses.dataclass
+class Example:
+    """An analysis deck with an opening comment: its paragraphs, of which those that are indented hold commands or formulas, and the
+    numbers that it expects. ScreeError where the comment says no command, or its expectations cannot be read."""
+
+    deck: pathlib.Path
+    paragraphs: list = dataclasses.field(default_factory=list)
+    expected: list = dataclasses.field(default_factory=list)
+
+    def __post_init__(self):
+        lines = []
+        for line in self.deck.read_text().splitlines():
+            if not line.startswith("!"):
+                break
+            lines.append(line[1:].removeprefix(" "))
+        text, _, after = "\n".join(lines).partition("Expect:\n")
+        self.paragraphs = [part.strip("\n") for part in re.split(r"\n\s*\n", text) if part.strip()]
+        for line in filter(str.strip, after.splitlines()):
+            found = EXPECTED.fullmatch(line.strip())
+            if not found:
+                raise ScreeError(f"{self.deck}: expected WHAT = NUMBER within NUMBER: WHY after Expect:, found '{line}'")
+            value = float(found["value"])
+            within = float(found["within"]) * (abs(value) / 100 if found["share"] else 1)
+            self.expected.append(Expected(found["what"], value, within, found["why"]))
+        if not self.commands or not self.expected:
+            raise ScreeError(f"{self.deck}: expected commands and numbers in its opening comment, found none")
+
+    @property
+    def name(self):
+        return self.deck.stem
+
+    @property
+    def commands(self):
+        lines = [line.removeprefix(INDENT) for part in self.paragraphs if part.startswith(INDENT) for line in part.splitlines()]
+        return [line for line in lines if line.startswith(("build/", "tools/"))]
+
+    @property
+    def pictures(self):
+        return [f"{self.name}.png"]
+
+    def run(self, folder):
+        """Gives the commands in a folder; the outcome of each number."""
+        said = []
+        for command in self.commands:
+            status, output = give(command, folder)
+            if status:
+                return [Outcome(self.name, command, wrong=f"exit status {status}: {output.strip().splitlines()[-1]}")]
+            said.append(output)
+        return [Outcome(self.name, one.what, one.value, self.number(one.what, folder, "\n".join(said)), one.within)
+                for one in self.expected]
+
+    def number(self, what, folder, said):
+        """A number that was printed, or of the results: one of a dataset, or one less another."""
+        if "[" in what:
+            first, *others = (self.of_dataset(term, folder) for term in what.split(" - "))
+            return first - sum(others)
+        found = re.search(rf"^{re.escape(what)}: ({NUMBER.pattern})", said, re.M)
+        return float(found[1]) if found else math.nan
+
+    def of_dataset(self, term, folder):
+        dataset, _, index = term.strip().rstrip("]").partition("[")
+        values = np.asarray(read(folder / f"{self.name}.h5")[dataset], float)
+        places = tuple(slice(None) if word.strip() == "largest" else int(word) for word in index.split(","))
+        return float(np.abs(values[places]).max()) if "largest" in index else float(values[places])
+
+    def markdown(self):
+        """The section of the example in doc/gallery.md."""
+        lines = [f"## {self.name}", "", *(line for part in self.paragraphs for line in (part, "")),
+                 f"![{self.name}](pictures/{self.name}.png)", "", "| expected | | |", "|---|---|---|"]
+        lines += [f"| `{one.what}` | {one.value:.6g} | {one.why} |" for one in self.expected]
+        return "\n".join(lines) + "\n"
+
+
+@dataclasses.dataclass
+class Page:
+    """A page of doc/ with blocks ```sh of commands, and blocks ```text of what they print."""
+
+    path: pathlib.Path
+
+    @property
+    def name(self):
+        return self.path.stem
+
+    @property
+    def pictures(self):
+        return re.findall(r"\]\(pictures/(.*?\.png)\)", self.path.read_text())
+
+    def blocks(self):
+        """Commands, and lines that they are said to print after them, if there are any."""
+        found = re.findall(r"^```sh\n(.*?)^```\n(?:\s*```text\n(.*?)^```\n)?", self.path.read_text(), re.M | re.S)
+        return [(commands, [line for line in quoted.splitlines() if line.strip() not in ("", "...")]) for commands, quoted in found]
+
+    def run(self, folder):
+        """Gives the commands of all blocks, one after the other; what is not as the page says."""
+        rows = []
+        for commands, quoted in self.blocks():
+            status, output = give(commands, folder)
+            first = commands.strip().splitlines()[0]
+            missing = next_missing(quoted, output)
+            if status and not quoted:
+                rows.append(Outcome(self.name, first, wrong=f"exit status {status}: {output.strip().splitlines()[-1]}"))
+            elif missing:
+                rows.append(Outcome(self.name, first, wrong=f"expected the line '{missing}', found:\n{output}"))
+            else:
+                rows.append(Outcome(self.name, first, len(quoted), len(quoted), 0))
+        return rows
+
+
+def give(commands, folder):
+    """Gives commands to a shell in a folder: the exit status of the first that fails, or 0; what all printed."""
+    done = subprocess.run(["sh", "-e"], input=commands, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    return done.returncode, done.stdout
+
+
+def agree(quoted, line):
+    """Whether two lines have the same words, and numbers that differ by no more than QUOTED."""
+    words, found = (" ".join(NUMBER.sub("#", text).split()) for text in (quoted, line))
+    if words != found:
+        return False
+    return all(abs(float(a) - float(b)) <= QUOTED * abs(float(a)) for a, b in zip(NUMBER.findall(quoted), NUMBER.findall(line)))
+
+
+def next_missing(quoted, output):
+    """The first of the lines that is not found in the output after those before it; or nothing."""
+    lines = iter(output.splitlines())
+    return next((one for one in quoted if not any(agree(one, line) for line in lines)), None)
+
+
+def known():
+    """All examples and pages, by name."""
+    scenes = [Example(EXAMPLES / folder.name / f"{folder.name}.ana") for folder in sorted(EXAMPLES.iterdir())]
+    scenes += [Page(TREE / "doc" / f"{name}.md") for name in PAGES]
+    return {scene.name: scene for scene in scenes}
+
+
+def run_in_its_own(scene, folder, path):
+    """Runs a scene in a folder made for it, with the folders of the tree and the program in it; its outcomes and its seconds."""
+    own = folder / scene.name
+    (own / "build" / "release" / "bin").mkdir(parents=True)
+    (own / "build" / "release" / "bin" / "scree").symlink_to(path)
+    for name in ("input", "tools"):
+        (own / name).symlink_to(TREE / name)
+    start = time.perf_counter()
+    return scene.run(own), time.perf_counter() - start
+
+
+def show(rows, seconds):
+    for row in rows:
+        if math.isnan(row.expected):
+            print(f"{row.scene:<11} {row.what}\n            {row.wrong}", flush=True)
+        elif row.within == 0:
+            print(f"{row.scene:<11} {row.what}   {row.expected} lines as quoted", flush=True)
+        else:
+            print(f"{row.scene:<11} {row.what:<40} expected {row.expected:<12.6g} found {row.found:<12.6g} "
+                  f"{'' if row.holds else 'off by more than '}within {row.within:.2g}", flush=True)
+    print(f"{'':<11} {seconds:.1f} s", flush=True)
+
+
+def gallery_page(scenes):
+    """The text of doc/gallery.md."""
+    return "\n".join([INTRODUCTION, *(scene.markdown() for scene in scenes if isinstance(scene, Example))])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    parser.add_argument("--write", action="store_true", help="make doc/gallery.md and the pictures of doc/pictures")
+    parser.add_argument("--keep", metavar="FOLDER", help="keep what the commands write")
+    parser.add_argument("--jobs", type=whole_from(1), default=len(os.sched_getaffinity(0)), metavar="N", help="scenes at once")
+    parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
+    given = parser.parse_args()
+    try:
+        path, scenes = program(given.scree), known()
+        unknown = [name for name in given.names if name not in scenes]
+        if unknown:
+            parser.error(f"expected names out of {', '.join(scenes)}, found {unknown[0]}")
+        chosen = [scenes[name] for name in given.names or scenes]
+        with work_folder(given.keep) as folder, concurrent.futures.ThreadPoolExecutor(given.jobs) as pool:
+            all_rows = []
+            for rows, seconds in pool.map(lambda scene: run_in_its_own(scene, folder, path), chosen):
+                show(rows, seconds)
+                all_rows += rows
+            if given.write:
+                for scene in chosen:
+                    for picture in scene.pictures:
+                        if (folder / scene.name / picture).exists():
+                            shutil.copy(folder / scene.name / picture, PICTURES / picture)
+                (TREE / "doc" / "gallery.md").write_text(gallery_page(scenes.values()))
+    except (ScreeError, OSError) as problem:
+        print(f"tools/gallery: {problem}", file=sys.stderr)
+        return 2
+    off = [row for row in all_rows if not row.holds]
+    print(f"{len(all_rows) - len(off)} of {len(all_rows)} as expected")
+    return 1 if off else 0
