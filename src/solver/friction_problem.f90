@@ -13,8 +13,8 @@ module scree_friction_problem
   use scree_sparse_matrix, only: add_element, add_rest, sparse_matrix_t, times
   implicit none
   private
-  public :: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, obey_law, place_springs, &
-            posed_problem_t, rates_of, spring_t
+  public :: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, keep_rows_of_forces, obey_law, &
+            place_springs, posed_problem_t, rates_of, spring_t
 
   !> State of a spring: open; sliding along its row or back; locked; or bonded and pulled, without friction.
   integer, parameter, public :: spring_open = 0, spring_forth = 1, spring_back = 2, spring_locked = 3, spring_pulled = 4
@@ -165,6 +165,15 @@ contains
       end associate
     end do
   end subroutine add_springs
+
+  !> Lets gaps and slips change by the rows of the forces.
+  pure subroutine keep_rows_of_forces(problem)
+    type(friction_problem_t), intent(inout) :: problem
+
+    problem%normal_change = problem%normal
+    problem%shear_change = problem%shear
+    problem%symmetric = .true.
+  end subroutine keep_rows_of_forces
 
   !> Gives the problem room for m springs with rows up to w unknowns.
   pure subroutine place_springs(problem, m, w)

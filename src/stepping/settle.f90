@@ -16,7 +16,7 @@ module scree_settle
   use scree_equations, only: add_equations, begin_equations, is_island, keep_posed, move_island, out_of_balance, &
                              share_out_of_balance, solve_equations, weakest_element, wholly_held
   use scree_errors, only: error_t
-  use scree_friction_problem, only: friction_problem_t
+  use scree_friction_problem, only: friction_problem_t, keep_rows_of_forces
   use scree_friction_solver, only: friction_work_t, solve_friction
   use scree_interpolation, only: kinematics_t
   use scree_kinds, only: dp
@@ -389,9 +389,7 @@ contains
     type(contact_try_t), intent(inout) :: contacts
     real(dp), intent(inout) :: d(:)
     type(outcome_t), intent(inout) :: outcome
-    type(friction_problem_t) :: problem
     real(dp), allocatable :: x(:)
-    type(friction_work_t) :: work
     integer :: spring(contacts%last - contacts%first + 1), k
     logical :: found
 
@@ -401,12 +399,9 @@ contains
       d(model%elements%unknown(:, group%member(k))) = group%sound(:, k)
     end do
     call judge_at(model, cache, state, group, d, contacts)
-    call add_elements(model, cache, state, group, d)
-    call pose_problem(model, contacts, group%number, d, cache%equations, problem)
-    call solve_friction(problem, group%near, accepted_share, cache%timers, x, spring, found, work)
-    outcome%solves = outcome%solves + work%factors
-    if (model%settings%problems == problems_all .or. (model%settings%problems /= problems_none .and. .not. found)) &
-      call keep_posed(cache%equations, problem, group%near, found)
+    call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, found)
+    if (.not. (found .or. group%linear)) &
+      call solve_as_problem(model, cache, state, group, .true., contacts, d, outcome, x, spring, found)
     if (.not. found) return
     call take_states(spring, contacts)
     call move_island(cache%equations, group%number, x, d)
@@ -425,6 +420,38 @@ contains
     group%in_doubt = group%linear
     outcome%settled = .false.
   end subroutine settle_stalled
+
+  !> Poses the contacts at `d` as a friction problem, and solves it.
+  !>
+  !> Stress turns with what it is in, so that with Green strain elements under pressure may have a tangent that is not definite, and
+  !> contacts rows of forces that are not those of their changes: there may be no solution. With the secant, which does not have
+  !> stress turn, and with the rows of forces alone there is one (doc/theory.md), from where the iteration goes on.
+  subroutine solve_as_problem(model, cache, state, group, by_secant, contacts, d, outcome, x, spring, found)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(in) :: group
+    logical, intent(in) :: by_secant               !! and by the rows of forces
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(in) :: d(:)
+    type(outcome_t), intent(inout) :: outcome
+    real(dp), allocatable, intent(out) :: x(:)     !! correction of the island
+    integer, intent(out) :: spring(:)              !! states of its contacts
+    logical, intent(out) :: found
+    type(group_t) :: posed
+    type(friction_problem_t) :: problem
+    type(friction_work_t) :: work
+
+    posed = group
+    posed%rule%tangent = group%rule%tangent .and. .not. by_secant
+    call add_elements(model, cache, state, posed, d)
+    call pose_problem(model, contacts, group%number, d, cache%equations, problem)
+    if (by_secant) call keep_rows_of_forces(problem)
+    call solve_friction(problem, group%near, accepted_share, cache%timers, x, spring, found, work)
+    outcome%solves = outcome%solves + work%factors
+    if (model%settings%problems == problems_all .or. (model%settings%problems /= problems_none .and. .not. found)) &
+      call keep_posed(cache%equations, problem, group%near, found)
+  end subroutine solve_as_problem
 
   !> Judges the contacts at `d`, placed there where they may be.
   subroutine judge_at(model, cache, state, group, d, contacts)

@@ -4,6 +4,7 @@ import pytest
 
 import scree
 from scree import block_files, touching
+from scree.bench import scenes
 
 # Random rock under sudden gravity, 5 ms. In the first case the way through the interior ends at a fold; in the third, of Green
 # strain, at several; in the last the lines of corners never settle.
@@ -36,3 +37,10 @@ def test_a_column_of_small_blocks_takes_the_steps_asked_for(strain, stiffness, t
                     f"&deck geometry='column.blk', dialect='short' /\n&method strain='{strain}' /\n"
                     f"&contact stiffness={stiffness}e10 /\n")
     keeps_its_steps(scree.run(deck), 20)
+
+
+@pytest.mark.parametrize("strain", ["auto", "green"])
+def test_a_column_that_breaks_up_under_green_strain_takes_the_steps_asked_for(strain, tmp_path):
+    """Blocks of 5 cm that turn under pressure: the tangent of some is not definite, and a friction problem without a solution."""
+    decks = scenes.column(16, end=0.5).write(tmp_path, 0.005)
+    keeps_its_steps(scree.run(*decks, output=tmp_path / "column.h5", settings=[f"method.strain={strain}"]), 100)
