@@ -3,7 +3,7 @@
     tools/film RESULTS.h5 [-o FILM.mp4 | FILM.gif] [--fps 20] [--every N]
                           [--field stress_xx] [--joints [material | state | forces]] [--vectors [displacement | velocity]]
                           [--crosses] [--points] [--numbers] [--covers] [--window X1 Y1 X2 Y2] [--range LOW HIGH | full]
-                          [--no-mesh] [--magnify FACTOR] [--colours MAP] [--dpi N]
+                          [--no-mesh] [--magnify FACTOR] [--units m,MPa=1e6] [--colours MAP] [--dpi N]
 
 Colours and scales are those of all frames, so that they do not change on the way. An .mp4 needs ffmpeg (Debian's ffmpeg), a .gif
 Debian's python3-pil, which matplotlib brings along. Each frame is shown as
@@ -52,10 +52,10 @@ def film(file, frames, path, fps, dpi, field, extras, look):
     stage = Stage([file], [(file, frame) for frame in frames], field, extras, look)
     figure, axes = stage.figure(1, 1, WHOLE)
     axis = axes[0, 0]
-    digits = len(f"{max(file.times):.6g}")
+    digits = len(f"{max(file.times) / look.units.of('[time]')[1]:.6g}")
     picture, entries = stage.draw(axis, file, frames[-1])
     stage.frame_picture(figure, axes, picture, entries)
-    axis.set_title(look.title(f"{file.times[frames[-1]]:.6g}"), fontsize=10)
+    axis.set_title(look.title(file.times[frames[-1]]), fontsize=10)
     figure.canvas.draw()
     figure.set_layout_engine("none")  # as laid out once: the rest does not move
     bar = Bar("film", len(frames), "frames")
@@ -64,7 +64,7 @@ def film(file, frames, path, fps, dpi, field, extras, look):
             for frame in frames:
                 clear(axis)
                 stage.draw(axis, file, frame)
-                axis.set_title(look.title(f"{file.times[frame]:<{digits}.6g}"), fontsize=10)
+                axis.set_title(look.title(file.times[frame], digits), fontsize=10)
                 writer.grab_frame()
                 bar.advance(f"frame {frame}")
     except (OSError, ValueError) as problem:

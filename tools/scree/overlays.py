@@ -10,6 +10,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
 from .errors import PlotError
+from .units import Units
 
 SLIDING, LOCKED = 1, 2  # /contacts/state
 STATES = {"stick": dict(colors="#0072B2", linewidths=1.6, linestyles="solid"),
@@ -28,10 +29,10 @@ OUTSIDE = 1e-3   # of where one looks for a neighbour of an edge, over its lengt
 
 
 class Common:
-    """What the panels of a picture have in common: their frames, their size and the scales of what is drawn over them."""
+    """What the panels of a picture have in common: their frames, size and units, and the scales of what is drawn over them."""
 
-    def __init__(self, slots, size):
-        self.slots, self.size, self.largest = slots, size, {}
+    def __init__(self, slots, size, units=None):
+        self.slots, self.size, self.units, self.largest = slots, size, units or Units(), {}
 
     def scale(self, measure, share):
         """Length in the picture for one of what is measured, `measure(file, frame)`: its large values, but for the 2 % above them,
@@ -63,11 +64,12 @@ def round_below(value):
     return power * max(digit for digit in (1, 2, 5) if digit * power <= value * (1 + 1e-9))
 
 
-def draw_scale(axis, scale, largest, what, colour):
+def draw_scale(axis, scale, largest, what, colour, units):
     """A bar with its value in the corner of a panel, below those that are there."""
     if not largest > 0:
         return
-    value, row = round_below(largest), len(getattr(axis, "scale_bars", []))
+    what, factor = units.of(what)
+    scale, value, row = scale * factor, round_below(largest / factor), len(getattr(axis, "scale_bars", []))
     axis.scale_bars = [*getattr(axis, "scale_bars", []), what]
     left, right = axis.get_xlim()
     start, height = left + 0.03 * (right - left), 0.95 - 0.07 * row
@@ -144,7 +146,7 @@ def draw_arrows(vectors, name, dimension):
         if len(chosen):
             axis.quiver(*places[chosen].T, *(scale * found[chosen]).T, angles="xy", scale_units="xy", scale=1, width=0.004,
                         headwidth=4, headlength=5, color="black", edgecolor="white", linewidth=0.4, zorder=4)
-        draw_scale(axis, scale, largest, f"{name} [{dimension}]", "black")
+        draw_scale(axis, scale, largest, f"{name} [{dimension}]", "black", common.units)
         return {}
     return draw
 
@@ -179,7 +181,7 @@ def draw_crosses(axis, file, frame, common):
         if scale > 0:
             axis.add_collection(LineCollection(np.stack([place - half, place + half], axis=1)[which], zorder=4, label=name, **look))
         entries[name] = Line2D([], [], color=look["colors"], linewidth=look["linewidths"])
-    draw_scale(axis, scale, largest, "principal stress [force/length$^2$]", "black")
+    draw_scale(axis, scale, largest, "principal stress [force/length$^2$]", "black", common.units)
     return entries
 
 
@@ -307,5 +309,5 @@ def draw_contact_forces(axis, file, frame, common):
     if len(forces):
         place, half = file.vertices(frame)[vertices_of_contacts(file, frame)], scale * forces / 2
         axis.add_collection(LineCollection(np.stack([place - half, place + half], axis=1), zorder=5, label="force", **look))
-    draw_scale(axis, scale, largest, "force of contact [force/length]", FORCE["colors"])
+    draw_scale(axis, scale, largest, "force of contact [force/length]", FORCE["colors"], common.units)
     return {**entries, "force of contact": Line2D([], [], color=FORCE["colors"], linewidth=FORCE["linewidths"])}

@@ -3,7 +3,7 @@
     tools/plot FILE [...] [--frames first last 10 | all] [--field stress_xx] [-o PICTURE.png]
                           [--joints [material | state | forces]] [--vectors [displacement | velocity]] [--crosses]
                           [--points] [--numbers] [--covers] [--window X1 Y1 X2 Y2] [--range LOW HIGH | full] [--no-mesh]
-                          [--magnify FACTOR] [--colours MAP] [--dpi N] [--scree PROGRAM]
+                          [--magnify FACTOR] [--units m,MPa=1e6] [--colours MAP] [--dpi N] [--scree PROGRAM]
     tools/plot RESULTS.h5 [...] --history rotation area energy/kinetic [-o PICTURE.png]
 
 FILE is a results file, a geometry (.geo, .blk, .blck, block.in), whose blocks are drawn, or an analysis deck (.ana), whose elements
@@ -35,6 +35,7 @@ from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_c
 from .polygons import loops_of
 from .program import cut
 from .results import read
+from .units import Units
 
 FIELDS = ("block", "material", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement", "velocity")
 LARGEST_NUMBER_OF_PANELS = 12
@@ -354,10 +355,13 @@ class Look:
     mesh: bool = True       # lines within blocks
     colours: str = None     # a map of matplotlib
     magnify: float = 1.0    # displacements by so much
+    units: Units = dataclasses.field(default_factory=Units)
 
-    def title(self, time):
-        """What stands above a panel."""
-        return f"t = {time}" + (f", displacements × {self.magnify:g}" if self.magnify != 1 else "")
+    def title(self, time, digits=""):
+        """What stands above a panel; the time with so many letters at least."""
+        label, factor = self.units.of("[time]")
+        return (f"t = {time / factor:<{digits}.6g}" + (f" {label[1:-1]}" if label != "[time]" else "")
+                + (f", displacements × {self.magnify:g}" if self.magnify != 1 else ""))
 
 
 def limits_of(values, field, look):
@@ -393,9 +397,10 @@ class Stage:
         self.field, self.extras, self.look = field, extras, look
         for file in files:
             file.magnified = look.magnify
-        self.values = {slot: slot[0].values(slot[1], field) for slot in slots}
-        self.label = next(iter(self.values.values()))[1]
-        every = np.concatenate([values for values, _ in self.values.values()])
+        found = {slot: slot[0].values(slot[1], field) for slot in slots}
+        self.label, factor = look.units.of(next(iter(found.values()))[1])
+        self.values = {slot: values / factor if factor != 1 else values for slot, (values, _) in found.items()}
+        every = np.concatenate(list(self.values.values()))
         *self.limits, self.colours = limits_of(every, field, look)
         if OVER.intersection(extras):
             self.colours = paler(self.colours)
@@ -403,12 +408,12 @@ class Stage:
             every.min() < self.limits[0], every.max() > self.limits[1]]
         self.window = window_of(files, slots, extras, look)
         self.shape = np.ptp(self.window, axis=0)  # wide, tall
-        self.common = Common(slots, self.shape.max())
+        self.common = Common(slots, self.shape.max(), look.units)
 
     def draw(self, axis, file, frame):
         """Draws a panel; returns the picture that the colours are of, and the entries of the legend."""
         axis.set(xlim=self.window[:, 0], ylim=self.window[:, 1], aspect="equal")
-        picture = draw_shapes(axis, file, frame, self.values[file, frame][0], draw_joints in self.extras, self.look)
+        picture = draw_shapes(axis, file, frame, self.values[file, frame], draw_joints in self.extras, self.look)
         picture.set(clim=self.limits, cmap=self.colours)
         entries = {}
         for extra in (draw_bolts, *self.extras):
@@ -417,8 +422,12 @@ class Stage:
 
     def frame_picture(self, figure, axes, picture, entries):
         """Names of the axes, the bar of colours and the legend around the panels."""
-        figure.supxlabel("x [length]", fontsize=10)
-        figure.supylabel("y [length]", fontsize=10)
+        for name, place in ("x [length]", figure.supxlabel), ("y [length]", figure.supylabel):
+            label, factor = self.look.units.of(name)
+            place(label, fontsize=10)
+        if factor != 1:
+            for axis in (axes[0, 0].xaxis, axes[0, 0].yaxis):  # those of all panels
+                axis.set_major_formatter(lambda value, _: f"{value / factor:g}")
         figure.colorbar(picture, ax=axes, label=self.label, shrink=0.8, extend=self.beyond,
                         ticks=MaxNLocator(integer=True) if self.field in ("block", "material") else None)
         if entries:
@@ -448,7 +457,7 @@ def draw_frames(files, words, field, extras=(), look=None):
             continue
         picture, more = stage.draw(axis, file, frame)
         entries.update(more)
-        axis.set_title(file.title(frame) if len(files) > 1 or isinstance(file, Blocks) else stage.look.title(f"{file.times[frame]:.6g}"),
+        axis.set_title(file.title(frame) if len(files) > 1 or isinstance(file, Blocks) else stage.look.title(file.times[frame]),
                        fontsize=10)
     stage.frame_picture(figure, axes, picture, entries)
     return figure
@@ -476,30 +485,33 @@ def draw_shapes(axis, file, frame, values, with_joints, look):
     return picture
 
 
-def draw_histories(paths, names):
+def draw_histories(paths, names, units=None):
     """A panel a history, files as lines."""
+    units = units or Units()
     for path in paths:
         if kind_of(path) != "results":
             raise PlotError(f"{path}: expected results files with --history, found another")
     histories = [read(path).history for path in paths]
     figure, axes = plt.subplots(len(names), 1, figsize=(7.5, 2.3 * len(names) + 0.6), squeeze=False, sharex=True,
                                 layout="constrained")
+    time, of_time = units.of("time [time]")
     for axis, name in zip(axes.flat, names):
         for path, history in zip(paths, histories):
             known = history.series()
             if name not in known:
                 raise PlotError(f"{path}: expected one of the histories {', '.join(known)}, found '{name}'")
-            values = history[name].reshape(len(history.time), -1)
+            label, factor = units.of(f"[{history.units(name).split(' ')[0]}]")
+            values = history[name].reshape(len(history.time), -1) / factor
             for k in range(values.shape[1]):
-                label = pathlib.Path(path).stem + (f" {k + 1}" if values.shape[1] > 1 else "")
-                axis.plot(history.time, values[:, k], linewidth=1.2, label=label)
+                own = pathlib.Path(path).stem + (f" {k + 1}" if values.shape[1] > 1 else "")
+                axis.plot(history.time / of_time, values[:, k], linewidth=1.2, label=own)
         axis.set_title(history.description(name), fontsize=10, loc="left")
-        axis.set_ylabel(f"[{history.units(name).split(' ')[0]}]", fontsize=9)
+        axis.set_ylabel(label, fontsize=9)
         axis.grid(True, linewidth=0.4, color="0.85")
         axis.margins(x=0)
     if len(axes.flat[0].lines) > 1:
         axes.flat[0].legend(fontsize=8, frameon=False, ncols=3)
-    axes.flat[-1].set_xlabel("time [time]")
+    axes.flat[-1].set_xlabel(time)
     return figure
 
 
@@ -528,7 +540,7 @@ def look_of(given):
         raise PlotError(f"--window: expected X1 Y1 X2 Y2 with X1 below X2 and Y1 below Y2, found {given.window}")
     if not 10 <= given.dpi <= 2000:
         raise PlotError(f"--dpi: expected a number from 10 to 2000, found {given.dpi:g}")
-    return Look(given.window, given_range, not given.no_mesh, given.colours, given.magnify)
+    return Look(given.window, given_range, not given.no_mesh, given.colours, given.magnify, Units(given.units))
 
 
 def add_words_of_frames(parser):
@@ -546,6 +558,8 @@ def add_words_of_frames(parser):
     parser.add_argument("--range", nargs="+", metavar="VALUE",
                         help="of the colours: LOW HIGH, or full; default: without the hundredth part at each end")
     parser.add_argument("--magnify", type=above_zero, default=1.0, metavar="FACTOR", help="displacements by so much")
+    parser.add_argument("--units", metavar="LENGTH,STRESS[,TIME]",
+                        help="names; NAME=FACTOR is so many of the unit of the decks, as in m,MPa=1e6")
     parser.add_argument("--no-mesh", action="store_true", help="no lines within blocks")
     parser.add_argument("--colours", choices=plt.colormaps(), metavar="MAP", help="a colour map of matplotlib")
     parser.add_argument("--dpi", type=float, default=150)
@@ -563,7 +577,7 @@ def main():
     try:
         extras, look = extras_of(given), look_of(given)
         with tempfile.TemporaryDirectory() as folder:
-            figure = (draw_histories(given.files, given.history) if given.history else
+            figure = (draw_histories(given.files, given.history, look.units) if given.history else
                       draw_frames([open_shapes(path, given.scree, folder) for path in given.files], given.frames, given.field,
                                   extras, look))
         output = given.output or str(pathlib.Path(given.files[0]).with_suffix(".png"))

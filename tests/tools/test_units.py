@@ -1,0 +1,56 @@
+"""Units of pictures: what becomes of dimensions, and of the numbers."""
+import os
+import pathlib
+
+import numpy as np
+import pytest
+import scree
+from scree import overlays, plot
+from scree.errors import PlotError
+from scree.units import Units
+
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
+
+
+def test_dimensions_get_names_and_factors():
+    units = Units("m,MPa=1e6,s")
+    for label, unit, factor in (("x [length]", "x [m]", 1), ("[force/length$^2$]", "[MPa]", 1e6), ("v [length/time]", "v [m/s]", 1),
+                                ("[force/length]", "[MPa m]", 1e6), ("[force*length/length]", "[MPa m$^2$]", 1e6),
+                                ("[length^2]", "[m$^2$]", 1), ("[rad]", "[rad]", 1), ("[1]", "[1]", 1), ("block", "block", 1)):
+        assert units.of(label) == (unit, pytest.approx(factor)), label
+    assert Units("km=1000,kPa=1e3").of("[force/length]") == ("[kPa km]", pytest.approx(1e6))
+    assert Units("mm=1e-3,MPa=1e6,ms=1e-3").of("[length/time]") == ("[mm/ms]", pytest.approx(1))
+    assert Units("m,Pa").of("[mass*length/time]")[0] == "[Pa m$^2$ time]"  # a force times a time, of unit thickness
+    assert Units().of("x [length]") == ("x [length]", 1.0) and Units("m,Pa").of("t [time]") == ("t [time]", 1.0)
+
+
+@pytest.mark.parametrize("words", ["m", "m,Pa,s,kg", "m,", "m,Pa=0", "m,Pa=x", "m,Pa=-1", "m,Pa=inf", "", "m=1=2,Pa"])
+def test_other_words_are_refused(words):
+    with pytest.raises(PlotError, match="expected LENGTH,STRESS or"):
+        Units(words)
+
+
+def test_pictures_say_numbers_in_the_units(tmp_path):
+    """A weight in N and m: stress in kPa, lengths in mm; the bar of displacement is as long as it says."""
+    scree.run(SOURCE / "input/paper/rockfall/rockfall.ana", output=tmp_path / "r.h5",
+              settings=["step.end_time=0.1", "output.interval=0.05"])
+    file = plot.Frames(tmp_path / "r.h5", "r")
+    look = plot.Look(units=Units("mm=1e-3,kPa=1e3,ms=1e-3"))
+    figure = plot.draw_frames([file], ["last"], "stress_yy", [overlays.VECTORS["displacement"]], look)
+    panel, bar = figure.axes[0], figure.axes[1]
+    true = file.values(2, "stress_yy")[0]
+    np.testing.assert_allclose(panel.collections[1].get_array(), true / 1e3)
+    assert bar.get_ylabel() == "stress yy [kPa]" and panel.get_title() == "t = 100 ms"
+    assert figure._supxlabel.get_text() == "x [mm]"
+    assert panel.xaxis.get_major_formatter()(0.25, 0) == "250"
+    words = next(text.get_text() for text in panel.texts)
+    value = float(words.split()[0])
+    largest = np.linalg.norm(overlays.displacements(file, 2), axis=1).max()
+    assert words.endswith("displacement [mm]") and value == overlays.round_below(1e3 * largest)
+    line, = [line for line in panel.lines if line.get_label() == "_scale"]
+    size = max(np.ptp(panel.get_xlim()), np.ptp(panel.get_ylim()))
+    assert np.ptp(line.get_xdata()) == pytest.approx(overlays.LONGEST * size * value / 1e3 / largest)
+    axis = plot.draw_histories([tmp_path / "r.h5"], ["overlap", "energy/kinetic"], look.units).axes[1]
+    r = scree.read(tmp_path / "r.h5")
+    np.testing.assert_allclose(axis.lines[0].get_ydata(), r.history.energy.kinetic / (1e3 * 1e-6))
+    assert axis.get_ylabel() == "[kPa mm$^2$]" and axis.get_xlabel() == "time [ms]"

@@ -1,0 +1,49 @@
+"""Units of pictures: names, and what the numbers of results are divided by, for the dimensions that results are in."""
+import re
+
+from .errors import PlotError
+
+BASES = {"force": (1, 2, 0), "mass": (1, 1, 2), "length": (0, 1, 0), "time": (0, 0, 1)}  # powers of stress, length and time
+
+
+class Units:
+    """Names of stress, length and time, each with how many of the unit of the decks it is. Without names dimensions stay."""
+
+    def __init__(self, words=None):
+        """Of LENGTH,STRESS or LENGTH,STRESS,TIME, each NAME or NAME=FACTOR; PlotError where the words are others."""
+        self.given, self.bases = words is not None, []
+        if not self.given:
+            return
+        found = [re.fullmatch(r"([^\s=,]+)(?:=([^=]+))?", word) for word in words.split(",")]
+        try:
+            self.bases = [(match[1], float(match[2] or 1)) for match in found]
+        except (TypeError, ValueError):
+            self.bases = []
+        if len(self.bases) not in (2, 3) or not all(0 < factor < float("inf") for _, factor in self.bases):
+            raise PlotError(f"--units: expected LENGTH,STRESS or LENGTH,STRESS,TIME, such as m,MPa=1e6, found '{words}'")
+        length, stress, time = [*self.bases, ("time", 1.0)][:3]
+        self.bases = [stress, length, time]
+
+    def of(self, label):
+        """A label such as `speed [length/time]` with the unit in place of the dimension, and what numbers are divided by."""
+        match = re.search(r"\[(.*)\]", label)
+        powers = self.powers(match[1].replace("$", "")) if match else None
+        if not self.given or powers is None:
+            return label, 1.0
+        factor, above, below = 1.0, [], []
+        for (name, size), power in zip(self.bases, powers):
+            factor *= size**power
+            if power:
+                (above if power > 0 else below).append(name + (f"$^{abs(power)}$" if abs(power) > 1 else ""))
+        unit = " ".join(above) or "1"
+        return f"{label[:match.start()]}[{'/'.join([unit, *below])}]{label[match.end():]}", factor
+
+    def powers(self, dimension):
+        """Powers of stress, length and time of a dimension such as force*length/length; None for what has none."""
+        total = [0, 0, 0]
+        for sign, base, power in re.findall(r"([*/]?)([^*/^]+)\^?(\d*)", dimension):
+            if base not in BASES:
+                return None
+            for i, own in enumerate(BASES[base]):
+                total[i] += (-1 if sign == "/" else 1) * int(power or 1) * own
+        return total
