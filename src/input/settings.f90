@@ -460,7 +460,7 @@ contains
       return
     end if
     given%name = option(:equal - 1)
-    given%value = option(equal + 1:)
+    given%value = with_single_blanks(option(equal + 1:))
     given%from = '--set'
     i = index_of(words, given%name)
     if (i > 0) then
@@ -471,6 +471,22 @@ contains
     end if
     call put_word(settings_table(), '--set '//option//': ', given, words, error)
   end subroutine set_word
+
+  !> Numbers with one blank between them, as groups hand them on; any other text as it is.
+  pure function with_single_blanks(text)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: with_single_blanks
+    integer :: i
+
+    with_single_blanks = text
+    if (verify(text, ' +-.0123456789dDeE') > 0) return
+    with_single_blanks = trim(adjustl(text))
+    do
+      i = index(with_single_blanks, '  ')
+      if (i == 0) return
+      with_single_blanks = with_single_blanks(:i)//with_single_blanks(i + 2:)
+    end do
+  end function with_single_blanks
 
   !> Puts the values that are given where they belong. Whatever is not given stays as it is.
   subroutine store_settings(scene)

@@ -115,6 +115,13 @@ def test_a_point_of_a_block_file_is_reached(tmp_path):
     assert "  measured point 1 x y: 1.25 0.7 [length]" in explained(tmp_path, "--set", "measured_point(1).x=1.25")
 
 
+def test_numbers_of_a_setting_are_as_far_apart_as_they_come(tmp_path):
+    write(tmp_path)
+    plain = explained(tmp_path, "--set", "support.both=0 0 2 0 0 1 2 1")
+    assert any("support.both = 0 0 2 0 0 1 2 1" in line for line in plain)
+    assert explained(tmp_path, "--set", "support.both= 0 0  2 0   0 1 2 1 ") == plain
+
+
 @pytest.mark.parametrize("option, expected", [
     ("joint(1).phi=90", "expected the friction angle of joint material 1 below 90, found '90'"),
     ("joint(2).c=-1", "expected the cohesion of joint material 2 at least 0, found '-1'"),
