@@ -4,7 +4,7 @@
                           [--joints [material | state | forces]] [--vectors [displacement | velocity]] [--crosses]
                           [--points] [--numbers] [--covers] [--window X1 Y1 X2 Y2] [--range LOW HIGH | full] [--no-mesh]
                           [--magnify FACTOR] [--units m,MPa=1e6] [--colours MAP] [--dpi N] [--scree PROGRAM]
-    tools/plot RESULTS.h5 [...] --history rotation area energy/kinetic [-o PICTURE.png]
+    tools/plot RESULTS.h5 [...] --history rotation area energy/kinetic measured_points/displacement [-o PICTURE.png]
 
 FILE is a results file, a geometry (.geo, .blk, .blck, block.in), whose blocks are drawn, or an analysis deck (.ana), whose elements
 are drawn as set up, under its mathematical mesh where it has one. Geometries and analysis decks go through `scree cut`.
@@ -30,6 +30,7 @@ from matplotlib.ticker import MaxNLocator
 
 from .arguments import above_zero
 from .errors import PlotError, ScreeError
+from .histories import history_of
 from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
                        robust_limits, velocities)
 from .polygons import loops_of
@@ -39,6 +40,7 @@ from .units import Units
 
 FIELDS = ("block", "material", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement", "velocity")
 LARGEST_NUMBER_OF_PANELS = 12
+MOST_NAMES = 15    # of curves of a panel, beyond which their names are left out
 BOTH_SIGNS = 0.1   # of the smaller of two signs over the larger, from which on zero is white
 PALER = 0.4        # share of white in colours that something is drawn over
 PANEL, WHOLE = 3.4, 5.6  # inches of one of many panels, and of one alone
@@ -491,26 +493,23 @@ def draw_histories(paths, names, units=None):
     for path in paths:
         if kind_of(path) != "results":
             raise PlotError(f"{path}: expected results files with --history, found another")
-    histories = [read(path).history for path in paths]
+    files = [read(path) for path in paths]
     figure, axes = plt.subplots(len(names), 1, figsize=(7.5, 2.3 * len(names) + 0.6), squeeze=False, sharex=True,
                                 layout="constrained")
     time, of_time = units.of("time [time]")
     for axis, name in zip(axes.flat, names):
-        for path, history in zip(paths, histories):
-            known = history.series()
-            if name not in known:
-                raise PlotError(f"{path}: expected one of the histories {', '.join(known)}, found '{name}'")
-            label, factor = units.of(f"[{history.units(name).split(' ')[0]}]")
-            values = history[name].reshape(len(history.time), -1) / factor
-            for k in range(values.shape[1]):
-                own = pathlib.Path(path).stem + (f" {k + 1}" if values.shape[1] > 1 else "")
-                axis.plot(history.time / of_time, values[:, k], linewidth=1.2, label=own)
-        axis.set_title(history.description(name), fontsize=10, loc="left")
+        for path, file in zip(paths, files):
+            found = history_of(file, name)
+            label, factor = units.of(f"[{found.dimension}]")
+            for own, values in zip(found.names, found.values.T):
+                words = [pathlib.Path(path).stem] if len(paths) > 1 or not own else []
+                axis.plot(file.history.time / of_time, values / factor, linewidth=1.2, label=", ".join([*words, *([own] if own else [])]))
+        axis.set_title(found.description, fontsize=10, loc="left")
         axis.set_ylabel(label, fontsize=9)
         axis.grid(True, linewidth=0.4, color="0.85")
         axis.margins(x=0)
-    if len(axes.flat[0].lines) > 1:
-        axes.flat[0].legend(fontsize=8, frameon=False, ncols=3)
+        if 1 < len(axis.lines) <= MOST_NAMES:
+            axis.legend(fontsize=8, frameon=False, ncols=3)
     axes.flat[-1].set_xlabel(time)
     return figure
 
@@ -568,7 +567,7 @@ def add_words_of_frames(parser):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", metavar="FILE")
-    parser.add_argument("--history", nargs="+", metavar="NAME", help="histories to draw, as below /history")
+    parser.add_argument("--history", nargs="+", metavar="NAME", help="histories to draw, as below /history, or measured_points/NAME")
     parser.add_argument("--frames", nargs="+", metavar="FRAME", help="default: first last")
     add_words_of_frames(parser)
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")

@@ -1,9 +1,11 @@
 """What a run came to, as rows and charts of a page."""
 import numpy as np
 
+from ..histories import COLUMNS, history_of, names_of_histories
+
 SHARE = 0.01      # of what is compared with: an error above it is worth a look
 BINS = 300        # over the time of a chart, each with the least and the largest of a series
-MOST_LINES = 5    # of a chart, those of the largest at the end
+MOST_LINES = 6    # of a chart, those of the largest at the end
 
 
 def number(value):
@@ -127,29 +129,13 @@ def charts(results):
     if "gravity" in energies:  # its zero is that of y
         energies["gravity"] = energies["gravity"] - energies["gravity"][0]
     found = [chart(history.time, "energies, of gravity its change", history.units("energy/kinetic"), list(energies.items()))]
-    for name in history.series():
+    for name in names_of_histories(results):
         if name != "time" and not name.startswith("energy/"):
-            found.append(chart(history.time, history.description(name), history.units(name), columns(history[name], name)))
-    if "measured_points" in results:
-        points = results.measured_points
-        for name in ("displacement", "velocity", "stress"):
-            found.extend(chart(history.time, f"{points.description(name)} of measured points, {axis}", points.units(name),
-                               columns(points[name][:, :, i], "point"))
-                         for i, axis in enumerate(("xx", "yy", "xy") if name == "stress" else ("x", "y")))
+            one = history_of(results, name)
+            chosen = np.argsort(-np.abs(one.values[-1]), kind="stable")[:MOST_LINES]
+            found.append(chart(history.time, one.description, one.dimension,
+                               [(one.names[i], one.values[:, i]) for i in (np.sort(chosen) if name in COLUMNS else chosen)]))
     return found
-
-
-COLUMNS = {"contacts": ("open", "sliding", "locked"), "momentum": ("x", "y", "angular")}  # names of those that are no blocks
-
-
-def columns(values, name):
-    """The columns of a series with their names; of many those that are largest at the end."""
-    if values.ndim == 1:
-        return [(name, values)]
-    chosen = np.argsort(-np.abs(values[-1]), kind="stable")[:MOST_LINES]
-    chosen = np.sort(chosen) if name in COLUMNS else chosen
-    names = COLUMNS.get(name) or [f"{'point' if name == 'point' else 'block'} {i + 1}" for i in range(values.shape[1])]
-    return [(names[i], values[:, i]) for i in chosen]
 
 
 def chart(times, title, unit, series):

@@ -1,0 +1,43 @@
+"""Histories of a run as columns that have names: series of /history, and those of measured points."""
+import dataclasses
+
+import numpy as np
+
+from .errors import PlotError
+
+COLUMNS = {"contacts": ("open", "sliding", "locked"), "momentum": ("x", "y", "angular")}  # of series that are no blocks
+PARTS = {2: ("x", "y"), 3: ("xx", "yy", "xy")}  # of vectors and stresses
+MEASURED = "measured_points/"
+
+
+@dataclasses.dataclass
+class History:
+    """Values (s, n) with the names of the columns, none where there is one; the dimension, and what it is in words."""
+
+    values: np.ndarray
+    names: list
+    dimension: str
+    description: str
+
+
+def names_of_histories(results):
+    """All that there are."""
+    measured = results.measured_points.series() if "measured_points" in results else []
+    return [*results.history.series(), *(f"{MEASURED}{name}" for name in measured)]
+
+
+def history_of(results, name):
+    """A history by its name below /history, or measured_points/NAME; PlotError where there is none."""
+    if name not in names_of_histories(results):
+        raise PlotError(f"{results.path}: expected one of the histories {', '.join(names_of_histories(results))}, found '{name}'")
+    group, own = (results.measured_points, name.removeprefix(MEASURED)) if name.startswith(MEASURED) else (results.history, name)
+    values, what = group[own], group.description(own)
+    if values.ndim == 3:  # noqa: PLR2004  points and parts of vectors
+        places = [", ".join(f"{x:.4g}" for x in place) for place in results.given_points("measured")]
+        names = [f"point {i + 1} at ({place}), {part}" for i, place in enumerate(places) for part in PARTS[values.shape[2]]]
+        what = f"{what} of measured points"
+    elif values.ndim == 1:
+        names = [""]
+    else:
+        names = list(COLUMNS.get(name, ())) or [f"block {i + 1}" for i in range(values.shape[1])]
+    return History(values.reshape(len(values), -1), names, group.units(own).split(" ")[0], what)
