@@ -20,10 +20,10 @@ def installed(tmp_path_factory):
     return (folder / "first").rename(folder / "moved")
 
 
-def call(folder, name, *words, cwd):
+def call(folder, name, *words, cwd, **more):
     """Runs something of the folder, with nothing else of scree in sight."""
     return subprocess.run([folder / "bin" / name, *words], cwd=cwd, capture_output=True, text=True,
-                          env={"PATH": "/usr/bin:/bin", "HOME": str(cwd)})
+                          env={"PATH": "/usr/bin:/bin", "HOME": str(cwd), **more})
 
 
 def test_a_moved_folder_runs_and_draws_its_decks(installed, tmp_path):
@@ -42,6 +42,13 @@ def test_each_command_is_there_and_says_how_it_is_used(installed, tmp_path):
         done = call(installed, name, "--help", cwd=tmp_path)
         assert done.returncode == 0 and "usage: " + name in done.stdout, done.stderr
     assert not list(installed.rglob("__pycache__"))
+
+
+def test_a_package_that_is_missing_is_one_line(installed, tmp_path):
+    (tmp_path / "matplotlib.py").write_text("raise ModuleNotFoundError('none', name='matplotlib')\n")
+    done = call(installed, "scree-plot", "x.h5", cwd=tmp_path, PYTHONPATH=str(tmp_path))
+    assert done.returncode == 2 and done.stderr == ("scree-plot: expected the Python package matplotlib, found none: on Debian, "
+                                                    "apt-get install python3-matplotlib\n")
 
 
 def test_the_man_page_says_what_the_program_says(installed):
