@@ -79,4 +79,6 @@ def test_bash_completes_verbs_options_and_settings(words, offered, installed):
 def test_there_is_one_version():
     version = re.search(r"project\(scree VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text())[1]
     assert scree.call("--version").stdout == f"scree {version}\n"
+    assert re.search(r"^version: (\S+)", (SOURCE / "CITATION.cff").read_text(), re.M)[1] == version
+    assert re.search(r"^## (\S+)", (SOURCE / "doc" / "changes.md").read_text(), re.M)[1] == version
     assert re.search(r'^version = "(.*)"', (SOURCE / "tools" / "pyproject.toml").read_text(), re.M)[1] == version
