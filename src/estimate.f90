@@ -115,6 +115,7 @@ contains
     if (length == 0) folder = '/tmp'
   end function scratch_folder
 
+  !> Prints a line of the table: steps and seconds of a whole run, memory of the probe, and by how much of the run that is told.
   subroutine print_forecast(unit, name, probe, steps, seconds)
     integer, intent(in) :: unit
     character(len=*), intent(in) :: name

@@ -65,6 +65,7 @@ contains
     if (probe%n > 1) enough = probe%seconds(probe%n) - probe%seconds(1) > probe%most
   end function enough
 
+  !> Seconds of the wall since a count of the system's clock.
   real(dp) function seconds_since(begun)
     integer(i8), intent(in) :: begun
     integer(i8) :: now, rate
