@@ -59,6 +59,7 @@ contains
     do i = 1, size(memory%contact)
       associate (contact => memory%contact(i), entrance => memory%contact(i)%entrance(memory%contact(i)%active))
         contact%force = 0.0_dp
+        contact%entrance%pressing = 0.0_dp
         contact%pressed = 0.0_dp
         contact%overlap = 0.0_dp
         contact%energy = 0.0_dp
@@ -108,6 +109,7 @@ contains
 
     associate (k => contact%active)
       contact%force = [sum(force%across), force%along]
+      contact%entrance(k)%pressing = max(0.0_dp, contact%force(1))
       slip = now(k)%slip
       if (contact%entrance(k)%state == state_sliding) &
         call remember_slide(law, force, now(k), holds, contact%entrance(k), slip, closed%work)

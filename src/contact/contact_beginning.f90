@@ -4,7 +4,7 @@ module scree_contact_beginning
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: outlines_t
   use scree_element_term, only: step_rule_t
-  use scree_joint_stiffness, only: bonded_length, stiffen_contact
+  use scree_joint_stiffness, only: bonded_length, measure_contact, stiffen_contact
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
@@ -34,6 +34,7 @@ contains
     if (state%step == 0) call bond_contacts(model%outlines, state%vertex, try)
     do i = 1, size(try%contact)
       call stiffen_contact(model%outlines, state%vertex, try%law, try%contact(i))
+      if (allocated(try%law%roughness)) call measure_contact(model%outlines, state%vertex, try%law, try%contact(i))
     end do
     if (allocated(try%geometry)) deallocate (try%geometry, try%start)
     allocate (try%geometry(2, size(try%contact)), try%start(2, size(try%contact)))

@@ -165,6 +165,7 @@ contains
     entrance%multiplier = was%multiplier
     entrance%stiffness = was%stiffness
     entrance%length = was%length
+    entrance%pressing = was%pressing
     entrance%bonded = was%bonded
     entrance%slid = was%slid
     entrance%lagged_friction = was%lagged_friction

@@ -17,6 +17,9 @@ module scree_coulomb_contact
   public :: act_on, add_friction, anchor_where_crossed, bond, friction_of, judge_closed, judge_coulomb, press_springs, set_state, &
             slide_coulomb
 
+  !> Steepest friction of a joint under little stress, rad (Barton 1973).
+  real(dp), parameter :: steepest = 70*acos(-1.0_dp)/180
+
 contains
 
   !> Force of a bond: a strength of the joint times the length that the contact stands for.
@@ -35,11 +38,59 @@ contains
     type(entrance_t), intent(in) :: entrance
 
     friction = law%friction(entrance%joint)
-    if (.not. allocated(law%worn)) return
+    if (allocated(law%worn)) friction = worn_friction(law, entrance, friction)
+    if (allocated(law%roughness)) friction = friction_under_stress(law, entrance, friction)
+  end function friction_of
+
+  !> The same of a joint that wears.
+  pure real(dp) function worn_friction(law, entrance, peak) result(friction)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+    real(dp), intent(in) :: peak
+
+    friction = peak
     associate (worn => law%worn(:, entrance%joint))
       if (worn(2) > 0) friction = friction + (worn(1) - friction)*min(1.0_dp, entrance%slid/worn(2))
     end associate
-  end function friction_of
+  end function worn_friction
+
+  !> Share of its roughness that the joint of an entrance still has.
+  pure real(dp) function unworn(law, entrance)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+
+    unworn = 1.0_dp
+    if (.not. allocated(law%worn)) return
+    associate (slip => law%worn(2, entrance%joint))
+      if (slip > 0) unworn = 1 - min(1.0_dp, entrance%slid/slip)
+    end associate
+  end function unworn
+
+  !> Friction of a rough joint, or one with cohesion left, by the stress s that an entrance bore when the step began: the slope of
+  !>
+  !>     tau = s tan(phi + JRC log10(JCS/s)) + c      (Barton & Choubey, Rock Mechanics 10, 1977; JRC in degrees)
+  !>
+  !> from the origin, no steeper than 70 degrees; of one that bore nothing tan phi, so that none rests on a stress that it does not
+  !> have. JRC wears off over the slip of the friction angle.
+  pure real(dp) function friction_under_stress(law, entrance, friction) result(slope)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+    real(dp), intent(in) :: friction           !! without roughness
+    real(dp) :: angle, cohesion, jrc, stress
+
+    slope = friction
+    associate (own => law%roughness(:, entrance%joint))
+      jrc = own(1)*unworn(law, entrance)
+      cohesion = merge(0.0_dp, own(3), entrance%bonded)
+      if (.not. (jrc > 0 .or. cohesion > 0) .or. friction >= tan(steepest)) return
+      if (.not. (entrance%pressing > 0 .and. entrance%length > 0)) return
+      stress = entrance%pressing/entrance%length
+      angle = atan(friction)
+      if (jrc > 0) angle = angle + jrc*max(0.0_dp, log10(own(2)) - log10(stress))
+      slope = tan(steepest)
+      if (angle < steepest) slope = min(slope, tan(angle) + cohesion/stress)
+    end associate
+  end function friction_under_stress
 
   !> Forces across the entrances of a contact by spring, multiplier and dashpot, each as if it were the one that acts.
   pure function press_springs(stiffness, dashpot, contact, start, now) result(force)

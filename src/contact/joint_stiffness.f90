@@ -8,7 +8,7 @@ module scree_joint_stiffness
   use scree_kinds, only: dp
   implicit none
   private
-  public :: bonded_length, stiffen_contact
+  public :: bonded_length, measure_contact, stiffen_contact
 
   !> Of an edge: a vertex so near to its end is at it, and faces the edge beyond, too.
   real(dp), parameter :: at_end = 1e-3_dp
@@ -49,6 +49,22 @@ contains
       contact%entrance(k)%stiffness = stiffness
     end do
   end subroutine stiffen_contact
+
+  !> Gives the entrances of a contact whose friction follows their stress the length that they stand for. Bonds keep theirs.
+  pure subroutine measure_contact(outlines, position, law, contact)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
+    type(contact_law_t), intent(in) :: law
+    type(contact_t), intent(inout) :: contact
+    integer :: k
+
+    do k = 1, contact%n_entrances
+      associate (entrance => contact%entrance(k))
+        if (.not. entrance%bonded .and. any(law%roughness(:, entrance%joint) > 0)) &
+          entrance%length = length_of_contact(outlines, position, entrance)
+      end associate
+    end do
+  end subroutine measure_contact
 
   !> Length of the joint that a contact stands for: half of what the edges at its vertex have in common with its edge.
   !>

@@ -96,13 +96,16 @@ module scree_setting_rules
     setting_rule_t('contact.restitution', '', 'k01', is_positive, .true., 'a static step hands no velocity on'), &
     setting_rule_t('contact.restitution', '', 'step.control', '|fixed|', .false., &
                    'steps as long as the displacement lets them miss when an impact is, and make energy in it'), &
-    setting_rule_t('joints.kn, joints.ks, joints.residual_phi, joints.residual_slip', '', &
+    setting_rule_t('joints.kn, joints.ks, joints.residual_phi, joints.residual_slip, joints.residual_c, '// &
+                   'joints.jrc, joints.jcs', '', &
                    'contact.method', '|penalty|augmented|', .true., 'nothing touches'), &
     setting_rule_t('joints.kn, joints.ks', '', 'contact.rules', '|coulomb|conserving|', .false., &
                    'contact by Shi''s rules has one stiffness for all'), &
     setting_rule_t('joints.ks', '', 'joints.kn', is_given, .true., 'a joint that gives along it gives across it'), &
-    setting_rule_t('joints.residual_phi, joints.residual_slip', '', 'contact.rules', '|coulomb|conserving|', .false., &
-                   'Shi''s rules have one friction'), &
+    setting_rule_t('joints.residual_phi, joints.residual_slip, joints.residual_c, joints.jrc, joints.jcs', '', &
+                   'contact.rules', '|coulomb|conserving|', .false., 'Shi''s rules have one friction'), &
+    setting_rule_t('joints.jrc', '', 'joints.jcs', is_given, .true., 'roughness counts by the strength of what is rough'), &
+    setting_rule_t('joints.jcs', '', 'joints.jrc', is_given, .true., 'what is smooth has no use for it'), &
     setting_rule_t('joints.residual_phi', '', 'joints.residual_slip', is_given, .true., 'it falls over a slip'), &
     setting_rule_t('joints.residual_slip', '', 'joints.residual_phi', is_given, .true., 'there is nothing to fall to'), &
     setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|auto|', .true., &

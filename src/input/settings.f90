@@ -274,6 +274,11 @@ contains
                              0.0_dp, most=89.0_dp), s%worn_angle)
     call row%reals(setting_t('joints', 'residual_slip', 'slip over which the angle falls to that; 0: it does not', 'length', &
                              0.0_dp), s%worn_slip)
+    call row%reals(setting_t('joints', 'residual_c', 'cohesion of what is not bonded any more, one for each material', &
+                             'force/length^2', 0.0_dp), s%worn_cohesion)
+    call row%reals(setting_t('joints', 'jrc', 'roughness coefficient of Barton, one for each material; 0: smooth', '1', 0.0_dp, &
+                             most=30.0_dp), s%jrc)
+    call row%reals(setting_t('joints', 'jcs', 'compressive strength of the walls, likewise', 'force/length^2', 0.0_dp), s%jcs)
   end subroutine visit_joints
 
   !> Fixed points and load points.
@@ -582,6 +587,9 @@ contains
       call check_count('joints.ks', s%joint_ks)
       call check_count('joints.residual_phi', s%worn_angle)
       call check_count('joints.residual_slip', s%worn_slip)
+      call check_count('joints.residual_c', s%worn_cohesion)
+      call check_count('joints.jrc', s%jrc)
+      call check_count('joints.jcs', s%jcs)
       if (allocated(error) .or. .not. (allocated(s%joint_kn) .and. allocated(s%joint_ks))) return
       if (any(s%joint_kn > 0 .neqv. s%joint_ks > 0)) &
         call wrong_joints('joints.ks', 'above 0 where joints.kn is, and 0 where that is', 'other')

@@ -42,7 +42,8 @@ module scree_contacts
     real(dp) :: rest = 0.0_dp            !! gap without force across; below 0 for a vertex that was found inside, length
     real(dp) :: multiplier(2) = 0.0_dp   !! forces across and along that the springs need not make up
     real(dp) :: stiffness(2) = 0.0_dp    !! across and along, of both entrances of a contact, force/length per unit thickness
-    real(dp) :: length = 0.0_dp          !! of the joint that the contact stands for, where it has cohesion or strength
+    real(dp) :: length = 0.0_dp          !! of the joint that the contact stands for, where its strength asks for it
+    real(dp) :: pressing = 0.0_dp        !! force across at the end of the last step
     logical :: bonded = .false.          !! cohesion and tensile strength are not lost
     real(dp) :: slid = 0.0_dp            !! way that the contact has slid since it was found, length
     real(dp) :: lagged_friction = 0.0_dp !! friction of the iteration before, by Shi's rules, force
@@ -129,6 +130,8 @@ module scree_contacts
     real(dp), allocatable :: joint_stiffness(:, :) !! (2, n_joints) kn, ks, 0: none; where the scene has some, force/length^3
     real(dp), allocatable :: friction(:)    !! (n_joints) tangent of the friction angle
     real(dp), allocatable :: worn(:, :)     !! (2, n_joints) residual `friction`, slip by then, length; where the scene has them
+    !> (3, n_joints) JRC, rad; JCS, and cohesion of what is not bonded, force/length^2; where the scene has some
+    real(dp), allocatable :: roughness(:, :)
     real(dp), allocatable :: cohesion(:)    !! (n_joints) force/length^2
     real(dp), allocatable :: strength(:)    !! (n_joints) in tension, force/length^2
     real(dp) :: penetration = huge(1.0_dp)  !! that multipliers leave; huge: springs alone, length

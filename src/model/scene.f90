@@ -161,6 +161,9 @@ module scree_scene
     real(dp), allocatable :: joint_kn(:)    !! (n_joints) stiffness across; 0: that of a contact, force/length^3
     real(dp), allocatable :: worn_angle(:)  !! (n_joints) friction angle that sliding leaves, degrees
     real(dp), allocatable :: worn_slip(:)   !! (n_joints) slip by then; 0: it stays as it is, length
+    real(dp), allocatable :: worn_cohesion(:) !! (n_joints) cohesion that a broken bond leaves, force/length^2
+    real(dp), allocatable :: jrc(:)         !! (n_joints) roughness coefficient, degrees a decade of the stress
+    real(dp), allocatable :: jcs(:)         !! (n_joints) compressive strength of the walls, force/length^2
     real(dp), allocatable :: joint_ks(:)    !! (n_joints) likewise along; not there: that across over the shear ratio
     logical :: nested = .false.             !! the open-close iteration runs inside each iteration of the deformation
     integer :: fixed = fixed_exact

@@ -367,6 +367,7 @@ contains
       call archive%part('entrance%stiffness', entrance%stiffness(i))
     end do
     call archive%part('entrance%length', entrance%length)
+    call archive%part('entrance%pressing', entrance%pressing)
     call archive%part('entrance%bonded', entrance%bonded)
     call archive%part('entrance%slid', entrance%slid)
     call archive%part('entrance%lagged_friction', entrance%lagged_friction)

@@ -262,6 +262,7 @@ contains
         effects%contact%friction = [tan(joint%friction_angle*degree), 0.0_dp]
         if (allocated(s%worn_angle)) effects%contact%worn = reshape([tan(s%worn_angle*degree), 0.0_dp, s%worn_slip, 0.0_dp], &
                                                                    [2, size(s%worn_angle) + 1], order=[2, 1])
+        if (allocated(s%jrc) .or. allocated(s%worn_cohesion)) effects%contact%roughness = roughness_of(s, size(joint))
         effects%contact%cohesion = [joint%cohesion, 0.0_dp]
         effects%contact%strength = [joint%tensile_strength, 0.0_dp]
       end associate
@@ -277,6 +278,19 @@ contains
         call name('sleep', 'weight and contact; step.sleep='//real_text(s%sleep))
       end associate
     end subroutine let_sleep
+
+    !> What friction depends on the stress by, of each joint material and of none.
+    pure function roughness_of(s, n_joints) result(roughness)
+      type(settings_t), intent(in) :: s
+      integer, intent(in) :: n_joints
+      real(dp) :: roughness(3, n_joints + 1)
+      real(dp), parameter :: degree = acos(-1.0_dp)/180
+
+      roughness = 0.0_dp
+      if (allocated(s%jrc)) roughness(1, :n_joints) = s%jrc*degree
+      if (allocated(s%jcs)) roughness(2, :n_joints) = s%jcs
+      if (allocated(s%worn_cohesion)) roughness(3, :n_joints) = s%worn_cohesion
+    end function roughness_of
 
     !> Stiffness across and along each joint material, and of none.
     pure function joint_stiffness_of(s) result(stiffness)

@@ -89,6 +89,12 @@ def test_waves_are_as_fast_as_hooke_and_newton_have_it():
     assert speed["s"] ** 2 * 2500 == pytest.approx(4e9) and (speed["p"] / speed["s"]) ** 2 == pytest.approx(3.0)
 
 
+def test_strength_of_joints():
+    """Barton's at a stress of JCS/100: phi + 2 JRC degrees."""
+    assert references.barton_strength(100.0, 10.0, 1e4, 30) == pytest.approx(100 * math.tan(50 * RADIAN))
+    assert references.bonded_strength(100.0, 60.0, 45) == pytest.approx(160)
+
+
 def test_dams():
     """With the width that it needs the resultant passes through the toe: thrust h/3 = weight b/2."""
     b = references.dam_width(12.0, 24.0, 10.0)

@@ -381,3 +381,14 @@ def w1(run):
             if top == "free":
                 yield Row(f"velocity of the top, {name}", 2 * velocity.max(), r.measured_points.velocity[:, 0, i].max(), 0.02)
             yield Row(f"energy that comes back, {name}, {top} top", 0.0, stored[-1], 1e-4, energy)
+
+
+@case
+def j1(run):
+    """Direct shear under a constant stress: one percent on both sides of what a rough and a bonded joint bear."""
+    for name, limit in (("rough", references.barton_strength(100.0, 10.0, 1e4, 30)), ("bonded", references.bonded_strength(100.0, 60.0, 30))):
+        for share, expected in ((0.99, "stands"), (1.01, "falls")):
+            along = f"{share * limit / 0.04:.9g}"
+            r = run(DECKS / "j1-direct-shear" / f"{name}.ana", settings=[f"boundary.traction=0 0 0 0 {along} 0 {along} 0"],
+                    name=f"j1-{name}-{expected}")
+            yield Row(f"{share} of the strength, {name}", expected, verdict(r))

@@ -425,3 +425,13 @@ def dam_width(height, weight, water):
 def wave_speeds(density, young, nu):
     """Of waves of pressure and shear in plane strain."""
     return {"p": math.sqrt(young * (1 - nu) / ((1 + nu) * (1 - 2 * nu)) / density), "s": math.sqrt(young / (2 * (1 + nu)) / density)}
+
+
+def barton_strength(stress, jrc, jcs, phi):
+    """Shear strength of a rough joint (Barton & Choubey 1977), phi in degrees."""
+    return stress * math.tan(math.radians(phi + jrc * math.log10(jcs / stress)))
+
+
+def bonded_strength(stress, cohesion, phi):
+    """Coulomb's, phi in degrees."""
+    return stress * math.tan(math.radians(phi)) + cohesion
