@@ -32,6 +32,7 @@ module scree_model_facts
 
   real(dp), parameter :: thin = 1e-2_dp        !! four times the area over the square of the outline: width over length of a strip
   real(dp), parameter :: noticeable = 1e-2_dp  !! of the largest stress: a traction that pushes a free edge
+  real(dp), parameter :: rounding = 1e-12_dp   !! of the model: a length that is left of an edge which another covers
   real(dp), parameter :: beside = 0.01_dp      !! of the model: a fixed point that lies on a side
   real(dp), parameter :: on_line = 1e-9_dp     !! of the model: a point that lies on the line of an edge, to round-off
   integer, parameter :: holds_whole = 3        !! fixed points that leave a DDA block no strain
@@ -230,7 +231,7 @@ contains
       associate (shape => model%elements%shape, rock => scene%block_material(model%elements%material(e)))
         do l = shape%first_loop(e), shape%first_loop(e + 1) - 1
           do k = shape%first_vertex(l), shape%first_vertex(l + 1) - 1
-            if (.not. free(k) > 0) cycle
+            if (.not. free(k) > rounding*scene%extent) cycle
             next = merge(shape%first_vertex(l), k + 1, k + 1 == shape%first_vertex(l + 1))
             call frame_of_edge(state%vertex(:, k), state%vertex(:, next), along, normal, length)
             middle = 0.5_dp*(state%vertex(:, k) + state%vertex(:, next)) + model%origin
