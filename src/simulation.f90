@@ -1,9 +1,10 @@
-!> A run: from a scene and its blocks to a results file, step by step, or to its model alone.
+!> A run: from a scene and its blocks to a results file, stage after stage, step by step, or to its model alone.
 module scree_simulation
   use, intrinsic :: iso_fortran_env, only: output_unit
   use scree_accurate_step, only: advance_estimated
   use scree_block_input, only: blocks_t
   use scree_cache, only: rebuild_cache
+  use scree_carry_over, only: carry_over, take_homes
   use scree_check_scene, only: warn_of_model
   use scree_critical_step, only: find_largest_step
   use scree_effects, only: refresh_elements
@@ -16,17 +17,18 @@ module scree_simulation
   use scree_model, only: cache_t, model_t
   use scree_prediction, only: enough, note_step, probe_t
   use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, stays_short, tell, warn
-  use scree_restart, only: open_past, past_t, resume_output
+  use scree_restart, only: open_past, past_t, resume_output, take_past
   use scree_results_file, only: abandon_results, check_targets
-  use scree_run_summary, only: add_step, begin_summary, sum_up, summary_t
+  use scree_run_records, only: note_kinds
+  use scree_run_summary, only: add_step, begin_stage, begin_summary, end_stage, sum_up, summary_t
   use scree_run_output, only: begin_output, end_output, put_frame, put_problems, put_step, run_output_t
-  use scree_scene, only: effect_t, run_options_t, scene_t, scheme_central_difference
+  use scree_scene, only: effect_t, run_options_t, scene_of_stage, scene_t, scheme_central_difference
   use scree_set_up, only: set_up
   use scree_shi_control, only: first_size, following_size
   use scree_sleep, only: advance_awake
   use scree_start, only: begin_run
-  use scree_state, only: state_t
-  use scree_step_control, only: after_step, at_end, frame_due, next_size, share_done
+  use scree_state, only: stage_clock_t, state_t, step_of_run, time_of_run
+  use scree_step_control, only: after_step, at_end, frame_due, is_settled, next_size, share_done
   use scree_summary_words, only: ending_t, json_of, lines_of
   use scree_text, only: number_text, rounded_text, text_t
   use scree_time_stepper, only: step_report_t
@@ -42,7 +44,9 @@ module scree_simulation
 
   !> A run as it goes.
   type :: run_t
-    type(model_t) :: model
+    type(scene_t) :: scene               !! of the stage
+    integer :: n_stages = 1
+    type(model_t) :: model               !! likewise
     type(model_t), allocatable :: awake  !! the model in which what sleeps cannot move
     type(state_t) :: state
     type(cache_t) :: cache
@@ -79,18 +83,22 @@ contains
     run%cache%timers = timers
     call begin_phase(run%cache%timers, phase_set_up)
     call set_up_progress(options%quiet, run%progress)
-    call prepare(scene, blocks, options, run, list, error)
+    run%n_stages = 1 + size(scene%later)
+    if (len(options%restart_path) > 0) call open_past(options%restart_path, scene, past, error)
+    if (allocated(error)) return
+    call prepare(scene, blocks, options, past%stage, run, list, error)
     if (allocated(error)) return
     first = run%state
     if (len(options%restart_path) > 0) then
-      call open_past(options%restart_path, scene, run%model, past, run%state, run%watch, error)
+      call take_past(past, run%scene, run%n_stages, run%model, run%state, run%watch, error)
       if (allocated(error)) return
+      call take_homes(run%state, run%model)
       call rebuild_cache(run%model, run%state, run%cache)
-      run%progress%from = run%state%time
+      run%progress%from = time_of_run(run%state)
     end if
 
     call tell_effects(run%progress, list)
-    if (options%runs .and. scene%settings%scheme == scheme_central_difference) call tell_largest_step(run)
+    if (options%runs) call tell_largest_step(run)
     call heed_signals()
     call begin_phase(run%cache%timers, phase_frames)
     call begin_output(options, scene, list, run%model, first, run%watch, run%output, error)
@@ -105,7 +113,7 @@ contains
     end if
     call begin_phase(run%cache%timers, phase_other)
     if (present(probe)) run%probe = probe
-    if (options%runs .and. .not. allocated(error)) call run_steps(scene, run, error)
+    if (options%runs .and. .not. allocated(error)) call run_stages(scene, blocks, run, error)
 
     call release_equations(run%cache%equations)
     call end_progress(run%progress)
@@ -132,7 +140,11 @@ contains
     if (index(ending%status, unsettled) == 1 .or. index(ending%status, moving) == 1) call warn(run%progress, ending%status)
     ending%warning = run%progress%warning
     ending%cost = costs_of(run%cache%timers)
-    if (allocated(run%summary)) call sum_up(run%model, run%cache, run%state, run%summary)
+    if (allocated(run%summary)) then
+      if (run%n_stages > 1) &
+        call end_stage(words_of_stage(run), ending%status(:index(ending%status//':', ':') - 1), run%model, run%state, run%summary)
+      call sum_up(run%model, run%cache, run%state, run%summary)
+    end if
     call end_output(run%output, run%cache, run%state, run%watch, ending, run%summary, close_error)
     if (.not. allocated(error)) call move_alloc(close_error, error)
     if (.not. allocated(run%summary)) then
@@ -166,7 +178,9 @@ contains
         if (is_balanced(run%model%settings, balance)) return
         status = unsettled
         if (balance%moves) status = moving
-        status = status//': '//words_of_balance(balance)
+        status = status//': '
+        if (run%n_stages > 1) status = status//words_of_stage(run)//': '
+        status = status//words_of_balance(balance)
       end associate
       return
     end if
@@ -174,27 +188,61 @@ contains
     if (error%status > status_signal) status = 'interrupted'
   end function status_of
 
-  !> Makes the model and its first state, and begins the run of it where there is to be one.
-  subroutine prepare(scene, blocks, options, run, list, error)
+  !> The stage in words.
+  pure function words_of_stage(run) result(words)
+    type(run_t), intent(in) :: run
+    character(len=:), allocatable :: words
+
+    words = 'stage '//number_text(run%state%stage%number)
+    if (allocated(run%scene%settings%stage_name)) then
+      if (run%scene%settings%stage_name /= words) words = words//' ('//run%scene%settings%stage_name//')'
+    end if
+  end function words_of_stage
+
+  !> Makes the model and its first state, and begins the run of it where there is to be one. Of what is gone on with, those of its
+  !> stage; the effects are those of the first.
+  subroutine prepare(scene, blocks, options, stage, run, list, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     type(run_options_t), intent(in) :: options
+    type(stage_clock_t), intent(in) :: stage
     type(run_t), intent(inout) :: run
     type(effect_t), allocatable, intent(out) :: list(:)
     type(error_t), allocatable, intent(out) :: error
+    type(state_t) :: state
+    type(model_t) :: model
+    type(effect_t), allocatable :: own(:)
+    integer :: k
 
-    call set_up(scene, blocks, run%model, run%state, list, error)
+    run%scene = scene_of_stage(scene, stage%number, stage%begins)
+    call set_up(run%scene, blocks, run%model, run%state, list, error)
     if (allocated(error)) return
+    call note_kinds(run%model, run%output%kinds)
+    do k = 1, run%n_stages
+      if (k == stage%number) cycle
+      call set_up(scene_of_stage(scene, k, stage%begins), blocks, model, state, own, error)
+      if (allocated(error)) return
+      call note_kinds(model, run%output%kinds)
+      if (k == 1) list = own
+    end do
     call refresh_elements(run%model, run%state, run%cache)
     call refuse_overlaps(scene, blocks, run%model, error)
     if (allocated(error) .or. .not. options%runs) return
-    call warn_of_model(scene, blocks, run%model, run%state, options%strict, run%progress, error)
+    if (stage%number == 1) call warn_of_model(run%scene, blocks, run%model, run%state, options%strict, run%progress, error)
     if (allocated(error)) return
+    call begin_steps(run, error)
+  end subroutine prepare
+
+  !> Begins the steps of a stage.
+  subroutine begin_steps(run, error)
+    type(run_t), intent(inout) :: run
+    type(error_t), allocatable, intent(out) :: error
+
     call begin_run(run%model, run%cache, run%state, error)
     if (allocated(error)) return
-    if (scene%settings%chooses_step) run%state%pace%size = first_size(scene, run%model, run%state)
+    if (run%scene%settings%chooses_step) run%state%pace%size = first_size(run%scene, run%model, run%state)
     call begin_watch(run%model, run%cache, run%state, run%watch)
-  end subroutine prepare
+  end subroutine begin_steps
 
   !> Names the effects.
   subroutine tell_effects(progress, list)
@@ -207,49 +255,123 @@ contains
     end do
   end subroutine tell_effects
 
-  !> Says how large explicit steps may be.
+  !> Says how large steps may be, where they are explicit.
   subroutine tell_largest_step(run)
     type(run_t), intent(inout) :: run
     real(dp) :: dt
     integer :: e
 
+    if (run%scene%settings%scheme /= scheme_central_difference) return
     call find_largest_step(run%model, run%cache, dt, e)
     if (e > 0) call tell(run%progress, 'explicit steps: at most '//rounded_text(dt)//', by block '// &
                          number_text(run%model%elements%block(e)))
   end subroutine tell_largest_step
 
-  !> The time loop. A run that fails or is stopped ends with a frame of its last step.
-  subroutine run_steps(scene, run, error)
+  !> The stages, from the one that the state is in. A stage that asks for equilibrium and does not reach it ends the run.
+  subroutine run_stages(scene, blocks, run, error)
     type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(run_t), intent(inout) :: run
+    type(error_t), allocatable, intent(out) :: error
+
+    run%framed = run%state%step
+    allocate (run%summary)
+    call begin_summary(run%n_stages, run%model, run%cache, run%state, run%summary)
+    do
+      if (run%n_stages > 1) call tell_stage(run)
+      call run_steps(run, error)
+      if (allocated(error) .or. run%state%stage%number == run%n_stages) exit
+      if (.not. (at_end(run%scene%settings, run%state) .and. is_settled(run%scene%settings, run%state))) exit
+      call begin_next_stage(scene, blocks, run, error)
+      if (allocated(error)) exit
+    end do
+  end subroutine run_stages
+
+  !> Says which stage begins or goes on.
+  subroutine tell_stage(run)
+    type(run_t), intent(inout) :: run
+    character(len=:), allocatable :: kind
+
+    kind = 'dynamic'
+    if (.not. run%scene%carried > 0) kind = 'static'
+    call tell(run%progress, words_of_stage(run)//' of '//number_text(run%n_stages)//', '//kind//', from time '// &
+              rounded_text(time_of_run(run%state)))
+  end subroutine tell_stage
+
+  !> Goes over to the next stage: its model, and the state that goes on in it.
+  subroutine begin_next_stage(scene, blocks, run, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(run_t), intent(inout) :: run
+    type(error_t), allocatable, intent(out) :: error
+    type(model_t) :: model
+    type(state_t) :: state
+    type(effect_t), allocatable :: list(:)
+
+    call begin_phase(run%cache%timers, phase_set_up)
+    call end_stage(words_of_stage(run), verdict_of(run), run%model, run%state, run%summary)
+    run%scene = scene_of_stage(scene, run%state%stage%number + 1, time_of_run(run%state))
+    call set_up(run%scene, blocks, model, state, list, error)
+    if (allocated(error)) return
+    call carry_over(run%model, run%state, blocks%bolt%pretension, model, state)
+    if (allocated(run%awake)) deallocate (run%awake)
+    run%model = model
+    run%state = state
+    run%framed = 0
+    run%progress%shown_tenths = 0
+    call begin_steps(run, error)
+    if (allocated(error)) then
+      error%message = words_of_stage(run)//': '//error%message
+      return
+    end if
+    call begin_stage(run%model, run%state, run%summary)
+    call begin_phase(run%cache%timers, phase_other)
+  end subroutine begin_next_stage
+
+  !> What a stage that others follow came to.
+  pure function verdict_of(run) result(verdict)
+    type(run_t), intent(in) :: run
+    character(len=:), allocatable :: verdict
+
+    verdict = 'complete'
+    if (.not. allocated(run%summary%balance)) return
+    if (.not. is_balanced(run%model%settings, run%summary%balance)) verdict = unsettled
+  end function verdict_of
+
+  !> The time loop. A run that fails or is stopped ends with a frame of its last step.
+  subroutine run_steps(run, error)
     type(run_t), intent(inout) :: run
     type(error_t), allocatable, intent(out) :: error
     type(error_t), allocatable :: frame_error
 
-    run%framed = run%state%step
-    allocate (run%summary)
-    call begin_summary(run%model, run%cache, run%state, run%summary)
-    do while (.not. (allocated(error) .or. at_end(scene%settings, run%state)) .and. stop_signal() == 0)
+    do while (.not. (allocated(error) .or. at_end(run%scene%settings, run%state)) .and. stop_signal() == 0)
       if (allocated(run%probe)) then
-        call note_step(share_done(scene%settings, run%state), run%probe)
+        call note_step(share_of_run(run), run%probe)
         if (enough(run%probe)) return
       end if
-      call run_step(scene, run, error)
+      call run_step(run, error)
     end do
     if (allocated(run%probe)) then
-      call note_step(share_done(scene%settings, run%state), run%probe)
-      run%probe%ended = .not. allocated(error) .and. at_end(scene%settings, run%state)
+      call note_step(share_of_run(run), run%probe)
+      run%probe%ended = .not. allocated(error) .and. at_end(run%scene%settings, run%state)
     end if
-    if (.not. (allocated(error) .or. at_end(scene%settings, run%state))) &
+    if (.not. (allocated(error) .or. at_end(run%scene%settings, run%state))) &
       call fail(error, status_signal + stop_signal(), 'interrupted by '//signal_name(stop_signal())//' after step '// &
-                number_text(run%state%step)//', at time '//rounded_text(run%state%time)//'; what was done is in '// &
-                run%output%file%path)
+                number_text(step_of_run(run%state))//', at time '//rounded_text(time_of_run(run%state))// &
+                '; what was done is in '//run%output%file%path)
     if (allocated(error) .and. run%framed < run%state%step) &
       call put_frame(run%output, run%model, run%cache, run%state, run%watch, frame_error)
   end subroutine run_steps
 
+  !> Share of a run that is done, its stages taken for equally long.
+  pure real(dp) function share_of_run(run) result(share)
+    type(run_t), intent(in) :: run
+
+    share = (run%state%stage%number - 1 + share_done(run%scene%settings, run%state))/run%n_stages
+  end function share_of_run
+
   !> One step, what is written of it, and a look at what it made.
-  subroutine run_step(scene, run, error)
-    type(scene_t), intent(in) :: scene
+  subroutine run_step(run, error)
     type(run_t), intent(inout) :: run
     type(error_t), allocatable, intent(out) :: error
     type(step_report_t) :: report
@@ -261,28 +383,29 @@ contains
     if (allocated(run%state%deviation)) then
       call advance_estimated(run%model, run%awake, run%cache, run%state, report, error)
     else
-      call advance_awake(run%model, next_size(scene%settings, run%state), run%awake, run%cache, run%state, report, error)
+      call advance_awake(run%model, next_size(run%scene%settings, run%state), run%awake, run%cache, run%state, report, error)
     end if
-    call put_problems(run%output, before + 1, run%cache, write_error)
+    call put_problems(run%output, run%state%stage%steps + before + 1, run%cache, write_error)
     if (.not. allocated(error)) call move_alloc(write_error, error)
     if (allocated(error)) then
       if (run%state%step == before) then
-        error%message = 'step '//number_text(before + 1)//' from time '//rounded_text(run%state%time)//': '//error%message
+        error%message = 'step '//number_text(run%state%stage%steps + before + 1)//' from time '// &
+                        rounded_text(time_of_run(run%state))//': '//error%message
       else
         error%message = reached(run%state)//error%message
       end if
       return
     end if
     if (run%state%step == before) return ! a signal came
-    call after_step(scene%settings, report%dt, report%rejected, run%state)
-    if (scene%settings%chooses_step) &
-      run%state%pace%size = following_size(scene, run%model, run%state%contacts, report%dt, report%travel)
-    call watch_impact(run%watch, run%model, run%state%time, report%impact, run%progress)
+    call after_step(run%scene%settings, report%dt, report%rejected, run%state)
+    if (run%scene%settings%chooses_step) &
+      run%state%pace%size = following_size(run%scene, run%model, run%state%contacts, report%dt, report%travel)
+    call watch_impact(run%watch, run%model, time_of_run(run%state), report%impact, run%progress)
     call begin_phase(run%cache%timers, phase_check)
     call check_numbers(run%model, run%cache, run%state, error)
     if (.not. allocated(error)) then
       call watch_step(run%watch, run%model, run%cache, run%state, report%work, run%progress, nonsense)
-      call write_step(scene, run, report, error)
+      call write_step(run, report, error)
       if (allocated(error)) return
       call move_alloc(nonsense, error)
     else
@@ -293,9 +416,9 @@ contains
       return
     end if
     if (allocated(report%cut%what)) run%cut = report%cut
-    associate (s => scene%settings, state => run%state)
-      call show_step(run%progress, state%step, state%time, min(s%end_time, state%time*(s%most_steps/real(state%step, dp))), &
-                     report%dt, report%iterations)
+    associate (s => run%scene%settings, state => run%state)
+      call show_step(run%progress, step_of_run(state), time_of_run(state), state%stage%begins &
+                     + min(s%end_time, state%time*(s%most_steps/real(state%step, dp))), report%dt, report%iterations)
       if (.not. (s%chooses_step .or. s%aim > 0 .or. s%balance > 0) .and. allocated(run%cut%what)) then
         if (stays_short(run%progress, report%dt, s%step_size)) call tell(run%progress, 'steps stay short, '// &
           rounded_text(report%dt)//' of '//rounded_text(s%step_size)//', as tries are cut: '//words_of(run%cut, run%model))
@@ -308,12 +431,11 @@ contains
     type(state_t), intent(in) :: state
     character(len=:), allocatable :: reached
 
-    reached = 'step '//number_text(state%step)//' to time '//rounded_text(state%time)//': '
+    reached = 'step '//number_text(step_of_run(state))//' to time '//rounded_text(time_of_run(state))//': '
   end function reached
 
   !> Writes the series of a step, and its frame where one is due.
-  subroutine write_step(scene, run, report, error)
-    type(scene_t), intent(in) :: scene
+  subroutine write_step(run, report, error)
     type(run_t), intent(inout) :: run
     type(step_report_t), intent(in) :: report
     type(error_t), allocatable, intent(out) :: error
@@ -325,7 +447,7 @@ contains
     call put_step(run%output, run%model, run%cache, run%state, report, error)
     if (allocated(error)) return
     call add_step(run%model, run%state, report, run%summary)
-    if (frame_due(scene%settings, run%state)) then
+    if (frame_due(run%scene%settings, run%state)) then
       call begin_phase(run%cache%timers, phase_frames)
       call put_frame(run%output, run%model, run%cache, run%state, run%watch, error)
       if (allocated(error)) return

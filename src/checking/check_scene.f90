@@ -8,8 +8,9 @@ module scree_check_scene
   use scree_model_facts, only: block_fact_t, facts_of, facts_t, list_text, n_sides, side_name
   use scree_model_warnings, only: warnings_of
   use scree_progress, only: progress_t, warn
-  use scree_scene, only: effect_t, scene_t
+  use scree_scene, only: effect_t, scene_of_stage, scene_t
   use scree_set_up, only: set_up
+  use scree_stages, only: lines_of_stages
   use scree_state, only: state_t
   use scree_text, only: number_text, short_text, text_t
   implicit none
@@ -55,12 +56,35 @@ contains
     end if
     call refuse_overlaps(scene, blocks, model, error)
     if (allocated(error)) return
+    call check_stages(scene, blocks, quiet, unit, error)
+    if (allocated(error)) return
     line = [warnings_of(scene, facts), overlap_warning(model)]
     do i = 1, size(line)
       write (unit, '(a)') 'warning: '//line(i)%text
     end do
     if (strict) call refuse(size(line), error)
   end subroutine check_scene
+
+  !> Sets up the stages after the first, and says what each changes. Errors: what set-up refuses.
+  subroutine check_stages(scene, blocks, quiet, unit, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    logical, intent(in) :: quiet
+    integer, intent(in) :: unit
+    type(error_t), allocatable, intent(out) :: error
+    type(model_t) :: model
+    type(state_t) :: state
+    type(effect_t), allocatable :: list(:)
+    type(text_t), allocatable :: line(:)
+    integer :: k
+
+    line = lines_of_stages(scene)
+    do k = 1, size(line)
+      call set_up(scene_of_stage(scene, k + 1, 0.0_dp), blocks, model, state, list, error)
+      if (allocated(error)) return
+      if (.not. quiet) write (unit, '(a)') line(k)%text
+    end do
+  end subroutine check_stages
 
   !> Warns of a model that is about to run. Errors: warnings where they are to be errors.
   subroutine warn_of_model(scene, blocks, model, state, strict, progress, error)

@@ -272,6 +272,7 @@ contains
       call place_boxes(grid, bodies%centre(:, free) - spread(bodies%radius(free) + bodies%reach(free), 1, 2), &
                        bodies%centre(:, free) + spread(bodies%radius(free) + bodies%reach(free), 1, 2))
       do j = 1, size(looked_at)
+        if (outlines%gone(j)) cycle
         associate (start => x(:, outlines%start(j)), finish => x(:, outlines%finish(j)))
           reach = bodies%reach(outlines%block(j))
           if (outlines%fixed(j)) reach = reach_at_rest(model, bodies, norm2(finish - start))

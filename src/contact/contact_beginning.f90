@@ -7,7 +7,7 @@ module scree_contact_beginning
   use scree_joint_stiffness, only: bonded_length, measure_contact, stiffen_contact
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_state, only: state_t
+  use scree_state, only: state_t, step_of_run
   implicit none
   private
   public :: begin_again, begin_contacts
@@ -22,6 +22,7 @@ contains
     type(step_rule_t), intent(in) :: rule
     type(contact_try_t), intent(inout) :: try     !! with the contacts that were found
     real(dp) :: at_rest(model%n_unknowns)
+    logical :: first_of_run
     integer :: i
 
     try%linear = .not. any(cache%element%green)
@@ -31,7 +32,8 @@ contains
     try%last = size(try%contact)
     try%count = 0
     try%changes = 0
-    if (state%step == 0) call bond_contacts(model%outlines, state%vertex, try)
+    first_of_run = step_of_run(state) == 0
+    if (first_of_run) call bond_contacts(model%outlines, state%vertex, try)
     do i = 1, size(try%contact)
       call stiffen_contact(model%outlines, state%vertex, try%law, try%contact(i))
       if (allocated(try%law%roughness)) call measure_contact(model%outlines, state%vertex, try%law, try%contact(i))
@@ -42,7 +44,7 @@ contains
     at_rest = 0.0_dp
     call place(model, cache, state, at_rest, try)
     do i = 1, size(try%contact)
-      call begin_contact(state%step == 0, i, try)
+      call begin_contact(first_of_run, i, try)
     end do
   end subroutine begin_contacts
 

@@ -144,13 +144,13 @@ contains
     search%candidate = list(:, order_of_pairs(list(2, :n), list(1, :n)))
   end subroutine list_candidates
 
-  !> Whether a vertex and an edge may touch: of two bodies one of which can move, or of one that may touch itself.
+  !> Whether a vertex and an edge may touch: of two bodies that are there, one of which can move, or of one that may touch itself.
   pure logical function may_meet(outlines, i, j, self_contact)
     type(outlines_t), intent(in) :: outlines
     integer, intent(in) :: i, j
     logical, intent(in) :: self_contact
 
-    may_meet = .not. (outlines%fixed(i) .and. outlines%fixed(j))
+    may_meet = .not. (outlines%fixed(i) .and. outlines%fixed(j)) .and. .not. (outlines%gone(i) .or. outlines%gone(j))
     if (outlines%block(i) == outlines%block(j)) &
       may_meet = may_meet .and. self_contact .and. outlines%element(i) /= outlines%element(j) .and. i /= outlines%next(j)
   end function may_meet

@@ -51,7 +51,7 @@ contains
     outlines%joint = shape%joint(outlines%start)
     call group_by_block(outlines)
     allocate (outlines%inside(2, 0))
-    allocate (outlines%fixed(n), source=.false.)
+    allocate (outlines%fixed(n), outlines%gone(n), source=.false.)
 
     order = [(i, i=1, n)]
     x = vertex(1, outlines%start)

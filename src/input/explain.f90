@@ -5,7 +5,8 @@ module scree_explain
   use scree_setting_rules, only: condition_text, setting_rules, subject_text
   use scree_setting_table, only: choices_text, full_name, kind_choice, setting_t
   use scree_settings, only: settings_table
-  use scree_text, only: number_text, real_text
+  use scree_stages, only: lines_of_stages
+  use scree_text, only: number_text, real_text, text_t
   implicit none
   private
   public :: explain_scene, explain_settings
@@ -159,6 +160,7 @@ contains
 
     subroutine settings()
       type(setting_t), allocatable :: setting(:)
+      type(text_t), allocatable :: stage(:)
       integer :: i
 
       call title('settings')
@@ -168,6 +170,10 @@ contains
           if (allocated(word%value)) write (unit, '(a)') '  '//word%name//' = '//word%value// &
             dimension_text(trim(setting(i)%dimension))//'  ('//word%from//')'
         end associate
+      end do
+      stage = lines_of_stages(scene)
+      do i = 1, size(stage)
+        call title(stage(i)%text)
       end do
     end subroutine settings
 

@@ -1,10 +1,11 @@
 !> The named groups that a geometry may end in: those that say where something is. The analysis deck and the command line win over
 !> them, name by name.
 module scree_groups_of_places
+  use scree_deck_groups, only: read_groups
   use scree_deck_text, only: deck_t
   use scree_errors, only: error_t
   use scree_scene, only: word_t
-  use scree_settings, only: read_groups
+  use scree_setting_table, only: deck_part_t
   implicit none
   private
   public :: groups_text, take_groups
@@ -18,17 +19,17 @@ contains
     type(deck_t), intent(in) :: deck
     type(word_t), allocatable, intent(inout) :: words(:) !! in the order of the table of settings; not allocated: none yet
     type(error_t), allocatable, intent(out) :: error
-    type(word_t), allocatable :: of_geometry(:)
+    type(deck_part_t), allocatable :: of_geometry(:)
     integer :: i
 
     call read_groups(deck, of_geometry, error, only=groups)
     if (allocated(error)) return
     if (.not. allocated(words)) then
-      call move_alloc(of_geometry, words)
+      call move_alloc(of_geometry(1)%words, words)
       return
     end if
     do i = 1, size(words)
-      if (.not. allocated(words(i)%value)) words(i) = of_geometry(i)
+      if (.not. allocated(words(i)%value)) words(i) = of_geometry(1)%words(i)
     end do
   end subroutine take_groups
 

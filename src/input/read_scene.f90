@@ -3,21 +3,22 @@ module scree_read_scene
   use scree_analysis_deck, only: read_analysis_deck
   use scree_block_file, only: read_block_file
   use scree_block_input, only: blocks_t, make_blocks
-  use scree_bolt_records, only: take_bolts
+  use scree_deck_groups, only: read_groups
   use scree_deck_options, only: check_all_taken, deck_options_t
-  use scree_deck_text, only: deck_t, read_deck
+  use scree_deck_text, only: deck_t, in_quotes, read_deck, word_is_whole
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_geometry_deck, only: read_geometry_deck
   use scree_gmsh_file, only: read_gmsh_file
   use scree_groups_of_places, only: take_groups
   use scree_kinds, only: dp
   use scree_motion_record, only: is_peer_file, read_peer_files, read_record_file, take_record
-  use scree_scene, only: contact_none, scene_t, time_table_t
+  use scree_scene, only: bolt_record_t, contact_none, scene_t, stage_t, time_table_t
   use scree_setting_rules, only: check_rules, drop_overridden
-  use scree_setting_table, only: from_of, given_at
-  use scree_settings, only: fill_settings, read_groups, set_word, store_settings
+  use scree_setting_table, only: deck_part_t, from_of, given_at, index_of, is_given_by
+  use scree_settings, only: fill_settings, set_word, store_settings
+  use scree_stages, only: add_bolts_of_stage, begin_stage, find_removed, parts_to_stages, stage_of
   use scree_system, only: fixed_point, load_point
-  use scree_text, only: number_text, text_t
+  use scree_text, only: number_text, real_of, text_t
   implicit none
   private
   public :: read_geometry, read_scene
@@ -36,19 +37,22 @@ contains
     type(blocks_t), intent(out) :: blocks
     type(error_t), allocatable, intent(out) :: error
     type(deck_t) :: deck
-    integer :: i
+    type(deck_part_t), allocatable :: parts(:)
+    type(scene_t) :: read
+    integer :: i, k
 
     scene%analysis_name = with_ending(analysis, '.ana')
     call read_deck(scene%analysis_name, deck, error)
     if (allocated(error)) return
     scene%analysis_text = deck%text
     scene%options = options
-    call read_groups(deck, scene%words, error)
+    call read_groups(deck, parts, error)
     if (allocated(error)) return
     do i = 1, size(options)
-      call set_word(options(i)%text, scene%words, deck%options, error)
+      call set_in_stage(options(i)%text, parts, deck%options, error)
       if (allocated(error)) return
     end do
+    scene%words = parts(1)%words
     call drop_overridden(scene%words)
     call store_settings(scene)
 
@@ -56,22 +60,94 @@ contains
     if (allocated(error)) return
     call read_geometry(scene, error, deck%options)
     if (allocated(error)) return
-    call take_bolts(scene, error)
+    parts(1)%words = scene%words
+    call parts_to_stages(parts)
+    allocate (scene%later(size(parts) - 1))
+    call take_bolts_of_stages(parts, scene, error)
     if (allocated(error)) return
     call make_blocks(scene, blocks, error)
     if (allocated(error)) return
     scene%extent = maxval(maxval(blocks%vertex, 2) - minval(blocks%vertex, 2))
+    allocate (scene%removed(size(blocks%material)), source=.false.)
 
     call read_analysis_deck(deck, count(blocks%point_kind == fixed_point), count(blocks%point_kind == load_point), scene, error)
     if (allocated(error)) return
     call check_all_taken(deck%options, error)
     if (allocated(error)) return
+    read = scene
+    call complete_stage(scene, blocks, error)
+    if (allocated(error)) return
+    call read_mesh(scene, error)
+    do k = 2, size(parts)
+      if (allocated(error)) return
+      call begin_stage(parts(k)%words, read)
+      call store_settings(read)
+      if (is_given_by(read%words(index_of(read%words, 'stage.kind')))) &
+        read%carried = merge(0.0_dp, merge(read%carried, 1.0_dp, read%carried > 0), read%settings%static)
+      call find_removed(read, blocks%material, error)
+      if (allocated(error)) return
+      read%installed = scene%later(k - 1)%installed
+      call complete_later(read, blocks, scene%later(k - 1), error)
+    end do
+  end subroutine read_scene
+
+  !> Takes GROUP.NAME=VALUE of the command line for all stages, or stage(K).GROUP.NAME=VALUE for those from one on.
+  !>
+  !> Errors: as of `set_word`; a stage that there is not, or what &stage alone says.
+  subroutine set_in_stage(option, parts, numbers, error)
+    character(len=*), intent(in) :: option
+    type(deck_part_t), intent(inout) :: parts(:)
+    type(deck_options_t), intent(inout) :: numbers
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: which
+    integer :: at, k
+
+    k = 1
+    at = 0
+    if (index(option, 'stage(') == 1) then
+      at = index(option, ').') + 1
+      which = option(len('stage(') + 1:at - 2)
+      k = 0
+      if (word_is_whole(which)) k = nint(real_of(which))
+      if (k < 1 .or. k > size(parts)) then
+        call fail(error, status_bad_input, '--set '//option//': expected a stage from 1 to '//number_text(size(parts))// &
+                  ', found '//in_quotes(which))
+        return
+      end if
+    end if
+    if (index(option(at + 1:), 'stage.') == 1) then
+      call fail(error, status_bad_input, '--set '//option//': expected a setting of a stage, found what its &stage says')
+    else
+      call set_word(option(at + 1:), parts(k)%words, numbers, error)
+    end if
+  end subroutine set_in_stage
+
+  !> Completes the scene of a later stage. Errors: as of `complete_stage`.
+  subroutine complete_later(read, blocks, stage, error)
+    type(scene_t), intent(in) :: read        !! without defaults
+    type(blocks_t), intent(in) :: blocks
+    type(stage_t), intent(out) :: stage
+    type(error_t), allocatable, intent(out) :: error
+    type(scene_t) :: own
+
+    own = read
+    call complete_stage(own, blocks, error)
+    if (.not. allocated(error)) stage = stage_of(own)
+  end subroutine complete_later
+
+  !> Fills in defaults and what follows from the settings of a stage. Errors: settings that contradict each other or the geometry.
+  subroutine complete_stage(scene, blocks, error)
+    type(scene_t), intent(inout) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(error_t), allocatable, intent(out) :: error
+
     call fill_settings(scene, error)
     if (allocated(error)) return
     call check_rules(scene, error)
     if (allocated(error)) return
     call check_materials(scene, blocks, error)
     if (allocated(error)) return
+    call take_materials(scene)
     call take_forces(scene, error)
     if (allocated(error)) return
     call take_boundary_loads(scene, error)
@@ -81,9 +157,59 @@ contains
     call check_water(scene, error)
     if (allocated(error)) return
     call take_motions(scene, error)
-    if (allocated(error)) return
-    call read_mesh(scene, error)
-  end subroutine read_scene
+  end subroutine complete_stage
+
+  !> Takes the bolts of all stages together, and which of them each stage has. Errors: as of `add_bolts_of_stage`.
+  subroutine take_bolts_of_stages(parts, scene, error)
+    type(deck_part_t), intent(in) :: parts(:)
+    type(scene_t), intent(inout) :: scene    !! with the bolts of the geometry
+    type(error_t), allocatable, intent(out) :: error
+    type(scene_t) :: own
+    type(bolt_record_t), allocatable :: bolts(:)
+    integer :: k
+
+    if (.not. allocated(scene%bolts)) allocate (scene%bolts(0))
+    allocate (bolts(0))
+    own%bolts = scene%bolts
+    do k = 1, size(parts)
+      call begin_stage(parts(k)%words, own)
+      call store_settings(own)
+      call add_bolts_of_stage(own, bolts, own%installed, error)
+      if (allocated(error)) return
+      if (k == 1) scene%installed = own%installed
+      if (k > 1) scene%later(k - 1)%installed = own%installed
+    end do
+    call move_alloc(bolts, scene%bolts)
+    call lengthen(scene%installed)
+    do k = 1, size(scene%later)
+      call lengthen(scene%later(k)%installed)
+    end do
+
+  contains
+
+    !> Adds the bolts of later stages to a list that has none of them.
+    subroutine lengthen(installed)
+      logical, allocatable, intent(inout) :: installed(:)
+      integer :: i
+
+      installed = [installed, (.false., i=size(installed) + 1, size(scene%bolts))]
+    end subroutine lengthen
+
+  end subroutine take_bolts_of_stages
+
+  !> Takes the numbers of materials that &materials and &joints give in place of those of the deck.
+  pure subroutine take_materials(scene)
+    type(scene_t), intent(inout) :: scene
+
+    associate (s => scene%settings)
+      if (allocated(s%young)) scene%block_material%young = s%young
+      if (allocated(s%poisson)) scene%block_material%poisson = s%poisson
+      if (allocated(s%unit_weight)) scene%block_material%unit_weight = s%unit_weight
+      if (allocated(s%joint_phi)) scene%joint_material%friction_angle = s%joint_phi
+      if (allocated(s%joint_c)) scene%joint_material%cohesion = s%joint_c
+      if (allocated(s%joint_t)) scene%joint_material%tensile_strength = s%joint_t
+    end associate
+  end subroutine take_materials
 
   !> Reads the mathematical mesh that &cover names.
   subroutine read_mesh(scene, error)
@@ -255,6 +381,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i, n
 
+    if (allocated(scene%boundary_loads)) deallocate (scene%boundary_loads)
     allocate (scene%boundary_loads(0))
     associate (s => scene%settings)
       if (.not. allocated(s%boundary_lines)) return

@@ -120,30 +120,32 @@ contains
   end subroutine text_row
 
   !> A setting that is one of some choices: the number of one, in their order.
-  subroutine choice_row(row, setting, value, default)
+  subroutine choice_row(row, setting, value, default, when)
     class(setting_rows_t), intent(inout) :: row
     type(setting_t), intent(in) :: setting
     integer, intent(inout) :: value
     integer, intent(in) :: default
+    logical, intent(in), optional :: when
     character(len=:), allocatable :: text
     logical :: fills
 
     text = choice_at(setting%choices, default)
-    call visit(row, setting, kind_choice, .true., text, fills)
+    call visit(row, setting, kind_choice, when, text, fills)
     if (fills) value = default
     if (allocated(text)) value = choice_number(setting%choices, text)
   end subroutine choice_row
 
   !> A setting that is one of two choices: whether it is the second.
-  subroutine either_row(row, setting, value, default)
+  subroutine either_row(row, setting, value, default, when)
     class(setting_rows_t), intent(inout) :: row
     type(setting_t), intent(in) :: setting
     logical, intent(inout) :: value
     logical, intent(in) :: default
+    logical, intent(in), optional :: when
     integer :: choice
 
     choice = merge(2, 1, value)
-    call choice_row(row, setting, choice, merge(2, 1, default))
+    call choice_row(row, setting, choice, merge(2, 1, default), when)
     value = choice == 2
   end subroutine either_row
 

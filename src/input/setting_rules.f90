@@ -10,7 +10,7 @@ module scree_setting_rules
   use scree_text, only: real_of, real_text
   implicit none
   private
-  public :: check_rules, drop_overridden, condition_text, setting_rules, subject_text
+  public :: check_rules, condition_text, drop_idle, drop_overridden, setting_rules, subject_text
 
   !> What may be asked of the other setting but one of some choices: that it has a value in the deck, that it has none, that it
   !> is a number above 0, or 0.
@@ -180,6 +180,34 @@ contains
       end do
     end do
   end subroutine drop_overridden
+
+  !> Takes away what a stage took over and has nothing to go with any more, as it took that away.
+  pure subroutine drop_idle(taken_over, words)
+    logical, intent(in) :: taken_over(:)    !! (n_words)
+    type(word_t), intent(inout) :: words(:) !! as given, in the order of the table of settings
+    type(setting_rule_t) :: rule
+    character(len=:), allocatable :: name
+    integer :: a, at, i
+    logical :: has_other
+
+    do i = 1, size(setting_rules)
+      rule = setting_rules(i)
+      if (.not. rule%idle .or. rule%allowed /= is_given) cycle
+      has_other = .false.
+      at = 1
+      do while (at <= len_trim(rule%other))
+        call next_name(rule%other, ' or ', at, name)
+        has_other = has_other .or. is_given_by(words(index_of(words, name)))
+      end do
+      if (has_other) cycle
+      at = 1
+      do while (at <= len_trim(rule%names))
+        call next_name(rule%names, ', ', at, name)
+        a = index_of(words, name)
+        if (taken_over(a) .and. allocated(words(a)%value)) deallocate (words(a)%value)
+      end do
+    end do
+  end subroutine drop_idle
 
   !> Error where the settings of a scene, complete, break a rule; at the place of the one that the deck gives.
   subroutine check_rules(scene, error)

@@ -10,7 +10,7 @@ module scree_setting_table
   use scree_text, only: real_of, real_text
   implicit none
   private
-  public :: blank_words, choice_at, choice_number, choices_text, from_of, full_name, given_at, index_of, is_given_by, &
+  public :: blank_words, deck_part_t, choice_at, choice_number, choices_text, from_of, full_name, given_at, index_of, is_given_by, &
             known_groups, put_word, setting_t
 
   integer, parameter, public :: kind_text = 1, kind_choice = 2, kind_real = 3, kind_whole = 4, kind_reals = 5
@@ -19,7 +19,7 @@ module scree_setting_table
   !> What is known of one name.
   type :: setting_t
     character(len=16) :: group
-    character(len=16) :: name
+    character(len=20) :: name
     character(len=100) :: meaning
     character(len=24) :: dimension = ''  !! of a number
     real(dp) :: least = -boundless       !! range of a number
@@ -30,6 +30,14 @@ module scree_setting_table
     logical :: needed = .false.          !! its group has to give it
     integer :: kind = 0                  !! set where the table is listed
   end type setting_t
+
+  !> What a deck gives before its first &stage, or from one to the next.
+  type :: deck_part_t
+    type(word_t), allocatable :: words(:) !! in the order of the table
+  end type deck_part_t
+
+  !> What a stage gives to a name, but a choice, that is to have no value any more.
+  character(len=*), parameter, public :: taken_away = 'none'
 
 contains
 
@@ -53,14 +61,16 @@ contains
   end function blank_words
 
   !> Gives a word its value. Errors: an unknown name or one of yesterday, one twice, a value of the wrong kind or range.
-  subroutine put_word(table, where, given, words, error)
+  subroutine put_word(table, where, given, words, error, later)
     type(setting_t), intent(in) :: table(:)
     character(len=*), intent(in) :: where       !! begins the text of an error
     type(word_t), intent(in) :: given           !! named group.name
     type(word_t), intent(inout) :: words(:)     !! all or some of those of the table
     type(error_t), allocatable, intent(out) :: error
+    logical, intent(in), optional :: later      !! of a stage, which may take values away
     character(len=:), allocatable :: group, name
     integer :: i, row
+    logical :: checks
 
     group = given%name(:index(given%name, '.') - 1)
     name = given%name(index(given%name, '.') + 1:)
@@ -84,7 +94,9 @@ contains
       call fail(error, status_bad_input, where//'expected each name once, found a second '//name//' in &'//group)
       return
     end if
-    call check_value(where//'expected ', table(row), given%value, error)
+    checks = .true.
+    if (present(later)) checks = .not. (later .and. given%value == taken_away .and. table(row)%kind /= kind_choice)
+    if (checks) call check_value(where//'expected ', table(row), given%value, error)
     if (allocated(error)) return
     words(i)%value = given%value
     words(i)%from = given%from

@@ -5,22 +5,21 @@
 module scree_settings
   use scree_contacts, only: rules_conserving, rules_coulomb, rules_shi
   use scree_deck_options, only: add_option, deck_options_t, is_of_deck
-  use scree_deck_text, only: deck_t, in_quotes
+  use scree_deck_text, only: in_quotes
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
-  use scree_named_groups, only: group_begins, groups_end, groups_t, name_has_value, next_item, start_groups, wrong_item
   use scree_scene, only: &
     contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, iterate_newton, &
-    mass_constant, mass_follows_area, model_dda, model_nmm, plane_stress, problems_none, rotation_linear, scene_t, &
+    mass_constant, mass_follows_area, model_dda, model_nmm, plane_stress, problems_none, reset_none, rotation_linear, scene_t, &
     scheme_central_difference, &
     scheme_energy_decaying, scheme_energy_momentum, scheme_generalized_alpha, scheme_newmark, settings_t, &
     start_dissipative, start_zero, strain_auto, strain_green, strain_small, test_theta, transport_field, transport_rates, word_t
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
-  use scree_setting_table, only: blank_words, given_at, index_of, known_groups, put_word, setting_t
+  use scree_setting_table, only: given_at, index_of, put_word, setting_t
   use scree_text, only: number_text
   implicit none
   private
-  public :: fill_settings, read_groups, set_word, settings_table, store_settings
+  public :: fill_settings, set_word, settings_table, store_settings
 
   integer, parameter :: default_frames = 100
 
@@ -34,6 +33,7 @@ contains
     type(scene_t), intent(inout) :: scene
 
     call visit_deck(row, scene%settings)
+    call visit_stage(row, scene%settings)
     call visit_method(row, scene%settings)
     call visit_cover(row, scene%settings)
     call visit_integrator(row, scene%carried > 0, scene%settings)
@@ -41,6 +41,7 @@ contains
     call visit_iteration(row, scene%settings)
     call visit_contact(row, scene)
     call visit_contact_states(row, scene%settings)
+    call visit_materials(row, scene%settings)
     call visit_joints(row, scene%settings)
     call visit_points(row, scene)
     call visit_blocks(row, scene%settings)
@@ -60,6 +61,25 @@ contains
     call row%choice(setting_t('deck', 'dialect', 'order of the numbers: told by their count, or said', &
                               choices='|auto|short|shi|'), s%dialect, dialect_auto)
   end subroutine visit_deck
+
+  !> A stage of a run, which its group begins.
+  subroutine visit_stage(row, s)
+    type(setting_rows_t), intent(inout) :: row
+    type(settings_t), intent(inout) :: s
+    logical :: later
+
+    call row%text(setting_t('stage', 'name', 'what the stage that begins here is called', default='stage and its number'), &
+                  s%stage_name)
+    later = allocated(s%stage_name)
+    call row%choice(setting_t('stage', 'kind', 'whether steps hand velocity on; given, nothing of &step is taken over', &
+                              choices='|dynamic|static|', default='as the stage before'), s%static, s%static, when=.false.)
+    call row%reals(setting_t('stage', 'remove_blocks', 'numbers of blocks that are gone from here on', '1', 1.0_dp), &
+                   s%removed_blocks)
+    call row%reals(setting_t('stage', 'remove_materials', 'numbers of block materials all of whose blocks are', '1', 1.0_dp), &
+                   s%removed_materials)
+    call row%choice(setting_t('stage', 'reset', 'what begins anew: velocities at 0, displacements and rotations from here', &
+                              choices='|none|velocities|displacements|both|'), s%reset, reset_none, when=later)
+  end subroutine visit_stage
 
   !> What the model is.
   subroutine visit_method(row, s)
@@ -261,11 +281,30 @@ contains
                               choices='|merged|nested|'), s%nested, .false.)
   end subroutine visit_contact_states
 
+  !> Numbers of block materials in place of those of the deck.
+  subroutine visit_materials(row, s)
+    type(setting_rows_t), intent(inout) :: row
+    type(settings_t), intent(inout) :: s
+
+    call row%reals(setting_t('materials', 'young', 'E in place of that of the deck, one number for each block material', &
+                             'force/length^2', 0.0_dp, open=.true., default='those of the deck'), s%young)
+    call row%reals(setting_t('materials', 'poisson', 'likewise nu', '1', -0.9999_dp, 0.4999_dp, default='those of the deck'), &
+                   s%poisson)
+    call row%reals(setting_t('materials', 'unit_weight', 'likewise the unit weight', 'force/length^3', &
+                             default='those of the deck'), s%unit_weight)
+  end subroutine visit_materials
+
   !> What the joint materials are beside their row of the deck.
   subroutine visit_joints(row, s)
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
+    call row%reals(setting_t('joints', 'phi', 'friction angle in place of that of the deck, one number for each joint material', &
+                             'degree', 0.0_dp, 89.9_dp, default='those of the deck'), s%joint_phi)
+    call row%reals(setting_t('joints', 'cohesion', 'likewise the cohesion', 'force/length^2', 0.0_dp, &
+                             default='those of the deck'), s%joint_c)
+    call row%reals(setting_t('joints', 'tensile_strength', 'likewise the tensile strength', 'force/length^2', 0.0_dp, &
+                             default='those of the deck'), s%joint_t)
     call row%reals(setting_t('joints', 'kn', 'stiffness across a joint, one number for each joint material; 0: that of contact', &
                              'force/length^3', 0.0_dp), s%joint_kn)
     call row%reals(setting_t('joints', 'ks', 'likewise along a joint; without it kn over contact.shear_ratio', &
@@ -405,49 +444,6 @@ contains
     call move_alloc(row%table, table)
   end function settings_table
 
-  !> Reads the groups of a deck. Errors: an unknown group or name, twice the same, a value of the wrong kind or range.
-  subroutine read_groups(deck, words, error, only)
-    type(deck_t), intent(in) :: deck
-    type(word_t), allocatable, intent(out) :: words(:) !! in the order of the table
-    type(error_t), allocatable, intent(out) :: error
-    character(len=*), intent(in), optional :: only(:)  !! groups that this deck may have; all where absent
-    type(setting_t), allocatable :: table(:)
-    type(groups_t) :: groups
-    type(word_t) :: given
-    character(len=:), allocatable :: done
-    integer :: i
-
-    table = settings_table()
-    words = blank_words(table)
-    if (present(only)) table = pack(table, [(any(only == table(i)%group), i=1, size(table))])
-    done = ' '
-    call start_groups(deck, groups)
-    do
-      call next_item(deck, groups, error)
-      if (allocated(error)) return
-      select case (groups%item)
-      case (groups_end)
-        return
-      case (group_begins)
-        if (all(table%group /= groups%group)) then
-          call wrong_item(deck, groups, 'one of the groups '//known_groups(table), in_quotes(groups%word), error)
-          return
-        end if
-        if (index(done, ' '//groups%group//' ') > 0) then
-          call wrong_item(deck, groups, 'each group once', 'a second &'//groups%group, error)
-          return
-        end if
-        done = done//groups%group//' '
-      case (name_has_value)
-        given%name = groups%group//'.'//groups%name
-        given%value = groups%value
-        given%from = deck%name//':'//number_text(groups%line)
-        call put_word(table, given%from//': ', given, words, error)
-        if (allocated(error)) return
-      end select
-    end do
-  end subroutine read_groups
-
   !> Takes GROUP.NAME=VALUE of the command line, over what the deck says. THING.NAME=VALUE, a number of the decks, is kept for who
   !> reads them. Errors as of `read_groups`.
   subroutine set_word(option, words, numbers, error)
@@ -543,7 +539,8 @@ contains
         if (count([(origin(i:i) == ' ', i=1, len(origin))]) /= 1) call contradict('cover.origin', 'two numbers')
       end if
       if (allocated(error)) return
-      call check_joints(scene, error)
+      call check_materials(scene, error)
+      if (.not. allocated(error)) call check_joints(scene, error)
       if (allocated(error)) return
       if (s%least_step > s%step_size) then
         call contradict('step.least', 'step.least at most step.size')
@@ -578,11 +575,11 @@ contains
   subroutine check_joints(scene, error)
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
-    integer :: n
 
-    n = 0
-    if (allocated(scene%joint_material)) n = size(scene%joint_material)
     associate (s => scene%settings)
+      call check_count('joints.phi', s%joint_phi)
+      call check_count('joints.cohesion', s%joint_c)
+      call check_count('joints.tensile_strength', s%joint_t)
       call check_count('joints.kn', s%joint_kn)
       call check_count('joints.ks', s%joint_ks)
       call check_count('joints.residual_phi', s%worn_angle)
@@ -592,7 +589,7 @@ contains
       call check_count('joints.jcs', s%jcs)
       if (allocated(error) .or. .not. (allocated(s%joint_kn) .and. allocated(s%joint_ks))) return
       if (any(s%joint_kn > 0 .neqv. s%joint_ks > 0)) &
-        call wrong_joints('joints.ks', 'above 0 where joints.kn is, and 0 where that is', 'other')
+        call wrong_list(scene, 'joints.ks', 'above 0 where joints.kn is, and 0 where that is', 'other', error)
     end associate
 
   contains
@@ -601,20 +598,51 @@ contains
     subroutine check_count(name, values)
       character(len=*), intent(in) :: name
       real(dp), allocatable, intent(in) :: values(:)
+      integer :: n
 
-      if (allocated(error) .or. .not. allocated(values)) return
-      if (size(values) /= n) call wrong_joints(name, number_text(n)//' numbers, one for each joint material', &
-                                               number_text(size(values)))
+      n = 0
+      if (allocated(scene%joint_material)) n = size(scene%joint_material)
+      if (.not. allocated(error)) call check_list(scene, name, values, n, 'joint', error)
     end subroutine check_count
 
-    !> Error at the place a list came from.
-    subroutine wrong_joints(name, expected, found)
-      character(len=*), intent(in) :: name, expected, found
-
-      call fail(error, status_bad_input, given_at(scene%words, name)//': expected '//name//' with '//expected//', found '//found)
-    end subroutine wrong_joints
-
   end subroutine check_joints
+
+  !> Error where a list is not one number for each block material.
+  subroutine check_materials(scene, error)
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    integer :: n
+
+    n = 0
+    if (allocated(scene%block_material)) n = size(scene%block_material)
+    associate (s => scene%settings)
+      call check_list(scene, 'materials.young', s%young, n, 'block', error)
+      if (.not. allocated(error)) call check_list(scene, 'materials.poisson', s%poisson, n, 'block', error)
+      if (.not. allocated(error)) call check_list(scene, 'materials.unit_weight', s%unit_weight, n, 'block', error)
+    end associate
+  end subroutine check_materials
+
+  !> Error where a list is not one number for each material.
+  subroutine check_list(scene, name, values, n, kind, error)
+    type(scene_t), intent(in) :: scene
+    character(len=*), intent(in) :: name, kind
+    real(dp), allocatable, intent(in) :: values(:)
+    integer, intent(in) :: n
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. allocated(values)) return
+    if (size(values) /= n) call wrong_list(scene, name, number_text(n)//' numbers, one for each '//kind//' material', &
+                                           number_text(size(values)), error)
+  end subroutine check_list
+
+  !> Error at the place a list came from.
+  subroutine wrong_list(scene, name, expected, found, error)
+    type(scene_t), intent(in) :: scene
+    character(len=*), intent(in) :: name, expected, found
+    type(error_t), allocatable, intent(out) :: error
+
+    call fail(error, status_bad_input, given_at(scene%words, name)//': expected '//name//' with '//expected//', found '//found)
+  end subroutine wrong_list
 
   !> The largest modulus E of the block materials, 0 without any; force/length^2.
   pure real(dp) function largest_modulus(scene)

@@ -105,7 +105,7 @@ contains
     real(dp), intent(in) :: position(:, :)   !! (2, n_points), length
 
     tension = 0.0_dp
-    if (memory%state(i) == bolt_broken) return
+    if (memory%state(i) >= bolt_broken) return
     tension = min(self%stiffness(i)*(length_of(self, i, position) - memory%rest(i)), self%strength(i))
   end function tension_of
 
@@ -164,7 +164,7 @@ contains
 
     do m = self%first(e), self%first(e + 1) - 1
       i = self%alone(m)
-      if (memory%state(i) == bolt_broken) cycle
+      if (memory%state(i) >= bolt_broken) cycle
       row = 0.0_dp
       do k = 1, 2
         if (self%element(k, i) == e) row = row + (2*k - 3)*displacement_matrix(element, position(:, self%point(k, i)))
@@ -204,7 +204,7 @@ contains
     real(dp) :: change(2, 2), force(2), row(2, 2*n)
     logical :: symmetric
 
-    if (memory%state(i) == bolt_broken) return
+    if (memory%state(i) >= bolt_broken) return
     row = rows_between(self, i, pair, position, elements)
     call pull(self, memory, i, position, matmul(row, unknown), rule, force, change, symmetric)
     if (.not. symmetric) call leave_symmetry(term)
@@ -225,7 +225,7 @@ contains
     logical :: symmetric
 
     work = 0.0_dp
-    if (memory%state(i) == bolt_broken) return
+    if (memory%state(i) >= bolt_broken) return
     way = matmul(rows_between(self, i, pair, position, elements), unknown)
     call pull(self, memory, i, position, way, rule, force, change, symmetric)
     work = dot_product(force, way)
@@ -256,7 +256,7 @@ contains
     integer :: i
 
     do i = 1, size(memory%rest)
-      if (memory%state(i) == bolt_broken) cycle
+      if (memory%state(i) >= bolt_broken) cycle
       if (.not. self%stiffness(i)*(length_of(self, i, position) - memory%rest(i)) > self%strength(i)) cycle
       growth = length_of(self, i, position) - memory%rest(i) - self%strength(i)/self%stiffness(i)
       lost = lost + 0.5_dp*(tension_of(self, memory, i, before) + self%strength(i))*growth

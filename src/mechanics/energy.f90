@@ -12,7 +12,7 @@ module scree_energy
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: books_of_fixed, close_books, loss_of_step, stored_energy, work_of_step
+  public :: books_of_fixed, close_books, dissipated_energy, loss_of_step, stored_energy, work_of_step
 
 contains
 
@@ -111,6 +111,13 @@ contains
     energy = books%kinetic + books%strain + books%gravity + books%fixed_springs + books%contact_springs + books%sleeping_springs &
              + books%bolts + books%held
   end function stored_energy
+
+  !> All energy that has gone since the run began: what it began with, and what changes and work gave, less what it has.
+  pure real(dp) function dissipated_energy(books) result(energy)
+    type(books_t), intent(in) :: books
+
+    energy = books%at_start + books%staged + books%work - stored_energy(books)
+  end function dissipated_energy
 
   !> Energy of a stress in a unit of area, sigma D^-1 sigma / 2.
   pure real(dp) function strain_energy(D, stress)

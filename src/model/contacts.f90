@@ -27,6 +27,7 @@ module scree_contacts
     integer, allocatable :: first(:)    !! (n_blocks+1) block b has the edges of_block(first(b):first(b+1)-1)
     integer, allocatable :: of_block(:) !! (n)
     logical, allocatable :: fixed(:)    !! (n) its block cannot move
+    logical, allocatable :: gone(:)     !! (n) its block was removed: it touches nothing
     integer, allocatable :: inside(:, :) !! (2, m) vertices inside of bodies at the start, each with the edge behind which it is
   end type outlines_t
 

@@ -10,7 +10,7 @@ module scree_scene
   implicit none
   private
   public :: block_material_t, bolt_record_t, boundary_load_t, effect_t, joint_material_t, line_t, point_t, polygons_t, &
-            run_options_t, scene_t, settings_t, time_table_t, word_t
+            run_options_t, scene_of_stage, scene_t, settings_t, stage_t, time_table_t, word_t
 
   !> Order of the numbers of an analysis deck: told by their count, or said.
   integer, parameter, public :: dialect_auto = 1, dialect_short = 2, dialect_shi = 3
@@ -40,6 +40,9 @@ module scree_scene
   integer, parameter, public :: contact_penalty = 1, contact_augmented = 2, contact_none = 3
   !> Fixed points: eliminated exactly, or held by springs (Shi's df12).
   integer, parameter, public :: fixed_exact = 1, fixed_penalty = 2
+
+  !> What a stage begins anew: nothing; velocities, at rest; displacements, counted from there; or both.
+  integer, parameter, public :: reset_none = 1, reset_velocities = 2, reset_displacements = 3, reset_both = 4
 
   !> A block that is not said.
   integer, parameter, public :: somewhere = -1
@@ -124,6 +127,11 @@ module scree_scene
     integer :: rotation = rotation_linear   !! what moves a block of small strain that turns
     integer :: plane = plane_stress
     integer :: mass = mass_constant
+    character(len=:), allocatable :: stage_name
+    logical :: static = .false.             !! steps hand no velocity on
+    real(dp), allocatable :: removed_blocks(:)    !! numbers of blocks that the stage removes
+    real(dp), allocatable :: removed_materials(:) !! and of block materials, with all blocks of them
+    integer :: reset = reset_none           !! what the stage begins anew
     real(dp) :: cover_edge = 0.0_dp         !! of the triangles of the regular mathematical mesh, 0: none, length
     real(dp) :: cover_origin(2) = 0.0_dp    !! a node of it, length
     real(dp) :: cover_angle = 0.0_dp        !! of a family of its edges against x, degrees
@@ -158,6 +166,12 @@ module scree_scene
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
     integer :: rules = rules_coulomb        !! of contact
     logical :: adapts_stiffness = .false.   !! of contacts, by Shi's rules
+    real(dp), allocatable :: young(:)       !! (n_materials) in place of E of the deck, force/length^2
+    real(dp), allocatable :: poisson(:)     !! (n_materials) in place of nu
+    real(dp), allocatable :: unit_weight(:) !! (n_materials) in place of we, force/length^3
+    real(dp), allocatable :: joint_phi(:)   !! (n_joints) in place of phi of the deck, degrees
+    real(dp), allocatable :: joint_c(:)     !! (n_joints) in place of c, force/length^2
+    real(dp), allocatable :: joint_t(:)     !! (n_joints) in place of T, force/length^2
     real(dp), allocatable :: joint_kn(:)    !! (n_joints) stiffness across; 0: that of a contact, force/length^3
     real(dp), allocatable :: worn_angle(:)  !! (n_joints) friction angle that sliding leaves, degrees
     real(dp), allocatable :: worn_slip(:)   !! (n_joints) slip by then; 0: it stays as it is, length
@@ -232,7 +246,20 @@ module scree_scene
     logical :: strict = .false.             !! a model that calls for warnings does not run
   end type run_options_t
 
-  !> The whole of it.
+  !> What may differ from stage to stage: components of the scene, by the same names.
+  type :: stage_t
+    real(dp) :: carried = 1.0_dp
+    type(settings_t) :: settings
+    type(word_t), allocatable :: words(:)
+    type(block_material_t), allocatable :: block_material(:)
+    type(joint_material_t), allocatable :: joint_material(:)
+    type(boundary_load_t), allocatable :: boundary_loads(:)
+    type(time_table_t), allocatable :: load_table(:)
+    type(time_table_t) :: ground, wave
+    logical, allocatable :: removed(:), installed(:)
+  end type stage_t
+
+  !> The whole of it. What its components say is the first stage.
   type :: scene_t
     character(len=:), allocatable :: geometry_name, geometry_text !! geometry deck or block file as read
     character(len=:), allocatable :: analysis_name, analysis_text !! analysis deck as read
@@ -262,6 +289,42 @@ module scree_scene
     type(time_table_t), allocatable :: load_table(:)  !! a load point each; without times: no load
     type(time_table_t) :: ground            !! its acceleration, scaled; without times: none, length/time^2
     type(time_table_t) :: wave              !! velocity of the wave that comes in, likewise, length/time
+    logical, allocatable :: removed(:)      !! (n_blocks) blocks that are gone when the stage begins
+    logical, allocatable :: installed(:)    !! (n_bolts) bolts that the stage has
+    type(stage_t), allocatable :: later(:)  !! the stages after the first
   end type scene_t
+
+contains
+
+  !> The scene as it is in a stage. Times of the tables of points count from the beginning of the run, all others from that of the
+  !> stage.
+  pure type(scene_t) function scene_of_stage(scene, number, begins) result(own)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: number           !! of the stage, from 1
+    real(dp), intent(in) :: begins          !! when the stage does, time of the run
+    integer :: i
+
+    own = scene
+    if (number == 1) return
+    associate (stage => scene%later(number - 1))
+      own%carried = stage%carried
+      own%settings = stage%settings
+      own%words = stage%words
+      own%block_material = stage%block_material
+      own%joint_material = stage%joint_material
+      own%boundary_loads = stage%boundary_loads
+      own%load_table = stage%load_table
+      own%ground = stage%ground
+      own%wave = stage%wave
+      own%removed = stage%removed
+      own%installed = stage%installed
+    end associate
+    do i = 1, size(own%fixed_table)
+      if (allocated(own%fixed_table(i)%time)) own%fixed_table(i)%time = own%fixed_table(i)%time - begins
+    end do
+    do i = 1, size(own%load_table)
+      if (allocated(own%load_table(i)%time)) own%load_table(i)%time = own%load_table(i)%time - begins
+    end do
+  end function scene_of_stage
 
 end module scree_scene

@@ -5,10 +5,11 @@ module scree_state
   use scree_kinds, only: dp
   implicit none
   private
-  public :: bolt_memory_t, books_t, deviation_t, pace_t, settling_t, sleep_t, state_t
+  public :: bolt_memory_t, books_t, deviation_t, pace_t, reference_t, settling_t, sleep_t, stage_clock_t, state_t, &
+            step_of_run, time_of_run
 
-  !> What a bolt is: as it began, longer by having yielded, or gone.
-  integer, parameter, public :: bolt_elastic = 0, bolt_yielded = 1, bolt_broken = 2
+  !> What a bolt is: as it began, longer by having yielded, gone, or none of this stage; from `bolt_broken` on without force.
+  integer, parameter, public :: bolt_elastic = 0, bolt_yielded = 1, bolt_broken = 2, bolt_absent = 3
 
   !> Energy at one time, what has come and gone since the start, and momentum about the origin of the decks.
   type :: books_t
@@ -21,6 +22,7 @@ module scree_state
     real(dp) :: bolts = 0.0_dp
     real(dp) :: held = 0.0_dp            !! by the integrator, out of sudden changes of velocity
     real(dp) :: at_start = 0.0_dp        !! all of these when the run began
+    real(dp) :: staged = 0.0_dp          !! that changes from stage to stage gave since then; below 0: took
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports since then
     real(dp) :: damping = 0.0_dp         !! that mass damping took since then
     real(dp) :: friction = 0.0_dp        !! lost in sliding since then
@@ -28,6 +30,19 @@ module scree_state
     real(dp) :: asleep = 0.0_dp          !! motion of what fell asleep, since then
     real(dp) :: momentum(3) = 0.0_dp     !! x, y: mass/time; angular: mass length/time
   end type books_t
+
+  !> Which stage it is, and what went before it.
+  type :: stage_clock_t
+    integer :: number = 1
+    integer :: steps = 0                 !! of the run before it
+    real(dp) :: begins = 0.0_dp          !! time of the run
+  end type stage_clock_t
+
+  !> Where displacements count from, after a stage that counts them anew.
+  type :: reference_t
+    real(dp), allocatable :: vertex(:, :) !! (2, n_vertices) length
+    real(dp), allocatable :: point(:, :) !! (2, n_points) length
+  end type reference_t
 
   !> How the steps go: what their control keeps from one to the next.
   type :: pace_t
@@ -86,11 +101,14 @@ module scree_state
 
   !> Positions, motion, stress and the memory of contacts at one time.
   type :: state_t
-    real(dp) :: time = 0.0_dp
-    integer :: step = 0
+    real(dp) :: time = 0.0_dp                  !! since the stage began
+    integer :: step = 0                        !! likewise
+    type(stage_clock_t) :: stage
     type(pace_t) :: pace
     real(dp), allocatable :: vertex(:, :)      !! (2, n_vertices) of the elements, length
     real(dp), allocatable :: point(:, :)       !! (2, n_points), length
+    real(dp), allocatable :: home(:, :)        !! (2, n_points) where those that are held were when that began, length
+    type(reference_t), allocatable :: reference !! not allocated: displacements count from the start
     real(dp), allocatable :: cover(:, :)       !! (2, n_covers) NMM: node of the mathematical mesh, length
     real(dp), allocatable :: velocity(:)       !! (n_unknowns) rates of the unknowns
     real(dp), allocatable :: acceleration(:)   !! (n_unknowns)
@@ -107,5 +125,21 @@ module scree_state
     type(deviation_t), allocatable :: deviation !! where the scene asks for it
     type(books_t) :: books
   end type state_t
+
+contains
+
+  !> Time since the run began.
+  pure real(dp) function time_of_run(state) result(time)
+    type(state_t), intent(in) :: state
+
+    time = state%stage%begins + state%time
+  end function time_of_run
+
+  !> Steps since the run began.
+  pure integer function step_of_run(state) result(step)
+    type(state_t), intent(in) :: state
+
+    step = state%stage%steps + state%step
+  end function step_of_run
 
 end module scree_state

@@ -46,6 +46,7 @@ module scree_system
     integer :: n_unknowns = 0
     integer :: last_free = 0                    !! unknowns after it are at rest
     integer, allocatable :: free_block(:)       !! blocks that can move
+    logical, allocatable :: present(:)          !! (n_blocks) blocks that no stage has removed
     integer, allocatable :: at_rest(:)          !! unknowns of the elements that cannot move; blocks of the DDA have six in common
     integer :: model = 0                  !! `model_dda` or `model_nmm` of the scene
     real(dp) :: origin(2) = 0.0_dp        !! added to every position for the results, length

@@ -9,11 +9,12 @@ module scree_checkpoint
   use scree_kinds, only: dp
   use scree_factored, only: factored_t
   use scree_results_file, only: declare_series, put_series, results_t, rows_of_series, store_words
-  use scree_state, only: bolt_memory_t, books_t, deviation_t, settling_t, sleep_t, state_t
+  use scree_state, only: bolt_memory_t, books_t, deviation_t, reference_t, settling_t, sleep_t, stage_clock_t, state_t, &
+                         step_of_run
   use scree_watch, only: watch_t
   implicit none
   private
-  public :: checkpoints_t, components_of, declare_checkpoints, put_checkpoint, take_checkpoint
+  public :: checkpoints_t, components_of, declare_checkpoints, put_checkpoint, stage_in_checkpoint, take_checkpoint
 
   !> Handles of the series, a row a checkpoint each but for the numbers.
   type :: checkpoints_t
@@ -67,7 +68,7 @@ contains
     call put_series(results, checkpoints%frame, [real(frame, dp)], error)
     call put_series(results, checkpoints%end, [real(rows_of_series(results, checkpoints%numbers), dp)], error)
     call put_series(results, checkpoints%rows, [(real(rows_of_series(results, i), dp), i=1, checkpoints%n_series)], error)
-    checkpoints%step = state%step
+    checkpoints%step = step_of_run(state)
   end subroutine put_checkpoint
 
   !> Takes state and watch from the numbers of a checkpoint. Whether they are as many as those ask for.
@@ -82,6 +83,13 @@ contains
     call visit_run(archive, state, watch)
     whole = archive%n == size(numbers) .and. .not. archive%damaged
   end function take_checkpoint
+
+  !> The stage of a checkpoint, with which its numbers begin.
+  pure type(stage_clock_t) function stage_in_checkpoint(numbers) result(stage)
+    real(dp), intent(in) :: numbers(:)
+
+    if (size(numbers) >= 3) stage = stage_clock_t(nint(numbers(1)), nint(numbers(2)), numbers(3))
+  end function stage_in_checkpoint
 
   !> Names of all components of a checkpoint, in their order: what this program writes and reads.
   function components_of(state, watch) result(names)
@@ -113,6 +121,9 @@ contains
     type(state_t), intent(inout) :: state
     type(watch_t), intent(inout) :: watch
 
+    call archive%part('stage%number', state%stage%number)
+    call archive%part('stage%steps', state%stage%steps)
+    call archive%part('stage%begins', state%stage%begins)
     call archive%part('time', state%time)
     call archive%part('step', state%step)
     call archive%part('pace%size', state%pace%size)
@@ -121,6 +132,8 @@ contains
     call archive%part('pace%frames', state%pace%frames)
     call archive%array('vertex', state%vertex)
     call archive%array('point', state%point)
+    call archive%array('home', state%home)
+    call visit_reference(archive, state%reference)
     call archive%array('cover', state%cover)
     call archive%array('velocity', state%velocity)
     call archive%array('acceleration', state%acceleration)
@@ -221,6 +234,7 @@ contains
     call archive%part('books%bolts', books%bolts)
     call archive%part('books%held', books%held)
     call archive%part('books%at_start', books%at_start)
+    call archive%part('books%staged', books%staged)
     call archive%part('books%work', books%work)
     call archive%part('books%damping', books%damping)
     call archive%part('books%friction', books%friction)
@@ -257,6 +271,19 @@ contains
     call archive%array('bolts%state', own%state)
     if (archive%reading .and. allocated(own%rest)) call move_alloc(own, bolts)
   end subroutine visit_bolts
+
+  !> Where displacements count from, where a stage counted them anew.
+  subroutine visit_reference(archive, reference)
+    type(archive_t), intent(inout) :: archive
+    type(reference_t), allocatable, intent(inout) :: reference
+    type(reference_t), allocatable :: own
+
+    if (allocated(reference)) own = reference
+    if (.not. allocated(own)) allocate (own)
+    call archive%array('reference%vertex', own%vertex)
+    call archive%array('reference%point', own%point)
+    if (archive%reading .and. allocated(own%vertex)) call move_alloc(own, reference)
+  end subroutine visit_reference
 
   !> What sleeps. Where nothing may, and a file has something that does, it sleeps on.
   subroutine visit_sleep(archive, sleep)

@@ -4,7 +4,7 @@
 !> results file is always that of one run, and there is always one to go on from.
 module scree_restart
   use hdf5, only: h5iget_name_f, hid_t, hsize_t, size_t
-  use scree_checkpoint, only: components_of, put_checkpoint, take_checkpoint
+  use scree_checkpoint, only: components_of, put_checkpoint, stage_in_checkpoint, take_checkpoint
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_hdf5_reading, only: close_for_reading, count_rows, open_for_reading, read_attribute, read_count, read_rows, read_words
   use scree_hdf5_writing, only: append_rows, rows_t
@@ -13,14 +13,14 @@ module scree_restart
   use scree_results_file, only: count_frames, make_room, results_t, take_place
   use scree_run_output, only: run_output_t, version
   use scree_scene, only: scene_t
-  use scree_state, only: state_t
-  use scree_step_control, only: at_end, resume_pace
+  use scree_state, only: stage_clock_t, state_t, step_of_run, time_of_run
+  use scree_step_control, only: at_end, is_settled, resume_pace
   use scree_text, only: rounded_text, text_t
   use scree_watch, only: watch_t
   use scree_xdmf, only: add_xdmf_frame
   implicit none
   private
-  public :: find_decks, open_past, past_t, resume_output
+  public :: find_decks, open_past, past_t, resume_output, take_past
 
   !> Datasets of the checkpoints: three with a row each, and the numbers of all.
   character(len=*), parameter :: of_checkpoint(4) = [character(len=7) :: 'frame', 'end', 'rows', 'numbers']
@@ -33,6 +33,8 @@ module scree_restart
     integer(hid_t) :: file = -1
     integer :: frame = 0                  !! that the checkpoint goes with, from 0
     integer, allocatable :: rows(:)       !! (n_series) of each series then
+    real(dp), allocatable :: numbers(:)   !! of the checkpoint
+    type(stage_clock_t) :: stage          !! that it is of
   end type past_t
 
 contains
@@ -93,30 +95,48 @@ contains
     if (allocated(error)) call close_for_reading(file)
   end subroutine open_run
 
-  !> Opens the run that a scene goes on with, and takes state and watch from its last checkpoint that counts.
+  !> Opens the run that a scene goes on with, and finds its last checkpoint that counts.
   !>
-  !> Errors: as of `open_run`; no checkpoint, or one of other components; other decks, or another model; nothing is left to do.
-  subroutine open_past(path, scene, model, past, state, watch, error)
+  !> Errors: as of `open_run`; other decks; no checkpoint, or one of other components.
+  subroutine open_past(path, scene, past, error)
     character(len=*), intent(in) :: path
     type(scene_t), intent(in) :: scene
-    type(model_t), intent(in) :: model
     type(past_t), intent(out) :: past
-    type(state_t), intent(inout) :: state        !! as set up
-    type(watch_t), intent(inout) :: watch
     type(error_t), allocatable, intent(out) :: error
 
     past%path = path
     call open_run(path, past%file, error)
     if (.not. allocated(error)) call compare_decks(past, scene, error)
-    if (.not. allocated(error)) call compare_model(past, model, error)
-    if (.not. allocated(error)) call read_checkpoint(past, state, watch, error)
-    if (.not. allocated(error)) then
-      call resume_pace(scene%settings, state)
-      if (at_end(scene%settings, state)) call fail(error, status_bad_input, path//': expected step.end_time and step.count '// &
-        'beyond the checkpoint to go on with, found it at time '//rounded_text(state%time)//'; give --set step.end_time=...')
-    end if
+    if (.not. allocated(error)) call read_checkpoint(past, error)
     if (allocated(error)) call close_for_reading(past%file)
   end subroutine open_past
+
+  !> Takes state and watch from the checkpoint.
+  !>
+  !> Errors: another model; a damaged checkpoint; nothing is left to do.
+  subroutine take_past(past, scene, n_stages, model, state, watch, error)
+    type(past_t), intent(inout) :: past
+    type(scene_t), intent(in) :: scene           !! of the stage
+    integer, intent(in) :: n_stages
+    type(model_t), intent(in) :: model
+    type(state_t), intent(inout) :: state        !! as set up
+    type(watch_t), intent(inout) :: watch
+    type(error_t), allocatable, intent(out) :: error
+
+    call compare_model(past, model, error)
+    if (.not. allocated(error)) then
+      if (.not. take_checkpoint(past%numbers, state, watch)) &
+        call fail(error, status_bad_input, past%path//': expected a whole checkpoint, found one that is damaged')
+    end if
+    if (.not. allocated(error)) then
+      call resume_pace(scene%settings, state)
+      if (at_end(scene%settings, state) .and. .not. (state%stage%number < n_stages .and. is_settled(scene%settings, state))) &
+        call fail(error, status_bad_input, past%path//': expected step.end_time and step.count '// &
+        'beyond the checkpoint to go on with, found it at time '//rounded_text(time_of_run(state))// &
+        '; give --set step.end_time=...')
+    end if
+    if (allocated(error)) call close_for_reading(past%file)
+  end subroutine take_past
 
   !> Error where the decks are not those of the run.
   subroutine compare_decks(past, scene, error)
@@ -171,12 +191,12 @@ contains
 
   end subroutine compare_model
 
-  !> Takes state and watch from the last checkpoint whose frame counts.
-  subroutine read_checkpoint(past, state, watch, error)
+  !> Reads the last checkpoint whose frame counts.
+  subroutine read_checkpoint(past, error)
     type(past_t), intent(inout) :: past
-    type(state_t), intent(inout) :: state
-    type(watch_t), intent(inout) :: watch
     type(error_t), allocatable, intent(out) :: error
+    type(state_t) :: state
+    type(watch_t) :: watch
     real(dp), allocatable :: end_(:), frame(:), rows(:)
     character(len=:), allocatable :: names(:)
     integer(hsize_t) :: from, last, n, n_rows(size(of_checkpoint))
@@ -204,8 +224,8 @@ contains
     past%rows = nint(rows)
     from = 0
     if (last > 1) from = nint(end_(last - 1), hsize_t)
-    if (.not. take_checkpoint(read_rows(past%file, '/checkpoint/numbers', from, nint(end_(last), hsize_t) - from), state, watch)) &
-      call fail(error, status_bad_input, past%path//': expected a whole checkpoint, found one that is damaged')
+    past%numbers = read_rows(past%file, '/checkpoint/numbers', from, nint(end_(last), hsize_t) - from)
+    past%stage = stage_in_checkpoint(past%numbers)
   end subroutine read_checkpoint
 
   !> Begins a results file with what there was up to the checkpoint, and gives it its place. Errors: a failed write; rows that are
@@ -223,7 +243,7 @@ contains
     if (.not. allocated(error)) call put_checkpoint(output%file, output%checkpoints, past%frame, state, watch, error)
     if (.not. allocated(error)) call count_frames(output%file, past%frame + 1, error)
     if (.not. allocated(error)) call take_place(output%file, path, error)
-    output%framed = state%step
+    output%framed = step_of_run(state)
   end subroutine resume_output
 
   !> Copies the rows of all frames and series up to the checkpoint.
@@ -244,6 +264,10 @@ contains
     do i = 1, size(results%cell_field)
       call copy(results%cell_field(i), frames*results%n_elements)
     end do
+    if (allocated(results%ghost)) then
+      call copy(results%ghost, frames*results%n_elements)
+      call copy(results%ghost_offset, frames)
+    end if
     do i = 1, size(results%cell_offset)
       call copy(results%cell_offset(i), frames)
     end do

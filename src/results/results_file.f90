@@ -48,6 +48,10 @@ module scree_results_file
   character(len=*), parameter :: point_fields(2) = [character(len=12) :: 'displacement', 'velocity']
   character(len=*), parameter :: cell_fields(3) = [character(len=12) :: 'stress_xx', 'stress_yy', 'stress_xy']
 
+  !> Field by which programs that read VTK know cells that are not drawn (vtkDataSetAttributes: HIDDENCELL).
+  character(len=*), parameter :: ghost_field = 'vtkGhostType'
+  real(dp), parameter :: hidden = 32
+
   !> Polygons of the frames: element i has the vertices corner(first(i):first(i+1)-1), counter-clockwise.
   type :: layout_t
     integer :: n_vertices = 0
@@ -90,6 +94,8 @@ module scree_results_file
     type(rows_t) :: point_field(size(point_fields)), cell_field(size(cell_fields))
     type(rows_t) :: offset(5)               !! parts, number of parts, points, cells, connectivity
     type(rows_t) :: point_offset(size(point_fields)), cell_offset(size(cell_fields) + 2)
+    type(rows_t), allocatable :: ghost      !! which elements are gone, where frames may have such
+    type(rows_t) :: ghost_offset
     type(series_t), allocatable :: series(:)
     integer :: n_series = 0
     type(xdmf_t), allocatable :: xdmf
@@ -141,12 +147,13 @@ contains
   !> Makes the file and what never changes in it.
   !>
   !> Errors: `status_bad_input` where the path cannot be a file; `status_run_failed` where writing fails.
-  subroutine open_results(results, path, layout, with_xdmf, error, beside)
+  subroutine open_results(results, path, layout, with_xdmf, error, hides, beside)
     type(results_t), intent(out) :: results
     character(len=*), intent(in) :: path
     type(layout_t), intent(in) :: layout
     logical, intent(in) :: with_xdmf
     type(error_t), allocatable, intent(out) :: error
+    logical, intent(in), optional :: hides  !! frames may have elements that are gone
     logical, intent(in), optional :: beside !! the file waits by another name until it takes its place
     integer(hid_t) :: access, group
     integer :: status
@@ -154,6 +161,9 @@ contains
     results%path = path
     if (present(beside)) then
       if (beside) results%path = path//'.part'
+    end if
+    if (present(hides)) then
+      if (hides) allocate (results%ghost)
     end if
     results%n_vertices = layout%n_vertices
     results%n_elements = size(layout%block)
@@ -187,7 +197,7 @@ contains
     if (allocated(error)) return
     if (with_xdmf) then
       allocate (results%xdmf)
-      call begin_xdmf(results%xdmf, path, layout%n_vertices, layout%first, layout%corner, error)
+      call begin_xdmf(results%xdmf, path, layout%n_vertices, layout%first, layout%corner, allocated(results%ghost), error)
       if (allocated(error)) return
     end if
     call h5gcreate_f(results%file, '/scene', group, status)
@@ -224,6 +234,9 @@ contains
         call grow('CellData/'//trim(cell_fields(i)), [integer ::], .false., 'force/length^2', &
                   'Cauchy stress, tension positive', n_e*frames, results%cell_field(i))
       end do
+      if (allocated(results%ghost)) &
+        call grow('CellData/'//ghost_field, [integer ::], .true., '1', '32 where an element is gone and is not drawn, else 0', &
+                  n_e*frames, results%ghost, byte=.true.)
     end associate
     call grow_step('Values', results%time)
     call grow_step('PartOffsets', results%offset(1))
@@ -237,6 +250,7 @@ contains
     do i = 1, size(cell_fields)
       call grow_step('CellDataOffsets/'//trim(cell_fields(i)), results%cell_offset(i))
     end do
+    if (allocated(results%ghost)) call grow_step('CellDataOffsets/'//ghost_field, results%ghost_offset)
     call grow_step('CellDataOffsets/block', results%cell_offset(size(cell_fields) + 1))
     call grow_step('CellDataOffsets/material', results%cell_offset(size(cell_fields) + 2))
 
@@ -254,14 +268,15 @@ contains
     end subroutine fixed
 
     !> Rows that grow with the frames.
-    subroutine grow(name, shape, whole, units, description, chunk_rows, rows)
+    subroutine grow(name, shape, whole, units, description, chunk_rows, rows, byte)
       character(len=*), intent(in) :: name, units, description
       integer, intent(in) :: shape(:), chunk_rows
       logical, intent(in) :: whole
       type(rows_t), intent(out) :: rows
+      logical, intent(in), optional :: byte !! of one byte each
 
       if (allocated(error)) return
-      call create_rows(results%file, '/VTKHDF/'//name, shape, whole, units, description, chunk_rows, rows, error)
+      call create_rows(results%file, '/VTKHDF/'//name, shape, whole, units, description, chunk_rows, rows, error, byte)
       if (allocated(error)) error%message = results%path//': '//error%message
     end subroutine grow
 
@@ -358,11 +373,12 @@ contains
   end function rows_of_series
 
   !> Adds a frame, writes all rows that wait, and flushes. Errors: a number that is not finite, a failed write.
-  subroutine add_frame(results, time, position, displacement, velocity, stress, error)
+  subroutine add_frame(results, time, position, displacement, velocity, stress, present, error)
     type(results_t), intent(inout) :: results
     real(dp), intent(in) :: time
     real(dp), intent(in) :: position(:, :), displacement(:, :), velocity(:, :) !! (2, n_vertices)
     real(dp), intent(in) :: stress(:, :)                                    !! (3, n_elements) xx, yy, xy
+    logical, intent(in) :: present(:)                                       !! (n_elements) the others are gone
     type(error_t), allocatable, intent(out) :: error
     integer :: i
     real(dp) :: n
@@ -382,6 +398,10 @@ contains
       call append(results%cell_field(i), stress(i, :))
       call append(results%cell_offset(i), [n*results%n_elements])
     end do
+    if (allocated(results%ghost)) then
+      call append(results%ghost, merge(0.0_dp, hidden, present))
+      call append(results%ghost_offset, [n*results%n_elements])
+    end if
     call append(results%cell_offset(4), [0.0_dp])
     call append(results%cell_offset(5), [0.0_dp])
     do i = 1, 2
@@ -507,6 +527,8 @@ contains
             + sum(bytes_to_append(results%cell_field, elements)) + bytes_to_append(results%time, 1_hsize_t) &
             + sum(bytes_to_append(results%offset, 1_hsize_t)) + sum(bytes_to_append(results%point_offset, 1_hsize_t)) &
             + sum(bytes_to_append(results%cell_offset, 1_hsize_t))
+    if (allocated(results%ghost)) &
+      bytes = bytes + bytes_to_append(results%ghost, elements) + bytes_to_append(results%ghost_offset, 1_hsize_t)
   end function bytes_of_frame
 
   !> Space that the rows that wait may take.

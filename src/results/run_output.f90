@@ -14,12 +14,15 @@ module scree_run_output
   use scree_regions, only: joint_between
   use scree_results_file, only: add_frame, close_results, layout_t, open_results, results_t, store_rows, store_text, &
                                 store_words, work_row_t
-  use scree_run_records, only: declare_records, put_frame_records, put_step_records, records_t, velocity_of_vertices
+  use scree_run_records, only: declare_records, displacement_of_vertices, kinds_t, put_frame_records, put_step_records, records_t, &
+                               velocity_of_vertices
   use scree_run_summary, only: summary_t
-  use scree_scene, only: effect_t, model_nmm, run_options_t, scene_t
-  use scree_state, only: state_t
+  use scree_scene, only: effect_t, model_nmm, run_options_t, scene_t, settings_t, word_t
+  use scree_setting_table, only: is_given_by
+  use scree_state, only: state_t, step_of_run, time_of_run
   use scree_summary_words, only: ending_t, json_of
   use scree_system, only: bolt_end
+  use scree_text, only: number_text
   use scree_time_stepper, only: step_report_t
   use scree_watch, only: watch_t
   implicit none
@@ -31,6 +34,7 @@ module scree_run_output
   !> The results file of a run, and what it is written by.
   type :: run_output_t
     type(results_t) :: file
+    type(kinds_t) :: kinds                   !! of all stages of the run, noted before it begins
     type(records_t) :: records
     type(checkpoints_t) :: checkpoints
     integer :: checkpoint_every = 0          !! frames; 0: the last alone has one
@@ -54,12 +58,12 @@ contains
 
     output%checkpoint_every = scene%settings%checkpoint_every
     output%layout = layout_of(scene, model, state, options%runs)
-    call open_results(output%file, options%results_path, output%layout, options%with_xdmf, error, &
+    call open_results(output%file, options%results_path, output%layout, options%with_xdmf, error, hides=output%kinds%removal, &
                       beside=len(options%restart_path) > 0)
     if (.not. allocated(error)) call describe_scene(output%file, scene, list, error)
     if (.not. allocated(error)) call store_parts(output%file, model, state, output%layout, error)
     if (.not. allocated(error) .and. model%model == model_nmm) call store_covers(output%file, model, state, error)
-    if (.not. allocated(error)) call declare_records(output%file, model, output%records, error)
+    if (.not. allocated(error)) call declare_records(output%file, model, output%kinds, output%records, error)
     if (options%runs .and. .not. allocated(error)) &
       call declare_checkpoints(output%file, state, watch, output%checkpoints, error)
     if (options%with_classic .and. options%runs .and. .not. allocated(error)) &
@@ -114,10 +118,10 @@ contains
       end if
     end associate
     if (allocated(error)) return
-    call add_frame(output%file, state%time, position, state%vertex - model%start, velocity_of_vertices(model, cache, state), &
-                   state%stress, error)
+    call add_frame(output%file, time_of_run(state), position, displacement_of_vertices(model, state), &
+                   velocity_of_vertices(model, cache, state), state%stress, model%present(model%elements%block), error)
     if (allocated(error)) return
-    output%framed = state%step
+    output%framed = step_of_run(state)
     if (.not. allocated(output%file%classic)) return
     call add_classic_frame(output%file%classic, position, state%point + spread(model%origin, 2, size(state%point, 2)), error)
   end subroutine put_frame
@@ -135,7 +139,8 @@ contains
     type(solver_work_t) :: work
     integer :: numbers(2)
 
-    if (output%checkpoints%numbers > 0 .and. output%framed == state%step .and. output%checkpoints%step /= state%step) &
+    if (output%checkpoints%numbers > 0 .and. output%framed == step_of_run(state) .and. &
+        output%checkpoints%step /= step_of_run(state)) &
       call put_checkpoint(output%file, output%checkpoints, output%file%n_frames - 1, state, watch, error)
     numbers = size_of_equations(cache%equations)
     work = work_of_solutions(cache%equations)
@@ -227,23 +232,39 @@ contains
     logical, intent(in) :: runs
     type(layout_t) :: layout
     real(dp) :: frames, steps
+    integer :: k
 
     layout%n_vertices = size(state%vertex, 2)
     call polygons_of(model%elements%shape, state%vertex, layout%first, layout%corner)
     layout%block = model%elements%block
     layout%material = model%elements%material
     if (.not. runs) return
-    associate (s => scene%settings)
-      steps = s%most_steps
-      if (s%end_time < steps*s%step_size) steps = s%end_time/s%step_size + 1
-      if (s%frame_every > 0) then
-        frames = steps/s%frame_every + 2
-      else
-        frames = min(s%end_time, s%most_steps*s%step_size)/max(s%frame_interval, s%frame_spacing) + 2
-      end if
-    end associate
+    steps = 0.0_dp
+    frames = 0.0_dp
+    call expect_more(scene%settings)
+    do k = 1, size(scene%later)
+      call expect_more(scene%later(k)%settings)
+    end do
     layout%expected_steps = int(min(steps, 1e9_dp))
     layout%expected_frames = int(min(frames, 1e9_dp))
+
+  contains
+
+    !> Adds the steps and frames of a stage.
+    subroutine expect_more(s)
+      type(settings_t), intent(in) :: s
+      real(dp) :: own
+
+      own = s%most_steps
+      if (s%end_time < own*s%step_size) own = s%end_time/s%step_size + 1
+      steps = steps + own
+      if (s%frame_every > 0) then
+        frames = frames + own/s%frame_every + 2
+      else
+        frames = frames + min(s%end_time, s%most_steps*s%step_size)/max(s%frame_interval, s%frame_spacing) + 2
+      end if
+    end subroutine expect_more
+
   end function layout_of
 
   !> Decks, settings, effects and versions in /scene.
@@ -254,7 +275,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(len=max(len(scene%geometry_name), len(scene%analysis_name))) :: deck(2)
     character(len=:), allocatable :: option(:)
-    character(len=160) :: word(size(scene%words)), effect(size(list)), reason(size(list))
+    character(len=160) :: effect(size(list)), reason(size(list))
     character(len=19) :: date
     integer :: i, now(8), n
 
@@ -285,13 +306,9 @@ contains
     if (allocated(error)) return
     call store_words(results, '/scene/analysis_deck', [scene%analysis_text], error)
     if (allocated(error)) return
-    n = 0
-    do i = 1, size(scene%words)
-      if (.not. allocated(scene%words(i)%value)) cycle
-      n = n + 1
-      word(n) = scene%words(i)%name//' = '//scene%words(i)%value//'  ('//scene%words(i)%from//')'
-    end do
-    call store_words(results, '/scene/settings', word(:n), error)
+    call store_settings(results, '/scene/settings', scene%words, .true., error)
+    if (allocated(error)) return
+    call store_stages(results, scene, error)
     if (allocated(error)) return
     do i = 1, size(list)
       effect(i) = list(i)%name
@@ -301,5 +318,49 @@ contains
     if (allocated(error)) return
     call store_words(results, '/scene/effect_reasons', reason, error)
   end subroutine describe_scene
+
+  !> Stores the values of settings and where they are from, a text each.
+  subroutine store_settings(results, path, words, defaults, error)
+    type(results_t), intent(in) :: results
+    character(len=*), intent(in) :: path
+    type(word_t), intent(in) :: words(:)
+    logical, intent(in) :: defaults !! too
+    type(error_t), allocatable, intent(out) :: error
+    character(len=160) :: text(size(words))
+    integer :: i, n
+
+    n = 0
+    do i = 1, size(words)
+      if (.not. allocated(words(i)%value)) cycle
+      if (.not. (defaults .or. is_given_by(words(i)))) cycle
+      n = n + 1
+      text(n) = words(i)%name//' = '//words(i)%value//'  ('//words(i)%from//')'
+    end do
+    call store_words(results, path, text(:n), error)
+  end subroutine store_settings
+
+  !> Names of the stages in /stages, where there are several, and of each after the first what stands in it.
+  subroutine store_stages(results, scene, error)
+    type(results_t), intent(in) :: results
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    character(len=160) :: name(size(scene%later) + 1)
+    character(len=7) :: kind(size(scene%later) + 1)
+    integer :: k
+
+    if (size(scene%later) == 0) return
+    name(1) = 'stage 1'
+    kind(1) = merge('dynamic', 'static ', scene%carried > 0)
+    do k = 1, size(scene%later)
+      name(k + 1) = scene%later(k)%settings%stage_name
+      kind(k + 1) = merge('dynamic', 'static ', scene%later(k)%carried > 0)
+    end do
+    call store_words(results, '/stages/name', name, error)
+    if (.not. allocated(error)) call store_words(results, '/stages/kind', kind, error)
+    do k = 1, size(scene%later)
+      if (allocated(error)) return
+      call store_settings(results, '/stages/settings_'//number_text(k + 1), scene%later(k)%words, .false., error)
+    end do
+  end subroutine store_stages
 
 end module scree_run_output

@@ -4,7 +4,8 @@ module scree_run_records
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_t, state_open
   use scree_deviation, only: error_of_blocks, scale_of
-  use scree_energy, only: stored_energy
+  use scree_energy, only: dissipated_energy
+  use scree_equilibrium, only: balance_t
   use scree_errors, only: error_t
   use scree_integrator, only: held_weight, holds_power
   use scree_interpolation, only: displacement_matrix
@@ -12,16 +13,18 @@ module scree_run_records
   use scree_model, only: cache_t, model_t
   use scree_results_file, only: declare_series, put_series, results_t
   use scree_regions, only: first_vertex_of, last_vertex_of
-  use scree_state, only: state_t
+  use scree_state, only: state_t, step_of_run, time_of_run
   use scree_system, only: measured_point
   use scree_time_stepper, only: step_report_t
   implicit none
   private
-  public :: declare_records, put_frame_records, put_step_records, records_t, velocity_of_vertices
+  public :: declare_records, displacement_of_vertices, kinds_t, note_kinds, put_frame_records, put_step_records, records_t, &
+            velocity_of_vertices
 
   !> Handles of the series; 0 where an effect is absent.
   type :: records_t
     integer :: time = 0, step_size = 0, area = 0, rotation = 0, momentum = 0
+    integer :: stage = 0, staged = 0, body_present = 0
     integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, damping = 0, held = 0, dissipated = 0
     integer :: iterations = 0, solves = 0, rejected = 0, green = 0, sleeping = 0, slept = 0, body_asleep = 0
     integer :: error = 0, error_growth = 0, error_share = 0, error_step = 0, error_impact = 0, rough = 0, refused = 0
@@ -35,21 +38,45 @@ module scree_run_records
     integer, allocatable :: measured(:)               !! points of the system
   end type records_t
 
+  !> What any stage of a run has, so that there are series of it in all.
+  type :: kinds_t
+    integer :: stages = 0
+    logical :: gravity = .false., fixed_springs = .false., held = .false., damping = .false., error = .false., static = .false., &
+               sleep = .false., removal = .false.
+  end type kinds_t
+
   character(len=*), parameter :: energy_unit = 'force*length/length'
 
 contains
 
+  !> Notes what the model of a stage has.
+  pure subroutine note_kinds(model, kinds)
+    type(model_t), intent(in) :: model
+    type(kinds_t), intent(inout) :: kinds
+
+    associate (effects => model%effects, s => model%settings)
+      kinds%stages = kinds%stages + 1
+      kinds%gravity = kinds%gravity .or. allocated(effects%gravity)
+      if (allocated(effects%fixed_point)) kinds%fixed_springs = kinds%fixed_springs .or. effects%fixed_point%by_springs
+      kinds%held = kinds%held .or. abs(held_weight(s)) > 0 .or. holds_power(s)
+      kinds%damping = kinds%damping .or. allocated(effects%mass_damping) .or. allocated(effects%absorbing_edge)
+      kinds%error = kinds%error .or. s%estimates_error
+      kinds%static = kinds%static .or. .not. effects%carried > 0
+      kinds%sleep = kinds%sleep .or. allocated(effects%sleep)
+      kinds%removal = kinds%removal .or. .not. all(model%present)
+    end associate
+  end subroutine note_kinds
+
   !> Declares the series that the scene calls for.
-  subroutine declare_records(results, model, records, error)
+  subroutine declare_records(results, model, kinds, records, error)
     type(results_t), intent(inout) :: results
     type(model_t), intent(in) :: model
+    type(kinds_t), intent(in) :: kinds           !! of all stages
     type(records_t), intent(out) :: records
     type(error_t), allocatable, intent(out) :: error
     integer :: i, n
-    logical :: sleeps
 
     n = model%n_blocks
-    sleeps = allocated(model%effects%sleep)
     call a_step('time', [integer ::], 'time', 'end of the step', records%time)
     call a_step('step_size', [integer ::], 'time', 'size of the step', records%step_size)
     call a_step('area', [integer ::], 'length^2', 'area of all blocks', records%area)
@@ -58,18 +85,21 @@ contains
                 'momentum and angular momentum of all blocks', records%momentum)
     call a_step('energy/kinetic', [integer ::], energy_unit, 'kinetic energy', records%kinetic)
     call a_step('energy/strain', [integer ::], energy_unit, 'energy of the stress', records%strain)
-    if (allocated(model%effects%gravity)) &
+    if (kinds%gravity) &
       call a_step('energy/gravity', [integer ::], energy_unit, 'weight times height above y = 0', records%gravity)
-    if (allocated(model%effects%fixed_point)) then
-      if (model%effects%fixed_point%by_springs) call a_step('energy/fixed_springs', [integer ::], energy_unit, &
-                                                      'energy of the springs of fixed points', records%fixed_springs)
-    end if
+    if (kinds%fixed_springs) &
+      call a_step('energy/fixed_springs', [integer ::], energy_unit, 'energy of the springs of fixed points', records%fixed_springs)
     call a_step('energy/work', [integer ::], energy_unit, 'work of loads, the moving ground and moving supports since the start', &
                 records%work)
-    if (abs(held_weight(model%settings)) > 0 .or. holds_power(model%settings)) &
+    if (kinds%stages > 1) then
+      call a_step('stage', [integer ::], '1', 'stage that the step is of, from 1', records%stage, .true.)
+      call a_step('energy/stages', [integer ::], energy_unit, 'energy that changes from stage to stage gave; below 0: took', &
+                  records%staged)
+    end if
+    if (kinds%held) &
       call a_step('energy/held', [integer ::], energy_unit, 'energy that the integrator holds between steps', &
                   records%held)
-    if (allocated(model%effects%mass_damping) .or. allocated(model%effects%absorbing_edge)) &
+    if (kinds%damping) &
       call a_step('energy/damping', [integer ::], energy_unit, &
                   'energy that mass damping and absorbing edges took since the start', records%damping)
     call a_step('energy/dissipated', [integer ::], energy_unit, &
@@ -79,7 +109,7 @@ contains
     call a_step('rejected', [integer ::], '1', 'tries of the step that were cut', records%rejected, .true.)
     if (allocated(model%effects%accuracy)) &
       call a_step('green_elements', [integer ::], '1', 'elements that took Green strain in the step', records%green, .true.)
-    if (model%settings%estimates_error) then
+    if (kinds%error) then
       call a_step('error/displacement', [integer ::], 'length', 'largest estimated error of the place of a block', &
                   records%error)
       call a_step('error/growth', [integer ::], '1', 'area that small strain has made of a block, over its area, the largest', &
@@ -93,12 +123,12 @@ contains
       call a_step('error/rough', [integer ::], '1', 'blocks whose contacts opened or closed in the step', records%rough, .true.)
       call a_step('error/refused', [integer ::], '1', 'steps made again as they were off by too much', records%refused, .true.)
     end if
-    if (.not. model%effects%carried > 0) then
+    if (kinds%static) then
       call a_step('unbalanced', [integer ::], '1', 'largest force out of balance of a block over what acts on it', &
                   records%unbalanced)
       call a_step('unbalanced_block', [integer ::], '1', 'that block, from 1', records%unbalanced_block, .true.)
     end if
-    if (sleeps) then
+    if (kinds%sleep) then
       call a_step('asleep', [integer ::], '1', 'bodies that sleep', records%sleeping, .true.)
       call a_step('energy/asleep', [integer ::], energy_unit, 'motion of what fell asleep, since the start', records%slept)
     end if
@@ -124,10 +154,11 @@ contains
     call a_frame('stress', [3, n], 'force/length^2', 'mean Cauchy stress xx, yy, xy', records%body_stress)
     if (allocated(model%effects%accuracy)) &
       call a_frame('green_share', [n], '1', 'share of its area that took Green strain in the last step', records%body_green)
-    if (model%settings%estimates_error) &
+    if (kinds%error) &
       call a_frame('error', [n], 'length', 'estimated error of the place, root mean square over the block', records%body_error)
-    if (sleeps) call a_frame('asleep', [n], '1', 'first body of the island that it sleeps with, from 1; 0: it is awake', &
+    if (kinds%sleep) call a_frame('asleep', [n], '1', 'first body of the island that it sleeps with, from 1; 0: it is awake', &
                              records%body_asleep)
+    if (kinds%removal) call a_frame('present', [n], '1', '1, or 0 where a stage has removed it', records%body_present)
     if (allocated(model%effects%contact)) then
       call a_series('/contacts/count', [integer ::], '1', 'closed contacts of each frame', records%touch_count, .true.)
       call a_series('/contacts/blocks', [2], '1', 'blocks of the vertex and of the edge, from 1', records%touch_blocks, .true.)
@@ -144,7 +175,8 @@ contains
       call a_series('/bolts/force', [n], 'force', 'tension; below 0 it pushes', records%bolt_force, per_frame=.true.)
       call a_series('/bolts/elongation', [n], 'length', 'growth of its length since the start', records%bolt_elongation, &
                     per_frame=.true.)
-      call a_series('/bolts/state', [n], '1', '0 elastic, 1 has yielded, 2 broken', records%bolt_state, .true., per_frame=.true.)
+      call a_series('/bolts/state', [n], '1', '0 elastic, 1 has yielded, 2 broken, 3 none of this stage', records%bolt_state, &
+                    .true., per_frame=.true.)
     end if
 
     records%measured = pack([(i, i=1, size(model%points%kind))], model%points%kind == measured_point)
@@ -200,6 +232,33 @@ contains
 
   end subroutine declare_records
 
+  !> Displacement of all vertices of the elements, since the start or since a stage that counts it anew, length.
+  pure function displacement_of_vertices(model, state) result(displacement)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    real(dp) :: displacement(2, size(state%vertex, 2))
+
+    if (allocated(state%reference)) then
+      displacement = state%vertex - state%reference%vertex
+    else
+      displacement = state%vertex - model%start
+    end if
+  end function displacement_of_vertices
+
+  !> Likewise of a point.
+  pure function displacement_of_point(model, state, i) result(displacement)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: i
+    real(dp) :: displacement(2)
+
+    if (allocated(state%reference)) then
+      displacement = state%point(:, i) - state%reference%point(:, i)
+    else
+      displacement = state%point(:, i) - model%start_point(:, i)
+    end if
+  end function displacement_of_point
+
   !> Velocity of all vertices of the elements, length/time.
   pure function velocity_of_vertices(model, cache, state) result(velocity)
     type(model_t), intent(in) :: model
@@ -226,10 +285,12 @@ contains
     type(step_report_t), intent(in) :: report
     type(error_t), allocatable, intent(out) :: error
     integer :: asleep(3), e, i             ! contacts of what sleeps
-    real(dp) :: largest                    ! estimated error of a place
+    type(balance_t) :: balance             ! nothing in a dynamic stage
     real(dp) :: overlap
 
-    call put(records%time, [state%time])
+    call put(records%time, [time_of_run(state)])
+    call put(records%stage, [real(state%stage%number, dp)])
+    call put(records%staged, [state%books%staged])
     call put(records%step_size, [report%dt])
     call put(records%area, [sum(cache%element%kinematics%area)])
     call put(records%rotation, state%rotation)
@@ -241,39 +302,31 @@ contains
     call put(records%work, [state%books%work])
     call put(records%held, [state%books%held])
     call put(records%damping, [state%books%damping])
-    call put(records%dissipated, [state%books%at_start + state%books%work - stored_energy(state%books)])
+    call put(records%dissipated, [dissipated_energy(state%books)])
     call put(records%iterations, [real(report%iterations, dp)])
     call put(records%solves, [real(report%solves, dp)])
     call put(records%rejected, [real(report%rejected, dp)])
     call put(records%green, [real(count(state%green), dp)])
-    if (records%error > 0) then
-      associate (own => state%deviation)
-        largest = maxval(error_of_blocks(own))
-        call put(records%error, [largest])
-        call put(records%error_growth, [maxval(abs(own%growth))])
-        call put(records%error_share, [max(largest/scale_of(model, cache, own), maxval(abs(own%growth)))])
-        call put(records%error_step, [own%step])
-        call put(records%error_impact, [maxval(own%impact)])
-        call put(records%rough, [real(own%rough, dp)])
-        call put(records%refused, [real(report%refused, dp)])
-      end associate
-    end if
-    if (allocated(report%balance)) then
-      call put(records%unbalanced, [report%balance%share])
-      call put(records%unbalanced_block, [real(report%balance%block, dp)])
+    call put_errors()
+    if (records%unbalanced > 0) then
+      if (allocated(report%balance)) balance = report%balance
+      call put(records%unbalanced, [balance%share])
+      call put(records%unbalanced_block, [real(balance%block, dp)])
     end if
     asleep = 0
     overlap = state%contacts%penetration
     if (allocated(state%sleep)) then
       call put(records%sleeping, [real(count(state%sleep%island > 0), dp)])
-      call put(records%slept, [state%books%asleep])
       asleep = state%sleep%count
       overlap = max(overlap, state%sleep%penetration)
+    else
+      call put(records%sleeping, [0.0_dp])
     end if
+    call put(records%slept, [state%books%asleep])
     call put(records%contacts, real(state%contacts%count + asleep, dp))
     call put(records%open_close, [real(size(report%judged, 2), dp)])
     do i = 1, size(report%judged, 2)
-      call put(records%judged_step, [real(state%step, dp)])
+      call put(records%judged_step, [real(step_of_run(state), dp)])
       call put(records%judged, real(report%judged(:, i), dp))
     end do
     call put(records%overlap, [overlap])
@@ -285,7 +338,7 @@ contains
       associate (point => state%point(:, records%measured(i)))
         e = model%points%element(records%measured(i))
         call put(records%point_position, point + model%origin)
-        call put(records%point_displacement, point - model%start_point(:, records%measured(i)))
+        call put(records%point_displacement, displacement_of_point(model, state, records%measured(i)))
         call put(records%point_velocity, matmul(displacement_matrix(cache%element(e)%kinematics, point), &
                                                 state%velocity(model%elements%unknown(:, e))))
         call put(records%point_stress, state%stress(:, e))
@@ -300,6 +353,29 @@ contains
 
       if (handle > 0 .and. .not. allocated(error)) call put_series(results, handle, values, error)
     end subroutine put
+
+    !> A row of how far the run is off; zeros in a stage that does not estimate it.
+    subroutine put_errors()
+      real(dp) :: largest                  ! of a place
+      real(dp) :: numbers(6)
+
+      if (records%error == 0) return
+      numbers = 0.0_dp
+      if (allocated(state%deviation)) then
+        associate (own => state%deviation)
+          largest = maxval(error_of_blocks(own))
+          numbers = [largest, maxval(abs(own%growth)), max(largest/scale_of(model, cache, own), maxval(abs(own%growth))), &
+                     own%step, maxval(own%impact), real(own%rough, dp)]
+        end associate
+      end if
+      call put(records%error, numbers(1:1))
+      call put(records%error_growth, numbers(2:2))
+      call put(records%error_share, numbers(3:3))
+      call put(records%error_step, numbers(4:4))
+      call put(records%error_impact, numbers(5:5))
+      call put(records%rough, numbers(6:6))
+      call put(records%refused, [real(report%refused, dp)])
+    end subroutine put_errors
 
   end subroutine put_step_records
 
@@ -335,8 +411,9 @@ contains
     call put(records%body_velocity, reshape(sums(3:4, :), [size(sums(3:4, :))]))
     call put(records%body_stress, reshape(sums(5:7, :), [size(sums(5:7, :))]))
     if (records%body_green > 0) call put(records%body_green, green/area)
-    if (records%body_error > 0) call put(records%body_error, error_of_blocks(state%deviation))
-    if (records%body_asleep > 0) call put(records%body_asleep, real(state%sleep%island, dp))
+    if (records%body_error > 0) call put_if(allocated(state%deviation), records%body_error)
+    if (records%body_asleep > 0) call put_if(allocated(state%sleep), records%body_asleep)
+    if (records%body_present > 0) call put(records%body_present, merge(1.0_dp, 0.0_dp, model%present))
     if (records%touch_count > 0) call put_contacts()
     if (records%bolt_force > 0) call put_bolts()
 
@@ -348,6 +425,18 @@ contains
 
       if (.not. allocated(error)) call put_series(results, handle, values, error)
     end subroutine put
+
+    !> A row of the errors of blocks, or of what sleeps; zeros in a stage that has none.
+    subroutine put_if(there, handle)
+      logical, intent(in) :: there
+      integer, intent(in) :: handle
+      real(dp) :: values(model%n_blocks)
+
+      values = 0.0_dp
+      if (there .and. handle == records%body_error) values = error_of_blocks(state%deviation)
+      if (there .and. handle == records%body_asleep) values = real(state%sleep%island, dp)
+      call put(handle, values)
+    end subroutine put_if
 
     !> A row of the bolts.
     subroutine put_bolts()

@@ -1,18 +1,19 @@
 !> What a run came to: gathered in its steps, summed up at its end. Every number is one that the run has for its results too.
 module scree_run_summary
   use scree_contacts, only: contact_t
-  use scree_energy, only: stored_energy
+  use scree_energy, only: dissipated_energy, stored_energy
   use scree_equilibrium, only: balance_t, tolerance_of
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_regions, only: first_vertex_of, last_vertex_of
-  use scree_run_records, only: velocity_of_vertices
+  use scree_run_records, only: displacement_of_vertices, velocity_of_vertices
   use scree_sleep, only: bodies_at_rest
-  use scree_state, only: books_t, state_t
+  use scree_state, only: books_t, state_t, time_of_run
   use scree_time_stepper, only: step_report_t
   implicit none
   private
-  public :: add_step, begin_summary, change_of_area, lost_otherwise, share_lost, sum_up, summary_t, vertex_most_t
+  public :: add_step, begin_stage, begin_summary, change_of_area, end_stage, lost_otherwise, share_lost, stage_ending_t, sum_up, &
+            summary_t, vertex_most_t
 
   !> Share of its weight, and of sqrt(g size), below which a body counts as at rest.
   real(dp), parameter :: resting = 1e-3_dp
@@ -31,6 +32,16 @@ module scree_run_summary
     integer :: blocks(2) = 0             !! of the vertex and of the edge, from 1; 0: there was none
     real(dp) :: position(2) = 0.0_dp     !! of the vertex, length
   end type overlap_most_t
+
+  !> What a stage of a run came to.
+  type :: stage_ending_t
+    character(len=:), allocatable :: name    !! with its number
+    character(len=:), allocatable :: verdict !! in a word
+    logical :: static = .false.
+    real(dp) :: from = 0.0_dp, to = 0.0_dp   !! time of the run
+    integer :: steps = 0                     !! of the stage
+    real(dp) :: given = 0.0_dp               !! energy that the change to it gave; below 0: took
+  end type stage_ending_t
 
   !> What a run came to; of one that was gone on with, since then.
   type :: summary_t
@@ -51,27 +62,37 @@ module scree_run_summary
     real(dp) :: fallen = 0.0_dp          !! most that the weights have given
     real(dp) :: friction = 0.0_dp, damping = 0.0_dp, yield = 0.0_dp, asleep = 0.0_dp, dissipated = 0.0_dp
     logical :: has_bolts = .false.       !! the scene has
+    type(stage_ending_t), allocatable :: stage(:) !! of a run of several those that it was in
+    real(dp) :: staged = 0.0_dp          !! energy that the changes from stage to stage gave; below 0: took
     real(dp) :: given = 0.0_dp           !! kinetic and strain energy at the start, fallen, and absolute work
     type(books_t), private :: books_from
     real(dp), private :: area_from = 0.0_dp, absolute_work = 0.0_dp
+    real(dp), private :: height_from = 0.0_dp !! energy of the weights, from which they fall
+    real(dp), private :: staged_from = 0.0_dp !! `staged` before the change to the stage
   end type summary_t
 
 contains
 
   !> Begins with the state that the run begins or goes on with.
-  subroutine begin_summary(model, cache, state, summary)
+  subroutine begin_summary(n_stages, model, cache, state, summary)
+    integer, intent(in) :: n_stages
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(summary_t), intent(out) :: summary
     real(dp) :: planned
 
-    summary%from = state%time
+    summary%from = time_of_run(state)
     summary%books_from = state%books
+    summary%height_from = state%books%gravity
+    summary%staged_from = state%books%staged
+    if (n_stages > 1) allocate (summary%stage(0))
     summary%area_from = area_of(cache)
     summary%touches = allocated(model%effects%contact)
     summary%tolerance = tolerance_of(model%settings)
     summary%has_bolts = allocated(model%effects%bolt)
+    summary%asked = huge(summary%asked)
+    if (n_stages > 1) return
     associate (s => model%settings)
       summary%asked = s%end_time
       if (s%chooses_step .or. s%balance > 0) return
@@ -79,6 +100,29 @@ contains
       summary%planned = ceiling(min(real(s%most_steps - state%step, dp), planned*(1 - 1e-9_dp)))
     end associate
   end subroutine begin_summary
+
+  !> Notes what a stage came to where it ends.
+  pure subroutine end_stage(name, verdict, model, state, summary)
+    character(len=*), intent(in) :: name, verdict
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(summary_t), intent(inout) :: summary
+
+    summary%stage = [summary%stage, stage_ending_t(name, verdict, .not. model%effects%carried > 0, state%stage%begins, &
+                                                   time_of_run(state), state%step, state%books%staged - summary%staged_from)]
+    summary%staged_from = state%books%staged
+  end subroutine end_stage
+
+  !> Goes on with a stage at its first state.
+  pure subroutine begin_stage(model, state, summary)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(summary_t), intent(inout) :: summary
+
+    summary%height_from = state%books%gravity + summary%fallen
+    summary%tolerance = tolerance_of(model%settings)
+    if (allocated(summary%balance)) deallocate (summary%balance)
+  end subroutine begin_stage
 
   !> Adds a step that was accepted and written.
   subroutine add_step(model, state, report, summary)
@@ -92,7 +136,7 @@ contains
     summary%solves = summary%solves + report%solves
     summary%absolute_work = summary%absolute_work + abs(report%work)
     if (allocated(report%balance)) summary%balance = report%balance
-    summary%fallen = max(summary%fallen, summary%books_from%gravity - state%books%gravity)
+    summary%fallen = max(summary%fallen, summary%height_from - state%books%gravity)
     if (state%contacts%penetration > summary%overlap%value) call take_overlap(model, state, summary%overlap)
   end subroutine add_step
 
@@ -106,7 +150,7 @@ contains
     real(dp) :: most
 
     overlap%value = state%contacts%penetration
-    overlap%time = state%time
+    overlap%time = time_of_run(state)
     most = -huge(most)
     do i = 1, size(state%contacts%contact)
       associate (contact => state%contacts%contact(i))
@@ -128,8 +172,8 @@ contains
     type(state_t), intent(in) :: state
     type(summary_t), intent(inout) :: summary
 
-    summary%reached = state%time
-    summary%displacement = most_of(model, state, state%vertex - model%start)
+    summary%reached = time_of_run(state)
+    summary%displacement = most_of(model, state, displacement_of_vertices(model, state))
     summary%speed = most_of(model, state, velocity_of_vertices(model, cache, state))
     if (allocated(model%effects%gravity) .and. model%effects%carried > 0) &
       summary%at_rest = all(bodies_at_rest(model, cache, state, resting))
@@ -140,7 +184,8 @@ contains
       summary%damping = now%damping - from%damping
       summary%yield = now%yield - from%yield
       summary%asleep = now%asleep - from%asleep
-      summary%dissipated = (now%at_start + now%work - stored_energy(now)) - (from%at_start + from%work - stored_energy(from))
+      summary%staged = now%staged - from%staged
+      summary%dissipated = dissipated_energy(now) - dissipated_energy(from)
       summary%given = stored_energy(from) - from%gravity + summary%fallen + summary%absolute_work
     end associate
   end subroutine sum_up
@@ -183,6 +228,7 @@ contains
     integer :: e, k
 
     do e = 1, model%n_elements
+      if (.not. model%present(model%elements%block(e))) cycle
       do k = first_vertex_of(model%elements%shape, e), last_vertex_of(model%elements%shape, e)
         if (most%block > 0 .and. norm2(vector(:, k)) <= most%value) cycle
         most = vertex_most_t(norm2(vector(:, k)), model%elements%block(e), state%vertex(:, k) + model%origin)

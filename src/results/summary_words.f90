@@ -4,7 +4,7 @@ module scree_summary_words
   use scree_equilibrium, only: words_of_balance
   use scree_json, only: begin_list, begin_object, end_list, end_object, json_t, put, put_null
   use scree_kinds, only: dp
-  use scree_run_summary, only: change_of_area, lost_otherwise, share_lost, summary_t, vertex_most_t
+  use scree_run_summary, only: change_of_area, lost_otherwise, share_lost, stage_ending_t, summary_t, vertex_most_t
   use scree_text, only: number_text, rounded_text, short_text, text_t
   use scree_timers, only: cost_t
   implicit none
@@ -29,9 +29,15 @@ contains
     type(summary_t), intent(in) :: summary
     type(ending_t), intent(in) :: ending
     type(text_t), allocatable :: line(:)
+    integer :: i
 
     allocate (line(0))
     call add('ended: '//words_of_end(summary, ending%status))
+    if (allocated(summary%stage)) then
+      do i = 1, size(summary%stage)
+        call add(words_of_stage(summary%stage(i)))
+      end do
+    end if
     call add('steps: '//words_of_steps(summary, ending))
     call add('moves: '//words_of_motion(summary))
     if (allocated(summary%balance)) call add('balance: '//words_of_forces(summary))
@@ -61,6 +67,17 @@ contains
     text = status(:index(status//':', ':') - 1)//' at time '//words_of_instant(summary%reached)
     if (summary%asked < huge(summary%asked)) text = text//' of '//words_of_instant(summary%asked)
   end function words_of_end
+
+  !> What a stage came to.
+  function words_of_stage(stage) result(text)
+    type(stage_ending_t), intent(in) :: stage
+    character(len=:), allocatable :: text
+
+    text = stage%name//': '//trim(merge('static ', 'dynamic', stage%static))//', '//stage%verdict//', '// &
+           number_text(stage%steps)//' steps to time '//words_of_instant(stage%to)
+    if (abs(stage%given) > 0) &
+      text = text//'; its beginning '//trim(merge('took', 'gave', stage%given < 0))//' energy of '//words(abs(stage%given))
+  end function words_of_stage
 
   !> Steps planned and taken, and what they took.
   function words_of_steps(summary, ending) result(text)
@@ -203,6 +220,7 @@ contains
     call begin_object(json, '')
     call put(json, 'status', ending%status)
     call put(json, 'results', ending%path)
+    call put_stages(json, summary)
     call put_steps(json, summary, factors_of(ending%cost))
     call put_motion(json, summary)
     call put_balance(json, summary)
@@ -214,6 +232,30 @@ contains
     call end_object(json)
     call move_alloc(json%text, text)
   end function json_of
+
+  !> What the stages came to, where there are several.
+  subroutine put_stages(json, summary)
+    type(json_t), intent(inout) :: json
+    type(summary_t), intent(in) :: summary
+    integer :: i
+
+    if (.not. allocated(summary%stage)) return
+    call begin_list(json, 'stages')
+    do i = 1, size(summary%stage)
+      associate (stage => summary%stage(i))
+        call begin_object(json, '')
+        call put(json, 'name', stage%name)
+        call put(json, 'kind', trim(merge('static ', 'dynamic', stage%static)))
+        call put(json, 'status', stage%verdict)
+        call put(json, 'from', stage%from)
+        call put(json, 'reached', stage%to)
+        call put(json, 'steps', stage%steps)
+        call put(json, 'energy_given', stage%given)
+        call end_object(json)
+      end associate
+    end do
+    call end_list(json)
+  end subroutine put_stages
 
   !> Times and steps.
   subroutine put_steps(json, summary, factors)
@@ -303,6 +345,7 @@ contains
     call put(json, 'given', summary%given)
     call put(json, 'work', summary%work)
     call put(json, 'fallen', summary%fallen)
+    if (allocated(summary%stage)) call put(json, 'stages', summary%staged)
     call put(json, 'dissipated', summary%dissipated)
     call put(json, 'friction', summary%friction)
     call put(json, 'damping', summary%damping)

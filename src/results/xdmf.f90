@@ -22,6 +22,7 @@ module scree_xdmf
     character(len=:), allocatable :: topology !! the polygons, the same in every frame
     integer :: n_vertices = 0
     integer :: n_elements = 0
+    logical :: hides = .false.                !! elements may be gone
     integer :: tail_at = 1                    !! where the tail begins
   end type xdmf_t
 
@@ -44,18 +45,20 @@ contains
   end function may_replace_xdmf
 
   !> Starts the side-car of a results file. Errors: it cannot be written.
-  subroutine begin_xdmf(xdmf, results_path, n_vertices, first, corner, error)
+  subroutine begin_xdmf(xdmf, results_path, n_vertices, first, corner, hides, error)
     type(xdmf_t), intent(out) :: xdmf
     character(len=*), intent(in) :: results_path
     integer, intent(in) :: n_vertices
     integer, intent(in) :: first(:)           !! (n_elements+1) element e has the vertices corner(first(e):first(e+1)-1)
     integer, intent(in) :: corner(:)
+    logical, intent(in) :: hides              !! frames may have elements that are gone
     type(error_t), allocatable, intent(out) :: error
 
     xdmf%path = xdmf_path(results_path)
     xdmf%hdf5_name = results_path(index(results_path, '/', back=.true.) + 1:)
     xdmf%n_elements = size(first) - 1
     xdmf%n_vertices = n_vertices
+    xdmf%hides = hides
     xdmf%topology = '<Topology TopologyType="Mixed" NumberOfElements="'//number_text(xdmf%n_elements)//'">'// &
                     '<DataItem Dimensions="'//number_text(size(corner) + 2*xdmf%n_elements)// &
                     '" NumberType="Int" Format="XML">'//lf//polygon_rows(first, corner)//'</DataItem></Topology>'//lf
@@ -100,7 +103,11 @@ contains
     real(dp), intent(in) :: time
     type(error_t), allocatable, intent(out) :: error
     character(len=26) :: when
+    character(len=:), allocatable :: hidden
 
+    hidden = ''
+    if (xdmf%hides) hidden = field('vtkGhostType', 'Cell', 'Scalar', 'CellData/vtkGhostType', xdmf%n_elements, 1, &
+                                   'UChar" Precision="1')
     write (when, '(es25.17)') time
     call put(xdmf, '<Grid GridType="Uniform"><Time Value="'//trim(adjustl(when))//'"/>'//lf//xdmf%topology// &
              '<Geometry GeometryType="XYZ">'//rows('Points', xdmf%n_vertices, 3)//'</Geometry>'//lf// &
@@ -108,26 +115,30 @@ contains
              field('velocity', 'Node', 'Vector', 'PointData/velocity', xdmf%n_vertices, 3)// &
              field('stress_xx', 'Cell', 'Scalar', 'CellData/stress_xx', xdmf%n_elements, 1)// &
              field('stress_yy', 'Cell', 'Scalar', 'CellData/stress_yy', xdmf%n_elements, 1)// &
-             field('stress_xy', 'Cell', 'Scalar', 'CellData/stress_xy', xdmf%n_elements, 1)//'</Grid>'//lf, .false., error)
+             field('stress_xy', 'Cell', 'Scalar', 'CellData/stress_xy', xdmf%n_elements, 1)//hidden//'</Grid>'//lf, .false., error)
 
   contains
 
     !> A field of this frame.
-    function field(name, centre, kind, dataset, n, width)
+    function field(name, centre, kind, dataset, n, width, type)
       character(len=*), intent(in) :: name, centre, kind, dataset
       integer, intent(in) :: n, width
+      character(len=*), intent(in), optional :: type !! of the numbers, else as of `rows`
       character(len=:), allocatable :: field
 
       field = '<Attribute Name="'//name//'" Center="'//centre//'" AttributeType="'//kind//'">'// &
-              rows(dataset, n, width)//'</Attribute>'//lf
+              rows(dataset, n, width, type)//'</Attribute>'//lf
     end function field
 
     !> The rows of this frame in a dataset.
-    function rows(dataset, n, width)
+    function rows(dataset, n, width, type)
       character(len=*), intent(in) :: dataset
       integer, intent(in) :: n, width
-      character(len=:), allocatable :: rows, extent, more, total
+      character(len=*), intent(in), optional :: type !! of the numbers, else reals of double precision
+      character(len=:), allocatable :: rows, extent, more, of_type, total
 
+      of_type = 'Float" Precision="8'
+      if (present(type)) of_type = type
       extent = number_text(n)
       if (width > 1) then
         extent = extent//' '//number_text(width)
@@ -139,7 +150,7 @@ contains
       if (width > 1) total = total//' 3'
       rows = '<DataItem ItemType="HyperSlab" Dimensions="'//extent//'"><DataItem Dimensions="3 '// &
              number_text(merge(2, 1, width > 1))//'" Format="XML">'//more//'</DataItem><DataItem Dimensions="'// &
-             total//'" NumberType="Float" Precision="8" Format="HDF">'//xdmf%hdf5_name//':/VTKHDF/'//dataset// &
+             total//'" NumberType="'//of_type//'" Format="HDF">'//xdmf%hdf5_name//':/VTKHDF/'//dataset// &
              '</DataItem></DataItem>'
     end function rows
 

@@ -1,6 +1,8 @@
-!> Bodies that cannot move leave the system: exact fixed points that do not move determine every unknown of theirs.
+!> Bodies that cannot move leave the system: exact fixed points that do not move determine every unknown of theirs. So do bodies
+!> that a stage removed.
 !>
-!> Their elements add no terms and have no equations, and nothing of theirs is updated; their outlines stay, for others to touch.
+!> Their elements add no terms and have no equations, and nothing of theirs is updated; outlines of what is fixed stay, for others
+!> to touch.
 module scree_fixed_bodies
   use scree_constraints, only: clear_constraints, constraints_t
   use scree_errors, only: error_t
@@ -30,6 +32,7 @@ contains
     is_free = .true.
     if (allocated(model%effects%fixed_point) .and. .not. allocated(model%extension)) &
       is_free = .not. fixed_blocks(model, state)
+    is_free = is_free .and. model%present
     associate (elements => model%elements)
       elements%free = pack([(e, e=1, model%n_elements)], is_free(elements%block))
       model%free_block = pack([(i, i=1, model%n_blocks)], is_free)
@@ -38,6 +41,10 @@ contains
       do e = 1, model%n_elements
         if (.not. is_free(elements%block(e))) at_rest(elements%unknown(:, e)) = .true.
       end do
+      if (allocated(model%extension)) then ! what follows others rests with them
+        at_rest(2*model%extension%cover - 1) = .false.
+        at_rest(2*model%extension%cover) = .false.
+      end if
       model%at_rest = pack([(i, i=1, model%n_unknowns)], at_rest)
       state%velocity(model%at_rest) = 0.0_dp
       model%last_free = model%n_unknowns

@@ -40,6 +40,7 @@ contains
         call no_edge(scene, 'boundary.lines', i, error)
         return
       end if
+      more = pack(more, is_there(system, more))
       piece = [piece, more]
       line = [line, spread(i, 1, size(more))]
     end do
@@ -52,6 +53,7 @@ contains
                   ': expected edges of blocks below water.table, found none')
         return
       end if
+      more = pack(more, is_there(system, more))
       piece = [piece, more]
       line = [line, spread(0, 1, size(more))]
     end if
@@ -134,6 +136,7 @@ contains
           call no_edge(scene, name, line, error)
           return
         end if
+        more = pack(more, is_there(system, more))
         piece = [piece, more]
         lets_in = [lets_in, spread(comes_in, 1, size(more))]
       end do
@@ -181,6 +184,7 @@ contains
           call no_edge(scene, name, i, error)
           return
         end if
+        piece = pack(piece, is_there(system, piece))
         held = along
         if (.not. norm2(along) > 0) held = [line(2, 1) - line(2, 2), line(1, 2) - line(1, 1)]/norm2(line(:, 2) - line(:, 1))
         do m = 1, size(piece)
@@ -193,6 +197,15 @@ contains
     end subroutine hold_lines
 
   end subroutine hold_edges
+
+  !> Which pieces are of blocks that no stage has removed.
+  pure function is_there(system, piece)
+    type(system_t), intent(in) :: system
+    type(piece_t), intent(in) :: piece(:)
+    logical :: is_there(size(piece))
+
+    is_there = system%present(system%elements%block(piece%element))
+  end function is_there
 
   !> Error of a line on which no edge lies.
   subroutine no_edge(scene, name, line, error)

@@ -154,10 +154,11 @@ contains
           call name('growing gravity', 'ramp='//real_text(scene%settings%gravity_ramp)//' in &gravity')
         allocate (effects%gravity)
         effects%gravity%ramp = scene%settings%gravity_ramp
-        allocate (effects%gravity%weight(system%n_elements))
+        allocate (effects%gravity%weight(system%n_elements), source=0.0_dp)
         do e = 1, system%n_elements
           element = kinematics_of(system, state, e)
-          effects%gravity%weight(e) = material(used(e))%unit_weight*element%area
+          if (system%present(system%elements%block(e))) &
+            effects%gravity%weight(e) = material(used(e))%unit_weight*element%area
         end do
       end associate
     end subroutine weigh_blocks

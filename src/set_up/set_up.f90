@@ -22,7 +22,7 @@ module scree_set_up
   use scree_scene, only: effect_t, model_dda, scene_t, strain_green
   use scree_setting_table, only: from_of, given_at
   use scree_simplex_integration, only: moments_t
-  use scree_state, only: state_t
+  use scree_state, only: bolt_absent, state_t
   use scree_system, only: system_t
   use scree_text, only: number_text, real_text
   implicit none
@@ -36,7 +36,7 @@ module scree_set_up
 
 contains
 
-  !> Makes model and first state, and the list of effects with the reason for each.
+  !> Makes model and first state, and the list of effects with the reason for each; of a later stage, as if the run began with it.
   !>
   !> Errors: a mathematical mesh that does not hold the blocks, a block that is lost in the size of the model, an outline that
   !> does not close.
@@ -56,6 +56,7 @@ contains
     model%settings = scene%settings
     call make_system(scene, blocks, model%system_t, state, quality, error)
     if (allocated(error)) return
+    model%present = .not. scene%removed
     model%start = state%vertex
     call load_edges(scene, model%system_t, state, load, error)
     if (allocated(error)) return
@@ -64,10 +65,14 @@ contains
     call absorb_on_edges(scene, model%system_t, state, absorbing, error)
     if (allocated(error)) return
     model%start_point = state%point
+    state%home = state%point
     call make_effects(scene, blocks, model%system_t, state, quality, direction, model%effects, list)
     call move_alloc(load, model%effects%edge_load)
     call move_alloc(absorbing, model%effects%absorbing_edge)
-    if (allocated(model%effects%bolt)) state%bolts = begin_bolts(model%effects%bolt, state%point, blocks%bolt%pretension)
+    if (allocated(model%effects%bolt)) then
+      state%bolts = begin_bolts(model%effects%bolt, state%point, blocks%bolt%pretension)
+      where (.not. has_bolts(scene, model)) state%bolts%state = bolt_absent
+    end if
     call leave_out_fixed(model, state)
     if (.not. allocated(model%effects%gravity) .and. model%settings%sleep > 0 &
         .and. from_of(scene%words, 'step.sleep') /= 'default') then
@@ -89,6 +94,7 @@ contains
     allocate (fixed(model%n_blocks), source=.true.)
     fixed(model%free_block) = .false.
     model%outlines%fixed = fixed(model%outlines%block)
+    model%outlines%gone = .not. model%present(model%outlines%block)
     allocate (state%contacts%contact(0))
     state%contacts%stiffness = [model%effects%contact%normal_stiffness, model%effects%contact%shear_stiffness]
     if (model%n_elements == model%n_blocks) then
@@ -107,6 +113,23 @@ contains
     if (allocated(model%effects%sleep)) call keep_awake(model%n_blocks, state)
     if (scene%settings%chooses_step) model%effects%contact%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up
+
+  !> Bolts of the run that a stage has, neither end of which is in a block that is gone.
+  pure function has_bolts(scene, model)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    logical :: has_bolts(size(scene%installed))
+    integer :: i, k
+
+    has_bolts = scene%installed
+    do i = 1, size(has_bolts)
+      do k = 1, 2
+        associate (e => model%effects%bolt%element(k, i))
+          if (e > 0) has_bolts(i) = has_bolts(i) .and. model%present(model%elements%block(max(1, e)))
+        end associate
+      end do
+    end do
+  end function has_bolts
 
   !> Lets bodies fall asleep, all of which are awake.
   pure subroutine keep_awake(n_blocks, state)

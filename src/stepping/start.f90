@@ -44,15 +44,17 @@ module scree_start
 
 contains
 
-  !> Begins a run at a state: motion that the scene allows, the equations, the books, the pace.
+  !> Begins a run, or a stage of it, at a state: motion that the scene allows, the equations, the books, the pace.
   !>
   !> Errors: as of `begin_motion`; an explicit step that would be too small.
   subroutine begin_run(model, cache, state, error)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache         !! whatever it holds; then that of the state
-    type(state_t), intent(inout) :: state
+    type(state_t), intent(inout) :: state         !! of a later stage, with the books of the one before
     type(error_t), allocatable, intent(out) :: error
+    real(dp) :: before                            !! energy
 
+    before = stored_energy(state%books)
     state%pace%size = model%settings%step_size
     if (model%settings%aim > 0) state%pace%size = max(model%settings%least_step, first_share*model%settings%step_size)
     state%pace%last = state%pace%size
@@ -64,7 +66,11 @@ contains
     if (model%settings%scheme == scheme_central_difference) call check_step(model, cache, error)
     if (allocated(error)) return
     call close_books(model, cache, state)
-    state%books%at_start = stored_energy(state%books)
+    if (state%stage%number == 1) then
+      state%books%at_start = stored_energy(state%books)
+    else
+      state%books%staged = state%books%staged + stored_energy(state%books) - before
+    end if
     if (model%settings%balance > 0) call begin_settling(model, state)
     if (model%settings%estimates_error) call begin_deviation(model, cache, state)
   end subroutine begin_run

@@ -5,7 +5,7 @@ module scree_step_control
   use scree_state, only: state_t
   implicit none
   private
-  public :: after_step, at_end, frame_due, next_size, resume_pace, share_done
+  public :: after_step, at_end, frame_due, is_settled, next_size, resume_pace, share_done
 
   real(dp), parameter :: growth = 1.2_dp     !! of a step that was cut, once it goes well again
   integer, parameter :: easy_steps = 3       !! in a row, before it grows
@@ -119,6 +119,16 @@ contains
       at_end = at_end .or. (own%steady .and. (own%unbalanced <= settings%balance .or. own%moving > 0))
     end associate
   end function at_end
+
+  !> Whether what comes after a stage may begin: one that asks for equilibrium has come to it.
+  pure logical function is_settled(settings, state)
+    type(settings_t), intent(in) :: settings
+    type(state_t), intent(in) :: state
+
+    is_settled = .true.
+    if (.not. allocated(state%settling)) return
+    is_settled = state%settling%steady .and. state%settling%unbalanced <= settings%balance
+  end function is_settled
 
   !> Whether the step that ended in this state makes a frame; counts it.
   logical function frame_due(settings, state)

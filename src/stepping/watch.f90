@@ -12,7 +12,7 @@ module scree_watch
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_progress, only: progress_t, warn
-  use scree_state, only: state_t
+  use scree_state, only: state_t, time_of_run
   use scree_system, only: fixed_point
   use scree_text, only: rounded_text
   use scree_trouble, only: new_trouble, trouble_t, words_of
@@ -256,7 +256,7 @@ contains
     subroutine say(trouble)
       type(trouble_t), intent(in) :: trouble
 
-      call warn(progress, 'time '//rounded_text(state%time)//': '//words_of(trouble, model))
+      call warn(progress, 'time '//rounded_text(time_of_run(state))//': '//words_of(trouble, model))
     end subroutine say
 
   end subroutine watch_step

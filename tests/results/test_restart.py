@@ -51,6 +51,7 @@ SCENES = {
                                                "joint(1).phi=20", "joints.residual_c=100", "output.every=20"]),
     "waves that come in and go out": lambda folder: ([SOURCE / "input/validation/w1-wave/s-free.ana"],
                                                      ["method.strain=auto", "cover.edge=1", "step.count=60", "output.every=5"]),
+    "stages": lambda folder: ([SOURCE / "tests/data/stages/stages.ana"], []),
     "impacts": lambda folder: ([SOURCE / "input/paper/arc/arc.ana"], ["contact.restitution=0.5", "step.size=2e-3"]),
 }
 

@@ -19,10 +19,17 @@ contains
 
     name = ''
     if (a%step /= b%step .or. .not. same([a%time], [b%time])) name = 'time'
+    if (a%stage%number /= b%stage%number .or. a%stage%steps /= b%stage%steps .or. &
+        .not. same([a%stage%begins], [b%stage%begins])) name = 'stage'
     if (a%pace%easy /= b%pace%easy .or. a%pace%frames /= b%pace%frames .or. .not. &
         same([a%pace%size, a%pace%last], [b%pace%size, b%pace%last])) name = 'pace'
     if (.not. same([a%vertex], [b%vertex])) name = 'vertex'
     if (.not. same([a%point], [b%point])) name = 'point'
+    if (.not. same([a%home], [b%home])) name = 'home'
+    if (allocated(a%reference) .neqv. allocated(b%reference)) name = 'whether displacements count from the start'
+    if (allocated(a%reference) .and. allocated(b%reference)) then
+      if (.not. same([a%reference%vertex, a%reference%point], [b%reference%vertex, b%reference%point])) name = 'reference'
+    end if
     if (.not. same([a%cover], [b%cover])) name = 'cover'
     if (.not. same(a%velocity, b%velocity)) name = 'velocity'
     if (.not. same(a%acceleration, b%acceleration)) name = 'acceleration'
@@ -145,7 +152,7 @@ contains
 
     numbers = [books%kinetic, books%strain, books%gravity, books%fixed_springs, books%contact_springs, &
                books%sleeping_springs, books%bolts, books%asleep, books%held, &
-               books%at_start, books%work, books%damping, books%friction, books%yield, books%momentum]
+               books%at_start, books%staged, books%work, books%damping, books%friction, books%yield, books%momentum]
   end function numbers_of
 
   !> Whether two lists of numbers are the same to the bit.

@@ -97,9 +97,14 @@ class Shapes:
             self.loops = [loops_of(polygon) for polygon in self.start]
         return self.loops
 
+    def present(self, frame):
+        """Which elements are there."""
+        return np.ones(len(self.start), bool)
+
     def outlines(self, frame):
-        """A path an element."""
-        return [outline(polygon, loops) for polygon, loops in zip(self.polygons(frame), self.shape())]
+        """A path an element; that of one that is gone is empty."""
+        return [outline(polygon, loops) if there else Path(np.empty((0, 2)))
+                for polygon, loops, there in zip(self.polygons(frame), self.shape(), self.present(frame))]
 
     def edge_list(self):
         """Of each edge, but seams: its two corners (n, 2), rows of those of all elements one after the other, its joint material,
@@ -113,7 +118,9 @@ class Shapes:
 
     def edges(self, frame):
         """Edges of joints and boundary (n, 2, 2), their joint material and element (n); lines of the mesh and seams are none."""
-        ends, of_edge, element = (found[self.edge_list()[1] > 0] for found in self.edge_list())
+        ends, of_edge, element = self.edge_list()
+        drawn = (of_edge > 0) & self.present(frame)[element]
+        ends, of_edge, element = ends[drawn], of_edge[drawn], element[drawn]
         return np.vstack(self.polygons(frame))[ends], of_edge, element
 
     def joint_edges(self, frame):
@@ -131,7 +138,7 @@ class Shapes:
         found = [area_and_centroid(polygon) for polygon in polygons]
         area, centroid = np.array([a for a, _ in found]), np.array([c for _, c in found])
         places = {}
-        for b in np.unique(block):
+        for b in np.unique(block[self.present(frame)]):
             of_block = np.flatnonzero(block == b)
             middle = area[of_block] @ centroid[of_block] / area[of_block].sum()
             e = of_block[((centroid[of_block] - middle) ** 2).sum(1).argmin()]
@@ -208,6 +215,10 @@ class Frames(Shapes):
         """Edges of joints and boundary (n, 2, 2) where they are."""
         ends, of_edge, _ = self.edge_list()
         return self.file.vertices(frame)[all_corners(self)[1][ends[of_edge > 0]]]
+
+    def present(self, frame):
+        """Which elements no stage has removed."""
+        return self.file.present(frame)
 
     def moved(self, frame, places, elements):
         """Where places of elements, from 0, have come to: the field of an element is linear."""

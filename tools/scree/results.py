@@ -238,6 +238,12 @@ class Results(Group):
         vertices = self.vertices(frame)
         return [vertices[corners] for corners in self.corners()]
 
+    def present(self, frame=-1):
+        """Whether each element is there (e), or a stage has removed its block."""
+        if "present" not in self.bodies:
+            return np.ones(self.n_elements, bool)
+        return self.bodies.present[self._frame(frame)][self.block - 1] > 0
+
     def contacts_of(self, frame: int = -1) -> Contacts | None:
         """The closed contacts of a frame; None where the scene has no contact."""
         if "contacts" not in self:

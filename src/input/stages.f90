@@ -1,0 +1,243 @@
+!> Stages of a run: what a deck gives after a &stage stands over what it gave before, from there on.
+module scree_stages
+  use scree_bolt_records, only: take_bolts
+  use scree_errors, only: error_t, fail, status_bad_input
+  use scree_kinds, only: dp
+  use scree_scene, only: bolt_record_t, scene_t, stage_t, word_t
+  use scree_setting_rules, only: drop_idle, drop_overridden
+  use scree_setting_table, only: deck_part_t, given_at, index_of, is_given_by, kind_choice, setting_t, taken_away
+  use scree_settings, only: settings_table
+  use scree_text, only: number_text, real_text, text_t
+  implicit none
+  private
+  public :: add_bolts_of_stage, begin_stage, find_removed, lines_of_stages, parts_to_stages, stage_of
+
+contains
+
+  !> Makes of what each part of a deck gives what stands in its stage.
+  !>
+  !> A name that is given stands until a later stage gives it another value, or 'none'; what the command line gives stands in all.
+  !> Ramps, the acceleration of the ground, a wave that comes in and what &stage says are of their stage alone. A stage that says
+  !> its kind takes nothing of &step over.
+  subroutine parts_to_stages(parts)
+    type(deck_part_t), intent(inout) :: parts(:)
+    type(setting_t), allocatable :: table(:)
+    logical, allocatable :: taken_over(:)
+    logical :: says_kind
+    integer :: i, k
+
+    table = settings_table()
+    allocate (taken_over(size(table)))
+    do k = 1, size(parts)
+      taken_over = .false.
+      if (k > 1) call take_over()
+      do i = 1, size(table)
+        associate (word => parts(k)%words(i))
+          if (.not. allocated(word%value)) cycle
+          if (word%value == taken_away .and. table(i)%kind /= kind_choice .and. table(i)%group /= 'stage') deallocate (word%value)
+        end associate
+      end do
+      call drop_idle(taken_over, parts(k)%words)
+      call drop_overridden(parts(k)%words)
+    end do
+
+  contains
+
+    !> Takes over what stands on from the stage before.
+    subroutine take_over()
+      says_kind = is_given_by(parts(k)%words(index_of(parts(k)%words, 'stage.kind')))
+      do i = 1, size(table)
+        associate (own => parts(k)%words(i), before => parts(k - 1)%words(i))
+          if (.not. stands_on(table(i), before, says_kind)) cycle
+          taken_over(i) = .not. allocated(own%value)
+          if (.not. taken_over(i)) taken_over(i) = before%from == '--set' .and. own%from /= '--set'
+          if (taken_over(i)) own = before
+        end associate
+      end do
+      associate (name => parts(k)%words(index_of(parts(k)%words, 'stage.name')))
+        if (.not. allocated(name%value)) then
+          name%value = 'stage '//number_text(k)
+          name%from = 'default'
+        end if
+      end associate
+    end subroutine take_over
+
+  end subroutine parts_to_stages
+
+  !> Whether a value of the stage before stands on.
+  pure logical function stands_on(row, before, says_kind)
+    type(setting_t), intent(in) :: row
+    type(word_t), intent(in) :: before
+    logical, intent(in) :: says_kind             !! the stage gives its kind
+
+    stands_on = allocated(before%value)
+    if (.not. stands_on) return
+    if (row%group == 'stage' .or. row%group == 'acceleration' .or. row%name == 'ramp') stands_on = .false.
+    if (row%group == 'absorbing' .and. .not. any(row%name == [character(len=5) :: 'lines', 'base'])) stands_on = .false.
+    if (row%group == 'step' .and. says_kind) stands_on = before%from == '--set'
+  end function stands_on
+
+  !> Makes the scene of a later stage of that of the one before, whose settings have no defaults yet.
+  subroutine begin_stage(words, scene)
+    type(word_t), intent(in) :: words(:)
+    type(scene_t), intent(inout) :: scene
+    type(scene_t) :: blank
+
+    scene%words = words
+    scene%settings = blank%settings
+  end subroutine begin_stage
+
+  !> Adds the bolts of a stage to those of the run, and lists which of these it has. One that an earlier stage has too, with the
+  !> same ends and numbers, is the same bolt.
+  !>
+  !> Errors: as of `take_bolts`.
+  subroutine add_bolts_of_stage(scene, bolts, installed, error)
+    type(scene_t), intent(in) :: scene           !! of the stage, with the bolts of the geometry
+    type(bolt_record_t), allocatable, intent(inout) :: bolts(:)
+    logical, allocatable, intent(out) :: installed(:) !! of those so far
+    type(error_t), allocatable, intent(out) :: error
+    type(scene_t) :: own
+    logical, allocatable :: longer(:)
+    integer :: i, k
+
+    own = scene
+    call take_bolts(own, error)
+    if (allocated(error)) return
+    allocate (installed(size(bolts)), source=.false.)
+    do i = 1, size(own%bolts)
+      do k = 1, size(bolts)
+        if (.not. installed(k) .and. are_same(own%bolts(i), bolts(k))) exit
+      end do
+      if (k > size(bolts)) then
+        bolts = [bolts, own%bolts(i)]
+        longer = [installed, .false.]
+        call move_alloc(longer, installed)
+      end if
+      installed(k) = .true.
+    end do
+  end subroutine add_bolts_of_stage
+
+  !> Whether two records are of one bolt.
+  pure logical function are_same(a, b)
+    type(bolt_record_t), intent(in) :: a, b
+
+    are_same = all(a%block == b%block) .and. .not. &
+               any(abs([a%ends - b%ends, reshape([a%stiffness - b%stiffness, a%strength - b%strength, &
+                                                  a%pretension - b%pretension, 0.0_dp], [2, 2])]) > 0)
+  end function are_same
+
+  !> Removes the blocks that a stage removes. Errors: numbers that are none of blocks or block materials, a stage without a block.
+  subroutine find_removed(scene, material, error)
+    type(scene_t), intent(inout) :: scene        !! with what was removed before
+    integer, intent(in) :: material(:)           !! (n_blocks)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    associate (s => scene%settings)
+      call check('stage.remove_blocks', s%removed_blocks, size(material), 'blocks')
+      if (.not. allocated(error)) &
+        call check('stage.remove_materials', s%removed_materials, size(scene%block_material), 'block materials')
+      if (allocated(error)) return
+      if (allocated(s%removed_blocks)) scene%removed(nint(s%removed_blocks)) = .true.
+      if (allocated(s%removed_materials)) then
+        do i = 1, size(s%removed_materials)
+          scene%removed = scene%removed .or. material == nint(s%removed_materials(i))
+        end do
+      end if
+      if (all(scene%removed)) call fail(error, status_bad_input, removal_at()//': expected a stage that leaves a block, found none')
+    end associate
+
+  contains
+
+    !> Error where numbers are none of what there is.
+    subroutine check(name, numbers, n, of)
+      character(len=*), intent(in) :: name, of
+      real(dp), allocatable, intent(in) :: numbers(:)
+      integer, intent(in) :: n
+      integer :: k
+
+      if (.not. allocated(numbers)) return
+      do k = 1, size(numbers)
+        if (numbers(k) <= n .and. .not. abs(numbers(k) - anint(numbers(k))) > 0) cycle
+        call fail(error, status_bad_input, given_at(scene%words, name)//': expected numbers of '//of//' from 1 to '// &
+                  number_text(n)//' in '//name//', found '//real_text(numbers(k)))
+        return
+      end do
+    end subroutine check
+
+    !> Where the deck removes blocks.
+    function removal_at() result(place)
+      character(len=:), allocatable :: place
+
+      place = given_at(scene%words, 'stage.remove_blocks')
+      if (len(place) == 0) place = given_at(scene%words, 'stage.remove_materials')
+    end function removal_at
+
+  end subroutine find_removed
+
+  !> What of a scene may differ from stage to stage.
+  pure type(stage_t) function stage_of(scene) result(stage)
+    type(scene_t), intent(in) :: scene
+
+    stage%carried = scene%carried
+    stage%settings = scene%settings
+    stage%words = scene%words
+    stage%block_material = scene%block_material
+    stage%joint_material = scene%joint_material
+    stage%boundary_loads = scene%boundary_loads
+    stage%load_table = scene%load_table
+    stage%ground = scene%ground
+    stage%wave = scene%wave
+    stage%removed = scene%removed
+    stage%installed = scene%installed
+  end function stage_of
+
+  !> The stages after the first in words, a line each: what each removes, and which settings it changes.
+  function lines_of_stages(scene) result(line)
+    type(scene_t), intent(in) :: scene
+    type(text_t), allocatable :: line(:)
+    character(len=:), allocatable :: text
+    logical :: removed(size(scene%removed))
+    integer :: k, n
+
+    allocate (line(0))
+    removed = scene%removed
+    do k = 1, size(scene%later)
+      associate (stage => scene%later(k))
+        text = 'stage '//number_text(k + 1)
+        if (stage%settings%stage_name /= text) text = text//' ('//stage%settings%stage_name//')'
+        text = text//': '//trim(merge('dynamic', 'static ', stage%carried > 0))
+        n = count(stage%removed .and. .not. removed)
+        if (n > 0) text = text//'; removes '//number_text(n)//' of '//number_text(count(.not. removed))//' blocks'
+        removed = stage%removed
+        if (k == 1) text = text//changes(scene%words, stage%words)
+        if (k > 1) text = text//changes(scene%later(max(1, k - 1))%words, stage%words)
+      end associate
+      line = [line, text_t(text)]
+    end do
+
+  contains
+
+    !> Settings that are given and are others than before, but those of &stage.
+    function changes(before, now) result(words)
+      type(word_t), intent(in) :: before(:), now(:)
+      character(len=:), allocatable :: words
+      integer :: i
+
+      words = ''
+      do i = 1, size(now)
+        if (index(now(i)%name, 'stage.') == 1) cycle
+        if (is_given_by(now(i))) then
+          if (is_given_by(before(i))) then
+            if (before(i)%value == now(i)%value) cycle
+          end if
+          words = words//'; '//now(i)%name//' = '//now(i)%value
+        else if (is_given_by(before(i)) .and. .not. allocated(now(i)%value)) then
+          words = words//'; no '//now(i)%name
+        end if
+      end do
+    end function changes
+
+  end function lines_of_stages
+
+end module scree_stages

@@ -1,0 +1,233 @@
+!> From the end of one stage to the beginning of the next: what of the state goes on, in a model that may hold, load, bolt and weigh
+!> otherwise, and may have fewer blocks.
+!>
+!> Places, stress and what contacts and bolts remember go on; of motion, velocities. A point that the stage before did not have, the
+!> end of an edge that is held or loaded from here on, is where the linear field of its element has taken it: with X its place at
+!> the start and x_0, X_0 those of a vertex of the element, at x_0 + F (X - X_0).
+module scree_carry_over
+  use scree_bolt, only: length_of
+  use scree_contacts, only: contact_t
+  use scree_grouping, only: sort_into
+  use scree_kinds, only: dp
+  use scree_model, only: model_t
+  use scree_regions, only: first_vertex_of
+  use scree_scene, only: reset_both, reset_displacements, reset_velocities
+  use scree_state, only: bolt_absent, bolt_elastic, reference_t, stage_clock_t, state_t, step_of_run, time_of_run
+  use scree_system, only: bolt_end, roller_end
+  use scree_time_table, only: value_at
+  implicit none
+  private
+  public :: carry_over, take_homes
+
+contains
+
+  !> Has the first state of a stage go on from the last of the stage before.
+  pure subroutine carry_over(model_before, before, pretension, model, state)
+    type(model_t), intent(in) :: model_before
+    type(state_t), intent(in) :: before
+    real(dp), intent(in) :: pretension(:)    !! (n_bolts) force per unit thickness
+    type(model_t), intent(inout) :: model    !! of the stage, as set up
+    type(state_t), intent(inout) :: state    !! likewise
+    logical :: gone(model%n_elements)
+    integer :: e
+
+    state%stage = stage_clock_t(before%stage%number + 1, step_of_run(before), time_of_run(before))
+    gone = .not. model%present(model%elements%block)
+    state%vertex = before%vertex
+    state%cover = before%cover
+    state%deformation = before%deformation
+    state%rotation = before%rotation
+    state%green = before%green
+    do e = 1, model%n_elements
+      state%stress(:, e) = merge(0.0_dp, before%stress(:, e), gone(e))
+    end do
+    call carry_velocities(model_before, before, model, state)
+    call carry_points(model_before, before, model, state)
+    call take_homes(state, model)
+    call carry_contacts(before, model, state)
+    if (allocated(state%bolts)) call carry_bolts(before, pretension, model, state)
+    if (allocated(before%reference)) call carry_reference(before%reference, model, state)
+    if (any(model%settings%reset == [reset_displacements, reset_both])) then
+      state%reference = reference_t(state%vertex, state%point)
+      state%rotation = 0.0_dp
+    end if
+    associate (memory => state%contacts)
+      state%books = before%books
+      state%books%sleeping_springs = 0.0_dp
+      if (allocated(memory%contact)) state%books%contact_springs = sum(memory%contact%energy)
+    end associate
+  end subroutine carry_over
+
+  !> Holds points where they are to be held by the state.
+  pure subroutine take_homes(state, model)
+    type(state_t), intent(in) :: state
+    type(model_t), intent(inout) :: model
+
+    if (allocated(model%effects%fixed_point)) &
+      model%effects%fixed_point%home = state%home(:, model%effects%fixed_point%point)
+  end subroutine take_homes
+
+  !> Velocities of what could move, and still can; a static stage begins at rest.
+  pure subroutine carry_velocities(model_before, before, model, state)
+    type(model_t), intent(in) :: model_before
+    type(state_t), intent(in) :: before
+    type(model_t), intent(in) :: model
+    type(state_t), intent(inout) :: state
+    integer :: e, k
+
+    state%velocity = 0.0_dp
+    state%acceleration = 0.0_dp
+    if (.not. model%effects%carried > 0) return
+    if (any(model%settings%reset == [reset_velocities, reset_both])) return
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      state%velocity(model%elements%unknown(:, e)) = before%velocity(model_before%elements%unknown(:, e))
+    end do
+  end subroutine carry_velocities
+
+  !> Places of the points, and where those are to be that are held. What the decks mark comes first, in the same order in all
+  !> stages; of the rollers those are the same that are of one element and began in one place.
+  pure subroutine carry_points(model_before, before, model, state)
+    type(model_t), intent(in) :: model_before
+    type(state_t), intent(in) :: before
+    type(model_t), intent(in) :: model
+    type(state_t), intent(inout) :: state
+    real(dp) :: home(2, size(model_before%points%kind))
+    integer, allocatable :: first(:), list(:)
+    integer :: i, same
+
+    home = before%home
+    if (allocated(model_before%effects%fixed_point)) then
+      associate (held => model_before%effects%fixed_point)
+        do i = 1, size(held%point)
+          if (.not. allocated(held%table(i)%time)) cycle
+          home(:, held%point(i)) = home(:, held%point(i)) + value_at(held%table(i), before%time) - value_at(held%table(i), 0.0_dp)
+        end do
+      end associate
+    end if
+    call sort_into(merge(model_before%points%element, 0, model_before%points%kind == roller_end), model%n_elements, first, list)
+    do i = 1, size(model%points%kind)
+      associate (e => model%points%element(i), own => model%start_point(:, i))
+        same = 0
+        if (model%points%kind(i) <= bolt_end) same = i
+        if (model%points%kind(i) == roller_end) same = roller_at(e, own)
+        if (same > 0) then
+          state%point(:, i) = before%point(:, same)
+          state%home(:, i) = home(:, same)
+        else
+          state%point(:, i) = place_now(model, before, e, own)
+          state%home(:, i) = state%point(:, i)
+        end if
+      end associate
+    end do
+
+  contains
+
+    !> The roller of the stage before that began in a place of an element; 0: there is none.
+    pure integer function roller_at(e, place) result(found)
+      integer, intent(in) :: e
+      real(dp), intent(in) :: place(2)
+      integer :: k
+
+      found = 0
+      do k = first(e), first(e + 1) - 1
+        if (.not. any(abs(model_before%start_point(:, list(k)) - place) > 0)) found = list(k)
+      end do
+    end function roller_at
+
+  end subroutine carry_points
+
+  !> Where an element has taken a point that is there in its first shape.
+  pure function place_now(model, state, e, place) result(now)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: e
+    real(dp), intent(in) :: place(2)         !! at the start, length
+    real(dp) :: now(2)
+    integer :: k
+
+    k = first_vertex_of(model%elements%shape, e)
+    now = state%vertex(:, k) + matmul(reshape(state%deformation(:, e), [2, 2]), place - model%start(:, k))
+  end function place_now
+
+  !> What contacts remember, those of what slept too; but of what is gone.
+  pure subroutine carry_contacts(before, model, state)
+    type(state_t), intent(in) :: before
+    type(model_t), intent(in) :: model
+    type(state_t), intent(inout) :: state
+    real(dp) :: stiffness(2)
+
+    if (.not. allocated(before%contacts%contact)) return
+    stiffness = state%contacts%stiffness
+    state%contacts = before%contacts
+    if (.not. model%settings%adapts_stiffness) state%contacts%stiffness = stiffness
+    associate (memory => state%contacts)
+      if (allocated(before%sleep)) then
+        memory%contact = [memory%contact, before%sleep%contact]
+        memory%inside = reshape([memory%inside, before%sleep%inside], [2, size(memory%inside, 2) + size(before%sleep%inside, 2)])
+      end if
+      memory%contact = pack(memory%contact, are_there(model, memory%contact))
+      memory%inside = reshape(pack(memory%inside, spread(.not. any(parts_gone(memory%inside), 1), 1, 2)), &
+                              [2, count(.not. any(parts_gone(memory%inside), 1))])
+    end associate
+
+  contains
+
+    !> Which vertices and edges are gone.
+    pure function parts_gone(pair)
+      integer, intent(in) :: pair(:, :)      !! (2, n)
+      logical :: parts_gone(2, size(pair, 2))
+      integer :: i
+
+      do i = 1, size(pair, 2)
+        parts_gone(:, i) = model%outlines%gone(pair(:, i))
+      end do
+    end function parts_gone
+
+  end subroutine carry_contacts
+
+  !> Which contacts are of blocks that are there.
+  pure function are_there(model, contact)
+    type(model_t), intent(in) :: model
+    type(contact_t), intent(in) :: contact(:)
+    logical :: are_there(size(contact))
+    integer :: i
+
+    do i = 1, size(contact)
+      associate (entrance => contact(i)%entrance(1))
+        are_there(i) = .not. any(model%outlines%gone([entrance%vertex, entrance%edge]))
+      end associate
+    end do
+  end function are_there
+
+  !> What bolts remember; those that the stage before did not have begin with their pretension.
+  pure subroutine carry_bolts(before, pretension, model, state)
+    type(state_t), intent(in) :: before
+    real(dp), intent(in) :: pretension(:)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(inout) :: state
+    integer :: i
+
+    do i = 1, size(pretension)
+      if (state%bolts%state(i) == bolt_absent) cycle
+      state%bolts%state(i) = before%bolts%state(i)
+      state%bolts%rest(i) = before%bolts%rest(i)
+      if (before%bolts%state(i) /= bolt_absent) cycle
+      state%bolts%state(i) = bolt_elastic
+      state%bolts%rest(i) = length_of(model%effects%bolt, i, state%point) - pretension(i)/model%effects%bolt%stiffness(i)
+    end do
+  end subroutine carry_bolts
+
+  !> Where displacements count from, as in the stage before; points that this did not have count from their start.
+  pure subroutine carry_reference(before, model, state)
+    type(reference_t), intent(in) :: before
+    type(model_t), intent(in) :: model
+    type(state_t), intent(inout) :: state
+    integer :: n
+
+    n = count(model%points%kind <= bolt_end)
+    state%reference = reference_t(before%vertex, model%start_point)
+    state%reference%point(:, :n) = before%point(:, :n)
+  end subroutine carry_reference
+
+end module scree_carry_over

@@ -1,0 +1,179 @@
+"""Stages through the program: what each takes over, removes, holds, loads and says."""
+import json
+
+import numpy as np
+import pytest
+import scree
+from scree import call
+from scree.block_files import block_file, box, held
+from scree.program import TREE
+
+DECKS = TREE / "input" / "validation"
+G = 9.81
+
+
+def scene(folder, blocks, fixed, groups, k01=0, dt=0.01, steps=400, phi=30.0, size=1.0, measured=()):
+    """Decks of blocks; the first is ground of material 1, without weight."""
+    blocks = [(1 if i == 0 else 2, size * corners) for i, corners in enumerate(blocks)]
+    (folder / "x.blk").write_text(block_file("x", blocks, [(size * x, size * y, b) for x, y, b in fixed],
+                                             measured=[(size * x, size * y, b) for x, y, b in measured]))
+    rock = f"2500 {{}} {1e10 * size!r} 0.25\n0 0 0  0 0 0  0 0 0\n"
+    (folder / "x.ana").write_text(f"{k01} {steps} 2 1 0.05 {dt!r}\n{rock.format(0)}{rock.format(24525)}{phi!r} 0 0\n{groups}\n")
+    return [folder / "x.blk", folder / "x.ana"]
+
+
+def run(folder, decks, *settings, name="r.h5", status=0):
+    words = [word for setting in settings for word in ("--set", setting)]
+    done = call("run", *decks, "-o", folder / name, "--quiet", "--summary", "json", *words)
+    assert done.returncode == status, done.stderr
+    return json.loads(done.stdout), scree.read(folder / name)
+
+
+GROUND = box(-2, 3, -1, 0)
+TOWER = [GROUND, box(0, 1, 0, 1), box(0, 1, 1, 2)]
+
+
+METHODS = ["", "&method strain='green' /", "&method strain='small' /", "&contact method='augmented' /",
+           "&method model='nmm' /\n&cover edge={0!r} /"]
+
+
+@pytest.mark.parametrize("size, groups", [*((size, groups) for size in (1e-3, 1.0, 1e3) for groups in METHODS),
+                                          (1.0, "&method preset='shi' /")])
+def test_what_stands_on_a_block_that_is_removed_falls(groups, size, tmp_path):
+    """Half g t^2, in scenes of all sizes; its weight, and no more, has gone from the books."""
+    second = "&stage remove_blocks=2, kind='dynamic', reset='displacements' /\n&step size={0!r}, end_time={1!r} /"
+    root = size**0.5
+    decks = scene(tmp_path, TOWER, held(GROUND, 1), groups.format(0.6 * size) + "\n&step balance=1e-5 /\n" + second.format(
+        0.002 * root, 0.4 * root), size=size, dt=0.01 * root)
+    said, r = run(tmp_path, decks)
+    fall = r.bodies.centroid[-1, 2, 1] - r.bodies.centroid[np.searchsorted(r.times, r.history.time[r.history.stage == 1][-1]), 2, 1]
+    assert -fall == pytest.approx(size * G * 0.4**2 / 2, rel=6e-3)  # Newmark with beta 1 is g t dt/2 ahead or behind
+    assert [stage["status"] for stage in said["stages"]] == ["complete", "complete"]
+    assert said["stages"][1]["energy_given"] == pytest.approx(-24525 * size**3 / 2, rel=1e-2)
+    assert (r.bodies.present[-1] == [1, 0, 1]).all() and (r.bodies.present[0] == 1).all()
+    assert r.present().sum() == r.n_elements - (r.block == 2).sum()
+    assert (r["VTKHDF/CellData/vtkGhostType"][-r.n_elements:] == np.where(r.block == 2, 32, 0)).all()
+    assert np.isin(r.contacts_of(-1).blocks, 2).sum() == 0
+
+
+def test_a_stage_that_changes_nothing_leaves_a_static_run_where_it_was(tmp_path):
+    """It is in balance from its first step on."""
+    said, r = run(tmp_path, scene(tmp_path, TOWER, held(GROUND, 1), "&step balance=1e-6 /\n&stage /"))
+    first = r.bodies.centroid[np.searchsorted(r.times, r.history.time[r.history.stage == 1][-1])]
+    assert said["status"] == "complete" and said["stages"][1]["steps"] <= 2
+    np.testing.assert_allclose(r.bodies.centroid[-1], first, atol=2e-11)
+    assert abs(said["stages"][1]["energy_given"]) < 1e-9 * 24525
+
+
+def test_a_flight_goes_on_over_stages(tmp_path):
+    """Velocities go on, with energy; where they are reset they begin at 0."""
+    block = box(0, 1, 5, 6)
+    groups = "&step end_time=0.2 /\n&stage /\n&stage reset='{}' /"
+    for reset, way in (("none", G * 0.6**2 / 2), ("velocities", G * (0.4**2 + 0.2**2) / 2)):
+        said, r = run(tmp_path, scene(tmp_path, [GROUND, block], held(GROUND, 1), groups.format(reset), k01=1, dt=1e-3))
+        assert r.bodies.centroid[0, 1, 1] - r.bodies.centroid[-1, 1, 1] == pytest.approx(way, rel=3e-3)
+        lost = -said["stages"][2]["energy_given"]
+        assert lost == pytest.approx(0.0 if reset == "none" else 2500 * (G * 0.4)**2 / 2, rel=3e-3, abs=1e-6 * 24525)
+        assert abs(r.history.energy.dissipated[-1]) < 1e-3 * 24525
+        np.testing.assert_allclose(r.history.time[-1], 0.6)
+
+
+def test_a_support_that_is_taken_away_lets_go(tmp_path):
+    """Rollers hold a block in the air; it falls when they go, from where it was."""
+    block = box(0, 1, 5, 6)
+    groups = "&support both=0 5 0 6 /\n&step balance=1e-6 /\n&stage kind='dynamic', reset='displacements' /\n&support both=none /\n&step end_time=0.3, size=1e-3 /"
+    _, r = run(tmp_path, scene(tmp_path, [GROUND, block], held(GROUND, 1), groups, measured=[(0.5, 5.5, 2)]))
+    assert -r.measured_points.displacement[-1, 0, 1] == pytest.approx(G * 0.3**2 / 2, rel=5e-3)
+
+
+def test_a_support_that_comes_holds_where_the_block_is(tmp_path):
+    """A block that has fallen for a while is stopped there, held by springs or exactly."""
+    block = box(0, 1, 5, 6)
+    groups = "&step end_time=0.2 /\n&stage kind='static' /\n&support both=0 5 0 6 /\n&step balance=1e-6 /"
+    for method in ("exact", "penalty"):
+        said, r = run(tmp_path, scene(tmp_path, [GROUND, block], held(GROUND, 1), groups, k01=1, dt=1e-3),
+                      f"fixed_points.method={method}")
+        end = r.history.time[r.history.stage == 1][-1]
+        where = r.bodies.centroid[np.searchsorted(r.times, end), 1, 1]
+        assert said["status"] == "complete" and r.bodies.centroid[-1, 1, 1] == pytest.approx(where, abs=1e-4) and where < 5.4
+
+
+def test_a_table_of_the_deck_goes_on_through_stages(tmp_path):
+    """Shi's tables count from the beginning of the run: a support that moves goes on from where it was."""
+    blocks = [(1, GROUND), (2, box(0, 1, 5, 6))]
+    (tmp_path / "x.blk").write_text(block_file("x", blocks, [*held(GROUND, 1), (0.1, 5.1, 2), (0.9, 5.1, 2)]))
+    rock = "2500 {} 1e10 0.25\n0 0 0  0 0 0  0 0 0\n"
+    tables = "0 0 0 0 2 2  0 0 0 1 0.5 -0.2  0 0 0 1 0.5 -0.2"
+    (tmp_path / "x.ana").write_text(f"1 30 2 1 0.05 0.01 0\n{tables}\n{rock.format(0)}{rock.format(24525)}30 0 0\n"
+                                    "&stage /\n&stage reset='displacements' /\n")
+    _, r = run(tmp_path, [tmp_path / "x.blk", tmp_path / "x.ana"])
+    np.testing.assert_allclose(r.bodies.centroid[-1, 1] - r.bodies.centroid[0, 1], 0.9 * np.array([0.5, -0.2]), atol=1e-6)
+    np.testing.assert_allclose(r.displacement()[4:].mean(axis=0), 0.3 * np.array([0.5, -0.2]), atol=1e-6)
+
+
+def test_ramps_are_of_their_stage(tmp_path):
+    """The weight that has grown stays; a pressure that comes later grows then."""
+    groups = "&gravity ramp=0.1 /\n&step balance=1e-6 /\n&stage /\n&boundary lines=0 2 1 2, pressure=1e5 1e5, ramp=0.05 /"
+    said, r = run(tmp_path, scene(tmp_path, TOWER, held(GROUND, 1), groups))
+    assert said["status"] == "complete"
+    second = np.flatnonzero(r.history.stage == 2)
+    assert r.history.time[second[-1]] - r.history.time[second[0] - 1] >= 0.05
+    contacts = r.contacts_of(-1)
+    foot = (contacts.blocks == 1).any(axis=1)
+    assert np.abs(contacts.force[foot, 0]).sum() == pytest.approx(2 * 24525 + 1e5, rel=1e-4)
+
+
+def test_stages_are_in_the_results_and_told(tmp_path):
+    decks = [DECKS / "s4-bolted-later" / "bolted.ana"]
+    done = call("run", *decks, "-o", tmp_path / "r.h5")
+    assert done.returncode == 0 and "warning: moves: stage 3 (weaker still): block 2 at (" in done.stderr
+    for words in ("stage 1 of 3, static, from time 0", "stage 2 (weaker, bolted) of 3, static, from time",
+                  "stage 3 (weaker still): static, moves, ", "ended: moves at time"):
+        assert words in done.stdout
+    r = scree.read(tmp_path / "r.h5")
+    assert list(r.stages.name) == ["stage 1", "weaker, bolted", "weaker still"] and list(r.stages.kind) == ["static"] * 3
+    assert (np.diff(r.history.stage) >= 0).all() and (np.diff(r.history.time) > 0).all() and (np.diff(r.times) > 0).all()
+    assert any(line.startswith("joints.phi = 15") for line in r.stages.settings_3)
+    assert r.bolts.state[0, 0] == 3 and r.bolts.force[0, 0] == 0 and r.bolts.state[-1, 0] == 1
+    lines = call("check", *decks).stdout
+    assert "stage 2 (weaker, bolted): static; joints.phi = 20; bolts.ends = 0.5" in lines
+
+
+def test_the_command_line_gives_settings_of_a_stage(tmp_path):
+    deck = [DECKS / "s4-bolted-later" / "unbolted.ana"]
+    said, _ = run(tmp_path, deck, "stage(2).joints.phi=31", "stage(3).joints.phi=29")
+    assert said["status"].startswith("moves: stage 3") and [s["status"] for s in said["stages"]] == ["complete", "complete", "moves"]
+    said, _ = run(tmp_path, deck, "joints.phi=31")
+    assert said["status"] == "complete"
+
+
+BAD = {
+    "a setting that makes blocks": ("&method strain='green' /", "before the first &stage"),
+    "a block that there is not": ("&stage remove_blocks=4 /", "expected numbers of blocks from 1 to 3 in stage.remove_blocks, found 4"),
+    "a half block": ("&stage remove_blocks=1.5 /", "found 1.5"),
+    "a material that there is not": ("&stage remove_materials=3 /", "block materials from 1 to 2"),
+    "everything": ("&stage remove_blocks=1 2 3 /", "expected a stage that leaves a block"),
+    "no joint materials": ("&joints phi=1 2 /", "expected joints.phi with 1 numbers, one for each joint material, found 2"),
+    "a support beside all edges": ("&support x=7 7 8 8 /", "expected lines that edges of blocks lie on in support.x"),
+    "what goes with nothing": ("&bolts stiffness=1 /", "only with bolts.ends"),
+    "balance of what moves": ("&stage kind='dynamic' /\n&step balance=1e-3 /", "only with k01 0"),
+    "a group twice": ("&joints phi=1 /\n&joints phi=2 /", "each group once, or once in each stage"),
+    "a kind that is none": ("&stage kind='slow' /", "one of dynamic, static"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_stage_is_refused_in_a_line_before_the_run(name, tmp_path):
+    groups, expected = BAD[name]
+    decks = scene(tmp_path, TOWER, held(GROUND, 1), "&step balance=1e-6 /\n&stage /\n" + groups)
+    for verb in (("run", "-o", tmp_path / "r.h5"), ("check",)):
+        done = call(verb[0], *decks, *verb[1:], "--quiet")
+        assert done.returncode == 2 and expected in done.stderr, done.stderr
+        assert len(done.stderr.splitlines()) == 1 and "x.ana:" in done.stderr
+    assert not (tmp_path / "r.h5").exists()
+
+
+@pytest.mark.parametrize("option", ["stage(4).joints.phi=3", "stage(x).joints.phi=3", "stage.name=x", "stage(2).stage.kind=static"])
+def test_a_stage_that_there_is_not_is_refused_on_the_command_line(option):
+    done = call("check", DECKS / "s4-bolted-later" / "unbolted.ana", "--set", option)
+    assert done.returncode == 2 and f"--set {option}: expected a s" in done.stderr
