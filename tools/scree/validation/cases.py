@@ -392,3 +392,62 @@ def j1(run):
             r = run(DECKS / "j1-direct-shear" / f"{name}.ana", settings=[f"boundary.traction=0 0 0 0 {along} 0 {along} 0"],
                     name=f"j1-{name}-{expected}")
             yield Row(f"{share} of the strength, {name}", expected, verdict(r))
+
+
+def wall_of_hole(r):
+    """Elements with two vertices on the circle of radius 1 that are there at the end, and their vertices on it."""
+    start, there = r.vertices(0), r.present()
+    on = np.abs(np.hypot(*start.T) - 1) < 1e-9
+    elements = [e for e, corners in enumerate(r.corners()) if there[e] and on[corners].sum() == 2]
+    return elements, sorted({corner for e in elements for corner in r.corners()[e] if on[corner]})
+
+
+@case
+def s1(run):
+    """A round hole that a stage digs in a plate under stress: stress of the elements at its wall, and how far that comes in."""
+    for name, ratio, tolerance in (("k0.5", 0.5, 0.012), ("k1", 1.0, 0.012), ("k2", 2.0, 0.012), ("k2-coarse", 2.0, 0.05)):
+        r = run(DECKS / "s1-kirsch" / f"{name}.ana", name=f"s1-{name}")
+        elements, corners = wall_of_hole(r)
+        hole = references.Kirsch(-1e6 * ratio, -1e6, 1e9, 0.25)
+        stress, middle = r.stress()[elements], np.array([r.polygons(0)[e].mean(axis=0) for e in elements])
+        t = np.arctan2(middle[:, 1], middle[:, 0])
+        hoop = stress[:, 0] * np.sin(t)**2 + stress[:, 1] * np.cos(t)**2 - stress[:, 2] * np.sin(2 * t)
+        deepest = max(abs(hole.hoop(0.0)), abs(hole.hoop(math.pi / 2)))
+        for where, angle, e in (("side", 0.0, np.argmin(t)), ("crown", math.pi / 2, np.argmax(t))):
+            yield Row(f"hoop stress at the {where}, {name}", hole.hoop(angle), hoop[e], 1.25 * tolerance, deepest)
+        places, moved = r.vertices(0)[corners], r.displacement()[corners]
+        exact = hole.inwards(np.arctan2(places[:, 1], places[:, 0]))
+        yield Row(f"largest error of the way inwards, {name}", 0.0, np.abs(-(moved * places).sum(axis=1) - exact).max(), tolerance,
+                  np.abs(exact).max())
+
+
+@case
+def s2(run):
+    """The block of m5, whose weight grows while it is held, then let go."""
+    r = run(DECKS / "s2-released-slide" / "slope.ana")
+    moved = r.displacement()[r.corners()[1]].mean(axis=0)
+    yield Row("way in 2 s after it is let go", references.slide(math.radians(35), math.tan(math.radians(32)), 2.0),
+              -moved @ (math.cos(math.radians(35)), math.sin(math.radians(35))), 1e-3)
+
+
+@case
+def s3(run):
+    """What lies below is dug away: a block falls, another slides; the books have what went with it."""
+    r = run(DECKS / "s3-excavations" / "pillar.ana")
+    yield Row("fall in 0.4 s", G * 0.4**2 / 2, -r.measured_points.displacement[-1, 0, 1], 1e-3)
+    yield Row("energy that went with the lower block", -24525 * 0.5, r.history.energy.stages[-1], 1e-3)
+    yield Row("energy that went nowhere, over the fall", 0.0, r.history.energy.dissipated[-1] / (24525 * G * 0.4**2 / 2), 1e-3, 1.0)
+    r = run(DECKS / "s3-excavations" / "toe.ana")
+    yield Row("slide in 1 s, toe dug away", references.slide(math.radians(30), 0.3, 1.0),
+              r.measured_points.displacement[-1, 0] @ downhill(30), 1e-3)
+
+
+@case
+def s4(run):
+    """A bolt comes as friction falls, and yields as it falls on; without the bolt the block moves at once."""
+    r = run(DECKS / "s4-bolted-later" / "bolted.ana")
+    second = np.searchsorted(r.times, r.history.time[r.history.stage == 2][-1])
+    yield Row("tension that holds in stage 2", references.bolt_tension(100.0, 30, 20, 0), r.bolts.force[second, 0], 5e-3)
+    yield Row("end with the bolt", "moves: stage 3", r.scene.status[:14])
+    r = run(DECKS / "s4-bolted-later" / "unbolted.ana")
+    yield Row("end without it", "moves: stage 2", r.scene.status[:14])

@@ -25,6 +25,23 @@ def bolt_tension(weight, slope, friction, angle):
     return weight * (math.sin(slope) - mu * math.cos(slope)) / (math.cos(angle) + mu * math.sin(angle))
 
 
+class Kirsch:
+    """A round hole of radius 1 in a plate of plane strain under the stresses xx and yy far away (tension positive): Kirsch 1898.
+
+    What it moves by is what digging it adds; angles from the x axis.
+    """
+
+    def __init__(self, xx, yy, young, poisson):
+        self.mean, self.half, self.poisson = (xx + yy) / 2, (xx - yy) / 2, poisson
+        self.shear = young / (2 * (1 + poisson))
+
+    def hoop(self, angle):
+        return 2 * self.mean - 4 * self.half * np.cos(2 * angle)
+
+    def inwards(self, angle):
+        return -(self.mean + (3 - 4 * self.poisson) * self.half * np.cos(2 * angle)) / (2 * self.shear)
+
+
 def stop(speed, mu, angle=0.0, g=9.81):
     """Time and distance to rest of a block that is thrown down a plane, friction against it."""
     deceleration = g * (mu * math.cos(angle) - math.sin(angle))
