@@ -6,6 +6,7 @@ import numpy as np
 from .errors import PlotError
 
 COLUMNS = {"contacts": ("open", "sliding", "locked"), "momentum": ("x", "y", "angular")}  # of series that are no blocks
+LINES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")  # of curves: Okabe and Ito (2008)
 PARTS = {2: ("x", "y"), 3: ("xx", "yy", "xy")}  # of vectors and stresses
 MEASURED = "measured_points/"
 
@@ -35,7 +36,7 @@ def history_of(results, name):
     if values.ndim == 3:  # noqa: PLR2004  points and parts of vectors
         places = [", ".join(f"{x:.4g}" for x in place) for place in results.given_points("measured")]
         names = [f"point {i + 1} at ({place}), {part}" for i, place in enumerate(places) for part in PARTS[values.shape[2]]]
-        what = f"{what} of measured points"
+        what = f"{what}, of measured points"
     elif values.ndim == 1:
         names = [""]
     else:

@@ -4,6 +4,7 @@
                           [--joints [material | state | forces]] [--vectors [displacement | velocity]] [--crosses]
                           [--points] [--numbers] [--covers] [--window X1 Y1 X2 Y2] [--range LOW HIGH | full] [--no-mesh]
                           [--magnify FACTOR] [--units m,MPa=1e6] [--colours MAP] [--dpi N] [--scree PROGRAM]
+    tools/plot FILE --rose [-o PICTURE.png]
     tools/plot RESULTS.h5 [...] --history rotation area energy/kinetic measured_points/displacement [-o PICTURE.png]
 
 FILE is a results file, a geometry (.geo, .blk, .blck, block.in), whose blocks are drawn, or an analysis deck (.ana), whose elements
@@ -30,12 +31,13 @@ from matplotlib.ticker import MaxNLocator
 
 from .arguments import above_zero
 from .errors import PlotError, ScreeError
-from .histories import history_of
+from .histories import LINES, history_of
 from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
                        robust_limits, velocities)
 from .polygons import loops_of
 from .program import cut
 from .results import read
+from .rose import draw_rose
 from .units import Units
 
 FIELDS = ("block", "material", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement", "velocity")
@@ -509,6 +511,7 @@ def draw_histories(paths, names, units=None):
                                 layout="constrained")
     time, of_time = units.of("time [time]")
     for axis, name in zip(axes.flat, names):
+        axis.set_prop_cycle(color=LINES)
         for path, file in zip(paths, files):
             found = history_of(file, name)
             label, factor = units.of(f"[{found.dimension}]")
@@ -579,6 +582,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", metavar="FILE")
     parser.add_argument("--history", nargs="+", metavar="NAME", help="histories to draw, as below /history, or measured_points/NAME")
+    parser.add_argument("--rose", action="store_true", help="directions of the joints between blocks of the first file")
     parser.add_argument("--frames", nargs="+", metavar="FRAME", help="default: first last")
     add_words_of_frames(parser)
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
@@ -587,9 +591,13 @@ def main():
     try:
         extras, look = extras_of(given), look_of(given)
         with tempfile.TemporaryDirectory() as folder:
-            figure = (draw_histories(given.files, given.history, look.units) if given.history else
-                      draw_frames([open_shapes(path, given.scree, folder) for path in given.files], given.frames, given.field,
-                                  extras, look))
+            if given.history:
+                figure = draw_histories(given.files, given.history, look.units)
+            elif given.rose:
+                figure = draw_rose(open_shapes(given.files[0], given.scree, folder), look.units)
+            else:
+                shapes = [open_shapes(path, given.scree, folder) for path in given.files]
+                figure = draw_frames(shapes, given.frames, given.field, extras, look)
         output = given.output or str(pathlib.Path(given.files[0]).with_suffix(".png"))
         try:
             figure.savefig(output, dpi=given.dpi, bbox_inches="tight", pad_inches=0.05)

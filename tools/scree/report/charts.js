@@ -1,4 +1,3 @@
-const LINES = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999"]; // Okabe and Ito (2008)
 const MARGIN = {left: 62, right: 10, top: 8, bottom: 24};
 
 /** Draws a panel of histories into an element of the page; what it returns moves the line that marks a time. */
@@ -29,10 +28,10 @@ function drawChart(box, {title, unit, times, series}, clicked) {
     line(pen, [[toX(value), MARGIN.top], [toX(value), bottom]]);
   }
   series.forEach((one, i) => {
-    pen.strokeStyle = LINES[i % LINES.length];
+    pen.strokeStyle = LOOK.lines[i % LOOK.lines.length];
     pen.lineWidth = 1.4;
     line(pen, one.values.map((value, k) => [toX(times[k]), toY(value)]));
-    if (series.length > 1) legend.append(entry(one.name, LINES[i % LINES.length], 2));
+    if (series.length > 1) legend.append(entry(one.name, LOOK.lines[i % LOOK.lines.length], 2));
   });
   canvas.addEventListener("click", event => clicked(xs[0] + (event.offsetX - MARGIN.left) / (right - MARGIN.left) * (xs[1] - xs[0])));
   return time => { now.style.left = `${toX(time)}px`; };

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from .. import overlays
+from ..histories import LINES
 from ..overlays import Common, lengths_of, principal_values, robust_limits
 from ..plot import BOLTS, FIELDS, POINTS, Look, limits_of, paler
 from . import facts
@@ -63,7 +64,7 @@ def look_of(file):
         "compression": drawn(overlays.COMPRESSION), "tension": drawn(overlays.TENSION),
         "points": [{"kind": kind, "name": name, "colour": to_hex(colour)} for kind, (name, _, colour) in POINTS.items()],
         "bolts": [{"name": name, "colour": to_hex(colour), "dash": DASHES[style]} for name, style, colour in BOLTS],
-        "sliding": overlays.SLIDING, "parallel": overlays.PARALLEL, "beside": overlays.BESIDE, "corner": overlays.CORNER,
+        "lines": LINES, "sliding": overlays.SLIDING, "parallel": overlays.PARALLEL, "beside": overlays.BESIDE, "corner": overlays.CORNER,
         "cells": overlays.CELLS, "longest": overlays.LONGEST, "cross": overlays.CROSS, "many_blocks": overlays.MANY_BLOCKS}
 
 

@@ -1,0 +1,45 @@
+"""Rose diagram of the joints between blocks: how much of them runs in which direction."""
+import matplotlib.pyplot as plt
+import numpy as np
+
+from .errors import PlotError
+from .histories import LINES
+from .overlays import against_others
+
+SECTOR = 10  # degrees
+
+
+def joint_directions(file):
+    """Angle with x (n), in degrees from 0 to below 180, length and material of the joints between blocks at the start. What two
+    blocks have in common is an edge of both, and counts half for each."""
+    edges, material, _ = file.edges(0)
+    between = against_others(file)
+    side = edges[between, 1] - edges[between, 0]
+    angle = np.degrees(np.arctan2(side[:, 1], side[:, 0])) % 180
+    return np.where(angle > 180 - 1e-9, 0.0, angle), np.linalg.norm(side, axis=1) / 2, material[between]
+
+
+def sectors(angle, length):
+    """Length in each sector of 10 degrees, the middle of the first at 0."""
+    number = np.floor((angle + SECTOR / 2) % 180 / SECTOR).astype(int)
+    return np.bincount(number, length, 180 // SECTOR)
+
+
+def draw_rose(file, units):
+    """The diagram: each sector as far out as the length of joints in it, over all; of joint materials in colours on each other."""
+    angle, length, material = joint_directions(file)
+    if len(angle) == 0:
+        raise PlotError(f"{file.name}: expected joints between blocks for --rose, found none")
+    figure, axis = plt.subplots(figsize=(4.6, 4.6), layout="constrained", subplot_kw={"projection": "polar"})
+    middle, inner = np.radians(np.arange(0, 360, SECTOR)), np.zeros(360 // SECTOR)
+    for k in np.unique(material):
+        share = np.tile(sectors(angle[material == k], length[material == k]) / length.sum(), 2)  # both ways of a line
+        axis.bar(middle, 100 * share, np.radians(SECTOR), 100 * inner, color=LINES[(k - 1) % len(LINES)], edgecolor="white",
+                 linewidth=0.6, label=f"joint {k}")
+        inner += share
+    label, factor = units.of("[length]")
+    axis.set_title(f"{file.name}: {length.sum() / factor:.4g} {label} of joints, % in each {SECTOR} degrees", fontsize=10)
+    axis.tick_params(labelsize=8)
+    if len(np.unique(material)) > 1:
+        axis.legend(fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(-0.1, -0.1))
+    return figure
