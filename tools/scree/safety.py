@@ -8,7 +8,8 @@ loads (--balance), or to its last step. It stands where it comes to that, it fal
 1 on, F is doubled or halved until the scene stands with one factor and falls with another, and what is between is halved until
 both are within a share of each other (--within): then the factor of safety is between them. FOLDER, by default that of the deck with
 -fs, holds fs.csv, the results of the last run that stands and of the first that falls, and mechanism.png, where the blocks of the latter
-have gone. Exit status 0; 1 where nothing falls up to --most or stands down to its inverse, or a run is stopped; 2 for bad input.
+have gone. A deck whose joints have other strength (&joints phi, residual_phi, jrc ...), or that has stages, is refused. Exit status 0; 1
+where nothing falls up to --most or stands down to its inverse, or a run is stopped; 2 for bad input.
 """
 import argparse
 import csv
@@ -27,6 +28,7 @@ STANDS = "complete"
 MOVES = ("moves", "not in equilibrium")  # how a static run ends that finds none
 STRENGTH = re.compile(r"^joint material (\d+).*\n  friction angle \(phi\): (\S+).*\n  cohesion \(c\): (\S+).*\n  tensile strength \(T\): (\S+)",
                       re.M)
+BESIDE = re.compile(r"^  (joints\.(?:phi|cohesion|tensile_strength|residual_phi|residual_c|jrc) = \S+)|^(stage \d+)", re.M)  # other strength
 
 
 @dataclasses.dataclass
@@ -50,6 +52,9 @@ class Reduction:
         self.decks, self.folder, self.path = decks, folder, path
         self.settings = [*settings, "deck.k01=0", f"step.balance={balance!r}"]
         said = done_or_failed(call("explain", *decks, *with_settings(self.settings), path=path)).stdout
+        if beside := BESIDE.search(said):
+            raise ScreeError("expected one stage, and no strength of joints but friction angle, cohesion and tensile strength in their rows "
+                             f"of the deck, found {beside[1] or beside[2]}: a factor would not divide it")
         there = {int(number): tuple(map(float, strength)) for number, *strength in STRENGTH.findall(said)}
         unknown = [joint for joint in joints if joint not in there]
         if unknown or not there:
