@@ -166,10 +166,31 @@ def test_one_arrow_in_each_cell():
     class Size:
         size = 36.0
     places = np.random.default_rng(2).random((5000, 2)) * 36
-    chosen = overlays.spread_out(places, Size)
+    every = np.ones(len(places), bool)
+    chosen = overlays.spread_out(places, every, Size)
     cells = np.floor(places[chosen])
     assert len(chosen) == len(np.unique(cells, axis=0)) == len(np.unique(np.floor(places), axis=0))
-    assert list(overlays.spread_out(places[:1], Size)) == [0]
+    assert list(overlays.spread_out(places[:1], every[:1], Size)) == [0]
+    every[chosen] = False
+    assert not set(chosen) & set(overlays.spread_out(places, every, Size))
+
+
+def test_what_a_stage_has_removed_is_not_drawn(tmp_path):
+    """Of two blocks on each other the lower is dug away: the foot of the upper one, which lay on it, is open; nothing else is."""
+    deck = CASES / "s3-excavations" / "pillar.ana"
+    file = frames(scree.run(deck, output=tmp_path / "pillar.h5").path)
+    last = len(file.times) - 1
+    gone = ~file.present(last)
+    assert gone.sum() == 1 and file.present(0).all()
+    edges, element = file.true_edges(last), file.edges(last)[2]
+    assert len(edges) == len(element) and not gone[element].any()
+    open_ = overlays.joint_states(file, last)["open"]
+    lowest = min(polygon[:, 1].min() for polygon, there in zip(file.polygons(last), file.present(last)) if there and polygon[0, 1] > 0)
+    assert len(open_) > 0 and open_[:, :, 1].max() < lowest + 1e-6
+    common = overlays.Common([(file, last)], 10.0, plot.Look().units)
+    assert not gone[overlays.spread_out(overlays.centroids(file, last), file.present(last), common)].any()
+    assert subprocess.run([TOOL, file.file.path, "--frames", "last", "--joints", "state", "--vectors", "--crosses", "-o", tmp_path / "x.png"],
+                          capture_output=True).returncode == 0
 
 
 def test_a_scale_is_a_round_number():

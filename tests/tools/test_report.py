@@ -339,3 +339,22 @@ def test_places_far_from_the_origin_are_kept(edge, tmp_path):
     moved = unpacked(pack, "motion")[:, :, -1] * scene["motion_factor"][0]
     np.testing.assert_allclose(start + moved, file.file.vertices(-1) - scene["origin"], atol=1e-4 * edge)
     assert np.abs(moved).max() > 0.1 * edge
+
+
+@needs_browser
+def test_what_a_stage_has_removed_is_not_there(tmp_path):
+    """Of two blocks on each other the lower is dug away, and what is pointed at there is what comes down."""
+    results = scree.run(SOURCE / "input/validation/s3-excavations/pillar.ana", output=tmp_path / "pillar.h5")
+    subprocess.run([TOOL, results.path], check=True, capture_output=True)
+    there = np.array([results.present(k) for k in range(len(results.times))])
+    with Browser() as browser:
+        browser.open(results.path.with_suffix(".html"))
+        assert browser.evaluate("Array.from(player.scene.gone)") == there.sum(axis=0).tolist()
+        last, element = len(there) - 1, int(np.flatnonzero(~there[-1])[0])
+        x, y = results.polygons(0)[element].mean(axis=0) - np.array(browser.evaluate("player.scene.origin"))
+
+        def found(frame):
+            return browser.evaluate(f"player.scene.elementAt({x}, {y}, player.scene.positions({frame}, 1), {frame})")
+
+        assert found(0) == element != found(last)
+        assert not browser.problems

@@ -51,10 +51,11 @@ def robust_limits(values, share=0.01):
     return values[left_out], values[len(values) - 1 - left_out]
 
 
-def spread_out(places, common):
-    """Those of the places that are drawn: one in each cell of a lattice, that nearest to its middle."""
+def spread_out(places, there, common):
+    """Elements that are drawn of those that are there: in each cell of a lattice the one with its place nearest to its middle."""
+    there = np.flatnonzero(there)
     cell = np.floor(places / (common.size / CELLS)) + 0.5
-    order = np.argsort(((places / (common.size / CELLS) - cell) ** 2).sum(1), kind="stable")
+    order = there[np.argsort(((places / (common.size / CELLS) - cell) ** 2).sum(1)[there], kind="stable")]
     return order[np.unique(cell[order], axis=0, return_index=True)[1]]
 
 
@@ -141,7 +142,7 @@ def draw_arrows(vectors, name, dimension):
         found = vectors(file, frame)
         scale, largest = common.scale(lengths_of[vectors], LONGEST)
         places = centroids(file, frame)
-        chosen = spread_out(places, common)
+        chosen = spread_out(places, file.present(frame), common)
         chosen = chosen[np.linalg.norm(found[chosen], axis=1) * scale > 1e-3 * common.size]  # no dots
         if len(chosen):
             axis.quiver(*places[chosen].T, *(scale * found[chosen]).T, angles="xy", scale_units="xy", scale=1, width=0.004,
@@ -171,7 +172,7 @@ def draw_crosses(axis, file, frame, common):
     values, angle = principal_stresses(file, frame)
     scale, largest = common.scale(principal_values, CROSS)
     places = centroids(file, frame)
-    chosen, entries = spread_out(places, common), {}
+    chosen, entries = spread_out(places, file.present(frame), common), {}
     along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     across = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
     place = np.concatenate([places[chosen]] * 2)
@@ -264,7 +265,8 @@ def joint_states(file, frame):
         shares = common_part(edges[b], edges[a])
         if shares is not None:
             parts[now].append(drawn[b, 0] + shares[:, None] * (drawn[b, 1] - drawn[b, 0]))
-    open_ = against_others(file) & ~np.isin(np.arange(len(edges)), list(touched)) & (frame > 0)
+    against = against_others(file)[file.present(frame)[file.edges(0)[2]]]  # of the edges that are there
+    open_ = against & ~np.isin(np.arange(len(edges)), list(touched)) & (frame > 0)
     return {"stick": as_segments(parts[LOCKED]), "slip": as_segments(parts[SLIDING]), "open": drawn[open_]}
 
 

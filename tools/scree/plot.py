@@ -215,8 +215,8 @@ class Frames(Shapes):
 
     def true_edges(self, frame):
         """Edges of joints and boundary (n, 2, 2) where they are."""
-        ends, of_edge, _ = self.edge_list()
-        return self.file.vertices(frame)[all_corners(self)[1][ends[of_edge > 0]]]
+        ends, of_edge, element = self.edge_list()
+        return self.file.vertices(frame)[all_corners(self)[1][ends[(of_edge > 0) & self.present(frame)[element]]]]
 
     def present(self, frame):
         """Which elements no stage has removed."""

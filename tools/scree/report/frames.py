@@ -22,6 +22,7 @@ def pack_frames(file, pack):
     blocks, block = np.unique(results.block, return_inverse=True)
     pack.add("block", block)
     pack.add("material", results.material)
+    pack.add("gone", frames_until_gone(file, block))
     ends, joint, element = file.edge_list()
     pack.add("edges", every[ends].T)
     pack.add("edge_joint", joint)
@@ -45,6 +46,12 @@ def pack_frames(file, pack):
     return {"origin": low.tolist(), "size": size, "times": file.times.tolist(), "blocks": blocks.tolist(),
             "motion_factor": digits(factor), "stress_factor": digits(stress_factor), "velocity_factor": digits(velocity_factor),
             "points": points_of(file), "bolts": bolts_of(file), "force_factor": pack_contacts(file, block, pack)}
+
+
+def frames_until_gone(file, block):
+    """Of each block in how many frames it is there, before a stage removes it for ever."""
+    first = np.unique(block, return_index=True)[1]
+    return np.sum([file.present(frame)[first] for frame in range(len(file.times))], axis=0)
 
 
 def digits(values):

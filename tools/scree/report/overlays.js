@@ -56,6 +56,7 @@ function drawForces(player) {
 function spreadOut(player, pixels) {
   const n = player.scene.elements, side = Math.max(player.wide, player.tall) / LOOK.cells, nearest = new Map();
   for (let e = 0; e < n; e++) {
+    if (!player.scene.isThere(player.frame, player.scene.block[e])) continue;
     const x = pixels[e], y = pixels[n + e];
     if (x < 0 || x > player.wide || y < 0 || y > player.tall) continue;
     const i = Math.floor(x / side), j = Math.floor(y / side), cell = i * 1e4 + j;

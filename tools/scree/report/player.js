@@ -66,7 +66,7 @@ class Player {
         from = to;
         this.draw();
       } else if (this.pointed) {
-        this.pointed(this.scene.elementAt(...this.placeOf(...to), this.places));
+        this.pointed(this.scene.elementAt(...this.placeOf(...to), this.places, this.frame));
       }
     });
     this.canvas.addEventListener("dblclick", () => { this.fit(); this.draw(); });
@@ -81,10 +81,10 @@ class Player {
     pen.fillStyle = "white";
     pen.fillRect(0, 0, this.wide, this.tall);
     pen.lineJoin = "round";
-    if (this.frame > 0) this.strokeEdges(this.toPixels(scene.start), false, GREY, 0.8);
+    if (this.frame > 0) this.strokeEdges(this.toPixels(scene.start), 0, false, GREY, 0.8);
     this.fill();
-    if (scene.meshed && this.mesh) this.strokeEdges(this.pixels, true, MESH, 0.5);
-    this.strokeEdges(this.pixels, false, DARK, this.joints ? 0.4 : 0.7);
+    if (scene.meshed && this.mesh) this.strokeEdges(this.pixels, this.frame, true, MESH, 0.5);
+    this.strokeEdges(this.pixels, this.frame, false, DARK, this.joints ? 0.4 : 0.7);
     drawOver(this);
   }
 
@@ -112,14 +112,15 @@ class Player {
   /** Elements in the colours of the field, those of a colour together. */
   fill() {
     const {pen, scene, pixels, bins} = this, {limits: [low, high], colours} = this.colours, n = scene.vertices;
-    const count = new Int32Array(colours.length);
+    const count = new Int32Array(colours.length), there = e => scene.isThere(this.frame, scene.block[e]);
     for (let e = 0; e < scene.elements; e++) {
+      if (!there(e)) continue;
       const share = (scene.value(this.frame, this.field, e) - low) / (high - low);
       bins[e] = Math.min(colours.length - 1, Math.max(0, Math.floor(share * colours.length)));
       count[bins[e]]++;
     }
     const first = startsOf(count), next = first.slice(), order = new Int32Array(scene.elements);
-    for (let e = 0; e < scene.elements; e++) order[next[bins[e]]++] = e;
+    for (let e = 0; e < scene.elements; e++) if (there(e)) order[next[bins[e]]++] = e;
     for (let colour = 0; colour < colours.length; colour++) {
       pen.fillStyle = pen.strokeStyle = colours[colour];
       pen.lineWidth = 1;
@@ -166,11 +167,11 @@ class Player {
     pen.setLineDash([]);
   }
 
-  /** Strokes the edges of blocks, or the lines of the mesh. */
-  strokeEdges(pixels, ofMesh, colour, width) {
+  /** Strokes the edges of the blocks that are there in a frame, or the lines of their mesh. */
+  strokeEdges(pixels, frame, ofMesh, colour, width) {
     const {scene} = this, n = scene.vertices, segments = [];
     for (let i = 0; i < scene.edge_joint.length; i++) {
-      if ((scene.edge_joint[i] === 0) !== ofMesh) continue;
+      if ((scene.edge_joint[i] === 0) !== ofMesh || !scene.isThere(frame, scene.edge_block[i])) continue;
       const v = scene.edgeFrom[i], w = scene.edgeTo[i];
       segments.push(pixels[v], pixels[n + v], pixels[w], pixels[n + w]);
     }

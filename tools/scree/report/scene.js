@@ -3,7 +3,7 @@ class Scene {
   constructor(facts, array) {
     Object.assign(this, facts);
     this.frames = facts.times.length;
-    for (const name of ["corners", "count", "block", "material", "edge_joint", "edge_block", "edge_against"]) this[name] = array(name);
+    for (const name of ["corners", "count", "block", "material", "gone", "edge_joint", "edge_block", "edge_against"]) this[name] = array(name);
     const start = array("start"), edges = array("edges"), edgeCount = this.edge_joint.length;
     this.start = Float64Array.from(start, q => q * facts.size / 2 ** 30);
     this.vertices = start.length / 2;
@@ -20,6 +20,11 @@ class Scene {
       for (let i = this.first[e]; i < this.first[e + 1]; i++) this.factor[this.corners[i]] = this.motion_factor[this.block[e]];
     this.startCentroids = this.centroids(this.start);
     this.takeContacts(array);
+  }
+
+  /** Whether no stage has removed a block. */
+  isThere(frame, block) {
+    return frame < this.gone[block];
   }
 
   /** x of all vertices, then y; displacements as they are or magnified. */
@@ -159,7 +164,7 @@ class Scene {
     }
     addPairs();
     for (let i = 0; i < touched.length && frame > 0; i++)
-      if (this.edge_against[i] && !touched[i]) parts.open.push(...this.edgeOf(i, drawn));
+      if (this.edge_against[i] && !touched[i] && this.isThere(frame, this.edge_block[i])) parts.open.push(...this.edgeOf(i, drawn));
     return parts;
   }
 
@@ -208,10 +213,11 @@ class Scene {
       shift => point.vertices.reduce((sum, v, i) => sum + point.weights[i] * places[v + shift], 0)));
   }
 
-  /** The element at a place, -1 where there is none. */
-  elementAt(x, y, places) {
+  /** The element at a place in a frame, -1 where there is none. */
+  elementAt(x, y, places, frame) {
     const n = this.vertices;
     for (let e = 0; e < this.elements; e++) {
+      if (!this.isThere(frame, this.block[e])) continue;
       let inside = false, last = this.corners[this.first[e + 1] - 1];
       for (let i = this.first[e]; i < this.first[e + 1]; i++) {
         const v = this.corners[i], vy = places[n + v], ly = places[n + last];
