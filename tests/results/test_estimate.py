@@ -35,9 +35,9 @@ def test_runs_that_end_are_known(tmp_path):
 
 
 def test_a_long_run_is_told_by_its_beginning(tmp_path):
-    """A wall at rest for 200 s: as many steps as it has room for; what they take is spread by how the pace changes."""
+    """A wall at rest for 200 s, kept awake: as many steps as it has room for; what they take is spread by how the pace changes."""
     decks = scenes.wall(6, end=200.0).write(tmp_path, 1e-3)
-    rows = told(tmp_path, *decks)
+    rows = told(tmp_path, *decks, "--set", "step.sleep=0")
     (steps, seconds, least, most, _), by = rows["as it is"]
     assert steps == pytest.approx(200_000, rel=1e-3)
     assert re.fullmatch(r"\d+ steps, \S+ % of the run", by)

@@ -89,11 +89,12 @@ def stop(number, decks, settings, path, seconds, pause, end):
     try:
         with h5py.File(path) as f:
             rest = f["checkpoint"]
-            if f["VTKHDF/Steps/Values"][rest["frame"][0]] >= end:
+            frames = rest["frame"][:]
+            if f["VTKHDF/Steps/Values"][frames[frames < f["VTKHDF/Steps"].attrs["NSteps"]].max()] >= end:
                 return False  # nothing is left to go on with
             return number != signal.SIGKILL or (rest["frame"][0] < f["VTKHDF/Steps"].attrs["NSteps"] and len(rest["rows"]) > 0
                                                 and rest["end"][0] <= len(rest["numbers"]))
-    except (OSError, KeyError, IndexError):  # killed before the first checkpoint with its frame
+    except (OSError, KeyError, IndexError, ValueError):  # killed before the first checkpoint with its frame
         return False
 
 

@@ -238,7 +238,7 @@ class Results(Group):
         vertices = self.vertices(frame)
         return [vertices[corners] for corners in self.corners()]
 
-    def present(self, frame=-1):
+    def present(self, frame: int = -1) -> np.ndarray:
         """Whether each element is there (e), or a stage has removed its block."""
         if "present" not in self.bodies:
             return np.ones(self.n_elements, bool)
