@@ -7,8 +7,8 @@ module scree_hdf5_writing
   use scree_kinds, only: dp
   implicit none
   private
-  public :: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, hold_space, reserve_disk, rows_t, write_text, &
-            write_whole, write_words
+  public :: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, grow_in_place, hold_space, reserve_disk, rows_t, &
+            write_text, write_whole, write_words
 
   integer(hsize_t), parameter :: index_bytes = 8192 !! of a dataset: more than two nodes of its tree
   !> What posix_fallocate returns where it is interrupted, and where a disk, a limit of file size or a quota has no room (Linux).
@@ -52,6 +52,13 @@ module scree_hdf5_writing
       integer(c_int64_t), value :: file, access
       type(c_ptr), intent(out) :: handle
     end function h5fget_vfd_handle
+
+    !> HDF5: which versions of its format new objects of a file may have.
+    integer(c_int) function h5fset_libver_bounds(file, low, high) bind(c, name='H5Fset_libver_bounds')
+      import :: c_int, c_int64_t
+      integer(c_int64_t), value :: file
+      integer(c_int), value :: low, high
+    end function h5fset_libver_bounds
 
     !> POSIX: takes blocks of the disk for a part of a file.
     integer(c_int) function posix_fallocate(descriptor, offset, length) bind(c)
@@ -121,6 +128,19 @@ contains
       text(i:i) = letter(i)
     end do
   end subroutine copy_text
+
+  !> Lets datasets that are made from now on grow in place (HDF5 1.10's extensible arrays).
+  !>
+  !> The older index of a dataset is a tree whose nodes are parted as it grows, and a run that is killed between the two halves
+  !> would leave a file that has lost rows that it had. The file itself keeps the head of HDF5 1.8: the newer one is marked while a
+  !> program writes, and what a killed run has marked would not open. Errors: HDF5 refuses.
+  subroutine grow_in_place(file, error)
+    integer(hid_t), intent(in) :: file
+    type(error_t), allocatable, intent(out) :: error
+
+    call check_status(int(h5fset_libver_bounds(int(file, c_int64_t), int(H5F_LIBVER_V110_F, c_int), &
+                                               int(H5F_LIBVER_V110_F, c_int))), 'cannot write the results', error)
+  end subroutine grow_in_place
 
   !> Makes a dataset of rows that grows.
   subroutine create_rows(file, path, shape, whole, units, description, chunk_rows, rows, error, byte)

@@ -206,9 +206,13 @@ contains
     do i = 1, size(n_rows)
       call count_rows(past%file, '/checkpoint/'//trim(of_checkpoint(i)), n_rows(i), width)
     end do
-    n = minval(n_rows(:3)) ! a run that was killed may have written some of the last
-    frame = read_rows(past%file, '/checkpoint/frame', 0_hsize_t, n)
-    end_ = read_rows(past%file, '/checkpoint/end', 0_hsize_t, n)
+    n = minval(n_rows(:3)) + 1
+    do ! a run that was killed may have written some of the last, and not where it is
+      n = n - 1
+      frame = read_rows(past%file, '/checkpoint/frame', 0_hsize_t, n)
+      end_ = read_rows(past%file, '/checkpoint/end', 0_hsize_t, n)
+      if (size(frame) == n .and. size(end_) == n) exit
+    end do
     last = count(frame < read_count(past%file, '/VTKHDF/Steps', 'NSteps') .and. end_ <= n_rows(4))
     if (last == 0) then
       call fail(error, status_bad_input, past%path//': expected a run with a checkpoint to go on from (output.checkpoint=... '// &

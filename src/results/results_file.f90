@@ -12,7 +12,7 @@ module scree_results_file
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_files, only: holds_something, refuse_to_replace
   use scree_hdf5_reading, only: begin_hdf5
-  use scree_hdf5_writing, only: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, hold_space, &
+  use scree_hdf5_writing, only: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, grow_in_place, hold_space, &
                                 reserve_disk, rows_t, write_text, write_whole, write_words
   use scree_interruption, only: ignore_size_limit
   use scree_kinds, only: dp
@@ -175,6 +175,7 @@ contains
     call begin_hdf5()
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
     call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
+    call h5pset_libver_bounds_f(access, H5F_LIBVER_V18_F, H5F_LIBVER_V110_F, status)
     call h5fcreate_f(results%path, H5F_ACC_TRUNC_F, results%file, status, access_prp=access)
     if (status < 0) then
       call check_status(status, results%path//': expected a file that can be written for the results, found', error)
@@ -182,6 +183,8 @@ contains
       results%file = -1
       return
     end if
+    call grow_in_place(results%file, error)
+    if (allocated(error)) return
     call h5gcreate_f(results%file, '/VTKHDF', group, status)
     call check_status(status, results%path//': cannot write the results', error)
     if (allocated(error)) return
