@@ -8,7 +8,7 @@ module scree_contact_acceptance
   use scree_model, only: model_t
   implicit none
   private
-  public :: accept_contacts, farthest_apart, forget_margin
+  public :: accept_contacts, accept_no_contact, farthest_apart
 
   !> A closed contact at the end of a step.
   type :: closed_t
@@ -19,14 +19,18 @@ module scree_contact_acceptance
 
 contains
 
-  !> Halves what the search added to the ways and turns of a step.
-  pure subroutine forget_margin(try, memory)
+  !> Hands on from an accepted step that nothing touched in it, and half of what the search added to its ways and turns.
+  pure subroutine accept_no_contact(try, memory)
     type(contact_try_t), intent(in) :: try
     type(contact_memory_t), intent(inout) :: memory
 
+    memory%count = 0
+    memory%gap = 0.0_dp
+    memory%penetration = 0.0_dp
+    memory%pressed = 0.0_dp
     memory%margin = 0.5_dp*try%margin
     memory%swing = 0.5_dp*try%swing
-  end subroutine forget_margin
+  end subroutine accept_no_contact
 
   !> Hands on states, anchors, bonds and overlaps of an accepted step, and books the energy of springs and friction.
   pure subroutine accept_contacts(model, d, try, memory, energy, friction)
@@ -41,13 +45,10 @@ contains
     logical :: held_together(size(try%pair, 2)) !! by a bond that is locked
     integer :: i
 
+    call accept_no_contact(try, memory)
     memory%contact = try%contact
     memory%inside = try%inside
     memory%count = try%count
-    call forget_margin(try, memory)
-    memory%gap = 0.0_dp
-    memory%penetration = 0.0_dp
-    memory%pressed = 0.0_dp
     energy = 0.0_dp
     friction = 0.0_dp
     held_together = .false.

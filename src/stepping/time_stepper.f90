@@ -2,7 +2,7 @@
 module scree_time_stepper
   use scree_bolt, only: accept_bolts
   use scree_constraints, only: constraints_t, complete_unknowns
-  use scree_contact_acceptance, only: accept_contacts, forget_margin
+  use scree_contact_acceptance, only: accept_contacts, accept_no_contact
   use scree_contact_beginning, only: begin_again, begin_contacts
   use scree_contact_detection, only: find_contacts
   use scree_contact_rules, only: goes_on_after_cut, settles_as_one
@@ -340,7 +340,7 @@ contains
         call accept_contacts(model, try%d, try%contacts, state%contacts, state%books%contact_springs, friction)
         state%books%friction = state%books%friction + friction + try%impact%friction
       else
-        call forget_margin(try%contacts, state%contacts)
+        call accept_no_contact(try%contacts, state%contacts)
       end if
       if (searches(model)) call move_circles(model, try%d, cache%search%bodies)
     end if

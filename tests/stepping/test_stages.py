@@ -54,6 +54,9 @@ def test_what_stands_on_a_block_that_is_removed_falls(groups, size, tmp_path):
     assert r.present().sum() == r.n_elements - (r.block == 2).sum()
     assert (r["VTKHDF/CellData/vtkGhostType"][-r.n_elements:] == np.where(r.block == 2, 32, 0)).all()
     assert np.isin(r.contacts_of(-1).blocks, 2).sum() == 0
+    falls = r.history.stage == 2
+    falls[r.history.time > r.history.time[falls][0] + 0.35 * root] = False  # it may be near the ground then
+    assert falls.sum() > 5 and (r.history.contacts[falls] == 0).all() and (r.history.overlap[falls] == 0).all()
 
 
 def test_a_stage_that_changes_nothing_leaves_a_static_run_where_it_was(tmp_path):
