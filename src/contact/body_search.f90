@@ -14,10 +14,10 @@ module scree_body_search
   use scree_model, only: model_t
   use scree_polygon, only: distance_to_segment
   use scree_state, only: state_t
-  use scree_system, only: values_of
+  use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: draw_circles, keeps_clear, list_all, move_circles, reach_of, room, searches
+  public :: draw_circles, list_all, list_unclear, move_circles, reach_of, room, searches
 
   real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, beyond whose ends their line is looked at for overlaps
   real(dp), parameter :: at_rest = 1e-3_dp        !! of the edges about, that is near at rest
@@ -73,15 +73,14 @@ contains
     drawn = .not. allocated(bodies%reach)
     if (.not. drawn) drawn = margin > bodies%margin .or. state%contacts%pressed > bodies%pressed
     if (drawn) call measure_bodies(model, state, margin, state%contacts%pressed, bodies)
-    call add_ways(model, state%velocity, bodies)
+    call find_largest(model, state%velocity, bodies, bodies%speed)
     do i = 1, size(reach)
       associate (b => model%free_block(i))
-        associate (longest => bodies%longest(b) + 2*bodies%moved(b), way => dt*bodies%way(b))
+        associate (longest => bodies%longest(b) + 2*bodies%moved(b), way => dt*bodies%speed(b))
           reach(i) = reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, way, longest) + room*longest
           drawn = drawn .or. bodies%moved(b) + reach(i) > bodies%reach(b)
           reach(i) = reach(i) + steps*way + spare*bodies%longest(b)
         end associate
-        bodies%way(b) = 0.0_dp
       end associate
     end do
     if (.not. drawn) return
@@ -100,8 +99,8 @@ contains
 
     if (.not. allocated(bodies%reach)) then
       allocate (bodies%centre(2, model%n_blocks), bodies%radius(model%n_blocks), bodies%longest(model%n_blocks), &
-                bodies%shortest(model%n_blocks), bodies%moved(model%n_blocks), bodies%reach(model%n_blocks))
-      allocate (bodies%way(model%n_blocks), source=0.0_dp)
+                bodies%shortest(model%n_blocks), bodies%moved(model%n_blocks), bodies%reach(model%n_blocks), &
+                bodies%speed(model%n_blocks))
     end if
     bodies%margin = 2*margin
     bodies%pressed = 2*pressed
@@ -142,64 +141,88 @@ contains
     reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, local) + room*local
   end function reach_at_rest
 
-  !> Counts the displacement of a step.
-  subroutine move_circles(model, d, bodies)
+  !> Counts the displacement of a step, from above: where all bodies kept clear of others what velocity made, and as much more as they
+  !> could have gone then.
+  subroutine move_circles(model, dt, margin, d, all_clear, bodies)
     type(model_t), intent(in) :: model
+    real(dp), intent(in) :: dt                    !! of the step, time
+    real(dp), intent(in) :: margin                !! that the search added to the way of a vertex, length
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
+    logical, intent(in) :: all_clear              !! all bodies that no other is near kept clear
     type(body_search_t), intent(inout) :: bodies
+    real(dp) :: way(model%n_blocks)
+    logical :: exactly
     integer :: i
 
-    call add_ways(model, d, bodies)
+    exactly = .not. all_clear .or. size(bodies%vertex) > 0
+    if (exactly) call find_largest(model, d, bodies, way)
     do i = 1, size(model%free_block)
       associate (b => model%free_block(i))
-        bodies%moved(b) = bodies%moved(b) + bodies%way(b)
-        bodies%way(b) = 0.0_dp
+        if (.not. exactly) &
+          way(b) = dt*bodies%speed(b) + beyond_velocity(model, margin, bodies%longest(b) + 2*bodies%moved(b))
+        bodies%moved(b) = bodies%moved(b) + way(b)
       end associate
     end do
   end subroutine move_circles
 
-  !> Bounds of how far, or how fast, the vertices of each body that can move go.
-  subroutine add_ways(model, d, bodies)
+  !> How far a vertex may go beyond what its velocity makes of a step, and is within what contacts are looked for.
+  elemental real(dp) function beyond_velocity(model, margin, local) result(way)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: margin                !! length
+    real(dp), intent(in) :: local                 !! of the edges about, length
+
+    way = at_rest*local + min(margin, model%effects%contact%leap*local)
+  end function beyond_velocity
+
+  !> Bounds of how far, or how fast, the vertices of each body that can move go: the largest of its elements.
+  pure subroutine find_largest(model, d, bodies, largest)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
-    type(body_search_t), intent(inout) :: bodies  !! gets the largest of the elements of each in `way`, which was 0
-    integer :: e, k
+    type(body_search_t), intent(in) :: bodies
+    real(dp), intent(inout) :: largest(:)         !! (n_blocks), of those that can move
+    real(dp) :: own
+    integer :: b, e, k, last
 
+    last = 0
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
-      associate (b => model%elements%block(e))
-        bodies%way(b) = max(bodies%way(b), most_moved(model%model, model%effects%rotation, values_of(model%elements, e, d), &
-                                                      2*(bodies%radius(b) + bodies%moved(b))))
-      end associate
+      b = model%elements%block(e)
+      own = most_moved(model%model, model%effects%rotation, values_of(model%elements, e, d), 2*(bodies%radius(b) + bodies%moved(b)))
+      if (b == last) own = max(own, largest(b))
+      largest(b) = own
+      last = b
     end do
-  end subroutine add_ways
+  end subroutine find_largest
 
-  !> Whether no vertex of a body went farther, beyond what its velocity makes, than contacts are looked for at rest. Where it says
-  !> no, one may have.
-  pure logical function keeps_clear(model, state, dt, margin, d, bodies, b, first)
+  !> Lists bodies that no other is near, and of which a vertex may have gone farther, beyond what its velocity makes, than contacts
+  !> are looked for at rest. Of the others none has.
+  pure subroutine list_unclear(model, state, dt, margin, d, bodies, unclear)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt                    !! time
     real(dp), intent(in) :: margin                !! length
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
     type(body_search_t), intent(in) :: bodies
-    integer, intent(in) :: b, first               !! block, and the place of its first element among those that can move
-    real(dp) :: local
-    integer :: e, k
+    integer, allocatable, intent(out) :: unclear(:) !! not allocated: none
+    real(dp) :: beyond(element_unknowns), local
+    integer :: b, e, i, k
 
-    keeps_clear = .true.
-    do k = first, size(model%elements%free)
+    do k = 1, size(model%elements%free)
       e = model%elements%free(k)
-      if (model%elements%block(e) /= b) return
+      b = model%elements%block(e)
+      if (bodies%near(b)) cycle
       associate (F => state%deformation(:, e)) ! which shortens no edge more than this
-        local = bodies%shortest(b)*max(0.0_dp, 0.99_dp*(F(1)*F(4) - F(2)*F(3))/sqrt(sum(F**2)))
+        local = bodies%shortest(b)*max(0.0_dp, 0.99_dp*(F(1)*F(4) - F(2)*F(3))/sqrt(F(1)**2 + F(2)**2 + F(3)**2 + F(4)**2))
       end associate
-      keeps_clear = most_moved(model%model, model%effects%rotation, values_of(model%elements, e, d) &
-                               - dt*values_of(model%elements, e, state%velocity), 2*(bodies%radius(b) + bodies%moved(b))) &
-                    <= at_rest*local + min(margin, model%effects%contact%leap*local)
-      if (.not. keeps_clear) return
+      do i = 1, element_unknowns
+        beyond(i) = d(model%elements%unknown(i, e)) - dt*state%velocity(model%elements%unknown(i, e))
+      end do
+      if (most_moved(model%model, model%effects%rotation, beyond, 2*(bodies%radius(b) + bodies%moved(b))) &
+          <= beyond_velocity(model, margin, local)) cycle
+      if (.not. allocated(unclear)) allocate (unclear(0))
+      if (all(unclear /= b)) unclear = [unclear, b]
     end do
-  end function keeps_clear
+  end subroutine list_unclear
 
   !> Finds the bodies that others are near, and lists what is looked at then. Circles reach as far as keeps them clear of others, up
   !> to many times the least, and no less than that.

@@ -1,6 +1,6 @@
 !> Which vertices are near which edges: a search in a grid, with room to move, and whether a step outran it.
 module scree_contact_search
-  use scree_body_search, only: keeps_clear, list_all, reach_of, room
+  use scree_body_search, only: list_all, list_unclear, reach_of, room
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_contact_rules, only: corners_turn
   use scree_contact_try, only: contact_try_t
@@ -14,8 +14,10 @@ module scree_contact_search
   use scree_system, only: values_of
   implicit none
   private
-  public :: find_at_outlines, find_nearby, most_turning, outran
+  public :: find_at_outlines, find_nearby, find_outrun, most_turning
 
+  !> Room to move of a vertex that goes fast: so many times as far as pairs are near, up to a share of the edges about.
+  real(dp), parameter :: steps = 4.0_dp, spare = 0.25_dp
   real(dp), parameter :: most_turning = acos(-1.0_dp)/6 !! of a corner in a step, rad
 
 contains
@@ -40,7 +42,8 @@ contains
     associate (list => search%bodies%vertex)
       wide(list) = near(list) + room*local(list)
     end associate
-    if (.not. still_holds(outlines, position, wide, search)) call list_candidates(outlines, position, wide, self_contact, search)
+    if (.not. still_holds(outlines, position, wide, search)) &
+      call list_candidates(outlines, position, wide, local, self_contact, search)
     is_near = are_near(outlines, position, wide, search%candidate)
     deep = .not. are_near(outlines, position, wide, outlines%inside)
     nearby = reshape([pack(search%candidate, spread(is_near, 1, 2)), pack(outlines%inside, spread(deep, 1, 2))], &
@@ -93,10 +96,11 @@ contains
   end function still_holds
 
   !> Searches vertices near edges in a grid, with room to move.
-  subroutine list_candidates(outlines, position, wide, self_contact, search)
+  subroutine list_candidates(outlines, position, wide, local, self_contact, search)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)  !! (2, n_vertices), length
     real(dp), intent(in) :: wide(:)         !! (n) how far from each vertex pairs are near, length
+    real(dp), intent(in) :: local(:)        !! (n) shorter edge at each vertex, length
     logical, intent(in) :: self_contact
     type(contact_search_t), intent(inout) :: search
     type(cell_grid_t) :: grid
@@ -109,7 +113,9 @@ contains
     if (.not. allocated(search%reach)) allocate (search%reach(size(wide)))
     if (.not. allocated(search%found_at)) allocate (search%found_at(2, size(wide)))
     vertex = position(:, outlines%start(search%bodies%vertex))
-    around = 2*wide(search%bodies%vertex)
+    associate (list => search%bodies%vertex)
+      around = wide(list) + max(wide(list), min(steps*wide(list), spare*local(list)))
+    end associate
     search%found_at(:, search%bodies%vertex) = vertex
     search%reach(search%bodies%vertex) = around
     search%candidate = reshape([integer ::], [2, 0])
@@ -179,29 +185,26 @@ contains
 
   !> How far a vertex went beyond what the search for contacts looked at, 0 where none did; how far an edge that may touch turned
   !> beyond that, rad; and the largest of either, that of the way without what velocity makes, over the most that is looked at.
-  pure function outran(model, cache, state, dt, try, d) result(farthest)
+  pure subroutine find_outrun(model, cache, state, dt, try, d, farthest)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
     type(cache_t), intent(in) :: cache
     real(dp), intent(in) :: dt                       !! of the step, time
-    type(contact_try_t), intent(in) :: try
+    type(contact_try_t), intent(inout) :: try        !! is told whether all is clear
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
-    real(dp) :: farthest(3), u(2, size(model%outlines%start))
-    integer :: b, i, k
+    real(dp), intent(out) :: farthest(3)
+    real(dp) :: u(2, size(model%outlines%start))
+    integer, allocatable :: unclear(:)
+    integer :: i, k
 
     farthest = 0.0_dp
     associate (outlines => model%outlines, bodies => cache%search%bodies)
-      if (allocated(bodies%near)) then
-        k = 1
-        do i = 1, size(model%free_block)
-          b = model%free_block(i)
-          do while (model%elements%block(model%elements%free(k)) < b)
-            k = k + 1
-          end do
-          if (bodies%near(b)) cycle
-          if (keeps_clear(model, state, dt, try%margin, d, bodies, b, k)) cycle
+      if (allocated(bodies%near)) call list_unclear(model, state, dt, try%margin, d, bodies, unclear)
+      try%all_clear = allocated(bodies%near) .and. .not. allocated(unclear)
+      if (allocated(unclear)) then
+        do k = 1, size(unclear)
           call add_way(model, cache, state, dt, try%margin, d, &
-                       outlines%of_block(outlines%first(b):outlines%first(b + 1) - 1), farthest)
+                       outlines%of_block(outlines%first(unclear(k)):outlines%first(unclear(k) + 1) - 1), farthest)
         end do
       end if
       if (size(bodies%vertex) == 0) return
@@ -212,7 +215,7 @@ contains
       end do
     end associate
     if (corners_turn(try%law)) call add_turns(model, state, cache%search%bodies%vertex, try, u, farthest)
-  end function outran
+  end subroutine find_outrun
 
   !> Adds a way beyond what was looked at, of a vertex.
   pure subroutine add_beyond(beyond, local, margin, leap, farthest)

@@ -33,6 +33,7 @@ module scree_contact_try
     type(entrance_start_t), allocatable :: start(:, :)   !! (2, n)
     type(entrance_geometry_t), allocatable :: geometry(:, :) !! (2, n), gaps from where the springs rest
     real(dp), allocatable :: largest(:)                  !! (n_blocks) force across a contact, of those judged last
+    logical :: all_clear = .false.                       !! bodies that no other is near went no farther than is looked at there
     logical :: lines_stay = .false.                      !! entrances that act, and anchors, as they are
     integer :: count(3) = 0                              !! contacts open, sliding, locked
     integer :: changes = 0                               !! of states, in the last judgement

@@ -115,9 +115,9 @@ contains
     if (model == model_dda) then
       way = abs(unknown(3)) + max(abs(unknown(4)), abs(unknown(5))) + 0.5_dp*abs(unknown(6))
       if (rotation > rotation_exact) way = way*(1 + way)
-      way = hypot(unknown(1), unknown(2)) + arm*way
+      way = sqrt(unknown(1)**2 + unknown(2)**2) + arm*way
     else ! its places lie within the nodes of the covers
-      way = max(hypot(unknown(1), unknown(2)), hypot(unknown(3), unknown(4)), hypot(unknown(5), unknown(6)))
+      way = sqrt(max(unknown(1)**2 + unknown(2)**2, unknown(3)**2 + unknown(4)**2, unknown(5)**2 + unknown(6)**2))
     end if
   end function most_moved
 

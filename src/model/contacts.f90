@@ -84,7 +84,7 @@ module scree_contacts
     real(dp), allocatable :: shortest(:)  !! (n_blocks) of the edges when the run began, length
     real(dp), allocatable :: reach(:)     !! (n_blocks) beyond the circle, length
     real(dp), allocatable :: moved(:)     !! (n_blocks) farthest that a vertex may have gone since, length
-    real(dp), allocatable :: way(:)       !! (n_blocks) zero between uses
+    real(dp), allocatable :: speed(:)     !! (n_blocks) bound of how fast a vertex goes at the beginning of the step, length/time
     real(dp) :: margin = 0.0_dp, pressed = 0.0_dp !! of contacts, up to which the circles hold, length
     logical, allocatable :: near(:)       !! (n_blocks) can move, and others are near
     integer, allocatable :: edge(:)       !! of the outlines, that are looked at

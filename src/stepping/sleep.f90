@@ -53,7 +53,7 @@ contains
       awake = model
       call leave_out_sleepers(model, awake, cache, state)
     end if
-    call wake(model, disturbed(model, dt, state), awake, cache, state)
+    if (size(awake%free_block) < size(model%free_block)) call wake(model, disturbed(model, dt, state), awake, cache, state)
     do
       call advance(awake, dt, cache, state, report, error)
       if (allocated(error)) return
@@ -62,7 +62,7 @@ contains
     end do
     if (state%step == before) return ! a signal came
     call begin_phase(cache%timers, phase_sleep)
-    call put_to_sleep(model, awake, cache, state)
+    if (modulo(state%step, steps_apart) == 0) call put_to_sleep(model, awake, cache, state)
   end subroutine advance_awake
 
   !> Takes what sleeps out of what can move, and makes anew what was kept of that.
@@ -138,7 +138,6 @@ contains
     logical, allocatable :: moves(:)
     real(dp) :: motion
 
-    if (modulo(state%step, steps_apart) /= 0) return
     call count_quiet_looks(awake, cache, state)
     if (.not. any(state%sleep%quiet(awake%free_block) >= quiet_looks)) return
     island = islands_of(model, state)
@@ -211,34 +210,35 @@ contains
     real(dp), intent(in) :: share
     logical :: rests(model%n_blocks)
     real(dp) :: area, mass, speed, unbalanced, weight
-    integer :: e, k
-    logical :: last
+    integer :: first, k, last
 
     rests = .true.
     associate (free => model%elements%free, block => model%elements%block)
-      area = 0.0_dp
-      mass = 0.0_dp
-      speed = 0.0_dp
-      unbalanced = 0.0_dp
-      weight = 0.0_dp
-      do k = 1, size(free)
-        e = free(k)
-        associate (own => cache%element(e))
-          area = area + own%kinematics%area
-          mass = mass + own%mass
-          weight = weight + abs(own%mass_ratio*model%effects%gravity%weight(e))
-          speed = speed + 2*kinetic_energy(own%mass_matrix, values_of(model%elements, e, state%velocity))
-          unbalanced = unbalanced + 2*kinetic_energy(own%mass_matrix, values_of(model%elements, e, state%acceleration))
-        end associate
-        last = k == size(free)
-        if (.not. last) last = block(free(k + 1)) /= block(e)
-        if (.not. last) cycle
-        rests(block(e)) = speed < share**2*weight*sqrt(area) .and. mass*unbalanced < (share*weight)**2
+      last = 0
+      do while (last < size(free)) ! of a body
+        first = last + 1
         area = 0.0_dp
         mass = 0.0_dp
         speed = 0.0_dp
-        unbalanced = 0.0_dp
         weight = 0.0_dp
+        do last = first, size(free)
+          if (block(free(last)) /= block(free(first))) exit
+          associate (e => free(last), own => cache%element(free(last)))
+            area = area + own%kinematics%area
+            mass = mass + own%mass
+            weight = weight + abs(own%mass_ratio*model%effects%gravity%weight(e))
+            speed = speed + 2*kinetic_energy(own%mass_matrix, values_of(model%elements, e, state%velocity))
+          end associate
+        end do
+        last = last - 1
+        rests(block(free(first))) = speed < share**2*weight*sqrt(area)
+        if (.not. rests(block(free(first)))) cycle
+        unbalanced = 0.0_dp
+        do k = first, last
+          unbalanced = unbalanced + 2*kinetic_energy(cache%element(free(k))%mass_matrix, &
+                                                     values_of(model%elements, free(k), state%acceleration))
+        end do
+        rests(block(free(first))) = mass*unbalanced < (share*weight)**2
       end do
     end associate
   end function bodies_at_rest
@@ -281,8 +281,6 @@ contains
     real(dp) :: change
     integer :: b, i
 
-    allocate (block(0))
-    if (.not. any(state%sleep%island > 0)) return
     is_disturbed = grows(model, state, state%time + dt) .or. is_shaken(model, dt, state)
     associate (effects => model%effects, of_element => model%elements%block, of_point => model%points%element, &
                sleep => state%sleep, share => model%effects%sleep, to => state%time + dt)

@@ -2,7 +2,7 @@
 !> overlap; what is lost.
 module scree_step_checks
   use scree_contact_acceptance, only: farthest_apart
-  use scree_contact_search, only: outran
+  use scree_contact_search, only: find_outrun
   use scree_contact_rules, only: looks_as_far_as_it_moves, stiffness_adapts, stiffness_after
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_interpolation, only: displacement_matrix
@@ -49,7 +49,7 @@ contains
     real(dp) :: beyond(3)
 
     if (.not. looks_as_far_as_it_moves(model%effects%contact)) return
-    beyond = outran(model, cache, state, try%dt, try%contacts, try%d)
+    call find_outrun(model, cache, state, try%dt, try%contacts, try%d, beyond)
     try%leap = max(try%leap, beyond(3))
     if (beyond(3) > 1) then
       call reject_fastest(model, cache, state, 'a vertex leapt over what is near it, or turned too far', &

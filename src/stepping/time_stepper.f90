@@ -342,7 +342,9 @@ contains
       else
         call accept_no_contact(try%contacts, state%contacts)
       end if
-      if (searches(model)) call move_circles(model, try%d, cache%search%bodies)
+      if (searches(model)) &
+        call move_circles(model, try%dt, try%contacts%margin, try%d, &
+                          try%contacts%all_clear .and. .not. allocated(try%impact%push), cache%search%bodies)
     end if
     if (couples_pairs(model)) state%pair = try%contacts%pair
     if (allocated(try%green)) state%green(model%elements%free) = try%green
