@@ -142,7 +142,8 @@ contains
   end function reach_at_rest
 
   !> Counts the displacement of a step, from above: where all bodies kept clear of others what velocity made, and as much more as they
-  !> could have gone then.
+  !> Counts the displacement of a step, from above: where all bodies kept clear of others what velocity made, and as much more as
+  !> they could have gone then.
   subroutine move_circles(model, dt, margin, d, all_clear, bodies)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: dt                    !! of the step, time
@@ -187,7 +188,8 @@ contains
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       b = model%elements%block(e)
-      own = most_moved(model%model, model%effects%rotation, values_of(model%elements, e, d), 2*(bodies%radius(b) + bodies%moved(b)))
+      own = most_moved(model%model, model%effects%rotation, values_of(model%elements, e, d), &
+                       2*(bodies%radius(b) + bodies%moved(b)))
       if (b == last) own = max(own, largest(b))
       largest(b) = own
       last = b

@@ -110,11 +110,13 @@ contains
     real(dp), intent(in) :: unknown(:)
     real(dp), intent(in) :: more(4)        !! xx, yx, xy, yy
     real(dp), intent(inout) :: position(:, :) !! (2, n), length
+    real(dp) :: arm(2)
     integer :: k
 
     do k = 1, size(position, 2)
+      arm = position(:, k) - element%centroid
       position(:, k) = position(:, k) + matmul(displacement_matrix(element, position(:, k)), unknown) &
-                    + matmul(reshape(more, [2, 2]), position(:, k) - element%centroid)
+                       + (more(1:2)*arm(1) + more(3:4)*arm(2))
     end do
   end subroutine move
 
