@@ -141,7 +141,6 @@ contains
     reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, local) + room*local
   end function reach_at_rest
 
-  !> Counts the displacement of a step, from above: where all bodies kept clear of others what velocity made, and as much more as they
   !> Counts the displacement of a step, from above: where all bodies kept clear of others what velocity made, and as much more as
   !> they could have gone then.
   subroutine move_circles(model, dt, margin, d, all_clear, bodies)
