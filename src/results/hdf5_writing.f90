@@ -7,8 +7,8 @@ module scree_hdf5_writing
   use scree_kinds, only: dp
   implicit none
   private
-  public :: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, grow_in_place, hold_space, reserve_disk, rows_t, &
-            write_text, write_whole, write_words
+  public :: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, flush_file, grow_in_place, hold_space, &
+            reserve_disk, rows_t, write_text, write_whole, write_words
 
   integer(hsize_t), parameter :: index_bytes = 8192 !! of a dataset: more than two nodes of its tree
   !> What posix_fallocate returns where it is interrupted, and where a disk, a limit of file size or a quota has no room (Linux).
@@ -278,6 +278,16 @@ contains
       reserved = length
     end if
   end subroutine reserve_disk
+
+  !> Hands everything to the system.
+  subroutine flush_file(file, error)
+    integer(hid_t), intent(in) :: file
+    type(error_t), allocatable, intent(out) :: error
+    integer :: status
+
+    call h5fflush_f(file, H5F_SCOPE_GLOBAL_F, status)
+    call check_status(status, 'cannot write', error)
+  end subroutine flush_file
 
   !> Space that more rows of a dataset may take at the end of the file: chunks and what indexes them.
   elemental integer(hsize_t) function bytes_to_append(rows, n) result(bytes)

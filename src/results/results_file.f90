@@ -9,11 +9,12 @@ module scree_results_file
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use scree_classic_output, only: classic_output_t, classic_path, may_replace_classic
+  use scree_disk_room, only: disk_room_t, give_back, hold_again
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_files, only: holds_something, refuse_to_replace
   use scree_hdf5_reading, only: begin_hdf5
-  use scree_hdf5_writing, only: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, grow_in_place, hold_space, &
-                                reserve_disk, rows_t, write_text, write_whole, write_words
+  use scree_hdf5_writing, only: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, flush_file, &
+                                grow_in_place, rows_t, write_text, write_whole, write_words
   use scree_interruption, only: ignore_size_limit
   use scree_kinds, only: dp
   use scree_text, only: same_length, text_t
@@ -44,7 +45,6 @@ module scree_results_file
   integer, parameter :: vtk_polygon = 7
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
   integer(hsize_t), parameter :: closing_bytes = 131072 !! of what the run came to and cost, with its indices
-  integer(hsize_t), parameter :: head_bytes = 8192     !! of a dataset that holds space
   character(len=*), parameter :: point_fields(2) = [character(len=12) :: 'displacement', 'velocity']
   character(len=*), parameter :: cell_fields(3) = [character(len=12) :: 'stress_xx', 'stress_yy', 'stress_xy']
 
@@ -83,9 +83,7 @@ module scree_results_file
     character(len=:), allocatable :: path
     integer(hid_t) :: file = -1
     integer(hid_t) :: steps = -1            !! group /VTKHDF/Steps
-    integer(hid_t) :: held = -1             !! dataset that holds space
-    integer(hsize_t) :: held_bytes = 0
-    integer(hsize_t) :: reserved = 0        !! bytes of the file that have blocks of the disk
+    type(disk_room_t) :: room
     integer :: n_frames = 0
     integer :: n_vertices = 0
     integer :: n_elements = 0
@@ -267,7 +265,7 @@ contains
 
       if (allocated(error)) return
       call fixed_rows(results%file, '/VTKHDF/'//name, [integer ::], .true., '', '', values, error, byte)
-      if (allocated(error)) error%message = results%path//': '//error%message
+      call name_file(results, error)
     end subroutine fixed
 
     !> Rows that grow with the frames.
@@ -280,7 +278,7 @@ contains
 
       if (allocated(error)) return
       call create_rows(results%file, '/VTKHDF/'//name, shape, whole, units, description, chunk_rows, rows, error, byte)
-      if (allocated(error)) error%message = results%path//': '//error%message
+      call name_file(results, error)
     end subroutine grow
 
     !> One number a frame.
@@ -327,7 +325,7 @@ contains
       series%width = product(shape)
       call create_rows(results%file, path, shape, whole_numbers, units, description, &
                        min(expected, max(1, chunk_bytes/(8*max(1, series%width)))), series%rows, error)
-      if (allocated(error)) error%message = results%path//': '//error%message
+      call name_file(results, error)
       allocate (series%waiting(16*max(1, series%width)))
     end associate
   end subroutine declare_series
@@ -429,7 +427,7 @@ contains
 
       if (allocated(error)) return
       call append_rows(rows, values, error)
-      if (allocated(error)) error%message = results%path//': '//error%message
+      call name_file(results, error)
     end subroutine append
 
   end subroutine add_frame
@@ -439,7 +437,8 @@ contains
     type(results_t), intent(inout) :: results
     type(error_t), allocatable, intent(out) :: error
 
-    call release_space(results, bytes_of_frame(results) + bytes_of_waiting(results) + closing_bytes, error)
+    call give_back(results%room, results%file, bytes_of_frame(results) + bytes_of_waiting(results) + closing_bytes, error)
+    call name_file(results, error)
   end subroutine make_room
 
   !> Writes all rows that wait, and counts frames whose rows have been appended. Errors: a failed write.
@@ -449,75 +448,24 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call append_waiting(results, error)
-    if (.not. allocated(error)) call hold(results, results%held_bytes, 0_hsize_t, error)
-    if (.not. allocated(error)) call flush_file(results, error)
     if (allocated(error)) return
-    results%n_frames = results%n_frames + n
-    call write_whole(results%steps, 'NSteps', [results%n_frames], error)
-    if (.not. allocated(error)) call flush_file(results, error)
+    call hold_again(results%room, results%file, error)
+    if (.not. allocated(error)) call flush_file(results%file, error)
+    if (.not. allocated(error)) then
+      results%n_frames = results%n_frames + n
+      call write_whole(results%steps, 'NSteps', [results%n_frames], error)
+    end if
+    if (.not. allocated(error)) call flush_file(results%file, error)
+    call name_file(results, error)
   end subroutine count_frames
 
-  !> Gives the held space back for what is written next; takes more before where it would not do.
-  !>
-  !> Errors: the disk has not so much room. Nothing is written then.
-  subroutine release_space(results, bytes, error)
-    type(results_t), intent(inout) :: results
-    integer(hsize_t), intent(in) :: bytes !! that are written next
-    type(error_t), allocatable, intent(out) :: error
-    integer :: status
+  !> Says in an error, where there is one, which file it is of.
+  pure subroutine name_file(results, error)
+    type(results_t), intent(in) :: results
+    type(error_t), allocatable, intent(inout) :: error
 
-    if (bytes > results%held_bytes) then
-      if (results%held >= 0) call h5dclose_f(results%held, status)
-      call hold(results, 2*bytes, bytes, error)
-      if (.not. allocated(error)) call flush_file(results, error)
-      if (allocated(error)) return
-    end if
-    call h5dclose_f(results%held, status)
-    results%held = -1
-  end subroutine release_space
-
-  !> Holds space at the end of the file that has blocks of the disk: as much as is wanted, else as is needed, else what has been
-  !> taken before. Errors: that is less than is needed.
-  subroutine hold(results, wanted, needed, error)
-    type(results_t), intent(inout) :: results
-    integer(hsize_t), intent(in) :: wanted, needed !! bytes
-    type(error_t), allocatable, intent(out) :: error
-    type(error_t), allocatable :: full
-    integer(hsize_t) :: beyond, left
-
-    call take(wanted)
-    if (allocated(error) .or. .not. allocated(full)) return
-    left = wanted - beyond - head_bytes
-    if (left < needed) then
-      call take(needed)
-      if (allocated(error) .or. .not. allocated(full)) return
-      full%message = results%path//': '//full%message
-      call move_alloc(full, error)
-    end if
-    results%held_bytes = max(0_hsize_t, left)
-    if (left > 0) call hold_space(results%file, left, results%held, full)
-
-  contains
-
-    !> Tries to hold space; `full` where the disk has no room for it.
-    subroutine take(bytes)
-      integer(hsize_t), intent(in) :: bytes
-      integer(hsize_t) :: length
-      integer :: status
-
-      results%held_bytes = bytes
-      call hold_space(results%file, bytes, results%held, error)
-      if (allocated(error)) error%message = results%path//': '//error%message
-      if (allocated(error)) return
-      call reserve_disk(results%file, results%reserved, full)
-      if (.not. allocated(full)) return
-      call h5fget_filesize_f(results%file, length, status)
-      beyond = length - results%reserved
-      call h5dclose_f(results%held, status)
-      results%held = -1
-    end subroutine take
-
-  end subroutine hold
+    if (allocated(error)) error%message = results%path//': '//error%message
+  end subroutine name_file
 
   !> Space that a frame may take.
   pure integer(hsize_t) function bytes_of_frame(results) result(bytes)
@@ -567,24 +515,12 @@ contains
     do i = 1, results%n_series
       associate (series => results%series(i))
         call append_rows(series%rows, series%waiting(:series%n), error)
-        if (allocated(error)) then
-          error%message = results%path//': '//error%message
-          return
-        end if
+        call name_file(results, error)
+        if (allocated(error)) return
         series%n = 0
       end associate
     end do
   end subroutine append_waiting
-
-  !> Hands everything to the system.
-  subroutine flush_file(results, error)
-    type(results_t), intent(in) :: results
-    type(error_t), allocatable, intent(out) :: error
-    integer :: status
-
-    call h5fflush_f(results%file, H5F_SCOPE_GLOBAL_F, status)
-    call check_status(status, results%path//': cannot write', error)
-  end subroutine flush_file
 
   !> Keeps a text as an attribute of /scene.
   subroutine store_text(results, name, text, error, room)
@@ -597,7 +533,7 @@ contains
 
     call h5gopen_f(results%file, '/scene', group, status)
     call write_text(group, name, text, error, room)
-    if (allocated(error)) error%message = results%path//': '//error%message
+    call name_file(results, error)
     call h5gclose_f(group, status)
   end subroutine store_text
 
@@ -609,7 +545,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call write_words(results%file, path, words, error)
-    if (allocated(error)) error%message = results%path//': '//error%message
+    call name_file(results, error)
   end subroutine store_words
 
   !> Keeps rows that never change as a dataset.
@@ -622,7 +558,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call fixed_rows(results%file, path, shape, whole, units, description, values, error)
-    if (allocated(error)) error%message = results%path//': '//error%message
+    call name_file(results, error)
   end subroutine store_rows
 
   !> Writes what waits, what the run came to, the costs and the status, and closes. Always closes; the first failure is the error.
@@ -643,7 +579,8 @@ contains
     integer :: status, unit
 
     if (results%file < 0) return
-    call release_space(results, bytes_of_waiting(results) + closing_bytes, error)
+    call give_back(results%room, results%file, bytes_of_waiting(results) + closing_bytes, error)
+    call name_file(results, error)
     if (.not. allocated(error)) call append_waiting(results, error)
     if (.not. allocated(error) .and. len(summary) > 0) call write_words(results%file, '/ending/summary', [summary], error)
     if (.not. allocated(error)) call write_words(results%file, '/ending/warnings', same_length(warning), error)
@@ -653,21 +590,22 @@ contains
     else
       call store_text(results, 'status', status_text, status_error)
     end if
-    if (.not. allocated(status_error)) call flush_file(results, status_error)
+    if (.not. allocated(status_error)) call flush_file(results%file, status_error)
+    call name_file(results, status_error)
     if (.not. allocated(error)) call move_alloc(status_error, error)
     call h5fget_filesize_f(results%file, length, status)
-    if (results%held >= 0) call h5dclose_f(results%held, code)
+    if (results%room%dataset >= 0) call h5dclose_f(results%room%dataset, code)
     call h5fclose_f(results%file, status)
     if (.not. allocated(error)) call check_status(status, results%path//': cannot close', error)
     results%file = -1
     if (.not. allocated(error)) then
       call h5close_f(status) ! after a failure it would try to write again
-    else if (results%reserved == 0 .and. status < 0) then
+    else if (results%room%reserved == 0 .and. status < 0) then
       open (newunit=unit, file=results%path, iostat=status)
       if (status == 0) close (unit, status='delete')
     else if (status < 0) then
       ! the failure may have cut the file shorter than its head says, and it would not open; a hole takes no space
-      code = c_truncate(results%path//c_null_char, int(length + results%held_bytes, c_int64_t))
+      code = c_truncate(results%path//c_null_char, int(length + results%room%bytes, c_int64_t))
     end if
   end subroutine close_results
 
