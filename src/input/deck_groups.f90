@@ -1,12 +1,12 @@
 !> The named groups of a deck, and the stages that they belong to.
 module scree_deck_groups
-  use scree_deck_text, only: deck_t, in_quotes
+  use scree_deck_text, only: deck_t
   use scree_errors, only: error_t, fail, status_bad_input
-  use scree_named_groups, only: group_begins, groups_end, groups_t, name_has_value, next_item, start_groups, wrong_item
+  use scree_named_groups, only: forget_groups, given_word, group_begins, groups_end, groups_t, name_has_value, next_known_item, &
+                                refuse_second, start_groups
   use scree_scene, only: word_t
-  use scree_setting_table, only: blank_words, deck_part_t, known_groups, put_word, setting_t
+  use scree_setting_table, only: blank_words, deck_part_t, put_word, setting_t
   use scree_settings, only: settings_table
-  use scree_text, only: number_text
   implicit none
   private
   public :: read_groups
@@ -25,7 +25,6 @@ contains
     type(setting_t), allocatable :: table(:)
     type(groups_t) :: groups
     type(word_t) :: given
-    character(len=:), allocatable :: done
     integer :: i
     logical :: later
 
@@ -33,32 +32,22 @@ contains
     blank = blank_words(table)
     if (present(only)) table = pack(table, [(any(only == table(i)%group), i=1, size(table))])
     parts = [deck_part_t(blank)]
-    done = ' '
     call start_groups(deck, groups)
     do
-      call next_item(deck, groups, error)
+      call next_known_item(deck, table, groups, error)
       if (allocated(error)) return
       select case (groups%item)
       case (groups_end)
         return
       case (group_begins)
-        if (all(table%group /= groups%group)) then
-          call wrong_item(deck, groups, 'one of the groups '//known_groups(table), in_quotes(groups%word), error)
-          return
-        end if
         if (groups%group == 'stage') then
           parts = [parts, deck_part_t(blank)]
-          done = ' '
+          call forget_groups(groups)
         end if
-        if (index(done, ' '//groups%group//' ') > 0) then
-          call wrong_item(deck, groups, 'each group once, or once in each stage', 'a second &'//groups%group, error)
-          return
-        end if
-        done = done//groups%group//' '
+        call refuse_second(deck, groups, 'each group once, or once in each stage', 'a second &'//groups%group, error)
+        if (allocated(error)) return
       case (name_has_value)
-        given%name = groups%group//'.'//groups%name
-        given%value = groups%value
-        given%from = deck%name//':'//number_text(groups%line)
+        given = given_word(deck, groups)
         later = size(parts) > 1
         call put_word(table, given%from//': ', given, parts(size(parts))%words, error, later)
         if (allocated(error)) return

@@ -4,13 +4,13 @@ module scree_joints_deck
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_joint_sets, only: bounds_of, expected_traces, joint_set_t
   use scree_kinds, only: dp
-  use scree_named_groups, only: group_begins, group_ends, groups_end, groups_t, name_has_value, next_item, start_groups, &
-                                wrong_item
+  use scree_named_groups, only: given_word, group_begins, group_ends, groups_end, groups_t, name_has_value, next_known_item, &
+                                refuse_second, start_groups
   use scree_rock_outline, only: close_slope, crosses_itself, has_rock_at, make_rock, meets_rock, outline_t, &
                                 reaches_into_window, rock_t, slope_outline, tunnel_outline, window_outline
   use scree_scene, only: line_t, point_t, scene_t, word_t
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
-  use scree_setting_table, only: blank_words, from_of, full_name, index_of, known_groups, put_word, setting_t
+  use scree_setting_table, only: blank_words, from_of, full_name, index_of, put_word, setting_t
   use scree_settings, only: settings_table
   use scree_text, only: number_text, real_text
   implicit none
@@ -101,29 +101,21 @@ contains
     type(groups_t) :: groups
     type(group_t) :: group
     type(word_t) :: given
-    character(len=:), allocatable :: done
 
     table = joints_table()
-    done = ' '
     call start_groups(deck, groups)
     do
-      call next_item(deck, groups, error)
+      call next_known_item(deck, table, groups, error)
       if (allocated(error)) return
       select case (groups%item)
       case (groups_end)
         return
       case (group_begins)
-        if (all(table%group /= groups%group)) then
-          call wrong_item(deck, groups, 'one of the groups '//known_groups(table), in_quotes(groups%word), error)
-        else if (index(done, ' '//groups%group//' ') > 0) then
-          call wrong_item(deck, groups, '&'//groups%group//' once', 'a second', error)
-        end if
-        if (any(groups%group == [character(len=6) :: 'window', 'seed', 'deck'])) done = done//groups%group//' '
+        if (any(groups%group == [character(len=6) :: 'window', 'seed', 'deck'])) &
+          call refuse_second(deck, groups, '&'//groups%group//' once', 'a second', error)
         call begin_group(groups, table, group)
       case (name_has_value)
-        given%name = groups%group//'.'//groups%name
-        given%value = groups%value
-        given%from = place_of_line(deck, groups%line)
+        given = given_word(deck, groups)
         call put_word(table, given%from//': ', given, group%words, error)
       case (group_ends)
         call complete_group(deck, table, group, error)

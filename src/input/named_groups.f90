@@ -2,10 +2,12 @@
 module scree_named_groups
   use scree_deck_text, only: deck_t, in_quotes, word_is_real
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_scene, only: word_t
+  use scree_setting_table, only: known_groups, setting_t
   use scree_text, only: number_text
   implicit none
   private
-  public :: groups_t, next_item, start_groups, wrong_item
+  public :: forget_groups, given_word, groups_t, next_known_item, refuse_second, start_groups
 
   !> What the reading has come to.
   integer, parameter, public :: group_begins = 1, name_has_value = 2, group_ends = 3, groups_end = 4
@@ -21,6 +23,7 @@ module scree_named_groups
     integer :: line = 0                    !! of the item
     integer, private :: at = 0
     integer, private :: at_line = 0
+    character(len=:), allocatable, private :: begun !! names of the groups that may not begin again, each between blanks
   end type groups_t
 
   character(len=1), parameter :: lf = achar(10), tab = achar(9)
@@ -38,10 +41,56 @@ contains
     groups%word = ''
     groups%name = ''
     groups%value = ''
+    groups%begun = ' '
     groups%at = deck%groups_from
     groups%at_line = max(deck%groups_line, 1)
     groups%line = groups%at_line
   end subroutine start_groups
+
+  !> Goes on to the next item of groups that a table knows. Errors: text that is none, a group that the table lacks.
+  subroutine next_known_item(deck, table, groups, error)
+    type(deck_t), intent(in) :: deck
+    type(setting_t), intent(in) :: table(:)
+    type(groups_t), intent(inout) :: groups
+    type(error_t), allocatable, intent(out) :: error
+
+    call next_item(deck, groups, error)
+    if (allocated(error) .or. groups%item /= group_begins) return
+    if (all(table%group /= groups%group)) &
+      call wrong_item(deck, groups, 'one of the groups '//known_groups(table), in_quotes(groups%word), error)
+  end subroutine next_known_item
+
+  !> Error where the group that begins has begun before.
+  subroutine refuse_second(deck, groups, expected, found, error)
+    type(deck_t), intent(in) :: deck
+    type(groups_t), intent(inout) :: groups
+    character(len=*), intent(in) :: expected, found
+    type(error_t), allocatable, intent(out) :: error
+
+    if (index(groups%begun, ' '//groups%group//' ') > 0) then
+      call wrong_item(deck, groups, expected, found, error)
+    else
+      groups%begun = groups%begun//groups%group//' '
+    end if
+  end subroutine refuse_second
+
+  !> Forgets which groups have begun: a part of the deck begins that may have each once more.
+  pure subroutine forget_groups(groups)
+    type(groups_t), intent(inout) :: groups
+
+    groups%begun = ' '
+  end subroutine forget_groups
+
+  !> The name that has a value, as group.name, and where it stands.
+  pure function given_word(deck, groups) result(given)
+    type(deck_t), intent(in) :: deck
+    type(groups_t), intent(in) :: groups
+    type(word_t) :: given
+
+    given%name = groups%group//'.'//groups%name
+    given%value = groups%value
+    given%from = deck%name//':'//number_text(groups%line)
+  end function given_word
 
   !> Goes on to the next item. Errors: text that is none.
   subroutine next_item(deck, groups, error)
