@@ -22,7 +22,7 @@ from matplotlib.animation import FFMpegWriter, PillowWriter
 
 from .arguments import above_zero, whole_from
 from .errors import PlotError, ScreeError
-from .plot import WHOLE, Frames, Stage, add_words_of_frames, extras_of, kind_of, look_of
+from .plot import WHOLE, Frames, Panels, add_words_of_frames, extras_of, kind_of, look_of
 from .records import Bar
 
 WRITERS = {".mp4": (FFMpegWriter, "ffmpeg"), ".gif": (PillowWriter, "python3-pil")}  # and what Debian calls what they need
@@ -49,12 +49,12 @@ def clear(axis):
 def film(file, frames, path, fps, dpi, field, extras, look):
     """Writes the film of frames of a file."""
     writer = writer_for(path, fps)
-    stage = Stage([file], [(file, frame) for frame in frames], field, extras, look)
-    figure, axes = stage.figure(1, 1, WHOLE)
+    panels = Panels([file], [(file, frame) for frame in frames], field, extras, look)
+    figure, axes = panels.figure(1, 1, WHOLE)
     axis = axes[0, 0]
     digits = len(f"{max(file.times) / look.units.of('[time]')[1]:.6g}")
-    picture, entries = stage.draw(axis, file, frames[-1])
-    stage.frame_picture(figure, axes, picture, entries)
+    picture, entries = panels.draw(axis, file, frames[-1])
+    panels.frame_picture(figure, axes, picture, entries)
     axis.set_title(look.title(file.times[frames[-1]]), fontsize=10)
     figure.canvas.draw()
     figure.set_layout_engine("none")  # as laid out once: the rest does not move
@@ -63,7 +63,7 @@ def film(file, frames, path, fps, dpi, field, extras, look):
         with writer.saving(figure, str(path), dpi):
             for frame in frames:
                 clear(axis)
-                stage.draw(axis, file, frame)
+                panels.draw(axis, file, frame)
                 axis.set_title(look.title(file.times[frame], digits), fontsize=10)
                 writer.grab_frame()
                 bar.advance(f"frame {frame}")

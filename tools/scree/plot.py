@@ -405,7 +405,7 @@ def window_of(files, slots, extras, look):
     return np.array([low - spare, high + spare])
 
 
-class Stage:
+class Panels:
     """What panels have in common, each a frame of a file: window, colours, scales of what is drawn over."""
 
     def __init__(self, files, slots, field, extras, look):
@@ -463,18 +463,18 @@ def draw_frames(files, words, field, extras=(), look=None):
     slots = [(file, frame) for file, frames in zip(files, chosen)
              for frame in frames + [None] * (-len(frames) % columns)]
     drawn = [slot for slot in slots if slot[1] is not None]
-    stage = Stage(files, drawn, field, extras, look or Look())
-    figure, axes = stage.figure(len(slots) // columns, columns, PANEL if len(drawn) > 1 else WHOLE)
+    panels = Panels(files, drawn, field, extras, look or Look())
+    figure, axes = panels.figure(len(slots) // columns, columns, PANEL if len(drawn) > 1 else WHOLE)
     picture, entries = None, {}
     for axis, (file, frame) in zip(axes.flat, slots):
         if frame is None:
             axis.set_visible(False)
             continue
-        picture, more = stage.draw(axis, file, frame)
+        picture, more = panels.draw(axis, file, frame)
         entries.update(more)
-        axis.set_title(file.title(frame) if len(files) > 1 or isinstance(file, Blocks) else stage.look.title(file.times[frame]),
+        axis.set_title(file.title(frame) if len(files) > 1 or isinstance(file, Blocks) else panels.look.title(file.times[frame]),
                        fontsize=10)
-    stage.frame_picture(figure, axes, picture, entries)
+    panels.frame_picture(figure, axes, picture, entries)
     return figure
 
 
