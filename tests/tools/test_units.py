@@ -41,7 +41,7 @@ def test_pictures_say_numbers_in_the_units(tmp_path):
     true = file.values(2, "stress_yy")[0]
     np.testing.assert_allclose(panel.collections[1].get_array(), true / 1e3)
     assert bar.get_ylabel() == "stress yy [kPa]" and panel.get_title() == "t = 100 ms"
-    assert figure._supxlabel.get_text() == "x [mm]"
+    assert panel.get_xlabel() == "x [mm]" and panel.get_ylabel() == "y [mm]"
     assert panel.xaxis.get_major_formatter()(0.25, 0) == "250"
     words = next(text.get_text() for text in panel.texts)
     value = float(words.split()[0])

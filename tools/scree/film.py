@@ -1,11 +1,11 @@
 """Makes a film of the frames of a results file.
 
-    tools/film RESULTS.h5 [-o FILM.mp4 | FILM.gif] [--fps 20] [--every N]
+    tools/film RESULTS.h5 [-o FILM.mp4 | FILM.gif] [--fps 20] [--every N] [--stage NAME]
                           [--field stress_xx] [--joints [material | state | forces]] [--vectors [displacement | velocity]]
                           [--crosses] [--points] [--numbers] [--covers] [--window X1 Y1 X2 Y2] [--range LOW HIGH | full]
                           [--no-mesh] [--magnify FACTOR] [--units m,MPa=1e6] [--colours MAP] [--dpi N]
 
-Colours and scales are those of all frames, so that they do not change on the way. An .mp4 needs ffmpeg (Debian's ffmpeg), a .gif
+Colours and scales are those of all its frames, so that they do not change on the way. An .mp4 needs ffmpeg (Debian's ffmpeg), a .gif
 Debian's python3-pil, which matplotlib brings along. Each frame is shown as
 long: a run writes them at even times by output.interval.
 """
@@ -22,7 +22,7 @@ from matplotlib.animation import FFMpegWriter, PillowWriter
 
 from .arguments import above_zero, whole_from
 from .errors import PlotError, ScreeError
-from .plot import WHOLE, Frames, Panels, add_words_of_frames, extras_of, kind_of, look_of
+from .plot import WHOLE, Frames, Panels, add_words_of_frames, extras_of, frames_of_stage, kind_of, look_of
 from .records import Bar
 
 WRITERS = {".mp4": (FFMpegWriter, "ffmpeg"), ".gif": (PillowWriter, "python3-pil")}  # and what Debian calls what they need
@@ -52,10 +52,10 @@ def film(file, frames, path, fps, dpi, field, extras, look):
     panels = Panels([file], [(file, frame) for frame in frames], field, extras, look)
     figure, axes = panels.figure(1, 1, WHOLE)
     axis = axes[0, 0]
-    digits = len(f"{max(file.times) / look.units.of('[time]')[1]:.6g}")
+    digits = max(len(f"{time / look.units.of('[time]')[1]:.6g}") for time in file.times)
     picture, entries = panels.draw(axis, file, frames[-1])
     panels.frame_picture(figure, axes, picture, entries)
-    axis.set_title(look.title(file.times[frames[-1]]), fontsize=10)
+    axis.set_title(look.title(file, frames[-1]), fontsize=10)
     figure.canvas.draw()
     figure.set_layout_engine("none")  # as laid out once: the rest does not move
     bar = Bar("film", len(frames), "frames")
@@ -64,7 +64,7 @@ def film(file, frames, path, fps, dpi, field, extras, look):
             for frame in frames:
                 clear(axis)
                 panels.draw(axis, file, frame)
-                axis.set_title(look.title(file.times[frame], digits), fontsize=10)
+                axis.set_title(look.title(file, frame, digits), fontsize=10)
                 writer.grab_frame()
                 bar.advance(f"frame {frame}")
     except (OSError, ValueError) as problem:
@@ -81,6 +81,7 @@ def main():
                         help="default: the file with .mp4, or .gif without ffmpeg")
     parser.add_argument("--fps", type=functools.partial(above_zero, below=1000), default=20.0, help="frames in a second")
     parser.add_argument("--every", type=whole_from(1), default=1, metavar="N", help="each Nth frame")
+    parser.add_argument("--stage", metavar="STAGE", help="the frames of a stage alone, by number or name")
     add_words_of_frames(parser)
     parser.set_defaults(dpi=120)
     given = parser.parse_args()
@@ -90,7 +91,8 @@ def main():
             raise PlotError(f"{given.file}: expected a results file, found another")
         extras, look = extras_of(given), look_of(given)
         file = Frames(given.file, given.file.stem)
-        film(file, range(0, len(file.times), given.every), output, given.fps, given.dpi, given.field, extras, look)
+        frames = frames_of_stage(file, given.stage) if given.stage else range(len(file.times))
+        film(file, frames[::given.every], output, given.fps, given.dpi, given.field, extras, look)
     except ScreeError as error:
         print(f"tools/film: {error}", file=sys.stderr)
         return 2

@@ -1,6 +1,6 @@
 """Draws results files, geometries and models: deformed shapes of frames, or histories; more files are laid over each other.
 
-    tools/plot FILE [...] [--frames first last 10 | all] [--field stress_xx] [-o PICTURE.png]
+    tools/plot FILE [...] [--frames first last 10 | all] [--stage 1 NAME | all] [--field stress_xx] [-o PICTURE.png]
                           [--joints [material | state | forces]] [--vectors [displacement | velocity]] [--crosses]
                           [--points] [--numbers] [--covers] [--window X1 Y1 X2 Y2] [--range LOW HIGH | full] [--no-mesh]
                           [--magnify FACTOR] [--units m,MPa=1e6] [--colours MAP] [--dpi N] [--scree PROGRAM]
@@ -28,6 +28,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import ScaledTranslation
 
 from .arguments import above_zero
 from .errors import PlotError, ScreeError
@@ -47,6 +48,7 @@ BOTH_SIGNS = 0.1   # of the smaller of two signs over the larger, from which on 
 PALER = 0.4        # share of white in colours that something is drawn over
 PANEL, WHOLE = 3.4, 5.6  # inches of one of many panels, and of one alone
 LEGEND = 0.8       # inches below the panels
+BELOW = 0.5        # inches from a panel to the legend, for the numbers and the name of x
 TALLEST = 1.4      # of a panel, over its width
 LEAST_SIDE = 0.25  # of a picture over the other
 POINTS = {1: ("fixed point", "^", "tab:red"), 2: ("load point", "v", "tab:orange"), 3: ("measured point", "o", "tab:cyan")}
@@ -103,10 +105,14 @@ class Shapes:
         """Which elements are there."""
         return np.ones(len(self.start), bool)
 
-    def outlines(self, frame):
+    def since(self, frame):
+        """The frame that displacements of a frame count from."""
+        return 0
+
+    def outlines(self, frame, magnified=True):
         """A path an element; that of one that is gone is empty."""
         return [outline(polygon, loops) if there else Path(np.empty((0, 2)))
-                for polygon, loops, there in zip(self.polygons(frame), self.shape(), self.present(frame))]
+                for polygon, loops, there in zip(self.polygons(frame, magnified), self.shape(), self.present(frame))]
 
     def edge_list(self):
         """Of each edge, but seams: its two corners (n, 2), rows of those of all elements one after the other, its joint material,
@@ -118,12 +124,12 @@ class Shapes:
             self.listed = ends, np.asarray(self.joint)[ends[:, 0]], np.searchsorted(first, ends[:, 0], side="right") - 1
         return self.listed
 
-    def edges(self, frame):
+    def edges(self, frame, magnified=True):
         """Edges of joints and boundary (n, 2, 2), their joint material and element (n); lines of the mesh and seams are none."""
         ends, of_edge, element = self.edge_list()
         drawn = (of_edge > 0) & self.present(frame)[element]
         ends, of_edge, element = ends[drawn], of_edge[drawn], element[drawn]
-        return np.vstack(self.polygons(frame))[ends], of_edge, element
+        return np.vstack(self.polygons(frame, magnified))[ends], of_edge, element
 
     def joint_edges(self, frame):
         """Edges by joint material."""
@@ -165,10 +171,10 @@ class Blocks(Shapes):
         self.bolt_ends = numbers[at:at + 9 * n_bolts].reshape(-1, 9)[:, :4].reshape(-1, 2, 2)
         self.place = numbers[at + 9 * n_bolts:].reshape(-1, 3)[:, :2]
 
-    def title(self, frame):
+    def title(self):
         return f"{self.name}, {len(self.start)} blocks"
 
-    def polygons(self, frame):
+    def polygons(self, frame, magnified=True):
         return self.start
 
     def values(self, frame, field):
@@ -197,21 +203,36 @@ class Frames(Shapes):
         self.start = self.polygons(0)
         self.joint = self.file["elements/joint"] if "elements" in self.file else np.zeros(sum(map(len, self.corners)), int)
 
-    def title(self, frame):
-        return f"{self.name}, t = {self.times[frame]:.6g}"
+    def moment(self, frame, units, digits=""):
+        """Which frame it is, with so many letters at least: its stage, and the time, or the step where no time passes."""
+        if len(self.file.history.time) == 0:
+            return "as set up"
+        time, factor = units.of("[time]")
+        if self.file.is_static(frame):
+            words = f"step {self.file.frame_steps[frame]:<{digits}}"
+        else:
+            words = f"t = {self.times[frame] / factor:<{digits}.6g}" + (f" {time[1:-1]}" if time != "[time]" else "")
+        names = self.file.stage_names
+        return f"{names[self.file.frame_stages[frame] - 1]}, {words}" if names else words
 
-    def polygons(self, frame):
+    def since(self, frame):
+        return self.file.counted_from(frame)
+
+    def polygons(self, frame, magnified=True):
         """Vertices of each element."""
-        vertices = self.vertices(frame)
+        vertices = self.vertices(frame) if magnified else self.file.vertices(frame)
         return [vertices[corners] for corners in self.corners]
 
-    def magnify(self, start, now):
-        """Places that were somewhere at the start, as drawn."""
-        return now if self.magnified == 1 else start + self.magnified * (now - start)
+    def magnify(self, places, frame):
+        """Places as drawn, in a frame; `places(frame)` are the true ones."""
+        if self.magnified == 1:
+            return places(frame)
+        since = places(self.since(frame))
+        return since + self.magnified * (places(frame) - since)
 
     def vertices(self, frame):
         """Places of all vertices as drawn."""
-        return self.magnify(self.file.vertices(0), self.file.vertices(frame))
+        return self.magnify(self.file.vertices, frame)
 
     def true_edges(self, frame):
         """Edges of joints and boundary (n, 2, 2) where they are."""
@@ -244,7 +265,7 @@ class Frames(Shapes):
         if "bolts" not in self.file:
             return np.empty((0, 2, 2)), np.empty(0, int)
         given = self.file["bolts"]
-        return self.magnify(given.ends[0], given.ends[frame]).reshape(-1, 2, 2), given.state[frame]
+        return self.magnify(lambda k: given.ends[k], frame).reshape(-1, 2, 2), given.state[frame]
 
     def covers(self, frame):
         """Places of the nodes of the covers, and whether each follows others."""
@@ -310,6 +331,26 @@ def chosen_frames(words, count):
     return numbers
 
 
+def frames_of_stage(file, word):
+    """The frames of a stage, by its number from 1 or its name; PlotError where there are none."""
+    names = file.file.stage_names if isinstance(file, Frames) else []
+    if not names:
+        raise PlotError(f"{file.name}: expected a run with stages for --stage, found one without")
+    number = int(word) if word.isdecimal() else names.index(word) + 1 if word in names else 0
+    frames = np.flatnonzero(file.file.frame_stages == number)
+    if len(frames) == 0:
+        reached = ", ".join(f"{k} ({names[k - 1]})" for k in np.unique(file.file.frame_stages))
+        raise PlotError(f"--stage: expected one of the stages of {file.name}, by number or name: {reached}; found '{word}'")
+    return [int(frame) for frame in frames]
+
+
+def ends_of_stages(file, words):
+    """The last frame of each stage; words are numbers, names, or `all`."""
+    if words == ["all"] and isinstance(file, Frames):
+        words = [str(number) for number in np.unique(file.file.frame_stages)]
+    return [frames_of_stage(file, word)[-1] for word in words]
+
+
 def draw_joints(axis, file, frame, common):
     """Edges in the colour of their joint material; returns the entries of the legend by what they say."""
     entries = {}
@@ -372,11 +413,9 @@ class Look:
     magnify: float = 1.0    # displacements by so much
     units: Units = dataclasses.field(default_factory=Units)
 
-    def title(self, time, digits=""):
-        """What stands above a panel; the time with so many letters at least."""
-        label, factor = self.units.of("[time]")
-        return (f"t = {time / factor:<{digits}.6g}" + (f" {label[1:-1]}" if label != "[time]" else "")
-                + (f", displacements × {self.magnify:g}" if self.magnify != 1 else ""))
+    def title(self, file, frame, digits=""):
+        """What stands above a panel of a results file; its time or step with so many letters at least."""
+        return file.moment(frame, self.units, digits) + (f", displacements × {self.magnify:g}" if self.magnify != 1 else "")
 
 
 def limits_of(values, field, look):
@@ -437,17 +476,22 @@ class Panels:
 
     def frame_picture(self, figure, axes, picture, entries):
         """Names of the axes, the bar of colours and the legend around the panels."""
-        for name, place in ("x [length]", figure.supxlabel), ("y [length]", figure.supylabel):
-            label, factor = self.look.units.of(name)
-            place(label, fontsize=10)
+        (x, factor), (y, _) = (self.look.units.of(f"{name} [length]") for name in "xy")
+        for column in axes.T:
+            lowest = [axis for axis in column if axis.get_visible()][-1]
+            lowest.tick_params(labelbottom=True)
+            lowest.set_xlabel(x, fontsize=10)
+        for axis in axes[:, 0]:
+            axis.set_ylabel(y, fontsize=10)
         if factor != 1:
             for axis in (axes[0, 0].xaxis, axes[0, 0].yaxis):  # those of all panels
                 axis.set_major_formatter(lambda value, _: f"{value / factor:g}")
         figure.colorbar(picture, ax=axes, label=self.label, shrink=0.8, extend=self.beyond,
                         ticks=MaxNLocator(integer=True) if self.field in ("block", "material") else None)
         if entries:
+            below = axes[-1, 0].transAxes + ScaledTranslation(0, -BELOW, figure.dpi_scale_trans)
             axes[-1, 0].legend(entries.values(), entries.keys(), fontsize=8, frameon=False, ncols=4, loc="upper center",
-                               bbox_to_anchor=(0.5, -0.12), borderaxespad=0)
+                               bbox_to_anchor=(0.5, 0), bbox_transform=below, borderaxespad=0)
 
     def figure(self, rows, columns, side):
         """A figure with so many panels of a side in inches."""
@@ -456,9 +500,9 @@ class Panels:
         return plt.subplots(rows, columns, figsize=size, squeeze=False, layout="constrained", sharex=True, sharey=True)
 
 
-def draw_frames(files, words, field, extras=(), look=None):
-    """A panel a frame, files below each other, one colour scale; extras draw on each panel."""
-    chosen = [chosen_frames(words, len(file.times)) for file in files]
+def draw_frames(files, words, field, extras=(), look=None, stages=None):
+    """A panel a frame, or the end of a stage, files below each other, one colour scale; extras draw on each panel."""
+    chosen = [ends_of_stages(file, stages) if stages else chosen_frames(words, len(file.times)) for file in files]
     columns = min(max(map(len, chosen)), 4)
     slots = [(file, frame) for file, frames in zip(files, chosen)
              for frame in frames + [None] * (-len(frames) % columns)]
@@ -472,8 +516,11 @@ def draw_frames(files, words, field, extras=(), look=None):
             continue
         picture, more = panels.draw(axis, file, frame)
         entries.update(more)
-        axis.set_title(file.title(frame) if len(files) > 1 or isinstance(file, Blocks) else panels.look.title(file.times[frame]),
-                       fontsize=10)
+        if isinstance(file, Blocks):
+            title = file.title()
+        else:
+            title = (f"{file.name}, " if len(files) > 1 else "") + panels.look.title(file, frame)
+        axis.set_title(title, fontsize=10)
     panels.frame_picture(figure, axes, picture, entries)
     return figure
 
@@ -484,10 +531,11 @@ def paler(colours):
 
 
 def draw_shapes(axis, file, frame, values, with_joints, look):
-    """The elements of a frame in their colours over their outlines at the start, lines of the mesh thinner than edges of blocks."""
+    """The elements of a frame in their colours over their outlines where displacements count from, lines of the mesh thinner than edges
+    of blocks."""
     meshed = isinstance(file, Frames) and file.has_mesh()
     if frame > 0 and not meshed:
-        axis.add_collection(PathCollection(file.outlines(0), facecolors="none", edgecolors="0.7", linewidths=0.8))
+        axis.add_collection(PathCollection(file.outlines(file.since(frame), magnified=False), facecolors="none", edgecolors="0.7", linewidths=0.8))
     if meshed:
         edges = dict(edgecolors="0.35", linewidths=0.15) if look.mesh else dict(edgecolors="none", antialiaseds=False)
     else:
@@ -495,7 +543,7 @@ def draw_shapes(axis, file, frame, values, with_joints, look):
     picture = axis.add_collection(PathCollection(file.outlines(frame), array=values, **edges))
     if meshed and not with_joints:
         if frame > 0:
-            axis.add_collection(LineCollection(file.edges(0)[0], colors="0.7", linewidths=0.8, zorder=0.9))
+            axis.add_collection(LineCollection(file.edges(file.since(frame), magnified=False)[0], colors="0.7", linewidths=0.8, zorder=0.9))
         axis.add_collection(LineCollection(file.edges(frame)[0], colors="0.15", linewidths=0.8))
     return picture
 
@@ -556,6 +604,12 @@ def look_of(given):
     return Look(given.window, given_range, not given.no_mesh, given.colours, given.magnify, Units(given.units))
 
 
+def add_units(parser):
+    """What units the numbers of pictures and pages are in."""
+    parser.add_argument("--units", metavar="LENGTH,STRESS[,TIME]",
+                        help="names; NAME=FACTOR is so many of the unit of the decks, as in m,MPa=1e6")
+
+
 def add_words_of_frames(parser):
     """What says how frames are drawn, in a picture and in a film."""
     parser.add_argument("--field", choices=FIELDS, default="block")
@@ -571,8 +625,7 @@ def add_words_of_frames(parser):
     parser.add_argument("--range", nargs="+", metavar="VALUE",
                         help="of the colours: LOW HIGH, or full; default: without the hundredth part at each end")
     parser.add_argument("--magnify", type=above_zero, default=1.0, metavar="FACTOR", help="displacements by so much")
-    parser.add_argument("--units", metavar="LENGTH,STRESS[,TIME]",
-                        help="names; NAME=FACTOR is so many of the unit of the decks, as in m,MPa=1e6")
+    add_units(parser)
     parser.add_argument("--no-mesh", action="store_true", help="no lines within blocks")
     parser.add_argument("--colours", choices=plt.colormaps(), metavar="MAP", help="a colour map of matplotlib")
     parser.add_argument("--dpi", type=float, default=150)
@@ -583,7 +636,9 @@ def main():
     parser.add_argument("files", nargs="+", metavar="FILE")
     parser.add_argument("--history", nargs="+", metavar="NAME", help="histories to draw, as below /history, or measured_points/NAME")
     parser.add_argument("--rose", action="store_true", help="directions of the joints between blocks of the first file")
-    parser.add_argument("--frames", nargs="+", metavar="FRAME", help="default: first last")
+    moments = parser.add_mutually_exclusive_group()
+    moments.add_argument("--frames", nargs="+", metavar="FRAME", help="default: first last")
+    moments.add_argument("--stage", nargs="+", metavar="STAGE", help="the last frame of stages, by number or name; or all")
     add_words_of_frames(parser)
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
     parser.add_argument("-o", "--output", help="picture; default: the first file with .png")
@@ -597,7 +652,7 @@ def main():
                 figure = draw_rose(open_shapes(given.files[0], given.scree, folder), look.units)
             else:
                 shapes = [open_shapes(path, given.scree, folder) for path in given.files]
-                figure = draw_frames(shapes, given.frames, given.field, extras, look)
+                figure = draw_frames(shapes, given.frames, given.field, extras, look, given.stage)
         output = given.output or str(pathlib.Path(given.files[0]).with_suffix(".png"))
         try:
             figure.savefig(output, dpi=given.dpi, bbox_inches="tight", pad_inches=0.05)

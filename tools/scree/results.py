@@ -188,6 +188,32 @@ class Results(Group):
         return np.searchsorted(np.append(0.0, self.history.time), self.times)
 
     @property
+    def frame_stages(self) -> np.ndarray:
+        """Number of the stage that each frame is of (f), from 1: that of the step that it is the end of, and the first at the start."""
+        of_step = self.history.stage if "stage" in self.history else np.ones(len(self.history.time), int)
+        return np.append(1, of_step)[self.frame_steps]
+
+    @property
+    def stage_names(self) -> list[str]:
+        """What the stages are called; none of a run without."""
+        return list(self["stages/name"]) if "stages" in self else []
+
+    def counted_from(self, frame: int = -1) -> int:
+        """The frame that displacements of a frame count from: the start, or the last one before a stage that has reset them."""
+        stages = self.frame_stages
+        for stage in range(stages[self._frame(frame)], 1, -1):
+            given = [line.split("  (")[0] for line in self[f"stages/settings_{stage}"]]
+            if "stage.reset = displacements" in given or "stage.reset = both" in given:
+                return int(np.searchsorted(stages, stage)) - 1
+        return 0
+
+    def is_static(self, frame: int = -1) -> bool:
+        """Whether the stage that a frame is of, or the whole run, is static: no time passes in it."""
+        if "stages" in self:
+            return self["stages/kind"][self.frame_stages[self._frame(frame)] - 1] == "static"
+        return "unbalanced" in self.history
+
+    @property
     def n_blocks(self) -> int:
         return self["bodies/area"].shape[1]
 
@@ -218,7 +244,7 @@ class Results(Group):
         return self._of_frame("Points", frame, self._n_vertices)[:, :2]
 
     def displacement(self, frame: int = -1) -> np.ndarray:
-        """Of all vertices since the start (v, 2)."""
+        """Of all vertices (v, 2) since the start, or since a stage has reset it: `counted_from`."""
         return self._of_frame("PointData/displacement", frame, self._n_vertices)[:, :2]
 
     def velocity(self, frame: int = -1) -> np.ndarray:
