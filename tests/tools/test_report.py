@@ -15,6 +15,7 @@ from scree import overlays, plot, touching
 from scree.report import facts
 from scree.report.frames import pack_frames
 from scree.report.packing import Pack, quantised
+from scree.units import Units
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 TOOL = SOURCE / "tools" / "report"
@@ -105,10 +106,10 @@ def test_a_page_needs_nothing_else_and_is_small(page):
 def test_a_page_says_what_the_run_came_to(page):
     results, text = page[0].file, page[1].read_text()
     assert "The run is complete" in text
-    rows = dict(facts.outcome_rows(results))
+    rows = dict(facts.outcome_rows(results, Units()))
     assert rows["steps"].startswith(f"{len(results.history.time)} taken of ") and rows["steps"] in text
     assert f"block {results.summary['overlap']['blocks'][0]} in block" in rows["worst overlap"]
-    energy = {name: value for name, value, _ in facts.energy_rows(results)}
+    energy = {name: value for name, value, _ in facts.energy_rows(results, Units())}
     assert set(energy) == set(results.history.energy) and float(energy["friction"].replace(" ", "")) == pytest.approx(
         results.history.energy.friction[-1], rel=1e-3)
     assert [phase for phase, *_ in facts.cost_rows(results)][0] in results.cost.phase[results.cost.share > 0.1]
@@ -117,18 +118,18 @@ def test_a_page_says_what_the_run_came_to(page):
 def test_charts_keep_the_peaks_of_long_runs():
     t = np.linspace(0, 1, 50_000)
     values = np.where(np.arange(50_000) == 12_345, 7.0, np.sin(t))
-    made = facts.chart(t, "x", "1", [("a", values), ("b", -values)])
+    made = facts.chart(Units(), t, "x", "1", [("a", values), ("b", -values)])
     assert len(made["times"]) < 5 * facts.BINS and max(made["series"][0]["values"]) == 7 == -min(made["series"][1]["values"])
     assert made["times"][0] == 0 and made["times"][-1] == 1
-    assert len(facts.chart(t[:600], "x", "1", [("a", values[:600])])["times"]) == 600
+    assert len(facts.chart(Units(), t[:600], "x", "1", [("a", values[:600])])["times"]) == 600
 
 
 def test_remarks_are_on_what_is_off(tmp_path):
     """Small strain at large steps takes rotation for growth: 1 + r^2 in a step."""
     grown = scree.run(SOURCE / "input/paper/rotation/t1.ana", output=tmp_path / "t1.h5")
-    level, words, remarks = facts.verdict(grown)
+    level, words, remarks = facts.verdict(grown, Units())
     assert level == "look" and words.startswith("The run is complete") and len(remarks) == 1 and remarks[0].startswith("The area")
-    assert facts.verdict(scree.run(SOURCE / "input/paper/rotation/t4.ana", output=tmp_path / "t4.h5"))[::2] == ("good", [])
+    assert facts.verdict(scree.run(SOURCE / "input/paper/rotation/t4.ana", output=tmp_path / "t4.h5"), Units())[::2] == ("good", [])
 
 
 def test_a_run_that_was_killed_has_a_page(tmp_path):
@@ -334,7 +335,7 @@ def test_places_far_from_the_origin_are_kept(edge, tmp_path):
     (tmp_path / "s.ana").write_text(f"1 20 1 1 0.01 0.01\n2500 0 1e9 0.2 0 0 0 0 0 0 {edge!r} 0 0\n30 0 0\n&deck geometry='s.geo' /\n")
     results = scree.run("s.ana", settings=["output.every=10"], cwd=tmp_path)
     pack, file = Pack(), plot.Frames(results.path, "s")
-    scene = pack_frames(file, pack)
+    scene = pack_frames(file, pack, Units())
     start = unpacked(pack, "start").T * scene["size"] / 2**30
     moved = unpacked(pack, "motion")[:, :, -1] * scene["motion_factor"][0]
     np.testing.assert_allclose(start + moved, file.file.vertices(-1) - scene["origin"], atol=1e-4 * edge)
@@ -357,4 +358,35 @@ def test_what_a_stage_has_removed_is_not_there(tmp_path):
             return browser.evaluate(f"player.scene.elementAt({x}, {y}, player.scene.positions({frame}, 1), {frame})")
 
         assert found(0) == element != found(last)
+        assert not browser.problems
+
+
+@needs_browser
+def test_a_page_has_stages_and_units(tmp_path):
+    """Displacements count from where a stage has reset them, also those that are magnified; numbers are in the units, the bar of a scale as
+    long as it says."""
+    results = scree.run(SOURCE / "tests/data/stages/stages.ana", output=tmp_path / "stages.h5", settings=["output.every=10"])
+    done = subprocess.run([TOOL, results.path, "--units", "mm=1e-3,kPa=1e3,ms=1e-3"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    file, last, text = plot.Frames(results.path, "stages"), results.n_frames - 1, results.path.with_suffix(".html").read_text()
+    assert "The run is complete, at time 710 ms." in text and f"{1e3 * results.summary['speed']['largest'] / 1e3:.4g} mm/ms, block 2" in text
+    assert "<td>stage 3 (dug)</td><td>dynamic</td><td>complete</td><td>150 steps</td><td>110 ms to 410 ms</td>" in text
+    with Browser() as browser:
+        browser.open(results.path.with_suffix(".html"))
+        assert browser.evaluate("document.getElementById('time').textContent") == f"free, t = 710 ms, frame {last} of {last}"
+        browser.choose("frame", 1)
+        assert browser.evaluate("document.getElementById('time').textContent").startswith(f"stage 1, step {results.frame_steps[1]}, ")
+        e, since = 1, results.counted_from(last)
+        moved = np.linalg.norm(results.displacement(last)[results.corners()[e]], axis=1).mean()
+        far = np.linalg.norm((results.vertices(last) - results.vertices(0))[results.corners()[e]], axis=1).mean()
+        assert since > 0 and moved < 0.8 * far
+        assert browser.evaluate(f"player.scene.displacementOf({last}, {e})") == pytest.approx(moved, rel=1e-3)
+        file.magnified = 10
+        found = np.array(browser.evaluate(f"[...player.scene.positions({last}, 10)]")).reshape(2, -1).T
+        np.testing.assert_allclose(found + browser.evaluate("player.scene.origin"), file.vertices(last), atol=2e-3 * moved * 10)
+        assert browser.evaluate("LOOK.scales.stress.label") == "principal stress [kPa]"
+        assert browser.evaluate("LOOK.scales.displacement.factor") == pytest.approx(1e-3)
+        browser.choose("field", "displacement")
+        high = browser.evaluate("LOOK.fields.displacement.limits[1]")
+        assert float(browser.evaluate("document.getElementById('high').textContent")) == pytest.approx(1e3 * high, rel=1e-3)
         assert not browser.problems

@@ -47,3 +47,20 @@ class Units:
             for i, own in enumerate(BASES[base]):
                 total[i] += (-1 if sign == "/" else 1) * int(power or 1) * own
         return total
+
+    def words(self, label):
+        """As `of`, the label for a page: powers as letters."""
+        label, factor = self.of(label)
+        return label.replace("$^2$", "²").replace("$^3$", "³"), factor
+
+    def quantity(self, value, dimension):
+        """A number of a dimension in few digits, with its unit; without names the number alone."""
+        if value is None or not self.given or self.powers(dimension) is None:
+            return number(value)
+        unit, factor = self.words(f"[{dimension}]")
+        return f"{number(value / factor)} {unit[1:-1]}"
+
+
+def number(value):
+    """A number, whole or not, in few digits; a dash for none."""
+    return "–" if value is None else f"{value:,.4g}".replace(",", " ") if isinstance(value, float) else f"{value}"

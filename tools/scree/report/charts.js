@@ -1,9 +1,9 @@
 const MARGIN = {left: 62, right: 10, top: 8, bottom: 24};
 
 /** Draws a panel of histories into an element of the page; what it returns moves the line that marks a time. */
-function drawChart(box, {title, unit, times, series}, clicked) {
+function drawChart(box, {title, times, series}, clicked) {
   box.innerHTML = `<h3></h3><div class="plot"><canvas></canvas><div class="now"></div></div><p class="legend"></p>`;
-  box.querySelector("h3").textContent = `${title} [${unit}]`;
+  box.querySelector("h3").textContent = title;
   const canvas = box.querySelector("canvas"), now = box.querySelector(".now"), legend = box.querySelector(".legend");
   const ratio = window.devicePixelRatio || 1, wide = canvas.clientWidth, tall = canvas.clientHeight, pen = canvas.getContext("2d");
   canvas.width = wide * ratio;

@@ -1,6 +1,6 @@
 """Makes one page of a results file: what the run came to, its frames to play, histories, energy, cost, decks.
 
-    tools/report RESULTS.h5 [-o PAGE.html]
+    tools/report RESULTS.h5 [-o PAGE.html] [--units m,MPa=1e6,s]
 
 The page needs no network and no other file. Any browser of 2023 or later shows it: frames are drawn in it, with zoom, and any field,
 vectors, states of joints and forces of contacts over the blocks.
@@ -12,7 +12,8 @@ import pathlib
 import sys
 
 from ..errors import PlotError, ScreeError
-from ..plot import Frames, kind_of
+from ..plot import Frames, add_units, kind_of
+from ..units import Units
 from .page import page_of
 
 
@@ -20,12 +21,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="PAGE", help="default: the file with .html")
+    add_units(parser)
     given = parser.parse_args()
     output = given.output or given.file.with_suffix(".html")
     try:
         if kind_of(given.file) != "results":
             raise PlotError(f"{given.file}: expected a results file, found another")
-        text = page_of(Frames(given.file, given.file.stem))
+        text = page_of(Frames(given.file, given.file.stem), Units(given.units))
         try:
             output.write_text(text, encoding="utf-8")
         except OSError as problem:

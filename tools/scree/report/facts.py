@@ -2,33 +2,30 @@
 import numpy as np
 
 from ..histories import COLUMNS, history_of, names_of_histories
+from ..units import number
 
 SHARE = 0.01      # of what is compared with: an error above it is worth a look
 BINS = 300        # over the time of a chart, each with the least and the largest of a series
 MOST_LINES = 6    # of a chart, those of the largest at the end
 
 
-def number(value):
-    return "–" if value is None else f"{value:,.4g}".replace(",", " ") if isinstance(value, float) else f"{value}"
-
-
 def percent(share):
     return f"{100 * share:.3g} %"
 
 
-def verdict(results):
+def verdict(results, units):
     """How grave it is (good, look, bad), how the run ended, and remarks on what is worth a look."""
     status = results.scene.status
     level = {"complete": "good", "cut": "look", "running": "bad", "interrupted": "bad"}.get(status, "bad")
     words = {"complete": "The run is complete", "cut": "The model as set up, without a run", "interrupted": "The run was interrupted",
              "running": "The run goes on, or was killed"}.get(status, f"The run ended early: {status}")
     if results.n_frames and len(results.history.time):
-        words += f", at time {number(float(results.history.time[-1]))}"
-    remarks = list(remarks_on(results))
+        words += f", at time {units.quantity(float(results.history.time[-1]), 'time')}"
+    remarks = list(remarks_on(results, units))
     return "look" if remarks and level == "good" else level, f"{words}.", remarks
 
 
-def remarks_on(results):
+def remarks_on(results, units):
     """What is off by more than a hundredth."""
     history, summary = results.history, results.summary
     if not len(history.time):
@@ -39,8 +36,9 @@ def remarks_on(results):
     if "overlap" in history:
         size, k = np.sqrt(results.bodies.area[0].min()), int(history.overlap.argmax())
         if history.overlap[k] > SHARE * size:
-            yield (f"Contacts overlapped by up to {number(float(history.overlap[k]))}, {percent(history.overlap[k] / size)} of the size of "
-                   f"the smallest block, at time {number(float(history.time[k]))}.")
+            yield (f"Contacts overlapped by up to {units.quantity(float(history.overlap[k]), 'length')}, "
+                   f"{percent(history.overlap[k] / size)} of the size of the smallest block, at time "
+                   f"{units.quantity(float(history.time[k]), 'time')}.")
     if "error" in history and history.error.share.max() > SHARE:
         yield f"Steps are estimated to be off by up to {percent(history.error.share.max())} of the displacement."
     if summary and summary["energy"]["share_lost"] < -SHARE:
@@ -50,20 +48,23 @@ def remarks_on(results):
         yield f"{cut} tries of steps were cut, of {len(history.time)} steps taken."
 
 
-def outcome_rows(results):
+def outcome_rows(results, units):
     """What `scree run` says at its end, in rows of a name and words; nothing where the run was killed."""
     said = results.summary
     if said is None:
         return []
 
-    def where(name):
-        found = said[name]
-        return f"{number(found['largest'])}, block {found['block']} at ({', '.join(map(number, found['position']))})"
+    def place(position):
+        return f"({', '.join(units.quantity(x, 'length') for x in position)})"
 
-    rows = [("time", f"{number(said['time']['reached'])} of {number(said['time']['asked'])}"),
+    def where(name, dimension):
+        found = said[name]
+        return f"{units.quantity(found['largest'], dimension)}, block {found['block']} at {place(found['position'])}"
+
+    rows = [("time", f"{units.quantity(said['time']['reached'], 'time')} of {units.quantity(said['time']['asked'], 'time')}"),
             ("steps", f"{said['steps']['taken']} taken of {number(said['steps']['planned'])} planned, {said['steps']['cut']} tries cut, "
                       f"{said['steps']['solves']} solves, {said['steps']['factors']} factors"),
-            ("farthest vertex", where("displacement")), ("fastest vertex", where("speed"))]
+            ("farthest vertex", where("displacement", "length")), ("fastest vertex", where("speed", "length/time"))]
     if said["at_rest"] is not None:
         rows.append(("at rest", "yes" if said["at_rest"] else "no"))
     if said["balance"]:
@@ -71,36 +72,39 @@ def outcome_rows(results):
                                        f"{number(said['balance']['tolerance'])} is equilibrium"))
     rows.append(("area", f"changed by {percent(said['change_of_area'])}"))
     if said["overlap"]:
-        rows.append(("worst overlap", f"{where_of_overlap(said['overlap'])}"))
-    energy = said["energy"]
-    rows.append(("energy", f"{number(energy['given'])} given; friction took {number(energy['friction'])}, damping "
-                           f"{number(energy['damping'])}; lost otherwise {number(energy['lost_otherwise'])}, "
-                           f"{percent(energy['share_lost'])}"))
+        deepest = said["overlap"]
+        rows.append(("worst overlap", f"{units.quantity(deepest['largest'], 'length')} at time {units.quantity(deepest['time'], 'time')}, "
+                                      f"block {deepest['blocks'][0]} in block {deepest['blocks'][1]} at {place(deepest['position'])}"
+                     if deepest["largest"] else "none"))
+    given, friction, damping, lost = (units.quantity(said["energy"][name], results.history.units("energy/kinetic"))
+                                      for name in ("given", "friction", "damping", "lost_otherwise"))
+    rows.append(("energy", f"{given} given; friction took {friction}, damping {damping}; lost otherwise {lost}, "
+                           f"{percent(said['energy']['share_lost'])}"))
     return rows
 
 
-def where_of_overlap(overlap):
-    """The deepest overlap in words."""
-    if not overlap["largest"]:
-        return "none"
-    return (f"{number(overlap['largest'])} at time {number(overlap['time'])}, block {overlap['blocks'][0]} in block "
-            f"{overlap['blocks'][1]} at ({', '.join(map(number, overlap['position']))})")
+def stage_rows(results, units):
+    """The stages that the run was in: name, kind, how each ended, steps, times."""
+    said = results.summary or {}
+    return [(stage["name"], stage["kind"], stage["status"], f"{stage['steps']} steps",
+             f"{units.quantity(stage['from'], 'time')} to {units.quantity(stage['reached'], 'time')}") for stage in said.get("stages", [])]
 
 
-def error_rows(results):
+def error_rows(results, units):
     """The estimate of the error at the end, where the run made one."""
     if "error" not in results.history:
         return []
     error = results.history.error
-    return [(name, number(float(error[name][-1])), error.description(name)) for name in error if len(error[name])]
+    return [(name, units.quantity(float(error[name][-1]), error.units(name)), error.description(name))
+            for name in error if len(error[name])]
 
 
-def energy_rows(results):
+def energy_rows(results, units):
     """The books of energy at the end."""
     if not len(results.history.time):
         return []
     energy = results.history.energy
-    return [(name, number(float(energy[name][-1])), energy.description(name)) for name in energy]
+    return [(name, units.quantity(float(energy[name][-1]), energy.units(name)), energy.description(name)) for name in energy]
 
 
 def cost_rows(results):
@@ -120,7 +124,7 @@ def scene_rows(results):
     return rows + ([("--set", ", ".join(scene.options))] if len(scene.options) else [])
 
 
-def charts(results):
+def charts(results, units):
     """Panels of histories: energies in one, of blocks and points those that moved or turned most, the others one by one."""
     history = results.history
     if not len(history.time):
@@ -128,26 +132,27 @@ def charts(results):
     energies = {name: history.energy[name] for name in history.energy}
     if "gravity" in energies:  # its zero is that of y
         energies["gravity"] = energies["gravity"] - energies["gravity"][0]
-    found = [chart(history.time, "energies, of gravity its change", history.units("energy/kinetic"), list(energies.items()))]
+    found = [chart(units, history.time, "energies, of gravity its change", history.units("energy/kinetic"), list(energies.items()))]
     for name in names_of_histories(results):
         if name != "time" and not name.startswith("energy/"):
             one = history_of(results, name)
             chosen = np.argsort(-np.abs(one.values[-1]), kind="stable")[:MOST_LINES]
-            found.append(chart(history.time, one.description, one.dimension,
+            found.append(chart(units, history.time, one.description, one.dimension,
                                [(one.names[i], one.values[:, i]) for i in (np.sort(chosen) if name in COLUMNS else chosen)]))
     return found
 
 
-def chart(times, title, unit, series):
+def chart(units, times, title, dimension, series):
     """A panel with as few places in time as show what there is: in each bin the least and the largest of each series."""
+    unit, factor = units.words(f"[{dimension}]")
     n = len(times)
     rows = np.arange(n)
     if n > 2 * BINS:
         bins = np.array_split(rows, BINS)
         rows = np.unique([0, n - 1, *(b[0] + i for _, values in series for b in bins
                                       for i in (int(values[b].argmin()), int(values[b].argmax())))])
-    return {"title": title, "unit": unit, "times": rounded(times[rows]),
-            "series": [{"name": name, "values": rounded(np.asarray(values, float)[rows])} for name, values in series]}
+    return {"title": f"{title} {unit}", "times": rounded(times[rows] / units.of("[time]")[1]),
+            "series": [{"name": name, "values": rounded(np.asarray(values, float)[rows] / factor)} for name, values in series]}
 
 
 def rounded(values):

@@ -5,8 +5,8 @@ from ..overlays import against_others, all_corners, means, vertices_of_contacts
 from .packing import PLACES, POSITIONS, ROOTS, SHADES, quantised
 
 
-def pack_frames(file, pack):
-    """Adds what the frames of a results file have to a pack; returns what the player needs besides.
+def pack_frames(file, pack, units):
+    """Adds what the frames of a results file have to a pack; returns what the player needs besides, times in the units.
 
     Places are those at the start, moved by the displacement of each frame. That is kept to 1/16382 of the largest of its block,
     stress and velocity to 1/4094 of the largest of their element, forces of contacts by their roots.
@@ -43,7 +43,8 @@ def pack_frames(file, pack):
     speed = np.stack([means(file, k, results.velocity(k)) for k in range(n_frames)], axis=2)
     velocity, velocity_factor = quantised(speed, SHADES, (1, 2))
     pack.add("velocity", velocity)
-    return {"origin": low.tolist(), "size": size, "times": file.times.tolist(), "blocks": blocks.tolist(),
+    return {"origin": low.tolist(), "size": size, "times": digits(file.times / units.of("[time]")[1]),
+            "moments": [file.moment(k, units) for k in range(n_frames)], "since": [file.since(k) for k in range(n_frames)], "blocks": blocks.tolist(),
             "motion_factor": digits(factor), "stress_factor": digits(stress_factor), "velocity_factor": digits(velocity_factor),
             "points": points_of(file), "bolts": bolts_of(file), "force_factor": pack_contacts(file, block, pack)}
 

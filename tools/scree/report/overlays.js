@@ -36,7 +36,7 @@ function drawJoints(player) {
 
 /** Pixels that one of what is measured has, so that the large values of all frames have a share of the picture. */
 function pixelsFor(player, what, share) {
-  const large = LOOK.large[what];
+  const {large} = LOOK.scales[what];
   return large > 0 ? share * Math.max(player.wide, player.tall) / large : 0;
 }
 
@@ -49,7 +49,7 @@ function drawForces(player) {
     if (dx * dx + dy * dy > LEAST ** 2) segments.push(x - dx, y + dy, x + dx, y - dy);
   }
   player.stroke(segments, colour, width * thinner(player));
-  drawScale(player, factor, "force", "force of contact [force/length]", colour);
+  drawScale(player, factor, "force", colour);
 }
 
 /** Elements that vectors or crosses are drawn in: in each cell of a lattice over the picture that nearest to its middle. */
@@ -77,7 +77,7 @@ function drawCrosses(player) {
     }
   }
   for (const name of ["compression", "tension"]) player.stroke(segments[name], LOOK[name].colour, LOOK[name].width);
-  drawScale(player, factor, "stress", "principal stress [force/length²]", LOOK.compression.colour);
+  drawScale(player, factor, "stress", LOOK.compression.colour);
 }
 
 function drawVectors(player) {
@@ -91,8 +91,7 @@ function drawVectors(player) {
       drawArrow(pen, pixels[e], pixels[n + e], dx, dy, length, width);
     }
   }
-  const dimension = player.vectors === "velocity" ? "length/time" : "length";
-  drawScale(player, factor, player.vectors, `${player.vectors} [${dimension}]`, "black");
+  drawScale(player, factor, player.vectors, "black");
 }
 
 function drawArrow(pen, x, y, dx, dy, length, width) {
@@ -113,18 +112,19 @@ function drawArrow(pen, x, y, dx, dy, length, width) {
 }
 
 /** A bar with its value below those that are there. */
-function drawScale(player, factor, what, label, colour) {
-  if (!(factor > 0)) return;
-  const {pen} = player, value = roundBelow(LOOK.large[what]), y = 18 + 20 * player.bars++;
+function drawScale(player, pixels, what, colour) {
+  if (!(pixels > 0)) return;
+  const {large, label, factor} = LOOK.scales[what];
+  const {pen} = player, value = roundBelow(large / factor), end = 14 + pixels * value * factor, y = 18 + 20 * player.bars++;
   pen.font = "12px system-ui, sans-serif";
   pen.textBaseline = "middle";
-  player.stroke([14, y, 14 + factor * value, y], colour, 3);
+  player.stroke([14, y, end, y], colour, 3);
   const text = `${digits(value)} ${label}`;
   pen.lineWidth = 3;
   pen.strokeStyle = "white";
-  pen.strokeText(text, 22 + factor * value, y);
+  pen.strokeText(text, end + 8, y);
   pen.fillStyle = "black";
-  pen.fillText(text, 22 + factor * value, y);
+  pen.fillText(text, end + 8, y);
 }
 
 /** The largest of 1, 2 and 5 times a power of ten up to a value. */
@@ -142,7 +142,7 @@ function digits(value) {
 function drawBolts(player) {
   const {scene} = player;
   if (!scene.bolts.length) return;
-  const {ends, state} = scene.bolts[player.frame], start = scene.bolts[0].ends;
+  const {ends, state} = scene.bolts[player.frame], start = scene.bolts[scene.since[player.frame]].ends;
   const place = i => start[i] + player.magnified * (ends[i] - start[i]) - scene.origin[i % 2];
   LOOK.bolts.forEach(({colour, dash}, k) => {
     const segments = state.flatMap((now, i) => now === k ? [0, 1, 2, 3].map(j => place(4 * i + j)) : []);

@@ -17,7 +17,7 @@ async function begin() {
   function show(frame) {
     player.frame = frame;
     byId("frame").value = frame;
-    byId("time").textContent = `t = ${digits(scene.times[frame])}, frame ${frame} of ${scene.frames - 1}`;
+    byId("time").textContent = `${scene.moments[frame]}, frame ${frame} of ${scene.frames - 1}`;
     for (const mark of marks) mark(scene.times[frame]);
     player.draw();
     say();
@@ -30,10 +30,11 @@ async function begin() {
       return;
     }
     const stress = scene.stressOf(player.frame, pointed), [major, minor] = principal(stress);
+    const words = (what, value) => digits(value / LOOK.scales[what].factor) + LOOK.scales[what].unit;
     byId("pointed").textContent = [`block ${scene.blocks[scene.block[pointed]]}`, `material ${scene.material[pointed]}`,
-      `displacement ${digits(scene.displacementOf(player.frame, pointed))}`,
-      `velocity ${digits(Math.hypot(...scene.velocityOf(player.frame, pointed)))}`,
-      `principal stresses ${digits(major)}, ${digits(minor)}`].join(" · ");
+      `displacement ${words("displacement", scene.displacementOf(player.frame, pointed))}`,
+      `velocity ${words("velocity", Math.hypot(...scene.velocityOf(player.frame, pointed)))}`,
+      `principal stresses ${words("stress", major)}, ${words("stress", minor)}`].join(" · ");
   }
 
   function redraw() {
@@ -89,11 +90,11 @@ function nearestFrame(times, time) {
 
 /** The bar of colours with its ends. */
 function drawColours(player) {
-  const {limits: [low, high], colours} = player.colours;
+  const {limits: [low, high], colours} = player.colours, {label, factor} = LOOK.fields[player.field];
   byId("bar").style.background = `linear-gradient(to right, ${colours.join(",")})`;
-  byId("low").textContent = digits(low);
-  byId("middle").textContent = LOOK.fields[player.field].label;
-  byId("high").textContent = digits(high);
+  byId("low").textContent = digits(low / factor);
+  byId("middle").textContent = label;
+  byId("high").textContent = digits(high / factor);
 }
 
 function drawLegend(player) {

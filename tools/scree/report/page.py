@@ -19,16 +19,16 @@ SCRIPTS = ("packing.js", "scene.js", "player.js", "overlays.js", "charts.js", "p
 DASHES = {"-": [], ":": [2, 3]}  # of bolts, pixels
 
 
-def page_of(file):
-    """The page of the frames of a results file, as text."""
+def page_of(file, units):
+    """The page of the frames of a results file, as text, its numbers in units."""
     results, pack = file.file, Pack()
-    scene = pack_frames(file, pack)
-    look = look_of(file)
-    level, words, remarks = facts.verdict(results)
+    scene = pack_frames(file, pack, units)
+    look = look_of(file, units)
+    level, words, remarks = facts.verdict(results, units)
     parts = {
         "name": html.escape(file.name), "level": level, "verdict": html.escape(words), "remarks": listed(remarks),
-        "fields": "".join(f"<option>{name}</option>" for name in FIELDS), "tables": tables(results), "decks": decks(results),
-        "style": own("style.css"), "facts": as_json({"scene": scene, "arrays": pack.directory, "charts": facts.charts(results)}),
+        "fields": "".join(f"<option>{name}</option>" for name in FIELDS), "tables": tables(results, units), "decks": decks(results),
+        "style": own("style.css"), "facts": as_json({"scene": scene, "arrays": pack.directory, "charts": facts.charts(results, units)}),
         "frames": pack.text(),
         "scripts": f"const LOOK = {as_json(look)};\n" + "".join(own(name) for name in SCRIPTS)}
     first, *pieces = own("page.html").split("{{")
@@ -45,27 +45,37 @@ def as_json(value):
     return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
-def look_of(file):
-    """Colours and sizes, those of pictures (plot.py, overlays.py), with limits and scales of all frames."""
+def look_of(file, units):
+    """Colours and sizes, those of pictures (plot.py, overlays.py), with limits and scales of all frames; what numbers are divided by."""
     frames = range(len(file.times))
     fields = {}
     for field in FIELDS:
         found = [file.values(frame, field) for frame in frames]
         low, high, colours = limits_of(np.concatenate([values for values, _ in found]), field, Look())
-        fields[field] = {"limits": [float(low), float(high)], "map": colours, "label": found[0][1].replace("$^2$", "²")}
+        fields[field] = {"limits": [float(low), float(high)], "map": colours, **in_units(found[0][1], units)}
     common = Common([(file, frame) for frame in frames], 1.0)
-    measures = {"displacement": lengths_of[overlays.displacements], "velocity": lengths_of[overlays.velocities],
-                "stress": principal_values, "force": overlays.measure_of_forces}
+    measures = {"displacement": (lengths_of[overlays.displacements], "displacement [length]"),
+                "velocity": (lengths_of[overlays.velocities], "velocity [length/time]"),
+                "stress": (principal_values, "principal stress [force/length^2]"),
+                "force": (overlays.measure_of_forces, "force of contact [force/length]")}
     return {
         "fields": fields,
         "maps": {name: {"full": hexes(plt.get_cmap(name)), "paler": hexes(paler(name))} for name in {f["map"] for f in fields.values()}},
-        "large": {name: float(common.scale(measure, 1.0)[1]) for name, measure in measures.items()},
+        "scales": {name: {"large": float(common.scale(measure, 1.0)[1]), **in_units(label, units)}
+                   for name, (measure, label) in measures.items()},
         "states": {name: drawn(look) for name, look in overlays.STATES.items()}, "force": drawn(overlays.FORCE),
         "compression": drawn(overlays.COMPRESSION), "tension": drawn(overlays.TENSION),
         "points": [{"kind": kind, "name": name, "colour": to_hex(colour)} for kind, (name, _, colour) in POINTS.items()],
         "bolts": [{"name": name, "colour": to_hex(colour), "dash": DASHES[style]} for name, style, colour in BOLTS],
         "lines": LINES, "sliding": overlays.SLIDING, "parallel": overlays.PARALLEL, "beside": overlays.BESIDE, "corner": overlays.CORNER,
         "cells": overlays.CELLS, "longest": overlays.LONGEST, "cross": overlays.CROSS, "many_blocks": overlays.MANY_BLOCKS}
+
+
+def in_units(label, units):
+    """A label, its unit alone where it has a name, and what numbers are divided by."""
+    label, factor = units.words(label)
+    return {"label": label.replace("^2", "²"), "unit": " " + label[label.index("[") + 1:-1] if units.given and "[" in label else "",
+            "factor": factor}
 
 
 def hexes(colours):
@@ -91,16 +101,17 @@ def table(title, rows, numbers=()):
     return f"<div><h2>{html.escape(title)}</h2><table>{lines}</table></div>"
 
 
-def tables(results):
+def tables(results, units):
     """What the run came to, and what it was."""
     warnings = results.warnings
     cost = [(phase, f"{seconds:.3g} s", f"{calls} calls", share) for phase, seconds, share, calls in facts.cost_rows(results)]
     bars = "".join(f'<tr><td>{phase}</td><td class="number">{seconds}</td><td class="number">{calls}</td><td class="share">'
                    f'<div style="width:{100 * share:.1f}%"></div></td></tr>' for phase, seconds, calls, share in cost)
     return "\n".join([
-        '<div class="columns">', table("What it came to", facts.outcome_rows(results)),
+        '<div class="columns">', table("What it came to", facts.outcome_rows(results, units)),
+        table("Stages", facts.stage_rows(results, units)),
         f"<div><h2>Warnings</h2>{listed(warnings)}</div>" if warnings else "",
-        table("Energy at the end", facts.energy_rows(results), (1,)), table("Estimated error at the end", facts.error_rows(results), (1,)),
+        table("Energy at the end", facts.energy_rows(results, units), (1,)), table("Estimated error at the end", facts.error_rows(results, units), (1,)),
         f"<div><h2>Cost</h2><table>{bars}</table></div>" if cost else "", table("Scene", facts.scene_rows(results)),
         table("Effects, and why", list(zip(results.scene.effects, results.scene.effect_reasons))), "</div>"])
 

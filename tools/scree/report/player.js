@@ -81,7 +81,8 @@ class Player {
     pen.fillStyle = "white";
     pen.fillRect(0, 0, this.wide, this.tall);
     pen.lineJoin = "round";
-    if (this.frame > 0) this.strokeEdges(this.toPixels(scene.start), 0, false, GREY, 0.8);
+    const since = scene.since[this.frame];
+    if (this.frame > 0) this.strokeEdges(this.toPixels(scene.positions(since, 1)), since, false, GREY, 0.8);
     this.fill();
     if (scene.meshed && this.mesh) this.strokeEdges(this.pixels, this.frame, true, MESH, 0.5);
     this.strokeEdges(this.pixels, this.frame, false, DARK, this.joints ? 0.4 : 0.7);

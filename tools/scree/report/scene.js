@@ -18,7 +18,6 @@ class Scene {
     this.factor = new Float64Array(this.vertices);
     for (let e = 0; e < this.elements; e++)
       for (let i = this.first[e]; i < this.first[e + 1]; i++) this.factor[this.corners[i]] = this.motion_factor[this.block[e]];
-    this.startCentroids = this.centroids(this.start);
     this.takeContacts(array);
   }
 
@@ -27,13 +26,14 @@ class Scene {
     return frame < this.gone[block];
   }
 
-  /** x of all vertices, then y; displacements as they are or magnified. */
+  /** x of all vertices, then y; displacements as they are or magnified, from the frame that they count from. */
   positions(frame, magnified) {
-    const n = this.vertices, at = 2 * n * frame, found = Float64Array.from(this.start);
+    const n = this.vertices, at = 2 * n * frame, before = 2 * n * this.since[frame], found = Float64Array.from(this.start);
     for (let v = 0; v < n; v++) {
-      const factor = magnified * this.factor[v];
-      found[v] += factor * this.motion[at + 2 * v];
-      found[n + v] += factor * this.motion[at + 2 * v + 1];
+      for (let i = 0; i < 2; i++) {
+        const from = this.motion[before + 2 * v + i];
+        found[i * n + v] += this.factor[v] * (from + magnified * (this.motion[at + 2 * v + i] - from));
+      }
     }
     return found;
   }
@@ -70,11 +70,11 @@ class Scene {
 
   /** Mean over the corners of an element of how far they have come. */
   displacementOf(frame, e) {
-    const at = 2 * this.vertices * frame;
+    const at = 2 * this.vertices * frame, before = 2 * this.vertices * this.since[frame], {motion} = this;
     let sum = 0;
     for (let i = this.first[e]; i < this.first[e + 1]; i++) {
-      const v = this.corners[i];
-      sum += this.factor[v] * Math.hypot(this.motion[at + 2 * v], this.motion[at + 2 * v + 1]);
+      const v = 2 * this.corners[i];
+      sum += this.factor[v / 2] * Math.hypot(motion[at + v] - motion[before + v], motion[at + v + 1] - motion[before + v + 1]);
     }
     return sum / this.count[e];
   }
@@ -95,8 +95,8 @@ class Scene {
   vectors(frame, kind) {
     const n = this.elements, found = new Float64Array(2 * n);
     if (kind === "displacement") {
-      const now = this.centroids(this.positions(frame, 1));
-      for (let i = 0; i < 2 * n; i++) found[i] = now[i] - this.startCentroids[i];
+      const now = this.centroids(this.positions(frame, 1)), from = this.centroids(this.positions(this.since[frame], 1));
+      for (let i = 0; i < 2 * n; i++) found[i] = now[i] - from[i];
     } else {
       for (let e = 0; e < n; e++) [found[e], found[n + e]] = this.velocityOf(frame, e);
     }
