@@ -240,6 +240,12 @@ def test_the_package_installs_with_the_commands(tmp_path):
     assert done.returncode == 0 and str(tmp_path / "site") in done.stdout, done.stderr
     done = subprocess.run([tmp_path / "site" / "bin" / "scree-plot", "x.h5"], cwd=tmp_path, capture_output=True, text=True, env=environment)
     assert done.returncode == 0 and (tmp_path / "x.png").exists(), done.stderr
+    for command, words in (("plot", ["y.h5"]), ("fs", ["y.ana"]), ("compare-shi", ["y.h5", "y.replay"]), ("study", ["y.csv"])):
+        name = f"scree-{command}"  # what they say begins with their own names, and their help has these
+        words, page = (subprocess.run([tmp_path / "site" / "bin" / name, *given], cwd=tmp_path, capture_output=True, text=True,
+                                      env=environment) for given in (words, ["--help"]))
+        assert words.returncode == 2 and words.stderr.startswith(f"{name}: ") and "tools/" not in words.stderr
+        assert f"{name} " in page.stdout.partition("\n\n")[2] and "tools/" not in page.stdout, page.stdout
 
 
 @pytest.mark.parametrize("name", ["validate", "bench", "plot", "compare_shi", "paper", "dxf2geo"])

@@ -1,6 +1,27 @@
-"""What the words of a command line may be, as types for argparse."""
+"""Command lines: what all commands have in common, and what their words may be, as types for argparse."""
 import argparse
 import math
+import pathlib
+import re
+import sys
+
+
+def command():
+    """What the command is called: tools/plot in the sources, scree-plot where it is installed."""
+    path = pathlib.Path(sys.argv[0]).absolute()
+    return f"tools/{path.name}" if path.parent.name == "tools" else path.name
+
+
+def parser_for(page, kind=argparse.ArgumentParser):
+    """A parser with a page that tells what the command does, in which the commands have the names that they are called by here."""
+    if not command().startswith("tools/"):
+        page = re.sub(r"tools/(\w+)", lambda match: "scree-" + match[1].replace("_", "-"), page)
+    return kind(prog=command(), description=page, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def say(problem):
+    """Says on stderr what went wrong, or what is worth a warning."""
+    print(f"{command()}: {problem}", file=sys.stderr)
 
 
 def whole_from(least):

@@ -18,10 +18,10 @@ Needs Debian's python3-numpy and python3-h5py.
 import argparse
 import csv
 import pathlib
-import sys
 
 import numpy as np
 
+from .arguments import command, parser_for, say
 from .errors import ScreeError
 from .results import read
 
@@ -311,11 +311,11 @@ def count(text):
 
 class Parser(argparse.ArgumentParser):
     def error(self, message):
-        self.exit(2, f"tools/compare_shi: {message}\n")
+        self.exit(2, f"{command()}: {message}\n")
 
 
 def main():
-    parser = Parser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__, Parser)
     parser.add_argument("run", type=pathlib.Path, metavar="RUN", help="a results file of scree")
     parser.add_argument("reference", type=pathlib.Path, metavar="REFERENCE", help="a replay, or a folder of CSV files")
     parser.add_argument("--tolerance", type=positive, default=1e-6, help="share of the scales; 1e-6 without it")
@@ -329,5 +329,5 @@ def main():
         reference = Folder(given.reference) if given.reference.is_dir() else Replay(given.reference)
         return int(compare(Run(given.run, reference), reference, given))
     except ScreeError as problem:
-        print(f"tools/compare_shi: {problem}", file=sys.stderr)
+        say(problem)
         return 2

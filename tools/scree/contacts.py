@@ -6,13 +6,12 @@ Each frame has a point for each closed contact, at its vertex, with `state` (1 s
 its parts `across` and `along` the edge, the outer `normal` of the edge, and `block` and `against`, the blocks of the vertex and of the
 edge. Arrows of `force` are glyphs in ParaView.
 """
-import argparse
 import pathlib
-import sys
 
 import h5py
 import numpy as np
 
+from .arguments import parser_for, say
 from .errors import PlotError, ScreeError
 from .results import read
 
@@ -71,7 +70,7 @@ def write_contacts(results, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="CONTACTS", help="default: RESULTS-contacts.vtkhdf")
     given = parser.parse_args()
@@ -79,7 +78,7 @@ def main():
     try:
         write_contacts(read(given.file), output)
     except ScreeError as error:
-        print(f"tools/contacts: {error}", file=sys.stderr)
+        say(error)
         return 2
     print(output)
     return 0

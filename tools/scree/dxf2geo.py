@@ -27,7 +27,6 @@ The deck goes by layers in order of name, within a layer as the drawing does.
 
 Needs Debian's python3-ezdxf and python3-numpy, and python3-shapely where something is clipped or cut out.
 """
-import argparse
 import collections
 import dataclasses
 import itertools
@@ -35,11 +34,12 @@ import logging
 import math
 import pathlib
 import re
-import sys
 
 import ezdxf
 import numpy as np
 from ezdxf.math import Vec3
+
+from .arguments import parser_for, say
 
 LINE_KINDS = ("boundary", "joint", "material", "tunnel")  # with a number each
 POINT_KINDS = ("load", "measured", "hole")
@@ -619,7 +619,7 @@ def counted(number, one, more=None):
 
 @np.errstate(all="ignore")  # what is not finite is refused by name
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     parser.add_argument("map", metavar="MAP.dxf")
     parser.add_argument("-o", "--output", metavar="OUT.geo", help="deck; default: the map with .geo, beside it")
     parser.add_argument("--e0", type=float, default=0.001, help="least distance of edge and node, over the size; default: 0.001")
@@ -650,11 +650,11 @@ def main():
         except OSError as error:
             raise MapError(f"{output}: cannot write the deck: {error.strerror}") from None
     except MapError as error:
-        print(f"tools/dxf2geo: {error}", file=sys.stderr)
+        say(error)
         return 2
     for line in deck.mapping():
         print(line)
     for line in deck.warnings():
-        print(f"tools/dxf2geo: warning: {given.map}: {line}", file=sys.stderr)
+        say(f"warning: {given.map}: {line}")
     print(output)
     return 0

@@ -9,10 +9,8 @@ Colours and scales are those of all its frames, so that they do not change on th
 Debian's python3-pil, which matplotlib brings along. Each frame is shown as
 long: a run writes them at even times by output.interval.
 """
-import argparse
 import functools
 import pathlib
-import sys
 
 import matplotlib
 
@@ -20,7 +18,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.animation import FFMpegWriter, PillowWriter
 
-from .arguments import above_zero, whole_from
+from .arguments import above_zero, parser_for, say, whole_from
 from .errors import PlotError, ScreeError
 from .plot import WHOLE, Frames, Panels, add_words_of_frames, extras_of, frames_of_stage, kind_of, look_of
 from .records import Bar
@@ -75,7 +73,7 @@ def film(file, frames, path, fps, dpi, field, extras, look):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="FILM",
                         help="default: the file with .mp4, or .gif without ffmpeg")
@@ -94,7 +92,7 @@ def main():
         frames = frames_of_stage(file, given.stage) if given.stage else range(len(file.times))
         film(file, frames[::given.every], output, given.fps, given.dpi, given.field, extras, look)
     except ScreeError as error:
-        print(f"tools/film: {error}", file=sys.stderr)
+        say(error)
         return 2
     print(output)
     return 0

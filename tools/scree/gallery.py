@@ -13,7 +13,6 @@ in that order, with numbers that agree to 1 %. Commands run in a folder of their
 makes doc/gallery.md of the examples, and puts the pictures that examples and pages make into doc/pictures. Exit status 1 where a
 number is off, or a command fails.
 """
-import argparse
 import concurrent.futures
 import dataclasses
 import math
@@ -22,12 +21,11 @@ import pathlib
 import re
 import shutil
 import subprocess
-import sys
 import time
 
 import numpy as np
 
-from .arguments import whole_from
+from .arguments import parser_for, say, whole_from
 from .errors import ScreeError
 from .program import TREE, program, work_folder
 from .results import read
@@ -234,7 +232,7 @@ def gallery_page(scenes):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME")
     parser.add_argument("--write", action="store_true", help="make doc/gallery.md and the pictures of doc/pictures")
     parser.add_argument("--keep", metavar="FOLDER", help="keep what the commands write")
@@ -259,7 +257,7 @@ def main():
                             shutil.copy(folder / scene.name / picture, PICTURES / picture)
                 (TREE / "doc" / "gallery.md").write_text(gallery_page(scenes.values()))
     except (ScreeError, OSError) as problem:
-        print(f"tools/gallery: {problem}", file=sys.stderr)
+        say(problem)
         return 2
     off = [row for row in all_rows if not row.holds]
     print(f"{len(all_rows) - len(off)} of {len(all_rows)} as expected")

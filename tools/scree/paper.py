@@ -9,13 +9,12 @@ scheme, beside the rigid block that loses energy at every kink, or nothing; doc/
 Exit status 0 when every number is met, 1 on a miss, 2 when the program is missing.
 Needs Debian's python3-numpy and python3-h5py.
 """
-import argparse
 import math
 import pathlib
-import sys
 
 import numpy as np
 
+from .arguments import parser_for, say
 from .errors import ProgramMissing, RunFailed
 from .program import Runner, input_folder, work_folder
 from .validation import arc
@@ -160,7 +159,7 @@ def sweep_arc(run):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     parser.add_argument("case", choices=["rotation", "arc"])
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
     parser.add_argument("--keep", type=pathlib.Path, help="folder for the results files; else they are not kept")
@@ -170,5 +169,5 @@ def main():
         with work_folder(given.keep) as folder:
             return 1 if case(Runner(folder, given.scree)) else 0
     except (ProgramMissing, RunFailed) as problem:
-        print(f"tools/paper: {problem}", file=sys.stderr)
+        say(problem)
         return 2 if isinstance(problem, ProgramMissing) else 1

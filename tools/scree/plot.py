@@ -12,11 +12,9 @@ are drawn as set up, under its mathematical mesh where it has one. Geometries an
 
 Needs Debian's python3-numpy, python3-h5py and python3-matplotlib.
 """
-import argparse
 import dataclasses
 import os
 import pathlib
-import sys
 import tempfile
 
 os.environ.setdefault("MPLBACKEND", "Agg")  # unless something else draws here, as a notebook does
@@ -30,7 +28,7 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 
-from .arguments import above_zero
+from .arguments import above_zero, parser_for, say
 from .errors import PlotError, ScreeError
 from .histories import LINES, history_of
 from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
@@ -632,7 +630,7 @@ def add_words_of_frames(parser):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     parser.add_argument("files", nargs="+", metavar="FILE")
     parser.add_argument("--history", nargs="+", metavar="NAME", help="histories to draw, as below /history, or measured_points/NAME")
     parser.add_argument("--rose", action="store_true", help="directions of the joints between blocks of the first file")
@@ -659,7 +657,7 @@ def main():
         except (OSError, ValueError) as error:
             raise PlotError(f"{output}: cannot write the picture: {error}") from None
     except ScreeError as error:
-        print(f"tools/plot: {error}", file=sys.stderr)
+        say(error)
         return 2
     print(output)
     return 0

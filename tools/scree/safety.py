@@ -11,15 +11,14 @@ both are within a share of each other (--within): then the factor of safety is b
 have gone. A deck whose joints have other strength (&joints phi, residual_phi, jrc ...), or that has stages, is refused. Exit status 0; 1
 where nothing falls up to --most or stands down to its inverse, or a run is stopped; 2 for bad input.
 """
-import argparse
 import csv
 import dataclasses
 import json
 import math
 import pathlib
 import re
-import sys
 
+from .arguments import parser_for, say
 from .errors import ScreeError
 from .plot import draw_frames, open_shapes
 from .program import call, done_or_failed, with_settings
@@ -149,7 +148,7 @@ def main():
     def over_one(word):
         return above(1.0, word)
 
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     parser.add_argument("decks", nargs="+", metavar="DECK")
     parser.add_argument("--joints", nargs="+", type=int, default=[], metavar="N", help="joint materials to weaken; default: all")
     parser.add_argument("--balance", type=over_zero, default=1e-4, help="share out of balance with which it stands")
@@ -166,7 +165,7 @@ def main():
         reduction = Reduction(given.decks, given.set, given.joints, given.balance, folder, given.scree)
         stands, falls, trials = find(reduction, given.within, given.most)
     except ScreeError as problem:
-        print(f"tools/fs: {problem}", file=sys.stderr)
+        say(problem)
         return getattr(problem, "status", 1)
     write_table(folder / "fs.csv", trials)
     draw_frames([open_shapes(str(folder / "falls.h5"), given.scree, folder)], ["last"], "displacement").savefig(

@@ -34,7 +34,7 @@ import os
 import pathlib
 import sys
 
-from ..arguments import above_zero, whole_from
+from ..arguments import above_zero, parser_for, say, whole_from
 from ..errors import ScreeError
 from ..program import call, program, work_folder
 from ..records import explain
@@ -69,7 +69,7 @@ def strain(word):
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     parser.add_argument("scene", nargs="*", help=f"of {' '.join(SHIPPED)}, or an analysis deck")
     parser.add_argument("--quantity", nargs="+", choices=QUANTITIES, default=["displacement", "rotation", "area", "kinetic"],
                         metavar="NAME", help="what a deck of one's own is judged by")
@@ -143,9 +143,10 @@ def main():
     try:
         study(given)
     except ScreeError as problem:
-        print(f"tools/cost_of_accuracy: {problem}", file=sys.stderr)
+        say(problem)
         return 1
     except KeyboardInterrupt:
-        print("\ntools/cost_of_accuracy: stopped; the same command goes on", file=sys.stderr)
+        print(file=sys.stderr)
+        say("stopped; the same command goes on")
         return STOPPED
     return 0

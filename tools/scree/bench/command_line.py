@@ -58,10 +58,9 @@ more thing in it: unknowns and entries of the matrices that are solved, systems 
 of the scene without, and what it is to be at most. In the last scene so many squares are on the ground, a hundredth of which slides.
 """
 import argparse
-import sys
 
 from .. import touching
-from ..arguments import above_zero, whole_from
+from ..arguments import above_zero, parser_for, say, whole_from
 from ..errors import ScreeError
 from ..program import program, work_folder
 from . import peers, problems, settling
@@ -153,7 +152,7 @@ def add_others(cases, options):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     cases = parser.add_subparsers(required=True, metavar="CASE")
     add_settling(cases, many_blocks())
     add_others(cases, any_scree())
@@ -163,6 +162,6 @@ def main():
         with work_folder(getattr(given, "keep", None)) as folder:
             given.case(given, folder)
     except ScreeError as problem:
-        print(f"tools/bench: {problem}", file=sys.stderr)
+        say(problem)
         return 1
     return 0

@@ -11,11 +11,11 @@ import argparse
 import dataclasses
 import importlib
 import re
-import sys
 import time
 
 import numpy as np
 
+from ..arguments import say
 from ..errors import ScreeError
 from ..polygons import deepest_overlap
 from . import scenes, settling
@@ -233,7 +233,7 @@ def absent_programs(programs):
 def peers(given, folder):
     table, absent = Table(COLUMNS), absent_programs(given.programs)
     for program, said in absent.items():
-        print(f"tools/bench: {program} is left out: {said} (doc/performance.md says how to install it)", file=sys.stderr)
+        say(f"{program} is left out: {said} (doc/performance.md says how to install it)")
     for scene in given.scenes:
         scene = dataclasses.replace(scene, end=given.end)
         for program in given.programs:

@@ -1,8 +1,7 @@
 """What a step of many blocks costs: scenes in sizes, a row each."""
-import sys
-
 import numpy as np
 
+from ..arguments import say
 from ..errors import RunFailed
 from ..program import with_settings
 from ..results import read
@@ -73,7 +72,7 @@ def run_scene(scene, given, folder):
     if done.status == BAD_INPUT or not output.exists():
         raise RunFailed(words, done.status, done.said)
     if done.status == RUN_FAILED:
-        print(f"tools/bench: {scene.name}: {words}", file=sys.stderr)
+        say(f"{scene.name}: {words}")
     return read(output), done.megabytes
 
 

@@ -10,12 +10,11 @@ together. What is judged is doc/stability.md. A run is stopped after the limit.
 Exit status 0 when every run passes or is rightly refused, 1 when one does not, 2 when the program is missing.
 Needs Debian's python3-numpy, python3-h5py and, for the sheet, python3-matplotlib.
 """
-import argparse
 import dataclasses
 import itertools
 import pathlib
-import sys
 
+from ..arguments import parser_for, say
 from ..bench.processes import start
 from ..bench.tables import Table
 from ..errors import ResultsError, ScreeError
@@ -116,7 +115,7 @@ def hold_good(rows):
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     base = Way()
     parser.add_argument("case", nargs="*", help=f"of {' '.join(CASES)}")
     parser.add_argument("--edges", type=float, nargs="+", default=[base.edge], help="of a block, m")
@@ -164,7 +163,7 @@ def main():
         if given.json:
             table.write(given.json)
     except ScreeError as problem:
-        print(f"tools/hard: {problem}", file=sys.stderr)
+        say(problem)
         return 2
     verdicts = [row["verdict"] for row in table.rows]
     print(", ".join(f"{verdicts.count(v)} {v}" for v in dict.fromkeys(verdicts)))

@@ -7,10 +7,9 @@ vectors, states of joints and forces of contacts over the blocks.
 
 Needs Debian's python3-numpy, python3-h5py and python3-matplotlib.
 """
-import argparse
 import pathlib
-import sys
 
+from ..arguments import parser_for, say
 from ..errors import PlotError, ScreeError
 from ..plot import Frames, add_units, kind_of
 from ..units import Units
@@ -18,7 +17,7 @@ from .page import page_of
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="PAGE", help="default: the file with .html")
     add_units(parser)
@@ -33,7 +32,7 @@ def main():
         except OSError as problem:
             raise PlotError(f"{output}: cannot write the page: {problem.strerror}") from None
     except ScreeError as error:
-        print(f"tools/report: {error}", file=sys.stderr)
+        say(error)
         return 2
     print(output)
     return 0

@@ -9,7 +9,7 @@ from matplotlib.colors import to_hex
 
 from .. import overlays
 from ..histories import LINES
-from ..overlays import Common, lengths_of, principal_values, robust_limits
+from ..overlays import Common, lengths_of, principal_values
 from ..plot import BOLTS, FIELDS, POINTS, Look, limits_of, paler
 from . import facts
 from .frames import pack_frames

@@ -18,7 +18,7 @@ import shlex
 import signal
 import sys
 
-from ..arguments import whole_from
+from ..arguments import parser_for, say, whole_from
 from ..errors import ScreeError
 from .runs import Study
 from .tables import read_table
@@ -59,7 +59,7 @@ def part_of(text):
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     parser.add_argument("table", type=pathlib.Path, metavar="TABLE")
     parser.add_argument("decks", nargs="*", type=pathlib.Path, metavar="DECK", help="default: those of the table, from its folder")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="FOLDER", help="default: the name of the table, here")
@@ -150,9 +150,9 @@ def main():
     try:
         return work(given)
     except ScreeError as error:
-        print(f"tools/study: {error}", file=sys.stderr)
+        say(error)
         return 2
     except KeyboardInterrupt:
         with contextlib.suppress(OSError):
-            print("tools/study: stopped; the same command goes on", file=sys.stderr)
+            say("stopped; the same command goes on")
         return STOPPED + signal.SIGINT

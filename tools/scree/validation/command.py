@@ -6,10 +6,9 @@ Without a case, all of them. A setting is for every run. doc/validation.md descr
 status 0 when every tolerance is met, 1 on a miss or a run that fails, 2 when the program is missing.
 Needs Debian's python3-numpy and python3-h5py.
 """
-import argparse
 import pathlib
-import sys
 
+from ..arguments import parser_for, say
 from ..errors import ProgramMissing, RunFailed
 from ..program import Runner, work_folder
 from .cases import CASES
@@ -47,7 +46,7 @@ def compare(names, run):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_for(__doc__)
     parser.add_argument("case", nargs="*", help=f"of {' '.join(CASES)}")
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE",
                         help="a setting of every run, unless its case has another; may be repeated")
@@ -61,5 +60,5 @@ def main():
         with work_folder(given.keep) as folder:
             return 1 if compare(given.case or list(CASES), Runner(folder, given.scree, given.set)) else 0
     except ProgramMissing as problem:
-        print(f"tools/validate: {problem}", file=sys.stderr)
+        say(problem)
         return 2
