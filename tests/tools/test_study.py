@@ -77,6 +77,36 @@ def test_a_static_run_that_finds_no_equilibrium_says_so(folder):
     assert "2 made now" in study(folder, "still.toml", "--keep").stdout
 
 
+def test_a_table_is_parquet_by_its_name(folder):
+    """With the types of its columns, and the numbers of the text."""
+    parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed (pip install pyarrow)")
+    (folder / "runs.csv").write_text("joint(1).phi,method.strain,step.size\n30,small,0.01\n95,small,0.01\n20,green,0.01\n")
+    words = ["runs.csv", "slide.ana", "--set", "step.count=20"]
+    done = study(folder, *words, "--to", "all.parquet")
+    assert done.stdout.splitlines()[-1] == str(folder / "all.parquet") and not (folder / "runs" / "table.csv").exists()
+    study(folder, *words)
+    found, text = parquet.read_table(folder / "all.parquet"), table_of(folder, "runs")
+    assert found.column_names == list(text[0]) and found.num_rows == 3
+    types = {name: str(found.schema.field(name).type) for name in found.column_names}
+    assert types["run"] == types["steps.taken"] == "int64" and types["joint(1).phi"] == types["energy.friction"] == "double"
+    assert types["at_rest"] == "bool" and types["method.strain"] == types["status"] == "string"
+    for row, line in zip(found.to_pylist(), text):
+        assert {name: "" if value is None else str(value) for name, value in row.items() if types[name] != "double"} == {
+            name: value for name, value in line.items() if types[name] != "double"}
+        assert {name: value for name, value in row.items() if types[name] == "double"} == {
+            name: float(value) if value else None for name, value in line.items() if types[name] == "double"}
+
+
+def test_without_pyarrow_a_name_with_parquet_is_refused_before_any_run(folder):
+    (folder / "absent").mkdir()
+    (folder / "absent" / "pyarrow.py").write_text("raise ImportError('no pyarrow here')\n")
+    done = subprocess.run([TOOL, "slide.toml", "--to", "t.parquet"], cwd=folder, capture_output=True, text=True,
+                          env=os.environ | {"PYTHONPATH": str(folder / "absent")})
+    assert done.returncode == 2 and done.stderr == ("tools/study: t.parquet: expected the Python package pyarrow, found: no pyarrow here; "
+                                                    "pip install './tools[parquet]', or give a name with .csv\n")
+    assert not list((folder / "slide" / "runs").iterdir())
+
+
 def test_a_study_that_is_killed_ends_with_the_same_table(folder):
     (folder / "slide.toml").write_text(TABLE.replace("[10, 16.5, 20]", "{ from = 1, to = 25, count = 20 }"))
     study(folder, "slide.toml", "-o", "whole")
@@ -222,7 +252,8 @@ def test_what_cannot_be_studied_is_one_line(folder):
             (["wrong.csv", "slide.ana"], "joint(1)"), (["wrong.csv"], "expected a deck"),
             (["slide.toml", "none.ana"], "no such file"),
             (["quantity.toml"], "quantity down: expected a dataset"), (["slide.toml", "--draw", "colour"], "displacement.largest"),
-            (["slide.toml", "--part", "6/6"], "from 0 to N-1"), (["slide.toml", "--jobs", "0"], "from 1")):
+            (["slide.toml", "--to", "t.xlsx"], "the ending .csv or .parquet, found '.xlsx'"),
+            (["slide.toml", "--to", "none/t.csv"], "expected a folder"), (["slide.toml", "--part", "6/6"], "from 0 to N-1"), (["slide.toml", "--jobs", "0"], "from 1")):
         done = study(folder, *words, status=2)
         assert expected in done.stderr.splitlines()[-1] and "Traceback" not in done.stderr, done.stderr
 

@@ -33,10 +33,10 @@ def files_of(decks, asked):
     return [path.read_bytes() for path in paths if path.is_file()]
 
 
-def replace(path, text):
-    """Replaces a file by a text, whole or not at all."""
+def replace(path, content):
+    """Replaces a file by a text, or by bytes, whole or not at all."""
     partial = path.with_suffix(".part")
-    partial.write_text(text)
+    partial.write_bytes(content if isinstance(content, bytes) else content.encode())
     partial.replace(path)
 
 

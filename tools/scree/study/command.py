@@ -1,6 +1,6 @@
 """Runs a scene with many numbers, and makes one table of what the runs came to (doc/studies.md).
 
-    tools/study TABLE [[GEOMETRY] ANALYSIS] [-o FOLDER] [--jobs N] [--set GROUP.NAME=VALUE] [--keep]
+    tools/study TABLE [[GEOMETRY] ANALYSIS] [-o FOLDER] [--to FILE] [--jobs N] [--set GROUP.NAME=VALUE] [--keep]
     tools/study TABLE ... --draw QUANTITY        draws a column of the table against each number that varies
     tools/study TABLE ... --slurm | --snakemake  writes what makes the runs elsewhere, runs nothing
     tools/study TABLE ... --part I/N             every Nth run from number I (0 to N-1), no table
@@ -8,7 +8,8 @@
 
 TABLE is a CSV file, its first line names as --set takes them and a run in each other, or a TOML file with lists, ranges and
 samples. Each run goes into a record of its own in FOLDER/runs: the same command goes on where it was stopped, and makes again
-what another program, deck or setting would change. FOLDER/table.csv is written when all runs are there.
+what another program, deck or setting would change. FOLDER/table.csv, or the FILE of --to, with .csv or .parquet, is written when all runs
+are there. Parquet needs pyarrow (pip install './tools[parquet]').
 """
 import argparse
 import contextlib
@@ -20,6 +21,7 @@ import sys
 
 from ..arguments import parser_for, say, whole_from
 from ..errors import ScreeError
+from .output import check_output, write_table
 from .runs import Study
 from .tables import read_table
 
@@ -41,7 +43,7 @@ PARTS = {parts}
 
 rule table:
     input: expand("{folder}/parts/{{part}}", part=range(PARTS))
-    output: "{folder}/table.csv"
+    output: "{table}"
     shell: {collect}
 
 rule part:
@@ -63,6 +65,7 @@ def arguments():
     parser.add_argument("table", type=pathlib.Path, metavar="TABLE")
     parser.add_argument("decks", nargs="*", type=pathlib.Path, metavar="DECK", help="default: those of the table, from its folder")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="FOLDER", help="default: the name of the table, here")
+    parser.add_argument("--to", type=pathlib.Path, metavar="FILE", help="the table, .csv or .parquet; default: FOLDER/table.csv")
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE", help="a setting of every run")
     parser.add_argument("--jobs", type=whole_from(1), default=len(os.sched_getaffinity(0)), help="runs at once; default: the processors")
     parser.add_argument("--keep", action="store_true", help="keeps the results files of the runs")
@@ -75,13 +78,14 @@ def arguments():
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
     given = parser.parse_args()
     given.output = given.output or pathlib.Path(given.table.stem)
+    given.to = given.to or given.output / "table.csv"
     return given
 
 
 def words_of(given, study):
     """The command that makes the study from anywhere."""
     words = [pathlib.Path(sys.argv[0]).absolute(), given.table.absolute(), *(deck.absolute() for deck in given.decks), "-o",
-             given.output.absolute(), *(word for one in given.set for word in ("--set", one)), *(["--keep"] if given.keep else []),
+             given.output.absolute(), "--to", given.to.absolute(), *(word for one in given.set for word in ("--set", one)), *(["--keep"] if given.keep else []),
              "--scree", study.path]
     return shlex.join(map(str, words))
 
@@ -91,7 +95,7 @@ def write_job(given, study):
     runs, folder = len(study.keys), given.output.absolute()
     parts, command = min(runs, MOST_PARTS), words_of(given, study)
     script = folder / ("study.sbatch" if given.slurm else "Snakefile")
-    facts = dict(runs=runs, parts=parts, last=parts - 1, folder=folder, command=command, script=shlex.quote(str(script)),
+    facts = dict(runs=runs, parts=parts, last=parts - 1, folder=folder, table=given.to.absolute(), command=command, script=shlex.quote(str(script)),
                  name=given.table.stem)
     if given.snakemake:
         escaped = command.replace("{", "{{").replace("}", "}}")  # Snakemake fills in what is in braces
@@ -127,6 +131,7 @@ def study_of(given):
 def work(given):
     """Does what is asked; returns the exit status."""
     study = study_of(given)
+    check_output(given.to)
     if given.slurm or given.snakemake:
         return write_job(given, study)
     numbers = range(len(study.keys)) if given.part is None else range(given.part[0], len(study.keys), given.part[1])
@@ -135,9 +140,10 @@ def work(given):
         raise ScreeError(f"{stopped} runs were ended by a signal: the same command goes on")
     if given.part is not None:
         return 0
-    path, header, lines = study.write_table()
+    header, lines = study.columns()
+    write_table(given.to, header, lines)
     status = tell(study, made)
-    print(path)
+    print(given.to.absolute())
     if given.draw:
         from .picture import draw  # here, as matplotlib takes a second to begin
         print(draw(study.table.names, header, lines, given.draw, given.output / f"{given.draw}.png"))

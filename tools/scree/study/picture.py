@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ..errors import ScreeError
+from .output import numbers_of
 
 MOST_COLUMNS = 3  # of panels
 
@@ -20,14 +21,6 @@ def rank_correlation(x, y):
     """Spearman's: 1 where y grows with x, -1 where it falls, whatever the law; 0 without either."""
     x, y = ranks(x), ranks(y)
     return float(np.corrcoef(x, y)[0, 1]) if np.ptp(x) > 0 and np.ptp(y) > 0 else 0.0
-
-
-def numbers_of(values):
-    """A column as numbers, NaN where it has none; None where it is of words."""
-    try:
-        return np.array([np.nan if value in ("", None) else float(value) for value in values])
-    except ValueError:
-        return None
 
 
 def draw(names, header, lines, quantity, path):

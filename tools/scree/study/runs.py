@@ -1,7 +1,5 @@
 """The runs of a study: made where their records are missing, a file each, so that a study that was killed goes on."""
 import concurrent.futures
-import csv
-import io
 import json
 import os
 import subprocess
@@ -169,17 +167,6 @@ class Study:
         if name in PLACES:
             return summary or [None, None]
         return [summary]
-
-    def write_table(self):
-        """Writes the table; returns its path and its lines."""
-        header, lines = self.columns()
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows([["" if value is None else value for value in line] for line in lines])
-        path = self.folder / "table.csv"
-        replace(path, text.getvalue())
-        return path, header, lines
 
 
 def last_line(said):
