@@ -16,7 +16,7 @@ module scree_read_scene
   use scree_setting_rules, only: check_rules, drop_overridden
   use scree_setting_table, only: deck_part_t, from_of, given_at, index_of, is_given_by
   use scree_settings, only: fill_settings, set_word, store_settings
-  use scree_stages, only: add_bolts_of_stage, begin_stage, find_removed, parts_to_stages, stage_of
+  use scree_stages, only: add_bolts_of_stage, begin_stage, end_of_stage_prefix, find_removed, parts_to_stages, stage_of
   use scree_system, only: fixed_point, load_point
   use scree_text, only: number_text, real_of, text_t
   implicit none
@@ -103,9 +103,8 @@ contains
     integer :: at, k
 
     k = 1
-    at = 0
-    if (index(option, 'stage(') == 1) then
-      at = index(option, ').') + 1
+    at = end_of_stage_prefix(option)
+    if (at > 0) then
       which = option(len('stage(') + 1:at - 2)
       k = 0
       if (word_is_whole(which)) k = nint(real_of(which))

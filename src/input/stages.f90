@@ -10,7 +10,7 @@ module scree_stages
   use scree_text, only: number_text, real_text, text_t
   implicit none
   private
-  public :: add_bolts_of_stage, begin_stage, find_removed, lines_of_stages, parts_to_stages, stage_of
+  public :: add_bolts_of_stage, begin_stage, end_of_stage_prefix, find_removed, lines_of_stages, parts_to_stages, stage_of
 
 contains
 
@@ -63,6 +63,14 @@ contains
     end subroutine take_over
 
   end subroutine parts_to_stages
+
+  !> Where stage(K). ends in stage(K).GROUP.NAME=VALUE of the command line; 0 where an option is of all stages.
+  pure integer function end_of_stage_prefix(option) result(at)
+    character(len=*), intent(in) :: option
+
+    at = 0
+    if (index(option, 'stage(') == 1) at = index(option, ').') + 1
+  end function end_of_stage_prefix
 
   !> Whether a value of the stage before stands on.
   pure logical function stands_on(row, before, says_kind)

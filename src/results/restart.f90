@@ -13,6 +13,7 @@ module scree_restart
   use scree_results_file, only: count_frames, make_room, results_t, take_place
   use scree_run_output, only: run_output_t, version
   use scree_scene, only: scene_t
+  use scree_stages, only: end_of_stage_prefix
   use scree_state, only: stage_clock_t, state_t, step_of_run, time_of_run
   use scree_step_control, only: at_end, is_settled, resume_pace
   use scree_text, only: rounded_text, text_t
@@ -41,19 +42,21 @@ contains
 
   !> Names the decks that a run was made from, where none are given, and puts its settings before those that are given.
   !>
-  !> Settings of `step` and `output` may be given, which say how a run goes on; all others made the model or the state.
+  !> Settings of `step` and `output` may be given, of all stages or from one on, which say how a run goes on; all others made the
+  !> model or the state.
   !> Errors: another setting; a file that is no run's, or one of another version.
   subroutine find_decks(path, geometry, analysis, options, error)
     character(len=*), intent(in) :: path
     character(len=:), allocatable, intent(inout) :: geometry, analysis !! '' where not given
     type(text_t), allocatable, intent(inout) :: options(:)             !! GROUP.NAME=VALUE
     type(error_t), allocatable, intent(out) :: error
-    character(len=:), allocatable :: deck(:), set(:)
+    character(len=:), allocatable :: deck(:), set(:), setting
     integer(hid_t) :: file
     integer :: i
 
     do i = 1, size(options)
-      if (index(options(i)%text, 'step.') == 1 .or. index(options(i)%text, 'output.') == 1) cycle
+      setting = options(i)%text(end_of_stage_prefix(options(i)%text) + 1:)
+      if (index(setting, 'step.') == 1 .or. index(setting, 'output.') == 1) cycle
       call fail(error, status_bad_input, '--set '//options(i)%text//': expected a setting of step or output with --restart, as '// &
                 'others made what the run goes on from')
       return

@@ -157,6 +157,18 @@ def test_a_run_is_gone_on_with_again_and_again(stopped_run):
     assert differing(stopped_run / "whole.h5", stopped_run / "arc.h5", ("VTKHDF", "bodies", "contacts", "scene/settings")) == []
 
 
+def test_a_restart_may_say_how_a_stage_goes_on(tmp_path):
+    """The last of four stages to its 120 steps, or to 50 first; without its number the count would be that of all stages."""
+    deck, last = SOURCE / "tests/data/stages/stages.ana", "stage(4).step.count=120"
+    assert call("run", deck, "-o", "whole.h5", "--quiet", "--set", last, cwd=tmp_path).returncode == 0
+    assert call("run", deck, "-o", "part.h5", "--quiet", "--set", "stage(4).step.count=50", cwd=tmp_path).returncode == 0
+    assert call("run", "--restart", "part.h5", "--quiet", "--set", last, cwd=tmp_path).returncode == 0
+    a, b = read(tmp_path / "whole.h5"), read(tmp_path / "part.h5")
+    assert a.scene.status == b.scene.status == "complete" and list(b.scene.options)[-1] == last
+    assert differing(a.path, b.path, ("VTKHDF", "bodies", "contacts", "bolts", "stages", "scene/options", "scene/settings")) == []
+    assert (a.history.time == b.history.time).all() and a.vertices(-1).tobytes() == b.vertices(-1).tobytes()
+
+
 def test_another_file_leaves_the_first_as_it_was(stopped_run):
     before = (stopped_run / "arc.h5").read_bytes()
     goes_on(stopped_run, "-o", "more.h5")
@@ -230,7 +242,8 @@ def test_a_bad_restart_is_refused_in_a_line_and_writes_nothing(name, stopped_run
 
 
 @pytest.mark.parametrize("words, expected", [
-    ([], "beyond the checkpoint"), (["--set", "contact.stiffness=1e9", "--set", "step.count=50"], "a setting of step or output"),
+    ([], "beyond the checkpoint"), (["--set", "stage(1).contact.stiffness=1e9", "--set", "step.count=50"], "a setting of step or output"),
+    (["--set", "stage(2).step.count=50"], "expected a stage from 1 to 1"), (["--set", "contact.stiffness=1e9", "--set", "step.count=50"], "a setting of step or output"),
     (["--classic-output", "--set", "step.count=50"], "without --restart")])
 def test_words_that_do_not_go_with_a_restart_are_refused(words, expected, stopped_run):
     done = call("run", "--restart", "arc.h5", *words, cwd=stopped_run)
