@@ -84,7 +84,7 @@ contains
       call store_settings(read)
       if (is_given_by(read%words(index_of(read%words, 'stage.kind')))) &
         read%carried = merge(0.0_dp, merge(read%carried, 1.0_dp, read%carried > 0), read%settings%static)
-      call find_removed(read, blocks%material, error)
+      call find_removed(read, blocks, error)
       if (allocated(error)) return
       read%installed = scene%later(k - 1)%installed
       call complete_later(read, blocks, scene%later(k - 1), error)

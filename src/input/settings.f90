@@ -77,6 +77,8 @@ contains
                    s%removed_blocks)
     call row%reals(setting_t('stage', 'remove_materials', 'numbers of block materials all of whose blocks are', '1', 1.0_dp), &
                    s%removed_materials)
+    call row%reals(setting_t('stage', 'remove_inside', 'x y of corners of polygons, each closed by its first: blocks in them', &
+                             'length'), s%removed_inside)
     call row%choice(setting_t('stage', 'reset', 'what begins anew: velocities at 0, displacements and rotations from here', &
                               choices='|none|velocities|displacements|both|'), s%reset, reset_none, when=later)
   end subroutine visit_stage

@@ -1,8 +1,12 @@
 !> Stages of a run: what a deck gives after a &stage stands over what it gave before, from there on.
 module scree_stages
+  use scree_block_input, only: blocks_t
   use scree_bolt_records, only: take_bolts
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
+  use scree_polygon, only: holds, inner_place
+  use scree_regions, only: first_vertex_of, last_vertex_of, loops_of
+  use scree_rock_outline, only: crosses_itself
   use scree_scene, only: bolt_record_t, scene_t, stage_t, word_t
   use scree_setting_rules, only: drop_idle, drop_overridden
   use scree_setting_table, only: deck_part_t, given_at, index_of, is_given_by, kind_choice, setting_t, taken_away
@@ -134,14 +138,16 @@ contains
                                                   a%pretension - b%pretension, 0.0_dp], [2, 2])]) > 0)
   end function are_same
 
-  !> Removes the blocks that a stage removes. Errors: numbers that are none of blocks or block materials, a stage without a block.
-  subroutine find_removed(scene, material, error)
+  !> Removes the blocks that a stage removes. Errors: numbers that are none of blocks or block materials, corners that make no
+  !> polygons or such without a block in them, a stage without a block.
+  subroutine find_removed(scene, blocks, error)
     type(scene_t), intent(inout) :: scene        !! with what was removed before
-    integer, intent(in) :: material(:)           !! (n_blocks)
+    type(blocks_t), intent(in) :: blocks
     type(error_t), allocatable, intent(out) :: error
+    logical :: inside(size(blocks%material))
     integer :: i
 
-    associate (s => scene%settings)
+    associate (s => scene%settings, material => blocks%material)
       call check('stage.remove_blocks', s%removed_blocks, size(material), 'blocks')
       if (.not. allocated(error)) &
         call check('stage.remove_materials', s%removed_materials, size(scene%block_material), 'block materials')
@@ -151,6 +157,11 @@ contains
         do i = 1, size(s%removed_materials)
           scene%removed = scene%removed .or. material == nint(s%removed_materials(i))
         end do
+      end if
+      if (allocated(s%removed_inside)) then
+        call find_inside(blocks, s%removed_inside, given_at(scene%words, 'stage.remove_inside'), inside, error)
+        if (allocated(error)) return
+        scene%removed = scene%removed .or. inside
       end if
       if (all(scene%removed)) call fail(error, status_bad_input, removal_at()//': expected a stage that leaves a block, found none')
     end associate
@@ -179,9 +190,70 @@ contains
 
       place = given_at(scene%words, 'stage.remove_blocks')
       if (len(place) == 0) place = given_at(scene%words, 'stage.remove_materials')
+      if (len(place) == 0) place = given_at(scene%words, 'stage.remove_inside')
     end function removal_at
 
   end subroutine find_removed
+
+  !> Which blocks lie in polygons: a place well inside each does. A polygon in another is a hole of it.
+  !>
+  !> Errors: corners that make no polygons; no block in them.
+  subroutine find_inside(blocks, numbers, place, inside, error)
+    type(blocks_t), intent(in) :: blocks
+    real(dp), intent(in) :: numbers(:)           !! x y of the corners, length; each polygon ends with its first corner again
+    character(len=*), intent(in) :: place        !! that the deck gives them at
+    logical, intent(out) :: inside(:)            !! (n_blocks)
+    type(error_t), allocatable, intent(out) :: error
+    real(dp), allocatable :: corner(:, :)
+    integer, allocatable :: first(:)
+    integer :: b, i
+
+    call part_polygons(numbers, corner, first)
+    inside = .false.
+    if (allocated(first)) then
+      do i = 1, size(first) - 1
+        if (crosses_itself(corner(:, first(i):first(i + 1) - 1))) deallocate (first)
+        if (.not. allocated(first)) exit
+      end do
+    end if
+    if (.not. allocated(first)) then
+      call fail(error, status_bad_input, place//': expected x y of corners of polygons, three or more of each and its first '// &
+                'again, whose sides do not cross, in stage.remove_inside, found others')
+      return
+    end if
+    do i = 1, 2
+      corner(i, :) = corner(i, :) - blocks%origin(i)
+    end do
+    do b = 1, size(inside)
+      associate (outline => blocks%vertex(:, first_vertex_of(blocks%shape, b):last_vertex_of(blocks%shape, b)))
+        inside(b) = holds(corner, inner_place(outline, loops_of(blocks%shape, b)), first)
+      end associate
+    end do
+    if (.not. any(inside)) &
+      call fail(error, status_bad_input, place//': expected blocks in the polygons of stage.remove_inside, found none')
+  end subroutine find_inside
+
+  !> Parts corners to polygons, each of which ends with its first corner again, which is left out.
+  pure subroutine part_polygons(numbers, corner, first)
+    real(dp), intent(in) :: numbers(:)                !! x y of the corners
+    real(dp), allocatable, intent(out) :: corner(:, :) !! (2, n)
+    integer, allocatable, intent(out) :: first(:)     !! (n_polygons+1) where each begins; not allocated where one is not closed
+    integer, parameter :: fewest = 3
+    real(dp) :: given(2, size(numbers)/2)
+    integer :: begin, k
+
+    given = reshape(numbers(:2*size(given, 2)), shape(given))
+    allocate (corner(2, 0))
+    first = [1]
+    begin = 1
+    do k = 1, size(given, 2)
+      if (k - begin < fewest .or. any(abs(given(:, k) - given(:, begin)) > 0)) cycle
+      corner = reshape([corner, given(:, begin:k - 1)], [2, size(corner, 2) + k - begin])
+      first = [first, size(corner, 2) + 1]
+      begin = k + 1
+    end do
+    if (begin <= size(given, 2) .or. size(first) == 1 .or. mod(size(numbers), 2) > 0) deallocate (first)
+  end subroutine part_polygons
 
   !> What of a scene may differ from stage to stage.
   pure type(stage_t) function stage_of(scene) result(stage)

@@ -131,6 +131,7 @@ module scree_scene
     logical :: static = .false.             !! steps hand no velocity on
     real(dp), allocatable :: removed_blocks(:)    !! numbers of blocks that the stage removes
     real(dp), allocatable :: removed_materials(:) !! and of block materials, with all blocks of them
+    real(dp), allocatable :: removed_inside(:) !! corners x y of polygons whose blocks too
     integer :: reset = reset_none           !! what the stage begins anew
     real(dp) :: cover_edge = 0.0_dp         !! of the triangles of the regular mathematical mesh, 0: none, length
     real(dp) :: cover_origin(2) = 0.0_dp    !! a node of it, length

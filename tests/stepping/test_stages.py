@@ -150,7 +150,36 @@ def test_the_command_line_gives_settings_of_a_stage(tmp_path):
     assert said["status"] == "complete"
 
 
+@pytest.mark.parametrize("size, far", [(1e-3, 0.0), (1.0, 0.0), (1e3, 0.0), (1.0, 1e6)])
+def test_blocks_in_polygons_are_removed_as_by_their_numbers(size, far, tmp_path):
+    """The same bits. The sides of the polygons are those of the blocks; a trough around a block has its centroid in that, and stays. A
+    polygon in another, either way round, is a hole of it."""
+    trough = np.array([(-1.0, 0), (2, 0), (2, 3), (1.5, 3), (1.5, 0.25), (-0.5, 0.25), (-0.5, 3), (-1, 3)])
+    blocks = [GROUND, trough, box(0, 1, 0.25, 1.25), box(0, 1, 1.25, 2.25)]
+    square, upper = ("0 0.25  1 0.25  1 2.25  0 2.25  0 0.25", "0 1.25  0 2.25  1 2.25  1 1.25  0 1.25")
+
+    def placed(words):
+        return " ".join(repr(float(word) * size + far) for word in words.split())
+
+    found = {}
+    for name, removal in (("number", "remove_blocks=3"), ("polygon", f"remove_inside={placed(square + ' ' + upper)}"),
+                          ("numbers", "remove_blocks=3 4"), ("polygons", f"remove_inside={placed(square)}")):
+        moved = [np.asarray(corners) + far / size for corners in blocks]
+        decks = scene(tmp_path, moved, [(x + far / size, y + far / size, b) for x, y, b in held(GROUND, 1)], "&step balance=1e-5 /\n"
+                      f"&stage {removal}, kind='dynamic' /\n&step size={0.002 * size**0.5!r}, count=10 /", size=size, dt=0.01 * size**0.5)
+        found[name] = run(tmp_path, decks, name=f"{name}.h5")[1]
+    for one, other, gone in (("number", "polygon", [2]), ("numbers", "polygons", [2, 3])):
+        a, b = found[one], found[other]
+        assert np.flatnonzero(b.bodies.present[-1] == 0).tolist() == gone and (a.bodies.present == b.bodies.present).all()
+        assert a.vertices(-1).tobytes() == b.vertices(-1).tobytes()
+
+
 BAD = {
+    "corners that are not closed": ("&stage remove_inside=0 0 1 0 1 1 0 1 /", "its first again"),
+    "two corners": ("&stage remove_inside=0 0 1 0 0 0 /", "three or more of each"),
+    "an odd number": ("&stage remove_inside=0 0 1 0 1 1 0 0 5 /", "expected x y of corners"),
+    "sides that cross": ("&stage remove_inside=0 0 1 1 1 0 0 1 0 0 /", "whose sides do not cross"),
+    "a polygon in the air": ("&stage remove_inside=5 5 6 5 6 6 5 5 /", "expected blocks in the polygons of stage.remove_inside, found none"),
     "a setting that makes blocks": ("&method strain='green' /", "before the first &stage"),
     "a block that there is not": ("&stage remove_blocks=4 /", "expected numbers of blocks from 1 to 3 in stage.remove_blocks, found 4"),
     "a half block": ("&stage remove_blocks=1.5 /", "found 1.5"),

@@ -199,3 +199,34 @@ def test_a_ray_tells_what_an_outline_holds():
     corners = np.array([(0, 0), (4, 0), (4, 4), (2, 1), (0, 4)], float)
     sides = np.hstack([corners, np.roll(corners, -1, axis=0)])
     assert holds(sides, np.array([[2, 0.5], [2, 2], [0.5, 2], [3.5, 2], [-1, 0], [5, 4]])).tolist() == [True, False, True, True, False, False]
+
+
+def test_what_a_stage_removes_is_drawn(tmp_path):
+    """Rock of 10 x 10 with a joint across; stage 2 takes a square of 2, stage 4 a corner: areas that are left."""
+    document, space = drawing()
+    square(space, 0, 10)
+    space.add_line((0, 5), (10, 5), **on("JOINT_1"))
+    square(space, 4, 6, "STAGE_2")
+    space.add_lwpolyline([(0, 0), (1, 0), (0, 1)], close=True, **on("corner"))
+    done = convert(document, tmp_path, "--layer", "corner=stage:4")
+    assert "layer 'STAGE_2': removed by stage 2, 4 lines" in done.stdout and "map.stages\n" in done.stdout
+    deck = read_deck(tmp_path / "map.geo")
+    joint, = {line[4] for line in deck.lines[deck.boundary:]} - {1}
+    assert f"sides of what stages remove: joint material {joint}, whose cohesion" in done.stdout
+    groups = (tmp_path / "map.stages").read_text()
+    assert groups.splitlines()[1] == "&stage /"  # what is not drawn changes nothing
+    (tmp_path / "map.ana").write_text("1 1 1 3 0.05 0.01\n" + MATERIAL + "30 1e9 1e9\n" * 3 + "&deck geometry='map.geo' /\n" + groups)
+    results = scree.run(tmp_path / "map.ana", output=tmp_path / "map.h5")
+    ends = [int(np.flatnonzero(results.frame_stages == k)[-1]) for k in (1, 2, 3, 4)]
+    left = [results.bodies.area[k][results.bodies.present[k] > 0].sum() for k in ends]
+    assert left == pytest.approx([100, 96, 96, 95.5], rel=1e-9)
+
+
+@pytest.mark.parametrize("layer, corners, expected", [
+    ("STAGE_2", [(4, 4), (6, 4)], "closed outlines of what stages remove"), ("STAGE", [(4, 4), (6, 4), (5, 6), (4, 4)], "a stage from 2"),
+    ("STAGE_1", [(4, 4), (6, 4), (5, 6), (4, 4)], "a stage from 2")])
+def test_an_outline_of_a_stage_that_is_open_or_has_no_number_is_refused(layer, corners, expected, tmp_path):
+    document, space = drawing()
+    square(space, 0, 10)
+    space.add_lwpolyline(corners, **on(layer))
+    one_line(convert(document, tmp_path), expected)

@@ -32,9 +32,14 @@ def polygons_of(shape):
     return [part for part in getattr(shape, "geoms", [shape]) if isinstance(part, Polygon) and part.area > 0]
 
 
+def rings_of(shape):
+    """The closed outlines of the polygons of a shape and of their holes, (n, 2) each."""
+    return [np.array(ring.coords) for part in polygons_of(shape) for ring in (part.exterior, *part.interiors)]
+
+
 def sides_of(shape):
     """The sides of the polygons of a shape, rows x1 y1 x2 y2."""
-    rings = [np.array(ring.coords) for part in polygons_of(shape) for ring in (part.exterior, *part.interiors)]
+    rings = rings_of(shape)
     return np.vstack([np.hstack([ring[:-1], ring[1:]]) for ring in rings]) if rings else np.empty((0, 4))
 
 

@@ -12,14 +12,16 @@ What a layer holds is told by how its name begins, in capitals or not:
     FIXED       fixed lines and points          TUNNEL      outlines of what is cut out of the rock;
     LOAD        load points                     EXCAVATION  so too
     BOLT        bolts, a line each              WATER       the water table
+    STAGE_2...  outlines of what stage 2 of a run removes; they are joint lines, too
 
 The joint material of joint and boundary lines and of tunnels is the number at the end of the layer's name (JOINT_3, 3); layers
 without one get the numbers that are free, from 1, in order of name. --layer NAME=ROLE decides instead; ROLE is joint:N, boundary:N,
-material:N, tunnel:N, bolt:STIFFNESS[:STRENGTH[:PRETENSION]] (which bolts need), water, fixed, load, measured, hole or skip.
+material:N, tunnel:N, stage:K, bolt:STIFFNESS[:STRENGTH[:PRETENSION]] (which bolts need), water, fixed, load, measured, hole or skip.
 
 --clip takes what lies in a window, by two corners, or in a polygon, by three or more; its sides bound the rock where there is some.
 What lies in tunnels is left out, and they get hole points where rock closes them in. The water table becomes the group &water at
-the end of the deck, and --least-area, below which blocks join a neighbour, the group &blocks.
+the end of the deck, and --least-area, below which blocks join a neighbour, the group &blocks. What stages remove goes into OUT.stages, as
+groups &stage for the end of the analysis deck.
 
 Lines are LINE, LWPOLYLINE, POLYLINE, ARC, CIRCLE, ELLIPSE and SPLINE; points are POINT and, on the layers of points and of what is
 fixed, the centres of CIRCLE. INSERT is exploded. Curves become chords that are nowhere farther than the sagitta from them.
@@ -41,13 +43,14 @@ from ezdxf.math import Vec3
 
 from .arguments import parser_for, say
 
-LINE_KINDS = ("boundary", "joint", "material", "tunnel")  # with a number each
+LINE_KINDS = ("boundary", "joint", "material", "tunnel", "stage")  # with a number each
 POINT_KINDS = ("load", "measured", "hole")
 NAMED_KINDS = {"boundary": "boundary", "material": "material", "fixed": "fixed", "tunnel": "tunnel", "excavation": "tunnel",
-               "bolt": "bolt", "water": "water"} | {kind: kind for kind in POINT_KINDS}  # by the beginnings of names
-ROLES = ("joint:N, boundary:N, material:N, tunnel:N, bolt:STIFFNESS[:STRENGTH[:PRETENSION]], water, fixed, load, measured, hole "
-         "or skip")
+               "bolt": "bolt", "water": "water", "stage": "stage"} | {kind: kind for kind in POINT_KINDS}  # by the beginnings of names
+ROLES = ("joint:N, boundary:N, material:N, tunnel:N, stage:K, bolt:STIFFNESS[:STRENGTH[:PRETENSION]], water, fixed, load, measured, "
+         "hole or skip")
 LARGEST_NUMBER = 2**31 - 1
+FIRST_STAGE = 2         # that may remove something
 DEFAULT_SAGITTA = 1e-3  # over the extent
 LEAST_SAGITTA = 1e-9    # over the extent
 FLAT = 1e-9             # largest z over the largest coordinate
@@ -335,7 +338,7 @@ def chosen_roles(words, drawing):
     roles = {}
     for word in words:
         name, _, role = word.rpartition("=")
-        found = re.fullmatch("(joint|boundary|material|tunnel):([0-9]{1,10})|(fixed|load|measured|hole|water|skip)", role.lower())
+        found = re.fullmatch("(joint|boundary|material|tunnel|stage):([0-9]{1,10})|(fixed|load|measured|hole|water|skip)", role.lower())
         bolt = bolt_of(role.lower())
         if not name or not (found or bolt) or found and found[2] and not 1 <= int(found[2]) <= LARGEST_NUMBER:
             raise MapError(f"--layer: expected NAME=ROLE with ROLE one of {ROLES} (N from 1), found '{shown(word)}'")
@@ -389,6 +392,7 @@ class Deck:
         self.flatten()
         self.said = []                         # what clip and tunnels became
         self.outside = 0                       # lines and points that they take away
+        self.removed = self.take_stages()
         if clip or self.lines["tunnel"]:
             self.take_rock(clip)
         if not self.lines["boundary"] and not self.lines["joint"]:
@@ -427,14 +431,15 @@ class Deck:
                 raise MapError(f"{self.drawing.path}: expected the stiffness of bolts, "
                                f"--layer '{name}=bolt:STIFFNESS[:STRENGTH[:PRETENSION]]', found '{name}'")
         numbered = [layer for layer in self.taken if self.roles[layer].kind in LINE_KINDS]
-        used = {self.roles[layer].number for layer in numbered if self.roles[layer].kind != "material"}
+        used = {self.roles[layer].number for layer in numbered if self.roles[layer].kind not in ("material", "stage")}
         self.free = (number for number in itertools.count(1) if number not in used)
         for layer in numbered:
             kind, number, _ = self.roles[layer]
-            if number == 0 and kind == "material":
-                name = shown(self.drawing.names[layer])
-                raise MapError(f"{self.drawing.path}: expected a block material from 1 at the end of the layer's name or "
-                               f"--layer '{name}=material:N', found '{name}'")
+            least = {"material": 1, "stage": FIRST_STAGE}.get(kind, 0)
+            if number < least:
+                name, what = shown(self.drawing.names[layer]), "block material" if kind == "material" else kind
+                raise MapError(f"{self.drawing.path}: expected a {what} from {least} at the end of the layer's name or "
+                               f"--layer '{name}={kind}:N', found '{name}'")
             self.roles[layer] = Role(kind, number or next(self.free))
 
     def choose_sagitta(self, given):
@@ -482,22 +487,27 @@ class Deck:
             points = len(self.points[kind]) - before[1]
             self.counts[layer] = len(self.lines[kind]) - before[0] - (points if kind == "fixed" else 0), points
 
+    def take_stages(self):
+        """What each stage removes, by its number; the sides are joint lines of a material of their own."""
+        if not self.lines["stage"]:
+            return {}
+        outlines, joint = collections.defaultdict(list), next(self.free)
+        for line in self.lines["stage"]:
+            outlines[line[4]].append(line)
+            self.lines["joint"].append(line[:4] + [joint])
+        self.said.append(f"sides of what stages remove: joint material {joint}, whose cohesion and tensile strength hold until then")
+        return {number: closed(self.drawing, "what stages remove", lines) for number, lines in sorted(outlines.items())}
+
     def take_rock(self, clip):
         """Clips lines and points, cuts the tunnels out and adds what bounds the rock then."""
-        try:
-            from . import drawn_rock
-        except ImportError:
-            raise MapError("expected shapely for --clip and tunnels, found none: on Debian, apt-get install python3-shapely") from None
+        drawn_rock = with_shapely()
         window = drawn_rock.Polygon(corners_of(clip)) if clip else None
         if clip and not (window.is_valid and window.area > 0):
             raise MapError("--clip: expected corners of a polygon whose sides meet there alone, found " + " ".join(map(repr, clip)))
         outlines = collections.defaultdict(list)
         for line in self.lines["tunnel"]:
             outlines[line[4]].append(line)
-        try:
-            tunnels = {number: drawn_rock.enclosed(lines) for number, lines in outlines.items()}
-        except drawn_rock.OpenOutline as end:
-            raise MapError(f"{self.drawing.path}: expected closed outlines of tunnels, found an open one at {end}") from None
+        tunnels = {number: closed(self.drawing, "tunnels", lines) for number, lines in outlines.items()}
         rock = drawn_rock.Rock(window, list(tunnels.values()), self.lines["boundary"], self.points["hole"])
         if self.lines["boundary"] and not rock.encloses:
             self.said.append("boundary lines enclose nothing: all that is clipped is rock")
@@ -552,6 +562,7 @@ class Deck:
             elif layer in self.counts:
                 what = {"joint": f"joint material {role.number}", "boundary": f"boundary, joint material {role.number}",
                         "material": f"block material {role.number}", "tunnel": f"tunnels, joint material {role.number}",
+                        "stage": f"removed by stage {role.number}",
                         "bolt": "bolts of stiffness, strength, pretension " + " ".join(map(repr, role.bolt or ())),
                         "water": "water table"}.get(role.kind, role.kind)
                 lines, points = self.counts[layer]
@@ -596,12 +607,37 @@ class Deck:
         return "".join([f"! {line}\n" for line in head] + [f"{number!s:<12} ! {what}\n" for number, what in numbers]
                        + [" ".join(map(repr, row)) + "\n" for row in rows] + self.groups())
 
+    def stages(self):
+        """The groups &stage that remove what is drawn to be removed, from the second to the last of them."""
+        corners = {number: "  ".join(f"{x!r} {y!r}" for ring in with_shapely().rings_of(shape) for x, y in ring.tolist())
+                   for number, shape in self.removed.items()}
+        return "".join(f"&stage remove_inside={corners[k]} /\n" if k in corners else "&stage /\n"
+                       for k in range(FIRST_STAGE, max(corners) + 1))
+
     def groups(self):
         """The groups of places that the deck ends in."""
         text = [f"&blocks least_area={self.least_area!r} /\n"] if self.least_area > 0 else []
         if self.table:
             text.append("&water table=" + "  ".join(f"{x!r} {y!r}" for x, y in self.table) + " /\n")
         return text
+
+
+def with_shapely():
+    """The module that needs shapely."""
+    try:
+        from . import drawn_rock
+    except ImportError:
+        raise MapError("expected shapely for --clip, tunnels and stages, found none: on Debian, apt-get install python3-shapely") from None
+    return drawn_rock
+
+
+def closed(drawing, what, lines):
+    """What outlines enclose."""
+    drawn_rock = with_shapely()
+    try:
+        return drawn_rock.enclosed(lines)
+    except drawn_rock.OpenOutline as end:
+        raise MapError(f"{drawing.path}: expected closed outlines of {what}, found an open one at {end}") from None
 
 
 def corners_of(numbers):
@@ -647,6 +683,8 @@ def main():
         deck = Deck(drawing, chosen_roles(given.layer, drawing), given.e0, given.sagitta, given.clip, given.least_area)
         try:
             output.write_text(deck.text(), encoding="utf-8")
+            if deck.removed:
+                output.with_suffix(".stages").write_text(deck.stages(), encoding="utf-8")
         except OSError as error:
             raise MapError(f"{output}: cannot write the deck: {error.strerror}") from None
     except MapError as error:
@@ -656,5 +694,5 @@ def main():
         print(line)
     for line in deck.warnings():
         say(f"warning: {given.map}: {line}")
-    print(output)
+    print(*([output.with_suffix(".stages")] if deck.removed else []), output, sep="\n")
     return 0
