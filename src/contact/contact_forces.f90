@@ -1,5 +1,6 @@
 !> What the contacts between two elements add to the equations (Shi: df18).
 module scree_contact_forces
+  use scree_contact_geometry, only: entrance_geometry_t
   use scree_contact_quantities, only: contact_force_t
   use scree_contact_rules, only: gaps_and_slips, press, rows_along, rubs
   use scree_contact_try, only: contact_try_t
@@ -56,13 +57,14 @@ contains
   end function closed_contacts
 
   !> Adds the forces at `d` of the closed contacts of a pair of elements, and what they change by.
-  pure subroutine add_contacts_of_pair(model, try, pair, contacts, d, symmetric, term)
+  pure subroutine add_contacts_of_pair(model, try, pair, contacts, d, symmetric, curved, term)
     type(model_t), intent(in) :: model
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: pair
     integer, intent(in) :: contacts(:)    !! closed, of the pair
     real(dp), intent(in) :: d(:)          !! (n_unknowns)
     logical, intent(in) :: symmetric      !! the operator is to be, but for friction, where the geometry bends
+    logical, intent(in) :: curved         !! it has what the forces change by as their edges turn
     type(pair_term_t), intent(inout) :: term
     type(contact_force_t) :: force
     real(dp) :: change(n), row(n), row_change(n)
@@ -84,6 +86,7 @@ contains
               call add_friction_change(term, row, force%along_by_gap(m)*change)
           end do
           call add_pair_force(term, force%across(k)*geometry(k)%normal)
+          if (curved) call add_turning(geometry(k), force%across(k), merge(force%along, 0.0_dp, k == active), term)
         end do
         if (contact%entrance(active)%pair /= pair) cycle
         if (abs(force%along_by_slip) > 0) call add_change(term, row, force%along_by_slip*row_change)
@@ -92,5 +95,17 @@ contains
       end associate
     end do
   end subroutine add_contacts_of_pair
+
+  !> Adds what the forces of an entrance change by as its edge turns (`scree_contact_geometry`).
+  pure subroutine add_turning(geometry, across, along, term)
+    type(entrance_geometry_t), intent(in) :: geometry
+    real(dp), intent(in) :: across, along !! force
+    type(pair_term_t), intent(inout) :: term
+
+    call add_change(term, geometry%turn, -across*geometry%shear)
+    call add_change(term, geometry%shear, -across*geometry%turn)
+    call add_change(term, geometry%normal, along*geometry%turn)
+    call add_change(term, geometry%turn, along*geometry%normal)
+  end subroutine add_turning
 
 end module scree_contact_forces

@@ -10,6 +10,10 @@
 !> The normal forces of a contact act on one line, at the vertex and at its foot on the edge. The shear forces act at the vertex and
 !> at the point of the edge's body that the vertex is at. Neither pair of forces has a torque.
 !>
+!> With e the turn of the edge towards n, n.(d3 - d2)/L, the rows turn as the edge does: what N n and T t change by is
+!>
+!>     -N (e x ds + ds x e) + T (dg x e + e x dg)      x: dyadic product, but for the overlap over the edge and strains of its body
+!>
 !> Over a step that the integrator balances in its middle the row of the gap is its mean derivative: with e = y3 - y2,
 !> r = y1 - y2 in the middle, L0 and L1 the lengths and c = g L, the gap changes by exactly
 !>
@@ -40,6 +44,7 @@ module scree_contact_geometry
     real(dp) :: shear(2*n) = 0.0_dp     !! change of slid
     real(dp) :: normal_end(2*n) = 0.0_dp !! of the gap itself, where the forces act in another configuration
     real(dp) :: shear_end(2*n) = 0.0_dp
+    real(dp) :: turn(2*n) = 0.0_dp      !! turn of the edge to its normal, where it follows the motion, rad/length
     !> (3, 2 n) where slip is measured from the anchor (Shi): the end of the edge from its start, along and across; and the
     !> position of the edge's body that the vertex is at from the foot, along.
     real(dp), allocatable :: edge(:, :)
@@ -100,6 +105,9 @@ contains
       call put_rows(1.0_dp, 1.0_dp, geometry%normal_end, geometry%shear_end)
       call put_rows(2*weight - 1, 1.0_dp, geometry%normal, geometry%shear)
       call move(t, geometry)
+      associate (turn => matmul([t(2), -t(1)], T3 - T2)/geometry%edge_length)
+        geometry%turn(merge(n, 0, body == pair(1)) + 1:merge(2*n, n, body == pair(1))) = turn
+      end associate
     else
       call put_rows(0.0_dp, 0.0_dp, geometry%normal, geometry%shear)
       geometry%normal_end = geometry%normal

@@ -225,7 +225,7 @@ contains
       end associate
       if (.not. (touches .and. is_island(cache%equations, group))) cycle
       call take_island(now, group - cache%equations%n_alone, meets)
-      if (meets) call add_pair_effects(model, now, group, .true., nothing, cache%equations)
+      if (meets) call add_pair_effects(model, now, group, .true., .false., nothing, cache%equations)
     end do
   end subroutine sum_up_forces
 

@@ -273,7 +273,7 @@ contains
     if (.not. group%in_contact) return
     if (.not. group%frozen) group%linear_at = values_of_members(model, group, d)
     call add_pair_effects(model, contacts, group%number, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen) &
-                          .and. .not. model%settings%balance > 0, d, &
+                          .and. .not. model%settings%balance > 0, model%settings%balance > 0 .and. .not. group%frozen, d, &
                           cache%equations)
   end subroutine assemble
 

@@ -41,6 +41,10 @@ module scree_time_stepper
   !> And of one of a static run that chooses its steps: what bears the load is known to orders of magnitude alone.
   real(dp), parameter :: static_cut = 0.1_dp
 
+  !> What the search of a static step adds to ways and turns, over what is remembered: as much as that of the step before. A step
+  !> that begins at rest goes as the square of its size under the same forces.
+  real(dp), parameter :: kept = 2.0_dp
+
   !> What a step took.
   type :: step_report_t
     real(dp) :: dt = 0.0_dp              !! time
@@ -105,7 +109,7 @@ contains
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt
     type(try_t), intent(out) :: try
-    real(dp) :: largest
+    real(dp) :: largest, longer
     integer :: e
 
     try%dt = dt
@@ -123,6 +127,10 @@ contains
     if (.not. allocated(model%effects%contact)) return
     try%contacts%margin = state%contacts%margin
     try%contacts%swing = state%contacts%swing
+    if (.not. (allocated(state%settling) .and. state%pace%last > 0)) return
+    longer = kept*max(1.0_dp, dt/state%pace%last)**2
+    try%contacts%margin = longer*try%contacts%margin
+    try%contacts%swing = longer*try%contacts%swing
   end subroutine begin_step
 
   !> Weights of the step, who may touch, constraints and prediction.
