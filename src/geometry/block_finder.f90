@@ -7,13 +7,23 @@ module scree_block_finder
   use scree_sorting, only: sort_by
   implicit none
   private
-  public :: block_at, block_finder_t, distance_outside, find_crossings, set_up_finder
+  public :: block_at, block_finder_t, blocks_along, distance_outside, find_crossings, path_t, set_up_finder
 
   !> Blocks by cell of a grid.
   type :: block_finder_t
     type(cell_grid_t) :: grid
     real(dp) :: beside = 0.0_dp !! a position this far outside still belongs to a block, length
   end type block_finder_t
+
+  !> The blocks that a line goes through, one after the other.
+  type :: path_t
+    integer, allocatable :: block(:)  !! (n)
+    real(dp), allocatable :: from(:)  !! (n) where it enters and leaves them, share of the line
+    real(dp), allocatable :: to(:)
+  end type path_t
+
+  !> Of a line, a piece that is too short to tell in which block it lies.
+  real(dp), parameter :: no_piece = 1e-9_dp
 
 contains
 
@@ -146,6 +156,46 @@ contains
     at = at(:, :n)
     block = block(:n)
   end subroutine find_crossings
+
+  !> The blocks that a line goes through, in their order along it; pieces outside all blocks are left out.
+  pure type(path_t) function blocks_along(finder, shape, vertex, ends) result(path)
+    type(block_finder_t), intent(in) :: finder
+    type(regions_t), intent(in) :: shape
+    real(dp), intent(in) :: vertex(:, :)
+    real(dp), intent(in) :: ends(2, 2)   !! (xy, end) of the line, length
+    real(dp), allocatable :: at(:, :), share(:)
+    integer, allocatable :: block(:)
+    real(dp) :: last, way(2)
+    integer :: i, n, now
+
+    call find_crossings(finder, shape, vertex, ends, at, block)
+    way = ends(:, 2) - ends(:, 1)
+    share = [matmul(way, at(1:2, :) - spread(ends(:, 1), 2, size(block)))/dot_product(way, way), 1.0_dp]
+    block = [block, 0]
+    call sort_by(share, block)
+    allocate (path%block(size(share)), path%from(size(share)), path%to(size(share)))
+    last = 0.0_dp
+    n = 0
+    do i = 1, size(share)
+      if (share(i) - last < no_piece) cycle
+      now = block_at(finder, shape, vertex, ends(:, 1) + 0.5_dp*(last + share(i))*way)
+      if (now > 0) then
+        if (n == 0) then
+          n = 1
+          path%from(n) = last
+        else if (path%block(n) /= now .or. path%to(n) < last) then
+          n = n + 1
+          path%from(n) = last
+        end if
+        path%block(n) = now
+        path%to(n) = share(i)
+      end if
+      last = share(i)
+    end do
+    path%block = path%block(:n)
+    path%from = path%from(:n)
+    path%to = path%to(:n)
+  end function blocks_along
 
   !> Blocks in the cells that a box touches, each once, ascending.
   pure function blocks_near(finder, low, high) result(near)

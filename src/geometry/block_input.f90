@@ -2,7 +2,7 @@
 !>
 !> The rules are those of Shi's dc as the derivative ntdda has them (doc/decks.md).
 module scree_block_input
-  use scree_block_finder, only: block_at, block_finder_t, distance_outside, find_crossings, set_up_finder
+  use scree_block_finder, only: block_at, block_finder_t, blocks_along, distance_outside, find_crossings, path_t, set_up_finder
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_given_blocks, only: take_polygons
   use scree_kinds, only: dp
@@ -41,8 +41,11 @@ module scree_block_input
     integer, allocatable :: point_kind(:)      !! (n_points) fixed, load, measured, ends of bolts: in this order
     real(dp), allocatable :: point(:, :)       !! (2, n_points), length
     integer, allocatable :: point_block(:)     !! (n_points) block that carries it
-    type(bolt_record_t), allocatable :: bolt(:) !! with the blocks that carry their ends, in the coordinates of the deck
+    type(bolt_record_t), allocatable :: bolt(:) !! with the blocks that carry their ends, in the coordinates of the deck; of grouted
+                                               !! bolts one at each joint that they cross
+    integer, allocatable :: bolt_of(:)         !! (n_bolts) their numbers in the decks
     integer, allocatable :: end_point(:, :)    !! (2, n_bolts) point at each end, 0: in the ground
+    integer, allocatable :: joint_point(:, :)  !! (2, n_bolts) point of either block at the joint, 0: not grouted
     real(dp), allocatable :: crack(:, :, :)    !! (xy, end, n) pieces of joints that end inside blocks, length
     integer, allocatable :: crack_joint(:)     !! (n) their joint materials
   end type blocks_t
@@ -59,7 +62,7 @@ contains
   !> Makes the blocks of a scene whose geometry has been read.
   !>
   !> Errors, with the line of the deck: lines that enclose nothing, points and material lines outside every block, bolts without an
-  !> end in one.
+  !> end in one, grouted ones that cross no joint.
   subroutine make_blocks(scene, blocks, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(out) :: blocks
@@ -405,38 +408,113 @@ contains
                 real_text(near_blocks)//' of its size, found one '//real_text(distance)//' outside')
   end subroutine check_inside
 
-  !> Adds the ends of the bolts to the blocks that hold them. An end in no block is in the ground.
+  !> Adds the bolts, with the ends of each to the blocks that hold them; of a grouted one a bolt at each joint that it crosses.
   subroutine add_bolts(scene, finder, blocks, points, error)
     type(scene_t), intent(in) :: scene
     type(block_finder_t), intent(in) :: finder
     type(blocks_t), intent(inout) :: blocks
     type(found_points_t), intent(inout) :: points
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: position(2)
-    integer :: i, k
+    integer :: i
 
-    blocks%bolt = scene%bolts
-    allocate (blocks%end_point(2, size(blocks%bolt)), source=0)
-    do i = 1, size(blocks%bolt)
-      associate (bolt => blocks%bolt(i))
-        do k = 1, 2
-          position = bolt%ends(:, k) - blocks%origin
-          if (bolt%block(k) == somewhere) then
-            bolt%block(k) = block_at(finder, blocks%shape, blocks%vertex, position)
-          else
-            call check_inside(blocks, bolt%block(k), position, 'an end of a bolt', bolt%source, error)
-            if (allocated(error)) return
-          end if
-          if (bolt%block(k) == 0) cycle
-          call add_point(points, bolt_end, position, bolt%block(k))
-          blocks%end_point(k, i) = points%n
-        end do
-        if (any(bolt%block > 0)) cycle
-        call fail(error, status_bad_input, bolt%source//': expected a bolt with an end in a block, found both outside')
-        return
-      end associate
+    allocate (blocks%bolt(0), blocks%bolt_of(0), blocks%end_point(2, 0), blocks%joint_point(2, 0))
+    do i = 1, size(scene%bolts)
+      if (scene%bolts(i)%shear_stiffness > 0) then
+        call add_crossings(scene%bolts(i), i, finder, blocks, points, error)
+      else
+        call add_free_bolt(scene%bolts(i), i, finder, blocks, points, error)
+      end if
+      if (allocated(error)) return
     end do
+    if (size(blocks%bolt) > 0 .or. size(scene%bolts) == 0) return
+    call fail(error, status_bad_input, scene%bolts(1)%source//': expected grouted bolts that cross joints between two blocks, '// &
+              'found none that does')
   end subroutine add_bolts
+
+  !> Adds a bolt between two points. An end in no block is in the ground.
+  subroutine add_free_bolt(given, number, finder, blocks, points, error)
+    type(bolt_record_t), intent(in) :: given
+    integer, intent(in) :: number
+    type(block_finder_t), intent(in) :: finder
+    type(blocks_t), intent(inout) :: blocks
+    type(found_points_t), intent(inout) :: points
+    type(error_t), allocatable, intent(out) :: error
+    type(bolt_record_t) :: bolt
+    real(dp) :: position(2)
+    integer :: end_point(2), k
+
+    bolt = given
+    end_point = 0
+    do k = 1, 2
+      position = bolt%ends(:, k) - blocks%origin
+      if (bolt%block(k) == somewhere) then
+        bolt%block(k) = block_at(finder, blocks%shape, blocks%vertex, position)
+      else
+        call check_inside(blocks, bolt%block(k), position, 'an end of a bolt', bolt%source, error)
+        if (allocated(error)) return
+      end if
+      if (bolt%block(k) == 0) cycle
+      call add_point(points, bolt_end, position, bolt%block(k))
+      end_point(k) = points%n
+    end do
+    call enter_bolt(bolt, number, end_point, [0, 0], blocks)
+    if (any(bolt%block > 0)) return
+    call fail(error, status_bad_input, bolt%source//': expected a bolt with an end in a block, found both outside')
+  end subroutine add_free_bolt
+
+  !> Adds a bolt for each joint that a grouted one crosses, from the middle of its way through the one block, or its end there, to
+  !> that of its way through the other.
+  subroutine add_crossings(given, number, finder, blocks, points, error)
+    type(bolt_record_t), intent(in) :: given
+    integer, intent(in) :: number
+    type(block_finder_t), intent(in) :: finder
+    type(blocks_t), intent(inout) :: blocks
+    type(found_points_t), intent(inout) :: points
+    type(error_t), allocatable, intent(out) :: error
+    type(bolt_record_t) :: bolt
+    type(path_t) :: path
+    real(dp) :: ends(2, 2), share(2)
+    integer :: end_point(2), joint_point(2), i, k, n
+    logical, allocatable :: crossed(:) !! joint between a block and the next
+
+    ends = given%ends - spread(blocks%origin, 2, 2)
+    path = blocks_along(finder, blocks%shape, blocks%vertex, ends)
+    n = size(path%block)
+    if (n == 0) then
+      call fail(error, status_bad_input, given%source//': expected a grouted bolt in blocks, found one outside')
+      return
+    end if
+    crossed = [.false., .not. path%from(2:) > path%to(:n - 1), .false.]
+    do i = 1, n - 1
+      if (.not. crossed(i + 1)) cycle
+      share = [path%from(i), path%to(i + 1)]
+      if (crossed(i)) share(1) = 0.5_dp*(share(1) + path%to(i))
+      if (crossed(i + 2)) share(2) = 0.5_dp*(share(2) + path%from(i + 1))
+      bolt = given
+      bolt%block = path%block(i:i + 1)
+      do k = 1, 2
+        bolt%ends(:, k) = given%ends(:, 1) + share(k)*(given%ends(:, 2) - given%ends(:, 1))
+        call add_point(points, bolt_end, bolt%ends(:, k) - blocks%origin, bolt%block(k))
+        end_point(k) = points%n
+        call add_point(points, bolt_end, ends(:, 1) + path%to(i)*(ends(:, 2) - ends(:, 1)), bolt%block(k))
+        joint_point(k) = points%n
+      end do
+      call enter_bolt(bolt, number, end_point, joint_point, blocks)
+    end do
+  end subroutine add_crossings
+
+  !> Enters a bolt in the list.
+  subroutine enter_bolt(bolt, number, end_point, joint_point, blocks)
+    type(bolt_record_t), intent(in) :: bolt
+    integer, intent(in) :: number                        !! in the decks
+    integer, intent(in) :: end_point(2), joint_point(2)
+    type(blocks_t), intent(inout) :: blocks
+
+    blocks%bolt = [blocks%bolt, bolt]
+    blocks%bolt_of = [blocks%bolt_of, number]
+    blocks%end_point = reshape([blocks%end_point, end_point], [2, size(blocks%bolt)])
+    blocks%joint_point = reshape([blocks%joint_point, joint_point], [2, size(blocks%bolt)])
+  end subroutine enter_bolt
 
   !> Larger side of the box around a block, length.
   pure real(dp) function block_size(blocks, b)

@@ -65,7 +65,7 @@ contains
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
     type(bolt_record_t), allocatable :: bolts(:)
-    real(dp), allocatable :: stiffness(:), strength(:), pretension(:)
+    real(dp), allocatable, dimension(:) :: pretension, shear_stiffness, shear_strength, stiffness, strength
     integer :: i, n
 
     if (.not. allocated(scene%bolts)) allocate (scene%bolts(0))
@@ -85,6 +85,8 @@ contains
       call spread_out(s%bolt_stiffness, 'bolts.stiffness', stiffness)
       if (.not. allocated(error)) call spread_out(s%bolt_strength, 'bolts.strength', strength)
       if (.not. allocated(error)) call spread_out(s%bolt_pretension, 'bolts.pretension', pretension)
+      if (.not. allocated(error)) call spread_out(s%bolt_shear_stiffness, 'bolts.shear_stiffness', shear_stiffness)
+      if (.not. allocated(error)) call spread_out(s%bolt_shear_strength, 'bolts.shear_strength', shear_strength)
       if (allocated(error)) return
       allocate (bolts(n))
       do i = 1, n
@@ -92,6 +94,8 @@ contains
         bolts(i)%stiffness = stiffness(i)
         bolts(i)%strength = strength(i)
         bolts(i)%pretension = pretension(i)
+        bolts(i)%shear_stiffness = shear_stiffness(i)
+        bolts(i)%shear_strength = shear_strength(i)
         bolts(i)%source = given_at(scene%words, 'bolts.ends')
         call check_bolt(bolts(i), i, error)
         if (allocated(error)) return
@@ -135,6 +139,8 @@ contains
       call wrong('a pretension from 0', real_text(bolt%pretension))
     else if (bolt%strength > 0 .and. bolt%pretension > bolt%strength) then
       call wrong('a pretension up to the strength, '//real_text(bolt%strength), real_text(bolt%pretension))
+    else if (bolt%shear_strength > 0 .and. .not. bolt%shear_stiffness > 0) then
+      call wrong('no shear strength without a shear stiffness', real_text(bolt%shear_strength))
     else if (.not. norm2(bolt%ends(:, 2) - bolt%ends(:, 1)) > 0) then
       call wrong('two ends', 'one place')
     end if

@@ -39,6 +39,10 @@ contains
         call number('bolt '//number_text(i)//' stiffness (e0)', bolt%stiffness, 'force/length')
         call number('bolt '//number_text(i)//' strength (t0; 0: without limit)', bolt%strength, 'force')
         call number('bolt '//number_text(i)//' pretension (f0)', bolt%pretension, 'force')
+        if (bolt%shear_stiffness > 0) then
+          call number('bolt '//number_text(i)//' shear stiffness', bolt%shear_stiffness, 'force/length')
+          call number('bolt '//number_text(i)//' shear strength (0: without limit)', bolt%shear_strength, 'force')
+        end if
       end associate
     end do
 

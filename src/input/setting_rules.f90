@@ -85,7 +85,8 @@ module scree_setting_rules
     setting_rule_t('absorbing.lines, absorbing.base', '', 'k01', is_positive, .false., 'a static step has no velocity'), &
     setting_rule_t('absorbing.base', '', 'absorbing.table or absorbing.file', is_given, .false., 'no wave comes in'), &
     setting_rule_t('absorbing.table, absorbing.file', '', 'absorbing.base', is_given, .false., 'a wave has to come in somewhere'), &
-    setting_rule_t('bolts.stiffness, bolts.pretension, bolts.strength', '', 'bolts.ends', is_given, .true., &
+    setting_rule_t('bolts.stiffness, bolts.pretension, bolts.strength, bolts.shear_stiffness, '// &
+                   'bolts.shear_strength', '', 'bolts.ends', is_given, .true., &
                    'bolts of the geometry have their own'), &
     setting_rule_t('iteration.relaxation', '', 'iteration.method', '|secant|hybrid|', .true., &
                    'the tangent needs its whole correction'), &

@@ -364,6 +364,10 @@ contains
     call row%reals(setting_t('bolts', 'strength', 'largest tension, likewise; 0: without limit', 'force', 0.0_dp, &
                              default='0 of each'), &
                    s%bolt_strength)
+    call row%reals(setting_t('bolts', 'shear_stiffness', 'across a grouted bolt at each joint that it crosses; 0: not grouted', &
+                             'force/length', 0.0_dp, default='0 of each'), s%bolt_shear_stiffness)
+    call row%reals(setting_t('bolts', 'shear_strength', 'largest force across a grouted bolt; 0: without limit', 'force', 0.0_dp, &
+                             default='0 of each'), s%bolt_shear_strength)
     call row%choice(setting_t('bolts', 'limit', 'what bolts do at their strength, those of the geometry too', &
                               choices='|yields|breaks|'), s%bolts_break, .false.)
   end subroutine visit_bolts

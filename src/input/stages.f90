@@ -135,7 +135,8 @@ contains
 
     are_same = all(a%block == b%block) .and. .not. &
                any(abs([a%ends - b%ends, reshape([a%stiffness - b%stiffness, a%strength - b%strength, &
-                                                  a%pretension - b%pretension, 0.0_dp], [2, 2])]) > 0)
+                                                  a%pretension - b%pretension, a%shear_stiffness - b%shear_stiffness, &
+                                                  a%shear_strength - b%shear_strength, 0.0_dp], [2, 3])]) > 0)
   end function are_same
 
   !> Removes the blocks that a stage removes. Errors: numbers that are none of blocks or block materials, corners that make no

@@ -1,4 +1,5 @@
-!> Rock bolts: axial springs between two points of bodies, or of a body and the ground (Shi 1988, bolting connections).
+!> Rock bolts: axial springs between two points of bodies, or of a body and the ground (Shi 1988, bolting connections); and where
+!> fully grouted ones cross joints, springs along and across them (`scree_grouted_bolt`), each crossing a bolt of its own here.
 !>
 !> With a the vector from the first end to the second, l its length and r the length without force, the tension is
 !>
@@ -20,14 +21,15 @@
 !> As the springs of contacts and of fixed points, bolts balance at the end of the step whatever share of it elastic forces take.
 module scree_bolt
   use scree_element_term, only: add_force, add_pair_force, leave_symmetry, pair_term_t, step_rule_t, term_t
+  use scree_grouted_bolt, only: hold_together, openings, within_strength
   use scree_interpolation, only: displacement_matrix, kinematics_t
   use scree_kinds, only: dp
   use scree_state, only: bolt_broken, bolt_elastic, bolt_memory_t, bolt_yielded
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: accept_bolts, add_bolt_between, add_bolts_of_element, begin_bolts, bolt_energy, bolt_t, ends_of, &
-            length_of, tension_of, work_between
+  public :: accept_bolts, add_bolt_between, add_bolts_of_element, begin_bolt, begin_bolts, bolt_energy, bolt_t, ends_of, &
+            forces_of, lengths_of, work_between
 
   integer, parameter :: n = element_unknowns
   !> Weights that differ by less are the same.
@@ -38,8 +40,11 @@ module scree_bolt
     integer, allocatable :: point(:, :)      !! (2, n_bolts) points of the system at the ends, 0: in the ground
     integer, allocatable :: element(:, :)    !! (2, n_bolts) elements that carry them, 0: the ground does
     real(dp), allocatable :: ground(:, :, :) !! (xy, end, n_bolts) where an end in the ground is, length
-    real(dp), allocatable :: stiffness(:)    !! (n_bolts) force/length per unit thickness
-    real(dp), allocatable :: strength(:)     !! (n_bolts) huge where it has none, force per unit thickness
+    real(dp), allocatable :: stiffness(:, :) !! (2, n_bolts) along and across, 0: not grouted; force/length per unit thickness
+    real(dp), allocatable :: strength(:, :)  !! (2, n_bolts) huge where it has none, force per unit thickness
+    integer, allocatable :: crossing(:, :)   !! (2, n_bolts) points at the joint in either body, of grouted ones; else 0
+    real(dp), allocatable :: piece(:, :)     !! (2, n_bolts) from there to the ends at the start, length
+    integer, allocatable :: number(:)        !! (n_bolts) in the decks
     logical :: breaks = .false.              !! at its strength, else it yields
     logical, allocatable :: carries(:)       !! (n_elements) an end of any
     integer, allocatable :: first(:)         !! (n_elements+1) only element e carries alone(first(e):first(e+1)-1)
@@ -51,7 +56,7 @@ module scree_bolt
 
 contains
 
-  !> What bolts remember at the start: the length without force that a pretension leaves them.
+  !> What bolts remember at the start.
   pure function begin_bolts(self, position, pretension) result(memory)
     type(bolt_t), intent(in) :: self
     real(dp), intent(in) :: position(:, :)   !! (2, n_points) of the system, length
@@ -59,9 +64,36 @@ contains
     type(bolt_memory_t) :: memory
     integer :: i
 
-    memory%rest = [(length_of(self, i, position) - pretension(i)/self%stiffness(i), i=1, size(pretension))]
-    allocate (memory%state(size(pretension)), source=bolt_elastic)
+    associate (n => size(pretension))
+      allocate (memory%rest(n), memory%across(n), memory%state(n))
+    end associate
+    do i = 1, size(pretension)
+      call begin_bolt(self, i, position, pretension(i), memory)
+    end do
   end function begin_bolts
+
+  !> What bolt `i` remembers where it begins: the length without force that a pretension leaves it, and its slip.
+  pure subroutine begin_bolt(self, i, position, pretension, memory)
+    type(bolt_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(dp), intent(in) :: position(:, :)   !! (2, n_points), length
+    real(dp), intent(in) :: pretension       !! force per unit thickness
+    type(bolt_memory_t), intent(inout) :: memory
+    real(dp) :: lengths(2)
+
+    lengths = lengths_of(self, i, position)
+    memory%rest(i) = lengths(1) - pretension/self%stiffness(1, i)
+    memory%across(i) = lengths(2)
+    memory%state(i) = bolt_elastic
+  end subroutine begin_bolt
+
+  !> Whether bolt `i` is a crossing of a grouted one.
+  pure logical function is_grouted(self, i)
+    type(bolt_t), intent(in) :: self
+    integer, intent(in) :: i
+
+    is_grouted = self%stiffness(2, i) > 0
+  end function is_grouted
 
   !> The ends of bolt `i`, (xy, end), length.
   pure function ends_of(self, i, position) result(ends)
@@ -88,26 +120,46 @@ contains
     axis = ends(:, 2) - ends(:, 1)
   end function axis_of
 
-  !> Length of bolt `i`.
-  pure real(dp) function length_of(self, i, position)
+  !> From the place of a crossing in the first body to that in the second, and the mean of the unit vectors along the bolt.
+  pure function gap_and_axis(self, i, position) result(y)
     type(bolt_t), intent(in) :: self
     integer, intent(in) :: i
     real(dp), intent(in) :: position(:, :)   !! (2, n_points), length
+    real(dp) :: y(4)
 
-    length_of = norm2(axis_of(self, i, position))
-  end function length_of
+    associate (at => position(:, self%crossing(:, i)), ends => position(:, self%point(:, i)), piece => self%piece(:, i))
+      y(1:2) = at(:, 2) - at(:, 1)
+      y(3:4) = 0.5_dp*((at(:, 1) - ends(:, 1))/piece(1) + (ends(:, 2) - at(:, 2))/piece(2))
+    end associate
+  end function gap_and_axis
 
-  !> Tension of bolt `i`, force per unit thickness; below 0 it pushes.
-  pure real(dp) function tension_of(self, memory, i, position) result(tension)
+  !> Length of bolt `i`, and nothing across; opening along and slip across a crossing of a grouted one.
+  pure function lengths_of(self, i, position) result(lengths)
+    type(bolt_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(dp), intent(in) :: position(:, :)   !! (2, n_points), length
+    real(dp) :: lengths(2)
+
+    if (is_grouted(self, i)) then
+      lengths = openings(gap_and_axis(self, i, position))
+    else
+      lengths = [norm2(axis_of(self, i, position)), 0.0_dp]
+    end if
+  end function lengths_of
+
+  !> Tension of bolt `i`, below 0 where it pushes, and force across it; per unit thickness.
+  pure function forces_of(self, memory, i, position) result(force)
     type(bolt_t), intent(in) :: self
     type(bolt_memory_t), intent(in) :: memory
     integer, intent(in) :: i
     real(dp), intent(in) :: position(:, :)   !! (2, n_points), length
+    real(dp) :: force(2)
 
-    tension = 0.0_dp
+    force = 0.0_dp
     if (memory%state(i) >= bolt_broken) return
-    tension = min(self%stiffness(i)*(length_of(self, i, position) - memory%rest(i)), self%strength(i))
-  end function tension_of
+    force = self%stiffness(:, i)*(lengths_of(self, i, position) - [memory%rest(i), memory%across(i)])
+    force = within_strength(force, self%strength(:, i))
+  end function forces_of
 
   !> Force of bolt `i` on its first end in a step that takes its second away from the first by `way`, and what it changes by with
   !> that.
@@ -122,16 +174,18 @@ contains
     real(dp), intent(out) :: change(2, 2)    !! force/length per unit thickness
     logical, intent(out) :: symmetric        !! the change is
     real(dp), dimension(2) :: after, axis, before, direction, end_direction
-    real(dp) :: length(2), middle, tension(2), weighed
+    real(dp) :: length(2), middle, start(2), tension(2), weighed
     integer :: k
 
-    associate (omega => rule%operator_weight, w => rule%stress_weight, stiffness => self%stiffness(i))
+    associate (omega => rule%operator_weight, w => rule%stress_weight, stiffness => self%stiffness(1, i), &
+               strength => self%strength(1, i))
       before = axis_of(self, i, position)
       after = before + way
       length = max([norm2(before), norm2(after)], epsilon(1.0_dp)*memory%rest(i))
-      tension(1) = tension_of(self, memory, i, position)
+      start = forces_of(self, memory, i, position)
+      tension(1) = start(1)
       tension(2) = tension(1) + stiffness*dot_product(way, before + after)/sum(length) ! no difference of lengths, which round off
-      tension(2) = min(tension(2), self%strength(i))
+      tension(2) = min(tension(2), strength)
       axis = before + omega*way
       middle = length(1) + omega*(length(2) - length(1))
       direction = axis/middle
@@ -143,7 +197,7 @@ contains
       do k = 1, 2
         change(k, k) = omega*weighed/middle
         change(:, k) = change(:, k) - omega*weighed/middle*direction*end_direction(k)
-        if (tension(2) < self%strength(i)) change(:, k) = change(:, k) + w*stiffness*direction*end_direction(k)
+        if (tension(2) < strength) change(:, k) = change(:, k) + w*stiffness*direction*end_direction(k)
       end do
     end associate
   end subroutine pull
@@ -176,20 +230,44 @@ contains
     end do
   end subroutine add_bolts_of_element
 
-  !> Displacement of the second end of bolt `i` less that of the first, per unknown of its pair of elements, 2 x 2 n.
-  pure function rows_between(self, i, pair, position, elements) result(row)
+  !> Force of bolt `i`, which joins the elements of a pair, against what its springs follow, what that changes by with it, and its
+  !> rows per unknown of the pair: the second end from the first, or at a crossing of a grouted one `gap_and_axis`.
+  pure subroutine pull_between(self, memory, i, pair, position, rule, elements, unknown, force, change, row, symmetric)
     type(bolt_t), intent(in) :: self
+    type(bolt_memory_t), intent(in) :: memory
     integer, intent(in) :: i, pair(2)
     real(dp), intent(in) :: position(:, :)   !! (2, n_points) at the beginning of the step, length
+    type(step_rule_t), intent(in) :: rule
     type(kinematics_t), intent(in) :: elements(2) !! of the pair
-    real(dp) :: row(2, 2*n)
-    integer :: k, side
+    real(dp), intent(in) :: unknown(2*n)     !! of the pair, of the step so far
+    real(dp), allocatable, intent(out) :: force(:), change(:, :) !! (m), (m, m)
+    real(dp), allocatable, intent(out) :: row(:, :) !! (m, 2 n)
+    logical, intent(out) :: symmetric        !! the change is
+    real(dp), dimension(2, n) :: at_end, at_joint
+    integer :: k, m, side
 
+    m = merge(4, 2, is_grouted(self, i))
+    allocate (force(m), change(m, m), row(m, 2*n))
     do k = 1, 2
       side = findloc(pair, self%element(k, i), 1)
-      row(:, n*(side - 1) + 1:n*side) = (2*k - 3)*displacement_matrix(elements(side), position(:, self%point(k, i)))
+      associate (own => row(:, n*(side - 1) + 1:n*side), towards => 2*k - 3)
+        at_end = displacement_matrix(elements(side), position(:, self%point(k, i)))
+        if (m == 2) then
+          own = towards*at_end
+        else
+          at_joint = displacement_matrix(elements(side), position(:, self%crossing(k, i)))
+          own(1:2, :) = towards*at_joint
+          own(3:4, :) = 0.5_dp*towards/self%piece(k, i)*(at_end - at_joint)
+        end if
+      end associate
     end do
-  end function rows_between
+    if (m == 2) then
+      call pull(self, memory, i, position, matmul(row, unknown), rule, force, change, symmetric)
+    else
+      call hold_together(self%stiffness(:, i), self%strength(:, i), forces_of(self, memory, i, position), &
+                         gap_and_axis(self, i, position), matmul(row, unknown), rule, force, change, symmetric)
+    end if
+  end subroutine pull_between
 
   !> Adds bolt `i`, which joins the elements of a pair.
   pure subroutine add_bolt_between(self, memory, i, pair, position, rule, elements, unknown, term)
@@ -201,12 +279,11 @@ contains
     type(kinematics_t), intent(in) :: elements(2) !! of the pair
     real(dp), intent(in) :: unknown(2*n)     !! of the pair, of the step so far
     type(pair_term_t), intent(inout) :: term
-    real(dp) :: change(2, 2), force(2), row(2, 2*n)
+    real(dp), allocatable :: change(:, :), force(:), row(:, :)
     logical :: symmetric
 
     if (memory%state(i) >= bolt_broken) return
-    row = rows_between(self, i, pair, position, elements)
-    call pull(self, memory, i, position, matmul(row, unknown), rule, force, change, symmetric)
+    call pull_between(self, memory, i, pair, position, rule, elements, unknown, force, change, row, symmetric)
     if (.not. symmetric) call leave_symmetry(term)
     term%matrix = term%matrix + matmul(transpose(row), matmul(change, row))
     call add_pair_force(term, -matmul(force, row))
@@ -221,14 +298,13 @@ contains
     type(step_rule_t), intent(in) :: rule
     type(kinematics_t), intent(in) :: elements(2) !! of the pair
     real(dp), intent(in) :: unknown(2*n)     !! of the pair, of the step
-    real(dp) :: change(2, 2), force(2), way(2)
+    real(dp), allocatable :: change(:, :), force(:), row(:, :)
     logical :: symmetric
 
     work = 0.0_dp
     if (memory%state(i) >= bolt_broken) return
-    way = matmul(rows_between(self, i, pair, position, elements), unknown)
-    call pull(self, memory, i, position, way, rule, force, change, symmetric)
-    work = dot_product(force, way)
+    call pull_between(self, memory, i, pair, position, rule, elements, unknown, force, change, row, symmetric)
+    work = dot_product(force, matmul(row, unknown))
   end function work_between
 
   !> Energy of all bolts, force per unit thickness times length.
@@ -240,31 +316,45 @@ contains
 
     energy = 0.0_dp
     do i = 1, size(memory%rest)
-      energy = energy + 0.5_dp*tension_of(self, memory, i, position)**2/self%stiffness(i)
+      energy = energy + energy_at(self, i, forces_of(self, memory, i, position))
     end do
   end function bolt_energy
 
+  !> Energy of bolt `i` at its forces.
+  pure real(dp) function energy_at(self, i, force) result(energy)
+    type(bolt_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(dp), intent(in) :: force(2)         !! along and across, per unit thickness
+
+    energy = 0.5_dp*force(1)**2/self%stiffness(1, i)
+    if (is_grouted(self, i)) energy = energy + 0.5_dp*force(2)**2/self%stiffness(2, i)
+  end function energy_at
+
   !> Lets the bolts that reached their strength in an accepted step yield or break, and adds up the energy that this takes: the mean
-  !> of the tensions times what they grew by, and what a bolt that breaks had.
+  !> of the forces times what their springs grew by, and what a bolt that breaks had.
   pure subroutine accept_bolts(self, before, position, memory, lost)
     type(bolt_t), intent(in) :: self
     real(dp), intent(in) :: before(:, :)     !! (2, n_points) at the beginning of the step, length
     real(dp), intent(in) :: position(:, :)   !! (2, n_points) at its end
     type(bolt_memory_t), intent(inout) :: memory
     real(dp), intent(inout) :: lost          !! force per unit thickness times length
-    real(dp) :: growth
+    real(dp), dimension(2) :: apart, force, growth
     integer :: i
 
     do i = 1, size(memory%rest)
       if (memory%state(i) >= bolt_broken) cycle
-      if (.not. self%stiffness(i)*(length_of(self, i, position) - memory%rest(i)) > self%strength(i)) cycle
-      growth = length_of(self, i, position) - memory%rest(i) - self%strength(i)/self%stiffness(i)
-      lost = lost + 0.5_dp*(tension_of(self, memory, i, before) + self%strength(i))*growth
+      apart = lengths_of(self, i, position) - [memory%rest(i), memory%across(i)]
+      force = forces_of(self, memory, i, position)
+      growth = 0.0_dp
+      where (abs(self%stiffness(:, i)*apart) > abs(force)) growth = apart - force/self%stiffness(:, i)
+      if (.not. any(abs(growth) > 0)) cycle
+      lost = lost + 0.5_dp*dot_product(forces_of(self, memory, i, before) + force, growth)
       if (self%breaks) then
-        lost = lost + 0.5_dp*self%strength(i)**2/self%stiffness(i)
+        lost = lost + energy_at(self, i, force)
         memory%state(i) = bolt_broken
       else
-        memory%rest(i) = memory%rest(i) + growth
+        memory%rest(i) = memory%rest(i) + growth(1)
+        memory%across(i) = memory%across(i) + growth(2)
         memory%state(i) = bolt_yielded
       end if
     end do

@@ -61,13 +61,15 @@ module scree_scene
     integer :: block = 0            !! block that carries it, 0 where the deck does not say
   end type point_t
 
-  !> An axial spring between two points (Shi: h).
+  !> An axial spring between two points (Shi: h), or a fully grouted bolt: springs along and across it at joints that it crosses.
   type :: bolt_record_t
     real(dp) :: ends(2, 2) = 0.0_dp         !! (xy, end), length
     integer :: block(2) = somewhere         !! block that carries each end, 0: the ground does, `somewhere`: what it lies in
     real(dp) :: stiffness = 0.0_dp          !! e0, force/length per unit thickness
     real(dp) :: strength = 0.0_dp           !! t0, 0: without limit, force per unit thickness
     real(dp) :: pretension = 0.0_dp         !! f0, force per unit thickness
+    real(dp) :: shear_stiffness = 0.0_dp    !! across a grouted one, 0: not grouted; force/length per unit thickness
+    real(dp) :: shear_strength = 0.0_dp     !! likewise, 0: without limit, force per unit thickness
     character(len=:), allocatable :: source !! where it stands: file and line
   end type bolt_record_t
 
@@ -190,6 +192,8 @@ module scree_scene
     real(dp), allocatable :: bolt_stiffness(:)  !! of each bolt, or one of all, force/length per unit thickness
     real(dp), allocatable :: bolt_strength(:)   !! likewise, 0: without limit, force per unit thickness
     real(dp), allocatable :: bolt_pretension(:) !! likewise, force per unit thickness
+    real(dp), allocatable :: bolt_shear_stiffness(:) !! likewise, 0: not grouted, force/length per unit thickness
+    real(dp), allocatable :: bolt_shear_strength(:) !! likewise, 0: without limit, force per unit thickness
     logical :: bolts_break = .false.        !! at their strength, else they yield
     real(dp), allocatable :: support_normal(:) !! x1 y1 x2 y2 of each line, length
     real(dp), allocatable :: support_x(:)   !! likewise

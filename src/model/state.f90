@@ -76,7 +76,8 @@ module scree_state
 
   !> What bolts remember.
   type :: bolt_memory_t
-    real(dp), allocatable :: rest(:)           !! (n_bolts) length without force
+    real(dp), allocatable :: rest(:)           !! (n_bolts) length without force, or opening of a crossing of a grouted one
+    real(dp), allocatable :: across(:)         !! (n_bolts) its slip without force, length
     integer, allocatable :: state(:)           !! (n_bolts) `bolt_elastic`, `bolt_yielded`, `bolt_broken`
   end type bolt_memory_t
 

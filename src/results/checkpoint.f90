@@ -268,6 +268,7 @@ contains
     if (allocated(bolts)) own = bolts
     if (.not. allocated(own)) allocate (own)
     call archive%array('bolts%rest', own%rest)
+    call archive%array('bolts%across', own%across)
     call archive%array('bolts%state', own%state)
     if (archive%reading .and. allocated(own%rest)) call move_alloc(own, bolts)
   end subroutine visit_bolts

@@ -1,6 +1,6 @@
 !> What a run records besides its frames: /history a step, /bodies a frame, /measured_points a step.
 module scree_run_records
-  use scree_bolt, only: ends_of, length_of, tension_of
+  use scree_bolt, only: ends_of, forces_of, lengths_of
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_t, state_open
   use scree_deviation, only: error_of_blocks, scale_of
@@ -31,6 +31,7 @@ module scree_run_records
     integer :: body_error = 0
     integer :: unbalanced = 0, unbalanced_block = 0
     integer :: bolts = 0, yield = 0, bolt_ends = 0, bolt_force = 0, bolt_elongation = 0, bolt_state = 0
+    integer :: bolt_shear = 0, bolt_slip = 0, bolt_number = 0
     integer :: contacts = 0, open_close = 0, judged = 0, judged_step = 0, overlap = 0, spring = 0, friction = 0
     integer :: touch_count = 0, touch_blocks = 0, touch_state = 0, touch_place = 0, touch_normal = 0, touch_force = 0
     integer :: body_green = 0, body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
@@ -170,13 +171,19 @@ contains
     end if
 
     if (allocated(model%effects%bolt)) then
-      n = size(model%effects%bolt%stiffness)
+      n = size(model%effects%bolt%stiffness, 2)
       call a_series('/bolts/ends', [4, n], 'length', 'x1 y1 x2 y2 of the ends', records%bolt_ends, per_frame=.true.)
       call a_series('/bolts/force', [n], 'force', 'tension; below 0 it pushes', records%bolt_force, per_frame=.true.)
       call a_series('/bolts/elongation', [n], 'length', 'growth of its length since the start', records%bolt_elongation, &
                     per_frame=.true.)
       call a_series('/bolts/state', [n], '1', '0 elastic, 1 has yielded, 2 broken, 3 none of this stage', records%bolt_state, &
                     .true., per_frame=.true.)
+      if (any(model%effects%bolt%stiffness(2, :) > 0)) then
+        call a_series('/bolts/shear', [n], 'force', 'force across a grouted bolt where it crosses a joint', records%bolt_shear, &
+                      per_frame=.true.)
+        call a_series('/bolts/slip', [n], 'length', 'slip across it there since the start', records%bolt_slip, per_frame=.true.)
+        call a_series('/bolts/number', [n], '1', 'bolt of the decks, from 1', records%bolt_number, .true., per_frame=.true.)
+      end if
     end if
 
     records%measured = pack([(i, i=1, size(model%points%kind))], model%points%kind == measured_point)
@@ -440,14 +447,23 @@ contains
 
     !> A row of the bolts.
     subroutine put_bolts()
+      real(dp), dimension(2, size(state%bolts%state)) :: apart, force
       integer :: i
 
       associate (bolt => model%effects%bolt, n => size(state%bolts%state))
+        do i = 1, n
+          force(:, i) = forces_of(bolt, state%bolts, i, state%point)
+          apart(:, i) = lengths_of(bolt, i, state%point) - lengths_of(bolt, i, model%start_point)
+        end do
         call put(records%bolt_ends, [(ends_of(bolt, i, state%point) + spread(model%origin, 2, 2), i=1, n)])
-        call put(records%bolt_force, [(tension_of(bolt, state%bolts, i, state%point), i=1, n)])
-        call put(records%bolt_elongation, [(length_of(bolt, i, state%point) - length_of(bolt, i, model%start_point), &
-                                            i=1, n)])
+        call put(records%bolt_force, force(1, :))
+        call put(records%bolt_elongation, apart(1, :))
         call put(records%bolt_state, real(state%bolts%state, dp))
+        if (records%bolt_shear > 0) then
+          call put(records%bolt_shear, force(2, :))
+          call put(records%bolt_slip, apart(2, :))
+          call put(records%bolt_number, real(bolt%number, dp))
+        end if
       end associate
     end subroutine put_bolts
 

@@ -5,14 +5,14 @@
 !> end of an edge that is held or loaded from here on, is where the linear field of its element has taken it: with X its place at
 !> the start and x_0, X_0 those of a vertex of the element, at x_0 + F (X - X_0).
 module scree_carry_over
-  use scree_bolt, only: length_of
+  use scree_bolt, only: begin_bolt
   use scree_contacts, only: contact_t
   use scree_grouping, only: sort_into
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_regions, only: first_vertex_of
   use scree_scene, only: reset_both, reset_displacements, reset_velocities
-  use scree_state, only: bolt_absent, bolt_elastic, reference_t, stage_clock_t, state_t, step_of_run, time_of_run
+  use scree_state, only: bolt_absent, reference_t, stage_clock_t, state_t, step_of_run, time_of_run
   use scree_system, only: bolt_end, roller_end
   use scree_time_table, only: value_at
   implicit none
@@ -212,9 +212,8 @@ contains
       if (state%bolts%state(i) == bolt_absent) cycle
       state%bolts%state(i) = before%bolts%state(i)
       state%bolts%rest(i) = before%bolts%rest(i)
-      if (before%bolts%state(i) /= bolt_absent) cycle
-      state%bolts%state(i) = bolt_elastic
-      state%bolts%rest(i) = length_of(model%effects%bolt, i, state%point) - pretension(i)/model%effects%bolt%stiffness(i)
+      state%bolts%across(i) = before%bolts%across(i)
+      if (before%bolts%state(i) == bolt_absent) call begin_bolt(model%effects%bolt, i, state%point, pretension(i), state%bolts)
     end do
   end subroutine carry_bolts
 

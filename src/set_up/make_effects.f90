@@ -224,16 +224,16 @@ contains
 
     !> Bolts of the geometry and of &bolts.
     subroutine bolt_blocks()
-      integer :: in_ground
+      character(len=:), allocatable :: because
+      integer :: crossings, in_ground
 
       if (size(blocks%bolt) == 0) return
+      because = number_text(size(scene%bolts))//' in the decks'
       in_ground = count(blocks%end_point == 0)
-      if (in_ground > 0) then
-        call name('bolts', number_text(size(blocks%bolt))//' in the decks; '//number_text(in_ground)// &
-                  ' ends in no block, which the ground holds')
-      else
-        call name('bolts', number_text(size(blocks%bolt))//' in the decks')
-      end if
+      if (in_ground > 0) because = because//'; '//number_text(in_ground)//' ends in no block, which the ground holds'
+      crossings = count(blocks%joint_point(1, :) > 0)
+      if (crossings > 0) because = because//'; grouted ones cross '//number_text(crossings)//' joints'
+      call name('bolts', because)
       allocate (effects%bolt)
       effects%bolt = bolts_of(blocks, system, scene%settings%bolts_break)
     end subroutine bolt_blocks
@@ -350,6 +350,8 @@ contains
 
     associate (n => size(blocks%bolt))
       bolts%point = blocks%end_point
+      bolts%crossing = blocks%joint_point
+      allocate (bolts%piece(2, n), source=0.0_dp)
       allocate (bolts%element(2, n), source=0)
       allocate (bolts%ground(2, 2, n), source=0.0_dp)
       allocate (bolts%carries(system%n_elements), source=.false.)
@@ -357,12 +359,16 @@ contains
         bolts%ground(:, :, i) = blocks%bolt(i)%ends - spread(system%origin, 2, 2)
         do k = 1, 2
           if (bolts%point(k, i) > 0) bolts%element(k, i) = system%points%element(bolts%point(k, i))
+          if (bolts%crossing(k, i) > 0) &
+            bolts%piece(k, i) = norm2(blocks%point(:, bolts%point(k, i)) - blocks%point(:, bolts%crossing(k, i)))
           if (bolts%element(k, i) > 0) bolts%carries(bolts%element(k, i)) = .true.
         end do
         pair(:, i) = pair_of(bolts%element(1, i), bolts%element(2, i))
       end do
-      bolts%stiffness = blocks%bolt%stiffness
-      bolts%strength = merge(blocks%bolt%strength, huge(1.0_dp), blocks%bolt%strength > 0)
+      bolts%stiffness = transpose(reshape([blocks%bolt%stiffness, blocks%bolt%shear_stiffness], [n, 2]))
+      bolts%strength = transpose(reshape([blocks%bolt%strength, blocks%bolt%shear_strength], [n, 2]))
+      where (.not. bolts%strength > 0) bolts%strength = huge(1.0_dp)
+      bolts%number = blocks%bolt_of
       bolts%breaks = break
       joins = pair(1, :) > 0 .and. pair(1, :) < pair(2, :)
       bolts%pair = list_pairs(reshape(pack(pair, spread(joins, 1, 2)), [2, count(joins)]), reshape([integer ::], [2, 0]))

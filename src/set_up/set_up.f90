@@ -71,7 +71,7 @@ contains
     call move_alloc(absorbing, model%effects%absorbing_edge)
     if (allocated(model%effects%bolt)) then
       state%bolts = begin_bolts(model%effects%bolt, state%point, blocks%bolt%pretension)
-      where (.not. has_bolts(scene, model)) state%bolts%state = bolt_absent
+      where (.not. has_bolts(scene, blocks, model)) state%bolts%state = bolt_absent
     end if
     call leave_out_fixed(model, state)
     if (.not. allocated(model%effects%gravity) .and. model%settings%sleep > 0 &
@@ -115,13 +115,14 @@ contains
   end subroutine set_up
 
   !> Bolts of the run that a stage has, neither end of which is in a block that is gone.
-  pure function has_bolts(scene, model)
+  pure function has_bolts(scene, blocks, model)
     type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
     type(model_t), intent(in) :: model
-    logical :: has_bolts(size(scene%installed))
+    logical :: has_bolts(size(blocks%bolt_of))
     integer :: i, k
 
-    has_bolts = scene%installed
+    has_bolts = scene%installed(blocks%bolt_of)
     do i = 1, size(has_bolts)
       do k = 1, 2
         associate (e => model%effects%bolt%element(k, i))
@@ -198,6 +199,10 @@ contains
     system%n_unknowns = maxval(system%elements%unknown)
     system%points%kind = blocks%point_kind
     system%points%element = elements_of_points(system, state, blocks%point_block)
+    do b = 1, size(blocks%bolt) ! what holds a grouted bolt at a joint takes its piece along
+      if (all(blocks%joint_point(:, b) > 0)) &
+        system%points%element(blocks%end_point(:, b)) = system%points%element(blocks%joint_point(:, b))
+    end do
     if (any(system%points%element == 0)) then
       call fail(error, status_bad_input, scene%geometry_name//': expected points in their blocks, found point '// &
                 number_text(findloc(system%points%element, 0, 1))//' outside')

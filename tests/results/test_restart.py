@@ -42,6 +42,9 @@ SCENES = {
     "steps by accuracy": lambda folder: ([SOURCE / "input/validation/b10-rocking/push0.24.ana"], ["step.accuracy=1e-3"]),
     "bolts that yield": lambda folder: ([SOURCE / "input/validation/m10-bolted-block/bolt15.ana"],
                                         ["bolts.pretension=17.3", "bolts.strength=17.3", "output.every=2"]),
+    "grouted bolts that yield": lambda folder: ([SOURCE / "input/validation/m10-bolted-block/bolt15.ana"],
+                                                ["bolts.ends=0.5 0.866025 -2.098 -0.634", "bolts.strength=12",
+                                                 "bolts.shear_stiffness=5e3", "bolts.shear_strength=11", "output.every=2"]),
     "supports, loads and water that grow": lambda folder: (
         [SOURCE / "input/validation/m10-bolted-block/bolt0.ana"],
         ["support.normal=-17.320508 10 -21.320508 3.07179677", "boundary.lines=1.73205081 -1 2.73205081 0.73205081",

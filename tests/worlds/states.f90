@@ -39,7 +39,8 @@ contains
     if (any(a%green .neqv. b%green)) name = 'strain'
     if (allocated(a%bolts) .neqv. allocated(b%bolts)) name = 'whether there are bolts'
     if (allocated(a%bolts) .and. allocated(b%bolts)) then
-      if (.not. (same(a%bolts%rest, b%bolts%rest) .and. same_whole(a%bolts%state, b%bolts%state))) name = 'bolts'
+      if (.not. (same(a%bolts%rest, b%bolts%rest) .and. same(a%bolts%across, b%bolts%across) &
+             .and. same_whole(a%bolts%state, b%bolts%state))) name = 'bolts'
     end if
     if (.not. same(numbers_of(a%books), numbers_of(b%books))) name = 'books'
     if (.not. same_whole([a%pair], [b%pair])) name = 'pairs'

@@ -314,6 +314,20 @@ def m11(run):
             yield Row(f"{words}, water {water}", name, verdict(run(DECKS / "m11-wet-slope" / f"water{water}-{name}.ana")))
 
 
+@case
+def m12(run):
+    """A grouted bolt holds a block that slides: its forces along and across, and one percent on both sides of them as strengths."""
+    for angle in (30, 60, 90):
+        deck, limit = DECKS / "m12-grouted-block" / f"grouted{angle}.ana", references.grouted_bolt(100.0, 30, 20, angle, 1e4, 5e3)
+        r = run(deck)
+        yield Row(f"force along, bolt at {angle} degrees", limit[0], r.bolts.force[-1, 0], 5e-3, math.hypot(*limit))
+        yield Row(f"force across, bolt at {angle} degrees", limit[1], r.bolts.shear[-1, 0], 5e-3, math.hypot(*limit))
+        for name, share in (("stands", 1.01), ("falls", 0.99)):
+            strengths = [f"bolts.strength={share * max(limit[0], 1e-6):.9g}", f"bolts.shear_strength={-share * limit[1]:.9g}"]
+            r = run(deck, settings=strengths, name=f"m12-grouted{angle}-{name}")
+            yield Row(f"{share} of them, bolt at {angle} degrees", name, verdict(r))
+
+
 def middles(r):
     """Centroids of the elements at the start."""
     found = []

@@ -25,6 +25,18 @@ def bolt_tension(weight, slope, friction, angle):
     return weight * (math.sin(slope) - mu * math.cos(slope)) / (math.cos(angle) + mu * math.sin(angle))
 
 
+def grouted_bolt(weight, slope, friction, angle, along, across):
+    """Forces along and across a grouted bolt at an angle to the plane that a block slides down by u until it is held.
+
+    Its springs k and k' stretch by u cos a and u sin a, so they pull with (k cos^2 a + k' sin^2 a) u up the plane, and press on it with
+    (k - k') sin a cos a u: W sin = (k cos^2 a + k' sin^2 a) u + (W cos + (k - k') sin a cos a u) tan phi. The second force is below 0 where
+    the block goes down to the right. Angles in degrees."""
+    slope, mu, angle = math.radians(slope), math.tan(math.radians(friction)), math.radians(angle)
+    c, s = math.cos(angle), math.sin(angle)
+    u = weight * (math.sin(slope) - mu * math.cos(slope)) / (along * c**2 + across * s**2 + mu * (along - across) * s * c)
+    return along * c * u, -across * s * u
+
+
 class Kirsch:
     """A round hole of radius 1 in a plate of plane strain under the stresses xx and yy far away (tension positive): Kirsch 1898.
 

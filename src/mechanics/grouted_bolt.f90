@@ -1,0 +1,79 @@
+!> A fully grouted bolt where it crosses a joint: a spring along it and one across it, a dowel, between the two bodies that the
+!> joint parts (local reinforcement: Lorig, 26th US Symposium on Rock Mechanics, 1985).
+!>
+!> The bolt is held all along, so its springs are short and at the joint. With d from the place of the crossing in the first body
+!> to that in the second, and q the mean of the unit vectors that lay along the bolt in either body at the start and have moved
+!> with them,
+!>
+!>     opening a = q.d,   slip s = q x d,   N = ka (a - a0) up to the strength along,   V = ks (s - s0) up to the strength across.
+!>
+!> Turning all turns q and d alike, so opening and slip are those of the bodies against each other. Both are of second degree
+!> in y = (d, q), which is linear in the unknowns: with r their rows half-way of a step that takes y by D, a1 - a0 = r.D exactly.
+!> So the force N r_a + V r_s, rows where the integrator balances, has the weights of bolts between two points (`scree_bolt`): in
+!> the middle its work is exactly the change of N^2/2ka + V^2/2ks and what yields, and at the end it is the gradient of that.
+!> Forces and moments on the two bodies are opposite.
+module scree_grouted_bolt
+  use scree_element_term, only: step_rule_t
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: hold_together, openings, within_strength
+
+contains
+
+  !> Opening along a bolt and slip across it.
+  pure function openings(y)
+    real(dp), intent(in) :: y(4)   !! d, length, and q
+    real(dp) :: openings(2)        !! length
+
+    openings = [y(3)*y(1) + y(4)*y(2), y(3)*y(2) - y(4)*y(1)]
+  end function openings
+
+  !> What opening and slip change by with y.
+  pure function rows_of(y)
+    real(dp), intent(in) :: y(4)
+    real(dp) :: rows_of(4, 2)
+
+    rows_of(:, 1) = [y(3), y(4), y(1), y(2)]
+    rows_of(:, 2) = [-y(4), y(3), y(2), -y(1)]
+  end function rows_of
+
+  !> Forces along and across, up to the strengths: along where it pulls, across to both sides.
+  pure function within_strength(force, strength)
+    real(dp), intent(in) :: force(2), strength(2)
+    real(dp) :: within_strength(2)
+
+    within_strength = [min(force(1), strength(1)), sign(min(abs(force(2)), strength(2)), force(2))]
+  end function within_strength
+
+  !> Force against y of a crossing in a step, and what it changes by with y.
+  pure subroutine hold_together(stiffness, strength, start, y, way, rule, force, change, symmetric)
+    real(dp), intent(in) :: stiffness(2)     !! along and across, force/length per unit thickness
+    real(dp), intent(in) :: strength(2)      !! force per unit thickness
+    real(dp), intent(in) :: start(2)         !! forces when the step begins
+    real(dp), intent(in) :: y(4)             !! then
+    real(dp), intent(in) :: way(4)           !! that y went in the step so far
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(out) :: force(4), change(4, 4)
+    logical, intent(out) :: symmetric        !! the change is
+    real(dp) :: end_row(4, 2), held(2), now(2), row(4, 2), unit(4), weighed(2)
+    integer :: j, k
+
+    now = start + stiffness*matmul(way, rows_of(y + 0.5_dp*way))
+    held = within_strength(now, strength)
+    weighed = start + rule%stress_weight*(held - start)
+    row = rows_of(y + rule%operator_weight*way)
+    symmetric = abs(rule%operator_weight - 1) < 1e-12_dp .or. .not. rule%tangent
+    end_row = merge(row, rows_of(y + way), symmetric)
+    force = matmul(row, weighed)
+    do k = 1, 4
+      unit = 0.0_dp
+      unit(k) = 1.0_dp
+      change(:, k) = rule%operator_weight*matmul(rows_of(unit), weighed) ! rows are linear in y
+      do j = 1, 2
+        if (abs(now(j)) <= abs(held(j))) change(:, k) = change(:, k) + rule%stress_weight*stiffness(j)*row(:, j)*end_row(k, j)
+      end do
+    end do
+  end subroutine hold_together
+
+end module scree_grouted_bolt
