@@ -73,8 +73,8 @@ module scree_setting_rules
     setting_rule_t('step.sleep', '', 'step.control', '|fixed|', .false., 'Shi''s rules look at all bodies'), &
     setting_rule_t('step.sleep', '', 'contact.method', '|penalty|augmented|', .true., 'nothing touches that could wake it'), &
     setting_rule_t('step.sleep', '', 'contact.rules', '|coulomb|conserving|', .false., 'Shi''s rules look at all bodies'), &
-    setting_rule_t('iteration.method, iteration.test, iteration.tolerance, iteration.relaxation', '', 'method.strain', &
-                   '|green|auto|', .true., &
+    setting_rule_t('iteration.method, iteration.test, iteration.tolerance, iteration.relaxation, '// &
+                   'iteration.anderson', '', 'method.strain', '|green|auto|', .true., &
                    'small strain is linear, and its first solution exact'), &
     setting_rule_t('boundary.pressure, boundary.traction', '', 'boundary.lines', is_given, .true., 'there is nothing to load'), &
     setting_rule_t('boundary.ramp', '', 'boundary.lines or water.table', is_given, .true., 'there is nothing that grows'), &
@@ -88,7 +88,7 @@ module scree_setting_rules
     setting_rule_t('bolts.stiffness, bolts.pretension, bolts.strength, bolts.shear_stiffness, '// &
                    'bolts.shear_strength', '', 'bolts.ends', is_given, .true., &
                    'bolts of the geometry have their own'), &
-    setting_rule_t('iteration.relaxation', '', 'iteration.method', '|secant|hybrid|', .true., &
+    setting_rule_t('iteration.relaxation, iteration.anderson', '', 'iteration.method', '|secant|hybrid|', .true., &
                    'the tangent needs its whole correction'), &
     setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.rules, '// &
                    'contact.initial, contact.adapt, contact.coupling', '', &

@@ -237,6 +237,9 @@ contains
     call row%real(setting_t('iteration', 'relaxation', &
                             'share of a correction by the secant that is taken, where nothing touches', '1', &
                             0.0_dp, 1.0_dp, .true.), s%relaxation, 1.0_dp)
+    call row%whole(setting_t('iteration', 'anderson', &
+                             'earlier corrections by the secant that one is mixed with, where nothing touches', '1', &
+                             0.0_dp, 20.0_dp), s%anderson, 0)
   end subroutine visit_iteration
 
   !> The forces of contact.

@@ -159,6 +159,7 @@ module scree_scene
     integer :: test = test_theta
     real(dp) :: tolerance = 1e-10_dp        !! of the chosen test
     integer :: most_iterations = 25
+    integer :: anderson = 0                 !! earlier corrections by the secant that one is mixed with, where nothing touches
     real(dp) :: relaxation = 1.0_dp         !! share of a correction by the secant that is taken, where nothing touches
     integer :: contact = contact_penalty
     real(dp) :: contact_stiffness = 0.0_dp  !! across a contact, force/length per unit thickness

@@ -7,6 +7,7 @@
 !> What shares and touches nothing is settled alone. The elements of an island are settled together: deformation outside, and inside
 !> it the open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
 module scree_settle
+  use scree_anderson, only: anderson_t, mix_step
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_problem, only: pose_problem, take_states
   use scree_contact_rules, only: gaps_and_slips, iteration_rules, iteration_rules_t, place
@@ -57,6 +58,7 @@ module scree_settle
     logical :: linear = .true.                !! forces and gaps are linear in displacements: small strain alone, or explicit
     logical :: in_contact = .false.
     logical :: bolted = .false.
+    logical :: strays = .false.               !! iterates may leave what areas may change by, as nothing hangs on them but the next
     type(iteration_rules_t) :: open_close     !! how contacts are judged
     logical :: nested = .false.               !! contacts settle for each operator of the deformation
     logical :: symmetric = .true.             !! the elements' operator is
@@ -68,6 +70,7 @@ module scree_settle
     logical :: near = .false.                 !! to the solution: a friction problem ended there
     integer :: rounds = 0                     !! friction problems that were solved
     logical :: far = .false.                  !! from the solution: the last judgement changed many contacts
+    type(anderson_t) :: mixing                !! of corrections by the secant
     logical :: in_doubt = .false.             !! all has settled but for contacts that the judgement changed
   end type group_t
 
@@ -95,13 +98,10 @@ contains
       if (present(among)) then
         if (.not. any(among(group%member))) cycle
       end if
-      group%linear = .not. any(cache%element(group%member)%green)
       group%rule = step_rule
       group%rule%tangent = model%settings%iterate == iterate_newton
       if (touches(model, contacts)) call take_island(contacts, i - cache%equations%n_alone, group%in_contact)
-      group%linear = group%linear .or. .not. (step_rule%end_weight > 0 .or. group%in_contact)
-      group%bolted = is_bolted(model, group%member)
-      group%linear = group%linear .and. .not. group%bolted ! its axis turns
+      call tell_kind(model, cache, group)
       if (wholly_held(cache%equations, i) .and. .not. group%in_contact) then
         call check_areas(model, cache, group%member, d, outcome)
       else if (.not. is_island(cache%equations, i)) then
@@ -113,10 +113,24 @@ contains
         end if
         call settle_together(model, cache, state, group, contacts, d, outcome)
       end if
+      if (outcome%settled .and. group%strays) call check_areas(model, cache, group%member, d, outcome)
       if (.not. outcome%settled) exit
     end do
     if (touches(model, contacts)) call take_all(contacts)
   end subroutine settle
+
+  !> Tells whether the forces of a group are linear, and what its iterates may be.
+  pure subroutine tell_kind(model, cache, group)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(group_t), intent(inout) :: group
+
+    group%linear = .not. any(cache%element(group%member)%green)
+    group%linear = group%linear .or. .not. (group%rule%end_weight > 0 .or. group%in_contact)
+    group%bolted = is_bolted(model, group%member)
+    group%linear = group%linear .and. .not. group%bolted ! its axis turns
+    group%strays = .not. (model%effects%carried > 0 .or. group%in_contact)
+  end subroutine tell_kind
 
   !> Whether any elements may touch in the try.
   pure logical function touches(model, contacts)
@@ -164,7 +178,7 @@ contains
       call correct(model, cache, group, d, residual, outcome)
       outcome%iterations = max(outcome%iterations, i)
       if (allocated(outcome%trouble%what)) return
-      call check_area(model, cache, e, d, outcome)
+      call check_area(model, cache, e, d, outcome, group%strays)
       if (allocated(outcome%trouble%what)) return
       associate (ids => model%elements%unknown(:, e))
         change = change_of(cache%element(e)%kinematics, cache%equations%correction(ids), group%bolted)
@@ -224,7 +238,7 @@ contains
       call correct(model, cache, group, d, residual, outcome)
       if (allocated(outcome%trouble%what)) return
       call begin_phase(cache%timers, phase_judge)
-      call check_areas(model, cache, group%member, d, outcome)
+      call check_areas(model, cache, group%member, d, outcome, group%strays)
       if (allocated(outcome%trouble%what)) then
         call settle_stalled(model, cache, state, group, contacts, d, outcome)
         if (allocated(outcome%trouble%what)) return
@@ -305,11 +319,12 @@ contains
     if (group%bolted) call add_bolts(model, cache, state, group%number, group%rule, d, cache%equations)
   end subroutine add_elements
 
-  !> Solves for a correction and adds it to `d`: roughly where another one follows, and of the secant the share that is asked for.
+  !> Solves for a correction and adds it to `d`: roughly where another one follows; of the secant the share that is asked for, mixed
+  !> with those before.
   subroutine correct(model, cache, group, d, residual, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
-    type(group_t), intent(in) :: group
+    type(group_t), intent(inout) :: group
     real(dp), intent(inout) :: d(:)
     real(dp), intent(out) :: residual             !! of the correction
     type(outcome_t), intent(inout) :: outcome
@@ -320,8 +335,8 @@ contains
                          group%far, d, residual, error)
     outcome%solves = outcome%solves + 1
     if (.not. allocated(error)) then
-      if (model%settings%relaxation < 1 .and. .not. (group%linear .or. group%in_contact .or. group%rule%tangent)) &
-        call take_back(model, group, (1 - model%settings%relaxation)*cache%equations%correction, d)
+      if ((model%settings%relaxation < 1 .or. model%settings%anderson > 0) &
+          .and. .not. (group%linear .or. group%in_contact .or. group%rule%tangent)) call mix(model, cache, group, d)
       return
     end if
     e = weakest_element(cache%equations, group%number)
@@ -329,25 +344,31 @@ contains
                 cache%element(max(1, e))%kinematics%centroid)
   end subroutine correct
 
-  !> Takes a part of a correction back. Elements may share unknowns.
-  pure subroutine take_back(model, group, part, d)
+  !> Takes the share of a correction that is asked for, mixed with those before. Elements may share unknowns: each counts once.
+  subroutine mix(model, cache, group, d)
     type(model_t), intent(in) :: model
-    type(group_t), intent(in) :: group
-    real(dp), intent(in) :: part(:)               !! (n_unknowns)
-    real(dp), intent(inout) :: d(:)
-    logical :: done(size(d))
-    integer :: k, u
+    type(cache_t), intent(in) :: cache
+    type(group_t), intent(inout) :: group
+    real(dp), intent(inout) :: d(:)               !! (n_unknowns) with the correction
+    logical :: listed(size(d))
+    integer, allocatable :: ids(:)
+    real(dp), allocatable :: step(:)
+    real(dp) :: span(size(d))
+    integer :: i, k
 
-    done = .false.
+    listed = .false.
     do k = 1, size(group%member)
-      do u = 1, size(model%elements%unknown, 1)
-        associate (id => model%elements%unknown(u, group%member(k)))
-          if (.not. done(id)) d(id) = d(id) - part(id)
-          done(id) = .true.
-        end associate
-      end do
+      associate (e => group%member(k))
+        listed(model%elements%unknown(:, e)) = .true.
+        span(model%elements%unknown(:, e)) = cache%element(e)%kinematics%span
+      end associate
     end do
-  end subroutine take_back
+    ids = pack([(i, i=1, size(d))], listed)
+    step = cache%equations%correction(ids)
+    d(ids) = d(ids) - step
+    call mix_step(group%mixing, model%settings%anderson, model%settings%relaxation, span(ids), d(ids), step)
+    d(ids) = d(ids) + step
+  end subroutine mix
 
   !> Judges the contacts after a correction, and rejects the try where they go round in circles.
   subroutine judge(model, cache, state, group, contacts, d, outcome)
@@ -572,32 +593,37 @@ contains
   end subroutine find_change
 
   !> Rejects a try in which an element has not kept a finite area.
-  subroutine check_areas(model, cache, member, d, outcome)
+  subroutine check_areas(model, cache, member, d, outcome, strays)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     integer, intent(in) :: member(:)
     real(dp), intent(in) :: d(:)
     type(outcome_t), intent(inout) :: outcome
+    logical, intent(in), optional :: strays   !! any that is a number will do
     integer :: k
 
     do k = 1, size(member)
-      call check_area(model, cache, member(k), d, outcome)
+      call check_area(model, cache, member(k), d, outcome, strays)
       if (allocated(outcome%trouble%what)) return
     end do
   end subroutine check_areas
 
   !> Rejects a try in which an element has not kept a finite area.
-  subroutine check_area(model, cache, e, d, outcome)
+  subroutine check_area(model, cache, e, d, outcome, strays)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     integer, intent(in) :: e
     real(dp), intent(in) :: d(:)
     type(outcome_t), intent(inout) :: outcome
+    logical, intent(in), optional :: strays   !! any that is a number will do
     real(dp) :: theta(4), ratio
 
     theta = matmul(cache%element(e)%kinematics%gradient, values_of(model%elements, e, d))
     ratio = (1 + theta(1))*(1 + theta(4)) - theta(2)*theta(3)
     if (ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp) return ! not so for NaN
+    if (present(strays)) then
+      if (strays .and. abs(ratio) < huge(ratio)) return
+    end if
     call reject(outcome, 'the iteration ran away (its area changed by more than a factor of 5)', &
                 'a smaller step.size, and check density, E and loads there', e, cache%element(e)%kinematics%centroid)
   end subroutine check_area

@@ -73,7 +73,8 @@ def test_iterations_are_those_of_the_paper_and_of_an_independent_program(method,
 
 
 @pytest.mark.parametrize("relaxation, load, solves", [(1, 1, 16), (1, 3, 54), (1, 4, 109), (0.7, 1, 22), (0.7, 3, 27), (0.7, 4, 32),
-                                                      (0.7, 5, 36), (0.5, 1, 35), (0.5, 3, 38), (0.5, 4, 39), (0.5, 5, 41)])
+                                                      (0.7, 5, 36), (0.7, 10, 107), (0.5, 1, 35), (0.5, 3, 38), (0.5, 4, 39), (0.5, 5, 41),
+                                                      (0.5, 10, 51)])
 def test_relaxation_makes_the_secant_converge_farther(relaxation, load, solves, tmp_path):
     """Solves of 4 rows at P L^2/EI = load, to 1e-10, as an independent program has them that clamps a little softer: within one, or where
     the secant hardly converges 3 %. Without relaxation it runs in circles at 5: its iterates alternate, so 0.7 of a correction halves
@@ -82,17 +83,28 @@ def test_relaxation_makes_the_secant_converge_farther(relaxation, load, solves, 
     assert f.history.solves[0] == pytest.approx(solves, rel=0.03, abs=1)
 
 
+@pytest.mark.parametrize("words, solves", [("method='newton'", [7, 10, 11, 11, 12]), ("method='secant', anderson=3", [12, 23, 30, 31, 47]),
+                                           ("method='secant', anderson=5", [12, 21, 25, 27, 50])])
+def test_newton_and_mixed_secants_need_no_load_steps(words, solves, tmp_path):
+    """Solves of 4 rows at P L^2/EI = 1, 3, 4, 5, 10 in one step, to 1e-10. Newton's are those of an independent program; its secants mixed with
+    3 before took 12, 23, 26, 27, 41, minimised in a norm that it does not tell. All end in one place."""
+    for load, n in zip((1, 3, 4, 5, 10), solves):
+        f = beam(tmp_path, 4, scheme=SCHEME + f"\n&iteration {words}, most=150 /", force=load / 3 * FORCE)
+        assert f.history.rejected.tolist() == [0] and f.history.solves[0] == pytest.approx(n, abs=0 if "newton" in words else 2)
+        assert tip(f) == pytest.approx({1: (0.04655533, 0.27512365), 3: (0.22912602, 0.57882058), 4: (0.3034214, 0.65153199),
+                                        5: (0.36345534, 0.70049398), 10: (0.54047483, 0.81305593)}[load], rel=1e-7)
+
+
 @pytest.mark.parametrize("first", [1e3, 1.0, 1e-3, 1e-5])
 def test_a_static_solve_finds_its_load_steps(first, tmp_path):
-    """From any first step, in at most 12 solves a load step, and in the same place: that of one step; with three times the load,
-    for which one step is too large, too."""
+    """From any first step, in at most 12 solves a load step, and in the same place: that of one step; with three times the load too."""
     f = beam(tmp_path, 4, steps=60, scheme=f"&step balance=1e-6, size={first!r} /")
     assert f.scene.status == "complete" and f.history.unbalanced[-1] <= 1e-6
     assert f.history.solves.max() <= 12 and f.history.solves.sum() <= 30 and not f.history.rejected.any()
     np.testing.assert_allclose(tip(f), [0.2291348325, 0.5788343595], rtol=6e-5)
     f = beam(tmp_path, 4, steps=60, scheme=f"&step balance=1e-6, size={first!r} /", force=3 * FORCE)
-    assert f.scene.status == "complete" and f.history.solves.sum() <= 50
-    assert f.history.solves[f.history.rejected == 0].max() <= 12
+    assert f.scene.status == "complete" and f.history.solves.sum() <= 40
+    assert f.history.solves.max() <= 12 and not f.history.rejected.any()
     np.testing.assert_allclose(tip(f), tip(beam(tmp_path, 4, steps=60, scheme="&step balance=1e-8, size=2e-5 /", force=3 * FORCE)),
                                rtol=1e-6)
 

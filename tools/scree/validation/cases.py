@@ -374,6 +374,24 @@ def p3(run):
         yield Row(f"width {factor:g} of what it needs", expected, verdict(r))
 
 
+@case
+def p4(run):
+    """The paper's cantilever in one load step: its deflection, and what Newton's method and the secant take for it."""
+    deck = DECKS / "p4-cantilever" / "beam.ana"
+    r = run(deck)
+    tip = -r.measured_points.displacement[-1].mean(0)
+    yield Row("deflection, P L^2/EI = 3", 0.60977, tip[1], 5e-3)
+    yield Row("the same against the elastica", 0.603253441130, tip[1], 1e-2)
+    yield Row("way back against the elastica", 0.254420184564, tip[0], 1.5e-2)
+    coarse = ["cover.edge=0.028867513"]
+    counts = {"newton": {1: 7, 3: 10, 5: 11, 10: 12}, "secant": {1: 12, 3: 23}}  # of an independent program; the secant mixed with 3 before
+    for words, load, solves in ((words, load, n) for words, of_load in counts.items() for load, n in of_load.items()):
+        force = f"loads.force=0 {-25000 * load / 3!r} 0 {-25000 * load / 3!r}"
+        mixed = ["iteration.method=secant", "iteration.anderson=3", "iteration.most=100"] if words == "secant" else []
+        r = run(deck, settings=[*coarse, force, *mixed], name=f"p4-{words}{load}")
+        yield Row(f"solves, {words}, 4 rows, P L^2/EI = {load}", solves, r.history.solves.sum(), 0.1)
+
+
 def wave_of(path):
     """Times and magnitude of the velocity of a record t vx vy."""
     rows = np.loadtxt(path, comments="!")
