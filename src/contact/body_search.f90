@@ -77,7 +77,8 @@ contains
     do i = 1, size(reach)
       associate (b => model%free_block(i))
         associate (longest => bodies%longest(b) + 2*bodies%moved(b), way => dt*bodies%speed(b))
-          reach(i) = reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, way, longest) + room*longest
+          reach(i) = reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, way, longest) + room*longest &
+                     + model%effects%contact%most_dilated
           drawn = drawn .or. bodies%moved(b) + reach(i) > bodies%reach(b)
           reach(i) = reach(i) + steps*way + spare*bodies%longest(b)
         end associate
@@ -138,7 +139,8 @@ contains
     type(body_search_t), intent(in) :: bodies
     real(dp), intent(in) :: local                 !! length
 
-    reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, local) + room*local
+    reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, local) + room*local &
+            + model%effects%contact%most_dilated
   end function reach_at_rest
 
   !> Counts the displacement of a step, from above: where all bodies kept clear of others what velocity made, and as much more as

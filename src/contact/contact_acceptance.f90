@@ -68,11 +68,12 @@ contains
         if (entrance%state == state_open) then
           entrance%bonded = .false.
           entrance%multiplier = 0.0_dp
-          if (entrance%rest < 0) contact%overlap = max(0.0_dp, -(entrance%rest + now(contact%active)%gap))
+          if (entrance%rest < 0) &
+            contact%overlap = max(0.0_dp, -(entrance%rest + entrance%dilated + now(contact%active)%gap))
         else
           call accept_closed(try%law, press(try, i, now), now, held_together(entrance%pair), contact, closed)
           memory%gap = max(memory%gap, closed%gap)
-          contact%overlap = max(0.0_dp, -(entrance%rest + closed%gap))
+          contact%overlap = max(0.0_dp, -(entrance%rest + entrance%dilated + closed%gap))
           memory%pressed = max(memory%pressed, -closed%gap)
           contact%energy = closed%energy
           energy = energy + closed%energy

@@ -109,7 +109,26 @@ contains
       associate (about => search%bodies%about)
         survey%near(about) = reach_of(try%law, try%margin, memory%pressed, norm2(predicted(:, about), 1), survey%local(about))
       end associate
+      if (allocated(try%law%dilation)) call look_over_dilation()
     end subroutine look_as_far
+
+    !> Looks farther from vertices whose joints have dilated: their contacts last until they are apart by as much once more.
+    subroutine look_over_dilation()
+      real(dp) :: dilated(size(survey%near))
+      integer :: i, k
+
+      dilated = 0.0_dp
+      do k = 1, size(memory%contact)
+        do i = 1, memory%contact(k)%n_entrances
+          associate (entrance => memory%contact(k)%entrance(i))
+            dilated(entrance%vertex) = max(dilated(entrance%vertex), 2*entrance%dilated)
+          end associate
+        end do
+      end do
+      associate (about => search%bodies%about)
+        survey%near(about) = survey%near(about) + dilated(about)
+      end associate
+    end subroutine look_over_dilation
 
     !> Contacts of vertex i near edge j: at one of its ends with the corner there, else over it.
     subroutine look_at(i, j)

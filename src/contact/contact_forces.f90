@@ -89,8 +89,7 @@ contains
           if (curved) call add_turning(geometry(k), force%across(k), merge(force%along, 0.0_dp, k == active), term)
         end do
         if (contact%entrance(active)%pair /= pair) cycle
-        if (abs(force%along_by_slip) > 0) call add_change(term, row, force%along_by_slip*row_change)
-        call add_pair_force(term, force%along*row)
+        call add_slip(force, geometry(active)%normal, row, row_change, term)
         if (.not. symmetric .or. rubs(try%law, contact%entrance(active))) call leave_symmetry(term)
       end associate
     end do
@@ -107,5 +106,19 @@ contains
     call add_change(term, geometry%normal, along*geometry%turn)
     call add_change(term, geometry%turn, along*geometry%normal)
   end subroutine add_turning
+
+  !> Adds the force along a contact, and what the forces change by with its slip.
+  pure subroutine add_slip(force, normal, row, row_change, term)
+    type(contact_force_t), intent(in) :: force
+    real(dp), intent(in) :: normal(n), row(n) !! of the forces across and along
+    real(dp), intent(in) :: row_change(n)     !! of the slip
+    type(pair_term_t), intent(inout) :: term
+
+    if (abs(force%along_by_slip) > 0) call add_change(term, row, force%along_by_slip*row_change)
+    call add_pair_force(term, force%along*row)
+    if (.not. abs(force%across_by_slip) > 0) return
+    call add_friction_change(term, normal, force%across_by_slip*row_change)
+    call leave_symmetry(term)
+  end subroutine add_slip
 
 end module scree_contact_forces

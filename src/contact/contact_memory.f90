@@ -145,11 +145,11 @@ contains
     real(dp) :: gap
 
     call recall(was, entrance)
-    gap = gap_at(survey, entrance%vertex, entrance%edge)
+    gap = gap_at(survey, entrance%vertex, entrance%edge) - entrance%dilated
     if (entrance%state /= state_open) then
       entrance%anchor = entrance%anchor - slip/survey%length(entrance%edge)
       if (entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) &
-        entrance%rest = min(0.0_dp, gap - min(0.0_dp, gap_at(survey, was%vertex, was%edge) - was%rest))
+        entrance%rest = min(0.0_dp, gap - min(0.0_dp, gap_at(survey, was%vertex, was%edge) - was%dilated - was%rest))
     end if
     if (gap >= entrance%rest) entrance%rest = min(0.0_dp, gap) ! what has come out stays out
   end subroutine go_on
@@ -168,6 +168,9 @@ contains
     entrance%pressing = was%pressing
     entrance%bonded = was%bonded
     entrance%slid = was%slid
+    entrance%displaced = was%displaced
+    entrance%farthest = was%farthest
+    entrance%dilated = was%dilated
     entrance%lagged_friction = was%lagged_friction
   end subroutine recall
 

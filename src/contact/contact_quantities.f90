@@ -3,14 +3,26 @@ module scree_contact_quantities
   use scree_kinds, only: dp
   implicit none
   private
-  public :: contact_force_t, entrance_start_t, gap_and_slip_t
+  public :: contact_force_t, entrance_start_t, gap_and_slip_t, opening_t
+
+  !> Pieces of the law of a joint that dilates: it does not, or it does, or it has done all it does in the step.
+  integer, parameter, public :: dilates_not = 0, dilates = 1, has_dilated = 2
 
   !> Where a vertex is from the line of an edge.
   type :: gap_and_slip_t
     real(dp) :: gap = 0.0_dp         !! from where the spring across rests, length
     real(dp) :: slip = 0.0_dp        !! from the anchor along the edge, length
     real(dp) :: edge_length = 1.0_dp !! length
+    real(dp) :: opened = 0.0_dp      !! by which the joint has dilated in the step: its spring rests so much farther out, length
   end type gap_and_slip_t
+
+  !> What a joint dilates by in a step, as its spring feels it: a gap g and a slip s are to it (g - by_slip s + behind)/softer.
+  type :: opening_t
+    integer :: piece = dilates_not
+    real(dp) :: by_slip = 0.0_dp
+    real(dp) :: behind = 0.0_dp      !! length
+    real(dp) :: softer = 1.0_dp      !! as what presses holds back the slip that opens
+  end type opening_t
 
   !> An entrance at the beginning of the step.
   type :: entrance_start_t
@@ -20,6 +32,7 @@ module scree_contact_quantities
     logical :: returned = .false. !! in this step the anchor went back to that share, to stay
     real(dp) :: multiplier(2) = 0.0_dp !! forces across and along that the springs need not make up
     real(dp) :: hardening = 1.0_dp !! of the spring across in this step, so that multipliers follow faster
+    type(opening_t) :: opening     !! that the iteration has come to
   end type entrance_start_t
 
   !> The force of a contact per unit thickness, and what it changes by with the gaps of both entrances and the slip of that which
@@ -28,6 +41,7 @@ module scree_contact_quantities
     real(dp) :: across(2) = 0.0_dp           !! each entrance, pressing where positive
     real(dp) :: along = 0.0_dp               !! the entrance that acts
     real(dp) :: across_by_gap(2, 2) = 0.0_dp !! (gap of either, entrance) force/length
+    real(dp) :: across_by_slip = 0.0_dp      !! the entrance that acts, force/length
     real(dp) :: along_by_gap(2) = 0.0_dp     !! force/length
     real(dp) :: along_by_slip = 0.0_dp       !! force/length
   end type contact_force_t

@@ -21,6 +21,7 @@ module scree_contact_rules
   use scree_corner_meeting, only: encounter_t, meet_as_shi, meet_by_entrances, meeting_t
   use scree_corners, only: survey_t, tilt
   use scree_coulomb_contact, only: add_friction, anchor_where_crossed, friction_of, judge_coulomb, press_springs, slide_coulomb
+  use scree_joint_dilation, only: begin_opening, feel_opening, feel_opening_change, judge_opening, remember_opening
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_shi_contact, only: adapted_stiffness, add_edge, anchor_where_closed, anchored_rows, close_touching, judge_shi, slide_shi
@@ -212,7 +213,7 @@ contains
             geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, d)
           end if
           geometry%at = of_elements(model, try%pair(:, entrance%pair), d)
-          geometry%gap = geometry%gap - entrance%rest
+          geometry%gap = geometry%gap - entrance%rest - entrance%dilated
           if (anchored) call add_edge(model, cache, state, try%pair(:, entrance%pair), entrance, geometry)
         end associate
       end do
@@ -246,6 +247,7 @@ contains
         start(k)%closed = contact%entrance(k)%state /= state_open
         start(k)%multiplier = contact%entrance(k)%multiplier
       end do
+      if (allocated(try%law%dilation)) call begin_opening(try%law, try%dashpot, contact, start)
     end associate
   end subroutine begin_contact
 
@@ -307,6 +309,7 @@ contains
         now%slip = geometry%slid + dot_product(geometry%shear_end, change) &
                    + (try%start(k, i)%share - entrance%anchor)*geometry%edge_length
       end if
+      if (allocated(try%law%dilation)) call feel_opening(try%start(k, i)%opening, now)
     end associate
   end function gap_and_slip
 
@@ -322,6 +325,8 @@ contains
     case default
       force = press_springs(try%contact(i)%entrance(1)%stiffness(1), try%dashpot, try%contact(i), try%start(:, i), now)
     end select
+    if (allocated(try%law%dilation)) &
+      call feel_opening_change(try%start(try%contact(i)%active, i)%opening, try%contact(i)%active, force)
   end function press_across
 
   !> The entrance of contact i that acts as a spring that only presses: its force, and what it yields by.
@@ -451,6 +456,7 @@ contains
         call judge_conserving(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
       case default
         call judge_coulomb(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
+        if (allocated(law%dilation)) call judge_opening(law, try%dashpot, now, doubt, contact, start, try%changes)
       end select
     end associate
   end subroutine judge
@@ -522,6 +528,7 @@ contains
       call slide_shi(law, force%along, now%edge_length, entrance, slip, work)
     case default
       call slide_coulomb(force%along, now%edge_length, holds, entrance, slip, work)
+      if (allocated(law%dilation)) call remember_opening(now%slip - slip, now%opened, sum(force%across), entrance, work)
     end select
   end subroutine remember_slide
 

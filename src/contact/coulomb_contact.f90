@@ -116,15 +116,16 @@ contains
     type(contact_force_t), intent(inout) :: force  !! with those across the entrances that press
     real(dp) :: friction
 
-    force%along_by_slip = 0.0_dp
     friction = friction_of(law, entrance)
     force%along = friction*(force%across(1) + force%across(2)) + bond(entrance, law%cohesion(entrance%joint))
     force%along_by_gap = friction*(force%across_by_gap(:, 1) + force%across_by_gap(:, 2))
     force%along = -entrance%direction*force%along
     force%along_by_gap = -entrance%direction*force%along_by_gap
+    force%along_by_slip = -entrance%direction*friction*force%across_by_slip
     if (entrance%bonded .and. entrance%direction*force%along > 0) then
       force%along = 0.0_dp
       force%along_by_gap = 0.0_dp
+      force%along_by_slip = 0.0_dp
     end if
   end subroutine add_friction
 

@@ -109,6 +109,14 @@ module scree_setting_rules
     setting_rule_t('joints.jcs', '', 'joints.jrc', is_given, .true., 'what is smooth has no use for it'), &
     setting_rule_t('joints.residual_phi', '', 'joints.residual_slip', is_given, .true., 'it falls over a slip'), &
     setting_rule_t('joints.residual_slip', '', 'joints.residual_phi', is_given, .true., 'there is nothing to fall to'), &
+    setting_rule_t('joints.dilation, joints.dilation_slip', '', 'contact.method', '|penalty|', .false., &
+                   'multipliers hold the walls where they touch'), &
+    setting_rule_t('joints.dilation, joints.dilation_slip', '', 'contact.rules', '|coulomb|', .false., &
+                   'other rules press by the gap alone'), &
+    setting_rule_t('joints.dilation, joints.dilation_slip', '', 'contact.restitution', is_not_given, .false., &
+                   'an impact takes the speed at which walls part for a bounce'), &
+    setting_rule_t('joints.dilation', '', 'joints.dilation_slip', is_given, .true., 'its walls ride on each other at last'), &
+    setting_rule_t('joints.dilation_slip', '', 'joints.dilation', is_given, .true., 'there is nothing to end'), &
     setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|auto|', .true., &
                    'small strain needs no iteration to nest in'), &
     setting_rule_t('contact.adapt', 'shi', 'contact.rules', '|shi|', .false., &

@@ -16,7 +16,7 @@ module scree_settings
     start_dissipative, start_zero, strain_auto, strain_green, strain_small, test_theta, transport_field, transport_rates, word_t
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
   use scree_setting_table, only: given_at, index_of, put_word, setting_t
-  use scree_text, only: number_text
+  use scree_text, only: number_text, real_text
   implicit none
   private
   public :: fill_settings, set_word, settings_table, store_settings
@@ -323,6 +323,10 @@ contains
     call row%reals(setting_t('joints', 'jrc', 'roughness coefficient of Barton, one for each material; 0: smooth', '1', 0.0_dp, &
                              most=30.0_dp), s%jrc)
     call row%reals(setting_t('joints', 'jcs', 'compressive strength of the walls, likewise', 'force/length^2', 0.0_dp), s%jcs)
+    call row%reals(setting_t('joints', 'dilation', 'angle at which a joint opens as it slides, one for each material', 'degree', &
+                             0.0_dp, most=89.0_dp), s%dilation)
+    call row%reals(setting_t('joints', 'dilation_slip', 'slip at which a joint has opened, and opens no more', 'length', 0.0_dp), &
+                   s%dilation_slip)
   end subroutine visit_joints
 
   !> Fixed points and load points.
@@ -596,6 +600,9 @@ contains
       call check_count('joints.residual_c', s%worn_cohesion)
       call check_count('joints.jrc', s%jrc)
       call check_count('joints.jcs', s%jcs)
+      call check_count('joints.dilation', s%dilation)
+      call check_count('joints.dilation_slip', s%dilation_slip)
+      if (.not. allocated(error)) call check_dilation(scene, error)
       if (allocated(error) .or. .not. (allocated(s%joint_kn) .and. allocated(s%joint_ks))) return
       if (any(s%joint_kn > 0 .neqv. s%joint_ks > 0)) &
         call wrong_list(scene, 'joints.ks', 'above 0 where joints.kn is, and 0 where that is', 'other', error)
@@ -615,6 +622,30 @@ contains
     end subroutine check_count
 
   end subroutine check_joints
+
+  !> Error where a joint dilates at an angle above that of its friction, which would make energy, or without an end.
+  subroutine check_dilation(scene, error)
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: least
+    integer :: i
+
+    associate (s => scene%settings)
+      if (.not. (allocated(s%dilation) .and. allocated(s%dilation_slip))) return
+      do i = 1, size(s%dilation)
+        least = scene%joint_material(i)%friction_angle
+        if (allocated(s%joint_phi)) least = s%joint_phi(i)
+        if (allocated(s%worn_slip)) least = merge(min(least, s%worn_angle(i)), least, s%worn_slip(i) > 0)
+        if (s%dilation(i) > least) then
+          call wrong_list(scene, 'joints.dilation', 'no angle above that of friction (it would make energy), '// &
+                          real_text(least)//' of material '//number_text(i), real_text(s%dilation(i)), error)
+        else if (s%dilation(i) > 0 .and. .not. s%dilation_slip(i) > 0) then
+          call wrong_list(scene, 'joints.dilation_slip', 'a slip above 0 where joints.dilation is', '0', error)
+        end if
+        if (allocated(error)) return
+      end do
+    end associate
+  end subroutine check_dilation
 
   !> Error where a list is not one number for each block material.
   subroutine check_materials(scene, error)

@@ -47,6 +47,9 @@ module scree_contacts
     real(dp) :: pressing = 0.0_dp        !! force across at the end of the last step
     logical :: bonded = .false.          !! cohesion and tensile strength are not lost
     real(dp) :: slid = 0.0_dp            !! way that the contact has slid since it was found, length
+    real(dp) :: displaced = 0.0_dp       !! slip since then with its sign, where the scene has joints that dilate, length
+    real(dp) :: farthest = 0.0_dp        !! largest size of that so far, length
+    real(dp) :: dilated = 0.0_dp         !! gap by which its faces have parted in sliding, length
     real(dp) :: lagged_friction = 0.0_dp !! friction of the iteration before, by Shi's rules, force
   end type entrance_t
 
@@ -133,6 +136,8 @@ module scree_contacts
     real(dp), allocatable :: worn(:, :)     !! (2, n_joints) residual `friction`, slip by then, length; where the scene has them
     !> (3, n_joints) JRC, rad; JCS, and cohesion of what is not bonded, force/length^2; where the scene has some
     real(dp), allocatable :: roughness(:, :)
+    real(dp), allocatable :: dilation(:, :) !! (2, n_joints) tangent of its angle, slip by which it ends, length; likewise
+    real(dp) :: most_dilated = 0.0_dp       !! gap up to which a joint that has dilated is one, length
     real(dp), allocatable :: cohesion(:)    !! (n_joints) force/length^2
     real(dp), allocatable :: strength(:)    !! (n_joints) in tension, force/length^2
     real(dp) :: penetration = huge(1.0_dp)  !! that multipliers leave; huge: springs alone, length

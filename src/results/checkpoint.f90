@@ -398,6 +398,9 @@ contains
     call archive%part('entrance%pressing', entrance%pressing)
     call archive%part('entrance%bonded', entrance%bonded)
     call archive%part('entrance%slid', entrance%slid)
+    call archive%part('entrance%displaced', entrance%displaced)
+    call archive%part('entrance%farthest', entrance%farthest)
+    call archive%part('entrance%dilated', entrance%dilated)
     call archive%part('entrance%lagged_friction', entrance%lagged_friction)
   end subroutine visit_entrances
 

@@ -264,6 +264,11 @@ contains
         if (allocated(s%worn_angle)) effects%contact%worn = reshape([tan(s%worn_angle*degree), 0.0_dp, s%worn_slip, 0.0_dp], &
                                                                    [2, size(s%worn_angle) + 1], order=[2, 1])
         if (allocated(s%jrc) .or. allocated(s%worn_cohesion)) effects%contact%roughness = roughness_of(s, size(joint))
+        if (allocated(s%dilation)) then
+          effects%contact%dilation = reshape([tan(s%dilation*degree), 0.0_dp, s%dilation_slip, 0.0_dp], &
+                                             [2, size(s%dilation) + 1], order=[2, 1])
+          effects%contact%most_dilated = 2*maxval(product(effects%contact%dilation, 1))
+        end if
         effects%contact%cohesion = [joint%cohesion, 0.0_dp]
         effects%contact%strength = [joint%tensile_strength, 0.0_dp]
       end associate

@@ -28,6 +28,18 @@ def test_friction_on_planes():
     assert references.stop(2.0, 0.6, 20 * RADIAN) == pytest.approx((0.919197, 0.919197), abs=5e-7)
 
 
+def test_dilating_joints():
+    """Without dilation nothing lifts; the work of the push is that of friction, the rise and the speed."""
+    assert references.dilating_ride(8.0, 10.0, 30, 0, 0.2) == pytest.approx((0.5 * (8 - 10 * math.tan(30 * RADIAN)) * 0.04, 0))
+    along, up = references.dilating_ride(8.0, 10.0, 30, 10, 0.2)
+    speed = 2 * np.array([along, up]) / 0.2
+    pressing = 10 + 2 * up / 0.2**2
+    lost = pressing * along * (math.tan(30 * RADIAN) - math.tan(10 * RADIAN))
+    assert 8 * along == pytest.approx(lost + 10 * up + speed[0]**2 / 2 + speed[1]**2 / 2)
+    along, up = references.dilating_hold(2.6, 4.0, 50.0, 1e4, 30, 10, 0.2)
+    assert (4 + 50 * up) * math.tan(30 * RADIAN) == pytest.approx(2.6) and (along, up) == pytest.approx((0.0599162, 0.01006664), rel=1e-5)
+
+
 def test_corner_impact_keeps_the_point_of_contact():
     """The corner that sticks is at rest after the impact; with little friction the impulses are Coulomb's."""
     stuck = references.SlopeImpact(0.05, 0.05, 0.3)

@@ -142,6 +142,7 @@ contains
       numbers = [contact%force, contact%pressed, contact%overlap, contact%energy, contact%inherits, &
                  entrance%direction, entrance%anchor, entrance%rest, &
                  entrance%multiplier(1), entrance%multiplier(2), entrance%length, entrance%pressing, entrance%slid, &
+                 entrance%displaced, entrance%farthest, entrance%dilated, &
                  entrance%lagged_friction, entrance%stiffness(1), entrance%stiffness(2)]
     end associate
   end function numbers_of_contact

@@ -27,7 +27,7 @@ STANDS = "complete"
 MOVES = ("moves", "not in equilibrium")  # how a static run ends that finds none
 STRENGTH = re.compile(r"^joint material (\d+).*\n  friction angle \(phi\): (\S+).*\n  cohesion \(c\): (\S+).*\n  tensile strength \(T\): (\S+)",
                       re.M)
-BESIDE = re.compile(r"^  (joints\.(?:phi|cohesion|tensile_strength|residual_phi|residual_c|jrc) = \S+)|^(stage \d+)", re.M)  # other strength
+BESIDE = re.compile(r"^  (joints\.(?:phi|cohesion|tensile_strength|residual_phi|residual_c|jrc|dilation) = \S+)|^(stage \d+)", re.M)  # other strength
 
 
 @dataclasses.dataclass

@@ -426,6 +426,16 @@ def j1(run):
             yield Row(f"{share} of the strength, {name}", expected, verdict(r))
 
 
+@case
+def j2(run):
+    """A block on a joint that dilates: how far it goes, and rises, pushed under its weight, and under a spring."""
+    for name, exact in (("ride", references.dilating_ride(8.0, 10.0, 30, 10, 0.2)), ("held", references.dilating_hold(2.6, 4.0, 50.0, 1e4, 30, 10, 0.2))):
+        r = run(DECKS / "j2-dilation" / f"{name}.ana", name=f"j2-{name}")
+        way = r.bodies.centroid[-1, 1] - r.bodies.centroid[0, 1]
+        for which, expected, found in zip(("along", "up"), exact, way):
+            yield Row(f"way {which}, {name}", expected, found, 5e-5)
+
+
 def wall_of_hole(r):
     """Elements with two vertices on the circle of radius 1 that are there at the end, and their vertices on it."""
     start, there = r.vertices(0), r.present()

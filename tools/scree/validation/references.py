@@ -461,6 +461,24 @@ def barton_strength(stress, jrc, jcs, phi):
     return stress * math.tan(math.radians(phi + jrc * math.log10(jcs / stress)))
 
 
+def dilating_ride(push, gravity, phi, psi, time):
+    """Ways along and up of a block on a joint that dilates: m x'' = m push - N tan phi, N - m gravity = m x'' tan psi; degrees."""
+    friction, dilation = math.tan(math.radians(phi)), math.tan(math.radians(psi))
+    along = 0.5 * (push - gravity * friction) / (1 + friction * dilation) * time**2
+    return along, along * dilation
+
+
+def dilating_hold(push, weight, stiffness, joint, phi, psi, height):
+    """Ways along and up of the middle of a block of length 1 under a spring: (weight + stiffness up) tan phi is the push at half its height.
+
+    The joint gives alike across and along, at the ends of the block; by that it tilts.
+    """
+    friction, dilation = math.tan(math.radians(phi)), math.tan(math.radians(psi))
+    up = (push / friction - weight) / stiffness
+    tilt = 2 * push * height / joint * (1 + friction * dilation)
+    return (up + push / friction / joint) / dilation + push / joint + tilt * height / 2, up
+
+
 def bonded_strength(stress, cohesion, phi):
     """Coulomb's, phi in degrees."""
     return stress * math.tan(math.radians(phi)) + cohesion

@@ -1,0 +1,163 @@
+!> Joints that dilate: their faces part as they slide over each other's roughness.
+!>
+!> With S the way that a contact has slid since it was found, with its sign and without what its spring gives back, and M the
+!> largest |S| so far, its spring across rests farther out by delta, and presses with N = -p (g - delta):
+!>
+!>     d delta = tan(psi) dM    while M is below the slip at which dilation ends
+!>
+!> A joint that slides back over what it has slid stays apart, and opens again beyond (Goodman, Methods of Geological Engineering,
+!> 1976, for psi; the end is that of UDEC, Itasca). The strength stays N tan(phi) + c with phi the whole angle, so that of the work
+!> of friction a part N tan(psi) ds lifts, and none is made where psi is not above phi.
+!>
+!> In a step all of it is one solution: with a = +-s - (N tan(phi) + c)/k what a contact slides in the step of a slip s from its
+!> anchor, against the way M - +-S that it may slide before it dilates,
+!>
+!>     g_felt = g - tan(psi) (a - (M - +-S)),   N = A - B g_felt,   B = p + c/dt
+!>
+!> which is linear in g and s; it is one of three pieces, and the open-close iteration judges which.
+module scree_joint_dilation
+  use scree_contact_quantities, only: contact_force_t, dilates, dilates_not, entrance_start_t, gap_and_slip_t, has_dilated, &
+                                      opening_t
+  use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_sliding
+  use scree_coulomb_contact, only: bond, friction_of
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: begin_opening, feel_opening, feel_opening_change, judge_opening, remember_opening
+
+contains
+
+  !> Tangent of the angle at which an entrance dilates in the step; 0 where it does not, or not any more.
+  pure real(dp) function dilation_of(law, entrance) result(dilation)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+
+    associate (own => law%dilation(:, entrance%joint))
+      dilation = merge(own(1), 0.0_dp, entrance%farthest < own(2))
+    end associate
+  end function dilation_of
+
+  !> What an entrance dilates by in the step, on a piece of the law.
+  pure type(opening_t) function opening_on(piece, law, dashpot, start, entrance) result(opening)
+    integer, intent(in) :: piece
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: dashpot          !! viscosity over the size of the step, force/length
+    type(entrance_start_t), intent(in) :: start
+    type(entrance_t), intent(in) :: entrance
+    real(dp) :: dilation, friction
+
+    opening%piece = piece
+    if (piece == dilates_not) return
+    dilation = dilation_of(law, entrance)
+    if (piece == has_dilated) then
+      opening%behind = -dilation*(law%dilation(2, entrance%joint) - entrance%farthest)
+      return
+    end if
+    friction = friction_of(law, entrance)
+    associate (k => entrance%stiffness(2))
+      opening%by_slip = dilation*entrance%direction
+      opening%softer = 1 + dilation*friction/k*(entrance%stiffness(1) + dashpot)
+      opening%behind = dilation*(entrance%farthest - entrance%direction*entrance%displaced &
+                                 + (bond(entrance, law%cohesion(entrance%joint)) + friction*dashpot*min(start%gap, 0.0_dp))/k)
+    end associate
+  end function opening_on
+
+  !> Begins with a contact that slides on as it did.
+  pure subroutine begin_opening(law, dashpot, contact, start)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: dashpot          !! force/length
+    type(contact_t), intent(in) :: contact
+    type(entrance_start_t), intent(inout) :: start(2)
+
+    associate (entrance => contact%entrance(contact%active), own => start(contact%active))
+      if (entrance%state /= state_sliding .or. entrance%direction*entrance%displaced < entrance%farthest) return
+      if (dilation_of(law, entrance) > 0) own%opening = opening_on(dilates, law, dashpot, own, entrance)
+    end associate
+  end subroutine begin_opening
+
+  !> The gap as the spring across feels it.
+  pure subroutine feel_opening(opening, now)
+    type(opening_t), intent(in) :: opening
+    type(gap_and_slip_t), intent(inout) :: now
+    real(dp) :: felt
+
+    felt = (now%gap - opening%by_slip*now%slip + opening%behind)/opening%softer
+    now%opened = now%gap - felt
+    now%gap = felt
+  end subroutine feel_opening
+
+  !> What forces across change by with gap and slip, where they follow what the entrance that acts feels.
+  pure subroutine feel_opening_change(opening, active, force)
+    type(opening_t), intent(in) :: opening
+    integer, intent(in) :: active
+    type(contact_force_t), intent(inout) :: force
+
+    associate (by_gap => force%across_by_gap(active, active))
+      by_gap = by_gap/opening%softer
+      force%across_by_slip = -by_gap*opening%by_slip
+    end associate
+  end subroutine feel_opening_change
+
+  !> Judges how the entrance that acts dilates, when its state has been. A change counts where it is felt by more than a faint
+  !> force.
+  !>
+  !> In one judgement a piece gives way to the next alone: what opens presses more and slides less, and a slide that nothing has
+  !> yet held would leap to the end.
+  pure subroutine judge_opening(law, dashpot, now, doubt, contact, start, changes)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: dashpot          !! force/length
+    type(gap_and_slip_t), intent(in) :: now(2)
+    real(dp), intent(in) :: doubt            !! force that changes nothing
+    type(contact_t), intent(in) :: contact
+    type(entrance_start_t), intent(inout) :: start(2)
+    integer, intent(inout) :: changes
+    type(gap_and_slip_t) :: felt
+    integer :: piece
+
+    start(3 - contact%active)%opening = opening_t()
+    associate (entrance => contact%entrance(contact%active), own => start(contact%active), here => now(contact%active))
+      if (.not. dilation_of(law, entrance) > 0) return
+      piece = piece_at(law, dashpot, own, here, entrance)
+      if (entrance%state == state_locked .or. entrance%state == state_sliding) &
+        piece = max(own%opening%piece - 1, min(own%opening%piece + 1, piece))
+      own%opening = opening_on(piece, law, dashpot, own, entrance)
+      felt = here
+      felt%gap = here%gap + here%opened
+      call feel_opening(own%opening, felt)
+      if (abs(felt%gap - here%gap)*(entrance%stiffness(1) + dashpot) > doubt) changes = changes + 1
+    end associate
+  end subroutine judge_opening
+
+  !> Piece of the law that an entrance is on, by what it slides in the step.
+  pure integer function piece_at(law, dashpot, start, now, entrance) result(piece)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: dashpot          !! force/length
+    type(entrance_start_t), intent(in) :: start
+    type(gap_and_slip_t), intent(in) :: now
+    type(entrance_t), intent(in) :: entrance
+    real(dp) :: limit, pressing, reached
+
+    piece = dilates_not
+    pressing = dashpot*min(start%gap, 0.0_dp) - (entrance%stiffness(1) + dashpot)*now%gap
+    if (entrance%state /= state_sliding .or. .not. pressing > 0) return
+    limit = friction_of(law, entrance)*pressing + bond(entrance, law%cohesion(entrance%joint))
+    reached = entrance%direction*(entrance%displaced + now%slip) - limit/entrance%stiffness(2)
+    if (reached > entrance%farthest) piece = dilates
+    if (reached > law%dilation(2, entrance%joint)) piece = has_dilated
+  end function piece_at
+
+  !> What an entrance remembers of sliding in an accepted step; what lifted is no loss of friction.
+  pure subroutine remember_opening(slid, opened, pressing, entrance, work)
+    real(dp), intent(in) :: slid             !! in the step, with its sign, length
+    real(dp), intent(in) :: opened           !! in the step, length
+    real(dp), intent(in) :: pressing         !! force
+    type(entrance_t), intent(inout) :: entrance
+    real(dp), intent(inout) :: work          !! lost in friction, force length
+
+    entrance%displaced = entrance%displaced + slid
+    entrance%farthest = max(entrance%farthest, abs(entrance%displaced))
+    entrance%dilated = entrance%dilated + opened
+    work = work - pressing*opened
+  end subroutine remember_opening
+
+end module scree_joint_dilation
