@@ -4,6 +4,7 @@ module scree_contact_acceptance
   use scree_contact_rules, only: gap_and_slip, gaps_and_slips, press, remember_overlap, remember_slide, stiffness_after
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_law_t, contact_memory_t, contact_t, state_locked, state_open, state_sliding
+  use scree_joint_closure, only: closing_energy
   use scree_kinds, only: dp
   use scree_model, only: model_t
   implicit none
@@ -119,6 +120,7 @@ contains
     call remember_overlap(law, contact, now, closed%gap, strained)
     contact%pressed = max(0.0_dp, -closed%gap)
     closed%energy = 0.5_dp*dot_product(contact%entrance(contact%active)%stiffness, [strained, slip]**2)
+    if (allocated(law%closure)) closed%energy = closed%energy + closing_energy(law, contact%entrance(contact%active), -strained)
   end subroutine accept_closed
 
   !> Largest gap and overlap of a closed contact at `d`, length.

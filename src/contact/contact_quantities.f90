@@ -3,7 +3,7 @@ module scree_contact_quantities
   use scree_kinds, only: dp
   implicit none
   private
-  public :: contact_force_t, entrance_start_t, gap_and_slip_t, opening_t
+  public :: bend_t, contact_force_t, entrance_start_t, gap_and_slip_t, opening_t
 
   !> Pieces of the law of a joint that dilates: it does not, or it does, or it has done all it does in the step.
   integer, parameter, public :: dilates_not = 0, dilates = 1, has_dilated = 2
@@ -24,6 +24,14 @@ module scree_contact_quantities
     real(dp) :: softer = 1.0_dp      !! as what presses holds back the slip that opens
   end type opening_t
 
+  !> What the spring across a joint that stiffens has beside a linear one, as a line: a force `behind` and `stiffer` times the
+  !> overlap.
+  type :: bend_t
+    real(dp) :: closed = 0.0_dp      !! where it touches the curve, length
+    real(dp) :: behind = 0.0_dp      !! force
+    real(dp) :: stiffer = 0.0_dp     !! force/length
+  end type bend_t
+
   !> An entrance at the beginning of the step.
   type :: entrance_start_t
     real(dp) :: gap = 0.0_dp     !! length
@@ -33,6 +41,7 @@ module scree_contact_quantities
     real(dp) :: multiplier(2) = 0.0_dp !! forces across and along that the springs need not make up
     real(dp) :: hardening = 1.0_dp !! of the spring across in this step, so that multipliers follow faster
     type(opening_t) :: opening     !! that the iteration has come to
+    type(bend_t) :: bend           !! likewise
   end type entrance_start_t
 
   !> The force of a contact per unit thickness, and what it changes by with the gaps of both entrances and the slip of that which

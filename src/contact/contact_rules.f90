@@ -21,6 +21,7 @@ module scree_contact_rules
   use scree_corner_meeting, only: encounter_t, meet_as_shi, meet_by_entrances, meeting_t
   use scree_corners, only: survey_t, tilt
   use scree_coulomb_contact, only: add_friction, anchor_where_crossed, friction_of, judge_coulomb, press_springs, slide_coulomb
+  use scree_joint_closure, only: begin_bends, bend_springs, judge_bend
   use scree_joint_dilation, only: begin_opening, feel_opening, feel_opening_change, judge_opening, remember_opening
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -52,6 +53,8 @@ module scree_contact_rules
     logical :: settles_always = .true.         !! as a friction problem, and by the balance of forces; else the step is cut
   end type iteration_rules_t
 
+  !> Iterations that may leave as many changes where springs stiffen: those of Newton's method on their curves.
+  integer, parameter :: most_stiffening = 8
   !> Solutions that Shi's programs make before they cut the step.
   integer, parameter :: most_solutions = 8
 
@@ -67,6 +70,7 @@ contains
                                           most_stalled=most_solutions - 1, settles_always=.false.)
     case default
       iteration_rules = iteration_rules_t()
+      if (allocated(law%closure)) iteration_rules%most_stalled = most_stiffening
     end select
   end function iteration_rules
 
@@ -247,6 +251,7 @@ contains
         start(k)%closed = contact%entrance(k)%state /= state_open
         start(k)%multiplier = contact%entrance(k)%multiplier
       end do
+      if (allocated(try%law%closure)) call begin_bends(try%law, contact, start)
       if (allocated(try%law%dilation)) call begin_opening(try%law, try%dashpot, contact, start)
     end associate
   end subroutine begin_contact
@@ -325,6 +330,7 @@ contains
     case default
       force = press_springs(try%contact(i)%entrance(1)%stiffness(1), try%dashpot, try%contact(i), try%start(:, i), now)
     end select
+    if (allocated(try%law%closure)) call bend_springs(try%start(:, i), now, force)
     if (allocated(try%law%dilation)) &
       call feel_opening_change(try%start(try%contact(i)%active, i)%opening, try%contact(i)%active, force)
   end function press_across
@@ -440,7 +446,7 @@ contains
   !> Judges contact i: which entrance acts, and its state.
   pure subroutine judge(now, force, doubt, i, try)
     type(gap_and_slip_t), intent(in) :: now(2)
-    type(contact_force_t), intent(in) :: force !! as of `press_across`
+    type(contact_force_t), intent(inout) :: force !! as of `press_across`, then on the lines that it is judged by
     real(dp), intent(in) :: doubt              !! force that changes no state
     integer, intent(in) :: i
     type(contact_try_t), intent(inout) :: try
@@ -455,6 +461,7 @@ contains
       case (rules_conserving)
         call judge_conserving(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
       case default
+        if (allocated(law%closure)) call judge_bend(law, now, doubt, contact, start, force, try%changes)
         call judge_coulomb(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
         if (allocated(law%dilation)) call judge_opening(law, try%dashpot, now, doubt, contact, start, try%changes)
       end select

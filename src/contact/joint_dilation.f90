@@ -56,9 +56,10 @@ contains
     friction = friction_of(law, entrance)
     associate (k => entrance%stiffness(2))
       opening%by_slip = dilation*entrance%direction
-      opening%softer = 1 + dilation*friction/k*(entrance%stiffness(1) + dashpot)
+      opening%softer = 1 + dilation*friction/k*(entrance%stiffness(1) + start%bend%stiffer + dashpot)
       opening%behind = dilation*(entrance%farthest - entrance%direction*entrance%displaced &
-                                 + (bond(entrance, law%cohesion(entrance%joint)) + friction*dashpot*min(start%gap, 0.0_dp))/k)
+                                 + (bond(entrance, law%cohesion(entrance%joint)) &
+                                    + friction*(start%bend%behind + dashpot*min(start%gap, 0.0_dp)))/k)
     end associate
   end function opening_on
 
@@ -124,7 +125,7 @@ contains
       felt = here
       felt%gap = here%gap + here%opened
       call feel_opening(own%opening, felt)
-      if (abs(felt%gap - here%gap)*(entrance%stiffness(1) + dashpot) > doubt) changes = changes + 1
+      if (abs(felt%gap - here%gap)*(entrance%stiffness(1) + own%bend%stiffer + dashpot) > doubt) changes = changes + 1
     end associate
   end subroutine judge_opening
 
@@ -138,7 +139,7 @@ contains
     real(dp) :: limit, pressing, reached
 
     piece = dilates_not
-    pressing = dashpot*min(start%gap, 0.0_dp) - (entrance%stiffness(1) + dashpot)*now%gap
+    pressing = start%bend%behind + dashpot*min(start%gap, 0.0_dp) - (entrance%stiffness(1) + start%bend%stiffer + dashpot)*now%gap
     if (entrance%state /= state_sliding .or. .not. pressing > 0) return
     limit = friction_of(law, entrance)*pressing + bond(entrance, law%cohesion(entrance%joint))
     reached = entrance%direction*(entrance%displaced + now%slip) - limit/entrance%stiffness(2)

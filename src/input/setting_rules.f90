@@ -115,6 +115,9 @@ module scree_setting_rules
                    'other rules press by the gap alone'), &
     setting_rule_t('joints.dilation, joints.dilation_slip', '', 'contact.restitution', is_not_given, .false., &
                    'an impact takes the speed at which walls part for a bounce'), &
+    setting_rule_t('joints.closure', '', 'contact.method', '|penalty|', .false., 'multipliers leave a joint no closure'), &
+    setting_rule_t('joints.closure', '', 'contact.rules', '|coulomb|', .false., 'other rules press by linear springs'), &
+    setting_rule_t('joints.closure', '', 'joints.kn', is_given, .true., 'that is the stiffness that it begins with'), &
     setting_rule_t('joints.dilation', '', 'joints.dilation_slip', is_given, .true., 'its walls ride on each other at last'), &
     setting_rule_t('joints.dilation_slip', '', 'joints.dilation', is_given, .true., 'there is nothing to end'), &
     setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|auto|', .true., &

@@ -323,6 +323,8 @@ contains
     call row%reals(setting_t('joints', 'jrc', 'roughness coefficient of Barton, one for each material; 0: smooth', '1', 0.0_dp, &
                              most=30.0_dp), s%jrc)
     call row%reals(setting_t('joints', 'jcs', 'compressive strength of the walls, likewise', 'force/length^2', 0.0_dp), s%jcs)
+    call row%reals(setting_t('joints', 'closure', 'largest closure of a joint that stiffens from kn on, likewise; 0: it does not', &
+                             'length', 0.0_dp), s%joint_closure)
     call row%reals(setting_t('joints', 'dilation', 'angle at which a joint opens as it slides, one for each material', 'degree', &
                              0.0_dp, most=89.0_dp), s%dilation)
     call row%reals(setting_t('joints', 'dilation_slip', 'slip at which a joint has opened, and opens no more', 'length', 0.0_dp), &
@@ -600,9 +602,14 @@ contains
       call check_count('joints.residual_c', s%worn_cohesion)
       call check_count('joints.jrc', s%jrc)
       call check_count('joints.jcs', s%jcs)
+      call check_count('joints.closure', s%joint_closure)
       call check_count('joints.dilation', s%dilation)
       call check_count('joints.dilation_slip', s%dilation_slip)
       if (.not. allocated(error)) call check_dilation(scene, error)
+      if (.not. allocated(error) .and. allocated(s%joint_closure) .and. allocated(s%joint_kn)) then
+        if (any(s%joint_closure > 0 .and. .not. s%joint_kn > 0)) &
+          call wrong_list(scene, 'joints.closure', 'numbers above 0 only where joints.kn is', 'other', error)
+      end if
       if (allocated(error) .or. .not. (allocated(s%joint_kn) .and. allocated(s%joint_ks))) return
       if (any(s%joint_kn > 0 .neqv. s%joint_ks > 0)) &
         call wrong_list(scene, 'joints.ks', 'above 0 where joints.kn is, and 0 where that is', 'other', error)

@@ -136,6 +136,7 @@ module scree_contacts
     real(dp), allocatable :: worn(:, :)     !! (2, n_joints) residual `friction`, slip by then, length; where the scene has them
     !> (3, n_joints) JRC, rad; JCS, and cohesion of what is not bonded, force/length^2; where the scene has some
     real(dp), allocatable :: roughness(:, :)
+    real(dp), allocatable :: closure(:)     !! (n_joints) largest, of a joint that stiffens as it closes, 0: none; likewise, length
     real(dp), allocatable :: dilation(:, :) !! (2, n_joints) tangent of its angle, slip by which it ends, length; likewise
     real(dp) :: most_dilated = 0.0_dp       !! gap up to which a joint that has dilated is one, length
     real(dp), allocatable :: cohesion(:)    !! (n_joints) force/length^2

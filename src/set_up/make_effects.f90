@@ -264,6 +264,7 @@ contains
         if (allocated(s%worn_angle)) effects%contact%worn = reshape([tan(s%worn_angle*degree), 0.0_dp, s%worn_slip, 0.0_dp], &
                                                                    [2, size(s%worn_angle) + 1], order=[2, 1])
         if (allocated(s%jrc) .or. allocated(s%worn_cohesion)) effects%contact%roughness = roughness_of(s, size(joint))
+        if (allocated(s%joint_closure)) effects%contact%closure = [s%joint_closure, 0.0_dp]
         if (allocated(s%dilation)) then
           effects%contact%dilation = reshape([tan(s%dilation*degree), 0.0_dp, s%dilation_slip, 0.0_dp], &
                                              [2, size(s%dilation) + 1], order=[2, 1])

@@ -53,6 +53,7 @@ SCENES = {
                                               ["joints.jrc=8", "joints.jcs=1e8", "joints.residual_phi=20", "joints.residual_slip=0.05",
                                                "joint(1).phi=20", "joints.residual_c=100", "output.every=20"]),
     "joints that dilate": lambda folder: ([SOURCE / "input/validation/j2-dilation/ride.ana"], ["method.strain=green", "output.every=20"]),
+    "joints that stiffen": lambda folder: ([SOURCE / "input/validation/j3-closure/bounces.ana"], ["step.count=60", "output.every=20"]),
     "waves that come in and go out": lambda folder: ([SOURCE / "input/validation/w1-wave/s-free.ana"],
                                                      ["method.strain=auto", "cover.edge=1", "step.count=60", "output.every=5"]),
     "stages": lambda folder: ([SOURCE / "tests/data/stages/stages.ana"], []),

@@ -40,6 +40,15 @@ def test_dilating_joints():
     assert (4 + 50 * up) * math.tan(30 * RADIAN) == pytest.approx(2.6) and (along, up) == pytest.approx((0.0599162, 0.01006664), rel=1e-5)
 
 
+def test_joints_that_stiffen():
+    """The force is that of the closure; where a block turns its fall is the energy, the integral of that force."""
+    u = references.joint_closure(80.0, 1e3, 2e-3)
+    assert u < 2e-3 and 1e3 * u / (1 - u / 2e-3) == pytest.approx(80) and references.joint_closure(1.0, 1e3, 1e9) == pytest.approx(1e-3)
+    deepest = references.deepest_closure(4.0, 1e3, 2e-3)
+    way = np.linspace(0, deepest, 20001)
+    assert np.trapz(1e3 * way / (1 - way / 2e-3), way) == pytest.approx(4 * deepest, rel=1e-6) and deepest == pytest.approx(1.88096e-3, rel=1e-5)
+
+
 def test_corner_impact_keeps_the_point_of_contact():
     """The corner that sticks is at rest after the impact; with little friction the impulses are Coulomb's."""
     stuck = references.SlopeImpact(0.05, 0.05, 0.3)

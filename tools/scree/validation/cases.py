@@ -436,6 +436,20 @@ def j2(run):
             yield Row(f"way {which}, {name}", expected, found, 5e-5)
 
 
+@case
+def j3(run):
+    """A joint that stiffens: how far it closes under a block, loaded and unloaded, and where it turns that block, which bounces."""
+    r = run(DECKS / "j3-closure" / "rests.ana")
+    height = r.bodies.centroid[:, 1, 1]
+    for stage, (name, force) in enumerate((("its weight", 4.0), ("a load", 80.0), ("its weight again", 4.0)), 1):
+        end = np.searchsorted(r.times, r.history.time[r.history.stage == stage][-1])
+        yield Row(f"closure under {name}", references.joint_closure(force, 1e3, 2e-3), height[0] - height[end], 1e-6)
+    r = run(DECKS / "j3-closure" / "bounces.ana")
+    height, deepest = r.bodies.centroid[:, 1, 1], references.deepest_closure(4.0, 1e3, 2e-3)
+    yield Row("largest closure, bouncing", deepest, height[0] - height.min(), 1e-3)
+    yield Row("energy lost, bouncing", 0.0, abs(r.history.energy.dissipated).max(), 5e-3, 4 * deepest)
+
+
 def wall_of_hole(r):
     """Elements with two vertices on the circle of radius 1 that are there at the end, and their vertices on it."""
     start, there = r.vertices(0), r.present()

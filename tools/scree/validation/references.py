@@ -461,6 +461,20 @@ def barton_strength(stress, jrc, jcs, phi):
     return stress * math.tan(math.radians(phi + jrc * math.log10(jcs / stress)))
 
 
+def joint_closure(force, stiffness, most):
+    """Of a joint that stiffens (Bandis et al. 1983): force = stiffness u/(1 - u/most)."""
+    return force * most / (stiffness * most + force)
+
+
+def deepest_closure(force, stiffness, most):
+    """Where a force that acts at once has done the work of the joint's curve, by bisection."""
+    low, high = 0.0, most
+    for _ in range(60):
+        u = 0.5 * (low + high)
+        low, high = (u, high) if force * u > stiffness * most**2 * (-math.log(1 - u / most) - u / most) else (low, u)
+    return low
+
+
 def dilating_ride(push, gravity, phi, psi, time):
     """Ways along and up of a block on a joint that dilates: m x'' = m push - N tan phi, N - m gravity = m x'' tan psi; degrees."""
     friction, dilation = math.tan(math.radians(phi)), math.tan(math.radians(psi))

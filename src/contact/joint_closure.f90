@@ -1,0 +1,131 @@
+!> Joints that stiffen as they close.
+!>
+!> The stress across a joint that is closed by u, of at most V, is a hyperbola of u (Bandis, Lumsden & Barton, Int. J. Rock Mech.
+!> Min. Sci. 20, 1983); a contact that stands for a length l of it presses with
+!>
+!>     N(u) = p u/(1 - u/V),    p = kn l,    its energy    p V^2 (-log(1 - u/V) - u/V),    its slope    K = p/(1 - u/V)^2
+!>
+!> A step takes it as the line N(u0) + K(u0) (u - u0), which every judgement of the contacts draws anew where they are, until what
+!> is solved with a line is on the curve: Newton's iteration. On the way out it touches the curve at u itself; on the way in, where
+!> the line is below the curve and u may be beyond V, where the curve has the force of the line.
+module scree_joint_closure
+  use scree_contact_quantities, only: bend_t, contact_force_t, entrance_start_t, gap_and_slip_t
+  use scree_contacts, only: contact_law_t, contact_t, entrance_t
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: begin_bends, bend_springs, closing_energy, judge_bend
+
+contains
+
+  !> Largest closure of the joint of an entrance; 0 where its spring is linear, length.
+  pure real(dp) function most_closed(law, entrance)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+
+    most_closed = merge(law%closure(entrance%joint), 0.0_dp, law%joint_stiffness(1, entrance%joint) > 0)
+  end function most_closed
+
+  !> The line that touches the curve at a closure, as what the spring has beside p times the overlap.
+  pure type(bend_t) function bend_at(closed, p, most) result(bend)
+    real(dp), intent(in) :: closed !! length
+    real(dp), intent(in) :: p      !! force/length
+    real(dp), intent(in) :: most   !! largest closure, length
+    real(dp) :: left
+
+    left = 1 - closed/most
+    bend%closed = closed
+    bend%behind = -p*closed**2/(most*left**2)
+    bend%stiffer = p*closed/most*(1 + left)/left**2
+  end function bend_at
+
+  !> Begins with the lines at the overlaps of the beginning of the step. One beyond the most, as a later stage may have less, is
+  !> brought back by as much as a linear spring presses.
+  pure subroutine begin_bends(law, contact, start)
+    type(contact_law_t), intent(in) :: law
+    type(contact_t), intent(in) :: contact
+    type(entrance_start_t), intent(inout) :: start(2)
+    real(dp) :: most
+    integer :: k
+
+    do k = 1, contact%n_entrances
+      most = most_closed(law, contact%entrance(k))
+      if (.not. most > 0) cycle
+      if (-start(k)%gap < most) start(k)%bend%closed = max(0.0_dp, -start(k)%gap)
+      start(k)%bend = touching(contact%entrance(k)%stiffness(1), most, start(k)%gap, start(k)%bend)
+    end do
+  end subroutine begin_bends
+
+  !> The line for a gap, after one that has led there.
+  pure type(bend_t) function touching(p, most, gap, bend) result(next)
+    real(dp), intent(in) :: p, most        !! force/length, length
+    real(dp), intent(in) :: gap            !! length
+    type(bend_t), intent(in) :: bend
+    real(dp) :: closed, force
+
+    closed = max(0.0_dp, -gap)
+    if (closed > bend%closed) then
+      force = bend%behind + (p + bend%stiffer)*closed
+      closed = force*most/(p*most + force)
+    end if
+    next = bend_at(closed, p, most)
+  end function touching
+
+  !> Adds to the forces of linear springs what those of joints that stiffen have beside.
+  pure subroutine bend_springs(start, now, force)
+    type(entrance_start_t), intent(in) :: start(2)
+    type(gap_and_slip_t), intent(in) :: now(2)
+    type(contact_force_t), intent(inout) :: force
+    integer :: k
+
+    do k = 1, 2
+      force%across(k) = force%across(k) + start(k)%bend%behind - start(k)%bend%stiffer*now(k)%gap
+      force%across_by_gap(k, k) = force%across_by_gap(k, k) - start(k)%bend%stiffer
+    end do
+  end subroutine bend_springs
+
+  !> Draws the line of the entrance that acts anew where it is. A change counts where it is felt by more than a faint force.
+  pure subroutine judge_bend(law, now, doubt, contact, start, force, changes)
+    type(contact_law_t), intent(in) :: law
+    type(gap_and_slip_t), intent(in) :: now(2)
+    real(dp), intent(in) :: doubt             !! force that changes nothing
+    type(contact_t), intent(in) :: contact
+    type(entrance_start_t), intent(inout) :: start(2)
+    type(contact_force_t), intent(inout) :: force
+    integer, intent(inout) :: changes
+    type(bend_t) :: bend
+    real(dp) :: more, most
+
+    associate (k => contact%active)
+      most = most_closed(law, contact%entrance(k))
+      if (.not. most > 0) return
+      bend = touching(contact%entrance(k)%stiffness(1), most, now(k)%gap, start(k)%bend)
+      more = bend%behind - start(k)%bend%behind - (bend%stiffer - start(k)%bend%stiffer)*now(k)%gap
+      if (abs(more) > doubt) changes = changes + 1
+      force%across(k) = force%across(k) + more
+      force%across_by_gap(k, k) = force%across_by_gap(k, k) - (bend%stiffer - start(k)%bend%stiffer)
+      start(k)%bend = bend
+    end associate
+  end subroutine judge_bend
+
+  !> Energy that the spring across an entrance has beside that of a linear one at an overlap, force length per unit thickness.
+  pure real(dp) function closing_energy(law, entrance, overlap) result(energy)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+    real(dp), intent(in) :: overlap           !! length
+    real(dp) :: closed, most
+    real(dp), parameter :: small = 1e-3_dp    !! share of the largest closure below which the logarithm loses more than a series
+
+    energy = 0.0_dp
+    most = most_closed(law, entrance)
+    if (.not. (most > 0 .and. overlap > 0)) return
+    closed = min(overlap/most, 1 - epsilon(closed))
+    if (closed < small) then
+      energy = closed**3*(1.0_dp/3 + closed*(0.25_dp + closed*(0.2_dp + closed/6)))
+    else
+      energy = -log(1 - closed) - closed - 0.5_dp*closed**2
+    end if
+    energy = energy*entrance%stiffness(1)*most**2
+  end function closing_energy
+
+end module scree_joint_closure
