@@ -21,7 +21,7 @@ module scree_setting_rules
     character(len=180) :: names  !! group.name; several between ', '
     character(len=60) :: value   !! the choice that the rule is about, or several between bars; '': whatever the deck gives
     character(len=40) :: other   !! group.name, several between ' or '; or g2 or k01 of the numbers of the deck
-    character(len=60) :: allowed !! choices between bars, or one of the conditions above
+    character(len=70) :: allowed !! choices between bars, or one of the conditions above
     logical :: idle              !! the rule broken, the settings do nothing; else they do harm
     character(len=102) :: why
   end type setting_rule_t
@@ -29,7 +29,7 @@ module scree_setting_rules
   !> What moves a block of small strain otherwise than by its field.
   character(len=*), parameter :: cures = 'exact|adjusted|second_order|trigonometric|exponential'
   !> Integrators to compare with.
-  character(len=*), parameter :: compared = 'generalized_alpha|central_difference'
+  character(len=*), parameter :: compared = 'generalized_alpha|bathe|central_difference'
 
   type(setting_rule_t), parameter :: setting_rules(*) = [ &
     setting_rule_t('method.rotation', cures, 'method.strain', '|small|', .true., 'Green strain moves by the whole field'), &
@@ -49,10 +49,11 @@ module scree_setting_rules
     setting_rule_t('integrator.gamma', '', 'integrator.scheme', '|newmark|', .true., 'the other forms have one of their own'), &
     setting_rule_t('integrator.rho', '', 'integrator.scheme', '|generalized_alpha|', .true., &
                    'the other forms have no such radius'), &
-    setting_rule_t('integrator.start', 'acceleration', 'integrator.scheme', '|newmark|energy_decaying|generalized_alpha|', .true., &
+    setting_rule_t('integrator.start', 'acceleration', 'integrator.scheme', &
+                   '|newmark|energy_decaying|generalized_alpha|bathe|', .true., &
                    'the others take no acceleration from step to step, or that of their beginning'), &
     setting_rule_t('integrator.start', 'dissipative|consistent', 'integrator.scheme', &
-                   '|newmark|energy_momentum|energy_decaying|generalized_alpha|', .true., &
+                   '|newmark|energy_momentum|energy_decaying|generalized_alpha|bathe|', .true., &
                    'explicit steps begin with the acceleration of their beginning'), &
     setting_rule_t('integrator.transport', 'rates', 'method.model', '|dda|', .false., 'covers carry a velocity field'), &
     setting_rule_t('step.control', 'shi', 'step.travel', is_positive, .false., 'it keeps that displacement'), &

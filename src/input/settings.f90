@@ -11,7 +11,7 @@ module scree_settings
   use scree_scene, only: &
     contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, iterate_newton, &
     mass_constant, mass_follows_area, model_dda, model_nmm, plane_stress, problems_none, reset_none, rotation_linear, scene_t, &
-    scheme_central_difference, &
+    scheme_bathe, scheme_central_difference, &
     scheme_energy_decaying, scheme_energy_momentum, scheme_generalized_alpha, scheme_newmark, settings_t, &
     start_dissipative, start_zero, strain_auto, strain_green, strain_small, test_theta, transport_field, transport_rates, word_t
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
@@ -133,13 +133,13 @@ contains
     type(settings_t), intent(inout) :: s
 
     call row%choice(setting_t('integrator', 'scheme', 'integrator', &
-                              choices='|newmark|energy_momentum|energy_decaying|generalized_alpha|central_difference|', &
+                              choices='|newmark|energy_momentum|energy_decaying|generalized_alpha|central_difference|bathe|', &
                               default='newmark with small strain, with gamma and in static runs; else energy_decaying; '// &
                               'energy_momentum with rules conserving'), &
                     s%scheme, default_scheme(dynamic, row%given('integrator.gamma'), s))
     call row%real(setting_t('integrator', 'beta', 'weight of the new acceleration in the velocity; 1/2 + chi of energy_...', &
                             '1', 0.5_dp, 1.0_dp), s%beta, 1.0_dp, &
-                  when=all(s%scheme /= [scheme_generalized_alpha, scheme_central_difference]))
+                  when=all(s%scheme /= [scheme_generalized_alpha, scheme_central_difference, scheme_bathe]))
     call row%real(setting_t('integrator', 'rho', 'spectral radius of generalized_alpha at infinite frequency', '1', 0.0_dp, &
                             1.0_dp), s%rho, 0.5_dp, when=s%scheme == scheme_generalized_alpha)
     call row%real(setting_t('integrator', 'gamma', 'weight of the new acceleration in the displacement', '1', 0.0_dp, &
@@ -148,8 +148,9 @@ contains
                   when=s%scheme == scheme_newmark)
     call row%choice(setting_t('integrator', 'start', 'first step: as it comes, with beta 1, or from a consistent state', &
                               choices='|zero|dissipative|acceleration|consistent|', &
-                              default='dissipative where beta < 1 and with generalized_alpha, else zero'), &
-                    s%start, merge(start_dissipative, start_zero, s%beta < 1 .or. s%scheme == scheme_generalized_alpha))
+                              default='dissipative where beta < 1 and with generalized_alpha and bathe, else zero'), &
+                    s%start, merge(start_dissipative, start_zero, &
+                                   s%beta < 1 .or. any(s%scheme == [scheme_generalized_alpha, scheme_bathe])))
     call row%choice(setting_t('integrator', 'transport', 'velocity of a DDA block: a vector field, or Shi''s six rates', &
                               choices='|field|rates|', default='rates with small strain and model dda, else field'), &
                     s%transport, merge(transport_rates, transport_field, s%strain == strain_small .and. s%model == model_dda))

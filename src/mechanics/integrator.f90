@@ -24,11 +24,17 @@
 !> Central differences balance at the beginning: M a1 + f(0) = loads there, d = dt v(1/2), v(1/2) = v(-1/2) + (dt0 + dt)/2 a1, dt0
 !> the step before. With v0 = v(-1/2) + dt0/2 a0, which is of second order for the velocity where the step begins, these are
 !> Newmark's with beta 3/2 and gamma 1 (in equal steps). Contacts are those of the end (Carpenter, Taylor & Katona 1991).
+!>
+!> Bathe's composite (Bathe & Baig 2005, Bathe 2007) takes steps in twos, of the sizes h and dt: the trapezoidal rule, then the
+!> backward formula of second order through the three ends, at which velocity and acceleration are (c1 x0 + c2 x1 + c3 x2) of what
+!> they are the rate of, c1 = dt/(h (h + dt)), c3 = (h + 2 dt)/(dt (h + dt)), c2 = -c1 - c3. As d = h (v0 + v1)/2 in the first, the
+!> second is Newmark's step with beta 1/(c3 dt) = (h + dt)/(h + 2 dt) and gamma beta^2, 2/3 and 4/9 of equal steps, from the mean
+!> acceleration of the first, (v1 - v0)/h: that is what the first hands on.
 module scree_integrator
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
-  use scree_scene, only: scheme_central_difference, scheme_energy_decaying, scheme_generalized_alpha, scheme_newmark, settings_t, &
-                         start_dissipative, transport_field
+  use scree_scene, only: scheme_bathe, scheme_central_difference, scheme_energy_decaying, scheme_generalized_alpha, &
+                         scheme_newmark, settings_t, start_dissipative, transport_field
   implicit none
   private
   public :: end_rates, held_weight, holds_power, step_rule_for, turns_acceleration, velocity_at_balance
@@ -65,6 +71,7 @@ contains
       rule%load_to = rule%load_from + dt
     end if
     if (settings%scheme == scheme_central_difference) call kick(time, merge(before, 0.0_dp, step > 0), rule)
+    if (settings%scheme == scheme_bathe .and. mod(step, 2) == 1) call look_back(before, rule)
   end function step_rule_for
 
   !> Velocity at the time of the balance, (1 - 2 lag) v1 + 2 lag d/dt, as c d + `carried` of the unknowns d of a step: d/dt for beta
@@ -96,6 +103,17 @@ contains
     rule%load_to = time + 0.5_dp*rule%dt
   end subroutine kick
 
+  !> Weights of the second of two steps of Bathe's composite. Those of the first are in `weights_of`, or a start's.
+  pure subroutine look_back(before, rule)
+    real(dp), intent(in) :: before            !! size of the first, time
+    type(step_rule_t), intent(inout) :: rule
+
+    rule%velocity_weight = (before + rule%dt)/(before + 2*rule%dt)
+    rule%displacement_weight = rule%velocity_weight**2
+    rule%carried_weight = 0.5_dp - rule%displacement_weight
+    rule%handed_weight = 1.0_dp
+  end subroutine look_back
+
   !> The weights of a scheme.
   pure type(step_rule_t) function weights_of(settings) result(rule)
     type(settings_t), intent(in) :: settings
@@ -116,6 +134,11 @@ contains
     case (scheme_central_difference)
       rule%end_weight = 0.0_dp
       rule%lag = 1.0_dp
+    case (scheme_bathe)
+      rule%velocity_weight = 0.5_dp
+      rule%displacement_weight = 0.25_dp
+      rule%handed_weight = 0.5_dp
+      rule%lag = 0.0_dp
     case default
       rule%operator_weight = 0.5_dp
       rule%stress_weight = settings%beta ! 1/2 + chi
@@ -124,13 +147,13 @@ contains
   end function weights_of
 
   !> Excess of gamma over beta/2: that share of M (a dt)^2/2 is held by the integrator, and may come back (doc/theory.md,
-  !> section 3). Of generalized-alpha no such share is known, and what central differences hold is another.
+  !> section 3). Of generalized-alpha and Bathe's composite no such share is known, and what central differences hold is another.
   pure real(dp) function held_weight(settings)
     type(settings_t), intent(in) :: settings
     type(step_rule_t) :: rule
 
     held_weight = 0.0_dp
-    if (any(settings%scheme == [scheme_central_difference, scheme_generalized_alpha])) return
+    if (any(settings%scheme == [scheme_central_difference, scheme_generalized_alpha, scheme_bathe])) return
     rule = weights_of(settings)
     held_weight = rule%displacement_weight - 0.5_dp*rule%velocity_weight
   end function held_weight
@@ -150,17 +173,17 @@ contains
     turns_acceleration = settings%scheme == scheme_energy_decaying .and. settings%transport == transport_field
   end function turns_acceleration
 
-  !> Rates at the end of a step from its displacement.
+  !> Rates that a step hands on, from its displacement.
   elemental subroutine end_rates(rule, displacement, velocity, acceleration)
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: displacement               !! any unknown
-    real(dp), intent(inout) :: velocity, acceleration  !! of that unknown, at the beginning, then at the end
+    real(dp), intent(inout) :: velocity, acceleration  !! of that unknown, at the beginning, then handed on
     real(dp) :: new
 
     associate (beta => rule%velocity_weight, gamma => rule%displacement_weight, dt => rule%dt)
       new = (displacement - velocity*dt)/(gamma*dt**2) - rule%carried_weight/gamma*acceleration
       velocity = velocity + ((1 - beta)*acceleration + beta*new)*dt
-      acceleration = new
+      acceleration = (1 - rule%handed_weight)*acceleration + rule%handed_weight*new
     end associate
   end subroutine end_rates
 

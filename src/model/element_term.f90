@@ -33,6 +33,7 @@ module scree_element_term
     real(dp) :: velocity_weight = 1.0_dp  !! beta of Zhang et al. 2019
     real(dp) :: displacement_weight = 0.5_dp !! gamma of Zhang et al. 2019
     real(dp) :: carried_weight = 0.0_dp   !! of the old acceleration in the displacement; 1/2 - gamma where steps are equal
+    real(dp) :: handed_weight = 1.0_dp    !! of the new acceleration in that which is handed on; the rest is the old one
     real(dp) :: stress_weight = 1.0_dp    !! share of the step's stress increment in the balance
     real(dp) :: operator_weight = 1.0_dp  !! omega in B0 + omega A(theta): 1 end of step, 1/2 energy-momentum
     real(dp) :: inertia_weight = 1.0_dp   !! share of the end in the inertia that balances; the rest is that of the beginning

@@ -25,9 +25,9 @@ module scree_scene
   !> Mass of a block: constant, or density times the present area (Shi's programs).
   integer, parameter, public :: mass_constant = 1, mass_follows_area = 2
   !> Integrator: Newmark in the letters of Zhang et al. 2019, the energy-momentum form, or that which dissipates; to compare with,
-  !> the generalized-alpha method, and explicit central differences.
+  !> the generalized-alpha method, explicit central differences, and Bathe's composite.
   integer, parameter, public :: scheme_newmark = 1, scheme_energy_momentum = 2, scheme_energy_decaying = 3, &
-                                scheme_generalized_alpha = 4, scheme_central_difference = 5
+                                scheme_generalized_alpha = 4, scheme_central_difference = 5, scheme_bathe = 6
   !> First step: as it comes, one step with beta 1, consistent acceleration, or that and the stress to it.
   integer, parameter, public :: start_zero = 1, start_dissipative = 2, start_acceleration = 3, start_consistent = 4
   !> Velocity of a DDA block from step to step: a vector field, or Shi's six rates.

@@ -12,8 +12,8 @@ module scree_make_effects
   use scree_model, only: effects_t
   use scree_pairs, only: list_pairs, number_of_pair, pair_of
   use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, rotation_linear, scene_t, &
-                         scheme_central_difference, scheme_energy_decaying, scheme_energy_momentum, scheme_generalized_alpha, &
-                         settings_t, strain_auto, strain_green, strain_small, time_table_t
+                         scheme_bathe, scheme_central_difference, scheme_energy_decaying, scheme_energy_momentum, &
+                         scheme_generalized_alpha, settings_t, strain_auto, strain_green, strain_small, time_table_t
   use scree_setting_table, only: index_of
   use scree_state, only: state_t
   use scree_system, only: absorber_end, edge_end, fixed_point, load_point, measured_point, roller_end, system_t
@@ -103,6 +103,8 @@ contains
           call name('inertia', 'every scene; explicit central differences, in steps that no element is too stiff for')
         case (scheme_generalized_alpha)
           call name('inertia', 'every scene; the generalized-alpha form of the step')
+        case (scheme_bathe)
+          call name('inertia', 'every scene; the composite form of Bathe, two steps at a time')
         case default
           call name('inertia', 'every scene; the Newmark form of the step')
         end select

@@ -79,6 +79,7 @@ def test_a_free_top_moves_twice_as_fast_and_all_leaves_by_the_base(kind, tmp_pat
 
 SCHEMES = {"decaying": ("scheme='energy_decaying'", "strain='auto'"), "green": ("scheme='energy_momentum', beta=0.5", "strain='green'"),
            "Shi's": ("scheme='newmark', beta=1", "strain='small'"), "alpha": ("scheme='generalized_alpha'", "strain='small'"),
+           "Bathe's": ("scheme='bathe'", "strain='small'"),
            "explicit": ("scheme='central_difference'", "strain='small'")}
 
 

@@ -12,7 +12,8 @@ SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 TRIANGLE = SOURCE / "input" / "paper" / "rotation" / "t4.ana"
 PROTOTYPE = [row for row in csv.DictReader(line for line in (SOURCE / "tests/data/rotation/integrators.csv").read_text().splitlines()
                                            if not line.startswith("#"))
-             if not (row["integrator"].startswith("Average") and row["turns"] == "5")]  # by then its energy has run away from round-off
+             if not row["integrator"].startswith("Bathe")
+             and not (row["integrator"].startswith("Average") and row["turns"] == "5")]  # by then its energy has run away from round-off
 E, RHO = 1e10, 2500.0
 
 

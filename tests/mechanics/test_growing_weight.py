@@ -17,7 +17,7 @@ def run(folder, blocks, groups, fixed=(), steps=200, dt=0.005, young=1e8, settin
     return scree.run(folder / "g.ana", settings=settings)
 
 
-@pytest.mark.parametrize("scheme", ("newmark", "energy_decaying", "energy_momentum", "generalized_alpha", "central_difference"))
+@pytest.mark.parametrize("scheme", ("newmark", "energy_decaying", "energy_momentum", "generalized_alpha", "bathe", "central_difference"))
 @pytest.mark.parametrize("height", (0.0, 1e4))
 def test_a_block_falls_as_its_weight_grows(height, scheme, tmp_path):
     """v = g t^2/2T, then g (t - T/2); y by its integral; the books of energy balance, wherever y = 0 is."""

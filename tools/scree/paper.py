@@ -94,6 +94,7 @@ def rows(deck):
     yield deck("t4"), "error of principal stress %", "0.8", 0.0, 0.5, Rotation.stress_error
     yield deck("t4-half-step"), "angle %", "-0.033", -0.0329, 5e-5, angle
     yield deck("t4-printed-gamma"), "angle %", "-0.033", -0.0329, 5e-5, angle
+    yield deck("bathe"), "angle %", "", -0.01750, 5e-6, angle
     for name in ("chi0", "chi-half"):
         yield deck(name), "angle %, 1000 turns", "", -0.03288, 5e-6, angle
         yield deck(name), "largest change of area", "", 0.0, 1e-9, lambda r: np.ptp(r.area)

@@ -18,6 +18,7 @@ INTEGRATORS = {
 # Published ones to compare with, which are no part of a study unless they are asked for.
 COMPARED = {
     **{f"alpha-{rho}": ["integrator.scheme=generalized_alpha", f"integrator.rho={rho}"] for rho in ("1", "0.8", "0.5", "0")},
+    "bathe": ["integrator.scheme=bathe"],
     "central": ["integrator.scheme=central_difference"],
 }
 AXES = ("strain", "integrator", "contact", "tolerance", "mesh", "accuracy", "step")
