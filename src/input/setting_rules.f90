@@ -66,6 +66,8 @@ module scree_setting_rules
     setting_rule_t('output.error', 'estimate', 'k01', is_positive, .true., 'a static step has no error in time'), &
     setting_rule_t('output.error', 'estimate', 'integrator.scheme', '|newmark|energy_momentum|energy_decaying|', .false., &
                    'the errors of the other forms are not known to it'), &
+    setting_rule_t('output.error', 'estimate', 'method.strain', '|small|green|auto|', .false., &
+                   'what the decomposition leaves is not known to it'), &
     setting_rule_t('output.error', 'estimate', 'method.rotation', '|linear|exact|', .false., &
                    'what the other cures leave is not known to it'), &
     setting_rule_t('step.balance', '', 'k01', is_zero, .false., 'what moves is not in equilibrium'), &
@@ -75,7 +77,7 @@ module scree_setting_rules
     setting_rule_t('step.sleep', '', 'contact.method', '|penalty|augmented|', .true., 'nothing touches that could wake it'), &
     setting_rule_t('step.sleep', '', 'contact.rules', '|coulomb|conserving|', .false., 'Shi''s rules look at all bodies'), &
     setting_rule_t('iteration.method, iteration.test, iteration.tolerance, iteration.relaxation, '// &
-                   'iteration.anderson', '', 'method.strain', '|green|auto|', .true., &
+                   'iteration.anderson', '', 'method.strain', '|green|auto|strain_rotation|', .true., &
                    'small strain is linear, and its first solution exact'), &
     setting_rule_t('boundary.pressure, boundary.traction', '', 'boundary.lines', is_given, .true., 'there is nothing to load'), &
     setting_rule_t('boundary.ramp', '', 'boundary.lines or water.table', is_given, .true., 'there is nothing that grows'), &
@@ -121,7 +123,7 @@ module scree_setting_rules
     setting_rule_t('joints.closure', '', 'joints.kn', is_given, .true., 'that is the stiffness that it begins with'), &
     setting_rule_t('joints.dilation', '', 'joints.dilation_slip', is_given, .true., 'its walls ride on each other at last'), &
     setting_rule_t('joints.dilation_slip', '', 'joints.dilation', is_given, .true., 'there is nothing to end'), &
-    setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|auto|', .true., &
+    setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|auto|strain_rotation|', .true., &
                    'small strain needs no iteration to nest in'), &
     setting_rule_t('contact.adapt', 'shi', 'contact.rules', '|shi|', .false., &
                    'a loaded spring whose stiffness changes makes energy: it is for comparison with his programs'), &

@@ -26,7 +26,7 @@ module scree_setting_table
     real(dp) :: most = boundless
     logical :: open = .false.            !! `least` itself is not allowed
     character(len=100) :: choices = ''    !! of a choice, each between bars
-    character(len=120) :: default = ''    !! in words, where it is not one value; a table that is listed has words in each row
+    character(len=140) :: default = ''    !! in words, where it is not one value; a table that is listed has words in each row
     logical :: needed = .false.          !! its group has to give it
     integer :: kind = 0                  !! set where the table is listed
   end type setting_t

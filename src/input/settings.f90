@@ -13,7 +13,8 @@ module scree_settings
     mass_constant, mass_follows_area, model_dda, model_nmm, plane_stress, problems_none, reset_none, rotation_linear, scene_t, &
     scheme_bathe, scheme_central_difference, &
     scheme_energy_decaying, scheme_energy_momentum, scheme_generalized_alpha, scheme_newmark, settings_t, &
-    start_dissipative, start_zero, strain_auto, strain_green, strain_small, test_theta, transport_field, transport_rates, word_t
+    start_dissipative, start_zero, strain_auto, strain_green, strain_rotation, strain_small, test_theta, &
+    transport_field, transport_rates, word_t
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
   use scree_setting_table, only: given_at, index_of, put_word, setting_t
   use scree_text, only: number_text, real_text
@@ -92,8 +93,9 @@ contains
                               choices='|none|shi|'), s%shi, .false.)
     call row%choice(setting_t('method', 'model', 'DDA blocks, or manifold elements', choices='|dda|nmm|'), s%model, model_dda)
     call row%choice(setting_t('method', 'strain', 'strain of a step; auto: small, but green in elements and steps that need it', &
-                              choices='|small|green|auto|', default='auto; small with preset shi, a rotation and '// &
-                              'central_difference; green with rules conserving'), &
+                              choices='|small|green|auto|strain_rotation|', &
+                              default='auto; small with preset shi, a rotation and central_difference; '// &
+                              'green with rules conserving'), &
                     s%strain, default_strain(s))
     call row%real(setting_t('method', 'accuracy', 'largest error of a strain in a step with which strain auto takes it as small', &
                             '1', 0.0_dp, 1.0_dp), s%accuracy, 1e-8_dp, when=s%strain == strain_auto)
@@ -134,8 +136,8 @@ contains
 
     call row%choice(setting_t('integrator', 'scheme', 'integrator', &
                               choices='|newmark|energy_momentum|energy_decaying|generalized_alpha|central_difference|bathe|', &
-                              default='newmark with small strain, with gamma and in static runs; else energy_decaying; '// &
-                              'energy_momentum with rules conserving'), &
+                              default='newmark with small strain and strain_rotation, with gamma and in static runs; '// &
+                              'else energy_decaying; energy_momentum with rules conserving'), &
                     s%scheme, default_scheme(dynamic, row%given('integrator.gamma'), s))
     call row%real(setting_t('integrator', 'beta', 'weight of the new acceleration in the velocity; 1/2 + chi of energy_...', &
                             '1', 0.5_dp, 1.0_dp), s%beta, 1.0_dp, &
@@ -173,7 +175,7 @@ contains
     type(settings_t), intent(in) :: s
 
     scheme = scheme_newmark
-    if (s%strain == strain_small .or. has_gamma) return
+    if (any(s%strain == [strain_small, strain_rotation]) .or. has_gamma) return
     if (s%rules == rules_conserving) scheme = scheme_energy_momentum
     if (s%rules /= rules_conserving .and. dynamic) scheme = scheme_energy_decaying
   end function default_scheme

@@ -17,6 +17,7 @@ module scree_effects
   use scree_point_load, only: add_point_loads, size_of_point_loads, work_of_point_loads
   use scree_state, only: state_t
   use scree_stiffness, only: add_small_strain
+  use scree_strain_rotation, only: add_strain_rotation
   use scree_system, only: element_unknowns, values_of
   use scree_time_table, only: last_change, mean_of_ramp, mean_over, ramp_at
   implicit none
@@ -80,7 +81,9 @@ contains
 
     associate (effects => model%effects, element => own%kinematics, ids => model%elements%unknown(:, e))
       call add_inertia(own%mass_matrix, state%velocity(ids), state%acceleration(ids), unknown, rule, term)
-      if (own%green) then
+      if (own%green .and. effects%strain_rotation) then
+        call add_strain_rotation(element, own%elasticity, own%stress, unknown, rule, term)
+      else if (own%green) then
         call add_green_strain(element, own%elasticity, own%stress, unknown, rule, term)
       else
         call add_small_strain(element, own%elasticity, own%stress, unknown, rule, term)

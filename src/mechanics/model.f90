@@ -28,6 +28,7 @@ module scree_model
   type :: effects_t
     real(dp), allocatable :: elasticity(:, :, :)   !! (3, 3, n_materials) force/length^2
     logical :: large_deformation = .false.         !! stress and stiffness turn and stretch with their element
+    logical :: strain_rotation = .false.           !! the decomposition into strain and rotation stands in for Green strain
     !> Error of a strain in a step up to which an element takes small strain; not allocated: all take one strain for ever.
     real(dp), allocatable :: accuracy
     integer :: rotation = rotation_linear          !! what moves a block of small strain that turns
@@ -49,7 +50,7 @@ module scree_model
   !> What stays the same for one element through the iterations of a step.
   type :: element_cache_t
     type(kinematics_t) :: kinematics
-    logical :: green = .false.                     !! Green strain, else small strain
+    logical :: green = .false.                     !! Green strain or what stands in for it, else small strain
     real(dp) :: mass_matrix(n, n) = 0.0_dp         !! consistent, mass/length
     real(dp) :: elasticity(3, 3) = 0.0_dp          !! in the present configuration, force/length^2
     real(dp) :: stress(3) = 0.0_dp                 !! at the beginning of the step, force/length^2

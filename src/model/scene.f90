@@ -16,8 +16,9 @@ module scree_scene
   integer, parameter, public :: dialect_auto = 1, dialect_short = 2, dialect_shi = 3
   !> Interpolation: one cover a block (Shi's DDA), or three weighted covers an element (Shi's NMM).
   integer, parameter, public :: model_dda = 1, model_nmm = 2
-  !> Strain of a step: the same for all elements, or Green strain where small strain would be off by more than is asked.
-  integer, parameter, public :: strain_small = 1, strain_green = 2, strain_auto = 3
+  !> Strain of a step: the same for all elements, or Green strain where small strain would be off by more than is asked; to compare
+  !> with, that of the decomposition into strain and rotation.
+  integer, parameter, public :: strain_small = 1, strain_green = 2, strain_auto = 3, strain_rotation = 4
   !> What moves a block of small strain that turns (`finite_rotation`): its linear field, or the cures of its growth.
   integer, parameter, public :: rotation_linear = 1, rotation_exact = 2, rotation_adjusted = 3, rotation_second_order = 4, &
                                 rotation_trigonometric = 5, rotation_exponential = 6

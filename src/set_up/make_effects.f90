@@ -13,7 +13,7 @@ module scree_make_effects
   use scree_pairs, only: list_pairs, number_of_pair, pair_of
   use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, rotation_linear, scene_t, &
                          scheme_bathe, scheme_central_difference, scheme_energy_decaying, scheme_energy_momentum, &
-                         scheme_generalized_alpha, settings_t, strain_auto, strain_green, strain_small, time_table_t
+                         scheme_generalized_alpha, settings_t, strain_auto, strain_green, strain_rotation, time_table_t
   use scree_setting_table, only: index_of
   use scree_state, only: state_t
   use scree_system, only: absorber_end, edge_end, fixed_point, load_point, measured_point, roller_end, system_t
@@ -108,7 +108,8 @@ contains
         case default
           call name('inertia', 'every scene; the Newmark form of the step')
         end select
-        effects%large_deformation = settings%strain /= strain_small
+        effects%large_deformation = any(settings%strain == [strain_green, strain_auto])
+        effects%strain_rotation = settings%strain == strain_rotation
         select case (settings%strain)
         case (strain_green)
           call name('large deformation', "strain='green' in &method")
@@ -116,6 +117,8 @@ contains
           call name('large deformation where needed', "strain='auto' in &method: where small strain is off by more than "// &
                     real_text(settings%accuracy)//' in a step')
           effects%accuracy = settings%accuracy
+        case (strain_rotation)
+          call name('strain beside rotation', "strain='strain_rotation' in &method")
         case default
           call name('small strain', "strain='small' in &method or no word of strain")
         end select

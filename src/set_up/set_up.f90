@@ -19,7 +19,7 @@ module scree_set_up
   use scree_mathematical_mesh, only: regular_mesh, shortest_edge
   use scree_mesh, only: mesh_t
   use scree_model, only: model_t
-  use scree_scene, only: effect_t, model_dda, scene_t, strain_green
+  use scree_scene, only: effect_t, model_dda, scene_t, strain_green, strain_rotation
   use scree_setting_table, only: from_of, given_at
   use scree_simplex_integration, only: moments_t
   use scree_state, only: bolt_absent, state_t
@@ -212,7 +212,8 @@ contains
     allocate (system%elements%mass(system%n_elements))
     allocate (state%stress(3, system%n_elements), state%deformation(4, system%n_elements))
     allocate (state%velocity(system%n_unknowns), state%acceleration(system%n_unknowns), source=0.0_dp)
-    allocate (state%green(system%n_elements), source=scene%settings%strain == strain_green)
+    allocate (state%green(system%n_elements), &
+              source=any(scene%settings%strain == [strain_green, strain_rotation]))
     allocate (state%rotation(system%n_blocks), source=0.0_dp)
     allocate (state%pair(2, 0))
     do e = 1, system%n_elements

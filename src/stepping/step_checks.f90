@@ -1,5 +1,5 @@
 !> Whether a step that settled may be accepted: what moved farther than contacts were looked for, or than a step may; what contacts
-!> overlap; what is lost.
+!> overlap; what turns too far; what is lost.
 module scree_step_checks
   use scree_contact_acceptance, only: farthest_apart
   use scree_contact_search, only: find_outrun
@@ -12,6 +12,7 @@ module scree_step_checks
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_state, only: state_t
   use scree_step_try, only: outcome_t, reject, remedy_stiffer, remedy_wider, try_t
+  use scree_strain_rotation, only: is_decomposed
   use scree_system, only: values_of
   use scree_trouble, only: new_trouble, words_of
   implicit none
@@ -37,7 +38,27 @@ contains
     if (allocated(model%effects%contact)) call check_search(model, cache, state, try, outcome)
     if (outcome%settled .and. model%settings%most_travel < huge(1.0_dp)) call check_travel(model, cache, state, try, outcome)
     if (outcome%settled .and. allocated(model%effects%contact)) call check_penetration(model, try, outcome)
+    if (outcome%settled .and. model%effects%strain_rotation) call check_rotations(model, cache, try, outcome)
   end subroutine check_try
+
+  !> Rejects a try in which an element turns farther than strain beside rotation is defined.
+  subroutine check_rotations(model, cache, try, outcome)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(try_t), intent(in) :: try
+    type(outcome_t), intent(inout) :: outcome
+    integer :: e, k
+
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      associate (element => cache%element(e)%kinematics)
+        if (is_decomposed(matmul(element%gradient, values_of(model%elements, e, try%d)))) cycle
+        call reject(outcome, 'it turns by a right angle, beside which there is no strain', 'method.strain=green', e, &
+                    element%centroid)
+      end associate
+      return
+    end do
+  end subroutine check_rotations
 
   !> Rejects a try in which a vertex went where no contact was looked for: the next looks farther, or is shorter.
   subroutine check_search(model, cache, state, try, outcome)

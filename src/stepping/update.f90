@@ -8,11 +8,12 @@ module scree_update
   use scree_green_strain, only: green_strain
   use scree_kinds, only: dp
   use scree_material, only: push_stress_forward
-  use scree_model, only: cache_t, model_t
+  use scree_model, only: cache_t, effects_t, model_t
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_scene, only: rotation_linear
   use scree_state, only: state_t
   use scree_stiffness, only: small_strain
+  use scree_strain_rotation, only: turned_stress
   use scree_system, only: element_unknowns, values_of
   use scree_turning, only: turn_acceleration
   implicit none
@@ -48,7 +49,7 @@ contains
         own = values_of(model%elements, e, d)
         theta = matmul(element%gradient, own)
         turned(:, e) = 0.0_dp
-        call update_stress(model%effects%large_deformation, cache%element(e)%elasticity, theta, state%stress(:, e))
+        call update_stress(model%effects, cache%element(e)%elasticity, theta, state%stress(:, e))
         if (model%effects%rotation /= rotation_linear) &
           call turn_finitely(model%effects%rotation, theta, turned(:, e), state%stress(:, e))
         F = deformation_gradient(theta + turned(:, e))
@@ -90,14 +91,17 @@ contains
     F = theta + [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
   end function deformation_gradient
 
-  !> Adds the stress of the step: small strain adds components, Green strain pushes S forward with the step's F.
-  pure subroutine update_stress(large_deformation, elasticity, theta, stress)
-    logical, intent(in) :: large_deformation
+  !> Adds the stress of the step: small strain adds components, Green strain pushes S forward with the step's F, the decomposition
+  !> turns it.
+  pure subroutine update_stress(effects, elasticity, theta, stress)
+    type(effects_t), intent(in) :: effects
     real(dp), intent(in) :: elasticity(3, 3) !! force/length^2
     real(dp), intent(in) :: theta(4)
     real(dp), intent(inout) :: stress(3)
 
-    if (large_deformation) then
+    if (effects%strain_rotation) then
+      stress = turned_stress(elasticity, theta, stress)
+    else if (effects%large_deformation) then
       stress = push_stress_forward(deformation_gradient(theta), stress + matmul(elasticity, green_strain(theta)))
     else
       stress = stress + matmul(elasticity, small_strain(theta))

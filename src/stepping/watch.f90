@@ -136,7 +136,9 @@ contains
       type(trouble_t) :: trouble
       real(dp) :: ratio, factor, farthest
       integer :: e, k, worst
+      logical :: finite
 
+      finite = model%effects%large_deformation .or. model%effects%strain_rotation
       farthest = 1.0_dp
       worst = 0
       do k = 1, size(model%elements%free)
@@ -150,7 +152,7 @@ contains
         farthest = factor
         worst = e
       end do
-      if (farthest <= merge(nonsense_area, merge(suspicious_green, suspicious_small, model%effects%large_deformation), &
+      if (farthest <= merge(nonsense_area, merge(suspicious_green, suspicious_small, finite), &
                             watch%area_warned)) return
       associate (F => state%deformation(:, worst))
         ratio = F(1)*F(4) - F(2)*F(3)
@@ -164,7 +166,7 @@ contains
       else
         trouble%what = 'it has grown to '//rounded_text(ratio)//' times its area at the start'
         trouble%advice = 'method.strain=green or a smaller step.size, as small strain takes rotation for growth'
-        if (model%effects%large_deformation) trouble%advice = 'a smaller step.size, and check loads and E for their units'
+        if (finite) trouble%advice = 'a smaller step.size, and check loads and E for their units'
       end if
       if (farthest > nonsense_area) then
         call fail(error, status_run_failed, words_of(trouble, model))

@@ -328,12 +328,14 @@ def test_errors_do_not_depend_on_the_units(model, tmp_path):
 
 def test_comparators_are_ways_where_they_are_asked_for(tmp_path):
     """Cures of small strain, generalized-alpha, Bathe's composite and central differences; what a scene cannot take is left out."""
-    _, rows = cost(tmp_path, "pendulum", "corner-drop", "--strains", "small", "trigonometric", "green", "--integrators", "deck",
-                   "alpha-0.5", "bathe", "central", "--steps", "1", "0.5", "--contacts", "deck", "--tolerances", "deck", "--rounds", "1")
+    _, rows = cost(tmp_path, "pendulum", "corner-drop", "--strains", "small", "trigonometric", "strain_rotation", "green", "--integrators",
+                   "deck", "alpha-0.5", "bathe", "central", "--steps", "1", "0.5", "--contacts", "deck", "--tolerances", "deck", "--rounds", "1")
     ways = {(row["strain"], row["integrator"].split()[0]) for row in rows["pendulum"]}
     assert {(strain, scheme) for strain in ("small", "trigonometric", "green") for scheme in ("generalized_alpha", "bathe", "central_difference")} < ways
     error = {(row["strain"], row["integrator"].split()[0], row["step"]): row["error: area"] for row in rows["pendulum"]}
     finest = min(step for *_, step in error)
+    assert {("strain_rotation", scheme) for scheme in ("newmark", "generalized_alpha", "bathe")} < ways
+    assert ("strain_rotation", "central_difference") not in ways
     assert error["trigonometric", "newmark", finest] < 1e-4 * error["small", "newmark", finest]
     assert {row["integrator"].split()[0] for row in rows["corner-drop"]} == {"newmark", "energy_decaying"}  # they have no restitution
 

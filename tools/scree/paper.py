@@ -95,6 +95,8 @@ def rows(deck):
     yield deck("t4-half-step"), "angle %", "-0.033", -0.0329, 5e-5, angle
     yield deck("t4-printed-gamma"), "angle %", "-0.033", -0.0329, 5e-5, angle
     yield deck("bathe"), "angle %", "", -0.01750, 5e-6, angle
+    yield deck("strain-rotation"), "volume %", "", -4.4e-9, 5e-11, volume
+    yield deck("strain-rotation"), "angle %", "", -0.1311, 5e-5, angle
     for name in ("chi0", "chi-half"):
         yield deck(name), "angle %, 1000 turns", "", -0.03288, 5e-6, angle
         yield deck(name), "largest change of area", "", 0.0, 1e-9, lambda r: np.ptp(r.area)

@@ -5,7 +5,7 @@ import itertools
 from ..errors import ScreeError
 
 DECK = "deck"  # as the deck has it
-STRAINS = ("small", "green", "auto")
+STRAINS = ("small", "green", "auto", "strain_rotation")
 CURES = ("exact", "adjusted", "second_order", "trigonometric", "exponential")  # of small strain, as method.rotation has them
 INTEGRATORS = {
     "shi": ["integrator.scheme=newmark", "integrator.beta=1", "integrator.gamma=0.5"],

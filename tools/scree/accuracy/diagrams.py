@@ -10,7 +10,7 @@ from .choices import CURES  # noqa: E402
 from .table import METHOD  # noqa: E402
 
 LEAST = 1e-15  # an error of nothing is drawn there
-MARKERS = {"small": "o", "green": "s", "auto": "^", **dict(zip(CURES, "xv<>D"))}
+MARKERS = {"small": "o", "green": "s", "auto": "^", "strain_rotation": "P", **dict(zip(CURES, "xv<>D"))}
 LINES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)), (0, (8, 2)))
 
 
