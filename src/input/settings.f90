@@ -567,6 +567,9 @@ contains
                   ': expected steps (n5) or an end_time in &step, found 0 steps')
       else if (s%frame_interval > 0 .and. s%frame_interval < s%least_step) then ! steps end at frames
         call contradict('output.interval', 'output.interval at least step.least, '//value_of('step.least'))
+      else if (s%aim > 0 .and. s%scheme == scheme_newmark .and. .not. stays_bounded(s%beta, s%gamma)) then
+        call contradict('integrator.gamma', 'integrator.gamma at most (beta + 1/2)^2/4, or a beta of 0.6 or more, or another '// &
+                        'scheme, as step.accuracy changes steps, and what is stiffer than they can follow grows by that')
       end if
     end associate
 
@@ -588,6 +591,14 @@ contains
     end function value_of
 
   end subroutine check_numbers
+
+  !> Whether Newmark's step keeps what is stiffer than it can follow bounded while steps grow by up to 1.25 and shrink to 0.2: where
+  !> its roots at infinite frequency are real, or far enough within 1 (doc/theory.md, section 3).
+  pure logical function stays_bounded(beta, gamma)
+    real(dp), intent(in) :: beta, gamma
+
+    stays_bounded = beta >= 0.6_dp .or. gamma <= (beta + 0.5_dp)**2/4*(1 + epsilon(gamma))
+  end function stays_bounded
 
   !> Error where a list is not one number for each joint material, or stiffness is only along or only across one.
   subroutine check_joints(scene, error)

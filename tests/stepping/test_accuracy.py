@@ -101,3 +101,29 @@ def test_a_static_deck_is_refused(tmp_path):
     with pytest.raises(scree.RunFailed, match="step.accuracy only with k01 above 0") as failed:
         scree.run(*decks, output=tmp_path / "x.h5", settings=["step.accuracy=1e-3"])
     assert failed.value.status == 2
+
+
+ROTATION = SOURCE / "input" / "paper" / "rotation"
+
+
+def test_steps_of_newmark_change_only_where_that_makes_nothing(tmp_path):
+    """T4 of Zhang et al. 2019 has beta 1/2, gamma 1/2, whose roots are +-i: a step that changes makes its stress grow. It is refused, where
+    it is; its accuracy is that of the energy-momentum form."""
+    asked = ["step.accuracy=1e-2"]
+    with pytest.raises(scree.RunFailed, match=r"t4.ana:14: expected integrator.gamma at most \(beta \+ 1/2\)\^2/4") as problem:
+        scree.run(ROTATION / "t4.ana", output=tmp_path / "x.h5", settings=asked)
+    assert problem.value.status == 2
+    for more in (["integrator.beta=0.59"], ["integrator.gamma=0.26"]):
+        with pytest.raises(scree.RunFailed, match="expected integrator.gamma at most"):
+            scree.run(ROTATION / "t4.ana", output=tmp_path / "x.h5", settings=[*asked, *more])
+    scree.run(ROTATION / "t3.ana", output=tmp_path / "x.h5", settings=["step.accuracy=0.1", "step.end_time=0.2"])
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-4])
+def test_the_triangle_that_conserves_is_off_by_no_more_than_was_asked(tmp_path, accuracy):
+    """T4 with the energy-momentum form, that keeps its spin and has its order."""
+    r = scree.run(ROTATION / "t4.ana", output=tmp_path / "x.h5",
+                  settings=[f"step.accuracy={accuracy}", "integrator.scheme=energy_momentum", "integrator.start=dissipative", "step.size=0.04",
+                            "step.end_time=1"])
+    assert abs(r.history.rotation[-1, 0] - 2 * math.pi) / 2 < 3 * accuracy
+    assert abs(r.history.momentum[-1, 2] / r.history.momentum[0, 2] - 1) < 1e-9
