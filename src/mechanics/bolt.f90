@@ -18,7 +18,8 @@
 !>
 !> which is symmetric where omega = 1; a secant takes a/l for n1.
 !>
-!> As the springs of contacts and of fixed points, bolts balance at the end of the step whatever share of it elastic forces take.
+!> Generalized-alpha shares F, as the other elastic forces, between the beginning and the end of the step. Explicit steps take that
+!> of the end, as of contacts, whose stiffness sets them no bound.
 module scree_bolt
   use scree_element_term, only: add_force, add_pair_force, leave_symmetry, pair_term_t, step_rule_t, term_t
   use scree_grouted_bolt, only: hold_together, openings, within_strength
@@ -199,6 +200,10 @@ contains
         change(:, k) = change(:, k) - omega*weighed/middle*direction*end_direction(k)
         if (tension(2) < strength) change(:, k) = change(:, k) + w*stiffness*direction*end_direction(k)
       end do
+      if (rule%end_weight > 0 .and. rule%end_weight < 1) then
+        force = rule%end_weight*force + (1 - rule%end_weight)*tension(1)*before/length(1)
+        change = rule%end_weight*change
+      end if
     end associate
   end subroutine pull
 

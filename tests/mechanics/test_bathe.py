@@ -95,6 +95,18 @@ def pendulum(folder, dt, turns, *settings):
     return scree.run(folder / "p.ana", settings=settings), period
 
 
+@pytest.mark.parametrize("scheme", ["bathe", "generalized_alpha"])
+def test_a_swing_on_a_bolt_is_of_second_order(scheme, tmp_path):
+    """The angle of the pendulum, from a start that knows the pull of its bar; of generalized-alpha too, as it shares the force of a bolt as
+    that of an element."""
+    errors = []
+    for dt in (0.02, 0.01, 0.005):
+        f, period = pendulum(tmp_path, dt, 6, f"integrator.scheme={scheme}", "integrator.start=consistent")
+        place = f.measured_points.position[:, 0]
+        errors.append(abs(np.unwrap(np.arctan2(place[:, 0], -place[:, 1]))[-1] / (2 * math.pi) - f.history.time[-1] / period))
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.1) and np.log2(errors[1] / errors[2]) == pytest.approx(2, abs=0.1)
+
+
 def test_the_stiff_pendulum_swings_on_where_the_trapezoidal_rule_runs_away(tmp_path):
     """Their test (Kuhl and Crisfield 1999, Bathe 2007): the bar keeps its length, and what it loses goes with the cube of the step."""
     lost = []
