@@ -4,7 +4,7 @@ module scree_model_warnings
   use scree_kinds, only: dp
   use scree_likely_units, only: doubt_of_stiffness, doubt_of_weight
   use scree_model_facts, only: facts_t, list_text, n_sides, side_name
-  use scree_scene, only: scene_t, strain_small
+  use scree_scene, only: contact_none, scene_t, scheme_bathe, strain_small
   use scree_text, only: number_text, short_text, text_t
   implicit none
   private
@@ -54,6 +54,8 @@ contains
     if (may_make_energy(scene%settings%rules) .and. scene%settings%strain == strain_small .and. scene%carried > 0) &
       call add('expected contact.rules=''coulomb'' in a dynamic run of small strain, found ''shi'': '// &
                'Shi''s contact can make energy without bound there, the more the stiffer its springs')
+    if (scene%settings%scheme == scheme_bathe .and. scene%settings%contact /= contact_none .and. facts%n_blocks > 1) &
+      call add('expected another integrator.scheme where blocks may meet, found ''bathe'': its impacts make energy')
     if (any(facts%side%force > 0)) &
       call add('expected support where the initial stress pushes, found free edges '//side_text(facts))
 
