@@ -10,9 +10,11 @@ module scree_cover_input
   use scree_errors, only: error_t
   use scree_face_cutting, only: cut_faces, faces_t
   use scree_kinds, only: dp
+  use scree_mathematical_mesh, only: with_middles
   use scree_mesh, only: mesh_t
   use scree_polygon, only: twice_area
   use scree_regions, only: first_vertex_of, last_vertex_of, regions_t
+  use scree_second_order, only: six_weights
   use scree_sets, only: root_of, unite
   use scree_system, only: element_unknowns, elements_t, extension_t
   implicit none
@@ -94,18 +96,24 @@ contains
   !> stiffness and mass go to zero with the area, and the condition of the equations with them (the small-cut problem).
   !> It follows the nearest element that is large enough: the linear field of that element, extended to the node
   !> (aggregation; Badia, Verdugo, Martin 2018). The fields that are left hold every linear field and stay continuous, so
-  !> that nothing else changes.
-  subroutine cover_with_mesh(blocks, mesh, least_share, covered, error)
+  !> that nothing else changes. Covers of second order are those of nodes and of edges; there it is the field of second order that
+  !> is extended.
+  subroutine cover_with_mesh(blocks, mesh, least_share, second_order, covered, error)
     type(blocks_t), intent(in) :: blocks
     type(mesh_t), intent(in) :: mesh       !! in the coordinates of the blocks
     real(dp), intent(in) :: least_share    !! 0: every cover stands on its own
+    logical, intent(in) :: second_order
     type(covered_t), intent(out) :: covered
     type(error_t), allocatable, intent(out) :: error
     type(faces_t) :: faces
 
     call cut_faces(blocks, mesh, faces, covered%quality%uncovered, error)
     if (allocated(error) .or. covered%quality%uncovered > 0) return
-    call connect_faces(mesh, faces, covered%elements, covered%cover)
+    if (second_order) then
+      call connect_faces(with_middles(mesh), faces, covered%elements, covered%cover)
+    else
+      call connect_faces(mesh, faces, covered%elements, covered%cover)
+    end if
     covered%elements%material = blocks%material(faces%block)
     covered%vertex = faces%vertex
     call extend_covers(faces, least_share, covered%cover, covered%elements, covered%extension)
@@ -119,36 +127,37 @@ contains
   end subroutine cover_with_mesh
 
   !> Physical covers: corners of elements that are one node of the mesh are one cover where the elements are connected
-  !> around it.
+  !> around it. So are middles of edges.
   pure subroutine connect_faces(mesh, faces, elements, cover)
     type(mesh_t), intent(in) :: mesh
     type(faces_t), intent(in) :: faces
     type(elements_t), intent(out) :: elements
     real(dp), allocatable, intent(out) :: cover(:, :)
-    integer :: root(3*size(faces%block)), number(3*size(faces%block)), user(3*size(faces%block))
-    integer :: f, g, i, k, l, n
+    integer, dimension(size(mesh%triangle, 1)*size(faces%block)) :: root, number, user
+    integer :: f, g, i, k, l, m, n
 
+    m = size(mesh%triangle, 1)
     n = size(faces%block)
-    root = [(i, i=1, 3*n)]
+    root = [(i, i=1, m*n)]
     do i = 1, size(faces%neighbours, 2)
       f = faces%neighbours(1, i)
       g = faces%neighbours(2, i)
-      do k = 1, 3
-        do l = 1, 3
+      do k = 1, m
+        do l = 1, m
           if (mesh%triangle(k, faces%triangle(f)) == mesh%triangle(l, faces%triangle(g))) &
-            call unite(root, 3*f - 3 + k, 3*g - 3 + l)
+            call unite(root, m*(f - 1) + k, m*(g - 1) + l)
         end do
       end do
     end do
     elements%shape = faces%shape
     elements%block = faces%block
-    allocate (elements%cover(3, n), elements%unknown(element_unknowns, n))
+    allocate (elements%cover(m, n), elements%unknown(2*m, n))
     number = 0
     elements%linked = [(f, f=1, n)]
     l = 0
     do f = 1, n
-      do k = 1, 3
-        i = root_of(root, 3*f - 3 + k)
+      do k = 1, m
+        i = root_of(root, m*(f - 1) + k)
         if (number(i) == 0) then
           l = l + 1
           number(i) = l
@@ -175,6 +184,7 @@ contains
     type(elements_t), intent(inout) :: elements
     type(extension_t), allocatable, intent(out) :: extension
     logical :: large(size(faces%block)), stands(size(cover, 2))
+    real(dp) :: slope(2, 6)
     integer :: leader(size(faces%block)), queue(size(faces%block)), f, i, k, ring
 
     if (all(faces%share >= least_share)) return
@@ -186,19 +196,23 @@ contains
     if (all(stands)) return
     call find_leaders(faces, large, leader, queue)
     allocate (extension)
-    allocate (extension%cover(count(.not. stands)), extension%master(3, count(.not. stands)), &
-              extension%weight(3, count(.not. stands)))
+    allocate (extension%cover(count(.not. stands)), extension%master(size(elements%cover, 1), count(.not. stands)), &
+              extension%weight(size(elements%cover, 1), count(.not. stands)))
     i = 0
     do ring = 1, size(queue)
       f = queue(ring)
-      do k = 1, 3
+      do k = 1, size(elements%cover, 1)
         associate (c => elements%cover(k, f), follows => elements%cover(:, leader(f)))
           if (stands(c)) cycle
           stands(c) = .true.
           i = i + 1
           extension%cover(i) = c
           extension%master(:, i) = follows
-          extension%weight(:, i) = weights(cover(:, follows), cover(:, c))
+          if (size(follows) == 6) then
+            call six_weights(cover(:, follows(:3)), cover(:, c), extension%weight(:, i), slope)
+          else
+            extension%weight(:, i) = weights(cover(:, follows), cover(:, c))
+          end if
           call unite(elements%linked, f, leader(f))
         end associate
       end do

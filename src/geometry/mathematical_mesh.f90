@@ -5,7 +5,7 @@ module scree_mathematical_mesh
   use scree_regions, only: regions_t
   implicit none
   private
-  public :: mesh_edges, mesh_regions, regular_mesh, shortest_edge
+  public :: mesh_edges, mesh_regions, regular_mesh, shortest_edge, with_middles
 
 contains
 
@@ -87,13 +87,41 @@ contains
 
   end subroutine regular_mesh
 
-  !> Every edge once: two nodes.
+  !> Pairs of nodes that the edges of the triangles join, each once.
   pure function mesh_edges(mesh) result(edge)
     type(mesh_t), intent(in) :: mesh
-    integer, allocatable :: edge(:, :)     !! (2, n)
+    integer, allocatable :: edge(:, :)        !! (2, n)
+    integer, allocatable :: of_triangle(:, :)
+
+    call list_edges(mesh, edge, of_triangle)
+  end function mesh_edges
+
+  !> The mesh with a node in the middle of each edge, after the others.
+  pure type(mesh_t) function with_middles(mesh) result(finer)
+    type(mesh_t), intent(in) :: mesh
+    integer, allocatable :: edge(:, :), of_triangle(:, :)
+    integer :: i, n
+
+    call list_edges(mesh, edge, of_triangle)
+    n = size(mesh%node, 2)
+    allocate (finer%node(2, n + size(edge, 2)), finer%triangle(6, size(mesh%triangle, 2)))
+    finer%node(:, :n) = mesh%node
+    do i = 1, size(edge, 2)
+      finer%node(:, n + i) = 0.5_dp*(mesh%node(:, edge(1, i)) + mesh%node(:, edge(2, i)))
+    end do
+    finer%triangle(:3, :) = mesh%triangle
+    finer%triangle(4:, :) = n + of_triangle
+  end function with_middles
+
+  !> Lists the edges of the triangles, each once, and which a triangle has: from its first node to its second, and so on.
+  pure subroutine list_edges(mesh, edge, of_triangle)
+    type(mesh_t), intent(in) :: mesh
+    integer, allocatable, intent(out) :: edge(:, :)        !! (2, n)
+    integer, allocatable, intent(out) :: of_triangle(:, :) !! (3, n_triangles)
     integer :: head(size(mesh%node, 2)), before(3*size(mesh%triangle, 2)), ends(2), i, k, n, t
     integer :: found(2, 3*size(mesh%triangle, 2))
 
+    allocate (of_triangle(3, size(mesh%triangle, 2)))
     head = 0
     n = 0
     do t = 1, size(mesh%triangle, 2)
@@ -105,15 +133,18 @@ contains
           if (found(2, i) == ends(2)) exit
           i = before(i)
         end do
-        if (i > 0) cycle
-        n = n + 1
-        found(:, n) = ends
-        before(n) = head(ends(1))
-        head(ends(1)) = n
+        if (i == 0) then
+          n = n + 1
+          found(:, n) = ends
+          before(n) = head(ends(1))
+          head(ends(1)) = n
+          i = n
+        end if
+        of_triangle(k, t) = i
       end do
     end do
     edge = found(:, :n)
-  end function mesh_edges
+  end subroutine list_edges
 
   !> The triangles as regions.
   pure subroutine mesh_regions(mesh, shape, vertex)

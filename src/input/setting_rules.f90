@@ -35,11 +35,19 @@ module scree_setting_rules
     setting_rule_t('method.rotation', cures, 'method.strain', '|small|', .true., 'Green strain moves by the whole field'), &
     setting_rule_t('method.accuracy', '', 'method.strain', '|auto|', .true., 'the others leave nothing to choose'), &
     setting_rule_t('method.rotation', cures, 'method.model', '|dda|', .true., 'covers have no rotation of their own'), &
-    setting_rule_t('cover.edge, cover.mesh, cover.origin, cover.angle, cover.least', '', 'method.model', '|nmm|', .true., &
-                   'a DDA block has its own field, and no mesh'), &
+    setting_rule_t('cover.edge, cover.mesh, cover.origin, cover.angle, cover.least, cover.order', '', &
+                   'method.model', '|nmm|', .true., 'a DDA block has its own field, and no mesh'), &
     setting_rule_t('cover.mesh', '', 'cover.edge', is_not_given, .true., 'there is one mesh'), &
     setting_rule_t('cover.origin, cover.angle', '', 'cover.edge', is_given, .true., 'they lay the regular mesh'), &
     setting_rule_t('cover.least', '', 'cover.edge or cover.mesh', is_given, .true., 'it is a share of the triangles of a mesh'), &
+    setting_rule_t('cover.order', '', 'cover.edge or cover.mesh', is_given, .true., 'it is that of covers of a mesh'), &
+    setting_rule_t('cover.order', '1', 'integrator.scheme', '|newmark|energy_momentum|energy_decaying|', .false., &
+                   'cells have no matrix of mass that explicit steps could take for that of their covers'), &
+    setting_rule_t('cover.order', '1', 'step.accuracy', is_not_given, .false., 'the error of a step is that of linear fields'), &
+    setting_rule_t('cover.order', '1', 'boundary.pressure', is_not_given, .false., 'pressure takes edges for straight'), &
+    setting_rule_t('cover.order', '1', 'water.table', is_not_given, .false., 'pressure takes edges for straight'), &
+    setting_rule_t('cover.order', '1', 'absorbing.lines', is_not_given, .false., 'waves leave by edges that stay straight'), &
+    setting_rule_t('cover.order', '1', 'absorbing.base', is_not_given, .false., 'waves leave by edges that stay straight'), &
     setting_rule_t('integrator.scheme', 'energy_momentum', 'method.strain', '|green|auto|', .false., &
                    'the energy that it keeps is that of Green strain'), &
     setting_rule_t('integrator.scheme', 'energy_decaying', 'method.strain', '|green|auto|', .false., &

@@ -126,6 +126,8 @@ contains
     call row%text(setting_t('cover', 'mesh', 'mesh of triangles, Gmsh 4.1, from the folder of the analysis deck'), s%cover_mesh)
     call row%real(setting_t('cover', 'least', 'share of its triangle with which an element carries covers of its own', '1', &
                             0.0_dp, 1.0_dp), s%least_share, 0.1_dp, when=regular .or. allocated(s%cover_mesh))
+    call row%choice(setting_t('cover', 'order', 'order of the cover functions: with 1 displacements are of second order', &
+                              choices='|0|1|'), s%second_order, .false., when=regular .or. allocated(s%cover_mesh))
   end subroutine visit_cover
 
   !> The integrator in time.

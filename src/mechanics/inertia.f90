@@ -18,6 +18,10 @@ contains
     real(dp), intent(in) :: mass !! mass/length
     real(dp) :: M(n, n), SG(4, n)
 
+    if (.not. mass > 0) then ! what has none may have no area either
+      M = 0.0_dp
+      return
+    end if
     associate (G => element%gradient, S => element%second, T => element%at_centroid)
       SG(1:2, :) = S(1)*G(1:2, :) + S(3)*G(3:4, :)
       SG(3:4, :) = S(3)*G(1:2, :) + S(2)*G(3:4, :)
@@ -60,6 +64,10 @@ contains
     real(dp), intent(in) :: velocity(n)
     real(dp) :: p(3), L(4)
 
+    if (.not. mass > 0) then ! likewise
+      p = 0.0_dp
+      return
+    end if
     p(1:2) = mass*matmul(element%at_centroid, velocity)
     L = matmul(element%gradient, velocity)
     associate (S => element%second, c => element%centroid)

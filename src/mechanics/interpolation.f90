@@ -7,16 +7,20 @@
 !> with c the centroid. A block of the DDA has d = (u0, v0, r0, ex, ey, gxy) about its centroid (Shi 1988);
 !> an element of the NMM has three covers with constant displacement and linear weights, d = (u1, v1, u2, v2, u3, v3)
 !> (Shi 1991). What the two carry differently from step to step is here too.
+!>
+!> A cell of an element of second order moves as a block of the DDA does, about its point: displacement and gradient there are what
+!> the six covers of the element make them, of which its unknowns are followers.
 module scree_interpolation
   use scree_kinds, only: dp
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_scene, only: model_dda, rotation_exact, transport_rates
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_state, only: state_t
-  use scree_system, only: element_unknowns, system_t
+  use scree_system, only: element_unknowns, sampling_t, system_t
   implicit none
   private
-  public :: carried_rates, displacement_matrix, kinematics_t, kinematics_of, most_moved, rigid_modes, rigid_velocity, turned_rates
+  public :: carried_rates, displacement_matrix, follow_covers, followed_covers, kinematics_t, kinematics_of, most_moved, &
+            rigid_modes, rigid_velocity, turned_rates, turned_vector
 
   integer, parameter :: n = element_unknowns
 
@@ -41,6 +45,10 @@ contains
     type(moments_t) :: moments
     integer :: first
 
+    if (allocated(system%sampling)) then
+      call interpolate_cell(system%sampling, e, state%cover(:, system%elements%cover(:, e)), element)
+      return
+    end if
     associate (shape => system%elements%shape)
       first = first_vertex_of(shape, e)
       moments = polygon_moments(state%vertex(:, first:last_vertex_of(shape, e)), &
@@ -68,6 +76,67 @@ contains
     element%gradient(4, 5) = 1.0_dp
     element%span(3:) = sqrt(element%area)
   end subroutine interpolate_block
+
+  !> A cell at its point, of which it has the mass and the area alone.
+  pure subroutine interpolate_cell(sampling, e, node, element)
+    type(sampling_t), intent(in) :: sampling
+    integer, intent(in) :: e
+    real(dp), intent(in) :: node(2, 6) !! where its covers are, length
+    type(kinematics_t), intent(inout) :: element
+    real(dp) :: F(2, 2)
+
+    call interpolate_block(element)
+    element%span = 1.0_dp ! of no consequence: its unknowns follow
+    F = matmul(node, transpose(sampling%slope(:, :, e)))
+    element%area = sampling%area(e)*(F(1, 1)*F(2, 2) - F(1, 2)*F(2, 1))
+    element%centroid = matmul(node, sampling%value(:, e))
+  end subroutine interpolate_cell
+
+  !> The covers of a cell that its unknowns follow, and how: coefficients of x and y of each of six.
+  pure function followed_covers(system, state, e) result(coefficient)
+    class(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: e
+    real(dp) :: coefficient(12, n) !! of the x and y of its covers in turn, for each of its unknowns
+    real(dp) :: F(2, 2), slope(2, 6)
+
+    associate (of => system%sampling)
+      F = matmul(state%cover(:, system%elements%cover(:, e)), transpose(of%slope(:, :, e)))
+      slope(1, :) = F(2, 2)*of%slope(1, :, e) - F(2, 1)*of%slope(2, :, e) ! as it stands: F^-T of that of the start
+      slope(2, :) = F(1, 1)*of%slope(2, :, e) - F(1, 2)*of%slope(1, :, e)
+      slope = slope/(F(1, 1)*F(2, 2) - F(1, 2)*F(2, 1))
+      coefficient = 0.0_dp
+      coefficient(1::2, 1) = of%value(:, e)
+      coefficient(2::2, 2) = of%value(:, e)
+      coefficient(1::2, 3) = -0.5_dp*slope(2, :)
+      coefficient(2::2, 3) = 0.5_dp*slope(1, :)
+      coefficient(1::2, 4) = slope(1, :)
+      coefficient(2::2, 5) = slope(2, :)
+      coefficient(1::2, 6) = slope(2, :)
+      coefficient(2::2, 6) = slope(1, :)
+    end associate
+  end function followed_covers
+
+  !> Lets vertices and rates of cells follow their covers.
+  pure subroutine follow_covers(system, state)
+    class(system_t), intent(in) :: system
+    type(state_t), intent(inout) :: state
+    real(dp) :: coefficient(12, n)
+    integer :: e, i, k, v, unknown(12)
+
+    do k = 1, size(system%elements%free)
+      e = system%elements%free(k)
+      associate (cover => system%elements%cover(:, e), own => system%elements%unknown(:, e))
+        coefficient = followed_covers(system, state, e)
+        unknown = [(2*cover(i) - 1, 2*cover(i), i=1, 6)]
+        state%velocity(own) = matmul(state%velocity(unknown), coefficient)
+        state%acceleration(own) = matmul(state%acceleration(unknown), coefficient)
+        do v = first_vertex_of(system%elements%shape, e), last_vertex_of(system%elements%shape, e)
+          state%vertex(:, v) = matmul(state%cover(:, cover), system%sampling%at_vertex(:, v))
+        end do
+      end associate
+    end do
+  end subroutine follow_covers
 
   !> Three constant covers with the linear weights of the mathematical triangle.
   pure subroutine interpolate_covers(node, element)
@@ -133,6 +202,9 @@ contains
 
     if (system%model == model_dda) then
       rates = [velocity, 0.0_dp, 0.0_dp, 0.0_dp]
+    else if (allocated(system%sampling)) then
+      arm = matmul(state%cover(:, system%elements%cover(:, e)), system%sampling%value(:, e)) - about
+      rates = [velocity(1:2) + velocity(3)*[-arm(2), arm(1)], velocity(3), 0.0_dp, 0.0_dp, 0.0_dp]
     else
       do k = 1, 3
         arm = state%cover(:, system%elements%cover(k, e)) - about
@@ -198,17 +270,34 @@ contains
     real(dp) :: turned(n), Q(2, 2), L(2, 2)
     integer :: k
 
-    Q = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [2, 2])
     if (model == model_dda) then
+      Q = turn(angle)
       L(:, 1) = [rates(4), rates(3) + 0.5_dp*rates(6)]
       L(:, 2) = [-rates(3) + 0.5_dp*rates(6), rates(5)]
       L = matmul(Q, L)
       turned = [base + matmul(Q, rates(1:2) - base), 0.5_dp*(L(2, 1) - L(1, 2)), L(1, 1), L(2, 2), L(2, 1) + L(1, 2)]
     else
       do k = 1, 3
-        turned(2*k - 1:2*k) = base + matmul(Q, rates(2*k - 1:2*k) - base)
+        turned(2*k - 1:2*k) = turned_vector(angle, base, rates(2*k - 1:2*k))
       end do
     end if
   end function turned_rates
+
+  !> A vector that turns by an angle about another: a becomes b + Q (a - b).
+  pure function turned_vector(angle, base, vector) result(turned)
+    real(dp), intent(in) :: angle              !! rad
+    real(dp), intent(in) :: base(2), vector(2) !! b, a
+    real(dp) :: turned(2)
+
+    turned = base + matmul(turn(angle), vector - base)
+  end function turned_vector
+
+  !> Q of a turn.
+  pure function turn(angle) result(Q)
+    real(dp), intent(in) :: angle              !! rad
+    real(dp) :: Q(2, 2)
+
+    Q = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [2, 2])
+  end function turn
 
 end module scree_interpolation

@@ -8,7 +8,7 @@
 !> The mean D0 of a free body does not turn, as its weight does not. A body that is held turns about where it is held, whose D0
 !> is 0.
 module scree_turning
-  use scree_interpolation, only: turned_rates
+  use scree_interpolation, only: turned_rates, turned_vector
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
@@ -108,9 +108,34 @@ contains
         end do
       end associate
     end if
+    if (allocated(model%sampling)) then
+      call turn_covers(model%elements%cover(:, members), angle, mean, rates)
+      return
+    end if
     do i = 1, size(members)
       rates(model%elements%unknown(:, members(i))) = turned_rates(model%model, angle, mean, before(:, i))
     end do
   end subroutine turn_block
+
+  !> Turns rates of covers, each once. What follows them is left to who follows.
+  pure subroutine turn_covers(cover, angle, base, rates)
+    integer, intent(in) :: cover(:, :)
+    real(dp), intent(in) :: angle              !! rad
+    real(dp), intent(in) :: base(2)            !! rate that stays
+    real(dp), intent(inout) :: rates(:)        !! (n_unknowns)
+    logical :: done(maxval(cover))
+    integer :: i, k
+
+    done = .false.
+    do i = 1, size(cover, 2)
+      do k = 1, size(cover, 1)
+        associate (c => cover(k, i))
+          if (done(c)) cycle
+          done(c) = .true.
+          rates(2*c - 1:2*c) = turned_vector(angle, base, rates(2*c - 1:2*c))
+        end associate
+      end do
+    end do
+  end subroutine turn_covers
 
 end module scree_turning

@@ -140,6 +140,7 @@ module scree_scene
     real(dp) :: cover_origin(2) = 0.0_dp    !! a node of it, length
     real(dp) :: cover_angle = 0.0_dp        !! of a family of its edges against x, degrees
     character(len=:), allocatable :: cover_mesh !! file of a mathematical mesh
+    logical :: second_order = .false.       !! covers as linear functions on those of nodes make them
     real(dp) :: least_share = 0.1_dp        !! of its triangle that an element has to have to carry covers of its own
     integer :: scheme = scheme_newmark
     real(dp) :: beta = 1.0_dp               !! weight of the new acceleration in the velocity

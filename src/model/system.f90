@@ -5,30 +5,39 @@ module scree_system
   use scree_regions, only: regions_t
   implicit none
   private
-  public :: elements_t, extension_t, points_t, system_t, values_of
+  public :: elements_t, extension_t, points_t, sampling_t, system_t, values_of
 
-  integer, parameter, public :: element_unknowns = 6 !! of a DDA block, and of three constant covers
+  integer, parameter, public :: element_unknowns = 6 !! of a DDA block, of three constant covers, and of a cell
 
   integer, parameter, public :: fixed_point = 1, load_point = 2, measured_point = 3, bolt_end = 4, edge_end = 5, &
                                 roller_end = 6, absorber_end = 7
 
-  !> What deforms as one linear field: a DDA block, or a manifold element.
+  !> What deforms as one linear field: a DDA block, a manifold element, or a cell of one of second order.
   type :: elements_t
     type(regions_t) :: shape
     integer, allocatable :: block(:)      !! (n) block it belongs to; the elements of a block are consecutive
     integer, allocatable :: material(:)   !! (n) block material
-    integer, allocatable :: cover(:, :)   !! (1 or 3, n) covers that meet on it
+    integer, allocatable :: cover(:, :)   !! (1, 3 or 6, n) covers that meet on it
     integer, allocatable :: unknown(:, :) !! (element_unknowns, n) their unknowns
     integer, allocatable :: linked(:)     !! (n) first of the elements that it shares unknowns with, directly or through others
     integer, allocatable :: free(:)       !! elements of blocks that can move; of the others every unknown is fixed for ever
     real(dp), allocatable :: mass(:)      !! (n) at the start, mass/length
   end type elements_t
 
-  !> Covers that follow three others: displacement of cover i = sum over k of weight(k, i) times that of master(k, i).
+  !> Manifold elements of second order as the cells that they are cut up into, each an element (see `cut_into_cells`): what six
+  !> covers mean for the one point of each, whose displacement and gradient are its six unknowns.
+  type :: sampling_t
+    real(dp), allocatable :: value(:, :)     !! (6, n_elements) weights of its covers there
+    real(dp), allocatable :: slope(:, :, :)  !! (xy, 6, n_elements) their gradients in the configuration of the start, 1/length
+    real(dp), allocatable :: area(:)         !! (n_elements) at the start, 0 of what carries a point of the decks, length^2
+    real(dp), allocatable :: at_vertex(:, :) !! (6, n_vertices) weights at the vertices of the cells
+  end type sampling_t
+
+  !> Covers that follow others: displacement of cover i = sum over k of weight(k, i) times that of master(k, i).
   type :: extension_t
     integer, allocatable :: cover(:)      !! (n)
-    integer, allocatable :: master(:, :)  !! (3, n) covers that stand on their own
-    real(dp), allocatable :: weight(:, :) !! (3, n)
+    integer, allocatable :: master(:, :)  !! (3 or 6, n) covers that stand on their own
+    real(dp), allocatable :: weight(:, :) !! (3 or 6, n)
   end type extension_t
 
   !> Fixed, load and measured points, ends of bolts, and of pieces of edges that are loaded, held or absorb waves.
@@ -52,6 +61,7 @@ module scree_system
     real(dp) :: origin(2) = 0.0_dp        !! added to every position for the results, length
     type(elements_t) :: elements
     type(points_t) :: points
+    type(sampling_t), allocatable :: sampling   !! of covers of second order
     type(extension_t), allocatable :: extension !! of covers too small to stand on their own
     type(outlines_t) :: outlines          !! of the bodies, where they may touch
     type(overlap_t), allocatable :: overlaps(:) !! of bodies at the start, where they may touch

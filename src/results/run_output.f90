@@ -214,13 +214,14 @@ contains
     call store_rows(results, '/covers/node', [2], .false., 'length', 'place of the node of each cover', &
                     [state%cover + spread(model%origin, 2, model%n_covers)], error)
     if (allocated(error)) return
-    call store_rows(results, '/covers/of_element', [3], .true., '1', 'covers of each element, counter-clockwise', &
+    call store_rows(results, '/covers/of_element', [size(model%elements%cover, 1)], .true., '1', &
+                    'covers of each element, counter-clockwise; with order 1 those of nodes, then those of edges', &
                     [real(model%elements%cover, dp)], error)
     if (allocated(error) .or. .not. allocated(model%extension)) return
-    allocate (follows(4, size(model%extension%cover)))
+    allocate (follows(1 + size(model%extension%master, 1), size(model%extension%cover)))
     follows(1, :) = model%extension%cover
     follows(2:, :) = model%extension%master
-    call store_rows(results, '/covers/follows', [4], .true., '1', 'a cover, and the three whose linear field it follows', &
+    call store_rows(results, '/covers/follows', [size(follows, 1)], .true., '1', 'a cover, and those whose field it follows', &
                     [real(follows, dp)], error)
   end subroutine store_covers
 

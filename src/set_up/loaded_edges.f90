@@ -14,7 +14,7 @@ module scree_loaded_edges
   use scree_text, only: number_text
   implicit none
   private
-  public :: absorb_on_edges, hold_edges, load_edges
+  public :: absorb_on_edges, hold_edges, load_carriers, load_edges
 
 contains
 
@@ -30,6 +30,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(piece_t), allocatable :: more(:), piece(:)
     integer, allocatable :: line(:), order(:)
+    real(dp) :: pressure(2), traction(2, 2)
     integer :: i, k
 
     if (size(scene%boundary_loads) == 0 .and. .not. allocated(scene%settings%water_table)) return
@@ -60,25 +61,74 @@ contains
     allocate (load)
     load%ramp = scene%settings%boundary_ramp
     call sort_into(piece%element, system%n_elements, load%first, order)
-    allocate (load%point(2, size(order)))
-    allocate (load%pressure(2, size(order)), load%traction(2, 2, size(order)), source=0.0_dp)
+    allocate (load%point(2, 0), load%pressure(2, 0), load%traction(2, 2, 0))
     do i = 1, size(order)
       associate (own => piece(order(i)))
-        do k = 1, 2
-          call add_point(edge_end, own%element, own%ends(:, k), system, state)
-          load%point(k, i) = size(system%points%kind)
-        end do
-        load%pressure(:, i) = scene%settings%water_weight*own%depth
-        if (line(order(i)) == 0) cycle
-        associate (given => scene%boundary_loads(line(order(i))), length => norm2(own%ends(:, 2) - own%ends(:, 1)))
+        pressure = scene%settings%water_weight*own%depth
+        traction = 0.0_dp
+        if (line(order(i)) > 0) then
+          associate (given => scene%boundary_loads(line(order(i))), length => norm2(own%ends(:, 2) - own%ends(:, 1)))
+            do k = 1, 2
+              pressure(k) = (1 - own%share(k))*given%pressure(1) + own%share(k)*given%pressure(2)
+              traction(:, k) = length*((1 - own%share(k))*given%traction(:, 1) + own%share(k)*given%traction(:, 2))
+            end do
+          end associate
+        end if
+        if (scene%settings%second_order) then
+          call load_three_places(own, traction, system, state, load)
+        else
           do k = 1, 2
-            load%pressure(k, i) = (1 - own%share(k))*given%pressure(1) + own%share(k)*given%pressure(2)
-            load%traction(:, k, i) = length*((1 - own%share(k))*given%traction(:, 1) + own%share(k)*given%traction(:, 2))
+            call add_point(edge_end, own%element, own%ends(:, k), system, state)
           end do
-        end associate
+          call add_piece(load, size(system%points%kind) - [1, 0], pressure, traction)
+        end if
       end associate
     end do
   end subroutine load_edges
+
+  !> Adds a piece to a load.
+  pure subroutine add_piece(load, point, pressure, traction)
+    type(edge_load_t), intent(inout) :: load
+    integer, intent(in) :: point(2)
+    real(dp), intent(in) :: pressure(2), traction(2, 2)
+
+    associate (n => size(load%point, 2))
+      load%point = reshape([load%point, point], [2, n + 1])
+      load%pressure = reshape([load%pressure, pressure], [2, n + 1])
+      load%traction = reshape([load%traction, traction], [2, 2, n + 1])
+    end associate
+  end subroutine add_piece
+
+  !> Adds a piece of an edge along which displacement is of second order: a traction q that is linear along it works as the forces
+  !> q_A/6, (q_A + q_B)/3 and q_B/6 at its ends and middle, each of which is a piece without length.
+  pure subroutine load_three_places(piece, traction, system, state, load)
+    type(piece_t), intent(in) :: piece
+    real(dp), intent(in) :: traction(2, 2)   !! (xy, 2) at the ends times the length, force per unit thickness
+    type(system_t), intent(inout) :: system
+    type(state_t), intent(inout) :: state
+    type(edge_load_t), intent(inout) :: load
+    real(dp) :: force(2, 3), place(2, 3)
+    integer :: k
+
+    place = reshape([piece%ends(:, 1), 0.5_dp*(piece%ends(:, 1) + piece%ends(:, 2)), piece%ends(:, 2)], [2, 3])
+    force = reshape([traction(:, 1)/6, (traction(:, 1) + traction(:, 2))/3, traction(:, 2)/6], [2, 3])
+    do k = 1, 3
+      call add_point(edge_end, piece%element, place(:, k), system, state)
+      call add_piece(load, [1, 1]*size(system%points%kind), [0.0_dp, 0.0_dp], spread(force(:, k), 2, 2))
+    end do
+  end subroutine load_three_places
+
+  !> Gives pieces without length to the elements that carry their points by now.
+  pure subroutine load_carriers(system, load)
+    type(system_t), intent(in) :: system
+    type(edge_load_t), intent(inout) :: load
+    integer, allocatable :: order(:)
+
+    deallocate (load%first)
+    call sort_into(system%points%element(load%point(1, :)), system%n_elements, load%first, order)
+    load%point = load%point(:, order)
+    load%traction = load%traction(:, :, order)
+  end subroutine load_carriers
 
   !> Finds the pieces on the lines of &absorbing; their ends become points of the system. Not allocated where there are none.
   !>
@@ -145,7 +195,7 @@ contains
   end subroutine absorb_on_edges
 
   !> Finds the pieces that the lines of &support hold; their ends become points of the system. As displacements are linear along an
-  !> edge, what is held at its ends is held all along it.
+  !> edge, what is held at its ends is held all along it; of displacements of second order, what is held in its middle too.
   !>
   !> Errors: a line on which no edge lies.
   subroutine hold_edges(scene, system, state, direction, error)
@@ -173,7 +223,7 @@ contains
       real(dp), allocatable, intent(in) :: lines(:)
       real(dp), intent(in) :: along(2)
       type(piece_t), allocatable :: piece(:)
-      real(dp) :: line(2, 2), held(2)
+      real(dp) :: at(2, 3), line(2, 2), held(2)
       integer :: i, k, m
 
       if (.not. allocated(lines) .or. allocated(error)) return
@@ -188,8 +238,9 @@ contains
         held = along
         if (.not. norm2(along) > 0) held = [line(2, 1) - line(2, 2), line(1, 2) - line(1, 1)]/norm2(line(:, 2) - line(:, 1))
         do m = 1, size(piece)
-          do k = 1, 2
-            call add_point(roller_end, piece(m)%element, piece(m)%ends(:, k), system, state)
+          at = reshape([piece(m)%ends, 0.5_dp*(piece(m)%ends(:, 1) + piece(m)%ends(:, 2))], [2, 3])
+          do k = 1, merge(3, 2, scene%settings%second_order)
+            call add_point(roller_end, piece(m)%element, at(:, k), system, state)
             direction = reshape([direction, held], [2, size(direction, 2) + 1])
           end do
         end do

@@ -42,8 +42,10 @@ contains
     real(dp), intent(in) :: direction(:, :)           !! (2, n_points) in which each point is held alone; 0: not so
     type(effects_t), intent(out) :: effects
     type(effect_t), allocatable, intent(out) :: list(:)
+    integer :: places_of_piece                        ! of an edge: its ends, with covers of second order its middle too
 
     allocate (list(0))
+    places_of_piece = merge(3, 2, allocated(system%sampling))
     call move_blocks()
     call cover_blocks()
     call weigh_blocks()
@@ -58,7 +60,7 @@ contains
     call load_points()
     if (size(scene%boundary_loads) > 0) &
       call name('boundary loads', number_text(size(scene%boundary_loads))//' lines in &boundary; with water '// &
-                number_text(count(system%points%kind == edge_end)/2)//' pieces of edges')
+                number_text(count(system%points%kind == edge_end)/places_of_piece)//' pieces of edges')
     if (allocated(scene%settings%water_table)) &
       call name('water', 'table in &water; with boundary loads '//number_text(count(system%points%kind == edge_end)/2)// &
                 ' pieces of edges')
@@ -135,6 +137,9 @@ contains
           call name('mathematical mesh', '&cover: '//number_text(system%n_elements)//' elements, '// &
                     number_text(system%n_covers)//' covers; smallest element '//real_text(rounded(quality%least_share))// &
                     ' of its triangle, '//number_text(quality%small)//' below '//real_text(settings%least_share))
+        if (allocated(system%sampling)) &
+          call name('covers of second order', 'order=1 in &cover; the elements are cut up into '//number_text(system%n_elements)// &
+                    ' cells')
         if (allocated(system%extension)) &
           call name('extended covers', number_text(quality%extended)//' covers without an element of '// &
                     real_text(settings%least_share)//' of its triangle follow others, with weights up to '// &
@@ -215,8 +220,8 @@ contains
         held%stiffness = scene%settings%fixed_stiffness
         if (size(of_kind) > 0) call name('fixed points', number_text(size(of_kind))//' in the geometry, '// &
                                          merge('held by springs   ', 'eliminated exactly', held%by_springs))
-        if (size(rollers) > 0) call name('rollers', 'lines of &support, '//number_text(size(rollers)/2)//' times an edge, '// &
-                                         merge('held by springs   ', 'eliminated exactly', held%by_springs))
+        if (size(rollers) > 0) call name('rollers', 'lines of &support, '//number_text(size(rollers)/places_of_piece)// &
+                                         ' times an edge, '//merge('held by springs   ', 'eliminated exactly', held%by_springs))
         call by_element(system, [of_kind, rollers], table, held%first, held%point, held%table)
         if (size(rollers) > 0) held%direction = direction(:, held%point)
         held%home = state%point(:, held%point)

@@ -15,11 +15,12 @@ module scree_set_up
   use scree_kinds, only: dp
   use scree_make_effects, only: make_effects
   use scree_outlines, only: make_outlines
-  use scree_loaded_edges, only: absorb_on_edges, hold_edges, load_edges
+  use scree_loaded_edges, only: absorb_on_edges, hold_edges, load_carriers, load_edges
   use scree_mathematical_mesh, only: regular_mesh, shortest_edge
   use scree_mesh, only: mesh_t
   use scree_model, only: model_t
   use scree_scene, only: effect_t, model_dda, scene_t, strain_green, strain_rotation
+  use scree_second_order, only: cut_into_cells
   use scree_setting_table, only: from_of, given_at
   use scree_simplex_integration, only: moments_t
   use scree_state, only: bolt_absent, state_t
@@ -57,13 +58,15 @@ contains
     call make_system(scene, blocks, model%system_t, state, quality, error)
     if (allocated(error)) return
     model%present = .not. scene%removed
-    model%start = state%vertex
     call load_edges(scene, model%system_t, state, load, error)
     if (allocated(error)) return
     call hold_edges(scene, model%system_t, state, direction, error)
     if (allocated(error)) return
     call absorb_on_edges(scene, model%system_t, state, absorbing, error)
     if (allocated(error)) return
+    call begin_elements(scene, blocks, model%system_t, state)
+    if (allocated(load) .and. allocated(model%sampling)) call load_carriers(model%system_t, load)
+    model%start = state%vertex
     model%start_point = state%point
     state%home = state%point
     call make_effects(scene, blocks, model%system_t, state, quality, direction, model%effects, list)
@@ -73,6 +76,8 @@ contains
       state%bolts = begin_bolts(model%effects%bolt, state%point, blocks%bolt%pretension)
       where (.not. has_bolts(scene, blocks, model)) state%bolts%state = bolt_absent
     end if
+    if (allocated(model%sampling)) call check_second_order(scene, model, error)
+    if (allocated(error)) return
     call leave_out_fixed(model, state)
     if (.not. allocated(model%effects%gravity) .and. model%settings%sleep > 0 &
         .and. from_of(scene%words, 'step.sleep') /= 'default') then
@@ -113,6 +118,24 @@ contains
     if (allocated(model%effects%sleep)) call keep_awake(model%n_blocks, state)
     if (scene%settings%chooses_step) model%effects%contact%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up
+
+  !> Error where a scene has what linear fields alone can do, and covers of second order.
+  subroutine check_second_order(scene, model, error)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: found
+
+    found = ''
+    if (allocated(model%effects%contact)) found = 'contact, which contact.method=none leaves out'
+    if (allocated(model%effects%bolt)) found = 'bolts'
+    if (allocated(scene%later)) then
+      if (size(scene%later) > 0) found = 'stages'
+    end if
+    if (len(found) > 0) &
+      call fail(error, status_bad_input, given_at(scene%words, 'cover.order')// &
+                ': expected cover.order=1 without contact, bolts and stages, found '//found)
+  end subroutine check_second_order
 
   !> Bolts of the run that a stage has, neither end of which is in a block that is gone.
   pure function has_bolts(scene, blocks, model)
@@ -158,7 +181,7 @@ contains
     if (.not. allocated(error)) call find_overlaps(outlines, vertex, overlaps, inside)
   end subroutine find_overlaps_under_mesh
 
-  !> Bodies and their state at rest, in coordinates about the middle of the scene.
+  !> Bodies and where they are, in coordinates about the middle of the scene.
   subroutine make_system(scene, blocks, system, state, quality, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
@@ -166,10 +189,8 @@ contains
     type(state_t), intent(out) :: state
     type(cover_quality_t), intent(out) :: quality
     type(error_t), allocatable, intent(out) :: error
-    type(kinematics_t) :: element
-    type(moments_t) :: moments
-    real(dp) :: centroid(2, size(blocks%material)), middle(2)
-    integer :: b, e
+    real(dp) :: middle(2)
+    integer :: b
 
     system%model = scene%settings%model
     middle = 0.5_dp*(minval(blocks%vertex, 2) + maxval(blocks%vertex, 2))
@@ -184,8 +205,6 @@ contains
                   'found block '//number_text(b)//' of size '//real_text(block_size(blocks, b)))
         return
       end if
-      moments = block_moments(blocks, b)
-      centroid(:, b) = moments%centroid - middle
     end do
     if (allocated(scene%mesh) .or. scene%settings%cover_edge > 0) then
       call lay_mesh(scene, blocks, middle, system, state, quality, error)
@@ -196,7 +215,6 @@ contains
     system%n_blocks = size(blocks%material)
     system%n_elements = size(system%elements%block)
     system%n_covers = maxval(system%elements%cover)
-    system%n_unknowns = maxval(system%elements%unknown)
     system%points%kind = blocks%point_kind
     system%points%element = elements_of_points(system, state, blocks%point_block)
     do b = 1, size(blocks%bolt) ! what holds a grouted bolt at a joint takes its piece along
@@ -208,7 +226,29 @@ contains
                 number_text(findloc(system%points%element, 0, 1))//' outside')
       return
     end if
+  end subroutine make_system
 
+  !> Cuts elements of second order up into cells, and gives all elements what they begin with: mass, stress, velocity.
+  subroutine begin_elements(scene, blocks, system, state)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(system_t), intent(inout) :: system
+    type(state_t), intent(inout) :: state
+    type(kinematics_t) :: element
+    type(moments_t) :: moments
+    real(dp) :: centroid(2, size(blocks%material))
+    integer :: b, e, k
+
+    do b = 1, size(blocks%material)
+      moments = block_moments(blocks, b)
+      centroid(:, b) = moments%centroid - 0.5_dp*(minval(blocks%vertex, 2) + maxval(blocks%vertex, 2))
+    end do
+    if (scene%settings%second_order) then
+      allocate (system%sampling)
+      call cut_into_cells(state%cover, state%point, system%elements, state%vertex, system%points%element, system%sampling)
+      system%n_elements = size(system%elements%block)
+    end if
+    system%n_unknowns = maxval(system%elements%unknown)
     allocate (system%elements%mass(system%n_elements))
     allocate (state%stress(3, system%n_elements), state%deformation(4, system%n_elements))
     allocate (state%velocity(system%n_unknowns), state%acceleration(system%n_unknowns), source=0.0_dp)
@@ -224,9 +264,16 @@ contains
         state%deformation(:, e) = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
         state%velocity(system%elements%unknown(:, e)) = rigid_velocity(system, state, e, &
           centroid(:, system%elements%block(e)), material%velocity)
+        if (.not. allocated(system%sampling)) cycle
+        do k = 1, size(system%elements%cover, 1)
+          associate (c => system%elements%cover(k, e), arm => state%cover(:, system%elements%cover(k, e)) &
+                                                               - centroid(:, system%elements%block(e)))
+            state%velocity(2*c - 1:2*c) = material%velocity(1:2) + material%velocity(3)*[-arm(2), arm(1)]
+          end associate
+        end do
       end associate
     end do
-  end subroutine make_system
+  end subroutine begin_elements
 
   !> Lays a mathematical mesh over the blocks, whose vertices the state holds; then it holds those of the elements.
   subroutine lay_mesh(scene, blocks, middle, system, state, quality, error)
@@ -269,7 +316,7 @@ contains
       do i = 1, 2
         moved%crack(:, i, :) = blocks%crack(:, i, :) - spread(middle, 2, size(blocks%crack, 3))
       end do
-      call cover_with_mesh(moved, mesh, s%least_share, covered, error)
+      call cover_with_mesh(moved, mesh, s%least_share, s%second_order, covered, error)
     end associate
     if (allocated(error)) return
     quality = covered%quality

@@ -77,7 +77,7 @@ contains
     constraints%coefficient(:m, :n) = old%coefficient
   end subroutine make_room
 
-  !> Adds, to an empty set, unknowns that are sums of others which are no such sums.
+  !> Adds unknowns that are sums of others. Those of the others that are such sums are in the set already.
   pure subroutine add_followers(constraints, follower, master, coefficient)
     type(constraints_t), intent(inout) :: constraints
     integer, intent(in) :: follower(:)            !! (n)
@@ -89,7 +89,7 @@ contains
       call begin_row(constraints, row)
       constraints%slave(row) = follower(i)
       do k = 1, size(master, 1)
-        call add_term(constraints, row, master(k, i), coefficient(k, i))
+        call add_terms(constraints, row, master(k, i), coefficient(k, i))
       end do
       call keep_row(constraints)
     end do
@@ -106,20 +106,14 @@ contains
     real(dp), intent(in) :: given          !! displacement
     type(error_t), allocatable, intent(out) :: error
     real(dp) :: share, largest
-    integer :: i, k, known, new, pivot
+    integer :: i, k, new, pivot
 
     call begin_row(constraints, new)
     constraints%given(new) = given
     do i = 1, size(unknown)
-      known = constraints%row_of(unknown(i))
-      if (known == 0) then
-        call add_term(constraints, new, unknown(i), coefficient(i))
-      else if (known > 0) then
-        constraints%given(new) = constraints%given(new) - coefficient(i)*constraints%given(known)
-        do k = 1, constraints%n(known)
-          call add_term(constraints, new, constraints%master(k, known), coefficient(i)*constraints%coefficient(k, known))
-        end do
-      end if
+      if (constraints%row_of(unknown(i)) > 0) &
+        constraints%given(new) = constraints%given(new) - coefficient(i)*constraints%given(constraints%row_of(unknown(i)))
+      call add_terms(constraints, new, unknown(i), coefficient(i))
     end do
 
     pivot = 0
@@ -187,6 +181,23 @@ contains
       end do
     end associate
   end subroutine keep_row
+
+  !> Adds a multiple of an unknown to a row, or of what determines that.
+  pure subroutine add_terms(constraints, row, unknown, coefficient)
+    type(constraints_t), intent(inout) :: constraints
+    integer, intent(in) :: row, unknown
+    real(dp), intent(in) :: coefficient
+    integer :: k, known
+
+    known = constraints%row_of(unknown)
+    if (known == 0) then
+      call add_term(constraints, row, unknown, coefficient)
+    else if (known > 0) then
+      do k = 1, constraints%n(known)
+        call add_term(constraints, row, constraints%master(k, known), coefficient*constraints%coefficient(k, known))
+      end do
+    end if
+  end subroutine add_terms
 
   !> Adds a multiple of an unknown to a row.
   pure subroutine add_term(constraints, row, unknown, coefficient)

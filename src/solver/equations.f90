@@ -48,12 +48,14 @@ module scree_equations
     integer, allocatable :: first(:)         !! (n_groups+1) group g owns member(first(g):first(g+1)-1)
     integer, allocatable :: member(:)        !! elements that can move, by group
     integer, allocatable :: group_of(:)      !! (n_elements) 0: it cannot move
-    integer, allocatable :: unknown(:, :)    !! (n, n_elements) unknowns of the elements
+    integer, allocatable :: unknown(:, :)    !! (n, n_elements) unknowns of the elements; of cells (n + 12, n_elements), then
+                                             !! those of the covers that they follow, which no element has
     integer, allocatable :: paired(:, :)     !! (2, n_pairs) elements that something acts between
     integer, allocatable :: pair(:, :)       !! (2 n, n_pairs) their unknowns
     integer, allocatable :: island_of(:)     !! (n_pairs) that has each pair, 0: none
     integer, allocatable :: place_of(:)      !! (n_pairs) of each among the pairs of its island
     type(reduction_t), allocatable :: reduction(:) !! (n_elements)
+    type(reduction_t), allocatable :: cover_reduction(:) !! (n_elements) of the covers that cells follow; where there are cells
     type(reduction_t), allocatable :: pair_reduction(:) !! (n_pairs)
     logical :: reduced = .false.             !! both are of these groups, and of no constraint that may change
     integer, allocatable :: row(:)           !! (n_unknowns) zero between uses
@@ -78,12 +80,27 @@ contains
 
     call keep_to_one_thread()
     equations%unknown = elements%unknown
+    if (size(elements%cover, 1) == 6) then
+      equations%unknown = with_covers(elements)
+      allocate (equations%cover_reduction(size(elements%linked)))
+    end if
     allocate (equations%reduction(size(elements%linked)), equations%at(0))
     allocate (equations%group_of(size(elements%linked)), equations%row(n_unknowns), source=0)
     call group_elements(elements, reshape([integer ::], [2, 0]), .false., equations)
     allocate (equations%force(n_unknowns), equations%scale(n_unknowns), equations%noise(n_unknowns), &
-              equations%span(n_unknowns), equations%correction(n_unknowns), source=0.0_dp)
+              equations%correction(n_unknowns), source=0.0_dp)
+    allocate (equations%span(n_unknowns), source=1.0_dp)
   end subroutine set_up_equations
+
+  !> Unknowns of cells, and of their covers.
+  pure function with_covers(elements) result(unknown)
+    type(elements_t), intent(in) :: elements
+    integer :: unknown(n + 12, size(elements%cover, 2))
+
+    unknown(:n, :) = elements%unknown
+    unknown(n + 1::2, :) = 2*elements%cover - 1
+    unknown(n + 2::2, :) = 2*elements%cover
+  end function with_covers
 
   !> Groups the elements anew, with pairs between which something acts. Constraints have to be taken after it.
   subroutine group_elements(elements, pair, one_island, equations)
@@ -158,7 +175,7 @@ contains
         equations%place_of(island%pair) = [(k, k=1, size(island%pair))]
         m = 0
         do k = equations%first(equations%n_alone + i), equations%first(equations%n_alone + i + 1) - 1
-          do u = 1, n
+          do u = 1, size(equations%unknown, 1)
             associate (own => row(equations%unknown(u, equations%member(k))))
               if (own == 0) m = m + 1
               if (own == 0) own = m
@@ -168,7 +185,7 @@ contains
         if (allocated(island%moved)) deallocate (island%moved)
         allocate (island%moved(m))
         do k = equations%first(equations%n_alone + i), equations%first(equations%n_alone + i + 1) - 1
-          do u = 1, n
+          do u = 1, size(equations%unknown, 1)
             associate (own => row(equations%unknown(u, equations%member(k))))
               if (own > 0) island%moved(own) = equations%unknown(u, equations%member(k))
               own = 0
@@ -230,7 +247,9 @@ contains
     equations%reduced = constraints%n_rows == 0
     do i = 1, size(equations%member)
       associate (e => equations%member(i))
-        call reduce_element(constraints, equations%unknown(:, e), equations%reduction(e))
+        call reduce_element(constraints, equations%unknown(:n, e), equations%reduction(e))
+        if (allocated(equations%cover_reduction)) &
+          call reduce_element(constraints, equations%unknown(n + 1:, e), equations%cover_reduction(e))
       end associate
     end do
     do i = 1, size(equations%pair_reduction)
@@ -316,7 +335,7 @@ contains
         list = free_of(equations%pair_reduction(p), equations%pair(:, p))
       end associate
     else
-      list = free_of(equations%reduction(member(k)), equations%unknown(:, member(k)))
+      list = free_of(equations%reduction(member(k)), equations%unknown(:n, member(k)))
     end if
 
   contains
@@ -361,7 +380,7 @@ contains
     integer :: e
 
     e = equations%member(equations%first(group) + k - 1)
-    associate (ids => equations%unknown(:, e), reduction => equations%reduction(e))
+    associate (ids => equations%unknown(:n, e), reduction => equations%reduction(e))
       equations%span(ids) = span
       if (allocated(reduction%Z)) then
         call add(reduction%free, reduced_operator(reduction, term%matrix), matmul(term%force, reduction%Z), &
@@ -495,7 +514,7 @@ contains
       return
     end if
     e = equations%member(equations%first(group))
-    associate (ids => equations%unknown(:, e), reduction => equations%reduction(e), m => equations%small%n)
+    associate (ids => equations%unknown(:n, e), reduction => equations%reduction(e), m => equations%small%n)
       if (.not. allocated(reduction%Z)) then
         call solve(equations%small, equations%force(ids), tolerance, q, residual, error)
         if (allocated(error)) return
@@ -549,9 +568,15 @@ contains
         correction(island%unknown(i)) = x(i)
       end do
       do k = equations%first(group), equations%first(group + 1) - 1
-        associate (ids => equations%unknown(:, equations%member(k)), reduction => equations%reduction(equations%member(k)))
+        associate (ids => equations%unknown(:n, equations%member(k)), reduction => equations%reduction(equations%member(k)))
           if (allocated(reduction%Z)) correction(ids) = matmul(reduction%Z, correction(reduction%free))
         end associate
+        if (allocated(equations%cover_reduction)) then
+          associate (ids => equations%unknown(n + 1:, equations%member(k)), &
+                     reduction => equations%cover_reduction(equations%member(k)))
+            if (allocated(reduction%Z)) correction(ids) = matmul(reduction%Z, correction(reduction%free))
+          end associate
+        end if
       end do
       do i = 1, size(island%moved)
         d(island%moved(i)) = d(island%moved(i)) + correction(island%moved(i))

@@ -259,14 +259,14 @@ contains
     end do
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
-      associate (ids => model%elements%unknown(:, e), span => cache%element(e)%kinematics%span, b => model%elements%block(e))
+      associate (ids => cache%equations%unknown(:, e), span => cache%equations%span, b => model%elements%block(e))
         acts(b) = acts(b) + load_on_element(model, cache%element(e), state, e, rule_at(state))
         if (held(e)) cycle
-        do i = 1, n, 2 ! unknowns come in twos, those of a cover together
+        do i = 1, size(ids), 2 ! unknowns come in twos, those of a cover together
           if (counted(ids(i))) cycle
           counted(ids(i)) = .true.
-          left(b) = left(b) + norm2(cache%equations%force(ids(i:i + 1))/span(i:i + 1))
-          balancing = balancing + norm2(cache%equations%scale(ids(i:i + 1))/span(i:i + 1))
+          left(b) = left(b) + norm2(cache%equations%force(ids(i:i + 1))/span(ids(i:i + 1)))
+          balancing = balancing + norm2(cache%equations%scale(ids(i:i + 1))/span(ids(i:i + 1)))
         end do
       end associate
     end do

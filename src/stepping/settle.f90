@@ -357,9 +357,10 @@ contains
     integer :: i, k
 
     listed = .false.
+    span = 1.0_dp ! of covers
     do k = 1, size(group%member)
       associate (e => group%member(k))
-        listed(model%elements%unknown(:, e)) = .true.
+        listed(cache%equations%unknown(:, e)) = .true.
         span(model%elements%unknown(:, e)) = cache%element(e)%kinematics%span
       end associate
     end do

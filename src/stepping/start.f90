@@ -10,7 +10,7 @@
 module scree_start
   use scree_accurate_step, only: first_share
   use scree_cache, only: rebuild_cache
-  use scree_constraints, only: constraints_t
+  use scree_constraints, only: complete_unknowns, constraints_t
   use scree_critical_step, only: find_largest_step
   use scree_deviation, only: begin_deviation
   use scree_effects, only: add_drag, add_element_effects, refresh_elements
@@ -120,6 +120,7 @@ contains
     else if (turns_acceleration(model%settings)) then
       state%acceleration = acceleration_of_spin(model, cache, state)
     end if
+    if (allocated(model%sampling)) call complete_unknowns(constraints, state%acceleration, homogeneous=.true.)
   end subroutine begin_motion
 
   !> Acceleration, and the stress to it, by the method of multipliers.

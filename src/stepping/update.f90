@@ -3,7 +3,7 @@ module scree_update
   use scree_element_term, only: step_rule_t
   use scree_impact, only: impact_t
   use scree_integrator, only: end_rates, turns_acceleration
-  use scree_interpolation, only: carried_rates, displacement_matrix, kinematics_t
+  use scree_interpolation, only: carried_rates, displacement_matrix, follow_covers, kinematics_t
   use scree_finite_rotation, only: turn_finitely
   use scree_green_strain, only: green_strain
   use scree_kinds, only: dp
@@ -76,6 +76,7 @@ contains
       end associate
     end do
     if (turns_acceleration(model%settings)) call turn_acceleration(model, cache, angle, state%acceleration)
+    if (allocated(model%sampling)) call follow_covers(model, state)
     state%velocity = model%effects%carried*state%velocity
     state%acceleration = model%effects%carried*state%acceleration
     state%time = state%time + rule%dt

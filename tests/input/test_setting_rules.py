@@ -12,6 +12,7 @@ COMPANY = {
     "contact.rules='conserving'": ["method.strain=green"],
     "contact.rules='shi'": ["method.preset=shi", "method.strain=green"],
     "contact.adapt='shi'": ["method.preset=shi", "method.strain=green", "integrator.scheme=newmark"],
+    "cover.order='1'": ["method.model=nmm", "cover.edge=0.5"],
     "cover.": ["method.model=nmm"],
     "integrator.gamma": ["method.strain=green"],
     "integrator.rho": ["method.strain=green"],

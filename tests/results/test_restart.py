@@ -35,6 +35,8 @@ SCENES = {
     "shaken column": lambda folder: (scenes.column(36).write(folder, 0.005),
                                      ["acceleration.table=0 0 0 0.05 5 1 0.1 -5 0 1 0 0", "step.end_time=0.1", "damping.mass=0.1"]),
     "mesh": lambda folder: random_rock(folder, "nmm", 20),
+    "covers of second order": lambda folder: ([SOURCE / "input/paper/rotation/chi-half.ana"], [
+        "cover.edge=0.02", "cover.order=1", "integrator.scheme=energy_decaying", "step.count=60", "output.every=5"]),
     "stiffness that adapts": lambda folder: ([CLASSIC / "circleslope.geo", CLASSIC / "circleslope.ana"],
                                              [*ADAPTING, "step.count=60"]),
     "blocks that fall asleep": lambda folder: (effects.on_ground(3, 2, 60.0).with_more(velocity=(20.0, 0.0, 0.0)).write(folder, "x"),

@@ -273,7 +273,7 @@ class Frames(Shapes):
         follows = np.zeros(len(given.node), bool)
         if "follows" in given:
             follows[given.follows[:, 0] - 1] = True
-        element = np.unique(given.of_element, return_index=True)[1] // 3
+        element = np.unique(given.of_element, return_index=True)[1] // given.of_element.shape[1]
         return self.moved(frame, given.node, element), follows
 
     def values(self, frame, field):

@@ -360,6 +360,15 @@ def p2(run):
 
 
 @case
+def n1(run):
+    """The cantilever of the paper's section 5.3 by 41 manifold elements of second order."""
+    r = run(DECKS / "n1-cantilever" / "cantilever.ana")
+    for name, answer, found in zip(("way of the tip along the beam", "deflection of the tip"), references.CANTILEVER,
+                                   -r.measured_points.displacement[-1].mean(0)):
+        yield Row(name, answer, found, 0.01)
+
+
+@case
 def p3(run):
     """A dam under water: one percent on both sides of the friction, and of the width, that it needs."""
     need = references.dam_friction(6.0, 12.0, 24.0, 10.0)
