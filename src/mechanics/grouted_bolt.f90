@@ -74,6 +74,10 @@ contains
         if (abs(now(j)) <= abs(held(j))) change(:, k) = change(:, k) + rule%stress_weight*stiffness(j)*row(:, j)*end_row(k, j)
       end do
     end do
+    if (rule%end_weight > 0 .and. rule%end_weight < 1) then
+      force = rule%end_weight*force + (1 - rule%end_weight)*matmul(rows_of(y), start)
+      change = rule%end_weight*change
+    end if
   end subroutine hold_together
 
 end module scree_grouted_bolt
