@@ -76,15 +76,15 @@ contains
     call find_largest(model, state%velocity, bodies, bodies%speed)
     do i = 1, size(reach)
       associate (b => model%free_block(i))
-        associate (longest => bodies%longest(b) + 2*bodies%moved(b), way => dt*bodies%speed(b))
-          reach(i) = reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, way, longest) + room*longest &
-                     + model%effects%contact%most_dilated
+        associate (longest => bodies%longest(b) + 2*bodies%moved(b))
+          reach(i) = room*longest + reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, &
+                                                    dt*bodies%speed(b), longest)
           drawn = drawn .or. bodies%moved(b) + reach(i) > bodies%reach(b)
-          reach(i) = reach(i) + steps*way + spare*bodies%longest(b)
         end associate
       end associate
     end do
     if (.not. drawn) return
+    reach = reach + steps*dt*bodies%speed(model%free_block) + spare*bodies%longest(model%free_block)
     call measure_bodies(model, state, margin, state%contacts%pressed, bodies)
     call find_near(model, state, reach, bodies)
   end subroutine draw_circles
@@ -152,19 +152,21 @@ contains
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
     logical, intent(in) :: all_clear              !! all bodies that no other is near kept clear
     type(body_search_t), intent(inout) :: bodies
-    real(dp) :: way(model%n_blocks)
-    logical :: exactly
+    real(dp), allocatable :: way(:)
     integer :: i
 
-    exactly = .not. all_clear .or. size(bodies%vertex) > 0
-    if (exactly) call find_largest(model, d, bodies, way)
-    do i = 1, size(model%free_block)
-      associate (b => model%free_block(i))
-        if (.not. exactly) &
-          way(b) = dt*bodies%speed(b) + beyond_velocity(model, margin, bodies%longest(b) + 2*bodies%moved(b))
-        bodies%moved(b) = bodies%moved(b) + way(b)
-      end associate
-    end do
+    if (all_clear .and. size(bodies%vertex) == 0) then
+      do i = 1, size(model%free_block)
+        associate (b => model%free_block(i))
+          bodies%moved(b) = bodies%moved(b) + dt*bodies%speed(b) &
+                            + beyond_velocity(model, margin, bodies%longest(b) + 2*bodies%moved(b))
+        end associate
+      end do
+    else
+      allocate (way(model%n_blocks))
+      call find_largest(model, d, bodies, way)
+      bodies%moved(model%free_block) = bodies%moved(model%free_block) + way(model%free_block)
+    end if
   end subroutine move_circles
 
   !> How far a vertex may go beyond what its velocity makes of a step, and is within what contacts are looked for.

@@ -193,7 +193,7 @@ contains
     type(contact_try_t), intent(inout) :: try        !! is told whether all is clear
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
     real(dp), intent(out) :: farthest(3)
-    real(dp) :: u(2, size(model%outlines%start))
+    real(dp), allocatable :: u(:, :)
     integer, allocatable :: unclear(:)
     integer :: i, k
 
@@ -208,6 +208,7 @@ contains
         end do
       end if
       if (size(bodies%vertex) == 0) return
+      allocate (u(2, size(outlines%start)))
       call find_at_outlines(model, cache, state, d, 1.0_dp, bodies%farther, u)
       do k = 1, size(bodies%vertex)
         i = bodies%vertex(k)

@@ -108,7 +108,8 @@ contains
     integer, intent(in) :: pair(:, :)  !! (2, n_pairs) elements
     logical, intent(in) :: one_island  !! all that is not alone is one
     type(equations_t), intent(inout) :: equations
-    integer :: before(size(elements%linked)), e, i
+    integer, allocatable :: before(:)
+    integer :: e, i
 
     if (allocated(equations%paired)) then
       if (size(pair, 2) == size(equations%paired, 2)) then

@@ -79,12 +79,12 @@ contains
   pure function pairs_of_bolts(model) result(pairs)
     type(model_t), intent(in) :: model
     integer, allocatable :: pairs(:, :)         !! (2, n)
-    logical :: can_move(model%n_elements)
+    logical, allocatable :: can_move(:)
     integer :: i
 
     allocate (pairs(2, 0))
     if (.not. allocated(model%effects%bolt)) return
-    can_move = .false.
+    allocate (can_move(model%n_elements), source=.false.)
     can_move(model%elements%free) = .true.
     associate (all_pairs => model%effects%bolt%pair)
       pairs = all_pairs(:, pack([(i, i=1, size(all_pairs, 2))], can_move(all_pairs(1, :)) .or. can_move(all_pairs(2, :))))
