@@ -10,7 +10,7 @@ import pytest
 import scree
 from scree import block_files
 from scree.polygons import worst_overlap
-from scree.validation import cases, references
+from scree.validation import cases, elastic, references
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 RADIAN = math.pi / 180
@@ -123,6 +123,28 @@ def test_dams():
     assert references.dam_friction(6.0, 12.0, 24.0, 10.0) == pytest.approx(720 / 1728)
 
 
+def test_stretch_of_a_bar_in_green_strain():
+    """Printed stretches; the energy E (l^2 - 1)^2/8 has the load as its slope, and no slope is below that at 1/sqrt 3."""
+    found = [references.green_stretch(p) for p in (0.01, 0.1, 0.5, -0.1)]
+    assert found == pytest.approx([1.00985387, 1.08803391, 1.32471796, 0.87888507], abs=6e-9)
+    assert ((found[1] + 1e-5)**2 - 1)**2 / 8 - ((found[1] - 1e-5)**2 - 1)**2 / 8 == pytest.approx(0.1 * 2e-5, rel=1e-8)
+    assert references.green_stretch(-0.192450) == pytest.approx(math.sqrt(1 / 3), abs=1e-3)
+    assert references.green_stretch(-0.2) < 0  # the only solution is beyond 0
+
+
+def test_beam_of_timoshenko():
+    """A slender one has the frequency and deflection of Euler and Bernoulli's; printed values of E6."""
+    beam, slender = (references.TimoshenkoBeam(length, 1.0, 1e9, 0.25, 2500.0) for length in (10.0, 500.0))
+    assert beam.deflection(1e4) == pytest.approx(0.0403) and slender.deflection(1.0) == pytest.approx(500**3 / 2.5e8, rel=1e-5)
+    assert slender.frequency() == pytest.approx(1.021669 / 50**2, rel=1e-4)
+    assert beam.frequency() == pytest.approx(1.013863, abs=1e-6)
+
+
+def test_corner_of_a_clamp():
+    """Williams' power in plane strain with nu 0.3, which is plane stress with 3/7; without nu nothing is singular."""
+    assert references.clamped_corner(3 / 7) == pytest.approx(0.7112, abs=1e-4) and references.clamped_corner(0.0) == pytest.approx(1.0)
+
+
 def test_rocking_block():
     block = references.Rocking(0.25, 1.0)
     for share, time, spin in ((0.2, 0.260350, 0.391092), (0.5, 0.493803, 0.565045), (0.8, 0.858640, 0.639612)):
@@ -213,7 +235,7 @@ def test_overlap_is_the_depth_of_a_corner():
 
 BLOCKS = {"m1-column/column.blk": 11, "m6-roof-wedge/wedge.blk": 5, "m7-cradle/row.geo": 5, "p1-confined-column/stack.geo": 10,
           "p1-confined-column/column.geo": 1, "p4-cantilever/beam.geo": 1, "n1-cantilever/cantilever.geo": 1, "p2-k0/k0.geo": 1,
-          "w1-wave/column.geo": 1,
+          "w1-wave/column.geo": 1, "e6-cantilever/beam.geo": 1, "e7-bar/bar.geo": 1,
           "s3-excavations/pillar.blk": 3, "s3-excavations/toe.blk": 3}  # of those that have other than two
 
 
@@ -223,6 +245,13 @@ def test_committed_geometries_do_not_overlap(path, tmp_path):
     polygons = outlines(scree.cut(SOURCE / path, output=tmp_path / "it.blk").read_text())
     assert len(polygons) == BLOCKS.get(f"{path.parent.name}/{path.name}", 2)
     assert worst_overlap(polygons) < 1e-9
+
+
+def test_orders_and_frequencies_are_found():
+    """Of values made with an order, and of a sine with a higher one on it."""
+    assert elastic.orders([1 + 0.3 / 2**(1.5 * n) for n in range(4)]) == pytest.approx([1.5, 1.5])
+    time = np.arange(0, 4, 0.01)
+    assert elastic.frequency(time, 1 - np.cos(6.4 * time) + 0.02 * np.sin(40 * time), 1.0) == pytest.approx(6.4 / 2 / math.pi, rel=2e-4)
 
 
 def test_a_row_is_met_within_its_tolerance():

@@ -1,4 +1,4 @@
-"""Runs cases of contact with a known answer and prints case | quantity | reference | scree | error | tolerance.
+"""Runs cases with a known answer and prints case | quantity | reference | scree | error | tolerance.
 
     tools/validate [CASE ...] [--set GROUP.NAME=VALUE] [--scree PROGRAM] [--keep FOLDER]
 
@@ -11,6 +11,7 @@ import pathlib
 from ..arguments import parser_for, say
 from ..errors import ProgramMissing, RunFailed
 from ..program import Runner, work_folder
+from . import elastic  # noqa: F401  (its cases join CASES)
 from .cases import CASES
 
 

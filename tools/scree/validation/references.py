@@ -501,3 +501,48 @@ def dilating_hold(push, weight, stiffness, joint, phi, psi, height):
 def bonded_strength(stress, cohesion, phi):
     """Coulomb's, phi in degrees."""
     return stress * math.tan(math.radians(phi)) + cohesion
+
+
+def green_stretch(ratio):
+    """Stretch of a bar with nu 0 under a dead load over E A, S = E (l^2 - 1)/2: the largest root of l (l^2 - 1)/2 = ratio.
+
+    There is none above l = 1/sqrt 3, where the tangent 3 l^2 - 1 is 0, below a ratio of -1/sqrt 27."""
+    return max(root.real for root in np.roots([0.5, 0.0, -0.5, -ratio]) if abs(root.imag) < 1e-9)
+
+
+class TimoshenkoBeam:
+    """A cantilever of unit width in plane stress with shear coefficient 5/6 (Timoshenko 1921)."""
+
+    def __init__(self, length, height, young, poisson, density):
+        self.length, self.mass, self.rotary = length, density * height, density * height**3 / 12
+        self.bending, self.shear = young * height**3 / 12, 5 / 6 * young / (2 * (1 + poisson)) * height
+
+    def deflection(self, force):
+        """Of its end under a force there."""
+        return force * self.length**3 / (3 * self.bending) + force * self.length / self.shear
+
+    def free_end(self, f):
+        """Determinant of moment and shear at the free end for those at the clamped one: 0 at a frequency of its own.
+
+        Deflection w, angle a, moment M = EI a', shear V = kGA (w' - a): M' = -V - rho I W^2 a, V' = -rho A W^2 w, W = 2 pi f;
+        M and V over EI, so that all numbers are of a size."""
+        squared = (2 * math.pi * f)**2
+        slope = np.array([[0, 1, 0, self.bending / self.shear], [0, 0, 1, 0], [0, -self.rotary * squared / self.bending, 0, -1],
+                          [-self.mass * squared / self.bending, 0, 0, 0]])
+        rates, modes = np.linalg.eig(slope)
+        along = (modes * np.exp(rates * self.length)) @ np.linalg.inv(modes)
+        return np.linalg.det(along[2:, 2:]).real
+
+    def frequency(self):
+        """Its first: below that of Euler and Bernoulli, 1.8751^2/2 pi (EI/rho A L^4)^1/2."""
+        slender = 1.8751040687**2 / (2 * math.pi) * math.sqrt(self.bending / (self.mass * self.length**4))
+        return bisect(lambda f: self.free_end(f) > 0, 0.5 * slender, 1.001 * slender)
+
+
+def clamped_corner(nu):
+    """Least power of the distance with which displacement grows from a corner of 90 degrees, one side clamped, one free, in plane stress
+    (Williams 1952); energy, and deflection under a load, converge with twice that power of the mesh, where elements would allow more.
+
+    sin^2(p w) = (k + 1)^2/4k - p^2 sin^2(w)/k with k = (3 - nu)/(1 + nu), w = pi/2."""
+    k = (3 - nu) / (1 + nu)
+    return bisect(lambda p: math.sin(p * math.pi / 2)**2 < (k + 1)**2 / (4 * k) - p**2 / k, 0.5, 1.0)
