@@ -145,6 +145,17 @@ def test_corner_of_a_clamp():
     assert references.clamped_corner(3 / 7) == pytest.approx(0.7112, abs=1e-4) and references.clamped_corner(0.0) == pytest.approx(1.0)
 
 
+def test_period_of_a_pendulum():
+    """Printed ratios of E3; after a period the angle of its motion in closed form is the amplitude."""
+    small = references.pendulum_period(0.0, elastic.PENDULUM)
+    assert small == pytest.approx(1.947858, abs=1e-6)
+    for degrees, ratio in ((30, 1.017409), (90, 1.180341), (150, 1.762204)):
+        period = references.pendulum_period(degrees * RADIAN, elastic.PENDULUM)
+        assert period / small == pytest.approx(ratio, abs=6e-7)
+        assert references.pendulum(degrees * RADIAN, elastic.PENDULUM, period) == pytest.approx(degrees * RADIAN, abs=1e-7)
+        assert references.pendulum(degrees * RADIAN, elastic.PENDULUM, period / 4) == pytest.approx(0.0, abs=1e-9)
+
+
 def test_rocking_block():
     block = references.Rocking(0.25, 1.0)
     for share, time, spin in ((0.2, 0.260350, 0.391092), (0.5, 0.493803, 0.565045), (0.8, 0.858640, 0.639612)):
@@ -216,7 +227,7 @@ def outlines(text):
 
 
 @pytest.mark.parametrize("text, count", [
-    (block_files.arch(25, 0.11), 26), (block_files.arch(8, 0.1), 9), (block_files.overhang(0.99), 5),
+    (block_files.arch(25, 0.11), 26), (block_files.arch(8, 0.1), 9), (block_files.overhang(0.99), 5), (block_files.pendulum(90), 1),
     (block_files.wall(10), 106), (block_files.columns(references.Toppling()), 17)])
 def test_blocks_touch_and_do_not_overlap(text, count, tmp_path):
     polygons = outlines(text)
@@ -236,6 +247,7 @@ def test_overlap_is_the_depth_of_a_corner():
 BLOCKS = {"m1-column/column.blk": 11, "m6-roof-wedge/wedge.blk": 5, "m7-cradle/row.geo": 5, "p1-confined-column/stack.geo": 10,
           "p1-confined-column/column.geo": 1, "p4-cantilever/beam.geo": 1, "n1-cantilever/cantilever.geo": 1, "p2-k0/k0.geo": 1,
           "w1-wave/column.geo": 1, "e6-cantilever/beam.geo": 1, "e7-bar/bar.geo": 1,
+          "e9-column/column.geo": 1,
           "s3-excavations/pillar.blk": 3, "s3-excavations/toe.blk": 3}  # of those that have other than two
 
 

@@ -38,6 +38,12 @@ def held(corners, number, share=0.01):
     return [(*(x + share * (middle - x)), number) for x in np.asarray(corners)]
 
 
+def pendulum(amplitude):
+    """A square of 1 m pinned at a corner, its middle turned by an amplitude (degrees) from below that."""
+    corners = turned(box(0, 1, 0, 1), math.radians(amplitude - 135))
+    return block_file(f"Square pinned at a corner, {amplitude:g} degrees", [(1, corners)], [(*corners[0], 1)])
+
+
 def arch(voussoirs, t):
     """A semicircular arch of middle radius 1 and thickness t on a fixed base; blocks 2 to N + 1 from right to left."""
     base = box(-1.6, 1.6, -0.4, 0)

@@ -3,11 +3,13 @@ import math
 
 import numpy as np
 
+from .. import block_files
 from ..errors import RunFailed
 from . import references
-from .cases import DECKS, Row, case
+from .cases import DECKS, G, Row, case
 
 SIDE = 2 / math.sqrt(3)  # edge of triangles that are 1 high
+PENDULUM = (1 / 2 + 1 / 6) / math.sqrt(1 / 2)  # of a square of 1 m about its corner: radius of inertia squared over the arm
 
 
 def orders(values):
@@ -65,3 +67,57 @@ def e7(run):
     limit = -1 / math.sqrt(27)
     for factor, expected in ((0.999999, "complete"), (1.000005, "lost its stiffness")):
         yield Row(f"{factor} of the limit -0.19245 E, block", expected, bar_ends(run, factor * limit, f"e7-limit{factor}"))
+
+
+def moments(polygon):
+    """Area and centroid of a polygon."""
+    (x, y), (x1, y1) = polygon.T, np.roll(polygon, -1, axis=0).T
+    twice = x * y1 - x1 * y
+    return twice.sum() / 2, ((x + x1) * twice).sum() / (3 * twice.sum()), ((y + y1) * twice).sum() / (3 * twice.sum())
+
+
+@case
+def e9(run):
+    """A column under its own weight. With order=1 a cell has the stress of one point in it: that lies between those of its ends."""
+    deck, height, weight = DECKS / "e9-column" / "column.ana", 8.0, 24525.0
+    r = run(deck)
+    yield Row("settlement, order=1", weight * height**2 / 2e9, -r.measured_points.displacement[-1, 0, 1], 1e-6)
+    depth, stress = -r.stress()[:, 1] / weight, r.stress()
+    ends = np.array([(polygon[:, 1].min(), polygon[:, 1].max()) for polygon in r.polygons(0)])
+    outside = np.maximum(ends[:, 0] - (height - depth), height - depth - ends[:, 1])
+    yield Row("stress yy outside that of its cell, order=1", 0.0, max(outside.max(), 0.0) / height, 1e-6, 1.0)
+    yield Row("largest stress xx, xy, order=1", 0.0, np.abs(stress[:, [0, 2]]).max(), 1e-6, weight * height)
+    left = []
+    for edge in (0.2, 0.1):
+        r = run(deck, settings=["cover.order=0", f"cover.edge={edge}"], name=f"e9-order0-{edge}")
+        area, _, y = np.array([moments(polygon) for polygon in r.polygons(0)]).T
+        left.append(math.sqrt((area * (r.stress()[:, 1] + weight * (height - y))**2).sum() / height) / (weight * height))
+    yield Row("settlement, order=0, edge 0.1", weight * height**2 / 2e9, -r.measured_points.displacement[-1, 0, 1], 1e-4)
+    yield Row("order of the stress, order=0, mesh halved", 1.0, math.log2(left[0] / left[1]), 0.05)
+
+
+def swing(run, amplitude, settings=(), name=""):
+    """The pendulum of e3 let go at an amplitude (degrees): its run and its period, from passing the bottom in its first three."""
+    geometry = (f"e3-{amplitude}.blk", block_files.pendulum(amplitude))
+    r = run(DECKS / "e3-pendulum" / "swing.ana", geometry, settings=settings, name=f"e3-{amplitude}{name}")
+    time, angle = r.history.time, math.radians(amplitude) + r.history.rotation[:, 0]
+    passed = np.flatnonzero((angle[:-1] > 0) & (angle[1:] <= 0))[[0, 3]]
+    there = time[passed] - angle[passed] * (time[passed + 1] - time[passed]) / (angle[passed + 1] - angle[passed])
+    return r, (there[1] - there[0]) / 3
+
+
+@case
+def e3(run):
+    """A pendulum: its period at three amplitudes, and its energy after 100 periods."""
+    small = references.pendulum_period(0.0, PENDULUM)
+    for amplitude in (30, 90, 150):
+        exact = references.pendulum_period(math.radians(amplitude), PENDULUM)
+        r, period = swing(run, amplitude, [f"step.end_time={100 * exact!r}"])
+        yield Row(f"T/T0, {amplitude} degrees", exact / small, period / small, 1e-3)
+        energy = r.history.energy.kinetic + r.history.energy.strain + r.history.energy.gravity
+        fall = 2500 * G * math.sqrt(0.5) * (1 - math.cos(math.radians(amplitude)))
+        yield Row(f"energy lost in 100 periods, {amplitude} degrees", 0.0, (energy[0] - energy[-1]) / fall, 1e-3, 1.0)
+    exact = references.pendulum_period(math.pi / 2, PENDULUM)
+    off = [swing(run, 90, [f"step.size={size}", f"step.end_time={4 * exact!r}", "integrator.beta=0.5"], f"-{size}")[1] - exact
+           for size in (0.02, 0.01)]
+    yield Row("order of the period, step halved", 2.0, math.log2(off[0] / off[1]), 0.05)

@@ -155,6 +155,14 @@ def pendulum(amplitude, length, time, g=9.81):
     return 2 * math.asin(k * math.sin(phase))
 
 
+def pendulum_period(amplitude, length, g=9.81):
+    """2 pi (l/g)^1/2 over the arithmetic-geometric mean of 1 and cos(amplitude/2)."""
+    a, b = 1.0, math.cos(amplitude / 2)
+    while a - b > 1e-15:
+        a, b = (a + b) / 2, math.sqrt(a * b)
+    return 2 * math.pi * math.sqrt(length / g) / a
+
+
 class Rocking:
     """A rigid block of half width b and half height h that rocks about its lower corners (Housner 1963)."""
 
