@@ -156,6 +156,14 @@ def test_period_of_a_pendulum():
         assert references.pendulum(degrees * RADIAN, elastic.PENDULUM, period / 4) == pytest.approx(0.0, abs=1e-9)
 
 
+def test_hole_in_a_round_plate():
+    """A large plate is Kirsch's; under the same pull from all sides it is Lame's ring, whose hoop stress balances the pull on its radius."""
+    hole = references.Kirsch(1.0, -0.5, 1.0, 0.25)
+    assert references.round_plate_hoop(1e4, 1.0, -0.5) == pytest.approx((hole.hoop(0.0), hole.hoop(math.pi / 2)), rel=1e-6)
+    assert references.round_plate_hoop(2.0, 3.0, 3.0) == pytest.approx((8.0, 8.0))
+    assert references.round_plate_hoop(30.0, 1.0, 0.0) == pytest.approx((-1.007794, 3.010019), abs=1e-6)
+
+
 def test_rocking_block():
     block = references.Rocking(0.25, 1.0)
     for share, time, spin in ((0.2, 0.260350, 0.391092), (0.5, 0.493803, 0.565045), (0.8, 0.858640, 0.639612)):
@@ -247,7 +255,7 @@ def test_overlap_is_the_depth_of_a_corner():
 BLOCKS = {"m1-column/column.blk": 11, "m6-roof-wedge/wedge.blk": 5, "m7-cradle/row.geo": 5, "p1-confined-column/stack.geo": 10,
           "p1-confined-column/column.geo": 1, "p4-cantilever/beam.geo": 1, "n1-cantilever/cantilever.geo": 1, "p2-k0/k0.geo": 1,
           "w1-wave/column.geo": 1, "e6-cantilever/beam.geo": 1, "e7-bar/bar.geo": 1,
-          "e9-column/column.geo": 1,
+          "e9-column/column.geo": 1, "e12-kirsch/plate8.geo": 1, "e12-kirsch/plate16.geo": 1,
           "s3-excavations/pillar.blk": 3, "s3-excavations/toe.blk": 3}  # of those that have other than two
 
 

@@ -121,3 +121,42 @@ def e3(run):
     off = [swing(run, 90, [f"step.size={size}", f"step.end_time={4 * exact!r}", "integrator.beta=0.5"], f"-{size}")[1] - exact
            for size in (0.02, 0.01)]
     yield Row("order of the period, step halved", 2.0, math.log2(off[0] / off[1]), 0.05)
+
+
+def chords(count, radius):
+    """Corners of a quarter of a circle, from the x axis on."""
+    t = np.linspace(0, math.pi / 2, count + 1)
+    return radius * np.column_stack([np.cos(t), np.sin(t)])
+
+
+def pulled(count, xx, yy, radius=30.0):
+    """Settings for the stress of a plate on the chords around it."""
+    corners = chords(count, radius)
+    lines = np.hstack([corners[:-1], corners[1:]])
+    t = (np.arange(count) + 0.5) * math.pi / 2 / count
+    traction = np.column_stack([xx * np.cos(t), yy * np.sin(t)] * 2)
+    return [f"boundary.{name}={' '.join(map(repr, rows.ravel().tolist()))}" for name, rows in (("lines", lines), ("traction", traction))]
+
+
+def stress_at(r, place):
+    """Stress at a place, an end or the middle of a held edge of elements of second order: a cell without area has the stress of its one point."""
+    cells = [e for e, polygon in enumerate(r.polygons(0)) if np.abs(polygon - place).max() < 1e-6]
+    return r.stress()[cells[0]]
+
+
+@case
+def e12(run):
+    """A hole in a plate that is pulled along one axis, or along both: hoop stress at its wall."""
+    found = {}
+    for load, xx, yy in (("uniaxial", 1e6, 0.0), ("hydrostatic", 1e6, 1e6)):
+        hole = references.Kirsch(xx, yy, 1e9, 0.25)
+        for n in (8, 16):
+            r = run(DECKS / "e12-kirsch" / "plate.ana", name=f"e12-{load}{n}", settings=[
+                f"deck.geometry=plate{n}.geo", f"cover.mesh=../s1-kirsch/quarter{n}.msh", *pulled(n, xx, yy)])
+            found[load, n] = stress_at(r, (1, 0))[1], stress_at(r, (0, 1))[0]
+        for where, angle, hoop in zip(("side", "top"), (0.0, math.pi / 2), found[load, 16]):
+            yield Row(f"hoop stress at the {where}, {load}", hole.hoop(angle), hoop, 0.03, max(abs(hole.hoop(0.0)), abs(hole.hoop(math.pi / 2))))
+        exact = references.round_plate_hoop(30.0, xx, yy)
+        off = [np.subtract(found[load, n], exact) for n in (8, 16)]
+        for where, order in zip(("side", "top"), np.log2(off[0] / off[1])):
+            yield Row(f"order at the {where}, {load}, mesh halved", 2.0, order, 0.1)

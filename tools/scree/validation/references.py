@@ -54,6 +54,18 @@ class Kirsch:
         return -(self.mean + (3 - 4 * self.poisson) * self.half * np.cos(2 * angle)) / (2 * self.shear)
 
 
+def round_plate_hoop(radius, xx, yy):
+    """Hoop stress at the side and the top of a hole of radius 1 in a round plate with the tractions of the stresses xx and yy around it.
+
+    Lame's for their mean; for half their difference d the stress function (A r^2 + B r^4 + C/r^2 + D) cos 2t, with
+    s_r = -(2 A + 6 C/r^4 + 4 D/r^2) cos 2t, t_rt = (2 A + 6 B r^2 - 6 C/r^4 - 2 D/r^2) sin 2t, nothing on the hole, d and -d around
+    the plate, and the hoop stress (2 A + 12 B r^2 + 6 C/r^4) cos 2t (Michell 1899)."""
+    rows = [row for r in (1.0, radius) for row in ([-2, 0, -6 / r**4, -4 / r**2], [2, 6 * r**2, -6 / r**4, -2 / r**2])]
+    a, b, c, _ = np.linalg.solve(rows, [0, 0, (xx - yy) / 2, -(xx - yy) / 2])
+    mean, varying = (xx + yy) * radius**2 / (radius**2 - 1), 2 * a + 12 * b + 6 * c
+    return mean + varying, mean - varying
+
+
 def stop(speed, mu, angle=0.0, g=9.81):
     """Time and distance to rest of a block that is thrown down a plane, friction against it."""
     deceleration = g * (mu * math.cos(angle) - math.sin(angle))
