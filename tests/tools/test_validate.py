@@ -156,6 +156,14 @@ def test_period_of_a_pendulum():
         assert references.pendulum(degrees * RADIAN, elastic.PENDULUM, period / 4) == pytest.approx(0.0, abs=1e-9)
 
 
+def test_brazilian_disc():
+    """Printed values of E11; across the diameter that is not loaded, s_yy = -(2 P/pi D)((4 D^2/(D^2 + 4 x^2))^2/4 - 1) balances the force."""
+    assert references.brazilian_centre(1e6, 1.0) == pytest.approx((636619.77, -1909859.32), abs=0.01)
+    x = np.linspace(-0.5, 0.5, 20001)
+    along = references.brazilian_centre(1.0, 1.0)[0] * (1 - (4 / (1 + 4 * x**2))**2 / 4)
+    assert along[10000] == pytest.approx(references.brazilian_centre(1.0, 1.0)[1]) and np.trapz(along, x) == pytest.approx(-1.0)
+
+
 def test_hole_in_a_round_plate():
     """A large plate is Kirsch's; under the same pull from all sides it is Lame's ring, whose hoop stress balances the pull on its radius."""
     hole = references.Kirsch(1.0, -0.5, 1.0, 0.25)
@@ -256,6 +264,7 @@ BLOCKS = {"m1-column/column.blk": 11, "m6-roof-wedge/wedge.blk": 5, "m7-cradle/r
           "p1-confined-column/column.geo": 1, "p4-cantilever/beam.geo": 1, "n1-cantilever/cantilever.geo": 1, "p2-k0/k0.geo": 1,
           "w1-wave/column.geo": 1, "e6-cantilever/beam.geo": 1, "e7-bar/bar.geo": 1,
           "e9-column/column.geo": 1, "e12-kirsch/plate8.geo": 1, "e12-kirsch/plate16.geo": 1,
+          "e11-brazilian/quarter16.geo": 1, "e11-brazilian/quarter32.geo": 1,
           "s3-excavations/pillar.blk": 3, "s3-excavations/toe.blk": 3}  # of those that have other than two
 
 

@@ -160,3 +160,20 @@ def e12(run):
         off = [np.subtract(found[load, n], exact) for n in (8, 16)]
         for where, order in zip(("side", "top"), np.log2(off[0] / off[1])):
             yield Row(f"order at the {where}, {load}, mesh halved", 2.0, order, 0.1)
+
+
+@case
+def e11(run):
+    """A Brazilian disc: the stress at its centre, and how that converges as its chords and the mesh are halved."""
+    exact = np.array(references.brazilian_centre(1e6, 1.0))
+    for order, words in ((1, "order=1"), (0, "order=0")):
+        found = {}
+        for n in (16, 32):
+            r = run(DECKS / "e11-brazilian" / "disc.ana", name=f"e11-order{order}-{n}", settings=[
+                f"deck.geometry=quarter{n}.geo", f"cover.order={order}", f"cover.edge={0.8 / n!r}"])
+            nearest = np.argmin([np.linalg.norm(polygon.mean(axis=0)) for polygon in r.polygons(0)])
+            found[n] = (stress_at(r, (0, 0)) if order == 1 else r.stress()[nearest])[:2]
+        for i, component in enumerate(("xx", "yy")):
+            yield Row(f"stress {component} at the centre, {words}", exact[i], found[16 if order == 1 else 32][i], 0.02)
+            yield Row(f"order of the stress {component}, {words}, mesh halved", 2.0,
+                      math.log2((found[16][i] - exact[i]) / (found[32][i] - exact[i])), 0.1)

@@ -66,6 +66,11 @@ def round_plate_hoop(radius, xx, yy):
     return mean + varying, mean - varying
 
 
+def brazilian_centre(force, diameter):
+    """Stress across and along the loaded diameter at the centre of a disc pressed by two forces (Hertz 1883)."""
+    return 2 * force / (math.pi * diameter), -6 * force / (math.pi * diameter)
+
+
 def stop(speed, mu, angle=0.0, g=9.81):
     """Time and distance to rest of a block that is thrown down a plane, friction against it."""
     deceleration = g * (mu * math.cos(angle) - math.sin(angle))
