@@ -177,3 +177,19 @@ def e11(run):
             yield Row(f"stress {component} at the centre, {words}", exact[i], found[16 if order == 1 else 32][i], 0.02)
             yield Row(f"order of the stress {component}, {words}, mesh halved", 2.0,
                       math.log2((found[16][i] - exact[i]) / (found[32][i] - exact[i])), 0.1)
+
+
+@case
+def e10(run):
+    """A pulse in a rod: its speed between two points, by the mean times at which its energy passes."""
+    for name, words, exact in (("stress", "plane stress, nu 0", math.sqrt(5e9 / 2500)),
+                               ("strain", "plane strain, nu 0.25", references.wave_speeds(2500.0, 5e9, 0.25)["p"])):
+        found = []
+        for halved in (1, 2):
+            r = run(DECKS / "e10-rod" / f"{name}.ana", name=f"e10-{name}{halved}",
+                    settings=[f"cover.edge={0.5 / halved!r}", f"step.size={1e-4 / halved!r}", "step.end_time=0.018"])
+            energy = r.measured_points.velocity[:, :, 0]**2
+            passing = r.history.time @ energy / energy.sum(axis=0)
+            found.append(10 / (passing[1] - passing[0]))
+        yield Row(f"speed, {words}", exact, found[0], 0.01)
+        yield Row(f"order of the speed, {words}, both halved", 2.0, math.log2((found[0] - exact) / (found[1] - exact)), 0.05)
