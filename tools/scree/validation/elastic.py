@@ -193,3 +193,29 @@ def e10(run):
             found.append(10 / (passing[1] - passing[0]))
         yield Row(f"speed, {words}", exact, found[0], 0.01)
         yield Row(f"order of the speed, {words}, both halved", 2.0, math.log2((found[0] - exact) / (found[1] - exact)), 0.05)
+
+
+def off_linear_field(r, strain):
+    """Largest distance of displacements from a field of that strain and the rigid motion that fits best, over the largest of the field."""
+    places = r.vertices(0)
+    field, ones, none = places @ strain, np.ones(len(places)), np.zeros(len(places))
+    rigid = np.stack([np.column_stack([ones, none]), np.column_stack([none, ones]), places @ [[0, 1], [-1, 0]]], axis=-1).reshape(-1, 3)
+    left = (r.displacement() - field).ravel()
+    left -= rigid @ np.linalg.lstsq(rigid, left, rcond=None)[0]
+    return np.abs(left).max() / np.abs(field).max()
+
+
+@case
+def e8(run):
+    """The patch test on meshes that a polygon cuts: regular ones that lie anyhow, and one that gets finer towards its corner."""
+    xx, yy, xy = 2e4, -1e4, 7e3
+    strain = np.array([[xx - 0.25 * yy, 1.25 * xy], [1.25 * xy, yy - 0.25 * xx]]) / 1e9
+    cuts = [[f"cover.edge={edge}", f"cover.angle={angle}", f"cover.origin={x} {y}"]
+            for edge, angle, x, y in ((0.31, 3, 0.12, 0.47), (0.5, 10, 0.1, 0.2), (0.76, 57, 0.14, 0.95), (1.17, 43, 0.54, 0.28))]
+    cuts.append(["cover.mesh=../s1-kirsch/quarter8.msh"])
+    for order in (0, 1):
+        runs = [run(DECKS / "e8-patch" / "patch.ana", settings=[*cut, f"cover.order={order}"], name=f"e8-order{order}-{i}")
+                for i, cut in enumerate(cuts)]
+        yield Row(f"largest distance from the field, order={order}", 0.0, max(off_linear_field(r, strain) for r in runs), 1e-10, 1.0)
+        off = max(np.abs(r.stress() - [xx, yy, xy]).max() for r in runs)
+        yield Row(f"largest error of the stress, order={order}", 0.0, off, 1e-10, xx)
