@@ -219,3 +219,22 @@ def e8(run):
         yield Row(f"largest distance from the field, order={order}", 0.0, max(off_linear_field(r, strain) for r in runs), 1e-10, 1.0)
         off = max(np.abs(r.stress() - [xx, yy, xy]).max() for r in runs)
         yield Row(f"largest error of the stress, order={order}", 0.0, off, 1e-10, xx)
+
+
+@case
+def e2(run):
+    """Free spin: area and rate from the first turn to the last, and what small strain makes of the area."""
+    deck, spin = DECKS / "e2-spin" / "spin.ana", 2 * math.pi
+    for name, turns, settings in (("block", 1000, []), ("NMM block", 1000, ["method.model=nmm"]),
+                                  ("mesh", 100, ["method.model=nmm", "cover.edge=0.4"])):
+        r = run(deck, settings=[f"step.end_time={turns}", *settings], name=f"e2-{name.replace(' ', '-')}")
+        time, angle, area = (of_steps[99::100] for of_steps in (r.history.time, r.history.rotation[:, 0], r.history.area))
+        rate = np.diff(angle) / np.diff(time)
+        yield Row(f"area less that of turn 1, {name}, {turns} turns", 0.0, np.abs(area / area[0] - 1).max(), 1e-10, 1.0)
+        yield Row(f"rate less that of turn 2, {name}, {turns} turns", 0.0, np.abs(rate / rate[0] - 1).max(), 1e-10, 1.0)
+        yield Row(f"growth by the spin, {name}", 0.75 * 2500 * spin**2 / (6 * 1e10), area[0] - 1, 1e-4)
+    off = [run(deck, settings=["step.end_time=10", f"step.size={size}"], name=f"e2-{size}").history.rotation[-1, 0] - 10 * spin
+           for size in (0.02, 0.01)]
+    yield Row("order of the angle, step halved", 2.0, math.log2(off[0] / off[1]), 0.05)
+    r = run(deck, settings=["method.strain=small", "step.end_time=1"], name="e2-small")
+    yield Row("area after a turn, small strain", (1 + (0.01 * spin)**2)**100, r.history.area[-1], 1e-10)
