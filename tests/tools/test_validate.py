@@ -133,6 +133,14 @@ def test_stretch_of_a_bar_in_green_strain():
     assert references.green_stretch(-0.2) < 0  # the only solution is beyond 0
 
 
+def test_elastica():
+    """Printed values of E5, and P L^3/3EI for a small load."""
+    for load, way, down in ((1, 0.056433, 0.301721), (2, 0.160642, 0.493457), (5, 0.387628, 0.713792), (10, 0.554996, 0.810609)):
+        assert references.elastica(load) == pytest.approx((way, down), abs=6e-7)
+    assert references.elastica(3)[::-1] == pytest.approx((0.603253441130, 0.254420184564), abs=1e-10)
+    assert references.elastica(1e-3)[1] == pytest.approx(1e-3 / 3, rel=1e-5)
+
+
 def test_beam_of_timoshenko():
     """A slender one has the frequency and deflection of Euler and Bernoulli's; printed values of E6."""
     beam, slender = (references.TimoshenkoBeam(length, 1.0, 1e9, 0.25, 2500.0) for length in (10.0, 500.0))
@@ -264,7 +272,7 @@ def test_overlap_is_the_depth_of_a_corner():
 BLOCKS = {"m1-column/column.blk": 11, "m6-roof-wedge/wedge.blk": 5, "m7-cradle/row.geo": 5, "p1-confined-column/stack.geo": 10,
           "p1-confined-column/column.geo": 1, "p4-cantilever/beam.geo": 1, "n1-cantilever/cantilever.geo": 1, "p2-k0/k0.geo": 1,
           "w1-wave/column.geo": 1, "e6-cantilever/beam.geo": 1, "e7-bar/bar.geo": 1,
-          "e9-column/column.geo": 1, "e10-rod/rod.geo": 1, "e8-patch/patch.geo": 1, "e2-spin/square.geo": 1,
+          "e9-column/column.geo": 1, "e10-rod/rod.geo": 1, "e8-patch/patch.geo": 1, "e2-spin/square.geo": 1, "e5-elastica/beam.geo": 1,
           "e12-kirsch/plate8.geo": 1, "e12-kirsch/plate16.geo": 1,
           "e11-brazilian/quarter16.geo": 1, "e11-brazilian/quarter32.geo": 1,
           "s3-excavations/pillar.blk": 3, "s3-excavations/toe.blk": 3}  # of those that have other than two

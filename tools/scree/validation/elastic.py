@@ -238,3 +238,13 @@ def e2(run):
     yield Row("order of the angle, step halved", 2.0, math.log2(off[0] / off[1]), 0.05)
     r = run(deck, settings=["method.strain=small", "step.end_time=1"], name="e2-small")
     yield Row("area after a turn, small strain", (1 + (0.01 * spin)**2)**100, r.history.area[-1], 1e-10)
+
+
+@case
+def e5(run):
+    """The elastica: a slender cantilever in one load step."""
+    for load in (1, 2, 5, 10):
+        traction = load * 1e9 * 0.02**2 / 12  # P over the height, P = load EI, EI = E h^3/12
+        r = run(DECKS / "e5-elastica" / "beam.ana", settings=[f"boundary.traction=0 {-traction!r} 0 {-traction!r}"], name=f"e5-{load}")
+        for words, exact, found in zip(("way back", "deflection"), references.elastica(load), -r.measured_points.displacement[-1].mean(axis=0)):
+            yield Row(f"{words}, P L^2/EI = {load}", exact, found, 0.01)

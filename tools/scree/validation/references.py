@@ -535,6 +535,22 @@ def green_stretch(ratio):
     return max(root.real for root in np.roots([0.5, 0.0, -0.5, -ratio]) if abs(root.imag) < 1e-9)
 
 
+def elastica(load):
+    """Shortening and deflection over the length of a cantilever under P L^2/EI = load at its end (Bisshopp & Drucker 1945).
+
+    With a the slope at the end, ds/L = da'/(2 load (sin a - sin a'))^1/2 for a slope a'; a - a' = q^2 takes the root at the end away."""
+    x, w = np.polynomial.legendre.leggauss(60)
+
+    def along(end):
+        q = math.sqrt(end) * (x + 1) / 2
+        angle = end - q**2
+        return angle, math.sqrt(end) * w * q / np.sqrt(2 * load * (math.sin(end) - np.sin(angle)))
+
+    end = bisect(lambda a: along(a)[1].sum() < 1, 1e-6, math.pi / 2 - 1e-9)
+    angle, length = along(end)
+    return 1 - length @ np.cos(angle), length @ np.sin(angle)
+
+
 class TimoshenkoBeam:
     """A cantilever of unit width in plane stress with shear coefficient 5/6 (Timoshenko 1921)."""
 
