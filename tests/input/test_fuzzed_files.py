@@ -172,7 +172,7 @@ def test_drawings_changed_at_random_are_converted_or_refused(tmp_path):
         except Exception as error:  # whatever it is, nobody is to see it
             wrong.append(f"input {number}: {error!r}")
             continue
-        if status not in (0, 2) or not all(line.startswith("tools/dxf2geo: ") for line in said.splitlines()):
+        if status not in (0, 2) or not all(line.startswith("dxf2geo: ") for line in said.splitlines()):
             wrong.append(f"input {number}: exit status {status}: {said[-300:]}")
         if status == 0:
             done = subprocess.run([SCREE, "cut", "m.geo", "-o", "m.blk"], cwd=tmp_path, capture_output=True, text=True, timeout=SECONDS)
