@@ -67,26 +67,37 @@ contains
     real(dp), intent(in) :: margin                !! that the search adds to the way of a vertex, length
     type(body_search_t), intent(inout) :: bodies
     logical, intent(out) :: drawn
-    real(dp) :: reach(size(model%free_block))
+    real(dp), allocatable :: reach(:)
     integer :: i
 
     drawn = .not. allocated(bodies%reach)
     if (.not. drawn) drawn = margin > bodies%margin .or. state%contacts%pressed > bodies%pressed
     if (drawn) call measure_bodies(model, state, margin, state%contacts%pressed, bodies)
     call find_largest(model, state%velocity, bodies, bodies%speed)
-    do i = 1, size(reach)
+    do i = 1, size(model%free_block)
+      if (drawn) exit
       associate (b => model%free_block(i))
-        associate (longest => bodies%longest(b) + 2*bodies%moved(b))
-          reach(i) = room*longest + reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, &
-                                                    dt*bodies%speed(b), longest)
-          drawn = drawn .or. bodies%moved(b) + reach(i) > bodies%reach(b)
-        end associate
+        drawn = bodies%moved(b) + reach_in_step(b) > bodies%reach(b)
       end associate
     end do
     if (.not. drawn) return
+    reach = [(reach_in_step(model%free_block(i)), i=1, size(model%free_block))]
     reach = reach + steps*dt*bodies%speed(model%free_block) + spare*bodies%longest(model%free_block)
     call measure_bodies(model, state, margin, state%contacts%pressed, bodies)
     call find_near(model, state, reach, bodies)
+
+  contains
+
+    !> How far contacts of a body are looked for in the step, length.
+    pure real(dp) function reach_in_step(b)
+      integer, intent(in) :: b
+      real(dp) :: longest
+
+      longest = bodies%longest(b) + 2*bodies%moved(b)
+      reach_in_step = room*longest + reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, &
+                                                     dt*bodies%speed(b), longest)
+    end function reach_in_step
+
   end subroutine draw_circles
 
   !> Circles, edges and reaches at rest of all bodies as they stand.
@@ -206,7 +217,7 @@ contains
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt                    !! time
     real(dp), intent(in) :: margin                !! length
-    real(dp), intent(in) :: d(:)                  !! (n_unknowns)
+    real(dp), contiguous, intent(in) :: d(:)      !! (n_unknowns)
     type(body_search_t), intent(in) :: bodies
     integer, allocatable, intent(out) :: unclear(:) !! not allocated: none
     real(dp) :: beyond(element_unknowns), local

@@ -191,7 +191,7 @@ contains
     type(cache_t), intent(in) :: cache
     real(dp), intent(in) :: dt                       !! of the step, time
     type(contact_try_t), intent(inout) :: try        !! is told whether all is clear
-    real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    real(dp), contiguous, intent(in) :: d(:)         !! (n_unknowns)
     real(dp), intent(out) :: farthest(3)
     real(dp), allocatable :: u(:, :)
     integer, allocatable :: unclear(:)

@@ -22,8 +22,8 @@ module scree_effects
   use scree_time_table, only: last_change, mean_of_ramp, mean_over, ramp_at
   implicit none
   private
-  public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, load_on_element, &
-            loss_by_damping, power_of_weight, refresh_elements, share_of_weight, steady_from, supports_move, &
+  public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, is_held_without_contact, &
+            load_on_element, loss_by_damping, power_of_weight, refresh_elements, share_of_weight, steady_from, supports_move, &
             work_of_bolts_between, work_of_loads, work_of_ramp, work_of_supports
 
   integer, parameter :: n = element_unknowns
@@ -126,6 +126,14 @@ contains
     if (allocated(model%effects%absorbing_edge)) &
       call absorb_velocity(model%effects%absorbing_edge, e, state%point, velocity, own%kinematics, term)
   end subroutine add_drag
+
+  !> Whether anything but contact may hold a body against its weight.
+  pure logical function is_held_without_contact(effects) result(held)
+    type(effects_t), intent(in) :: effects
+
+    held = allocated(effects%fixed_point) .or. allocated(effects%bolt) .or. allocated(effects%point_load) &
+           .or. allocated(effects%edge_load) .or. allocated(effects%absorbing_edge) .or. allocated(effects%base_acceleration)
+  end function is_held_without_contact
 
   !> Magnitudes of the weight, the loads, the inertia force of the ground and that of a wave that act on one element in a step,
   !> summed; force per unit thickness.

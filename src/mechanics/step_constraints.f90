@@ -46,6 +46,7 @@ contains
     if (model%effects%fixed_point%by_springs) return
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
+      if (model%effects%fixed_point%first(e) == model%effects%fixed_point%first(e + 1)) cycle
       call constrain_fixed_points(model%effects%fixed_point, e, state%point, time, cache%element(e)%kinematics, &
                                   model%elements%unknown(:, e), constraints, error)
       if (.not. allocated(error)) cycle

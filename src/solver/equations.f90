@@ -108,14 +108,24 @@ contains
     integer, intent(in) :: pair(:, :)  !! (2, n_pairs) elements
     logical, intent(in) :: one_island  !! all that is not alone is one
     type(equations_t), intent(inout) :: equations
-    integer, allocatable :: before(:)
-    integer :: e, i
 
     if (allocated(equations%paired)) then
       if (size(pair, 2) == size(equations%paired, 2)) then
         if (all(pair == equations%paired)) return
       end if
     end if
+    call group_anew(elements, pair, one_island, equations)
+  end subroutine group_elements
+
+  !> Groups elements by other pairs than before.
+  subroutine group_anew(elements, pair, one_island, equations)
+    type(elements_t), intent(in) :: elements
+    integer, intent(in) :: pair(:, :)  !! (2, n_pairs) elements
+    logical, intent(in) :: one_island  !! all that is not alone is one
+    type(equations_t), intent(inout) :: equations
+    integer, allocatable :: before(:)
+    integer :: e, i
+
     equations%paired = pair
     equations%pair = reshape([((elements%unknown(:, pair(e, i)), e=1, 2), i=1, size(pair, 2))], [2*n, size(pair, 2)])
     if (allocated(equations%pair_reduction)) deallocate (equations%pair_reduction)
@@ -127,7 +137,7 @@ contains
     equations%member = elements%free(equations%member)
     call hand_on_islands(before, equations)
     call list_pairs_of_islands(equations)
-  end subroutine group_elements
+  end subroutine group_anew
 
   !> Lets the elements be grouped anew, as what can move has changed.
   pure subroutine forget_groups(equations)

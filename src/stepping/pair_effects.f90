@@ -18,7 +18,7 @@ module scree_pair_effects
   implicit none
   private
   public :: add_bolts, add_forces_of_bolts, add_pair_effects, couples_pairs, is_bolted, list_coupled_pairs, order_contacts, &
-            pairs_of_bolts
+            list_pairs_of_bolts
 
 contains
 
@@ -59,7 +59,7 @@ contains
     type(contact_try_t), intent(inout) :: contacts !! as they are found
     integer, allocatable :: needed(:, :)
 
-    needed = pairs_of_bolts(model)
+    call list_pairs_of_bolts(model, needed)
     if (allocated(model%effects%contact)) &
       needed = all_of(needed, pairs_of_contacts(model%outlines%element, contacts%contact))
     contacts%pair = list_pairs(needed, state%pair)
@@ -75,10 +75,10 @@ contains
     all_of(:, size(a, 2) + 1:) = b
   end function all_of
 
-  !> Pairs of elements that bolts join, one of which can move at least, in order.
-  pure function pairs_of_bolts(model) result(pairs)
+  !> Lists the pairs of elements that bolts join, one of which can move at least, in order.
+  pure subroutine list_pairs_of_bolts(model, pairs)
     type(model_t), intent(in) :: model
-    integer, allocatable :: pairs(:, :)         !! (2, n)
+    integer, allocatable, intent(out) :: pairs(:, :) !! (2, n)
     logical, allocatable :: can_move(:)
     integer :: i
 
@@ -89,7 +89,7 @@ contains
     associate (all_pairs => model%effects%bolt%pair)
       pairs = all_pairs(:, pack([(i, i=1, size(all_pairs, 2))], can_move(all_pairs(1, :)) .or. can_move(all_pairs(2, :))))
     end associate
-  end function pairs_of_bolts
+  end subroutine list_pairs_of_bolts
 
   !> Adds the bolts between two elements of an island to its equations.
   subroutine add_bolts(model, cache, state, group, rule, d, equations)

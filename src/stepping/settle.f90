@@ -87,8 +87,11 @@ contains
     type(outcome_t), intent(inout) :: outcome
     logical, intent(in), optional :: among(:)      !! (n_elements) groups without any of these stay as they are
     type(group_t) :: group
+    logical :: touching
     integer :: i
 
+    touching = .false.
+    if (allocated(model%effects%contact)) touching = size(contacts%contact) > 0
     if (cache%equations%n_alone > 0) call begin_phase(cache%timers, phase_alone)
     do i = 1, cache%equations%n_groups
       group = group_t(number=i)
@@ -100,7 +103,7 @@ contains
       end if
       group%rule = step_rule
       group%rule%tangent = model%settings%iterate == iterate_newton
-      if (touches(model, contacts)) call take_island(contacts, i - cache%equations%n_alone, group%in_contact)
+      if (touching) call take_island(contacts, i - cache%equations%n_alone, group%in_contact)
       call tell_kind(model, cache, group)
       if (wholly_held(cache%equations, i) .and. .not. group%in_contact) then
         call check_areas(model, cache, group%member, d, outcome)
@@ -116,7 +119,7 @@ contains
       if (outcome%settled .and. group%strays) call check_areas(model, cache, group%member, d, outcome)
       if (.not. outcome%settled) exit
     end do
-    if (touches(model, contacts)) call take_all(contacts)
+    if (touching) call take_all(contacts)
   end subroutine settle
 
   !> Tells whether the forces of a group are linear, and what its iterates may be.
@@ -131,15 +134,6 @@ contains
     group%linear = group%linear .and. .not. group%bolted ! its axis turns
     group%strays = .not. (model%effects%carried > 0 .or. group%in_contact)
   end subroutine tell_kind
-
-  !> Whether any elements may touch in the try.
-  pure logical function touches(model, contacts)
-    type(model_t), intent(in) :: model
-    type(contact_try_t), intent(in) :: contacts
-
-    touches = .false.
-    if (allocated(model%effects%contact)) touches = size(contacts%contact) > 0
-  end function touches
 
   !> Displacements of the unknowns of a group's elements.
   pure function values_of_members(model, group, d) result(values)

@@ -8,6 +8,7 @@
 module scree_sleep
   use scree_absorbing_edge, only: size_of_wave
   use scree_contacts, only: contact_search_t, contact_t
+  use scree_effects, only: is_held_without_contact
   use scree_energy, only: books_of_fixed, close_books
   use scree_equations, only: forget_groups
   use scree_errors, only: error_t
@@ -26,7 +27,7 @@ module scree_sleep
   public :: advance_awake, bodies_at_rest
 
   !> Steps from one look at what is near equilibrium to the next, and looks in a row that find it so for an island to fall asleep.
-  integer, parameter :: steps_apart = 4, quiet_looks = 5
+  integer, parameter :: steps_apart = 8, quiet_looks = 3
 
 contains
 
@@ -138,6 +139,10 @@ contains
     logical, allocatable :: moves(:)
     real(dp) :: motion
 
+    if (size(state%contacts%contact) == 0 .and. .not. is_held_without_contact(awake%effects)) then ! all that is awake falls
+      state%sleep%quiet(awake%free_block) = 0
+      return
+    end if
     call count_quiet_looks(awake, cache, state)
     if (.not. any(state%sleep%quiet(awake%free_block) >= quiet_looks)) return
     island = islands_of(model, state)

@@ -75,7 +75,7 @@ contains
     if (beyond(3) > 1) then
       call reject_fastest(model, cache, state, 'a vertex leapt over what is near it, or turned too far', &
                           'a smaller step.least', try, outcome)
-    else if (maxval(beyond(:2)) > 0) then
+    else if (any(beyond(:2) > 0)) then
       outcome%settled = .false.
       try%remedy = remedy_wider
       try%contacts%margin = try%contacts%margin + 2*beyond(1)

@@ -8,6 +8,7 @@ module scree_time_stepper
   use scree_contact_rules, only: goes_on_after_cut, settles_as_one
   use scree_body_search, only: draw_circles, list_all, move_circles, searches
   use scree_contact_search, only: find_at_outlines
+  use scree_contact_try, only: contact_try_t
   use scree_critical_step, only: find_largest_step
   use scree_effects, only: refresh_elements
   use scree_energy, only: close_books, loss_of_step, work_of_step
@@ -20,7 +21,7 @@ module scree_time_stepper
   use scree_islands, only: keep_factored, recall_factored
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_pair_effects, only: couples_pairs, list_coupled_pairs, order_contacts, pairs_of_bolts
+  use scree_pair_effects, only: couples_pairs, list_coupled_pairs, list_pairs_of_bolts, order_contacts
   use scree_scene, only: scheme_central_difference
   use scree_settle, only: settle
   use scree_state, only: state_t
@@ -82,11 +83,13 @@ contains
       call begin_outcome(outcome)
       call begin_try(model, cache, state, outcome%rejected, try, error)
       if (allocated(error)) return
-      if (allocated(state%sleep)) call find_sleepers(model, state, try, report%reached)
+      if (allocated(state%sleep) .and. size(try%contacts%contact) > 0) call find_sleepers(model, state, try, report%reached)
       if (allocated(report%reached)) return
       call settle_try(model, cache, state, try, outcome)
       if (outcome%settled) call check_try(model, cache, state, try, outcome)
-      if (outcome%settled) call make_impact(model, cache, state, try, outcome)
+      if (outcome%settled) then
+        if (may_strike(model, try%contacts)) call make_impact(model, cache, state, try, outcome)
+      end if
       if (outcome%settled) exit tries
       call mend(model, try, outcome, error)
       if (allocated(error)) return
@@ -180,8 +183,8 @@ contains
     if (touching) then
       call look_for_contacts(model, cache, state, try)
       call list_coupled_pairs(model, state, try%contacts)
-    else
-      try%contacts%pair = pairs_of_bolts(model)
+    else if (allocated(model%effects%bolt) .or. size(try%contacts%pair) > 0) then
+      call list_pairs_of_bolts(model, try%contacts%pair)
     end if
     call group_elements(model%elements, try%contacts%pair, one_island, cache%equations)
     if (.not. touching) return
@@ -265,8 +268,19 @@ contains
     end do
   end subroutine settle_try
 
-  !> Makes the step once more where bodies came together in it, with their impact, unless this is left to springs. Where that
-  !> outruns the search the try has not settled, and asks for a wider one.
+  !> Whether an impact may be in a try that settled, and is not left to springs.
+  logical function may_strike(model, contacts)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: contacts
+
+    may_strike = .false.
+    if (.not. allocated(model%effects%contact)) return
+    if (model%effects%contact%restitution < 0) return
+    if (any(contacts%count(2:) > 0)) may_strike = any_closes(contacts)
+  end function may_strike
+
+  !> Makes the step once more where bodies came together in it, with their impact. Where that outruns the search the try has not
+  !> settled, and asks for a wider one.
   subroutine make_impact(model, cache, state, try, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -278,9 +292,6 @@ contains
     type(state_t) :: pushed
     logical :: possible
 
-    if (.not. allocated(model%effects%contact)) return
-    if (model%effects%contact%restitution < 0 .or. all(try%contacts%count(2:) == 0)) return
-    if (.not. any_closes(try%contacts)) return
     call begin_phase(cache%timers, phase_restitution)
     again = try
     call push_apart(model, cache, state, try%rule, try%d, again%contacts, again%impact)
@@ -354,7 +365,7 @@ contains
         call move_circles(model, try%dt, try%contacts%margin, try%d, &
                           try%contacts%all_clear .and. .not. allocated(try%impact%push), cache%search%bodies)
     end if
-    if (couples_pairs(model)) state%pair = try%contacts%pair
+    if (couples_pairs(model)) call move_alloc(try%contacts%pair, state%pair)
     if (allocated(try%green)) state%green(model%elements%free) = try%green
     call keep_factored(cache%equations, state%factored)
     if (allocated(state%bolts)) before = state%point

@@ -3,7 +3,7 @@ module scree_update
   use scree_element_term, only: step_rule_t
   use scree_impact, only: impact_t
   use scree_integrator, only: end_rates, turns_acceleration
-  use scree_interpolation, only: carried_rates, displacement_matrix, follow_covers, kinematics_t
+  use scree_interpolation, only: carried_rates, follow_covers
   use scree_finite_rotation, only: turn_finitely
   use scree_green_strain, only: green_strain
   use scree_kinds, only: dp
@@ -20,6 +20,13 @@ module scree_update
   private
   public :: update_state
 
+  !> How an element moves in a step: as its centroid does, and by a gradient about it.
+  type :: motion_t
+    real(dp) :: centroid(2)     !! before, length
+    real(dp) :: displacement(2) !! of it, length
+    real(dp) :: gradient(4)     !! u_X, v_X, u_Y, v_Y
+  end type motion_t
+
 contains
 
   !> Moves `state` to the end of the step with unknowns `d`.
@@ -30,8 +37,8 @@ contains
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
     type(impact_t), intent(in) :: impact          !! at its end
     type(state_t), intent(inout) :: state
-    real(dp) :: theta(4), F(4), own(element_unknowns), mean(4, model%n_blocks), turned(4, model%n_elements), &
-                angle(model%n_blocks)
+    real(dp) :: theta(4), turned(4), F(4), own(element_unknowns), mean(4, model%n_blocks), angle(model%n_blocks)
+    type(motion_t) :: motion(model%n_elements)
     integer :: e, i, k
 
     if (allocated(impact%push)) state%velocity = state%velocity + impact%push
@@ -48,12 +55,15 @@ contains
                  block => model%elements%block(e))
         own = values_of(model%elements, e, d)
         theta = matmul(element%gradient, own)
-        turned(:, e) = 0.0_dp
         call update_stress(model%effects, cache%element(e)%elasticity, theta, state%stress(:, e))
-        if (model%effects%rotation /= rotation_linear) &
-          call turn_finitely(model%effects%rotation, theta, turned(:, e), state%stress(:, e))
-        F = deformation_gradient(theta + turned(:, e))
-        call move(element, own, turned(:, e), state%vertex(:, first_vertex_of(shape, e):last_vertex_of(shape, e)))
+        motion(e) = motion_t(element%centroid, matmul(element%at_centroid, own), theta)
+        if (model%effects%rotation /= rotation_linear) then
+          turned = 0.0_dp
+          call turn_finitely(model%effects%rotation, theta, turned, state%stress(:, e))
+          motion(e)%gradient = theta + turned
+        end if
+        F = deformation_gradient(motion(e)%gradient)
+        call move(motion(e), state%vertex(:, first_vertex_of(shape, e):last_vertex_of(shape, e)))
         state%deformation(:, e) = matrix_product(F, state%deformation(:, e))
         state%velocity(ids) = carried_rates(model%model, model%effects%transport, F, values_of(model%elements, e, state%velocity))
         state%acceleration(ids) = carried_rates(model%model, model%effects%transport, F, &
@@ -63,8 +73,7 @@ contains
     end do
     do k = 1, size(model%points%free)
       i = model%points%free(k)
-      e = model%points%element(i)
-      call move(cache%element(e)%kinematics, values_of(model%elements, e, d), turned(:, e), state%point(:, i:i))
+      call move(motion(model%points%element(i)), state%point(:, i:i))
     end do
     if (size(state%cover, 2) > 0) state%cover = state%cover + reshape(d, shape(state%cover)) ! a DDA block has no nodes
     angle = 0.0_dp
@@ -109,19 +118,16 @@ contains
     end if
   end subroutine update_stress
 
-  !> Moves positions of an element by T d, and by a gradient more about its centroid.
-  pure subroutine move(element, unknown, more, position)
-    type(kinematics_t), intent(in) :: element
-    real(dp), intent(in) :: unknown(:)
-    real(dp), intent(in) :: more(4)        !! xx, yx, xy, yy
+  !> Moves positions of an element.
+  pure subroutine move(motion, position)
+    type(motion_t), intent(in) :: motion
     real(dp), intent(inout) :: position(:, :) !! (2, n), length
     real(dp) :: arm(2)
     integer :: k
 
     do k = 1, size(position, 2)
-      arm = position(:, k) - element%centroid
-      position(:, k) = position(:, k) + matmul(displacement_matrix(element, position(:, k)), unknown) &
-                       + (more(1:2)*arm(1) + more(3:4)*arm(2))
+      arm = position(:, k) - motion%centroid
+      position(:, k) = position(:, k) + (motion%displacement + (motion%gradient(1:2)*arm(1) + motion%gradient(3:4)*arm(2)))
     end do
   end subroutine move
 
