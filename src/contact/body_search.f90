@@ -77,28 +77,29 @@ contains
     do i = 1, size(model%free_block)
       if (drawn) exit
       associate (b => model%free_block(i))
-        drawn = bodies%moved(b) + reach_in_step(b) > bodies%reach(b)
+        drawn = bodies%moved(b) + reach_in_step(model, state, margin, bodies%longest(b) + 2*bodies%moved(b), &
+                                                dt*bodies%speed(b)) > bodies%reach(b)
       end associate
     end do
     if (.not. drawn) return
-    reach = [(reach_in_step(model%free_block(i)), i=1, size(model%free_block))]
-    reach = reach + steps*dt*bodies%speed(model%free_block) + spare*bodies%longest(model%free_block)
     call measure_bodies(model, state, margin, state%contacts%pressed, bodies)
+    associate (b => model%free_block)
+      reach = reach_in_step(model, state, margin, bodies%longest(b), dt*bodies%speed(b)) + steps*dt*bodies%speed(b) &
+              + spare*bodies%longest(b)
+    end associate
     call find_near(model, state, reach, bodies)
-
-  contains
-
-    !> How far contacts of a body are looked for in the step, length.
-    pure real(dp) function reach_in_step(b)
-      integer, intent(in) :: b
-      real(dp) :: longest
-
-      longest = bodies%longest(b) + 2*bodies%moved(b)
-      reach_in_step = room*longest + reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, &
-                                                     dt*bodies%speed(b), longest)
-    end function reach_in_step
-
   end subroutine draw_circles
+
+  !> How far contacts of a body are looked for in a step, length.
+  elemental real(dp) function reach_in_step(model, state, margin, longest, way) result(reach)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: margin                !! that the search adds to the way of a vertex, length
+    real(dp), intent(in) :: longest               !! edge of the body, length
+    real(dp), intent(in) :: way                   !! by its velocity, length
+
+    reach = room*longest + reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, way, longest)
+  end function reach_in_step
 
   !> Circles, edges and reaches at rest of all bodies as they stand.
   subroutine measure_bodies(model, state, margin, pressed, bodies)
@@ -192,7 +193,7 @@ contains
   !> Bounds of how far, or how fast, the vertices of each body that can move go: the largest of its elements.
   pure subroutine find_largest(model, d, bodies, largest)
     type(model_t), intent(in) :: model
-    real(dp), intent(in) :: d(:)                  !! (n_unknowns)
+    real(dp), contiguous, intent(in) :: d(:)      !! (n_unknowns)
     type(body_search_t), intent(in) :: bodies
     real(dp), intent(inout) :: largest(:)         !! (n_blocks), of those that can move
     real(dp) :: own

@@ -127,12 +127,16 @@ contains
       call absorb_velocity(model%effects%absorbing_edge, e, state%point, velocity, own%kinematics, term)
   end subroutine add_drag
 
-  !> Whether anything but contact may hold a body against its weight.
-  pure logical function is_held_without_contact(effects) result(held)
-    type(effects_t), intent(in) :: effects
+  !> Whether anything but contact may hold a body that can move against its weight.
+  pure logical function is_held_without_contact(model) result(held)
+    type(model_t), intent(in) :: model
 
-    held = allocated(effects%fixed_point) .or. allocated(effects%bolt) .or. allocated(effects%point_load) &
-           .or. allocated(effects%edge_load) .or. allocated(effects%absorbing_edge) .or. allocated(effects%base_acceleration)
+    associate (effects => model%effects, free => model%elements%free)
+      held = allocated(effects%bolt) .or. allocated(effects%point_load) .or. allocated(effects%edge_load) &
+             .or. allocated(effects%absorbing_edge) .or. allocated(effects%base_acceleration)
+      if (.not. held .and. allocated(effects%fixed_point)) &
+        held = any(effects%fixed_point%first(free) < effects%fixed_point%first(free + 1))
+    end associate
   end function is_held_without_contact
 
   !> Magnitudes of the weight, the loads, the inertia force of the ground and that of a wave that act on one element in a step,

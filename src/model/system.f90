@@ -44,7 +44,7 @@ module scree_system
   type :: points_t
     integer, allocatable :: kind(:)       !! (n) one of `fixed_point`, ..., `absorber_end`
     integer, allocatable :: element(:)    !! (n) element that carries it
-    integer, allocatable :: free(:)       !! those of elements that can move
+    integer, allocatable :: free(:)       !! those that a step moves: of elements that can move, but for idle load points
   end type points_t
 
   !> The whole of it.

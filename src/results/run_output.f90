@@ -5,6 +5,7 @@ module scree_run_output
   use scree_checkpoint, only: checkpoints_t, declare_checkpoints, put_checkpoint
   use scree_classic_output, only: add_classic_frame, begin_classic_output
   use scree_errors, only: error_t
+  use scree_idle_points, only: places_of_points
   use scree_islands, only: size_of_equations, work_of_solutions
   use scree_keyholes, only: polygons_of
   use scree_kinds, only: dp
@@ -123,7 +124,8 @@ contains
     if (allocated(error)) return
     output%framed = step_of_run(state)
     if (.not. allocated(output%file%classic)) return
-    call add_classic_frame(output%file%classic, position, state%point + spread(model%origin, 2, size(state%point, 2)), error)
+    call add_classic_frame(output%file%classic, position, places_of_points(model, state) + &
+                           spread(model%origin, 2, size(state%point, 2)), error)
   end subroutine put_frame
 
   !> Writes a checkpoint of the last frame, how the run ended and what it cost, and closes the file.

@@ -8,9 +8,9 @@ module scree_carry_over
   use scree_bolt, only: begin_bolt
   use scree_contacts, only: contact_t
   use scree_grouping, only: sort_into
+  use scree_idle_points, only: are_idle, place_now
   use scree_kinds, only: dp
   use scree_model, only: model_t
-  use scree_regions, only: first_vertex_of
   use scree_scene, only: reset_both, reset_displacements, reset_velocities
   use scree_state, only: bolt_absent, reference_t, stage_clock_t, state_t, step_of_run, time_of_run
   use scree_system, only: bolt_end, roller_end
@@ -93,10 +93,12 @@ contains
     type(model_t), intent(in) :: model
     type(state_t), intent(inout) :: state
     real(dp) :: home(2, size(model_before%points%kind))
+    logical :: idle(size(model_before%points%kind))
     integer, allocatable :: first(:), list(:)
     integer :: i, same
 
     home = before%home
+    idle = are_idle(model_before)
     if (allocated(model_before%effects%fixed_point)) then
       associate (held => model_before%effects%fixed_point)
         do i = 1, size(held%point)
@@ -109,7 +111,7 @@ contains
     do i = 1, size(model%points%kind)
       associate (e => model%points%element(i), own => model%start_point(:, i))
         same = 0
-        if (model%points%kind(i) <= bolt_end) same = i
+        if (model%points%kind(i) <= bolt_end) same = merge(0, i, idle(i))
         if (model%points%kind(i) == roller_end) same = roller_at(e, own)
         if (same > 0) then
           state%point(:, i) = before%point(:, same)
@@ -136,19 +138,6 @@ contains
     end function roller_at
 
   end subroutine carry_points
-
-  !> Where an element has taken a point that is there in its first shape.
-  pure function place_now(model, state, e, place) result(now)
-    type(model_t), intent(in) :: model
-    type(state_t), intent(in) :: state
-    integer, intent(in) :: e
-    real(dp), intent(in) :: place(2)         !! at the start, length
-    real(dp) :: now(2)
-    integer :: k
-
-    k = first_vertex_of(model%elements%shape, e)
-    now = state%vertex(:, k) + matmul(reshape(state%deformation(:, e), [2, 2]), place - model%start(:, k))
-  end function place_now
 
   !> What contacts remember, those of what slept too; but of what is gone.
   pure subroutine carry_contacts(before, model, state)

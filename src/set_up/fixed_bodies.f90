@@ -7,6 +7,7 @@ module scree_fixed_bodies
   use scree_constraints, only: clear_constraints, constraints_t
   use scree_errors, only: error_t
   use scree_fixed_point, only: constrain_fixed_points
+  use scree_idle_points, only: are_idle
   use scree_interpolation, only: kinematics_of
   use scree_kinds, only: dp
   use scree_model, only: model_t
@@ -36,7 +37,8 @@ contains
     associate (elements => model%elements)
       elements%free = pack([(e, e=1, model%n_elements)], is_free(elements%block))
       model%free_block = pack([(i, i=1, model%n_blocks)], is_free)
-      model%points%free = pack([(i, i=1, size(model%points%element))], is_free(elements%block(model%points%element)))
+      model%points%free = pack([(i, i=1, size(model%points%element))], &
+                               is_free(elements%block(model%points%element)) .and. .not. are_idle(model))
       at_rest = .false.
       do e = 1, model%n_elements
         if (.not. is_free(elements%block(e))) at_rest(elements%unknown(:, e)) = .true.

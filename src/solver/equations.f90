@@ -21,8 +21,8 @@ module scree_equations
   implicit none
   private
   public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, forget_groups, group_elements, &
-            is_island, island_problem, keep_posed, members, move_island, out_of_balance, pairs_of_group, place_row, &
-            set_up_equations, share_out_of_balance, solve_equations, weakest_element, wholly_held
+            has_no_pairs, is_island, island_problem, keep_posed, members, move_island, out_of_balance, pairs_of_group, &
+            place_row, set_up_equations, share_out_of_balance, solve_equations, weakest_element, wholly_held
 
   integer, parameter :: n = element_unknowns
 
@@ -138,6 +138,14 @@ contains
     call hand_on_islands(before, equations)
     call list_pairs_of_islands(equations)
   end subroutine group_anew
+
+  !> Whether elements are grouped, and nothing acts between two of them.
+  pure logical function has_no_pairs(equations)
+    type(equations_t), intent(in) :: equations
+
+    has_no_pairs = .false.
+    if (allocated(equations%paired)) has_no_pairs = size(equations%paired, 2) == 0
+  end function has_no_pairs
 
   !> Lets the elements be grouped anew, as what can move has changed.
   pure subroutine forget_groups(equations)

@@ -139,7 +139,7 @@ contains
     logical, allocatable :: moves(:)
     real(dp) :: motion
 
-    if (size(state%contacts%contact) == 0 .and. .not. is_held_without_contact(awake%effects)) then ! all that is awake falls
+    if (size(state%contacts%contact) == 0 .and. .not. is_held_without_contact(awake)) then ! all that is awake falls
       state%sleep%quiet(awake%free_block) = 0
       return
     end if

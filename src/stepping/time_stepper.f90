@@ -13,7 +13,7 @@ module scree_time_stepper
   use scree_effects, only: refresh_elements
   use scree_energy, only: close_books, loss_of_step, work_of_step
   use scree_equilibrium, only: balance_t, find_balance
-  use scree_equations, only: constrain_equations, group_elements
+  use scree_equations, only: constrain_equations, group_elements, has_no_pairs
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_impact, only: any_closes, push_apart, rebound
   use scree_integrator, only: step_rule_for
@@ -183,7 +183,8 @@ contains
     if (touching) then
       call look_for_contacts(model, cache, state, try)
       call list_coupled_pairs(model, state, try%contacts)
-    else if (allocated(model%effects%bolt) .or. size(try%contacts%pair) > 0) then
+    else
+      if (.not. allocated(model%effects%bolt) .and. has_no_pairs(cache%equations)) return
       call list_pairs_of_bolts(model, try%contacts%pair)
     end if
     call group_elements(model%elements, try%contacts%pair, one_island, cache%equations)
@@ -365,7 +366,7 @@ contains
         call move_circles(model, try%dt, try%contacts%margin, try%d, &
                           try%contacts%all_clear .and. .not. allocated(try%impact%push), cache%search%bodies)
     end if
-    if (couples_pairs(model)) call move_alloc(try%contacts%pair, state%pair)
+    if (size(try%contacts%pair) > 0 .or. size(state%pair) > 0) state%pair = try%contacts%pair
     if (allocated(try%green)) state%green(model%elements%free) = try%green
     call keep_factored(cache%equations, state%factored)
     if (allocated(state%bolts)) before = state%point

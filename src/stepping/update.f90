@@ -86,8 +86,10 @@ contains
     end do
     if (turns_acceleration(model%settings)) call turn_acceleration(model, cache, angle, state%acceleration)
     if (allocated(model%sampling)) call follow_covers(model, state)
-    state%velocity = model%effects%carried*state%velocity
-    state%acceleration = model%effects%carried*state%acceleration
+    if (model%effects%carried < 1) then
+      state%velocity = model%effects%carried*state%velocity
+      state%acceleration = model%effects%carried*state%acceleration
+    end if
     state%time = state%time + rule%dt
     state%pace%last = rule%dt
     state%step = state%step + 1

@@ -7,6 +7,7 @@ import time
 import h5py
 import numpy as np
 import pytest
+from scree.block_files import block_file, box
 
 SCREE = os.environ["SCREE"]
 DATA = pathlib.Path(os.environ["SCREE_SOURCE"]) / "tests" / "data" / "classic"
@@ -67,6 +68,20 @@ def test_the_layout_is_that_of_the_classic_replay(stack):
             np.testing.assert_array_equal(points[1:, 3], [1, 1, 1, 2, 3, 4, 5, 6])
             if k > 0:
                 np.testing.assert_array_equal(points[4:, 1:3], measured[k - 1])
+
+
+@pytest.mark.parametrize("method", ["strain='green'", "strain='small'", "preset='shi'", "model='nmm' /\n&cover edge=0.7"])
+def test_a_load_point_without_force_is_where_its_block_took_it(method, tmp_path):
+    """No step moves it; one that is measured is moved in each."""
+    points = [(0.9, 0.8, 1), (0.1, 0.2, 1)]
+    (tmp_path / "x.blk").write_text(block_file("x", [(1, box(0, 1, 0, 1))], load=points, measured=points))
+    (tmp_path / "x.ana").write_text("1 100 1 1 0.05 0.01\n2500 24525 1e7 0.25  2e4 1e4 5e3  0 0 0  1 2 3\n30 0 0\n"
+                                    f"&loads force=0 0 0 0 /\n&method {method} /\n&output every=25 /\n")
+    *_, frames, _ = parts(run(tmp_path / "x.blk", tmp_path / "x.ana", tmp_path / "x.h5"))
+    for _, points in frames:
+        np.testing.assert_array_equal(points[1:, 0], [2, 2, 1, 1])
+        np.testing.assert_allclose(points[1:3, 1:3], points[3:, 1:3], rtol=0, atol=1e-12)
+    assert np.ptp(frames[-1][1][1:, 2]) > 0.1 and np.hypot(*(frames[-1][1][1] - frames[0][1][1])[1:3]) > 1
 
 
 def test_joint_materials_stand_where_block_files_have_them(tmp_path):

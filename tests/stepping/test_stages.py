@@ -33,6 +33,23 @@ GROUND = box(-2, 3, -1, 0)
 TOWER = [GROUND, box(0, 1, 0, 1), box(0, 1, 1, 2)]
 
 
+@pytest.mark.parametrize("later", ["0 0", "3e3 2e4"])
+def test_a_load_point_that_gets_its_force_in_a_stage_is_where_its_block_took_it(later, tmp_path):
+    """As one that has had a force of next to nothing all along."""
+    ends = []
+    for first in ("0 0", "1e-9 0"):
+        stage = "&stage kind='dynamic' /\n&loads force={} /\n&step end_time=0.3 /\n"
+        blocks = [GROUND, box(0, 1, 5, 6)]
+        groups = f"&method strain='green' /\n&loads force={first} /\n" + stage.format(later) + stage.format("1e4 0")
+        decks = scene(tmp_path, blocks, held(GROUND, 1), groups, k01=1, steps=30)
+        (tmp_path / "x.blk").write_text(block_file("x", [*zip((1, 2), blocks)], held(GROUND, 1), [(0.9, 5.8, 2)]))
+        (tmp_path / "x.ana").write_text((tmp_path / "x.ana").read_text().replace("0 0 0\n30.0", "1 2 3\n30.0"))
+        _, r = run(tmp_path, decks)
+        ends.append([*r.bodies.centroid[-1, 1], r.bodies.rotation[-1, 1]])
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-11)
+    assert abs(ends[0][2]) > 0.5
+
+
 METHODS = ["", "&method strain='green' /", "&method strain='small' /", "&contact method='augmented' /",
            "&method model='nmm' /\n&cover edge={0!r} /"]
 

@@ -97,7 +97,7 @@ def cases(size):
     return {
         "a block falls": [
             (falls, "", None),
-            (falls.with_more(stress=(1e3, 1e3, 0)), "with an initial stress", ABSENT),
+            (falls.with_more(stress=(1e3, 1e3, 0)), "with an initial stress, which turns", None),
             (falls.with_more(groups="&damping mass=0 /"), "with damping 0", ABSENT),
             (falls.with_more(groups="&acceleration table=0 0 0 1 0 0 /"), "with ground that does not move", ABSENT),
             (falls.with_more(loads=[(0.5, 0.5, 1)], groups="&loads force=0 0 /"), "with a load of no force", ABSENT),
