@@ -59,21 +59,27 @@ contains
     searches = .not. looks_at_all(model%effects%contact)
   end function searches
 
-  !> Draws the circles anew, where a body may leave what they hold in a step of size `dt`.
-  subroutine draw_circles(model, state, dt, margin, bodies, drawn)
+  !> Draws the circles anew, where a body may leave what they hold in a step of size `dt`, by its velocity or as it leapt.
+  subroutine draw_circles(model, state, dt, margin, bodies, drawn, leapt)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt                    !! time
     real(dp), intent(in) :: margin                !! that the search adds to the way of a vertex, length
     type(body_search_t), intent(inout) :: bodies
     logical, intent(out) :: drawn
-    real(dp), allocatable :: reach(:)
+    real(dp), intent(in), optional :: leapt(:)    !! (n_unknowns) displacement of the try before
+    real(dp), allocatable :: reach(:), way(:)
     integer :: i
 
     drawn = .not. allocated(bodies%reach)
     if (.not. drawn) drawn = margin > bodies%margin .or. state%contacts%pressed > bodies%pressed
     if (drawn) call measure_bodies(model, state, margin, state%contacts%pressed, bodies)
     call find_largest(model, state%velocity, bodies, bodies%speed)
+    if (present(leapt)) then
+      allocate (way(model%n_blocks), source=0.0_dp)
+      call find_largest(model, leapt, bodies, way)
+      bodies%speed = max(bodies%speed, way/dt)
+    end if
     do i = 1, size(model%free_block)
       if (drawn) exit
       associate (b => model%free_block(i))

@@ -14,7 +14,7 @@ module scree_contact_search
   use scree_system, only: values_of
   implicit none
   private
-  public :: find_at_outlines, find_nearby, find_outrun, most_turning
+  public :: find_at_outlines, find_nearby, find_outrun, most_turning, predict_ways
 
   !> Room to move of a vertex that goes fast: so many times as far as pairs are near, up to a share of the edges about.
   real(dp), parameter :: steps = 4.0_dp, spare = 0.25_dp
@@ -183,8 +183,29 @@ contains
     end do
   end subroutine find_at_outlines
 
+  !> Predicts the displacement of listed vertices in a step: by their velocity, or where that is farther as in the try before.
+  pure subroutine predict_ways(model, cache, state, dt, try, list, predicted)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state               !! at the beginning of the step
+    type(cache_t), intent(in) :: cache
+    real(dp), intent(in) :: dt                       !! of the step, time
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: list(:)                   !! vertices
+    real(dp), intent(inout) :: predicted(:, :)       !! (2, n) of the listed
+    real(dp), allocatable :: leapt(:, :)
+    integer :: k
+
+    call find_at_outlines(model, cache, state, state%velocity, dt, list, predicted)
+    if (.not. allocated(try%leapt)) return
+    allocate (leapt, mold=predicted)
+    call find_at_outlines(model, cache, state, try%leapt, 1.0_dp, list, leapt)
+    do k = 1, size(list)
+      if (norm2(leapt(:, list(k))) > norm2(predicted(:, list(k)))) predicted(:, list(k)) = leapt(:, list(k))
+    end do
+  end subroutine predict_ways
+
   !> How far a vertex went beyond what the search for contacts looked at, 0 where none did; how far an edge that may touch turned
-  !> beyond that, rad; and the largest of either, that of the way without what velocity makes, over the most that is looked at.
+  !> beyond that, rad; and the largest way beyond what was predicted, and turn, over the most that is looked at.
   pure subroutine find_outrun(model, cache, state, dt, try, d, farthest)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
@@ -192,7 +213,7 @@ contains
     real(dp), intent(in) :: dt                       !! of the step, time
     type(contact_try_t), intent(inout) :: try        !! is told whether all is clear
     real(dp), contiguous, intent(in) :: d(:)         !! (n_unknowns)
-    real(dp), intent(out) :: farthest(3)
+    real(dp), intent(out) :: farthest(4)
     real(dp), allocatable :: u(:, :)
     integer, allocatable :: unclear(:)
     integer :: i, k
@@ -203,7 +224,7 @@ contains
       try%all_clear = allocated(bodies%near) .and. .not. allocated(unclear)
       if (allocated(unclear)) then
         do k = 1, size(unclear)
-          call add_way(model, cache, state, dt, try%margin, d, &
+          call add_way(model, cache, state, dt, try, d, &
                        outlines%of_block(outlines%first(unclear(k)):outlines%first(unclear(k) + 1) - 1), farthest)
         end do
       end if
@@ -222,34 +243,35 @@ contains
   pure subroutine add_beyond(beyond, local, margin, leap, farthest)
     real(dp), intent(in) :: beyond, local, margin    !! length
     real(dp), intent(in) :: leap                     !! of the edges about
-    real(dp), intent(inout) :: farthest(3)
+    real(dp), intent(inout) :: farthest(4)
 
     farthest(1) = max(farthest(1), beyond)
     if (beyond > 0) farthest(3) = max(farthest(3), (beyond/local + min(margin/local, leap))/leap)
   end subroutine add_beyond
 
   !> Adds what vertices of a body that no other is near went beyond what would have been looked at.
-  pure subroutine add_way(model, cache, state, dt, margin, d, list, farthest)
+  pure subroutine add_way(model, cache, state, dt, try, d, list, farthest)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state               !! at the beginning of the step
-    real(dp), intent(in) :: dt, margin               !! time, length
+    real(dp), intent(in) :: dt                       !! time
+    type(contact_try_t), intent(in) :: try
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
     integer, intent(in) :: list(:)                   !! vertices of the outlines
-    real(dp), intent(inout) :: farthest(3)
+    real(dp), intent(inout) :: farthest(4)
     real(dp), dimension(2, size(model%outlines%start)) :: u, predicted
     real(dp) :: local, near(1)
     integer :: k
 
     call find_at_outlines(model, cache, state, d, 1.0_dp, list, u)
-    call find_at_outlines(model, cache, state, state%velocity, dt, list, predicted)
+    call predict_ways(model, cache, state, dt, try, list, predicted)
     associate (outlines => model%outlines, x => state%vertex, law => model%effects%contact)
       do k = 1, size(list)
         associate (i => list(k), before => outlines%previous(list(k)))
           local = min(norm2(x(:, outlines%finish(i)) - x(:, outlines%start(i))), &
                       norm2(x(:, outlines%finish(before)) - x(:, outlines%start(before))))
-          near = reach_of(law, margin, state%contacts%pressed, [norm2(predicted(:, i))], [local])
-          call add_beyond(norm2(u(:, i)) - near(1), local, margin, law%leap, farthest)
+          near = reach_of(law, try%margin, state%contacts%pressed, [norm2(predicted(:, i))], [local])
+          call add_beyond(norm2(u(:, i)) - near(1), local, try%margin, law%leap, farthest)
         end associate
       end do
     end associate
@@ -262,7 +284,7 @@ contains
     integer, intent(in) :: list(:)                   !! vertices that are looked at
     type(contact_try_t), intent(in) :: try
     real(dp), intent(in) :: u(:, :)                  !! (2, n) displacement of these and those after and before
-    real(dp), intent(inout) :: farthest(3)
+    real(dp), intent(inout) :: farthest(4)
     real(dp) :: turned
     logical :: may_touch(size(model%outlines%start)) !! the corner at a vertex
     integer :: i, k, side
@@ -279,7 +301,7 @@ contains
           associate (next => outlines%next(i), start => outlines%start)
             turned = norm2(u(:, next) - u(:, i))/norm2(state%vertex(:, start(next)) - state%vertex(:, start(i)))
             farthest(2) = max(farthest(2), turned - min(try%turning(i), try%turning(next)) - 0.5_dp*parallel)
-            farthest(3) = max(farthest(3), turned/most_turning)
+            farthest(4) = max(farthest(4), turned/most_turning)
           end associate
         end do
       end do

@@ -26,6 +26,7 @@ module scree_contact_try
     real(dp), allocatable :: turning(:)                  !! (n) how far the corner at each vertex may turn in the step, rad
     real(dp) :: margin = 0.0_dp                          !! of the way, beyond what velocity makes, length
     real(dp) :: swing = 0.0_dp                           !! of the turn, beyond what velocity makes, rad
+    real(dp), allocatable :: leapt(:)                    !! (n_unknowns) displacement of a try before that leapt
     logical :: linear = .true.                           !! gaps and slips are, in displacements; else some follow the motion
     real(dp) :: weight = 1.0_dp                          !! of the displacement in the configuration where forces act
     real(dp) :: left = huge(1.0_dp)                      !! largest gap or overlap above the bound of multipliers, length

@@ -61,18 +61,27 @@ contains
   end subroutine check_rotations
 
   !> Rejects a try in which a vertex went where no contact was looked for: the next looks farther, or is shorter.
+  !>
+  !> A vertex that leaps, as one of small edges does that gets its weight at once, is looked for once as far as it went; not on the
+  !> way to an equilibrium, whose steps are as long as nothing leaps.
   subroutine check_search(model, cache, state, try, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
     type(outcome_t), intent(inout) :: outcome
-    real(dp) :: beyond(3)
+    real(dp) :: beyond(4)
+    logical :: leaps
 
     if (.not. looks_as_far_as_it_moves(model%effects%contact)) return
     call find_outrun(model, cache, state, try%dt, try%contacts, try%d, beyond)
-    try%leap = max(try%leap, beyond(3))
-    if (beyond(3) > 1) then
+    try%leap = max(try%leap, maxval(beyond(3:)))
+    leaps = beyond(3) > 1
+    if (leaps .and. .not. (beyond(4) > 1 .or. allocated(try%contacts%leapt) .or. allocated(state%settling))) then
+      outcome%settled = .false.
+      try%remedy = remedy_wider
+      try%contacts%leapt = try%d
+    else if (leaps .or. beyond(4) > 1) then
       call reject_fastest(model, cache, state, 'a vertex leapt over what is near it, or turned too far', &
                           'a smaller step.least', try, outcome)
     else if (any(beyond(:2) > 0)) then

@@ -7,7 +7,7 @@ module scree_time_stepper
   use scree_contact_detection, only: find_contacts
   use scree_contact_rules, only: goes_on_after_cut, settles_as_one
   use scree_body_search, only: draw_circles, list_all, move_circles, searches
-  use scree_contact_search, only: find_at_outlines
+  use scree_contact_search, only: predict_ways
   use scree_contact_try, only: contact_try_t
   use scree_critical_step, only: find_largest_step
   use scree_effects, only: refresh_elements
@@ -203,7 +203,7 @@ contains
 
     may_touch = .true.
     if (.not. searches(model)) return
-    call draw_circles(model, state, try%dt, try%contacts%margin, cache%search%bodies, drawn)
+    call draw_circles(model, state, try%dt, try%contacts%margin, cache%search%bodies, drawn, try%contacts%leapt)
     if (drawn .and. allocated(cache%search%found_at)) deallocate (cache%search%found_at)
     may_touch = size(cache%search%bodies%vertex) > 0 .or. size(state%contacts%contact) > 0
   end function may_touch
@@ -222,7 +222,7 @@ contains
       try%contacts%law%shear_stiffness = state%contacts%stiffness(2)
     end if
     if (.not. allocated(cache%search%bodies%vertex)) call list_all(model%outlines, cache%search%bodies)
-    call find_at_outlines(model, cache, state, state%velocity, try%dt, cache%search%bodies%farther, predicted)
+    call predict_ways(model, cache, state, try%dt, try%contacts, cache%search%bodies%farther, predicted)
     call find_contacts(model%outlines, state%vertex, predicted, model%n_elements > model%n_blocks, state%contacts, cache%search, &
                        try%contacts)
   end subroutine look_for_contacts
@@ -309,6 +309,7 @@ contains
       try%remedy = remedy_wider
       try%contacts%margin = again%contacts%margin
       try%contacts%swing = again%contacts%swing
+      if (allocated(again%contacts%leapt)) try%contacts%leapt = again%contacts%leapt
     else if (.not. possible) then
       outcome%impact = outcome_again%trouble
     end if
@@ -338,6 +339,7 @@ contains
     outcome%cut = outcome%trouble
     if (try%remedy == remedy_stiffer) return
     try%dt = try%shorter*try%dt
+    if (allocated(try%contacts%leapt)) deallocate (try%contacts%leapt)
     if (try%dt < model%settings%least_step) &
       call fail(error, status_run_failed, words_of(outcome%trouble, model, 'the step size fell below step.least, '// &
                                                    rounded_text(model%settings%least_step)))

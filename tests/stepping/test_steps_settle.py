@@ -7,8 +7,8 @@ from scree import block_files, touching
 from scree.bench import scenes
 
 # Random rock under sudden gravity, 5 ms. In the first case the way through the interior ends at a fold; in the third, of Green
-# strain, at several; in the last the lines of corners never settle.
-ROCK = [("dda", 0), ("dda", 2), ("dda, Green strain", 2), ("nmm", 0)]
+# strain, at several; in the fourth the lines of corners never settle; in the last all falls by a quarter of its shortest edges.
+ROCK = [("dda", 0), ("dda", 2), ("dda, Green strain", 2), ("nmm", 0), ("nmm", 4)]
 
 
 def keeps_its_steps(results, count):
@@ -44,3 +44,20 @@ def test_a_column_that_breaks_up_under_green_strain_takes_the_steps_asked_for(st
     """Blocks of 5 cm that turn under pressure: the tangent of some is not definite, and a friction problem without a solution."""
     decks = scenes.column(16, end=0.5).write(tmp_path, 0.005)
     keeps_its_steps(scree.run(*decks, output=tmp_path / "column.h5", settings=[f"method.strain={strain}"]), 100)
+
+
+@pytest.mark.parametrize("groups", ["", "&method strain='green' /", "&method model='nmm' /\n&cover edge={edge} /"])
+@pytest.mark.parametrize("edge", [1e-3, 1.0, 1e3])
+def test_a_small_edge_cuts_no_step_of_what_falls(groups, edge, tmp_path):
+    """A block with a chamfer of 1e-4 of it gets its weight at once, and falls farther than a quarter of that in its first step."""
+    chamfer, apart = 1e-4, 0.01
+    block = edge * (np.array([(0, 0), (1 - chamfer, 0), (1, chamfer), (1, 1), (0, 1)]) + [0, apart])
+    floor = edge * block_files.box(-2, 3, -1, 0)
+    (tmp_path / "fall.blk").write_text(block_files.block_file("Fall", [(1, floor), (2, block)], block_files.held(floor, 1)))
+    rock = f"{1e10 * edge!r} 0.25 {'0 0 0 ' * 3}"
+    (tmp_path / "fall.ana").write_text(f"1 40 2 1 0.05 {5e-3 * edge**0.5!r}\n2500 0 {rock}\n2500 24525 {rock}\n30 0 0\n"
+                                       f"&deck geometry='fall.blk', dialect='short' /\n{groups.format(edge=0.7 * edge)}\n")
+    results = scree.run(tmp_path / "fall.ana")
+    keeps_its_steps(results, 40)
+    fell = (results.bodies.centroid[0] - results.bodies.centroid[-1])[1, 1]
+    assert abs(fell - apart * edge) < 2e-5 * edge  # what it is pressed by its weight, and hangs through
