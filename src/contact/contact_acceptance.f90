@@ -1,7 +1,8 @@
 !> What contacts remember of an accepted step, and how far they are apart.
 module scree_contact_acceptance
   use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
-  use scree_contact_rules, only: gap_and_slip, gaps_and_slips, press, remember_overlap, remember_slide, stiffness_after
+  use scree_contact_rules, only: force_to_hold, gap_and_slip, gaps_and_slips, press, remember_overlap, remember_slide, &
+                                 stiffness_after
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_law_t, contact_memory_t, contact_t, state_locked, state_open, state_sliding
   use scree_joint_closure, only: closing_energy
@@ -43,11 +44,13 @@ contains
     real(dp), intent(out) :: friction         !! work lost in sliding in the step, likewise
     type(gap_and_slip_t) :: now(2)
     type(closed_t) :: closed
+    type(contact_force_t) :: force
     logical :: held_together(size(try%pair, 2)) !! by a bond that is locked
     integer :: i
 
     call accept_no_contact(try, memory)
     memory%contact = try%contact
+    call soften(try%start%hardening, memory%contact)
     memory%inside = try%inside
     memory%count = try%count
     energy = 0.0_dp
@@ -72,7 +75,8 @@ contains
           if (entrance%rest < 0) &
             contact%overlap = max(0.0_dp, -(entrance%rest + entrance%dilated + now(contact%active)%gap))
         else
-          call accept_closed(try%law, press(try, i, now), now, held_together(entrance%pair), contact, closed)
+          force = press(try, i, now)
+          call accept_closed(try%law, force, force_to_hold(try, i, now, force), now, held_together(entrance%pair), contact, closed)
           memory%gap = max(memory%gap, closed%gap)
           contact%overlap = max(0.0_dp, -(entrance%rest + entrance%dilated + closed%gap))
           memory%pressed = max(memory%pressed, -closed%gap)
@@ -83,11 +87,10 @@ contains
         memory%penetration = max(memory%penetration, contact%overlap)
       end associate
     end do
-    call soften(try%start%hardening, memory%contact)
     memory%stiffness = stiffness_after(try%law, memory%gap, memory%penetration)
   end subroutine accept_contacts
 
-  !> Gives springs across that became harder in the step their own stiffness back.
+  !> Gives springs that became harder in the step their own stiffness back.
   pure subroutine soften(hardening, contact)
     real(dp), intent(in) :: hardening(:, :) !! (2, n)
     type(contact_t), intent(inout) :: contact(:)
@@ -95,15 +98,17 @@ contains
 
     do i = 1, size(contact)
       do k = 1, 2
-        contact(i)%entrance(k)%stiffness(1) = contact(i)%entrance(k)%stiffness(1)/hardening(k, i)
+        contact(i)%entrance(k)%stiffness = contact(i)%entrance(k)%stiffness/hardening(k, i)
       end do
     end do
   end subroutine soften
 
-  !> Hands on a closed contact: its force, its overlap, and what it remembers of sliding.
-  pure subroutine accept_closed(law, force, now, holds, contact, closed)
+  !> Hands on a closed contact: its force, its overlap, and what it remembers of sliding. With its multipliers the springs make that
+  !> force where it is; one that slides is handed on by the multiplier alone, as its spring along keeps nothing.
+  pure subroutine accept_closed(law, force, held, now, holds, contact, closed)
     type(contact_law_t), intent(in) :: law
     type(contact_force_t), intent(in) :: force
+    real(dp), intent(in) :: held(2)         !! what of it multipliers take over, if there are any
     type(gap_and_slip_t), intent(in) :: now(2)
     logical, intent(in) :: holds            !! a bond between its two elements is locked
     type(contact_t), intent(inout) :: contact
@@ -114,10 +119,12 @@ contains
       contact%force = [sum(force%across), force%along]
       contact%entrance(k)%pressing = max(0.0_dp, contact%force(1))
       slip = now(k)%slip
+      if (law%penetration < huge(1.0_dp)) contact%entrance(k)%multiplier = held
       if (contact%entrance(k)%state == state_sliding) &
         call remember_slide(law, force, now(k), holds, contact%entrance(k), slip, closed%work)
+      call remember_overlap(law, contact, now, closed%gap, strained)
+      if (law%penetration < huge(1.0_dp)) contact%entrance(k)%multiplier = held + contact%entrance(k)%stiffness*[strained, slip]
     end associate
-    call remember_overlap(law, contact, now, closed%gap, strained)
     contact%pressed = max(0.0_dp, -closed%gap)
     closed%energy = 0.5_dp*dot_product(contact%entrance(contact%active)%stiffness, [strained, slip]**2)
     if (allocated(law%closure)) closed%energy = closed%energy + closing_energy(law, contact%entrance(contact%active), -strained)

@@ -39,7 +39,7 @@ module scree_contact_quantities
     logical :: closed = .false.
     logical :: returned = .false. !! in this step the anchor went back to that share, to stay
     real(dp) :: multiplier(2) = 0.0_dp !! forces across and along that the springs need not make up
-    real(dp) :: hardening = 1.0_dp !! of the spring across in this step, so that multipliers follow faster
+    real(dp) :: hardening = 1.0_dp !! of the springs in this step, so that multipliers follow faster
     type(opening_t) :: opening     !! that the iteration has come to
     type(bend_t) :: bend           !! likewise
   end type entrance_start_t

@@ -35,7 +35,7 @@ module scree_contact_rules
   ! place
   public :: begin_contact, gap_and_slip, gaps_and_slips, place, put_anchors
   ! press
-  public :: press, press_across, pressing_of, rows_along, rubs, spring_of
+  public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
   public :: anchor_what_closes, anchors_return, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, &
             judge, may_make_energy, settles_as_one
@@ -385,6 +385,20 @@ contains
       end select
     end associate
   end function press
+
+  !> Forces of contact i, which is closed, across and along, that multipliers take over: not that of a dashpot, which is no part of
+  !> the overlap's.
+  pure function force_to_hold(try, i, now, force) result(held)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+    type(gap_and_slip_t), intent(in) :: now(2)
+    type(contact_force_t), intent(in) :: force
+    real(dp) :: held(2)
+
+    associate (k => try%contact(i)%active)
+      held = [force%across(k) + try%dashpot*(now(k)%gap - min(try%start(k, i)%gap, 0.0_dp)), force%along]
+    end associate
+  end function force_to_hold
 
   !> Rows along which contact i rubs, and of what its slip changes by.
   pure subroutine rows_along(try, i, row, change)

@@ -4,9 +4,9 @@
 !> contact by the rules of the scene (`contact_rules`). Nothing of it is kept but by `accept_contacts`. With multipliers
 !> `hold_contacts` lets these follow the forces of the springs until no overlap above a bound is left.
 module scree_open_close
-  use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
-  use scree_contact_rules, only: anchors_return, forgives_faint_forces, gaps_and_slips, judge, press, press_across, pressing_of, &
-                                 put_anchors
+  use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
+  use scree_contact_rules, only: anchors_return, force_to_hold, forgives_faint_forces, gaps_and_slips, judge, press, press_across, &
+                                 pressing_of, put_anchors
   use scree_contact_try, only: contact_try_t, count_states, of_elements
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: act_on, bond, friction_of
@@ -126,7 +126,8 @@ contains
     can_lock = friction_of(law, entrance) > 0 .or. bond(entrance, law%cohesion(entrance%joint)) > 0
   end function can_lock
 
-  !> Lets multipliers take the forces of closed contacts over, where an overlap or a gap above the bound is left.
+  !> Lets multipliers take the forces of closed contacts over, where more than the bound is left of an overlap, a gap or a slip that
+  !> there would not be between hard bodies.
   !>
   !> Where what is left does not shrink fast enough, as blocks have more inertia in a short step than soft springs can move, the
   !> springs become harder for the rest of the step (Bertsekas 1982, 2.2).
@@ -137,7 +138,7 @@ contains
     logical, intent(out) :: enough            !! none is left
     type(contact_force_t) :: force
     type(gap_and_slip_t) :: now(2)
-    real(dp) :: left, pair(2)
+    real(dp) :: apart, held(2, try%first:try%last), left
     integer :: i
 
     enough = .true.
@@ -148,20 +149,50 @@ contains
         if (entrance%state == state_open) cycle
         now = gaps_and_slips(model, try, i, d)
         force = press(try, i, now)
-        ! the force of the dashpot is no part of the overlap's
-        pair = [force%across(k) + try%dashpot*(now(k)%gap - min(try%start(k, i)%gap, 0.0_dp)), force%along]
-        if (abs(now(k)%gap) > try%law%penetration .and. maxval(abs(pair - entrance%multiplier)) > faint*abs(pair(1))) then
+        held(:, i) = force_to_hold(try, i, now, force)
+        apart = max(abs(now(k)%gap), slip_not_hard(entrance, try%start(k, i), now(k), force%along))
+        if (apart > try%law%penetration .and. maxval(abs(held(:, i) - entrance%multiplier)) > faint*abs(held(1, i))) then
           enough = .false.
-          left = max(left, abs(now(k)%gap))
+          left = max(left, apart)
         end if
-        entrance%multiplier = pair
+      end associate
+    end do
+    if (enough) return
+    do i = try%first, try%last
+      associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
+        if (entrance%state /= state_open) entrance%multiplier = held(:, i)
       end associate
     end do
     if (left > shrinking*try%left) call harden(try)
     try%left = left
   end subroutine hold_contacts
 
-  !> Makes the springs across harder for the rest of the step; harder springs along would make friction settle worse.
+  !> Slip of a closed contact that there would not be between hard bodies: that of a locked one from its anchor; of a sliding one
+  !> that was closed, what it went in the step with its friction, which would do work.
+  pure real(dp) function slip_not_hard(entrance, start, now, shear) result(slip)
+    type(entrance_t), intent(in) :: entrance
+    type(entrance_start_t), intent(in) :: start
+    type(gap_and_slip_t), intent(in) :: now
+    real(dp), intent(in) :: shear !! force
+    real(dp) :: moved
+
+    slip = abs(now%slip)
+    if (entrance%state /= state_sliding) return
+    slip = 0.0_dp
+    moved = way_along(entrance, start, now)
+    if (start%closed .and. shear*moved > 0) slip = abs(moved)
+  end function slip_not_hard
+
+  !> How far a vertex went in the step along the edge of its entrance, length.
+  pure real(dp) function way_along(entrance, start, now)
+    type(entrance_t), intent(in) :: entrance
+    type(entrance_start_t), intent(in) :: start
+    type(gap_and_slip_t), intent(in) :: now
+
+    way_along = now%slip + (entrance%anchor - start%share)*now%edge_length
+  end function way_along
+
+  !> Makes the springs harder for the rest of the step.
   pure subroutine harden(try)
     type(contact_try_t), intent(inout) :: try
     integer :: i, k
@@ -169,7 +200,7 @@ contains
     do i = try%first, try%last
       do k = 1, 2
         try%start(k, i)%hardening = harder*try%start(k, i)%hardening
-        try%contact(i)%entrance(k)%stiffness(1) = harder*try%contact(i)%entrance(k)%stiffness(1)
+        try%contact(i)%entrance(k)%stiffness = harder*try%contact(i)%entrance(k)%stiffness
       end do
     end do
   end subroutine harden
@@ -200,7 +231,6 @@ contains
     logical, intent(out) :: enough            !! none had to move
     type(contact_force_t) :: force
     type(gap_and_slip_t) :: now(2)
-    real(dp) :: moved
     integer :: i
 
     enough = .true.
@@ -211,8 +241,7 @@ contains
         if (entrance%state == state_open .or. entrance%bonded .or. start%closed .or. .not. start%gap > 0) cycle
         now = gaps_and_slips(model, try, i, d)
         force = press(try, i, now)
-        moved = now(k)%slip + (entrance%anchor - start%share)*now(k)%edge_length
-        if (.not. force%along*moved > 0 .or. .not. abs(entrance%anchor - start%share) > 0) cycle
+        if (.not. force%along*way_along(entrance, start, now(k)) > 0 .or. .not. abs(entrance%anchor - start%share) > 0) cycle
         entrance%anchor = start%share
         entrance%multiplier(2) = 0.0_dp
         start%returned = .true.

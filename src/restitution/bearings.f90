@@ -96,8 +96,8 @@ contains
           if (entrance%state /= state_open) own%force = force_of(model, try, i, d)
           if (start%closed) then
             own%before(1) = max(0.0_dp, start%multiplier(1) - entrance%stiffness(1)/start%hardening*start%gap)
-            own%before(2) = start%multiplier(2) &
-                            - entrance%stiffness(2)*(start%share - entrance%anchor)*try%geometry(contact%active, i)%edge_length
+            own%before(2) = start%multiplier(2) - entrance%stiffness(2)/start%hardening &
+                            *(start%share - entrance%anchor)*try%geometry(contact%active, i)%edge_length
             own%before(2) = sign(min(abs(own%before(2)), friction_of(law, entrance)*own%before(1)), own%before(2))
           end if
           if (entrance%bonded) own%before = own%force ! a bond bears all that comes
