@@ -21,7 +21,8 @@ module scree_linear_solver
   use scree_factored, only: factored_t
   use scree_gmres, only: gmres_t, solve_by_gmres
   use scree_kinds, only: dp
-  use scree_sparse_matrix, only: diagonal, multiply, products, root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_matrix
+  use scree_sparse_matrix, only: multiply, products, root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_diagonal, &
+                                 symmetric_matrix
   use scree_text, only: rounded_text
   use scree_timers, only: begin_phase, end_phase, phase_factor, timers_t
   use scree_umfpack, only: factorise_by_umfpack, release_umfpack, solve_by_umfpack, umfpack_t
@@ -299,16 +300,19 @@ contains
     if (same_pattern) same_pattern = all(a%row == b%row)
   end function same_pattern
 
-  !> Whether to go on from the factor that is kept: it has not cost more than a new one would, and few rows have changed.
+  !> Whether to go on from the factor that is kept: it has not cost more than a new one would, and few rows of the symmetric matrix
+  !> beside have changed. What friction adds is not in the factor, nor would it be in a new one.
   pure logical function may_do(kept, matrix)
     type(factored_t), intent(in) :: kept
     type(sparse_matrix_t), intent(in) :: matrix
+    real(dp) :: now(matrix%n)
 
     may_do = allocated(kept%value)
     if (.not. may_do) return
     may_do = kept%spent <= most_spent
-    if (may_do) may_do = count(abs(diagonal(matrix) - kept%value(kept%first(:matrix%n) + 1)) > changed*diagonal(matrix)) &
-                         <= most_changed
+    if (.not. may_do) return
+    now = symmetric_diagonal(matrix)
+    may_do = count(abs(now - kept%value(kept%first(:matrix%n) + 1)) > changed*now) <= most_changed
   end function may_do
 
   !> Solves with the factors of the matrix that was factorised last. Errors: no memory.

@@ -10,7 +10,7 @@ module scree_sparse_matrix
   implicit none
   private
   public :: add_element, add_rest, build_pattern, clear_matrix, copy_values, diagonal, multiply, products, root_of_diagonal, &
-            root_of_entry, sparse_matrix_t, symmetric_matrix, times
+            root_of_entry, sparse_matrix_t, symmetric_diagonal, symmetric_matrix, times
 
   !> The matrix, and where each entry of each element goes. Columns and rows count from 0, as the C libraries want.
   type :: sparse_matrix_t
@@ -241,6 +241,15 @@ contains
 
     diagonal = matrix%value(matrix%on_diagonal)
   end function diagonal
+
+  !> The diagonal of the symmetric matrix beside one.
+  pure function symmetric_diagonal(matrix) result(entry)
+    type(sparse_matrix_t), intent(in) :: matrix
+    real(dp) :: entry(matrix%n)
+
+    entry = diagonal(matrix)
+    if (.not. matrix%symmetric) entry = entry - matrix%skewed(matrix%on_diagonal)
+  end function symmetric_diagonal
 
   !> Root of the diagonal's magnitude, which the components of A x are measured by.
   pure function root_of_diagonal(matrix) result(root)
