@@ -508,12 +508,13 @@ contains
   !> Solves for the correction of a group, to a residual below `tolerance` (as `solve` measures it), and adds it to `d`.
   !>
   !> Errors: a singular matrix.
-  subroutine solve_equations(equations, timers, group, tolerance, keeps_factor, roughly, d, residual, error)
+  subroutine solve_equations(equations, timers, group, tolerance, keeps_factor, by_balance, roughly, d, residual, error)
     type(equations_t), intent(inout) :: equations
     type(timers_t), intent(inout) :: timers
     integer, intent(in) :: group
     real(dp), intent(in) :: tolerance
     logical, intent(in) :: keeps_factor    !! that of a matrix before may do
+    logical, intent(in) :: by_balance      !! where it does, what is left is measured by what balances, else by what does not
     logical, intent(in) :: roughly         !! where it does, so exactly: another correction follows, whatever this one is
     real(dp), intent(inout) :: d(:)        !! (n_unknowns)
     real(dp), intent(out) :: residual
@@ -529,7 +530,7 @@ contains
       return
     end if
     if (is_island(equations, group)) then
-      call solve_island(equations, timers, group, tolerance, keeps_factor, roughly, d, residual, error)
+      call solve_island(equations, timers, group, tolerance, keeps_factor, by_balance, roughly, d, residual, error)
       return
     end if
     e = equations%member(equations%first(group))
@@ -548,16 +549,16 @@ contains
   end subroutine solve_equations
 
   !> Solves for the correction of an island.
-  subroutine solve_island(equations, timers, group, tolerance, keeps_factor, roughly, d, residual, error)
+  subroutine solve_island(equations, timers, group, tolerance, keeps_factor, by_balance, roughly, d, residual, error)
     type(equations_t), intent(inout) :: equations
     type(timers_t), intent(inout) :: timers
     integer, intent(in) :: group
     real(dp), intent(in) :: tolerance
-    logical, intent(in) :: keeps_factor, roughly
+    logical, intent(in) :: keeps_factor, by_balance, roughly
     real(dp), intent(inout) :: d(:)        !! (n_unknowns)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
-    real(dp), allocatable :: x(:)
+    real(dp), allocatable :: scale(:), x(:)
 
     associate (island => equations%at(group - equations%n_alone)%island)
       allocate (x(size(island%unknown)))
@@ -567,7 +568,9 @@ contains
         equations%small = dense_matrix(island%matrix)
         call solve(equations%small, equations%force(island%unknown), tolerance, x, residual, error)
       else
-        call solve_with_kept_factor(island%solver, island%matrix, equations%force(island%unknown), tolerance, roughly, &
+        scale = abs(equations%force(island%unknown))
+        if (by_balance) scale = equations%scale(island%unknown)
+        call solve_with_kept_factor(island%solver, island%matrix, equations%force(island%unknown), scale, tolerance, roughly, &
                                     timers, x, residual, error)
       end if
     end associate

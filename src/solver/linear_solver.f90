@@ -39,7 +39,7 @@ module scree_linear_solver
   integer, parameter :: most_spent = 30       !! iterations with a factor, but for two of each solution, after which it is old
   integer, parameter :: most_changed = 60     !! rows that have changed, after which it is, too
   real(dp), parameter :: changed = 1e-2_dp    !! share of the diagonal by which they have
-  !> Share of the norm of b that an iteration goes on to, and one for a rough solution.
+  !> Share of the norm of what balances that an iteration goes on to, and of the norm of b for a rough solution.
   real(dp), parameter :: least_left = 1e-12_dp, roughly_left = 1e-6_dp
 
   !> What solutions took so far.
@@ -108,13 +108,15 @@ contains
 
   !> Solves A x = b to a residual below `tolerance`, with the factor of an earlier matrix where that does.
   !>
+  !> What may be left is measured by what balances in b, as b itself is next to nothing where a correction is the last of many.
   !> Which matrix that is shows in the last bits of x (`keep_matrix`, `recall_matrix`). Where GMRES takes too many iterations from
   !> there, the symmetric matrix beside A is factorised; where that is not definite or does not do either, A itself. A rough
   !> solution leaves up to 1e-6 of the norm of b, which it tells as its residual. Pattern and errors as of `solve_sparse`.
-  subroutine solve_with_kept_factor(solver, matrix, b, tolerance, roughly, timers, x, residual, error)
+  subroutine solve_with_kept_factor(solver, matrix, b, scale, tolerance, roughly, timers, x, residual, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
+    real(dp), intent(in) :: scale(:)     !! (n) magnitudes of what balances in b
     real(dp), intent(in) :: tolerance
     logical, intent(in) :: roughly
     type(timers_t), intent(inout) :: timers
@@ -126,13 +128,13 @@ contains
     if (may_do(solver%kept, matrix)) then
       if (.not. solver%factorised) call factorise_kept(solver, timers, definite, error)
       if (allocated(error)) return
-      call iterate(solver, matrix, b, tolerance, roughly, most_with_old, x, residual, done, error)
+      call iterate(solver, matrix, b, scale, tolerance, roughly, most_with_old, x, residual, done, error)
       if (allocated(error) .or. done) return
     end if
     call factorise_beside(solver, matrix, timers, definite, error)
     if (allocated(error)) return
     if (definite .and. .not. matrix%symmetric) then
-      call iterate(solver, matrix, b, tolerance, roughly, most_with_new, x, residual, done, error)
+      call iterate(solver, matrix, b, scale, tolerance, roughly, most_with_new, x, residual, done, error)
       if (allocated(error) .or. done) return
     end if
     solver%definite = definite .and. matrix%symmetric
@@ -143,32 +145,37 @@ contains
 
   !> Solves by GMRES with the factor that is kept, where it gets there.
   !>
-  !> It goes on until next to nothing of b is left. The residual alone would not do: the factor of another matrix gives soft modes
+  !> It goes on until what is left is next to nothing beside what balances in b. The residual alone would not do: the factor of another matrix gives soft modes
   !> displacements so large that, beside what cancels in these, all of b looks like round-off.
-  subroutine iterate(solver, matrix, b, tolerance, roughly, most, x, residual, done, error)
+  subroutine iterate(solver, matrix, b, scale, tolerance, roughly, most, x, residual, done, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
-    real(dp), intent(in) :: tolerance    !! of the residual, and share of the norm of b that may be left
+    real(dp), intent(in) :: scale(:)     !! (n) magnitudes of what balances in b
+    real(dp), intent(in) :: tolerance    !! of the residual, and share of the norm of what balances that may be left
     logical, intent(in) :: roughly       !! only to a rough solution
     integer, intent(in) :: most          !! iterations
     real(dp), intent(out) :: x(:)        !! (n)
     real(dp), intent(out) :: residual
     logical, intent(out) :: done
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: root(size(b)), product(2, size(b)), share
+    real(dp) :: root(size(b)), product(2, size(b)), goal, norm, share, whole
 
     residual = huge(residual)
     done = .false.
-    call approach(solver, matrix, b, merge(roughly_left, least_left, roughly), most, x, share, error)
+    root = root_of_diagonal(matrix)
+    norm = norm2(b/root)
+    whole = max(norm, norm2(scale/root))
+    goal = least_left*whole/max(norm, least_left*whole, tiny(norm))
+    if (roughly) goal = max(goal, roughly_left)
+    call approach(solver, matrix, b, goal, most, x, share, error)
     if (allocated(error)) return
-    done = roughly .and. share <= roughly_left
+    done = roughly .and. share <= goal
     if (done) residual = share
     if (roughly) return
-    root = root_of_diagonal(matrix)
     product = products(matrix, x)
-    if (norm2((b - product(1, :))/root) > tolerance*norm2(b/root)) return
-    residual = residual_of(b - product(1, :), abs(b) + product(2, :), root)
+    if (norm2((b - product(1, :))/root) > tolerance*whole) return
+    residual = residual_of(b - product(1, :), max(abs(b), scale) + product(2, :), root)
     done = residual <= tolerance
   end subroutine iterate
 

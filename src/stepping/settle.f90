@@ -313,8 +313,10 @@ contains
     if (group%bolted) call add_bolts(model, cache, state, group%number, group%rule, d, cache%equations)
   end subroutine add_elements
 
-  !> Solves for a correction and adds it to `d`: roughly where another one follows; of the secant the share that is asked for, mixed
-  !> with those before.
+  !> Solves for a correction and adds it to `d`, of the secant the share that is asked for, mixed with those before.
+  !>
+  !> Among contacts it is as exact as these are judged, and rough where another one follows. Without them it is exact to round-off:
+  !> what steps leave adds up in a body that turns for ever.
   subroutine correct(model, cache, group, d, residual, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -326,7 +328,7 @@ contains
     integer :: e
 
     call solve_equations(cache%equations, cache%timers, group%number, linear_tolerance(model), .not. model%settings%shi, &
-                         group%far, d, residual, error)
+                         group%in_contact, group%far, d, residual, error)
     outcome%solves = outcome%solves + 1
     if (.not. allocated(error)) then
       if ((model%settings%relaxation < 1 .or. model%settings%anderson > 0) &

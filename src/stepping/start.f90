@@ -209,7 +209,7 @@ contains
       do k = 1, size(list)
         call add_equations(cache%equations, group, k, cache%element(list(k))%kinematics%span, terms(list(k)))
       end do
-      call solve_equations(cache%equations, cache%timers, group, settled, .false., .false., x, residual, error)
+      call solve_equations(cache%equations, cache%timers, group, settled, .false., .false., .false., x, residual, error)
       if (.not. allocated(error)) cycle
       e = weakest_element(cache%equations, group)
       error%message = 'the start: '//words_of(new_trouble(error%message, 'another integrator.start, and check density and '// &
