@@ -14,6 +14,8 @@
 !>
 !>     -N (e x ds + ds x e) + T (dg x e + e x dg)      x: dyadic product, but for the overlap over the edge and strains of its body
 !>
+!> and half of that, with the rows of the middle, where the forces act in the middle of a step.
+!>
 !> Over a step that the integrator balances in its middle the row of the gap is its mean derivative: with e = y3 - y2,
 !> r = y1 - y2 in the middle, L0 and L1 the lengths and c = g L, the gap changes by exactly
 !>
@@ -44,7 +46,7 @@ module scree_contact_geometry
     real(dp) :: shear(2*n) = 0.0_dp     !! change of slid
     real(dp) :: normal_end(2*n) = 0.0_dp !! of the gap itself, where the forces act in another configuration
     real(dp) :: shear_end(2*n) = 0.0_dp
-    real(dp) :: turn(2*n) = 0.0_dp      !! turn of the edge to its normal, where it follows the motion, rad/length
+    real(dp) :: turn(2*n) = 0.0_dp      !! turn to its normal of the edge where forces act on it, if it follows d, rad/length
     !> (3, 2 n) where slip is measured from the anchor (Shi): the end of the edge from its start, along and across; and the
     !> position of the edge's body that the vertex is at from the foot, along.
     real(dp), allocatable :: edge(:, :)
@@ -83,7 +85,7 @@ contains
     real(dp), intent(in), optional :: weight
     type(entrance_geometry_t) :: geometry
     real(dp), dimension(2, n) :: T1, T2, T3
-    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal
+    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal, acting
     real(dp) :: of_link(2*n)
     integer :: body, edge_body
 
@@ -105,7 +107,8 @@ contains
       call put_rows(1.0_dp, 1.0_dp, geometry%normal_end, geometry%shear_end)
       call put_rows(2*weight - 1, 1.0_dp, geometry%normal, geometry%shear)
       call move(t, geometry)
-      associate (turn => matmul([t(2), -t(1)], T3 - T2)/geometry%edge_length)
+      acting = x3 - x2 + weight*(u3 - u2)
+      associate (turn => weight*matmul([acting(2), -acting(1)], T3 - T2)/sum(acting**2))
         geometry%turn(merge(n, 0, body == pair(1)) + 1:merge(2*n, n, body == pair(1))) = turn
       end associate
     else

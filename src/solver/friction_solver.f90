@@ -30,7 +30,7 @@ contains
   !> Solves a friction problem, to a share `tolerance` of the largest force.
   !>
   !> Near the solution, as of a problem that differs in few springs, the path is short and is tried first.
-  subroutine solve_friction(problem, near, tolerance, timers, x, state, found, work)
+  subroutine solve_friction(problem, near, tolerance, timers, x, state, found, work, quick)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: near                !! zero is near the solution
     real(dp), intent(in) :: tolerance
@@ -39,14 +39,17 @@ contains
     integer, intent(out) :: state(:)           !! (m) of the springs
     logical, intent(out) :: found
     type(friction_work_t), intent(out) :: work
-    integer :: factors, i
+    logical, intent(in), optional :: quick     !! only the first start inside is tried
+    integer :: factors, i, n_starts
 
     if (near) then
       x = 0.0_dp*problem%force
       call go_along(most_near)
       if (found) return
     end if
-    do i = 1, size(at_first)
+    n_starts = size(at_first)
+    if (present(quick)) n_starts = merge(1, n_starts, quick)
+    do i = 1, n_starts
       x = 0.0_dp*problem%force
       call solve_from_inside(problem, at_first(i), max(tolerance, to_leave(i)), timers, x, state, found, factors)
       work%factors = work%factors + factors

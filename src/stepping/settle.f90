@@ -8,9 +8,9 @@
 !> it the open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
 module scree_settle
   use scree_anderson, only: anderson_t, mix_step
-  use scree_contact_quantities, only: gap_and_slip_t
+  use scree_contact_blame, only: reject_contacts, states_of
   use scree_contact_problem, only: pose_problem, take_states
-  use scree_contact_rules, only: gaps_and_slips, iteration_rules, iteration_rules_t, place
+  use scree_contact_rules, only: iteration_rules, iteration_rules_t, place
   use scree_contact_try, only: contact_try_t, take_all, take_island
   use scree_effects, only: add_element_effects
   use scree_element_term, only: step_rule_t, term_t
@@ -43,6 +43,8 @@ module scree_settle
 
   !> Friction problems in a step, after which entrances and anchors stay; and at most.
   integer, parameter :: free_rounds = 3, most_rounds = 20
+  !> Friction problems in a step that follow each other at once, where forces bend.
+  integer, parameter :: prompt_rounds = 10
   !> Contacts that a judgement changes, from which on another one hardly ever changes none.
   integer, parameter :: many_changes = 20
   !> Times that contacts may hold in a step what has settled.
@@ -243,10 +245,19 @@ contains
                         .and. .not. (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1)
       if (group%in_contact) call judge(model, cache, state, group, contacts, d, outcome)
       if (outcome%settled .or. allocated(outcome%trouble%what)) return
-      if (model%settings%iterate == iterate_hybrid .and. .not. group%frozen) group%rule%tangent = change < near_solution
+      call choose_operator(model, change, group)
     end do
     call reject_unsettled(cache, worst, outcome)
   end subroutine iterate
+
+  !> The hybrid method takes the tangent after a small change of theta, else the secant.
+  pure subroutine choose_operator(model, change, group)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: change
+    type(group_t), intent(inout) :: group
+
+    if (model%settings%iterate == iterate_hybrid .and. .not. group%frozen) group%rule%tangent = change < near_solution
+  end subroutine choose_operator
 
   !> Contacts at the prediction, and what their iteration begins with.
   subroutine begin_open_close(model, cache, state, group, contacts, d)
@@ -276,13 +287,15 @@ contains
     type(group_t), intent(inout) :: group
     type(contact_try_t), intent(in) :: contacts
     real(dp), intent(in) :: d(:)
+    logical :: curved
 
     call add_elements(model, cache, state, group, d)
     if (.not. group%in_contact) return
+    curved = model%settings%balance > 0 .or. (group%near .and. group%rule%tangent)
     if (.not. group%frozen) group%linear_at = values_of_members(model, group, d)
+    curved = curved .and. .not. (group%frozen .or. group%linear)
     call add_pair_effects(model, contacts, group%number, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen) &
-                          .and. .not. model%settings%balance > 0, model%settings%balance > 0 .and. .not. group%frozen, d, &
-                          cache%equations)
+                          .and. .not. model%settings%balance > 0, curved, d, cache%equations)
   end subroutine assemble
 
   !> Begins the equations with what the elements add, and the bolts between them.
@@ -368,6 +381,9 @@ contains
   end subroutine mix
 
   !> Judges the contacts after a correction, and rejects the try where they go round in circles.
+  !>
+  !> Where forces bend, a correction from the solution of a friction problem that changes any contact is no use: the iteration, once
+  !> it has run in circles, does so again. The next problem follows at once, from where the last one ended.
   subroutine judge(model, cache, state, group, contacts, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -377,8 +393,10 @@ contains
     real(dp), intent(inout) :: d(:)
     type(outcome_t), intent(inout) :: outcome
     integer :: before(2, contacts%last - contacts%first + 1) !! states of their entrances before the judgement
+    logical :: prompt
 
-    if (group%stalled == group%open_close%most_stalled) before = states_of(contacts)
+    prompt = group%near .and. group%rounds < prompt_rounds .and. .not. group%linear
+    if (prompt .or. group%stalled == group%open_close%most_stalled) before = states_of(contacts)
     if (group%nested) call judge_contacts(model, d, contacts)
     group%frozen = group%nested .and. contacts%changes > 0
     if (.not. group%frozen) call judge_at(model, cache, state, group, d, contacts)
@@ -387,15 +405,23 @@ contains
     group%in_doubt = outcome%settled .and. contacts%changes > 0 .and. group%open_close%settles_always
     if (contacts%changes == 0) return
     outcome%settled = .false.
-    if (contacts%changes < group%fewest .and. group%open_close%counts_progress) then
-      group%fewest = contacts%changes
-    else
-      group%stalled = group%stalled + 1
-    end if
-    if (group%stalled <= group%open_close%most_stalled) return
+    call count_stalled(contacts%changes, group)
+    if (group%stalled <= group%open_close%most_stalled .and. .not. prompt) return
     call reject_contacts(model, state, contacts, before, d, outcome)
     call settle_stalled(model, cache, state, group, contacts, d, outcome)
   end subroutine judge
+
+  !> Counts the judgements that do not change fewer states than all before them.
+  pure subroutine count_stalled(changes, group)
+    integer, intent(in) :: changes !! of states, in the last judgement
+    type(group_t), intent(inout) :: group
+
+    if (changes < group%fewest .and. group%open_close%counts_progress) then
+      group%fewest = changes
+    else
+      group%stalled = group%stalled + 1
+    end if
+  end subroutine count_stalled
 
   !> Settles contacts that run in circles as a friction problem, at the entrances, anchors and bonds that they have where the last
   !> such round ended or the step began. Where it may not, or that fails, the trouble of the outcome stays.
@@ -408,7 +434,8 @@ contains
     real(dp), intent(inout) :: d(:)
     type(outcome_t), intent(inout) :: outcome
     real(dp), allocatable :: x(:)
-    integer :: spring(contacts%last - contacts%first + 1), k
+    real(dp) :: change
+    integer :: spring(contacts%last - contacts%first + 1), k, worst
     logical :: found
 
     if (.not. (group%in_contact .and. group%open_close%settles_always .and. group%rounds < most_rounds)) return
@@ -427,6 +454,9 @@ contains
     call check_areas(model, cache, group%member, d, outcome)
     if (.not. outcome%settled) return
     deallocate (outcome%trouble%what)
+    group%linear_at = group%sound
+    call find_change(model, cache, group, d, change, worst)
+    call choose_operator(model, change, group)
     group%sound = values_of_members(model, group, d)
     group%near = .true.
     group%rounds = group%rounds + 1
@@ -465,7 +495,8 @@ contains
     call add_elements(model, cache, state, posed, d)
     call pose_problem(model, contacts, group%number, d, cache%equations, problem)
     if (by_secant) call keep_rows_of_forces(problem)
-    call solve_friction(problem, group%near, accepted_share, cache%timers, x, spring, found, work)
+    call solve_friction(problem, group%near, accepted_share, cache%timers, x, spring, found, work, &
+                        quick=.not. (by_secant .or. group%linear))
     outcome%solves = outcome%solves + work%factors
     if (model%settings%problems == problems_all .or. (model%settings%problems /= problems_none .and. .not. found)) &
       call keep_posed(cache%equations, problem, group%near, found)
@@ -635,49 +666,5 @@ contains
                 'iteration.method=newton or a larger iteration.most, and check E, density and loads there', e, &
                 cache%element(e)%kinematics%centroid)
   end subroutine reject_unsettled
-
-  !> Rejects a try whose contacts did not settle: of those that the last judgement changed the one that presses most is to blame.
-  subroutine reject_contacts(model, state, contacts, before, d, outcome)
-    type(model_t), intent(in) :: model
-    type(state_t), intent(in) :: state
-    type(contact_try_t), intent(in) :: contacts
-    integer, intent(in) :: before(:, :) !! (2, n_contacts) states of their entrances before the last judgement
-    real(dp), intent(in) :: d(:)
-    type(outcome_t), intent(inout) :: outcome
-    integer :: now(2, size(before, 2)), i, number, worst
-    type(gap_and_slip_t) :: apart(2)
-    real(dp) :: deepest, gap
-
-    now = states_of(contacts)
-    deepest = -huge(deepest)
-    worst = 0
-    do i = 1, size(now, 2)
-      if (all(now(:, i) == before(:, i))) cycle
-      number = contacts%first + i - 1
-      apart = gaps_and_slips(model, contacts, number, d)
-      gap = maxval(apart(:contacts%contact(number)%n_entrances)%gap)
-      if (-gap <= deepest) cycle
-      deepest = -gap
-      worst = number
-    end do
-    call reject(outcome, 'contacts did not settle in '//number_text(outcome%iterations)//' open-close iterations, '// &
-                number_text(contacts%changes)//' still change', &
-                'another contact.stiffness, contact.viscosity, or a smaller step.least', 0)
-    if (worst == 0) return
-    associate (entrance => contacts%contact(worst)%entrance(contacts%contact(worst)%active), outlines => model%outlines)
-      outcome%trouble%element = outlines%element(entrance%vertex)
-      outcome%trouble%against = outlines%element(entrance%edge)
-      outcome%trouble%position = state%vertex(:, outlines%start(entrance%vertex))
-    end associate
-  end subroutine reject_contacts
-
-  !> States of the entrances of the contacts that are settled together.
-  pure function states_of(contacts) result(states)
-    type(contact_try_t), intent(in) :: contacts
-    integer :: states(2, contacts%last - contacts%first + 1)
-
-    states(1, :) = contacts%contact(contacts%first:contacts%last)%entrance(1)%state
-    states(2, :) = contacts%contact(contacts%first:contacts%last)%entrance(2)%state
-  end function states_of
 
 end module scree_settle
