@@ -51,6 +51,7 @@ module scree_contact_rules
     logical :: counts_progress = .true.        !! iterations that leave fewer states changing are not counted as stalled
     integer :: most_stalled = 3                !! iterations, before it is given up
     logical :: settles_always = .true.         !! as a friction problem, and by the balance of forces; else the step is cut
+    logical :: poses_at_once = .true.          !! friction problems follow each other at once, where forces bend
   end type iteration_rules_t
 
   !> Iterations that may leave as many changes where springs stiffen: those of Newton's method on their curves.
@@ -67,10 +68,11 @@ contains
     select case (law%rules)
     case (rules_shi)
       iteration_rules = iteration_rules_t(judges_prediction=.false., repeats_first_of_run=.true., counts_progress=.false., &
-                                          most_stalled=most_solutions - 1, settles_always=.false.)
+                                          most_stalled=most_solutions - 1, settles_always=.false., poses_at_once=.false.)
     case default
       iteration_rules = iteration_rules_t()
       if (allocated(law%closure)) iteration_rules%most_stalled = most_stiffening
+      iteration_rules%poses_at_once = .not. (law%rules == rules_conserving .or. allocated(law%closure))
     end select
   end function iteration_rules
 

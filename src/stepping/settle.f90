@@ -272,6 +272,7 @@ contains
     if (group%nested) allocate (group%term(size(group%member)))
     if (.not. group%linear) call place(model, cache, state, d, contacts)
     group%open_close = iteration_rules(contacts%law)
+    group%open_close%poses_at_once = group%open_close%poses_at_once .and. .not. group%linear
     group%sound = values_of_members(model, group, d)
     if (group%open_close%judges_prediction) call judge_prediction(model, d, contacts)
   end subroutine begin_open_close
@@ -291,7 +292,7 @@ contains
 
     call add_elements(model, cache, state, group, d)
     if (.not. group%in_contact) return
-    curved = model%settings%balance > 0 .or. (group%near .and. group%rule%tangent)
+    curved = model%settings%balance > 0 .or. (group%near .and. group%rule%tangent .and. group%open_close%poses_at_once)
     if (.not. group%frozen) group%linear_at = values_of_members(model, group, d)
     curved = curved .and. .not. (group%frozen .or. group%linear)
     call add_pair_effects(model, contacts, group%number, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen) &
@@ -395,7 +396,7 @@ contains
     integer :: before(2, contacts%last - contacts%first + 1) !! states of their entrances before the judgement
     logical :: prompt
 
-    prompt = group%near .and. group%rounds < prompt_rounds .and. .not. group%linear
+    prompt = group%near .and. group%rounds < prompt_rounds .and. group%open_close%poses_at_once
     if (prompt .or. group%stalled == group%open_close%most_stalled) before = states_of(contacts)
     if (group%nested) call judge_contacts(model, d, contacts)
     group%frozen = group%nested .and. contacts%changes > 0
@@ -456,7 +457,7 @@ contains
     deallocate (outcome%trouble%what)
     group%linear_at = group%sound
     call find_change(model, cache, group, d, change, worst)
-    call choose_operator(model, change, group)
+    if (group%open_close%poses_at_once) call choose_operator(model, change, group)
     group%sound = values_of_members(model, group, d)
     group%near = .true.
     group%rounds = group%rounds + 1
@@ -496,7 +497,7 @@ contains
     call pose_problem(model, contacts, group%number, d, cache%equations, problem)
     if (by_secant) call keep_rows_of_forces(problem)
     call solve_friction(problem, group%near, accepted_share, cache%timers, x, spring, found, work, &
-                        quick=.not. (by_secant .or. group%linear))
+                        quick=group%open_close%poses_at_once .and. .not. by_secant)
     outcome%solves = outcome%solves + work%factors
     if (model%settings%problems == problems_all .or. (model%settings%problems /= problems_none .and. .not. found)) &
       call keep_posed(cache%equations, problem, group%near, found)
