@@ -40,7 +40,7 @@ module scree_estimate
 contains
 
   !> Runs a deck as it is, and with each accuracy from the coarsest on, for some seconds each, and prints what whole runs take:
-  !> steps, seconds of wall-clock time with their spread, memory. What comes after the first seconds is taken to cost as they do,
+  !> steps, seconds of the processor with their spread, memory. What comes after the first seconds is taken to cost as they do,
   !> or as in a coarser run that came to its end.
   !>
   !> Errors: decks that do not run, a run that fails or that a signal stops.

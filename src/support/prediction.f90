@@ -1,7 +1,9 @@
 !> What a run will take, told from the beginning of it: a probe notes how far each step got and when, and what is left is taken to
 !> cost as that did, or as another run of the scene that came to its end.
+!>
+!> Seconds are of the processor, of which a run uses one: what else the machine does is not in them.
 module scree_prediction
-  use scree_kinds, only: dp, i8
+  use scree_kinds, only: dp
   implicit none
   private
   public :: amounts_t, begin_probe, enough, forecast_t, note_step, predict, probe_t, seconds_of, steps_of
@@ -15,8 +17,8 @@ module scree_prediction
     logical :: ended = .false.             !! the run came to its end
     integer :: n = 0                       !! steps noted
     real(dp), allocatable :: share(:)      !! (>= n) of the run that is done with each
-    real(dp), allocatable :: seconds(:)    !! (>= n) since the probe began, s
-    integer(i8), private :: begun = 0
+    real(dp), allocatable :: seconds(:)    !! (>= n) since the probe began, of the processor, s
+    real(dp), private :: begun = 0.0_dp    !! of the processor, s
   end type probe_t
 
   !> How much a run had taken, of seconds or steps, where it had got to.
@@ -40,13 +42,14 @@ contains
 
     probe%most = most
     allocate (probe%share(1000), probe%seconds(1000))
-    call system_clock(probe%begun)
+    call cpu_time(probe%begun)
   end subroutine begin_probe
 
   !> Notes a step, or, with a share of 0, that steps begin.
   subroutine note_step(share, probe)
     real(dp), intent(in) :: share !! of the run that is done
     type(probe_t), intent(inout) :: probe
+    real(dp) :: now
 
     if (probe%n == size(probe%share)) then
       probe%share = [probe%share, probe%share]
@@ -54,7 +57,8 @@ contains
     end if
     probe%n = probe%n + 1
     probe%share(probe%n) = share
-    probe%seconds(probe%n) = seconds_since(probe%begun)
+    call cpu_time(now)
+    probe%seconds(probe%n) = now - probe%begun
   end subroutine note_step
 
   !> Whether a probe has taken what it may, and says something.
@@ -64,15 +68,6 @@ contains
     enough = .false.
     if (probe%n > 1) enough = probe%seconds(probe%n) - probe%seconds(1) > probe%most
   end function enough
-
-  !> Seconds of the wall since a count of the system's clock.
-  real(dp) function seconds_since(begun)
-    integer(i8), intent(in) :: begun
-    integer(i8) :: now, rate
-
-    call system_clock(now, rate)
-    seconds_since = real(now - begun, dp)/real(rate, dp)
-  end function seconds_since
 
   !> The seconds of a probe.
   pure function seconds_of(probe) result(amounts)
