@@ -40,7 +40,7 @@ module scree_linear_solver
   integer, parameter :: most_changed = 60     !! rows that have changed, after which it is, too
   real(dp), parameter :: changed = 1e-2_dp    !! share of the diagonal by which they have
   !> Share of the norm of what balances that an iteration goes on to, and of the norm of b for a rough solution.
-  real(dp), parameter :: least_left = 1e-12_dp, roughly_left = 1e-6_dp
+  real(dp), parameter :: least_left = 1e-12_dp, roughly_left = 1e-2_dp
 
   !> What solutions took so far.
   type :: solver_work_t
@@ -111,7 +111,7 @@ contains
   !> What may be left is measured by what balances in b, as b itself is next to nothing where a correction is the last of many.
   !> Which matrix that is shows in the last bits of x (`keep_matrix`, `recall_matrix`). Where GMRES takes too many iterations from
   !> there, the symmetric matrix beside A is factorised; where that is not definite or does not do either, A itself. A rough
-  !> solution leaves up to 1e-6 of the norm of b, which it tells as its residual. Pattern and errors as of `solve_sparse`.
+  !> solution leaves up to 1e-2 of the norm of b, which it tells as its residual. Pattern and errors as of `solve_sparse`.
   subroutine solve_with_kept_factor(solver, matrix, b, scale, tolerance, roughly, timers, x, residual, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
@@ -145,8 +145,8 @@ contains
 
   !> Solves by GMRES with the factor that is kept, where it gets there.
   !>
-  !> It goes on until what is left is next to nothing beside what balances in b. The residual alone would not do: the factor of another matrix gives soft modes
-  !> displacements so large that, beside what cancels in these, all of b looks like round-off.
+  !> It goes on until what is left is next to nothing beside what balances in b. The residual alone would not do: the factor of
+  !> another matrix gives soft modes displacements so large that, beside what cancels in these, all of b looks like round-off.
   subroutine iterate(solver, matrix, b, scale, tolerance, roughly, most, x, residual, done, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix

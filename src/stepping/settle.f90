@@ -47,6 +47,8 @@ module scree_settle
   integer, parameter :: prompt_rounds = 10
   !> Contacts that a judgement changes, from which on another one hardly ever changes none.
   integer, parameter :: many_changes = 20
+  !> Largest force out of balance over the largest that balances, above which a step is taken to begin far from its solution.
+  real(dp), parameter :: far_share = 1e-3_dp
   !> Times that contacts may hold in a step what has settled.
   integer, parameter :: most_holds = 100
   !> Forces that judgement leaves out of balance on an element, over all that balance on it: less is none.
@@ -71,7 +73,7 @@ module scree_settle
     real(dp), allocatable :: sound(:, :)      !! (n, n_members) displacement that the iteration, or its last round, began with
     logical :: near = .false.                 !! to the solution: a friction problem ended there
     integer :: rounds = 0                     !! friction problems that were solved
-    logical :: far = .false.                  !! from the solution: the last judgement changed many contacts
+    logical :: far = .false.                  !! from the solution: contacts changed, or are likely to
     type(anderson_t) :: mixing                !! of corrections by the secant
     logical :: in_doubt = .false.             !! all has settled but for contacts that the judgement changed
   end type group_t
@@ -230,6 +232,7 @@ contains
       outcome%settled = balances(model, cache, group, contacts, i)
       if (outcome%settled) return
       outcome%iterations = max(outcome%iterations, i)
+      if (i == 1) group%far = begins_far(cache, group)
       call begin_phase(cache%timers, phase_solve)
       call correct(model, cache, group, d, residual, outcome)
       if (allocated(outcome%trouble%what)) return
@@ -531,6 +534,18 @@ contains
     group%in_doubt = .false.
   end subroutine hold
 
+  !> Whether so much is out of balance where an iteration begins that contacts are likely to change.
+  pure logical function begins_far(cache, group)
+    type(cache_t), intent(in) :: cache
+    type(group_t), intent(in) :: group
+    real(dp) :: balance(2)
+
+    begins_far = .false.
+    if (.not. (group%in_contact .and. group%linear .and. group%open_close%settles_always)) return
+    balance = out_of_balance(cache%equations, group%number)
+    begins_far = balance(1) > far_share
+  end function begins_far
+
   !> Whether the balance of forces tells that an iteration has settled; with small strain the residual of the correction does.
   pure logical function settles_by_residual(model, group)
     type(model_t), intent(in) :: model
@@ -574,7 +589,8 @@ contains
     if (group%linear) then
       is_settled = residual <= linear_tolerance(model)
     else
-      is_settled = model%settings%test /= test_residual .and. change < model%settings%tolerance
+      is_settled = model%settings%test /= test_residual .and. change < model%settings%tolerance &
+                   .and. residual <= linear_tolerance(model)
     end if
   end function is_settled
 
