@@ -1,5 +1,6 @@
 !> The few HDF5 calls that the results need, each with its status checked.
 module scree_hdf5_writing
+  use, intrinsic :: iso_fortran_env, only: int8, int64
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_funloc, c_funptr, c_int, c_int64_t, c_loc, &
                                          c_null_char, c_ptr
   use hdf5
@@ -21,7 +22,7 @@ module scree_hdf5_writing
     integer(hsize_t) :: n_rows = 0
     integer(hsize_t) :: chunk_rows = 1, chunk_bytes = 0 !! of a chunk
     logical :: whole = .false.                !! whole numbers
-    integer(hid_t) :: file_type = -1          !! in the file; numbers are handed over as doubles or default integers
+    logical :: byte = .false.                 !! from 0 to 255
   end type rows_t
 
   !> One entry of HDF5's error stack (H5E_error2_t).
@@ -153,15 +154,16 @@ contains
     type(error_t), allocatable, intent(out) :: error
     logical, intent(in), optional :: byte !! whole numbers in one byte
     integer(hsize_t), dimension(size(shape) + 1) :: dims, most, chunk
-    integer(hid_t) :: links, properties, space
+    integer(hid_t) :: file_type, links, properties, space
     integer :: status, n
 
     n = size(shape) + 1
     rows%shape = shape
     rows%whole = whole
-    rows%file_type = H5T_IEEE_F64LE
-    if (whole) rows%file_type = H5T_STD_I64LE
-    if (present(byte)) rows%file_type = H5T_STD_U8LE
+    if (present(byte)) rows%byte = byte
+    file_type = H5T_IEEE_F64LE
+    if (whole) file_type = H5T_STD_I64LE
+    if (rows%byte) file_type = H5T_STD_U8LE
     dims(:n - 1) = int(shape, hsize_t)
     most(:n - 1) = dims(:n - 1)
     chunk(:n - 1) = max(1_hsize_t, dims(:n - 1))
@@ -177,7 +179,7 @@ contains
     rows%chunk_bytes = 8*product(chunk)
     call h5pcreate_f(H5P_LINK_CREATE_F, links, status)
     call h5pset_create_inter_group_f(links, 1, status)
-    call h5dcreate_f(file, path, rows%file_type, space, rows%id, status, properties, links)
+    call h5dcreate_f(file, path, file_type, space, rows%id, status, properties, links)
     call check_status(status, 'cannot make '//path, error)
     if (allocated(error)) return
     if (len(units) > 0) call write_text(rows%id, 'units', units, error)
@@ -188,12 +190,13 @@ contains
     call h5sclose_f(space, status)
   end subroutine create_rows
 
-  !> Appends rows.
+  !> Appends rows, in memory as they are in the file: to convert any, HDF5 takes and clears a megabyte each time.
   subroutine append_rows(rows, values, error)
     type(rows_t), intent(inout) :: rows
     real(dp), intent(in), target, contiguous :: values(:) !! whole rows, one after the other
     type(error_t), allocatable, intent(out) :: error
-    integer, allocatable, target :: numbers(:)
+    integer(int64), allocatable, target :: numbers(:)
+    integer(int8), allocatable, target :: bytes(:)
     integer(hsize_t), dimension(size(rows%shape) + 1) :: dims, from, number
     integer(hid_t) :: memory, space
     integer :: n, status
@@ -211,9 +214,12 @@ contains
       call h5dget_space_f(rows%id, space, status)
       call h5sselect_hyperslab_f(space, H5S_SELECT_SET_F, from, number, status)
       call h5screate_simple_f(n, number, memory, status)
-      if (rows%whole) then
-        numbers = nint(values)
-        call h5dwrite_f(rows%id, H5T_NATIVE_INTEGER, c_loc(numbers), status, memory, space)
+      if (rows%byte) then
+        bytes = int(merge(values - 256, values, values > 127), int8) ! of the same bits without a sign
+        call h5dwrite_f(rows%id, H5T_STD_U8LE, c_loc(bytes), status, memory, space)
+      else if (rows%whole) then
+        numbers = nint(values, int64)
+        call h5dwrite_f(rows%id, h5kind_to_type(int64, H5_INTEGER_KIND), c_loc(numbers), status, memory, space)
       else
         call h5dwrite_f(rows%id, H5T_NATIVE_DOUBLE, c_loc(values), status, memory, space)
       end if
