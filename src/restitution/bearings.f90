@@ -6,7 +6,7 @@ module scree_bearings
   use scree_contacts, only: state_open
   use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
-  use scree_impulses, only: impulse_problem_t, resistance_of, velocity_at
+  use scree_impulses, only: impulse_problem_t, impulses_t, resistance_of, solve_compression, velocity_at
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_rigid_bodies, only: find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t
@@ -15,7 +15,8 @@ module scree_bearings
   use scree_time_table, only: mean_of_ramp
   implicit none
   private
-  public :: any_closes, bearing_t, find_approaches, find_impulses, find_islands, list_bearings, pair_of, set_up_problem
+  public :: any_closes, bearing_t, find_approaches, find_impulses, find_islands, find_strokes, list_bearings, pair_of, set_least, &
+            set_up_problem
 
   !> A contact that bears at the beginning of the step or at its end.
   type :: bearing_t
@@ -28,6 +29,7 @@ module scree_bearings
     logical :: closes = .false.              !! in this step, of bodies that come together
     logical :: strikes = .false.             !! closes faster than its spring rings under what the bodies bear
     logical :: reached = .false.             !! by the impact, or it closes
+    real(dp) :: struck = 0.0_dp              !! impulse across, were the bodies rigid and met when the step began; force time
     real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
     real(dp) :: moment = 0.0_dp              !! way of the approach in a moment, length: a gap below it is none
     real(dp) :: impulse(2) = 0.0_dp          !! gamma dt Q, force time
@@ -37,7 +39,7 @@ module scree_bearings
 
   !> An approach below this share of what cancels in it is round-off.
   real(dp), parameter :: round_off = 64*epsilon(1.0_dp)
-  !> An impact reaches a contact that it presses by more than this share of the largest force of what closes.
+  !> An impact reaches a contact that it strikes by more than this share of the largest impulse of what closes.
   real(dp), parameter :: felt = 1e-2_dp
   !> Impacts within this share of the step of the first of them are one, also where the step ends between them.
   real(dp), parameter, public :: together = 1e-6_dp
@@ -198,29 +200,67 @@ contains
     weights = mean_of_ramp(model%effects%gravity%ramp, rule%load_from, rule%load_to)*weights
   end function weights
 
+  !> Finds how hard impacts strike contacts: impulses that end the approach of what closes, where contacts that press come no closer
+  !> than they do without it. What loads or a swing press them with in the step is none of an impact.
+  pure subroutine find_strokes(model, cache, state, d, try, bearing)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
+    type(contact_try_t), intent(in) :: try
+    type(bearing_t), intent(inout) :: bearing(:)
+    type(rigid_bodies_t) :: bodies
+    type(impulse_problem_t) :: problem
+    type(impulses_t) :: impulses
+    real(dp), allocatable :: motion(:, :)
+
+    call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
+    motion = motion_of(model, cache, state, bodies, state%velocity)
+    call set_least(bearing, motion, problem)
+    call solve_compression(problem, motion, impulses)
+    bearing%struck = impulses%P(1, :)
+  end subroutine find_strokes
+
+  !> Sets the least velocity across that compression leaves: none of approach where contacts close, elsewhere what there was.
+  pure subroutine set_least(bearing, motion, problem)
+    type(bearing_t), intent(in) :: bearing(:)
+    real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies)
+    type(impulse_problem_t), intent(inout) :: problem
+    real(dp) :: velocity(2)
+    integer :: i
+
+    do i = 1, size(bearing)
+      velocity = velocity_at(problem, motion, i)
+      problem%least(i) = min(0.0_dp, velocity(1))
+      if (bearing(i)%closes) problem%least(i) = 0.0_dp
+      if (problem%glued(i)) problem%least(i) = velocity(1)
+    end do
+  end subroutine set_least
+
   !> Tells the impacts apart: contacts of one island have bodies in common that are free to move. 0: no impact reaches it.
   !>
-  !> From what closes an impact goes on by every contact that it presses by more than a share of the largest force of what closes
+  !> From what closes an impact goes on by every contact that it strikes by more than a share of the largest impulse of what closes
   !> there. All contacts of the bodies that it gets to belong to it, as these may not come closer by it.
   pure subroutine find_islands(held, bearing)
     logical, intent(in) :: held(:)               !! (n_blocks)
     type(bearing_t), intent(inout) :: bearing(:)
-    real(dp) :: strongest(size(held))            !! force of what closes in the island of a label
+    real(dp) :: strongest(size(held))            !! impulse of what closes in the island of a label
     integer :: label(size(held)), i
     logical :: grows
 
     label = 0
     strongest = 0.0_dp
     do i = 1, size(bearing)
-      if (bearing(i)%closes) call join(held, bearing(i)%block, bearing(i)%force(1), label, strongest)
+      if (bearing(i)%closes) call join(held, bearing(i)%block, bearing(i)%struck, label, strongest)
     end do
     grows = .true.
     do while (grows)
       grows = .false.
       do i = 1, size(bearing)
         associate (own => bearing(i))
-          if (own%reached .or. own%force(1) <= own%before(1)) cycle
-          if (own%force(1) - own%before(1) < felt*strength(held, own%block, label, strongest)) cycle
+          if (own%reached .or. .not. own%struck > 0 .or. .not. own%force(1) > own%before(1)) cycle
+          if (own%struck < felt*strength(held, own%block, label, strongest)) cycle
+          if (.not. strength(held, own%block, label, strongest) > 0) cycle
           own%reached = .true.
           call join(held, own%block, 0.0_dp, label, strongest)
           grows = .true.
@@ -236,7 +276,7 @@ contains
     end do
   end subroutine find_islands
 
-  !> Largest force of what closes in the islands of two blocks; 0 where there is none.
+  !> Largest impulse of what closes in the islands of two blocks; 0 where there is none.
   pure real(dp) function strength(held, block, label, strongest)
     logical, intent(in) :: held(:)               !! (n_blocks)
     integer, intent(in) :: block(2), label(:)    !! (n_blocks)
@@ -250,11 +290,11 @@ contains
     end do
   end function strength
 
-  !> Makes one island of those of two blocks, between which this force acts.
-  pure subroutine join(held, block, force, label, strongest)
+  !> Makes one island of those of two blocks, between which this impulse acts.
+  pure subroutine join(held, block, impulse, label, strongest)
     logical, intent(in) :: held(:)               !! (n_blocks)
     integer, intent(in) :: block(2)
-    real(dp), intent(in) :: force
+    real(dp), intent(in) :: impulse
     integer, intent(inout) :: label(:)           !! (n_blocks)
     real(dp), intent(inout) :: strongest(:)      !! (n_blocks)
     integer :: gone, side, whole
@@ -265,7 +305,7 @@ contains
       if (label(block(side)) == 0) label(block(side)) = block(side)
       gone = label(block(side))
       if (whole == 0) whole = gone
-      strongest(whole) = max(strongest(whole), strongest(gone), force)
+      strongest(whole) = max(strongest(whole), strongest(gone), impulse)
       where (label == gone) label = whole
     end do
   end subroutine join

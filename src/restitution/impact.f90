@@ -17,8 +17,8 @@
 !> with p the rates that the impulse adds, v0 and v- those when the step began and before the impact, however far bodies turn in it.
 !> So a step with an impact makes no energy where the step itself makes none (doc/theory.md, section 4).
 module scree_impact
-  use scree_bearings, only: any_closes, bearing_t, find_approaches, find_impulses, find_islands, list_bearings, pair_of, &
-                            set_up_problem, together
+  use scree_bearings, only: any_closes, bearing_t, find_approaches, find_impulses, find_islands, find_strokes, &
+                            list_bearings, pair_of, set_least, set_up_problem, together
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, place
   use scree_contact_try, only: contact_try_t, of_elements, take_all
@@ -70,6 +70,7 @@ contains
     call find_approaches(model, cache, state, rule, d, try, bearing)
     if (.not. any(bearing%closes)) return
     if (.not. any(bearing%strikes)) return
+    call find_strokes(model, cache, state, d, try, bearing)
     call find_islands(held_blocks(model, state), bearing)
     impact%bearing = pack(bearing, [(any(bearing%strikes .and. bearing%island == bearing(i)%island), i=1, size(bearing))] &
                           .and. bearing%island > 0)
@@ -413,22 +414,6 @@ contains
       end do
     end do
   end function pushed_by
-
-  !> Sets the least velocity across that compression leaves: none of approach where the impact acts, elsewhere what there was.
-  pure subroutine set_least(bearing, motion, problem)
-    type(bearing_t), intent(in) :: bearing(:)
-    real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies)
-    type(impulse_problem_t), intent(inout) :: problem
-    real(dp) :: velocity(2)
-    integer :: i
-
-    do i = 1, size(bearing)
-      velocity = velocity_at(problem, motion, i)
-      problem%least(i) = min(0.0_dp, velocity(1))
-      if (bearing(i)%reached) problem%least(i) = 0.0_dp
-      if (problem%glued(i)) problem%least(i) = velocity(1)
-    end do
-  end subroutine set_least
 
   !> Lets contact i lose force at the end of the step as it is: multipliers first, then springs, which rest deeper.
   pure subroutine release(i, loss, deeper, try)

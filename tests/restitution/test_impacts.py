@@ -104,6 +104,16 @@ def test_a_wall_that_rings_under_its_load_has_no_impacts(mode, dt, tmp_path):
         assert other[1] == springs[1]
 
 
+@pytest.mark.parametrize("gap", [2e-4, 5e-3])
+def test_a_pebble_does_not_still_the_swing_of_what_it_falls_on(gap, tmp_path):
+    """A column of three soft blocks swings under its load; a pebble of 1/7500 of its mass lands on it, plastic, with less than a joule.
+    What a step takes of the swing stays below a twentieth of it; that of the whole column would be a third."""
+    blocks = [box(-1, 2, -1, 0), *[box(0, 1, k, k + 1) for k in range(3)], box(0.5, 0.52, 3 + gap, 3.02 + gap)]
+    f = run(tmp_path, blocks, f"&contact restitution=0 /\n{MODES['trapezoidal']}", 2e-3, 0.1, [(-0.9, -0.9, 1), (1.9, -0.9, 1)], young=1e7, phi=30)
+    assert f.history.contacts[:, 1:].sum(1).max() > 6  # it has landed
+    assert -np.diff(total(f)).min() < 0.05 * f.history.energy.strain.max()
+
+
 def test_impacts_elsewhere_leave_a_vibrating_block_as_it_is(tmp_path):
     """A block 20 m off that swings by its initial stress: to the bit, whether two others meet or not."""
     (tmp_path / "a.ana").write_text("\n".join([
