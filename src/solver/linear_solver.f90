@@ -40,7 +40,7 @@ module scree_linear_solver
   integer, parameter :: most_changed = 60     !! rows that have changed, after which it is, too
   real(dp), parameter :: changed = 1e-2_dp    !! share of the diagonal by which they have
   !> Share of the norm of what balances that an iteration goes on to, and of the norm of b for a rough solution.
-  real(dp), parameter :: least_left = 1e-13_dp, roughly_left = 1e-2_dp
+  real(dp), parameter :: least_left = 3e-13_dp, roughly_left = 1e-2_dp
 
   !> What solutions took so far.
   type :: solver_work_t
