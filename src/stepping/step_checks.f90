@@ -62,8 +62,8 @@ contains
 
   !> Rejects a try in which a vertex went where no contact was looked for: the next looks farther, or is shorter.
   !>
-  !> A vertex that leaps, as one of small edges does that gets its weight at once, is looked for once as far as it went; not on the
-  !> way to an equilibrium, whose steps are as long as nothing leaps.
+  !> A vertex that leaps, as one of small edges does that gets its weight at once, is looked for once as far as it went; not where
+  !> its body leaps too, nor on the way to an equilibrium, whose steps are as long as nothing leaps.
   subroutine check_search(model, cache, state, try, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -71,13 +71,15 @@ contains
     type(try_t), intent(inout) :: try
     type(outcome_t), intent(inout) :: outcome
     real(dp) :: beyond(4)
-    logical :: leaps
+    logical :: again, leaps
 
     if (.not. looks_as_far_as_it_moves(model%effects%contact)) return
     call find_outrun(model, cache, state, try%dt, try%contacts, try%d, beyond)
     try%leap = max(try%leap, maxval(beyond(3:)))
     leaps = beyond(3) > 1
-    if (leaps .and. .not. (beyond(4) > 1 .or. allocated(try%contacts%leapt) .or. allocated(state%settling))) then
+    again = leaps .and. .not. (beyond(4) > 1 .or. allocated(try%contacts%leapt) .or. allocated(state%settling))
+    if (again) again = .not. any_body_leaps(model, cache, state, try)
+    if (again) then
       outcome%settled = .false.
       try%remedy = remedy_wider
       try%contacts%leapt = try%d
@@ -91,6 +93,26 @@ contains
       try%contacts%swing = try%contacts%swing + 2*beyond(2)
     end if
   end subroutine check_search
+
+  !> Whether a body went farther beyond its velocity than a vertex of its longest edges may.
+  pure logical function any_body_leaps(model, cache, state, try) result(leaps)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(try_t), intent(in) :: try
+    real(dp) :: beyond(2)
+    integer :: e, k
+
+    leaps = .true.
+    if (.not. allocated(cache%search%bodies%longest)) return
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      beyond = matmul(cache%element(e)%kinematics%at_centroid, &
+                      values_of(model%elements, e, try%d) - try%dt*values_of(model%elements, e, state%velocity))
+      if (norm2(beyond) > model%effects%contact%leap*cache%search%bodies%longest(model%elements%block(e))) return
+    end do
+    leaps = .false.
+  end function any_body_leaps
 
   !> Rejects a try in which a vertex goes too far.
   subroutine check_travel(model, cache, state, try, outcome)

@@ -23,7 +23,7 @@ SCENES = {
     "random rock": (lambda folder: ([touching.jointed_rock(folder, "dda, Green strain", 3, 8)], []),
                     {"assemble", "solve", "factor", "judge", "friction", "sleep"}),
     "impacts": (lambda folder: ([SOURCE / "input/paper/arc/arc.ana"], ["contact.restitution=0.5", "step.size=2e-3"]),
-                {"alone", "assemble", "solve", "judge", "restitution", "sleep"}),
+                {"alone", "assemble", "solve", "factor", "judge", "friction", "restitution", "sleep"}),  # circles in one step
     "blocks that fall asleep": (lambda folder: (effects.on_ground(3, 2, 60.0).with_more(velocity=(20.0, 0.0, 0.0)).write(folder, "x"),
                                                 ["step.sleep=1e-3", "step.end_time=5"]),
                                 {"assemble", "solve", "judge", "sleep"}),
