@@ -17,8 +17,8 @@ module scree_pair_effects
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: add_bolts, add_forces_of_bolts, add_pair_effects, couples_pairs, is_bolted, list_coupled_pairs, order_contacts, &
-            list_pairs_of_bolts
+  public :: add_bolts, add_forces_of_bolts, add_pair_effects, couples_pairs, is_bolted, list_coupled_pairs, &
+            list_pairs_of_bolts, order_contacts
 
 contains
 
