@@ -103,12 +103,16 @@ contains
     excess = maxval(step%impact)/max(struck*(settings%aim*way - maxval(step%total + step%impacts)), least_struck*settings%aim*way)
   end function excess_of_impact
 
-  !> Size of the next step over that of the last, by how much that and the one before it went beyond.
+  !> Size of the next step over that of the last, by how much that and the one before it went beyond. Excesses are sizes over a
+  !> size, and sizes grow by `grows` at most: an excess that has grown by more is one of errors that come and go, and no trend.
   pure real(dp) function following_factor(excess, before) result(factor)
     real(dp), intent(in) :: excess, before
+    real(dp) :: earlier
 
     factor = grows
-    if (excess > 0) factor = min(grows, max(shrinks, excess**(-integral - proportional)*before**proportional))
+    if (.not. excess > 0) return
+    earlier = max(before, excess/grows)
+    factor = min(grows, max(shrinks, excess**(-integral - proportional)*earlier**proportional))
   end function following_factor
 
   !> Chooses the size of the next step. One that was shorter, to end at a frame, tells of those that are not.
@@ -125,7 +129,7 @@ contains
     if (known .or. excess > 0) then
       size = report%dt*following_factor(excess, state%deviation%excess)
       if (.not. excess > 0) size = longest
-      state%deviation%excess = max(excess, 0.01_dp)
+      state%deviation%excess = excess
     else
       size = state%pace%size
     end if

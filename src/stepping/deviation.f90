@@ -5,7 +5,8 @@
 !> before, of which j is the rate of change, a step that moves by d is off by
 !>
 !>     place      d - [dt (v0 + v1)/2 - dt^3 j/12]      what the motion at its ends says, to the fourth order (Hermite)
-!>     motion     (beta - 1/2) dt^2 j                   where forces balance at beta dt, not in the middle (Newmark)
+!>     motion     (beta - 1/2) dt^2 (j - w^3)           where forces balance at beta dt, not in the middle (Newmark), w^3 of the
+!>                                                      spin w where strain is Green's: what points feel as they go round
 !>     growth     u_X v_Y - u_Y v_X                     area that small strain makes of a turn (Zhang et al. 2019, Eq. 14)
 !>
 !> as the error of Zienkiewicz and Xie 1991, of velocities in place of accelerations at both ends, so that it holds for every
@@ -271,7 +272,10 @@ contains
       if (own%known) then
         jerk = (own%acceleration - deviation%acceleration(:, b))/own%apart
         own%place = own%ahead + dt**3/12*jerk
-        if (model%settings%scheme == scheme_newmark) own%motion = (beta - 0.5_dp)*dt**2*jerk
+        if (model%settings%scheme == scheme_newmark) then
+          if (model%effects%large_deformation) jerk(3) = jerk(3) - own%velocity(3)**3/max(tiny(dt), before%gyration(b)**2)
+          own%motion = (beta - 0.5_dp)*dt**2*jerk
+        end if
       else if (span%first) then
         own%place = own%ahead ! loads are there at once, and stay
       end if
@@ -352,7 +356,7 @@ contains
       if (pace(5) > 0) & ! before the run nothing was added
         step%at_end(b) = dt*power*one_way/(pace(5) + power*span%memory*exp(-span%time/span%memory))
       u = u + k*dt*e + share*own%motion - own%taken
-      if (k*dt**2 < -1) u = 0.0_dp ! springs hold it
+      if (k*max(dt, span%memory)**2 < -1) u = 0.0_dp ! springs hold it: it rings within what means are taken over
       e = e + dt*u + share*own%place
       step%total(b) = norm2(weight(1)*e + weight(2)*u)
       if (k < 0) step%total(b) = hypot(norm2(e), weight(2)*norm2(u))
