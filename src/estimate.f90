@@ -2,7 +2,7 @@
 module scree_estimate
   use, intrinsic :: iso_c_binding, only: c_int, c_long
   use scree_block_input, only: blocks_t
-  use scree_errors, only: error_t
+  use scree_errors, only: error_t, status_signal
   use scree_kinds, only: dp
   use scree_prediction, only: begin_probe, forecast_t, predict, probe_t, seconds_of, steps_of
   use scree_read_scene, only: read_scene
@@ -15,6 +15,7 @@ module scree_estimate
   public :: estimate_runs
 
   real(dp), parameter :: probe_seconds = 10.0_dp !! that the steps of one run may take
+  real(dp), parameter :: coarser = 8.0_dp        !! steps of a run that tells what comes later, over those asked for
 
   !> C: struct rusage on Linux and the BSDs, two times of two longs and fourteen longs.
   type, bind(c) :: usage_t
@@ -41,7 +42,7 @@ contains
 
   !> Runs a deck as it is, and with each accuracy from the coarsest on, for some seconds each, and prints what whole runs take:
   !> steps, seconds of the processor with their spread, memory. What comes after the first seconds is taken to cost as they do,
-  !> or as in a coarser run that came to its end.
+  !> or as in a coarser run that came to its end: with an accuracy before it, or in longer steps.
   !>
   !> Errors: decks that do not run, a run that fails or that a signal stops.
   subroutine estimate_runs(geometry, analysis, settings, accuracy, unit, error)
@@ -67,25 +68,53 @@ contains
     subroutine estimate_run(name, settings)
       character(len=*), intent(in) :: name
       type(text_t), intent(in) :: settings(:)
-      type(probe_t) :: probe
+      type(probe_t) :: coarse, probe
+      type(forecast_t) :: seconds
 
-      call run_probe(geometry, analysis, settings, probe, error)
+      call run_probe(geometry, analysis, settings, 1.0_dp, probe, error)
       if (allocated(error)) return
       if (shape%ended) then
         call print_forecast(unit, name, probe, predict(steps_of(probe), steps_of(shape)), &
-                            predict(seconds_of(probe), seconds_of(shape)))
+                            predict(seconds_of(probe), seconds_of(shape)), '')
       else
-        call print_forecast(unit, name, probe, predict(steps_of(probe)), predict(seconds_of(probe)))
+        if (.not. probe%ended) call run_coarsely(geometry, analysis, settings, coarse, error)
+        if (allocated(error)) return
+        seconds = predict(seconds_of(probe))
+        if (coarse%ended) seconds = joined(predict(seconds_of(probe), seconds_of(coarse)), seconds)
+        call print_forecast(unit, name, probe, predict(steps_of(probe)), seconds, &
+                            trim(merge(' and a whole one in longer steps', repeat(' ', 32), coarse%ended)))
       end if
       if (probe%ended) shape = probe
     end subroutine estimate_run
 
   end subroutine estimate_runs
 
-  !> Runs a deck for some seconds.
-  subroutine run_probe(geometry, analysis, settings, probe, error)
+  !> Two forecasts of which none is known to be the better one: their geometric mean, with the spread of both.
+  pure type(forecast_t) function joined(a, b)
+    type(forecast_t), intent(in) :: a, b
+
+    joined = forecast_t(sqrt(a%value*b%value), min(a%low, b%low), max(a%high, b%high))
+  end function joined
+
+  !> Runs a deck in longer steps, for as long as a probe, which is of no use where that does not come to its end.
+  !>
+  !> Errors: a signal. A run that fails in such steps tells nothing.
+  subroutine run_coarsely(geometry, analysis, settings, probe, error)
     character(len=*), intent(in) :: geometry, analysis
     type(text_t), intent(in) :: settings(:)
+    type(probe_t), intent(out) :: probe
+    type(error_t), allocatable, intent(out) :: error
+
+    call run_probe(geometry, analysis, settings, coarser, probe, error)
+    if (.not. allocated(error)) return
+    if (error%status < status_signal) deallocate (error)
+  end subroutine run_coarsely
+
+  !> Runs a deck for some seconds. Longer steps are for motions alone: of a static run they make another one.
+  subroutine run_probe(geometry, analysis, settings, longer, probe, error)
+    character(len=*), intent(in) :: geometry, analysis
+    type(text_t), intent(in) :: settings(:)
+    real(dp), intent(in) :: longer        !! factor of the steps of the deck
     type(probe_t), intent(out) :: probe
     type(error_t), allocatable, intent(out) :: error
     type(run_options_t) :: options
@@ -97,6 +126,8 @@ contains
     call begin_timers(timers)
     call read_scene(geometry, analysis, settings, scene, blocks, error)
     if (allocated(error)) return
+    if (longer > 1 .and. (size(scene%later) > 0 .or. .not. scene%carried > 0)) return
+    scene%settings%step_size = longer*scene%settings%step_size
     options%results_path = scratch_folder()//'/scree-estimate-'//number_text(int(c_process()))//'.h5'
     options%restart_path = ''
     options%runs = .true.
@@ -116,16 +147,17 @@ contains
   end function scratch_folder
 
   !> Prints a line of the table: steps and seconds of a whole run, memory of the probe, and by how much of the run that is told.
-  subroutine print_forecast(unit, name, probe, steps, seconds)
+  subroutine print_forecast(unit, name, probe, steps, seconds, beside)
     integer, intent(in) :: unit
-    character(len=*), intent(in) :: name
+    character(len=*), intent(in) :: name, beside !! beside: what told it too
     type(probe_t), intent(in) :: probe
     type(forecast_t), intent(in) :: steps, seconds
     type(usage_t) :: usage
     character(len=:), allocatable :: by
 
     by = 'the whole run'
-    if (.not. probe%ended) by = number_text(probe%n - 1)//' steps, '//rounded_text(100*probe%share(probe%n))//' % of the run'
+    if (.not. probe%ended) &
+      by = number_text(probe%n - 1)//' steps, '//rounded_text(100*probe%share(probe%n))//' % of the run'//beside
     if (c_usage(0_c_int, usage) /= 0) usage%most_resident = 0
     write (unit, '(a16,i8,3(1x,a9),1x,i11,2x,a)') name//repeat(' ', max(0, 16 - len(name))), nint(min(steps%value, 1e9_dp)), &
       three_digits(seconds%value), three_digits(seconds%low), three_digits(seconds%high), usage%most_resident/1024, by
