@@ -29,7 +29,7 @@ module scree_impact
   use scree_integrator, only: end_rates
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_rigid_bodies, only: add_motion, held_blocks, modes_of, motion_of, rigid_bodies_t, take_deformation
+  use scree_rigid_bodies, only: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t, take_deformation
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
   use scree_time_table, only: mean_of_ramp
@@ -238,12 +238,13 @@ contains
     type(rigid_bodies_t) :: bodies
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
-    real(dp), allocatable, dimension(:, :) :: at_start, before, of_step
+    real(dp), allocatable, dimension(:, :) :: at_start, before, of_step, turn
     real(dp) :: available, e, rest, taken
     integer :: i
 
     call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
-    of_step = motion_of(model, cache, state, bodies, velocity)
+    turn = turn_of_push(model, cache, state, bodies, impact%push)
+    of_step = motion_of(model, cache, state, bodies, velocity) + turn
     at_start = motion_of(model, cache, state, bodies, state%velocity)
     e = merge(try%law%restitution, 0.0_dp, comes_by_itself(problem, bearing, at_start, of_step - at_start, &
               velocity_by_weight(model, bodies, rule)))
@@ -252,16 +253,46 @@ contains
     call set_least(bearing, before, problem)
     call compress_in_turn(bearing, before, problem, impulses)
     call find_energy(problem, bearing, of_step + before, try, impulses, taken, rest, available)
-    available = available + work_on(model, cache, bodies, impact%push, velocity - state%velocity)
+    available = available + work_on(model, cache, bodies, impact%push, velocity - state%velocity) &
+                - sum(bodies%mass*turn*(of_step - turn/2))
     possible = possible .and. available > 0
     call restore(problem, share_given_back(e, taken, rest, min(available, taken - rest)), impulses)
     do i = 1, size(bearing)
       impact%friction = impact%friction - 0.5_dp*impulses%P(2, i)*dot_product([0.0_dp, 1.0_dp], &
                           velocity_at(problem, before + impulses%motion, i))
     end do
-    call add_motion(model, cache, state, bodies, impulses%motion - of_step, impact%change)
-    call take_deformation(model, cache, state, bodies, 1 - e, of_step, velocity, impact%change)
+    call add_motion(model, cache, state, bodies, impulses%motion - (of_step - turn), impact%change)
+    call take_deformation(model, cache, state, bodies, 1 - e, of_step - turn, velocity, impact%change)
   end subroutine rebound_island
+
+  !> Turn of bodies that nothing holds which keeps their angular momentum: the push is added where the step begins and taken back
+  !> where it has brought them, about which it has another one.
+  pure function turn_of_push(model, cache, state, bodies, push) result(turn)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(rigid_bodies_t), intent(in) :: bodies   !! where the step has brought them
+    real(dp), intent(in) :: push(:)              !! (n_unknowns)
+    real(dp) :: turn(3, size(bodies%block))
+    type(rigid_bodies_t) :: at_start
+    logical :: takes_part(model%n_blocks)
+
+    turn = 0.0_dp
+    if (any(bodies%held .or. bodies%rolls .or. bodies%held_by(1, :) > 0)) return
+    takes_part = bodies%number > 0
+    call find_bodies(model, cache, state, 0*push, takes_part, at_start)
+    turn(3, :) = (angular_momentum(bodies, motion_of(model, cache, state, bodies, push)) &
+                  - angular_momentum(at_start, motion_of(model, cache, state, at_start, push)))/sum(bodies%mass(3, :))
+  end function turn_of_push
+
+  !> Angular momentum of bodies about the middle of the scene.
+  pure real(dp) function angular_momentum(bodies, motion)
+    type(rigid_bodies_t), intent(in) :: bodies
+    real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies)
+
+    angular_momentum = sum(bodies%mass(1, :)*(bodies%centre(1, :)*motion(2, :) - bodies%centre(2, :)*motion(1, :)) &
+                           + bodies%mass(3, :)*motion(3, :))
+  end function angular_momentum
 
   !> Whether a contact closes faster than loads, or weight in flight, could have made it in this step. If none does bodies hop no
   !> farther than a step can tell, and what that is worth is not given back: else they would for ever, and not bear on each other.
