@@ -9,6 +9,7 @@ module scree_run_summary
   use scree_run_records, only: displacement_of_vertices, velocity_of_vertices
   use scree_sleep, only: bodies_at_rest
   use scree_state, only: books_t, state_t, time_of_run
+  use scree_step_try, only: cut_reasons
   use scree_time_stepper, only: step_report_t
   implicit none
   private
@@ -49,6 +50,7 @@ module scree_run_summary
     real(dp) :: asked = 0.0_dp           !! end, time; huge: none, a number of steps alone
     integer :: planned = -1              !! steps of the size that was asked for, -1: it is not the deck's to say
     integer :: taken = 0, cut = 0        !! steps accepted, tries rejected
+    integer :: cuts(size(cut_reasons)) = 0 !! these, for each reason
     integer :: solves = 0
     type(vertex_most_t) :: displacement  !! since the start, at the end
     type(vertex_most_t) :: speed         !! at the end
@@ -133,6 +135,7 @@ contains
 
     summary%taken = summary%taken + 1
     summary%cut = summary%cut + report%rejected
+    summary%cuts = summary%cuts + report%cuts
     summary%solves = summary%solves + report%solves
     summary%absolute_work = summary%absolute_work + abs(report%work)
     if (allocated(report%balance)) summary%balance = report%balance

@@ -5,6 +5,7 @@ module scree_summary_words
   use scree_json, only: begin_list, begin_object, end_list, end_object, json_t, put, put_null
   use scree_kinds, only: dp
   use scree_run_summary, only: change_of_area, lost_otherwise, share_lost, stage_ending_t, summary_t, vertex_most_t
+  use scree_step_try, only: cut_reasons
   use scree_text, only: number_text, rounded_text, short_text, text_t
   use scree_timers, only: cost_t
   implicit none
@@ -87,9 +88,22 @@ contains
 
     text = number_text(summary%taken)//' taken'
     if (summary%planned >= 0) text = text//' of '//number_text(summary%planned)//' planned'
-    text = text//', '//number_text(summary%cut)//' tries cut, '//number_text(summary%solves)//' solves, '// &
-           number_text(factors_of(ending%cost))//' factors'
+    text = text//', '//number_text(summary%cut)//' tries cut'//words_of_cuts(summary)//', '// &
+           number_text(summary%solves)//' solves, '//number_text(factors_of(ending%cost))//' factors'
   end function words_of_steps
+
+  !> Tries cut, by reason, in brackets; nothing where none was.
+  function words_of_cuts(summary) result(text)
+    type(summary_t), intent(in) :: summary
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(cut_reasons)
+      if (summary%cuts(i) > 0) text = text//', '//trim(cut_reasons(i))//' '//number_text(summary%cuts(i))
+    end do
+    if (len(text) > 0) text = ' ('//text(3:)//')'
+  end function words_of_cuts
 
   !> What went farthest, what is fastest, and whether all is at rest.
   function words_of_motion(summary) result(text)
@@ -262,6 +276,7 @@ contains
     type(json_t), intent(inout) :: json
     type(summary_t), intent(in) :: summary
     integer, intent(in) :: factors
+    integer :: i
 
     call begin_object(json, 'time')
     call put(json, 'from', summary%from)
@@ -280,6 +295,11 @@ contains
     end if
     call put(json, 'taken', summary%taken)
     call put(json, 'cut', summary%cut)
+    call begin_object(json, 'cut_by')
+    do i = 1, size(cut_reasons)
+      call put(json, trim(cut_reasons(i)), summary%cuts(i))
+    end do
+    call end_object(json)
     call put(json, 'solves', summary%solves)
     call put(json, 'factors', factors)
     call end_object(json)

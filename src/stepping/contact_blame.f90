@@ -6,7 +6,7 @@ module scree_contact_blame
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_state, only: state_t
-  use scree_step_try, only: outcome_t, reject
+  use scree_step_try, only: cut_by_contacts, outcome_t, reject
   use scree_text, only: number_text
   implicit none
   private
@@ -38,8 +38,8 @@ contains
       deepest = -gap
       worst = number
     end do
-    call reject(outcome, 'contacts did not settle in '//number_text(outcome%iterations)//' open-close iterations, '// &
-                number_text(contacts%changes)//' still change', &
+    call reject(outcome, cut_by_contacts, 'contacts did not settle in '//number_text(outcome%iterations)// &
+                ' open-close iterations, '//number_text(contacts%changes)//' still change', &
                 'another contact.stiffness, contact.viscosity, or a smaller step.least', 0)
     if (worst == 0) return
     associate (entrance => contacts%contact(worst)%entrance(contacts%contact(worst)%active), outlines => model%outlines)

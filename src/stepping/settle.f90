@@ -26,7 +26,7 @@ module scree_settle
   use scree_pair_effects, only: add_bolts, add_pair_effects, is_bolted
   use scree_scene, only: iterate_hybrid, iterate_newton, problems_all, problems_none, test_residual
   use scree_state, only: state_t
-  use scree_step_try, only: outcome_t, reject
+  use scree_step_try, only: cut_by_contacts, cut_by_deformation, cut_by_equations, outcome_t, reject
   use scree_system, only: values_of
   use scree_text, only: number_text
   use scree_timers, only: begin_phase, phase_alone, phase_assemble, phase_friction, phase_judge, phase_solve
@@ -208,7 +208,7 @@ contains
       call hold(model, group, d, contacts, held)
       if (held) return
     end do
-    call reject(outcome, 'the multipliers of contacts did not settle in '//number_text(most_holds)//' rounds', &
+    call reject(outcome, cut_by_contacts, 'the multipliers of contacts did not settle in '//number_text(most_holds)//' rounds', &
                 'a larger contact.overlap, or another contact.stiffness', 0)
   end subroutine settle_together
 
@@ -353,7 +353,7 @@ contains
       return
     end if
     e = weakest_element(cache%equations, group%number)
-    call reject(outcome, error%message, 'a smaller step.size, and check density, E and fixed points there', e, &
+    call reject(outcome, cut_by_equations, error%message, 'a smaller step.size, and check density, E and fixed points there', e, &
                 cache%element(max(1, e))%kinematics%centroid)
   end subroutine correct
 
@@ -669,7 +669,7 @@ contains
     if (present(strays)) then
       if (strays .and. abs(ratio) < huge(ratio)) return
     end if
-    call reject(outcome, 'the iteration ran away (its area changed by more than a factor of 5)', &
+    call reject(outcome, cut_by_deformation, 'the iteration ran away (its area changed by more than a factor of 5)', &
                 'a smaller step.size, and check density, E and loads there', e, cache%element(e)%kinematics%centroid)
   end subroutine check_area
 
@@ -679,7 +679,7 @@ contains
     integer, intent(in) :: e       !! element that changed most
     type(outcome_t), intent(inout) :: outcome
 
-    call reject(outcome, 'the deformation did not settle in '//number_text(outcome%iterations)//' iterations', &
+    call reject(outcome, cut_by_deformation, 'the deformation did not settle in '//number_text(outcome%iterations)//' iterations', &
                 'iteration.method=newton or a larger iteration.most, and check E, density and loads there', e, &
                 cache%element(e)%kinematics%centroid)
   end subroutine reject_unsettled

@@ -11,7 +11,8 @@ module scree_step_checks
   use scree_polygon, only: twice_area
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_state, only: state_t
-  use scree_step_try, only: outcome_t, reject, remedy_stiffer, remedy_wider, try_t
+  use scree_step_try, only: cut_by_leap, cut_by_overlap, cut_by_travel, cut_by_turn, outcome_t, reject, &
+                             remedy_stiffer, remedy_wider, try_t
   use scree_strain_rotation, only: is_decomposed
   use scree_system, only: values_of
   use scree_trouble, only: new_trouble, words_of
@@ -53,7 +54,7 @@ contains
       e = model%elements%free(k)
       associate (element => cache%element(e)%kinematics)
         if (is_decomposed(matmul(element%gradient, values_of(model%elements, e, try%d)))) cycle
-        call reject(outcome, 'it turns by a right angle, beside which there is no strain', 'method.strain=green', e, &
+        call reject(outcome, cut_by_turn, 'it turns by a right angle, beside which there is no strain', 'method.strain=green', e, &
                     element%centroid)
       end associate
       return
@@ -84,7 +85,7 @@ contains
       try%remedy = remedy_wider
       try%contacts%leapt = try%d
     else if (leaps .or. beyond(4) > 1) then
-      call reject_fastest(model, cache, state, 'a vertex leapt over what is near it, or turned too far', &
+      call reject_fastest(model, cache, state, cut_by_leap, 'a vertex leapt over what is near it, or turned too far', &
                           'a smaller step.least', try, outcome)
     else if (any(beyond(:2) > 0)) then
       outcome%settled = .false.
@@ -127,23 +128,24 @@ contains
     call find_farthest(model, cache, state, try%d, try%travel, e)
     ratio = try%travel/model%settings%most_travel
     if (ratio <= merge(leeway, 1.0_dp, model%settings%chooses_step)) return
-    call reject_fastest(model, cache, state, 'a vertex went farther than step.travel lets it', &
+    call reject_fastest(model, cache, state, cut_by_travel, 'a vertex went farther than step.travel lets it', &
                         'a larger step.travel or a smaller step.least', try, outcome)
     if (model%settings%chooses_step) try%shorter = 1/sqrt(ratio)
   end subroutine check_travel
 
   !> Rejects a try for the element with the vertex that goes farthest.
-  subroutine reject_fastest(model, cache, state, what, advice, try, outcome)
+  subroutine reject_fastest(model, cache, state, reason, what, advice, try, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
+    integer, intent(in) :: reason
     character(len=*), intent(in) :: what, advice
     type(try_t), intent(inout) :: try
     type(outcome_t), intent(inout) :: outcome
     integer :: e
 
     call find_farthest(model, cache, state, try%d, try%travel, e)
-    call reject(outcome, what, advice, e, cache%element(e)%kinematics%centroid)
+    call reject(outcome, reason, what, advice, e, cache%element(e)%kinematics%centroid)
   end subroutine reject_fastest
 
   !> Rejects a try with contacts that overlap too much, and makes their springs stiffer, where these adapt.
@@ -161,7 +163,7 @@ contains
     try%contacts%law%shear_stiffness = stiffening*stiffness(2)
     try%stiffened = try%stiffened + 1
     try%remedy = remedy_stiffer
-    call reject(outcome, 'contacts overlapped too much', 'a larger contact.stiffness', 0)
+    call reject(outcome, cut_by_overlap, 'contacts overlapped too much', 'a larger contact.stiffness', 0)
   end subroutine check_penetration
 
   !> Farthest that a vertex goes, and its element.

@@ -12,6 +12,13 @@ module scree_step_try
   !> What a rejected try asks for: a shorter step, contacts looked for farther away, or stiffer contacts.
   integer, parameter, public :: remedy_shorter = 1, remedy_wider = 2, remedy_stiffer = 3
 
+  !> Why a try is rejected: contacts do not settle, or overlap too much; the deformation does not settle; equations have no
+  !> solution; a vertex leaps over what is near it, or goes farther than it may; an element turns too far.
+  integer, parameter, public :: cut_by_contacts = 1, cut_by_overlap = 2, cut_by_deformation = 3, cut_by_equations = 4, &
+                                cut_by_leap = 5, cut_by_travel = 6, cut_by_turn = 7
+  character(len=*), parameter, public :: cut_reasons(*) = [character(len=11) :: 'contacts', 'overlap', 'deformation', &
+                                                           'equations', 'leap', 'travel', 'turn']
+
   !> What tries of a step came to.
   type :: outcome_t
     logical :: settled = .false.         !! of the last
@@ -22,6 +29,8 @@ module scree_step_try
     integer :: solves = 0                !! of all
     integer, allocatable :: judged(:, :) !! (4, n) contacts open, sliding, locked, changing, at each judgement of all
     integer :: rejected = 0              !! how many were
+    integer :: reason = 0                !! of `cut_reasons`, of the last one that has not settled
+    integer :: cuts(size(cut_reasons)) = 0 !! how many were rejected for each reason
   end type outcome_t
 
   !> A try of a step.
@@ -52,13 +61,15 @@ contains
   end subroutine begin_outcome
 
   !> Rejects a try for the trouble in an element.
-  pure subroutine reject(outcome, what, advice, element, position)
+  pure subroutine reject(outcome, reason, what, advice, element, position)
     type(outcome_t), intent(inout) :: outcome
+    integer, intent(in) :: reason                !! of `cut_reasons`
     character(len=*), intent(in) :: what, advice
     integer, intent(in) :: element               !! 0: none
     real(dp), intent(in), optional :: position(2) !! length
 
     outcome%settled = .false.
+    outcome%reason = reason
     outcome%trouble = new_trouble(what, advice, element, position)
   end subroutine reject
 

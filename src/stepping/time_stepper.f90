@@ -28,7 +28,7 @@ module scree_time_stepper
   use scree_step_checks, only: check_state, check_try
   use scree_step_constraints, only: constraints_of_step
   use scree_strain_choice, only: add_where_needed, choose_at_start, take_choice
-  use scree_step_try, only: begin_outcome, outcome_t, remedy_shorter, remedy_stiffer, remedy_wider, try_t
+  use scree_step_try, only: begin_outcome, cut_reasons, outcome_t, remedy_shorter, remedy_stiffer, remedy_wider, try_t
   use scree_text, only: rounded_text
   use scree_timers, only: begin_phase, phase_check, phase_restitution, phase_search, phase_update
   use scree_trouble, only: trouble_t, words_of
@@ -58,6 +58,7 @@ module scree_time_stepper
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness
     type(trouble_t) :: cut               !! why its last try that was rejected was
     type(trouble_t) :: impact            !! why an impact in it was left to springs
+    integer :: cuts(size(cut_reasons)) = 0 !! tries that were rejected for each reason
     type(balance_t), allocatable :: balance !! at its end, of a static step
     integer, allocatable :: reached(:)   !! blocks asleep that others may touch; allocated: they are to wake, no step was made
   end type step_report_t
@@ -97,7 +98,7 @@ contains
     end do tries
     call begin_phase(cache%timers, phase_update)
     report = step_report_t(try%dt, outcome%iterations, outcome%solves, outcome%judged, outcome%rejected, 0, try%travel, &
-                           work_of_step(model, cache, state, try%rule, try%d), outcome%cut, outcome%impact)
+                           work_of_step(model, cache, state, try%rule, try%d), outcome%cut, outcome%impact, outcome%cuts)
     call accept(model, try, report%work, cache, state)
     call check_state(model, state, error)
     if (allocated(error) .or. model%effects%carried > 0) return
@@ -337,6 +338,7 @@ contains
     if (try%remedy == remedy_wider) return ! nothing that the step did was wrong
     outcome%rejected = outcome%rejected + 1
     outcome%cut = outcome%trouble
+    outcome%cuts(outcome%reason) = outcome%cuts(outcome%reason) + 1
     if (try%remedy == remedy_stiffer) return
     try%dt = try%shorter*try%dt
     if (allocated(try%contacts%leapt)) deallocate (try%contacts%leapt)

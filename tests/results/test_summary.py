@@ -64,6 +64,7 @@ def check_numbers(said, r, of=slice(None)):
     assert [said["time"]["asked"]] == (ends or [None])
     steps = said["steps"]
     assert (steps["taken"], steps["cut"], steps["solves"]) == (n, history.rejected[of].sum(), history.solves[of].sum())
+    assert sum(steps["cut_by"].values()) == steps["cut"]
     cost = dict(zip(r.cost.phase, zip(r.cost.calls, r.cost.wall_seconds, r.cost.processor_seconds, r.cost.share)))
     assert {name: tuple(own.values()) for name, own in said["cost"].items()} == cost
     assert steps["factors"] == (cost["factor"][0] if "factor" in cost else 0)
@@ -206,6 +207,17 @@ def said_on_a_terminal(given, until, limit=30):
             said += rest
     os.close(master)
     return said
+
+
+@pytest.mark.parametrize("settings, reason", [(["method.strain=green", "iteration.most=2"], "deformation"), (["step.travel=0.5"], "travel")])
+def test_cut_tries_are_counted_by_their_reasons(settings, reason, tmp_path):
+    """A block that spins, in so few iterations that only short steps settle, or with a bound of what a vertex may go: on the screen too."""
+    given = ["run", CLASSIC / "spin.geo", CLASSIC / "spin_w10.ana", *words(
+        [*settings, "step.size=0.1", "step.end_time=0.5", "step.least=1e-9", "step.count=100000"])]
+    given += ["-o", tmp_path / "r.h5"]
+    steps = summary_of(call(*given, "--quiet", "--summary", "json", timeout=120))["steps"]
+    assert steps["cut"] > 0 and steps["cut_by"] == {name: steps["cut"] * (name == reason) for name in steps["cut_by"]}
+    assert f", {steps['cut']} tries cut ({reason} {steps['cut']}), " in call(*given, timeout=120).stdout
 
 
 def test_a_terminal_is_told_once_why_steps_stay_short(tmp_path):
