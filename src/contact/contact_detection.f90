@@ -169,7 +169,29 @@ contains
       end do
       if (meeting%beside(1)) call meet_sides(i, j)
       if (meeting%beside(2)) call meet_sides(j, i)
+      if (meeting%n == 1 .and. meeting%encounter(1)%n_lines == 2 .and. corners_turn(try%law)) then
+        call meet_where_turned(i, j)
+        call meet_where_turned(j, i)
+      end if
     end subroutine meet_corners
+
+    !> Contacts of vertex i over the edges at vertex j, where the two are near each other only as they move. An entrance line takes
+    !> one of two edges that face each other as they lie when the step begins; in a step in which they turn both may be met.
+    subroutine meet_where_turned(i, j)
+      integer, intent(in) :: i, j
+
+      if (is_well_over(i, j)) call meet_edge(i, j)
+      if (is_well_over(i, outlines%previous(j))) call meet_edge(i, outlines%previous(j))
+    end subroutine meet_where_turned
+
+    !> Whether the foot of vertex i on edge j is farther from the ends of the edge than corners at rest are near each other.
+    pure logical function is_well_over(i, j)
+      integer, intent(in) :: i, j
+      real(dp) :: at
+
+      at = along_edge(survey, i, j)
+      is_well_over = min(at, survey%length(j) - at) > near_at_rest*survey%local(i)
+    end function is_well_over
 
     !> Leaves out the entrance line of edges that a third block lies flush with, where a corner is behind the other line already: by
     !> its overlap with that block, on which it slides. It would be caught by a side that nothing can get at.
