@@ -20,7 +20,7 @@ module scree_friction_interior
   use scree_timers, only: timers_t
   implicit none
   private
-  public :: solve_from_inside
+  public :: begin_inside, go_inside, inside_t
 
   !> Share of the way to the first of the pairs that gets to zero.
   real(dp), parameter :: short_of = 0.99_dp
@@ -48,61 +48,81 @@ module scree_friction_interior
     real(dp) :: y = 0.0_dp, w = 0.0_dp, a = 0.0_dp, s = 0.0_dp, b = 0.0_dp, r = 0.0_dp, shear = 0.0_dp
   end type change_t
 
+  !> The way inside, as far as it went.
+  type :: inside_t
+    real(dp), allocatable :: x(:)            !! (n)
+    integer :: factors = 0                   !! of matrices
+    type(pairs_t), allocatable, private :: pairs(:)
+    logical, private :: from_symmetric = .true. !! solutions are found from the symmetric matrix
+  end type inside_t
+
 contains
 
-  !> Solves a friction problem, to a share `tolerance` of the largest force. Where it does not, `found` is false.
-  subroutine solve_from_inside(problem, at_first, tolerance, timers, x, state, found, factors)
+  !> Begins inside at `x`.
+  subroutine begin_inside(problem, at_first, x, inside)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: at_first      !! what the pairs begin with over the largest force
+    real(dp), intent(in) :: x(:)          !! (n)
+    type(inside_t), intent(inout) :: inside
+
+    inside%x = x
+    if (allocated(inside%pairs)) deallocate (inside%pairs)
+    allocate (inside%pairs(size(problem%spring)))
+    call begin_pairs(problem, at_first, x, inside%pairs)
+    inside%from_symmetric = .true.
+    inside%factors = 0
+  end subroutine begin_inside
+
+  !> Goes on inside, to a share `tolerance` of the largest force. Where it does not get there, `found` is false.
+  subroutine go_inside(problem, tolerance, timers, inside, state, found)
+    type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: tolerance
     type(timers_t), intent(inout) :: timers
-    real(dp), intent(inout) :: x(:)       !! (n) start, then solution
+    type(inside_t), intent(inout) :: inside
     integer, intent(out) :: state(:)      !! (m) of the springs in the solution
     logical, intent(out) :: found
-    integer, intent(out) :: factors       !! of matrices
-    type(pairs_t) :: pairs(size(state))
     type(change_t), dimension(size(state)) :: change, aim
     type(sparse_matrix_t) :: matrix
     type(linear_solver_t) :: solver
     type(error_t), allocatable :: error
-    real(dp) :: dx(size(x)), rest(size(x)), left, way, middle, product
-    logical :: from_symmetric
+    real(dp) :: dx(size(inside%x)), rest(size(inside%x)), left, way, middle, product
 
-    call begin_pairs(problem, at_first, x, pairs)
     matrix = problem%matrix
-    from_symmetric = .true.
-    do factors = 0, most_iterations
-      call forces_left(problem, x, state, left)
-      found = left <= tolerance
-      if (found) exit
-      call find_rest(problem, x, pairs, rest)
-      call copy_values(problem%matrix, matrix)
-      call add_springs(problem, change_of_pairs(problem%spring, pairs), matrix)
-      if (from_symmetric) call factorise_beside(solver, matrix, timers, from_symmetric, error)
-      if (.not. (from_symmetric .or. allocated(error))) call factorise(solver, matrix, timers, error)
-      if (allocated(error)) exit
-      middle = mean_product(pairs)
-      aim = change_t()
-      call step(first_share)
-      if (allocated(error)) exit
-      product = mean_product(moved(problem%spring, pairs, change, longest(pairs, change)))
-      product = middle*min(1.0_dp, max(1e-8_dp, (product/middle)**3))
-      aim%y = product - change%y*change%w
-      aim%a = product - change%a*change%s
-      aim%b = product - change%b*change%r
-      call step(step_share)
-      if (allocated(error)) exit
-      if (way < too_short) then
-        aim%y = 0.5_dp*middle
-        aim%a = 0.5_dp*middle
-        aim%b = 0.5_dp*middle
+    associate (x => inside%x, pairs => inside%pairs, factors => inside%factors, from_symmetric => inside%from_symmetric)
+      do
+        call forces_left(problem, x, state, left)
+        found = left <= tolerance
+        if (found .or. factors == most_iterations) exit
+        call find_rest(problem, x, pairs, rest)
+        call copy_values(problem%matrix, matrix)
+        call add_springs(problem, change_of_pairs(problem%spring, pairs), matrix)
+        if (from_symmetric) call factorise_beside(solver, matrix, timers, from_symmetric, error)
+        if (.not. (from_symmetric .or. allocated(error))) call factorise(solver, matrix, timers, error)
+        factors = factors + 1
+        if (allocated(error)) exit
+        middle = mean_product(pairs)
+        aim = change_t()
+        call step(first_share)
+        if (allocated(error)) exit
+        product = mean_product(moved(problem%spring, pairs, change, longest(pairs, change)))
+        product = middle*min(1.0_dp, max(1e-8_dp, (product/middle)**3))
+        aim%y = product - change%y*change%w
+        aim%a = product - change%a*change%s
+        aim%b = product - change%b*change%r
         call step(step_share)
         if (allocated(error)) exit
-      end if
-      way = min(1.0_dp, short_of*way)
-      x = x + way*dx
-      pairs = moved(problem%spring, pairs, change, way)
-    end do
+        if (way < too_short) then
+          aim%y = 0.5_dp*middle
+          aim%a = 0.5_dp*middle
+          aim%b = 0.5_dp*middle
+          call step(step_share)
+          if (allocated(error)) exit
+        end if
+        way = min(1.0_dp, short_of*way)
+        x = x + way*dx
+        pairs = moved(problem%spring, pairs, change, way)
+      end do
+    end associate
     call release_solver(solver)
 
   contains
@@ -110,22 +130,22 @@ contains
     !> The step to these products, and how long it may be. It leaves a share of the forces at most.
     subroutine step(share)
       real(dp), intent(in) :: share
-      real(dp) :: force(size(x)), rate(2)
+      real(dp) :: force(size(inside%x)), rate(2)
       type(change_t) :: still
       integer :: i
 
       force = rest
-      do i = 1, size(pairs)
-        still = answer(problem%spring(i), pairs(i), aim(i), 0.0_dp, 0.0_dp)
+      do i = 1, size(inside%pairs)
+        still = answer(problem%spring(i), inside%pairs(i), aim(i), 0.0_dp, 0.0_dp)
         call add_spring_force(problem, i, [merge(0.0_dp, still%y, problem%spring(i)%bonded), still%shear], force)
       end do
       call solve_for(force, share)
       if (allocated(error)) return
-      do i = 1, size(pairs)
+      do i = 1, size(inside%pairs)
         rate = rates_of(problem, i, dx)
-        change(i) = answer(problem%spring(i), pairs(i), aim(i), rate(1), rate(2))
+        change(i) = answer(problem%spring(i), inside%pairs(i), aim(i), rate(1), rate(2))
       end do
-      way = longest(pairs, change)
+      way = longest(inside%pairs, change)
     end subroutine step
 
     !> The displacement that forces make: from the symmetric matrix, or by the factors of the matrix itself from where that takes
@@ -134,18 +154,18 @@ contains
       real(dp), intent(in) :: force(:), share
       real(dp) :: share_left
 
-      if (from_symmetric) then
+      if (inside%from_symmetric) then
         call approach(solver, matrix, force, share, most_from_symmetric, dx, share_left, error)
         if (allocated(error)) return
-        from_symmetric = share_left <= share
-        if (from_symmetric) return
+        inside%from_symmetric = share_left <= share
+        if (inside%from_symmetric) return
         call factorise(solver, matrix, timers, error)
         if (allocated(error)) return
       end if
       call solve_with_factors(solver, matrix, force, .false., dx, error)
     end subroutine solve_for
 
-  end subroutine solve_from_inside
+  end subroutine go_inside
 
   !> Begins the pairs above zero at `x`.
   subroutine begin_pairs(problem, at_first, x, pairs)

@@ -1,9 +1,10 @@
 !> Solution of a friction problem by what settles it where Newton's iteration runs in circles.
 !>
 !> The interior is quick, but may end at a fold of its way; the path goes round folds, one spring at a time, and is short from
-!> there, and from near the solution. Where neither gets through, the interior is begun elsewhere and goes all of its way.
+!> there, and from near the solution. Where it is not, the way inside goes on to its end; where neither gets through, the interior
+!> is begun elsewhere.
 module scree_friction_solver
-  use scree_friction_interior, only: solve_from_inside
+  use scree_friction_interior, only: begin_inside, go_inside, inside_t
   use scree_friction_path, only: follow_path
   use scree_friction_problem, only: forces_left, friction_problem_t
   use scree_kinds, only: dp
@@ -18,10 +19,12 @@ module scree_friction_solver
     integer :: pieces = 0  !! of paths
   end type friction_work_t
 
-  !> What the interior begins with over the largest force, and the share of that which it is to leave, if not less than asked: at
-  !> first so much that the path is shorter from there than the rest of the way inside.
-  real(dp), parameter :: at_first(*) = [0.3_dp, 3.0_dp, 0.01_dp, 0.3_dp], &
-                         to_leave(size(at_first)) = [1e-4_dp, 0.0_dp, 0.0_dp, 0.0_dp]
+  !> What the interior begins with over the largest force.
+  real(dp), parameter :: at_first(*) = [0.3_dp, 3.0_dp, 0.01_dp]
+  !> Shares of the largest force that it leaves before the path is tried from there, and pieces that may cost no more than the rest
+  !> of the way inside does, which goes on where they do not do.
+  real(dp), parameter :: leaves(*) = [1e-4_dp, 1e-6_dp, 0.0_dp]
+  integer, parameter :: most_left(size(leaves)) = [40, 150, 0]
   !> Pieces that a path may cross, and one from near the solution.
   integer, parameter :: most_pieces = 600, most_near = 150
 
@@ -39,22 +42,30 @@ contains
     integer, intent(out) :: state(:)           !! (m) of the springs
     logical, intent(out) :: found
     type(friction_work_t), intent(out) :: work
-    logical, intent(in), optional :: quick     !! only the first start inside is tried
-    integer :: factors, i, n_starts
+    logical, intent(in), optional :: quick     !! only the first start inside, and no path from its end
+    type(inside_t) :: inside
+    integer :: i, k
+    logical :: hurried
 
+    hurried = .false.
+    if (present(quick)) hurried = quick
+    x = 0.0_dp*problem%force
     if (near) then
-      x = 0.0_dp*problem%force
       call go_along(most_near)
       if (found) return
     end if
-    n_starts = size(at_first)
-    if (present(quick)) n_starts = merge(1, n_starts, quick)
-    do i = 1, n_starts
-      x = 0.0_dp*problem%force
-      call solve_from_inside(problem, at_first(i), max(tolerance, to_leave(i)), timers, x, state, found, factors)
-      work%factors = work%factors + factors
-      if (found .and. .not. to_leave(i) > tolerance) return
-      call go_along(merge(most_near, most_pieces, found))
+    do i = 1, size(at_first)
+      call begin_inside(problem, at_first(i), 0.0_dp*problem%force, inside)
+      do k = 1, size(leaves)
+        call go_inside(problem, max(tolerance, leaves(k)), timers, inside, state, found)
+        x = inside%x
+        if (leaves(k) <= tolerance .or. .not. found) exit
+        call go_along(most_left(k))
+        if (found) exit
+      end do
+      work%factors = work%factors + inside%factors
+      if (found .or. hurried) return
+      call go_along(most_pieces)
       if (found) return
     end do
 
@@ -63,7 +74,7 @@ contains
     !> Follows the path from where x is.
     subroutine go_along(most)
       integer, intent(in) :: most !! pieces
-      integer :: pieces
+      integer :: factors, pieces
       real(dp) :: left
 
       call follow_path(problem, most, timers, x, state, found, factors, pieces)
