@@ -38,7 +38,7 @@ module scree_contact_rules
   public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
   public :: anchor_what_closes, anchors_return, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, &
-            judge, may_make_energy, settles_as_one
+            judge, judges_anew, may_make_energy, settles_as_one
   ! remember
   public :: remember_overlap, remember_slide, stiffness_adapts, stiffness_after
 
@@ -75,6 +75,18 @@ contains
       iteration_rules%poses_at_once = .not. (law%rules == rules_conserving .or. allocated(law%closure))
     end select
   end function iteration_rules
+
+  !> Whether the states of a step are judged anew from where it goes on; else they are those that the step before ended in.
+  pure logical function judges_anew(law)
+    type(contact_law_t), intent(in) :: law
+
+    select case (law%rules)
+    case (rules_shi)
+      judges_anew = .false.
+    case default
+      judges_anew = .true.
+    end select
+  end function judges_anew
 
   !> Whether all contacts are iterated as often as those that settle last; else islands are apart.
   pure logical function settles_as_one(law)

@@ -27,6 +27,7 @@ module scree_contact_try
     real(dp) :: margin = 0.0_dp                          !! of the way, beyond what velocity makes, length
     real(dp) :: swing = 0.0_dp                           !! of the turn, beyond what velocity makes, rad
     real(dp), allocatable :: leapt(:)                    !! (n_unknowns) displacement of a try before that leapt
+    logical :: goes_on = .false.                         !! from the displacement of a try before, which settled
     logical :: linear = .true.                           !! gaps and slips are, in displacements; else some follow the motion
     real(dp) :: weight = 1.0_dp                          !! of the displacement in the configuration where forces act
     real(dp) :: left = huge(1.0_dp)                      !! largest gap or overlap above the bound of multipliers, length

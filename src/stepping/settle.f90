@@ -123,6 +123,7 @@ contains
       if (outcome%settled .and. group%strays) call check_areas(model, cache, group%member, d, outcome)
       if (.not. outcome%settled) exit
     end do
+    contacts%goes_on = .false.
     if (touching) call take_all(contacts)
   end subroutine settle
 
@@ -277,7 +278,12 @@ contains
     group%open_close = iteration_rules(contacts%law)
     group%open_close%poses_at_once = group%open_close%poses_at_once .and. .not. group%linear
     group%sound = values_of_members(model, group, d)
-    if (group%open_close%judges_prediction) call judge_prediction(model, d, contacts)
+    if (contacts%goes_on) then
+      call judge_contacts(model, d, contacts)
+      group%near = .not. group%linear
+    else if (group%open_close%judges_prediction) then
+      call judge_prediction(model, d, contacts)
+    end if
   end subroutine begin_open_close
 
   !> Sums up the equations at `d`; of the last linearisation, where contacts settle for that first.

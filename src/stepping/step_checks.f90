@@ -3,7 +3,7 @@
 module scree_step_checks
   use scree_contact_acceptance, only: farthest_apart
   use scree_contact_search, only: find_outrun
-  use scree_contact_rules, only: looks_as_far_as_it_moves, stiffness_adapts, stiffness_after
+  use scree_contact_rules, only: judges_anew, looks_as_far_as_it_moves, stiffness_adapts, stiffness_after
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
@@ -92,6 +92,7 @@ contains
       try%remedy = remedy_wider
       try%contacts%margin = try%contacts%margin + 2*beyond(1)
       try%contacts%swing = try%contacts%swing + 2*beyond(2)
+      try%contacts%goes_on = judges_anew(try%contacts%law)
     end if
   end subroutine check_search
 

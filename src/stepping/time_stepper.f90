@@ -161,6 +161,7 @@ contains
     if (allocated(error)) return
     call constrain_equations(cache%equations, constraints)
     call recall_factored(cache%equations, state%factored)
+    if (try%contacts%goes_on) return
     try%d = try%dt*state%velocity
     call complete_unknowns(constraints, try%d, homogeneous=.false.)
   end subroutine begin_try
@@ -341,6 +342,7 @@ contains
     outcome%cuts(outcome%reason) = outcome%cuts(outcome%reason) + 1
     if (try%remedy == remedy_stiffer) return
     try%dt = try%shorter*try%dt
+    try%contacts%goes_on = .false.
     if (allocated(try%contacts%leapt)) deallocate (try%contacts%leapt)
     if (try%dt < model%settings%least_step) &
       call fail(error, status_run_failed, words_of(outcome%trouble, model, 'the step size fell below step.least, '// &
