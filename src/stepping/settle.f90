@@ -45,6 +45,8 @@ module scree_settle
   integer, parameter :: free_rounds = 3, most_rounds = 20
   !> Friction problems in a step that follow each other at once, where forces bend.
   integer, parameter :: prompt_rounds = 10
+  !> Rounds of which half of the way is gone where forces bend: tangents may run in circles, which what lies between breaks.
+  integer, parameter :: half_rounds(*) = [5, 8, 11, 14, 17]
   !> Contacts that a judgement changes, from which on another one hardly ever changes none.
   integer, parameter :: many_changes = 20
   !> Largest force out of balance over the largest that balances, above which a step is taken to begin far from its solution.
@@ -459,6 +461,7 @@ contains
       call solve_as_problem(model, cache, state, group, .true., contacts, d, outcome, x, spring, found)
     if (.not. found) return
     call take_states(spring, contacts)
+    if (any(half_rounds == group%rounds) .and. .not. group%linear) x = 0.5_dp*x
     call move_island(cache%equations, group%number, x, d)
     outcome%settled = .true.
     call check_areas(model, cache, group%member, d, outcome)
