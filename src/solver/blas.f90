@@ -1,5 +1,5 @@
 !> The BLAS that is linked: OpenBLAS is kept to one thread and asked for its kernel; any other is left alone. OpenMP in CHOLMOD is
-!> kept to one thread, too.
+!> kept to one thread, too, and factors find their memory where those before them had it.
 !>
 !> OpenBLAS chooses a kernel for the processor that it runs on, and each sums in an order of its own: results agree to the bit
 !> where kernel and program are the same, and to round-off elsewhere. Its routines are looked for when the program runs, so that
@@ -9,9 +9,12 @@ module scree_blas
                                          c_null_ptr, c_ptr
   implicit none
   private
-  public :: blas_kernel, keep_to_one_thread
+  public :: blas_kernel, keep_memory, keep_to_one_thread
 
   integer, parameter :: longest = 64 !! letters of a kernel's name
+  !> Of the GNU C library: M_TRIM_THRESHOLD and M_MMAP_THRESHOLD, and bytes: what is free at the end that is kept, and what is taken
+  !> from there, the most that it takes from there.
+  integer(c_int), parameter :: free_at_end = -1, taken_apart = -3, kept_bytes = 2**28, apart_bytes = 2**25
 
   interface
     !> POSIX: address of a symbol; a null handle asks all that is loaded (RTLD_DEFAULT of Linux).
@@ -28,6 +31,11 @@ module scree_blas
       import :: c_int
       integer(c_int), value :: n
     end subroutine set_number
+
+    integer(c_int) function set_option(option, value) bind(c)
+      import :: c_int
+      integer(c_int), value :: option, value
+    end function set_option
 
     function give_text() bind(c)
       import :: c_ptr
@@ -46,6 +54,21 @@ contains
     call set_where_loaded('openblas_set_num_threads', 1_c_int)
     call set_where_loaded('omp_set_max_active_levels', 0_c_int)
   end subroutine keep_to_one_thread
+
+  !> Keeps memory that was given back, where the C library can be asked to.
+  !>
+  !> UMFPACK takes some 100 kB to some MB for a factor and gives them back. The library has the system map them anew each time, and
+  !> every page of them is cleared: up to a fifth of the time of friction problems. Either of the two settings alone leaves half of that.
+  subroutine keep_memory()
+    procedure(set_option), pointer :: set
+    type(c_funptr) :: address
+    integer(c_int) :: done(2)
+
+    address = dlsym(c_null_ptr, 'mallopt'//c_null_char)
+    if (.not. c_associated(address)) return
+    call c_f_procpointer(address, set)
+    done = [set(free_at_end, kept_bytes), set(taken_apart, apart_bytes)] ! what the library refuses stays as it was
+  end subroutine keep_memory
 
   !> Calls a routine with a number, where the program has it.
   subroutine set_where_loaded(routine, number)

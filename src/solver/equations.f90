@@ -5,7 +5,7 @@
 !> of its own. What cannot move joins no islands.
 module scree_equations
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-  use scree_blas, only: keep_to_one_thread
+  use scree_blas, only: keep_memory, keep_to_one_thread
   use scree_constraints, only: constraints_t, reduce_element, reduced_operator, reduction_t
   use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
@@ -79,6 +79,7 @@ contains
     type(equations_t), intent(out) :: equations
 
     call keep_to_one_thread()
+    call keep_memory()
     equations%unknown = elements%unknown
     if (size(elements%cover, 1) == 6) then
       equations%unknown = with_covers(elements)

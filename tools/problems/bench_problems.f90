@@ -5,7 +5,7 @@
 !> factorised, pieces of paths, seconds of the processor.
 program bench_problems
   use, intrinsic :: iso_fortran_env, only: iostat_end, output_unit
-  use scree_blas, only: keep_to_one_thread
+  use scree_blas, only: keep_memory, keep_to_one_thread
   use scree_friction_problem, only: forces_left, friction_problem_t, place_springs
   use scree_friction_solver, only: friction_work_t, solve_friction
   use scree_kinds, only: dp
@@ -24,6 +24,7 @@ program bench_problems
   logical :: found
 
   call keep_to_one_thread()
+  call keep_memory()
   open (newunit=unit, file='/dev/stdin', access='stream', form='unformatted', action='read', status='old')
   do
     read (unit, iostat=status) head
