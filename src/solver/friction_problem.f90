@@ -10,11 +10,11 @@
 !> matrices of negative determinant, where Newton's iteration runs in circles.
 module scree_friction_problem
   use scree_kinds, only: dp
-  use scree_sparse_matrix, only: add_element, add_rest, sparse_matrix_t, times
+  use scree_sparse_matrix, only: add_element, add_rest, on_fewer_places, sparse_matrix_t, times
   implicit none
   private
   public :: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, keep_rows_of_forces, obey_law, &
-            place_springs, posed_problem_t, rates_of, spring_t
+            of_springs, place_springs, posed_problem_t, rates_of, spring_t
 
   !> State of a spring: open; sliding along its row or back; locked; or bonded and pulled, without friction.
   integer, parameter, public :: spring_open = 0, spring_forth = 1, spring_back = 2, spring_locked = 3, spring_pulled = 4
@@ -174,6 +174,27 @@ contains
     problem%shear_change = problem%shear
     problem%symmetric = .true.
   end subroutine keep_rows_of_forces
+
+  !> The problem of some of its springs alone, on a pattern that has room for these.
+  pure type(friction_problem_t) function of_springs(problem, list) result(few)
+    type(friction_problem_t), intent(in) :: problem
+    integer, intent(in) :: list(:)            !! springs
+    logical :: is_kept(size(problem%matrix%place_first) - 1)
+
+    is_kept = .false.
+    is_kept(problem%spring(list)%slot) = .true.
+    few%matrix = on_fewer_places(problem%matrix, is_kept)
+    few%symmetric = problem%symmetric
+    few%force = problem%force
+    few%span = problem%span
+    few%spring = problem%spring(list)
+    few%length = problem%length(list)
+    few%row = problem%row(:, list)
+    few%normal = problem%normal(:, list)
+    few%shear = problem%shear(:, list)
+    few%normal_change = problem%normal_change(:, list)
+    few%shear_change = problem%shear_change(:, list)
+  end function of_springs
 
   !> Gives the problem room for m springs with rows up to w unknowns.
   pure subroutine place_springs(problem, m, w)

@@ -6,7 +6,7 @@
 module scree_friction_solver
   use scree_friction_interior, only: begin_inside, go_inside, inside_t
   use scree_friction_path, only: follow_path
-  use scree_friction_problem, only: forces_left, friction_problem_t
+  use scree_friction_problem, only: closed_forces, forces_left, friction_problem_t, of_springs
   use scree_kinds, only: dp
   use scree_timers, only: timers_t
   implicit none
@@ -25,6 +25,10 @@ module scree_friction_solver
   !> of the way inside does, which goes on where they do not do.
   real(dp), parameter :: leaves(*) = [1e-4_dp, 1e-6_dp, 0.0_dp]
   integer, parameter :: most_left(size(leaves)) = [40, 150, 0]
+  !> Gap over the largest overlap up to which springs are taken at first, and near the solution, where bodies go farther than they
+  !> overlap; and times that some are taken in: the last time all.
+  real(dp), parameter :: reach = 1.0_dp, reach_near = 8.0_dp
+  integer, parameter :: most_additions = 5
   !> Pieces that a path may cross, and one from near the solution.
   integer, parameter :: most_pieces = 600, most_near = 150
 
@@ -32,7 +36,9 @@ contains
 
   !> Solves a friction problem, to a share `tolerance` of the largest force.
   !>
-  !> Near the solution, as of a problem that differs in few springs, the path is short and is tried first.
+  !> Springs that are open by far are left out, and with them what fills the factors; those that would press in the solution are
+  !> taken in, and it is solved again from there. Near the solution, as of a problem that differs in few springs, the path is short
+  !> and is tried first.
   subroutine solve_friction(problem, near, tolerance, timers, x, state, found, work, quick)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: near                !! zero is near the solution
@@ -43,13 +49,67 @@ contains
     logical, intent(out) :: found
     type(friction_work_t), intent(out) :: work
     logical, intent(in), optional :: quick     !! only the first start inside, and no path from its end
-    type(inside_t) :: inside
+    logical :: hurried, kept(size(state)), press(size(state))
+    real(dp) :: closed(2), farthest, left
     integer :: i, k
-    logical :: hurried
 
     hurried = .false.
     if (present(quick)) hurried = quick
     x = 0.0_dp*problem%force
+    associate (spring => problem%spring)
+      farthest = merge(reach_near, reach, near)*max(0.0_dp, maxval(spring%pressing/spring%stiffness))
+      kept = spring%bonded .or. spring%pressing >= -farthest*spring%stiffness
+    end associate
+    if (.not. any(kept)) kept = .true.
+    do i = 1, most_additions
+      if (i == most_additions .or. 5*count(kept) > 4*size(kept)) kept = .true.
+      if (all(kept)) exit
+      call solve_kept(near .or. i > 1)
+      if (.not. found) then
+        if (hurried) return
+        kept = .true.
+        x = 0.0_dp
+        exit
+      end if
+      do k = 1, size(state)
+        closed = closed_forces(problem, k, x)
+        press(k) = closed(1) > 0 .and. .not. kept(k)
+      end do
+      if (.not. any(press)) exit
+      kept = kept .or. press
+    end do
+    if (all(kept)) call solve_springs(problem, near, tolerance, hurried, timers, x, state, found, work)
+    if (.not. found) return
+    call forces_left(problem, x, state, left)
+    found = left <= tolerance
+
+  contains
+
+    !> Solves the problem of what is kept, from where x is.
+    subroutine solve_kept(from_here)
+      logical, intent(in) :: from_here
+      integer :: few_states(count(kept))
+
+      call solve_springs(of_springs(problem, pack([(k, k=1, size(kept))], kept)), from_here, tolerance, hurried, timers, x, &
+                         few_states, found, work)
+    end subroutine solve_kept
+
+  end subroutine solve_friction
+
+  !> Solves a friction problem of springs all of which may press.
+  subroutine solve_springs(problem, near, tolerance, hurried, timers, x, state, found, work)
+    type(friction_problem_t), intent(in) :: problem
+    logical, intent(in) :: near                !! x is near the solution
+    real(dp), intent(in) :: tolerance
+    logical, intent(in) :: hurried             !! only the first start inside, and no path from its end
+    type(timers_t), intent(inout) :: timers
+    real(dp), intent(inout) :: x(:)            !! (n); means nothing where none was found
+    integer, intent(out) :: state(:)           !! (m) of the springs
+    logical, intent(out) :: found
+    type(friction_work_t), intent(inout) :: work !! is counted on
+    type(inside_t) :: inside
+    integer :: i, k
+
     if (near) then
       call go_along(most_near)
       if (found) return
@@ -85,6 +145,6 @@ contains
       found = left <= tolerance
     end subroutine go_along
 
-  end subroutine solve_friction
+  end subroutine solve_springs
 
 end module scree_friction_solver

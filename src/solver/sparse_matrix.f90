@@ -9,8 +9,8 @@ module scree_sparse_matrix
   use scree_kinds, only: dp
   implicit none
   private
-  public :: add_element, add_rest, build_pattern, clear_matrix, copy_values, diagonal, multiply, products, root_of_diagonal, &
-            root_of_entry, sparse_matrix_t, symmetric_diagonal, symmetric_matrix, times
+  public :: add_element, add_rest, build_pattern, clear_matrix, copy_values, diagonal, multiply, on_fewer_places, products, &
+            root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_diagonal, symmetric_matrix, times
 
   !> The matrix, and where each entry of each element goes. Columns and rows count from 0, as the C libraries want.
   type :: sparse_matrix_t
@@ -151,6 +151,52 @@ contains
       list(k + 1) = held
     end do
   end subroutine sort
+
+  !> A matrix on fewer places: those of what is not zero, and of some of its elements. The others have none.
+  pure type(sparse_matrix_t) function on_fewer_places(matrix, is_kept) result(small)
+    type(sparse_matrix_t), intent(in) :: matrix
+    logical, intent(in) :: is_kept(:)  !! elements
+    logical :: keep(size(matrix%row))
+    integer :: at(size(matrix%row)), e, j, k, m
+
+    keep = abs(matrix%value) > 0
+    if (.not. matrix%symmetric) keep = keep .or. abs(matrix%skewed) > 0
+    keep(matrix%on_diagonal) = .true.
+    do j = 1, matrix%n ! the pattern is to be symmetric
+      do k = matrix%first(j) + 1, matrix%first(j + 1)
+        if (keep(k)) keep(entry_at(matrix, j, matrix%row(k) + 1)) = .true.
+      end do
+    end do
+    do e = 1, size(is_kept)
+      if (is_kept(e)) keep(matrix%place(matrix%place_first(e):matrix%place_first(e + 1) - 1)) = .true.
+    end do
+
+    small%n = matrix%n
+    small%symmetric = matrix%symmetric
+    allocate (small%first(matrix%n + 1), small%place_first(size(is_kept) + 1))
+    m = 0
+    do j = 1, matrix%n
+      small%first(j) = m
+      do k = matrix%first(j) + 1, matrix%first(j + 1)
+        if (keep(k)) m = m + 1
+        at(k) = m
+      end do
+    end do
+    small%first(matrix%n + 1) = m
+    small%row = pack(matrix%row, keep)
+    small%value = pack(matrix%value, keep)
+    if (.not. matrix%symmetric) small%skewed = pack(matrix%skewed, keep)
+    small%on_diagonal = at(matrix%on_diagonal)
+    allocate (small%place(sum(matrix%place_first(2:) - matrix%place_first(:size(is_kept)), is_kept)))
+    small%place_first(1) = 1
+    do e = 1, size(is_kept)
+      associate (place => matrix%place(matrix%place_first(e):matrix%place_first(e + 1) - 1))
+        m = small%place_first(e)
+        if (is_kept(e)) small%place(m:m + size(place) - 1) = at(place)
+        small%place_first(e + 1) = m + merge(size(place), 0, is_kept(e))
+      end associate
+    end do
+  end function on_fewer_places
 
   !> Sets all values to zero.
   pure subroutine clear_matrix(matrix)
