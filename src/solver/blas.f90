@@ -57,8 +57,8 @@ contains
 
   !> Keeps memory that was given back, where the C library can be asked to.
   !>
-  !> UMFPACK takes some 100 kB to some MB for a factor and gives them back. The library has the system map them anew each time, and
-  !> every page of them is cleared: up to a fifth of the time of friction problems. Either of the two settings alone leaves half of that.
+  !> UMFPACK takes some 100 kB to some MB for a factor and gives them back. The library has the system map them anew each time,
+  !> and every page of them is cleared: up to a fifth of the time of friction problems. Either setting alone leaves half of that.
   subroutine keep_memory()
     procedure(set_option), pointer :: set
     type(c_funptr) :: address
