@@ -46,6 +46,15 @@ def test_a_column_that_breaks_up_under_green_strain_takes_the_steps_asked_for(st
     keeps_its_steps(scree.run(*decks, output=tmp_path / "column.h5", settings=[f"method.strain={strain}"]), 100)
 
 
+def test_corners_of_a_column_that_turn_do_not_enter_each_other(tmp_path):
+    """Of corners near each other as they move either may meet the other's edge: one of them went in by 0.9 mm."""
+    edge = 0.05
+    decks = scenes.column(36, end=0.7).write(tmp_path, 0.005)
+    results = scree.run(*decks, output=tmp_path / "column.h5")
+    keeps_its_steps(results, 140)
+    assert results.history.overlap.max() < 1e-2 * edge
+
+
 @pytest.mark.parametrize("groups", ["", "&method strain='green' /", "&method model='nmm' /\n&cover edge={edge} /"])
 @pytest.mark.parametrize("edge", [1e-3, 1.0, 1e3])
 def test_a_small_edge_cuts_no_step_of_what_falls(groups, edge, tmp_path):
