@@ -97,9 +97,14 @@ contains
     T1 = displacement_matrix(cache%element(body)%kinematics, x1)
     T2 = displacement_matrix(cache%element(edge_body)%kinematics, x2)
     T3 = displacement_matrix(cache%element(edge_body)%kinematics, x3)
-    u1 = matmul(T1, values_of(model%elements, body, d))
-    u2 = matmul(T2, values_of(model%elements, edge_body, d))
-    u3 = matmul(T3, values_of(model%elements, edge_body, d))
+    u1 = 0.0_dp
+    u2 = 0.0_dp
+    u3 = 0.0_dp
+    if (present(weight)) then
+      u1 = matmul(T1, values_of(model%elements, body, d))
+      u2 = matmul(T2, values_of(model%elements, edge_body, d))
+      u3 = matmul(T3, values_of(model%elements, edge_body, d))
+    end if
     call frame_of_edge(x2, x3, t, normal, geometry%edge_length)
     geometry%gap = gap_of(x1, x2, x3)
     geometry%along = dot_product(t, x1 - x2)
@@ -151,15 +156,18 @@ contains
       integer :: at
 
       call measure_product(from, length(1), moment(1))
-      call measure_product(to, length(2), moment(2))
+      length(2) = length(1)
+      moment(2) = moment(1)
+      if (abs(to - from) > 0) call measure_product(to, length(2), moment(2))
       part = 0.5_dp*(from + to)
       edge = x3 - x2 + part*(u3 - u2)
       apart = x1 - x2 + part*(u1 - u2)
       on_vertex = 0.5_dp*sum(1/length)*[edge(2), -edge(1)]
       on_edge = 0.5_dp*sum(1/length)*[-apart(2), apart(1)] - sum(moment)/(product(length)*sum(length))*edge
       t = edge/norm2(edge)
-      F = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp] &
-          + part*matmul(cache%element(edge_body)%kinematics%gradient, values_of(model%elements, edge_body, d))
+      F = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
+      if (present(weight)) F = F + part*matmul(cache%element(edge_body)%kinematics%gradient, &
+                                               values_of(model%elements, edge_body, d))
       T_there = displacement_matrix(cache%element(edge_body)%kinematics, x2 + [F(4)*apart(1) - F(3)*apart(2), &
                                                                        F(1)*apart(2) - F(2)*apart(1)]/(F(1)*F(4) - F(2)*F(3)))
       at = merge(0, n, body == pair(1))
