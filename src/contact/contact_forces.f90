@@ -2,12 +2,11 @@
 module scree_contact_forces
   use scree_contact_geometry, only: entrance_geometry_t
   use scree_contact_quantities, only: contact_force_t
-  use scree_contact_rules, only: gaps_and_slips, press, rows_along, rubs
+  use scree_contact_rules, only: press, rows_along, rubs
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: state_open
   use scree_element_term, only: add_change, add_friction_change, add_pair_force, leave_symmetry, pair_term_t
   use scree_kinds, only: dp
-  use scree_model, only: model_t
   use scree_system, only: element_unknowns
   implicit none
   private
@@ -56,13 +55,11 @@ contains
     end do
   end function closed_contacts
 
-  !> Adds the forces at `d` of the closed contacts of a pair of elements, and what they change by.
-  pure subroutine add_contacts_of_pair(model, try, pair, contacts, d, symmetric, curved, term)
-    type(model_t), intent(in) :: model
+  !> Adds the forces of the closed contacts of a pair of elements, as they were measured last, and what they change by.
+  pure subroutine add_contacts_of_pair(try, pair, contacts, symmetric, curved, term)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: pair
     integer, intent(in) :: contacts(:)    !! closed, of the pair
-    real(dp), intent(in) :: d(:)          !! (n_unknowns)
     logical, intent(in) :: symmetric      !! the operator is to be, but for friction, where the geometry bends
     logical, intent(in) :: curved         !! it has what the forces change by as their edges turn
     type(pair_term_t), intent(inout) :: term
@@ -73,7 +70,7 @@ contains
     do i = 1, size(contacts)
       associate (contact => try%contact(contacts(i)), geometry => try%geometry(:, contacts(i)), &
                  active => try%contact(contacts(i))%active)
-        force = press(try, contacts(i), gaps_and_slips(model, try, contacts(i), d))
+        force = press(try, contacts(i), try%now(:, contacts(i)))
         call rows_along(try, contacts(i), row, row_change)
         if (symmetric) row_change = row
         do k = 1, contact%n_entrances

@@ -33,7 +33,7 @@ module scree_contact_rules
   ! pair
   public :: corners_turn, deepest_search, looks_as_far_as_it_moves, looks_at_all, meet, pair, rests_inside, set_reach
   ! place
-  public :: begin_contact, gap_and_slip, gaps_and_slips, place, put_anchors
+  public :: begin_contact, gap_and_slip, gaps_and_slips, measure_again, measure_contacts, place, put_anchors
   ! press
   public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
@@ -309,24 +309,59 @@ contains
     end do
   end function gaps_and_slips
 
+  !> Measures the contacts that are settled together at `d`.
+  pure subroutine measure_contacts(model, d, try)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    type(contact_try_t), intent(inout) :: try
+    integer :: i
+
+    do i = try%first, try%last
+      try%now(:, i) = gaps_and_slips(model, try, i, d)
+    end do
+  end subroutine measure_contacts
+
+  !> Measures contact i again at the same `d`, where that may have changed: its anchors were others, or it dilates by other pieces.
+  pure subroutine measure_again(model, d, i, before, try)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    integer, intent(in) :: i
+    real(dp), intent(in) :: before(2)         !! anchors that it was measured from
+    type(contact_try_t), intent(inout) :: try
+
+    if (any(abs(try%contact(i)%entrance%anchor - before) > 0) .or. allocated(try%law%dilation)) &
+      try%now(:, i) = gaps_and_slips(model, try, i, d)
+  end subroutine measure_again
+
   !> Gap of entrance k and slip from its anchor at `d`, linear about the reference.
   pure type(gap_and_slip_t) function gap_and_slip(model, try, i, k, d) result(now)
     type(model_t), intent(in) :: model
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i, k
     real(dp), intent(in) :: d(:)
-    real(dp) :: change(n), rows(n, 2)
+    real(dp) :: change(n), gone, rows(n, 2), slipped
+    integer :: at, j, side
 
-    associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
-      change = of_elements(model, try%pair(:, entrance%pair), d) - geometry%at
+    associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i), unknown => model%elements%unknown)
+      gone = 0.0_dp
+      slipped = 0.0_dp
+      do side = 1, 2
+        associate (e => try%pair(side, entrance%pair))
+          do j = 1, n/2
+            at = (side - 1)*n/2 + j
+            change(at) = d(unknown(j, e)) - geometry%at(at)
+            gone = gone + geometry%normal_end(at)*change(at)
+            slipped = slipped + geometry%shear_end(at)*change(at)
+          end do
+        end associate
+      end do
       now%edge_length = geometry%edge_length
-      now%gap = geometry%gap + dot_product(geometry%normal_end, change)
+      now%gap = geometry%gap + gone
       if (is_anchored(try)) then
         rows = anchored_rows(geometry, entrance%anchor)
         now%slip = geometry%along + dot_product(rows(:, 2), change) - entrance%anchor*geometry%edge_length
       else
-        now%slip = geometry%slid + dot_product(geometry%shear_end, change) &
-                   + (try%start(k, i)%share - entrance%anchor)*geometry%edge_length
+        now%slip = geometry%slid + slipped + (try%start(k, i)%share - entrance%anchor)*geometry%edge_length
       end if
       if (allocated(try%law%dilation)) call feel_opening(try%start(k, i)%opening, now)
     end associate

@@ -1,7 +1,7 @@
 !> The contacts in the iteration of one step.
 module scree_contact_try
   use scree_contact_geometry, only: entrance_geometry_t
-  use scree_contact_quantities, only: entrance_start_t
+  use scree_contact_quantities, only: entrance_start_t, gap_and_slip_t
   use scree_contacts, only: contact_law_t, contact_t
   use scree_kinds, only: dp
   use scree_model, only: model_t
@@ -34,6 +34,7 @@ module scree_contact_try
     real(dp) :: dashpot = 0.0_dp                         !! viscosity over the size of the step, force/length
     type(entrance_start_t), allocatable :: start(:, :)   !! (2, n)
     type(entrance_geometry_t), allocatable :: geometry(:, :) !! (2, n), gaps from where the springs rest
+    type(gap_and_slip_t), allocatable :: now(:, :)       !! (2, n) as they were measured last, from anchors as they are
     real(dp), allocatable :: largest(:)                  !! (n_blocks) force across a contact, of those judged last
     logical :: all_clear = .false.                       !! bodies that no other is near went no farther than is looked at there
     logical :: lines_stay = .false.                      !! entrances that act, and anchors, as they are

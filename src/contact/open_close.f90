@@ -5,13 +5,14 @@
 !> `hold_contacts` lets these follow the forces of the springs until no overlap above a bound is left.
 module scree_open_close
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
-  use scree_contact_rules, only: anchors_return, force_to_hold, forgives_faint_forces, gaps_and_slips, judge, press, press_across, &
-                                 pressing_of, put_anchors
-  use scree_contact_try, only: contact_try_t, count_states, of_elements
+  use scree_contact_rules, only: anchors_return, force_to_hold, forgives_faint_forces, gaps_and_slips, judge, measure_again, &
+                                 press, press_across, pressing_of, put_anchors
+  use scree_contact_try, only: contact_try_t, count_states
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: act_on, bond, friction_of
   use scree_kinds, only: dp
   use scree_model, only: model_t
+  use scree_system, only: element_unknowns
   implicit none
   private
   public :: hold_contacts, judge_contacts, keep_lines, judge_prediction, return_anchors
@@ -30,15 +31,16 @@ contains
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
-    type(gap_and_slip_t) :: now(2, try%first:try%last)
     type(contact_force_t) :: force(try%first:try%last)
-    real(dp) :: doubt(try%first:try%last)
+    real(dp) :: before(2), doubt(try%first:try%last)
     integer :: i
 
-    call press_all(model, d, try, now, force, doubt)
+    call press_all(model, d, try, force, doubt)
     try%changes = 0
     do i = try%first, try%last
-      call judge(now(:, i), force(i), doubt(i), i, try)
+      before = try%contact(i)%entrance%anchor
+      call judge(try%now(:, i), force(i), doubt(i), i, try)
+      call measure_again(model, d, i, before, try)
     end do
     call count_states(try)
   end subroutine judge_contacts
@@ -49,17 +51,18 @@ contains
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
-    type(gap_and_slip_t) :: now(2, try%first:try%last)
     type(contact_force_t) :: force(try%first:try%last)
-    real(dp) :: doubt(try%first:try%last)
+    real(dp) :: before(2), doubt(try%first:try%last)
     integer :: i
 
-    call press_all(model, d, try, now, force, doubt)
+    call press_all(model, d, try, force, doubt)
     try%changes = 0
     do i = try%first, try%last
       associate (contact => try%contact(i))
         if (contact%entrance(contact%active)%state /= state_open) cycle
-        call judge(now(:, i), force(i), doubt(i), i, try)
+        before = contact%entrance%anchor
+        call judge(try%now(:, i), force(i), doubt(i), i, try)
+        call measure_again(model, d, i, before, try)
         associate (entrance => contact%entrance(contact%active))
           if (entrance%state /= state_open) entrance%state = merge(state_locked, state_sliding, can_lock(try%law, entrance))
         end associate
@@ -68,12 +71,11 @@ contains
     call count_states(try)
   end subroutine judge_prediction
 
-  !> Where the contacts are at `d`, their forces across, and which force is too faint to change a state.
-  pure subroutine press_all(model, d, try, now, force, doubt)
+  !> Measures the contacts at `d`: their forces across, and which force is too faint to change a state.
+  pure subroutine press_all(model, d, try, force, doubt)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
-    type(gap_and_slip_t), intent(out) :: now(:, try%first:)
     type(contact_force_t), intent(out) :: force(try%first:)
     real(dp), intent(out) :: doubt(try%first:)
     integer :: i
@@ -83,8 +85,8 @@ contains
     end do
     do i = try%first, try%last
       call put_anchors(model, d, i, try)
-      now(:, i) = gaps_and_slips(model, try, i, d)
-      force(i) = press_across(try, i, now(:, i))
+      try%now(:, i) = gaps_and_slips(model, try, i, d)
+      force(i) = press_across(try, i, try%now(:, i))
       associate (body => bodies_of(model%outlines%block, try%contact(i)))
         try%largest(body) = max(try%largest(body), pressing_of(try%law, try%contact(i)%n_entrances, force(i)))
       end associate
@@ -103,10 +105,18 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
+    real(dp) :: cancelled
+    integer :: j, side
 
-    associate (entrance => try%contact(i)%entrance(1))
-      rounding_of = round_off*sum(abs(try%geometry(1, i)%normal*of_elements(model, try%pair(:, entrance%pair), d)))
+    cancelled = 0.0_dp
+    associate (pair => try%pair(:, try%contact(i)%entrance(1)%pair), normal => try%geometry(1, i)%normal)
+      do side = 1, 2
+        do j = 1, element_unknowns
+          cancelled = cancelled + abs(normal((side - 1)*element_unknowns + j)*d(model%elements%unknown(j, pair(side))))
+        end do
+      end do
     end associate
+    rounding_of = round_off*cancelled
   end function rounding_of
 
   !> Blocks of a contact.
@@ -243,6 +253,7 @@ contains
         force = press(try, i, now)
         if (.not. force%along*way_along(entrance, start, now(k)) > 0 .or. .not. abs(entrance%anchor - start%share) > 0) cycle
         entrance%anchor = start%share
+        try%now(:, i) = gaps_and_slips(model, try, i, d)
         entrance%multiplier(2) = 0.0_dp
         start%returned = .true.
         enough = .false.

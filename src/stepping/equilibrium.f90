@@ -20,6 +20,7 @@
 module scree_equilibrium
   use scree_constraints, only: constraints_t
   use scree_contact_beginning, only: begin_contacts
+  use scree_contact_rules, only: measure_contacts
   use scree_contact_try, only: contact_try_t, take_island
   use scree_effects, only: add_element_effects, load_on_element, steady_from
   use scree_element_term, only: step_rule_t, term_t
@@ -225,7 +226,9 @@ contains
       end associate
       if (.not. (touches .and. is_island(cache%equations, group))) cycle
       call take_island(now, group - cache%equations%n_alone, meets)
-      if (meets) call add_pair_effects(model, now, group, .true., .false., nothing, cache%equations)
+      if (.not. meets) cycle
+      call measure_contacts(model, nothing, now)
+      call add_pair_effects(model, now, group, .true., .false., cache%equations)
     end do
   end subroutine sum_up_forces
 

@@ -156,14 +156,13 @@ contains
     end do
   end subroutine add_forces_of_bolts
 
-  !> Adds the effects between two elements of an island that are judged, to its equations.
-  subroutine add_pair_effects(model, contacts, group, symmetric, curved, d, equations)
+  !> Adds the effects between two elements of an island that are judged, as they were measured last, to its equations.
+  subroutine add_pair_effects(model, contacts, group, symmetric, curved, equations)
     type(model_t), intent(in) :: model
     type(contact_try_t), intent(in) :: contacts !! of which those of the island are settled
     integer, intent(in) :: group                !! of the island
     logical, intent(in) :: symmetric            !! the operator is to be, but for friction
     logical, intent(in) :: curved               !! it has what contacts change by as edges turn
-    real(dp), intent(in) :: d(:)                !! (n_unknowns) of the step so far
     type(equations_t), intent(inout) :: equations
     type(closed_contacts_t) :: closed
     type(pair_term_t) :: term
@@ -177,7 +176,7 @@ contains
       associate (of_pair => closed%contact(closed%first(k):closed%first(k + 1) - 1))
         if (size(of_pair) == 0) cycle
         call clear_pair_term(term)
-        call add_contacts_of_pair(model, contacts, pair(k), of_pair, d, symmetric, curved, term)
+        call add_contacts_of_pair(contacts, pair(k), of_pair, symmetric, curved, term)
         call add_pair(equations, group, k, term)
       end associate
     end do

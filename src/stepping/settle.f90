@@ -10,7 +10,7 @@ module scree_settle
   use scree_anderson, only: anderson_t, mix_step
   use scree_contact_blame, only: reject_contacts, states_of
   use scree_contact_problem, only: pose_problem, take_states
-  use scree_contact_rules, only: iteration_rules, iteration_rules_t, place
+  use scree_contact_rules, only: iteration_rules, iteration_rules_t, measure_contacts, place
   use scree_contact_try, only: contact_try_t, take_all, take_island
   use scree_effects, only: add_element_effects
   use scree_element_term, only: step_rule_t, term_t
@@ -285,10 +285,12 @@ contains
       group%near = .not. group%linear
     else if (group%open_close%judges_prediction) then
       call judge_prediction(model, d, contacts)
+    else
+      call measure_contacts(model, d, contacts)
     end if
   end subroutine begin_open_close
 
-  !> Sums up the equations at `d`; of the last linearisation, where contacts settle for that first.
+  !> Sums up the equations at `d`, where contacts were measured; of the last linearisation, where contacts settle for that first.
   !>
   !> The operator of contacts keeps the symmetry of a secant. Not where the secant stays: the forces are then linear, and contacts
   !> need their exact changes to settle.
@@ -307,7 +309,7 @@ contains
     if (.not. group%frozen) group%linear_at = values_of_members(model, group, d)
     curved = curved .and. .not. (group%frozen .or. group%linear)
     call add_pair_effects(model, contacts, group%number, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen) &
-                          .and. .not. model%settings%balance > 0, curved, d, cache%equations)
+                          .and. .not. model%settings%balance > 0, curved, cache%equations)
   end subroutine assemble
 
   !> Begins the equations with what the elements add, and the bolts between them.
