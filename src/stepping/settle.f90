@@ -20,12 +20,14 @@ module scree_settle
   use scree_friction_problem, only: friction_problem_t, keep_rows_of_forces
   use scree_friction_solver, only: friction_work_t, solve_friction
   use scree_interpolation, only: kinematics_t
+  use scree_iteration_end, only: leaves_nothing
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_open_close, only: hold_contacts, judge_contacts, judge_prediction, keep_lines, return_anchors
   use scree_pair_effects, only: add_bolts, add_pair_effects, is_bolted
   use scree_scene, only: iterate_hybrid, iterate_newton, problems_all, problems_none, test_residual
   use scree_state, only: state_t
+  use scree_step_prediction, only: turns_unstrained
   use scree_step_try, only: cut_by_contacts, cut_by_deformation, cut_by_equations, outcome_t, reject
   use scree_system, only: values_of
   use scree_text, only: number_text
@@ -108,9 +110,8 @@ contains
         if (.not. any(among(group%member))) cycle
       end if
       group%rule = step_rule
-      group%rule%tangent = model%settings%iterate == iterate_newton
       if (touching) call take_island(contacts, i - cache%equations%n_alone, group%in_contact)
-      call tell_kind(model, cache, group)
+      call tell_kind(model, cache, d, group)
       if (wholly_held(cache%equations, i) .and. .not. group%in_contact) then
         call check_areas(model, cache, group%member, d, outcome)
       else if (.not. is_island(cache%equations, i)) then
@@ -129,10 +130,11 @@ contains
     if (touching) call take_all(contacts)
   end subroutine settle
 
-  !> Tells whether the forces of a group are linear, and what its iterates may be.
-  pure subroutine tell_kind(model, cache, group)
+  !> Tells whether the forces of a group are linear, what its iterates may be, and the operator that it begins with.
+  pure subroutine tell_kind(model, cache, d, group)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
+    real(dp), intent(in) :: d(:)                  !! (n_unknowns) prediction
     type(group_t), intent(inout) :: group
 
     group%linear = .not. any(cache%element(group%member)%green)
@@ -140,6 +142,8 @@ contains
     group%bolted = is_bolted(model, group%member)
     group%linear = group%linear .and. .not. group%bolted ! its axis turns
     group%strays = .not. (model%effects%carried > 0 .or. group%in_contact)
+    group%rule%tangent = model%settings%iterate == iterate_newton
+    if (model%settings%iterate == iterate_hybrid) group%rule%tangent = turns_unstrained(model, cache, group%member, d)
   end subroutine tell_kind
 
   !> Displacements of the unknowns of a group's elements.
@@ -184,7 +188,7 @@ contains
       associate (ids => model%elements%unknown(:, e))
         change = change_of(cache%element(e)%kinematics, cache%equations%correction(ids), group%bolted)
       end associate
-      outcome%settled = is_settled(model, group, change, residual)
+      outcome%settled = is_settled(model, cache, group, change, residual)
       if (outcome%settled) return
       if (model%settings%iterate == iterate_hybrid) group%rule%tangent = change < near_solution
     end do
@@ -247,7 +251,7 @@ contains
         cycle
       end if
       call find_change(model, cache, group, d, change, worst)
-      outcome%settled = is_settled(model, group, change, residual) &
+      outcome%settled = is_settled(model, cache, group, change, residual) &
                         .and. .not. (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1)
       if (group%in_contact) call judge(model, cache, state, group, contacts, d, outcome)
       if (outcome%settled .or. allocated(outcome%trouble%what)) return
@@ -590,9 +594,10 @@ contains
     balances = is_balanced(model, cache, group%number) .and. .not. (group%in_contact .and. contacts%changes > 0 .and. i > 1)
   end function balances
 
-  !> Whether the deformation has settled by its last change, or with small strain by the residual of its correction.
-  pure logical function is_settled(model, group, change, residual)
+  !> Whether the deformation has settled, by its last change or what that leaves, or with small strain by the residual.
+  pure logical function is_settled(model, cache, group, change, residual)
     type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     type(group_t), intent(in) :: group
     real(dp), intent(in) :: change   !! of theta
     real(dp), intent(in) :: residual !! of the correction
@@ -600,8 +605,11 @@ contains
     if (group%linear) then
       is_settled = residual <= linear_tolerance(model)
     else
-      is_settled = model%settings%test /= test_residual .and. change < model%settings%tolerance &
-                   .and. residual <= linear_tolerance(model)
+      is_settled = change < model%settings%tolerance
+      if (group%rule%tangent .and. model%effects%carried > 0 .and. .not. (is_settled .or. group%frozen)) &
+        is_settled = leaves_nothing(model%settings%tolerance, cache, group%member, group%rule, change, &
+                                    group%in_contact .or. group%bolted)
+      is_settled = is_settled .and. model%settings%test /= test_residual .and. residual <= linear_tolerance(model)
     end if
   end function is_settled
 

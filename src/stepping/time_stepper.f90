@@ -25,6 +25,7 @@ module scree_time_stepper
   use scree_scene, only: scheme_central_difference
   use scree_settle, only: settle
   use scree_state, only: state_t
+  use scree_step_prediction, only: predict
   use scree_step_checks, only: check_state, check_try
   use scree_step_constraints, only: constraints_of_step
   use scree_strain_choice, only: add_where_needed, choose_at_start, take_choice
@@ -162,7 +163,7 @@ contains
     call constrain_equations(cache%equations, constraints)
     call recall_factored(cache%equations, state%factored)
     if (try%contacts%goes_on) return
-    try%d = try%dt*state%velocity
+    call predict(model, cache, state, try%rule, try%contacts%pair, try%d)
     call complete_unknowns(constraints, try%d, homogeneous=.false.)
   end subroutine begin_try
 

@@ -1,0 +1,104 @@
+!> The displacement that the iteration of a step begins with.
+!>
+!> Small strain is linear and solved from anywhere. With Green strain what turns by the angle alpha is off by alpha^2/2 where its
+!> velocity brings it. Where its acceleration is what the step before handed on it comes to where that brings it: a body that spins
+!> freely exactly, as its acceleration has turned with it. An impact is no acceleration that goes on; and bodies that move and may
+!> touch each other begin with their velocities, as from elsewhere their contacts may come to other states.
+module scree_step_prediction
+  use scree_element_term, only: step_rule_t
+  use scree_green_strain, only: green_strain
+  use scree_inertia, only: kinetic_energy
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_state, only: state_t
+  use scree_system, only: values_of
+  implicit none
+  private
+  public :: predict, turns_unstrained
+
+  !> Change of velocity in the step before over the velocity, up to which a body is taken to go on so.
+  real(dp), parameter :: smooth = 0.5_dp
+  !> Strain of a prediction over the square of what it turns by: by the velocity alone it is 1/2.
+  real(dp), parameter :: unstrained = 0.05_dp
+
+contains
+
+  !> Predicts the displacement of a step: by the velocity, and of elements with Green strain by the acceleration too.
+  pure subroutine predict(model, cache, state, rule, pair, d)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(step_rule_t), intent(in) :: rule
+    integer, intent(in) :: pair(:, :)          !! (2, n_pairs) elements that something acts between
+    real(dp), allocatable, intent(out) :: d(:) !! (n_unknowns)
+    real(dp) :: weight
+    logical :: meets(model%n_elements)         !! another that can move
+    integer :: from, to, k
+
+    meets = .false.
+    do k = 1, size(pair, 2)
+      if (all(cache%equations%group_of(pair(:, k)) > 0)) meets(pair(:, k)) = .true.
+    end do
+    d = rule%dt*state%velocity
+    weight = (rule%carried_weight + rule%displacement_weight)*rule%dt**2
+    from = 1
+    associate (free => model%elements%free, block => model%elements%block)
+      do to = 1, size(free)
+        if (to < size(free)) then
+          if (block(free(to + 1)) == block(free(to))) cycle
+        end if
+        if (goes_on(free(from:to))) then
+          do k = from, to
+            associate (ids => model%elements%unknown(:, free(k)))
+              d(ids) = rule%dt*state%velocity(ids) + weight*state%acceleration(ids)
+            end associate
+          end do
+        end if
+        from = to + 1
+      end do
+    end associate
+
+  contains
+
+    !> Whether the acceleration of the elements of a block is taken to go on, and any of them has Green strain.
+    pure logical function goes_on(list)
+      integer, intent(in) :: list(:)
+      real(dp) :: energy, change
+      integer :: i
+
+      goes_on = any(cache%element(list)%green) .and. .not. any(meets(list))
+      if (.not. goes_on) return
+      energy = 0.0_dp
+      change = 0.0_dp
+      do i = 1, size(list)
+        associate (M => cache%element(list(i))%mass_matrix)
+          energy = energy + kinetic_energy(M, values_of(model%elements, list(i), state%velocity))
+          change = change + kinetic_energy(M, values_of(model%elements, list(i), state%acceleration))
+        end associate
+      end do
+      goes_on = rule%dt**2*change < smooth**2*energy
+    end function goes_on
+
+  end subroutine predict
+
+  !> Whether elements turn by a displacement and are not strained by that, as they are by their velocity alone.
+  pure logical function turns_unstrained(model, cache, member, d)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    integer, intent(in) :: member(:)           !! elements
+    real(dp), intent(in) :: d(:)               !! (n_unknowns)
+    real(dp) :: theta(4), strain, turn
+    integer :: k
+
+    strain = 0.0_dp
+    turn = 0.0_dp
+    do k = 1, size(member)
+      if (.not. cache%element(member(k))%green) cycle
+      theta = matmul(cache%element(member(k))%kinematics%gradient, values_of(model%elements, member(k), d))
+      strain = max(strain, maxval(abs(green_strain(theta))))
+      turn = max(turn, maxval(abs(theta)))
+    end do
+    turns_unstrained = strain < unstrained*turn**2
+  end function turns_unstrained
+
+end module scree_step_prediction
