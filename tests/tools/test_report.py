@@ -216,9 +216,10 @@ def test_states_of_joints_are_those_of_pictures(shown):
         for state, parts in overlays.joint_states(file, frame).items():
             ours = np.array(found[state]).reshape(-1, 2, 2) + origin
             counted += len(parts)
-            assert abs(len(ours) - len(parts)) <= 0.02 * len(parts), (frame, state)
-            length = np.linalg.norm(parts[:, 1] - parts[:, 0], axis=1).sum()
-            assert np.linalg.norm(ours[:, 1] - ours[:, 0], axis=1).sum() == pytest.approx(length, rel=0.02, abs=1e-3 * size)
+            lengths, true = (np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1) for segments in (ours, parts))
+            seen = [np.count_nonzero(those > 1e-5 * size) for those in (lengths, true)]  # corners that touch have parts of no length
+            assert abs(seen[0] - seen[1]) <= 0.01 * seen[1], (frame, state)
+            assert lengths.sum() == pytest.approx(true.sum(), rel=1e-3, abs=1e-3 * size)
             off = [np.abs(ours.mean(1) - part.mean(0)).max(1).min() for part in parts if len(ours)]
             assert np.quantile(off, 0.95) < 2e-3 * size if off else True
     assert counted > 20
