@@ -1,4 +1,5 @@
-!> What the next correction of an iteration would change, told from the last one.
+!> How the iteration of the deformation ends: what the next correction would change, told from the last one, or an iterate that no
+!> other can come from.
 !>
 !> A correction by the tangent that changes theta by c leaves forces of second degree, E c^2. They change stretches by c^2, and the
 !> rotation, that inertia alone resists, by as much as a stress turns an element in a step over its strain,
@@ -10,14 +11,20 @@
 module scree_iteration_end
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
-  use scree_model, only: cache_t, element_cache_t
+  use scree_model, only: cache_t, element_cache_t, model_t
+  use scree_step_try, only: cut_by_deformation, outcome_t, reject
+  use scree_system, only: values_of
+  use scree_text, only: number_text
   implicit none
   private
-  public :: leaves_nothing
+  public :: check_area, check_areas, leaves_nothing, reject_unsettled
 
   !> Shares of the tolerance: of what the next correction may change, which is rounding over many steps; and of its stress that an
   !> element may be off by.
   real(dp), parameter :: share_of_change = 1e-6_dp, share_of_stress = 1e4_dp
+
+  !> An area that changes by more than this factor in a step is no iterate worth going on with.
+  real(dp), parameter :: largest_area_change = 5.0_dp
 
 contains
 
@@ -58,5 +65,52 @@ contains
              /max(rule%inertia_weight*own%mass*(element%second(1) + element%second(2)), tiny(turn))
     end associate
   end function turn_by_strain
+
+  !> Rejects a try in which an element has not kept a finite area.
+  subroutine check_areas(model, cache, member, d, outcome, strays)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    integer, intent(in) :: member(:)
+    real(dp), intent(in) :: d(:)
+    type(outcome_t), intent(inout) :: outcome
+    logical, intent(in), optional :: strays   !! any that is a number will do
+    integer :: k
+
+    do k = 1, size(member)
+      call check_area(model, cache, member(k), d, outcome, strays)
+      if (allocated(outcome%trouble%what)) return
+    end do
+  end subroutine check_areas
+
+  !> Rejects a try in which an element has not kept a finite area.
+  subroutine check_area(model, cache, e, d, outcome, strays)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    integer, intent(in) :: e
+    real(dp), intent(in) :: d(:)
+    type(outcome_t), intent(inout) :: outcome
+    logical, intent(in), optional :: strays   !! any that is a number will do
+    real(dp) :: theta(4), ratio
+
+    theta = matmul(cache%element(e)%kinematics%gradient, values_of(model%elements, e, d))
+    ratio = (1 + theta(1))*(1 + theta(4)) - theta(2)*theta(3)
+    if (ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp) return ! not so for NaN
+    if (present(strays)) then
+      if (strays .and. abs(ratio) < huge(ratio)) return
+    end if
+    call reject(outcome, cut_by_deformation, 'the iteration ran away (its area changed by more than a factor of 5)', &
+                'a smaller step.size, and check density, E and loads there', e, cache%element(e)%kinematics%centroid)
+  end subroutine check_area
+
+  !> Rejects a try whose deformation did not settle.
+  subroutine reject_unsettled(cache, e, outcome)
+    type(cache_t), intent(in) :: cache
+    integer, intent(in) :: e       !! element that changed most
+    type(outcome_t), intent(inout) :: outcome
+
+    call reject(outcome, cut_by_deformation, 'the deformation did not settle in '//number_text(outcome%iterations)//' iterations', &
+                'iteration.method=newton or a larger iteration.most, and check E, density and loads there', e, &
+                cache%element(e)%kinematics%centroid)
+  end subroutine reject_unsettled
 
 end module scree_iteration_end

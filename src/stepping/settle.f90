@@ -20,7 +20,7 @@ module scree_settle
   use scree_friction_problem, only: friction_problem_t, keep_rows_of_forces
   use scree_friction_solver, only: friction_work_t, solve_friction
   use scree_interpolation, only: kinematics_t
-  use scree_iteration_end, only: leaves_nothing
+  use scree_iteration_end, only: check_area, check_areas, leaves_nothing, reject_unsettled
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_open_close, only: hold_contacts, judge_contacts, judge_prediction, keep_lines, return_anchors
@@ -28,7 +28,7 @@ module scree_settle
   use scree_scene, only: iterate_hybrid, iterate_newton, problems_all, problems_none, test_residual
   use scree_state, only: state_t
   use scree_step_prediction, only: turns_unstrained
-  use scree_step_try, only: cut_by_contacts, cut_by_deformation, cut_by_equations, outcome_t, reject
+  use scree_step_try, only: cut_by_contacts, cut_by_equations, outcome_t, reject
   use scree_system, only: values_of
   use scree_text, only: number_text
   use scree_timers, only: begin_phase, phase_alone, phase_assemble, phase_friction, phase_judge, phase_solve
@@ -40,8 +40,6 @@ module scree_settle
   real(dp), parameter :: near_solution = 0.05_dp
   !> A residual below this share of what cancelled in it is round-off, whatever the tolerance.
   real(dp), parameter :: round_off = 50*epsilon(1.0_dp)
-  !> An area that changes by more than this factor in a step is no iterate worth going on with.
-  real(dp), parameter :: largest_area_change = 5.0_dp
 
   !> Friction problems in a step, after which entrances and anchors stay; and at most.
   integer, parameter :: free_rounds = 3, most_rounds = 20
@@ -655,52 +653,5 @@ contains
       end associate
     end do
   end subroutine find_change
-
-  !> Rejects a try in which an element has not kept a finite area.
-  subroutine check_areas(model, cache, member, d, outcome, strays)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    integer, intent(in) :: member(:)
-    real(dp), intent(in) :: d(:)
-    type(outcome_t), intent(inout) :: outcome
-    logical, intent(in), optional :: strays   !! any that is a number will do
-    integer :: k
-
-    do k = 1, size(member)
-      call check_area(model, cache, member(k), d, outcome, strays)
-      if (allocated(outcome%trouble%what)) return
-    end do
-  end subroutine check_areas
-
-  !> Rejects a try in which an element has not kept a finite area.
-  subroutine check_area(model, cache, e, d, outcome, strays)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    integer, intent(in) :: e
-    real(dp), intent(in) :: d(:)
-    type(outcome_t), intent(inout) :: outcome
-    logical, intent(in), optional :: strays   !! any that is a number will do
-    real(dp) :: theta(4), ratio
-
-    theta = matmul(cache%element(e)%kinematics%gradient, values_of(model%elements, e, d))
-    ratio = (1 + theta(1))*(1 + theta(4)) - theta(2)*theta(3)
-    if (ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp) return ! not so for NaN
-    if (present(strays)) then
-      if (strays .and. abs(ratio) < huge(ratio)) return
-    end if
-    call reject(outcome, cut_by_deformation, 'the iteration ran away (its area changed by more than a factor of 5)', &
-                'a smaller step.size, and check density, E and loads there', e, cache%element(e)%kinematics%centroid)
-  end subroutine check_area
-
-  !> Rejects a try whose deformation did not settle.
-  subroutine reject_unsettled(cache, e, outcome)
-    type(cache_t), intent(in) :: cache
-    integer, intent(in) :: e       !! element that changed most
-    type(outcome_t), intent(inout) :: outcome
-
-    call reject(outcome, cut_by_deformation, 'the deformation did not settle in '//number_text(outcome%iterations)//' iterations', &
-                'iteration.method=newton or a larger iteration.most, and check E, density and loads there', e, &
-                cache%element(e)%kinematics%centroid)
-  end subroutine reject_unsettled
 
 end module scree_settle
