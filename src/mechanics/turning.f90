@@ -12,7 +12,7 @@ module scree_turning
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
-  use scree_system, only: element_unknowns, values_of
+  use scree_system, only: element_unknowns, last_of_block, values_of
   implicit none
   private
   public :: acceleration_of_spin, turn_acceleration
@@ -68,10 +68,8 @@ contains
     turned = rates
     from = 1
     associate (free => model%elements%free, block => model%elements%block)
-      do to = 1, size(free)
-        if (to < size(free)) then
-          if (block(free(to + 1)) == block(free(to))) cycle
-        end if
+      do while (from <= size(free))
+        to = last_of_block(model%elements, from)
         if (abs(angle(block(free(to)))) > 0) call turn_block(model, cache, free(from:to), angle(block(free(to))), turned)
         from = to + 1
       end do

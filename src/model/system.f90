@@ -5,7 +5,7 @@ module scree_system
   use scree_regions, only: regions_t
   implicit none
   private
-  public :: elements_t, extension_t, points_t, sampling_t, system_t, values_of
+  public :: elements_t, extension_t, last_of_block, points_t, sampling_t, system_t, values_of
 
   integer, parameter, public :: element_unknowns = 6 !! of a DDA block, of three constant covers, and of a cell
 
@@ -82,5 +82,17 @@ contains
       values(i) = d(elements%unknown(i, e))
     end do
   end function values_of
+
+  !> Place among the elements that can move of the last one of the block of which the one at place `first` is.
+  pure integer function last_of_block(elements, first) result(last)
+    type(elements_t), intent(in) :: elements
+    integer, intent(in) :: first
+
+    associate (free => elements%free, block => elements%block)
+      do last = first, size(free) - 1
+        if (block(free(last + 1)) /= block(free(first))) return
+      end do
+    end associate
+  end function last_of_block
 
 end module scree_system

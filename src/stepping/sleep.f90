@@ -18,7 +18,7 @@ module scree_sleep
   use scree_scene, only: time_table_t
   use scree_sets, only: root_of, unite
   use scree_state, only: state_t
-  use scree_system, only: values_of
+  use scree_system, only: last_of_block, values_of
   use scree_time_stepper, only: advance, step_report_t
   use scree_time_table, only: mean_over, ramp_at, value_at
   use scree_timers, only: begin_phase, phase_sleep
@@ -226,16 +226,15 @@ contains
         mass = 0.0_dp
         speed = 0.0_dp
         weight = 0.0_dp
-        do last = first, size(free)
-          if (block(free(last)) /= block(free(first))) exit
-          associate (e => free(last), own => cache%element(free(last)))
+        last = last_of_block(model%elements, first)
+        do k = first, last
+          associate (e => free(k), own => cache%element(free(k)))
             area = area + own%kinematics%area
             mass = mass + own%mass
             weight = weight + abs(own%mass_ratio*model%effects%gravity%weight(e))
             speed = speed + 2*kinetic_energy(own%mass_matrix, values_of(model%elements, e, state%velocity))
           end associate
         end do
-        last = last - 1
         rests(block(free(first))) = speed < share**2*weight*sqrt(area)
         if (.not. rests(block(free(first)))) cycle
         unbalanced = 0.0_dp

@@ -11,7 +11,7 @@ module scree_step_prediction
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
-  use scree_system, only: values_of
+  use scree_system, only: last_of_block, values_of
   implicit none
   private
   public :: predict, turns_unstrained
@@ -42,11 +42,9 @@ contains
     d = rule%dt*state%velocity
     weight = (rule%carried_weight + rule%displacement_weight)*rule%dt**2
     from = 1
-    associate (free => model%elements%free, block => model%elements%block)
-      do to = 1, size(free)
-        if (to < size(free)) then
-          if (block(free(to + 1)) == block(free(to))) cycle
-        end if
+    associate (free => model%elements%free)
+      do while (from <= size(free))
+        to = last_of_block(model%elements, from)
         if (goes_on(free(from:to))) then
           do k = from, to
             associate (ids => model%elements%unknown(:, free(k)))
