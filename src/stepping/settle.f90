@@ -55,6 +55,10 @@ module scree_settle
   integer, parameter :: most_holds = 100
   !> Forces that judgement leaves out of balance on an element, over all that balance on it: less is none.
   real(dp), parameter :: accepted_share = 1e-8_dp
+  !> Forces that a friction problem leaves out of balance, over the largest: a body may have forces of its own that are far smaller.
+  !> One that moves nothing, and leaves too much on a body, is solved ten times as exactly the next time, so many times.
+  real(dp), parameter :: problem_share = 0.1_dp*accepted_share
+  integer, parameter :: most_repeats = 3
 
   !> Elements that are settled together, and how far they are.
   type :: group_t
@@ -75,6 +79,7 @@ module scree_settle
     real(dp), allocatable :: sound(:, :)      !! (n, n_members) displacement that the iteration, or its last round, began with
     logical :: near = .false.                 !! to the solution: a friction problem ended there
     integer :: rounds = 0                     !! friction problems that were solved
+    integer :: repeats = 0                    !! of these, that moved nothing
     logical :: far = .false.                  !! from the solution: contacts changed, or are likely to
     type(anderson_t) :: mixing                !! of corrections by the secant
     logical :: in_doubt = .false.             !! all has settled but for contacts that the judgement changed
@@ -482,7 +487,8 @@ contains
     group%far = .false.
     group%fewest = huge(1)
     call judge_at(model, cache, state, group, d, contacts)
-    group%in_doubt = group%linear
+    group%in_doubt = group%linear .or. change < model%settings%tolerance
+    if (change < model%settings%tolerance) group%repeats = min(group%repeats + 1, most_repeats)
     outcome%settled = .false.
   end subroutine settle_stalled
 
@@ -512,7 +518,7 @@ contains
     call add_elements(model, cache, state, posed, d)
     call pose_problem(model, contacts, group%number, d, cache%equations, problem)
     if (by_secant) call keep_rows_of_forces(problem)
-    call solve_friction(problem, group%near, accepted_share, cache%timers, x, spring, found, work, &
+    call solve_friction(problem, group%near, problem_share*0.1_dp**group%repeats, cache%timers, x, spring, found, work, &
                         quick=group%open_close%poses_at_once .and. .not. by_secant)
     outcome%solves = outcome%solves + work%factors
     if (model%settings%problems == problems_all .or. (model%settings%problems /= problems_none .and. .not. found)) &
@@ -544,6 +550,7 @@ contains
     if (held) call return_anchors(model, d, contacts, held)
     group%stalled = 0
     group%rounds = 0
+    group%repeats = 0
     group%in_doubt = .false.
   end subroutine hold
 

@@ -261,6 +261,12 @@ def test_rock_cut_at_random_takes_sudden_gravity_and_gains_no_energy(kind, seed,
     assert np.linalg.norm(f.bodies.centroid[-1] - f.bodies.centroid[0], axis=1).max() < 2 * fall
 
 
+def test_rock_cut_at_random_settles_in_short_steps(tmp_path):
+    """Where the weight has hardly begun to press, small blocks bear forces that are far below the largest."""
+    f = scree.run(touching.jointed_rock(tmp_path, "dda, Green strain", seed=3, steps=20, dt=2e-4), timeout=300)
+    assert len(f.history.time) == 20, "a step was cut"
+
+
 @pytest.mark.parametrize("test", ["theta", "residual"])
 def test_multipliers_act_whatever_tells_that_a_step_settled(test, tmp_path):
     blocks = [box(-2, -1, 5, 1), box(0, 0, 1, 1)]
