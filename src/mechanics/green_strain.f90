@@ -22,6 +22,8 @@ module scree_green_strain
   private
   public :: add_green_strain, error_of_small_strain, green_strain, least_stretch, least_stable_stretch, strain_operator
 
+  integer, parameter :: n = element_unknowns
+
   !> Stretch at which the linear law in Green strain loses its stiffness in compression: d(lambda (lambda^2 - 1))/d lambda = 0.
   real(dp), parameter :: least_stable_stretch = 1/sqrt(3.0_dp)
   !> Weights that differ by less are the same.
@@ -65,10 +67,11 @@ contains
     type(kinematics_t), intent(in) :: element
     real(dp), intent(in) :: D(3, 3)     !! elasticity of the configuration at the beginning of the step, force/length^2
     real(dp), intent(in) :: stress(3)   !! Cauchy stress at the beginning of the step, force/length^2
-    real(dp), intent(in) :: unknown(element_unknowns) !! of the step so far
+    real(dp), intent(in) :: unknown(n) !! of the step so far
     type(step_rule_t), intent(in) :: rule
     type(term_t), intent(inout) :: term
-    real(dp) :: theta(4), B(3, 4), S(3), M(4, 4), omega, wD(3, 3), share, force(4)
+    real(dp) :: theta(4), B(3, 4), S(3), strain(3), M(4, 4), omega, wD(3, 3), share, force(4)
+    real(dp) :: changes(3, 4), Dchanges(3, 4), MG(4, n), GMG(n, n), own(n), magnitude(3), noise(4), cancelled(n)
     integer :: k
 
     if (.not. rule%end_weight > 0) then
@@ -81,9 +84,13 @@ contains
     theta = matmul(element%gradient, unknown)
     B = strain_operator(theta, omega)
     wD = rule%stress_weight*D
-    S = stress + matmul(wD, green_strain(theta))
+    strain = green_strain(theta)
+    S = matmul(wD, strain)
+    S = stress + S
     share = merge(1.0_dp, 0.5_dp, rule%tangent)
-    M = matmul(transpose(B), matmul(wD, strain_operator(theta, share)))
+    changes = strain_operator(theta, share)
+    Dchanges = matmul(wD, changes)
+    M = matmul(transpose(B), Dchanges)
     if (rule%tangent) then
       do k = 1, 2
         M(k, k) = M(k, k) + omega*S(1)
@@ -98,11 +105,20 @@ contains
       M = rule%end_weight*M
       force = rule%end_weight*force + (1 - rule%end_weight)*matmul(stress, strain_operator(theta, 0.0_dp))
     end if
+    strain = green_strain(abs(theta))
+    wD = abs(wD)
+    magnitude = matmul(wD, strain)
+    magnitude = abs(stress) + magnitude
+    B = abs(B)
+    noise = matmul(magnitude, B)
     associate (G => element%gradient)
-      term%matrix = term%matrix + element%area*matmul(transpose(G), matmul(M, G))
-      call add_force(term, -element%area*matmul(force, G), &
-                     element%area*matmul(matmul(abs(stress) + matmul(abs(wD), green_strain(abs(theta))), abs(B)), abs(G)))
+      MG = matmul(M, G)
+      GMG = matmul(transpose(G), MG)
+      term%matrix = term%matrix + element%area*GMG
+      own = matmul(force, G)
+      cancelled = matmul(noise, abs(G))
     end associate
+    call add_force(term, -element%area*own, element%area*cancelled)
   end subroutine add_green_strain
 
   !> Whether secant or tangent are symmetric with the weights of a step.

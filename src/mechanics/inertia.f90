@@ -45,16 +45,29 @@ contains
       carried = c*rule%dt*velocity + (rule%inertia_weight*rule%carried_weight/gamma - (1 - rule%inertia_weight))*acceleration
     end associate
     term%matrix = term%matrix + c*M
-    call add_force(term, matmul(M, carried))
-    call add_force(term, -c*matmul(M, unknown))
+    call add_force(term, times(M, carried))
+    call add_force(term, -c*times(M, unknown))
   end subroutine add_inertia
+
+  !> M x, without the call of a library that a product of this size costs most of.
+  pure function times(M, x) result(y)
+    real(dp), intent(in) :: M(n, n)
+    real(dp), intent(in) :: x(n)
+    real(dp) :: y(n)
+    integer :: j
+
+    y = 0.0_dp
+    do j = 1, n
+      y = y + M(:, j)*x(j)
+    end do
+  end function times
 
   !> v^T M v / 2, force per unit thickness.
   pure real(dp) function kinetic_energy(M, velocity)
     real(dp), intent(in) :: M(n, n)
     real(dp), intent(in) :: velocity(n)
 
-    kinetic_energy = 0.5_dp*dot_product(velocity, matmul(M, velocity))
+    kinetic_energy = 0.5_dp*dot_product(velocity, times(M, velocity))
   end function kinetic_energy
 
   !> Linear momentum, and angular momentum about the origin: x, y, mass/time; mass length/time.

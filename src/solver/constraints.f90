@@ -9,9 +9,11 @@ module scree_constraints
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_constraint, add_followers, clear_constraints, complete_unknowns, constraints_t, reduce_element, &
-            reduced_operator, reduction_t
+  public :: add_constraint, add_followers, clear_constraints, complete_unknowns, completed, constraints_t, reduce_element, &
+            reduce_operator, reduced_operator, reduction_t
 
+  !> Unknowns of a pair of elements.
+  integer, parameter :: most_reduced = 2*element_unknowns
   !> A row whose largest entry is below this share of a displacement says nothing new.
   real(dp), parameter :: redundant = 1e-8_dp
 
@@ -325,11 +327,50 @@ contains
     real(dp), intent(in) :: A(:, :)          !! (n, n)
     real(dp) :: reduced(size(reduction%free), size(reduction%free))
 
-    if (allocated(reduction%left)) then
-      reduced = A(reduction%left, reduction%left)
-    else
-      reduced = matmul(transpose(reduction%Z), matmul(A, reduction%Z))
-    end if
+    call reduce_operator(reduction, A, reduced)
   end function reduced_operator
+
+  !> Makes Z^T A Z in place. Most of Z is zero.
+  pure subroutine reduce_operator(reduction, A, reduced)
+    type(reduction_t), intent(in) :: reduction
+    real(dp), contiguous, intent(in) :: A(:, :) !! (n, n)
+    real(dp), intent(inout) :: reduced(:, :)    !! (m, m)
+    real(dp) :: product(most_reduced), sum
+    integer :: i, j, k, n
+
+    n = size(A, 1)
+    do j = 1, size(reduction%free)
+      if (allocated(reduction%left)) then
+        do i = 1, size(reduction%free)
+          reduced(i, j) = A(reduction%left(i), reduction%left(j))
+        end do
+        cycle
+      end if
+      product(:n) = 0.0_dp
+      do k = 1, n
+        if (abs(reduction%Z(k, j)) > 0) product(:n) = product(:n) + A(:, k)*reduction%Z(k, j)
+      end do
+      do i = 1, size(reduction%free)
+        sum = 0.0_dp
+        do k = 1, n
+          if (abs(reduction%Z(k, i)) > 0) sum = sum + reduction%Z(k, i)*product(k)
+        end do
+        reduced(i, j) = sum
+      end do
+    end do
+  end subroutine reduce_operator
+
+  !> The unknowns of an element with slaves whose free ones are `q`, Z q.
+  pure function completed(reduction, q) result(unknown)
+    type(reduction_t), intent(in) :: reduction
+    real(dp), intent(in) :: q(:)             !! (m)
+    real(dp) :: unknown(size(reduction%Z, 1))
+    integer :: j
+
+    unknown = 0.0_dp
+    do j = 1, size(q)
+      unknown = unknown + reduction%Z(:, j)*q(j)
+    end do
+  end function completed
 
 end module scree_constraints

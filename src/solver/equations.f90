@@ -6,7 +6,7 @@
 module scree_equations
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use scree_blas, only: keep_memory, keep_to_one_thread
-  use scree_constraints, only: constraints_t, reduce_element, reduced_operator, reduction_t
+  use scree_constraints, only: completed, constraints_t, reduce_element, reduce_operator, reduced_operator, reduction_t
   use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
   use scree_friction_problem, only: friction_problem_t, place_springs, posed_problem_t
@@ -397,38 +397,40 @@ contains
     integer, intent(in) :: group, k
     real(dp), intent(in) :: span(n)  !! displacement that a unit of each of its unknowns makes
     type(term_t), intent(in) :: term
-    integer :: e
+    integer :: e, i, m
 
     e = equations%member(equations%first(group) + k - 1)
-    associate (ids => equations%unknown(:n, e), reduction => equations%reduction(e))
+    associate (ids => equations%unknown(:n, e), reduction => equations%reduction(e), small => equations%small)
       equations%span(ids) = span
-      if (allocated(reduction%Z)) then
-        call add(reduction%free, reduced_operator(reduction, term%matrix), matmul(term%force, reduction%Z), &
-                 matmul(term%scale, abs(reduction%Z)), matmul(term%noise, abs(reduction%Z)))
+      if (.not. allocated(reduction%Z)) then
+        call add_at(ids, term%force, equations%force)
+        call add_at(ids, term%scale, equations%scale)
+        call add_at(ids, term%noise, equations%noise)
+        if (is_island(equations, group)) then
+          call add_element(equations%at(group - equations%n_alone)%island%matrix, k, term%matrix, term%symmetric)
+        else
+          small%n = n
+          small%value(:n, :n) = term%matrix
+        end if
       else
-        call add(ids, term%matrix, term%force, term%scale, term%noise)
+        m = size(reduction%free)
+        do i = 1, m
+          associate (u => reduction%free(i), Z => reduction%Z(:, i))
+            equations%force(u) = equations%force(u) + dot_product(term%force, Z)
+            equations%scale(u) = equations%scale(u) + dot_product(term%scale, abs(Z))
+            equations%noise(u) = equations%noise(u) + dot_product(term%noise, abs(Z))
+          end associate
+        end do
+        if (is_island(equations, group)) then
+          call add_element(equations%at(group - equations%n_alone)%island%matrix, k, reduced_operator(reduction, term%matrix), &
+                           term%symmetric)
+        else
+          small%n = m
+          call reduce_operator(reduction, term%matrix, small%value(:m, :m))
+        end if
       end if
+      if (.not. is_island(equations, group)) small%symmetric = term%symmetric
     end associate
-
-  contains
-
-    !> Adds to the sums.
-    subroutine add(free, matrix, force, scale, noise)
-      integer, intent(in) :: free(:)
-      real(dp), intent(in) :: matrix(:, :), force(:), scale(:), noise(:)
-
-      equations%force(free) = equations%force(free) + force
-      equations%scale(free) = equations%scale(free) + scale
-      equations%noise(free) = equations%noise(free) + noise
-      if (is_island(equations, group)) then
-        call add_element(equations%at(group - equations%n_alone)%island%matrix, k, matrix, term%symmetric)
-      else
-        equations%small%n = size(free)
-        equations%small%symmetric = term%symmetric
-        equations%small%value(:size(free), :size(free)) = matrix
-      end if
-    end subroutine add
-
   end subroutine add_equations
 
   !> Adds what acts between the elements of the `k`-th pair of an island.
@@ -436,39 +438,43 @@ contains
     type(equations_t), intent(inout) :: equations
     integer, intent(in) :: group, k
     type(pair_term_t), intent(in) :: term
+    real(dp), allocatable :: scale(:)
     integer :: slot
 
     associate (island => equations%at(group - equations%n_alone)%island)
       slot = equations%first(group + 1) - equations%first(group) + k
       associate (reduction => equations%pair_reduction(island%pair(k)))
         if (allocated(reduction%Z)) then
-          call add(reduction%free, matmul(term%force, reduction%Z), matmul(term%scale, abs(reduction%Z)))
+          call add_at(reduction%free, matmul(term%force, reduction%Z), equations%force)
+          scale = matmul(term%scale, abs(reduction%Z))
+          call add_at(reduction%free, scale, equations%scale)
+          call add_at(reduction%free, scale, equations%noise)
           call add_element(island%matrix, slot, reduced_operator(reduction, term%matrix), term%symmetric)
           if (.not. term%symmetric) call add_rest(island%matrix, slot, reduced_operator(reduction, term%friction))
         else
-          call add(equations%pair(:, island%pair(k)), term%force, term%scale)
+          associate (ids => equations%pair(:, island%pair(k)))
+            call add_at(ids, term%force, equations%force)
+            call add_at(ids, term%scale, equations%scale)
+            call add_at(ids, term%scale, equations%noise)
+          end associate
           call add_element(island%matrix, slot, term%matrix, term%symmetric)
           if (.not. term%symmetric) call add_rest(island%matrix, slot, term%friction)
         end if
       end associate
     end associate
-
-  contains
-
-    !> Adds to the sums, one by one: two elements may share an unknown.
-    subroutine add(free, force, scale)
-      integer, intent(in) :: free(:)
-      real(dp), intent(in) :: force(:), scale(:)
-      integer :: k
-
-      do k = 1, size(free)
-        equations%force(free(k)) = equations%force(free(k)) + force(k)
-        equations%scale(free(k)) = equations%scale(free(k)) + scale(k)
-        equations%noise(free(k)) = equations%noise(free(k)) + scale(k)
-      end do
-    end subroutine add
-
   end subroutine add_pair
+
+  !> Adds numbers to sums, one by one: two elements may share an unknown.
+  pure subroutine add_at(place, number, sum)
+    integer, intent(in) :: place(:)
+    real(dp), intent(in) :: number(:)  !! (size(place))
+    real(dp), intent(inout) :: sum(:)
+    integer :: i
+
+    do i = 1, size(place)
+      sum(place(i)) = sum(place(i)) + number(i)
+    end do
+  end subroutine add_at
 
   !> Largest force out of balance over the largest force that balances, and over the largest that cancelled.
   pure function out_of_balance(equations, group) result(share)
@@ -520,8 +526,8 @@ contains
     real(dp), intent(inout) :: d(:)        !! (n_unknowns)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: q(n)
-    integer :: e, m
+    real(dp), dimension(n) :: force, q
+    integer :: e, i, m
 
     residual = 0.0_dp
     if (wholly_held(equations, group)) then
@@ -537,15 +543,18 @@ contains
     e = equations%member(equations%first(group))
     associate (ids => equations%unknown(:n, e), reduction => equations%reduction(e), m => equations%small%n)
       if (.not. allocated(reduction%Z)) then
-        call solve(equations%small, equations%force(ids), tolerance, q, residual, error)
-        if (allocated(error)) return
-        equations%correction(ids) = q
+        force = equations%force(ids)
+        call solve(equations%small, force, tolerance, q, residual, error)
       else
-        call solve(equations%small, equations%force(reduction%free), tolerance, q(:m), residual, error)
-        if (allocated(error)) return
-        equations%correction(ids) = matmul(reduction%Z, q(:m))
+        force(:m) = equations%force(reduction%free)
+        call solve(equations%small, force(:m), tolerance, q(:m), residual, error)
+        if (.not. allocated(error)) q = completed(reduction, q(:m))
       end if
-      d(ids) = d(ids) + equations%correction(ids)
+      if (allocated(error)) return
+      do i = 1, n
+        equations%correction(ids(i)) = q(i)
+        d(ids(i)) = d(ids(i)) + q(i)
+      end do
     end associate
   end subroutine solve_equations
 

@@ -401,20 +401,21 @@ contains
     real(dp), intent(out) :: x(:)        !! (n)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
-    real(dp), dimension(size(b)) :: change, magnitude, rest, root
+    real(dp), dimension(largest_dense) :: change, magnitude, rest, root
     real(dp) :: part
-    integer :: i, j, k
+    integer :: i, j, k, n
 
     residual = huge(residual)
-    associate (A => matrix%value, n => matrix%n)
+    n = matrix%n
+    associate (A => matrix%value)
       do j = 1, n
         root(j) = root_of_entry(A(j, j), A(:n, j))
       end do
       call solve_dense(A(:n, :n), b, matrix%symmetric, x, error)
       do i = 0, most_refinements
         if (allocated(error)) return
-        rest = b
-        magnitude = abs(b)
+        rest(:n) = b
+        magnitude(:n) = abs(b)
         do j = 1, n
           do k = 1, n
             part = A(k, j)*x(j)
@@ -422,10 +423,10 @@ contains
             magnitude(k) = magnitude(k) + abs(part)
           end do
         end do
-        residual = residual_of(rest, magnitude, root)
+        residual = residual_of(rest(:n), magnitude(:n), root(:n))
         if (residual <= tolerance .or. i == most_refinements) exit
-        call solve_dense(A(:n, :n), rest, matrix%symmetric, change, error)
-        x = x + change
+        call solve_dense(A(:n, :n), rest(:n), matrix%symmetric, change(:n), error)
+        x = x + change(:n)
       end do
     end associate
     call check_residual(residual, tolerance, error)
