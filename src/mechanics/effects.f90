@@ -22,9 +22,9 @@ module scree_effects
   use scree_time_table, only: last_change, mean_of_ramp, mean_over, ramp_at
   implicit none
   private
-  public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, is_held_without_contact, &
-            load_on_element, loss_by_damping, power_of_weight, refresh_elements, share_of_weight, steady_from, supports_move, &
-            work_of_bolts_between, work_of_loads, work_of_ramp, work_of_supports
+  public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, has_fixed_point, &
+            is_held_without_contact, load_on_element, loss_by_damping, power_of_weight, refresh_elements, share_of_weight, &
+            steady_from, supports_move, work_of_bolts_between, work_of_loads, work_of_ramp, work_of_supports
 
   integer, parameter :: n = element_unknowns
 
@@ -78,9 +78,12 @@ contains
     real(dp), intent(in) :: unknown(n)         !! of the step so far
     type(step_rule_t), intent(in) :: rule
     type(term_t), intent(out) :: term
+    real(dp), dimension(n) :: velocity, acceleration
 
-    associate (effects => model%effects, element => own%kinematics, ids => model%elements%unknown(:, e))
-      call add_inertia(own%mass_matrix, state%velocity(ids), state%acceleration(ids), unknown, rule, term)
+    velocity = values_of(model%elements, e, state%velocity)
+    acceleration = values_of(model%elements, e, state%acceleration)
+    associate (effects => model%effects, element => own%kinematics)
+      call add_inertia(own%mass_matrix, velocity, acceleration, unknown, rule, term)
       if (own%green .and. effects%strain_rotation) then
         call add_strain_rotation(element, own%elasticity, own%stress, unknown, rule, term)
       else if (own%green) then
@@ -94,15 +97,13 @@ contains
       if (allocated(effects%base_acceleration)) &
         call add_base_acceleration(effects%base_acceleration, own%mass, rule, element, term)
       if (allocated(effects%mass_damping)) &
-        call add_mass_damping(effects%mass_damping, own%mass_matrix, state%velocity(ids), state%acceleration(ids), unknown, &
-                              rule, term)
+        call add_mass_damping(effects%mass_damping, own%mass_matrix, velocity, acceleration, unknown, rule, term)
       if (allocated(effects%point_load)) &
         call add_point_loads(effects%point_load, e, state%point, rule, element, term)
       if (allocated(effects%edge_load)) &
-        call add_edge_loads(effects%edge_load, e, state%point, state%velocity(ids), rule, element, term)
+        call add_edge_loads(effects%edge_load, e, state%point, velocity, rule, element, term)
       if (allocated(effects%absorbing_edge)) &
-        call add_absorbing_edges(effects%absorbing_edge, e, state%point, state%velocity(ids), state%acceleration(ids), unknown, &
-                                 rule, element, term)
+        call add_absorbing_edges(effects%absorbing_edge, e, state%point, velocity, acceleration, unknown, rule, element, term)
       if (allocated(effects%fixed_point)) then
         if (effects%fixed_point%by_springs) &
           call add_fixed_springs(effects%fixed_point, e, state%point, rule%end_time, element, unknown, term)
@@ -138,6 +139,18 @@ contains
         held = any(effects%fixed_point%first(free) < effects%fixed_point%first(free + 1))
     end associate
   end function is_held_without_contact
+
+  !> Whether any of some elements has a point that is fixed, to the ground or by a spring.
+  pure logical function has_fixed_point(model, member)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: member(:)           !! elements
+
+    has_fixed_point = .false.
+    if (.not. allocated(model%effects%fixed_point)) return
+    associate (first => model%effects%fixed_point%first)
+      has_fixed_point = any(first(member + 1) > first(member))
+    end associate
+  end function has_fixed_point
 
   !> Magnitudes of the weight, the loads, the inertia force of the ground and that of a wave that act on one element in a step,
   !> summed; force per unit thickness.

@@ -12,13 +12,14 @@ module scree_settle
   use scree_contact_problem, only: pose_problem, take_states
   use scree_contact_rules, only: iteration_rules, iteration_rules_t, measure_contacts, place
   use scree_contact_try, only: contact_try_t, take_all, take_island
-  use scree_effects, only: add_element_effects
+  use scree_effects, only: add_element_effects, has_fixed_point
   use scree_element_term, only: step_rule_t, term_t
   use scree_equations, only: add_equations, begin_equations, is_island, keep_posed, move_island, out_of_balance, &
                              share_out_of_balance, solve_equations, weakest_element, wholly_held
   use scree_errors, only: error_t
   use scree_friction_problem, only: friction_problem_t, keep_rows_of_forces
   use scree_friction_solver, only: friction_work_t, solve_friction
+  use scree_integrator, only: turns_acceleration
   use scree_interpolation, only: kinematics_t
   use scree_iteration_end, only: check_area, check_areas, leaves_nothing, reject_unsettled
   use scree_kinds, only: dp
@@ -68,6 +69,9 @@ module scree_settle
     logical :: linear = .true.                !! forces and gaps are linear in displacements: small strain alone, or explicit
     logical :: in_contact = .false.
     logical :: bolted = .false.
+    logical :: smooth = .false.               !! they begin with their acceleration
+    logical :: may_leave = .false.            !! a share of what the step is off by
+    real(dp) :: first = 0.0_dp                !! of those that may, what the first correction changed theta by
     logical :: strays = .false.               !! iterates may leave what areas may change by, as nothing hangs on them but the next
     type(iteration_rules_t) :: open_close     !! how contacts are judged
     logical :: nested = .false.               !! contacts settle for each operator of the deformation
@@ -88,7 +92,7 @@ module scree_settle
 contains
 
   !> Settles every group of elements, or those with some of them. Where one does not, the try says which, where and why.
-  subroutine settle(model, cache, state, step_rule, contacts, d, outcome, among)
+  subroutine settle(model, cache, state, step_rule, contacts, d, outcome, among, smooth)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state             !! at the beginning of the step
@@ -97,6 +101,7 @@ contains
     real(dp), intent(inout) :: d(:)                !! (n_unknowns) prediction, then solution
     type(outcome_t), intent(inout) :: outcome
     logical, intent(in), optional :: among(:)      !! (n_elements) groups without any of these stay as they are
+    logical, intent(in), optional :: smooth(:)     !! (n_elements) they begin with their acceleration; none where absent
     type(group_t) :: group
     logical :: touching
     integer :: i
@@ -114,7 +119,7 @@ contains
       end if
       group%rule = step_rule
       if (touching) call take_island(contacts, i - cache%equations%n_alone, group%in_contact)
-      call tell_kind(model, cache, d, group)
+      call tell_kind(model, cache, d, smooth, group)
       if (wholly_held(cache%equations, i) .and. .not. group%in_contact) then
         call check_areas(model, cache, group%member, d, outcome)
       else if (.not. is_island(cache%equations, i)) then
@@ -133,20 +138,27 @@ contains
     if (touching) call take_all(contacts)
   end subroutine settle
 
-  !> Tells whether the forces of a group are linear, what its iterates may be, and the operator that it begins with.
-  pure subroutine tell_kind(model, cache, d, group)
+  !> Tells whether the forces of a group are linear, what its iterates may be, the operator that it begins with, and whether its end
+  !> may leave a share of what the step is off by. Not so of what nothing holds or touches, which keeps its momentum and energy, nor
+  !> by schemes that conserve.
+  pure subroutine tell_kind(model, cache, d, smooth, group)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) prediction
+    logical, intent(in), optional :: smooth(:)    !! (n_elements) they begin with their acceleration; none where absent
     type(group_t), intent(inout) :: group
 
+    if (present(smooth)) group%smooth = all(smooth(group%member))
     group%linear = .not. any(cache%element(group%member)%green)
     group%linear = group%linear .or. .not. (group%rule%end_weight > 0 .or. group%in_contact)
     group%bolted = is_bolted(model, group%member)
     group%linear = group%linear .and. .not. group%bolted ! its axis turns
     group%strays = .not. (model%effects%carried > 0 .or. group%in_contact)
+    group%may_leave = group%smooth .and. turns_acceleration(model%settings) &
+                      .and. (group%in_contact .or. group%bolted .or. has_fixed_point(model, group%member))
     group%rule%tangent = model%settings%iterate == iterate_newton
-    if (model%settings%iterate == iterate_hybrid) group%rule%tangent = turns_unstrained(model, cache, group%member, d)
+    if (model%settings%iterate == iterate_hybrid) &
+      group%rule%tangent = turns_unstrained(model, cache, group%member, d, group%rule, group%smooth)
   end subroutine tell_kind
 
   !> Displacements of the unknowns of a group's elements.
@@ -191,6 +203,7 @@ contains
       associate (ids => model%elements%unknown(:, e))
         change = change_of(cache%element(e)%kinematics, cache%equations%correction(ids), group%bolted)
       end associate
+      if (i == 1 .and. group%may_leave) group%first = change
       outcome%settled = is_settled(model, cache, group, change, residual)
       if (outcome%settled) return
       if (model%settings%iterate == iterate_hybrid) group%rule%tangent = change < near_solution
@@ -254,6 +267,7 @@ contains
         cycle
       end if
       call find_change(model, cache, group, d, change, worst)
+      if (i == 1 .and. group%may_leave) group%first = change
       outcome%settled = is_settled(model, cache, group, change, residual) &
                         .and. .not. (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1)
       if (group%in_contact) call judge(model, cache, state, group, contacts, d, outcome)
@@ -613,7 +627,7 @@ contains
       is_settled = change < model%settings%tolerance
       if (group%rule%tangent .and. model%effects%carried > 0 .and. .not. (is_settled .or. group%frozen)) &
         is_settled = leaves_nothing(model%settings%tolerance, cache, group%member, group%rule, change, &
-                                    group%in_contact .or. group%bolted)
+                                    group%first, group%in_contact .or. group%bolted)
       is_settled = is_settled .and. model%settings%test /= test_residual .and. residual <= linear_tolerance(model)
     end if
   end function is_settled

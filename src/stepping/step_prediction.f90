@@ -2,14 +2,17 @@
 !>
 !> Small strain is linear and solved from anywhere. With Green strain what turns by the angle alpha is off by alpha^2/2 where its
 !> velocity brings it. Where its acceleration is what the step before handed on it comes to where that brings it: a body that spins
-!> freely exactly, as its acceleration has turned with it. An impact is no acceleration that goes on; and bodies that move and may
-!> touch each other begin with their velocities, as from elsewhere their contacts may come to other states.
+!> freely exactly, as its acceleration has turned with it; one that turns about a point in it or near it, as a pendulum or a rocking
+!> block, but for an angle, if it keeps its distance from there. An impact is no acceleration that goes on; and bodies that move and
+!> may touch each other begin with their velocities, as from elsewhere their contacts may come to other states.
 module scree_step_prediction
   use scree_element_term, only: step_rule_t
   use scree_green_strain, only: green_strain
   use scree_inertia, only: kinetic_energy
+  use scree_iteration_end, only: turn_by_strain
   use scree_kinds, only: dp
-  use scree_model, only: cache_t, model_t
+  use scree_model, only: cache_t, element_cache_t, model_t
+  use scree_scene, only: model_dda
   use scree_state, only: state_t
   use scree_system, only: last_of_block, values_of
   implicit none
@@ -17,20 +20,25 @@ module scree_step_prediction
   public :: predict, turns_unstrained
 
   !> Change of velocity in the step before over the velocity, up to which a body is taken to go on so.
-  real(dp), parameter :: smooth = 0.5_dp
-  !> Strain of a prediction over the square of what it turns by: by the velocity alone it is 1/2.
-  real(dp), parameter :: unstrained = 0.05_dp
+  real(dp), parameter :: most_change = 0.5_dp
+  !> Strain of a prediction over the square of what it turns by: by the velocity alone it is 1/2. And the angle by which such a
+  !> strain turns an element in a step.
+  real(dp), parameter :: unstrained = 0.05_dp, turned = 0.05_dp
+
+  !> Distance of the point that a block turns about from its middle, over its size.
+  real(dp), parameter :: near = 2.0_dp
 
 contains
 
   !> Predicts the displacement of a step: by the velocity, and of elements with Green strain by the acceleration too.
-  pure subroutine predict(model, cache, state, rule, pair, d)
+  pure subroutine predict(model, cache, state, rule, pair, d, smooth)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(step_rule_t), intent(in) :: rule
     integer, intent(in) :: pair(:, :)          !! (2, n_pairs) elements that something acts between
     real(dp), allocatable, intent(out) :: d(:) !! (n_unknowns)
+    logical, allocatable, intent(out) :: smooth(:) !! (n_elements) they begin with their acceleration
     real(dp) :: weight
     logical :: meets(model%n_elements)         !! another that can move
     integer :: from, to, k
@@ -39,6 +47,7 @@ contains
     do k = 1, size(pair, 2)
       if (all(cache%equations%group_of(pair(:, k)) > 0)) meets(pair(:, k)) = .true.
     end do
+    allocate (smooth(model%n_elements), source=.false.)
     d = rule%dt*state%velocity
     weight = (rule%carried_weight + rule%displacement_weight)*rule%dt**2
     from = 1
@@ -46,10 +55,12 @@ contains
       do while (from <= size(free))
         to = last_of_block(model%elements, from)
         if (goes_on(free(from:to))) then
+          smooth(free(from:to)) = .true.
           do k = from, to
             associate (ids => model%elements%unknown(:, free(k)))
               d(ids) = rule%dt*state%velocity(ids) + weight*state%acceleration(ids)
             end associate
+            if (model%model == model_dda) call keep_distance(cache%element(free(k)), model%elements%unknown(:, free(k)), d)
           end do
         end if
         from = to + 1
@@ -74,29 +85,55 @@ contains
           change = change + kinetic_energy(M, values_of(model%elements, list(i), state%acceleration))
         end associate
       end do
-      goes_on = rule%dt**2*change < smooth**2*energy
+      goes_on = rule%dt**2*change < most_change**2*energy
     end function goes_on
 
   end subroutine predict
 
-  !> Whether elements turn by a displacement and are not strained by that, as they are by their velocity alone.
-  pure logical function turns_unstrained(model, cache, member, d)
+  !> Lets a block that turns about a point in it or near it keep its distance from there.
+  !>
+  !> With complex numbers it goes from x to x + z (x - q). That the acceleration changes in the step is an error of z, of which the
+  !> part that strains is taken back: x goes to q + (1 + z)/|1 + z| (x - q).
+  pure subroutine keep_distance(own, ids, d)
+    type(element_cache_t), intent(in) :: own
+    integer, intent(in) :: ids(:)
+    real(dp), intent(inout) :: d(:)            !! (n_unknowns) of a DDA block: its displacement, rotation and strains
+    complex(dp) :: moved, pivot, z
+
+    z = cmplx(0.5_dp*(d(ids(4)) + d(ids(5))), d(ids(3)), dp)
+    moved = cmplx(d(ids(1)), d(ids(2)), dp)
+    if (.not. abs(moved) < near*sqrt(own%kinematics%area)*abs(z)) return
+    pivot = -moved/z                           ! from the centroid
+    moved = pivot + (moved - pivot)/abs(1 + z)
+    z = (1 + z)/abs(1 + z) - 1
+    d(ids(1:2)) = [real(moved), aimag(moved)]
+    d(ids(4:5)) = d(ids(4:5)) + (real(z) - 0.5_dp*(d(ids(4)) + d(ids(5))))
+    d(ids(3)) = aimag(z)
+  end subroutine keep_distance
+
+  !> Whether elements turn by a displacement and are not strained by that, as they are by their velocity alone; or so little that
+  !> the stress of it turns them by next to nothing.
+  pure logical function turns_unstrained(model, cache, member, d, rule, smooth)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     integer, intent(in) :: member(:)           !! elements
     real(dp), intent(in) :: d(:)               !! (n_unknowns)
-    real(dp) :: theta(4), strain, turn
+    type(step_rule_t), intent(in) :: rule
+    logical, intent(in) :: smooth              !! they begin with their acceleration
+    real(dp) :: theta(4), largest, strain, turn
     integer :: k
 
     strain = 0.0_dp
     turn = 0.0_dp
+    largest = 0.0_dp
     do k = 1, size(member)
       if (.not. cache%element(member(k))%green) cycle
       theta = matmul(cache%element(member(k))%kinematics%gradient, values_of(model%elements, member(k), d))
       strain = max(strain, maxval(abs(green_strain(theta))))
       turn = max(turn, maxval(abs(theta)))
+      if (smooth) largest = max(largest, turn_by_strain(cache%element(member(k)), rule))
     end do
-    turns_unstrained = strain < unstrained*turn**2
+    turns_unstrained = strain < unstrained*turn**2 .or. (smooth .and. largest*strain < turned)
   end function turns_unstrained
 
 end module scree_step_prediction

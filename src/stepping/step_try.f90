@@ -39,6 +39,7 @@ module scree_step_try
     type(step_rule_t) :: rule
     logical, allocatable :: green(:)     !! of the elements that can move: Green strain, else small; where the step chooses
     real(dp), allocatable :: d(:)        !! (n_unknowns) displacement of the step
+    logical, allocatable :: smooth(:)    !! (n_elements) they begin with their acceleration
     type(impact_t) :: impact             !! at its end
     type(contact_try_t) :: contacts
     integer :: remedy = remedy_shorter   !! where it has not settled

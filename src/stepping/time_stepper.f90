@@ -163,7 +163,7 @@ contains
     call constrain_equations(cache%equations, constraints)
     call recall_factored(cache%equations, state%factored)
     if (try%contacts%goes_on) return
-    call predict(model, cache, state, try%rule, try%contacts%pair, try%d)
+    call predict(model, cache, state, try%rule, try%contacts%pair, try%d, try%smooth)
     call complete_unknowns(constraints, try%d, homogeneous=.false.)
   end subroutine begin_try
 
@@ -258,7 +258,7 @@ contains
 
     if (allocated(try%impact%among)) among = try%impact%among
     do
-      call settle(model, cache, state, try%rule, try%contacts, try%d, outcome, among)
+      call settle(model, cache, state, try%rule, try%contacts, try%d, outcome, among, try%smooth)
       call begin_phase(cache%timers, phase_check)
       if (.not. (outcome%settled .and. allocated(try%green))) return
       call add_where_needed(model, cache, try%contacts%pair, try%d, try%green, found)
@@ -298,6 +298,7 @@ contains
 
     call begin_phase(cache%timers, phase_restitution)
     again = try
+    again%smooth = .false.
     call push_apart(model, cache, state, try%rule, try%d, again%contacts, again%impact)
     if (size(again%impact%bearing) == 0) return
     pushed = state

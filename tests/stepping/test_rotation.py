@@ -148,7 +148,7 @@ def test_a_step_that_does_not_settle_is_cut_and_the_end_still_met(tmp_path):
 
 def test_a_step_that_never_settles_ends_the_run_and_keeps_its_frames(tmp_path):
     with pytest.raises(scree.RunFailed, match="did not settle") as failed:
-        run(DECKS / "t4.ana", tmp_path, "iteration.most=1", "iteration.tolerance=1e-20")
+        run(DECKS / "t4.ana", tmp_path, "iteration.method=secant", "iteration.most=1", "iteration.tolerance=1e-20")
     assert failed.value.status == 1 and len(failed.value.said.splitlines()) == 1
     f = scree.read(tmp_path / "r.h5")
     assert f.n_frames == 1
