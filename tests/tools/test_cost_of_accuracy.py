@@ -91,15 +91,15 @@ def test_the_front_is_who_is_beaten_by_nobody():
         assert marked[i] is not beaten
 
 
-def test_the_time_to_reach_an_error_is_that_from_which_on_it_is_kept():
+def test_the_cost_to_reach_an_error_is_that_from_which_on_it_is_kept():
     """Time 1/h and error h^2 are the time error^-1/2; a large step that is exact by luck counts for nothing."""
     sizes = [1.0, 0.5, 0.25, 0.125]
     seconds, errors = [1 / h for h in sizes], [h**2 for h in sizes]
     for wanted in (0.7, 0.1, 0.03):
-        assert orders.time_to_reach(wanted, sizes, errors, seconds) == pytest.approx(wanted**-0.5)
-    assert orders.time_to_reach(2.0, sizes, errors, seconds) == 1.0
-    assert orders.time_to_reach(1e-3, sizes, errors, seconds) is None
-    assert orders.time_to_reach(0.1, sizes, [1e-9, *errors[1:]], seconds) == pytest.approx(0.1**-0.5)
+        assert orders.cost_to_reach(wanted, sizes, errors, seconds) == pytest.approx(wanted**-0.5)
+    assert orders.cost_to_reach(2.0, sizes, errors, seconds) == 1.0
+    assert orders.cost_to_reach(1e-3, sizes, errors, seconds) is None
+    assert orders.cost_to_reach(0.1, sizes, [1e-9, *errors[1:]], seconds) == pytest.approx(0.1**-0.5)
 
 
 def test_the_grid_varies_one_axis_at_a_time_or_all():
@@ -173,10 +173,29 @@ def test_the_default_is_that_of_a_new_deck(turning):
     _, written, rows = turning
     default = [row for row in rows["triangle"] if row["default"]]
     assert len(default) == 5 and {(row["strain"], row["integrator"]) for row in default} == {("auto", "energy_decaying 1")}
-    reached = written["scenes"][0]["seconds to reach"]["angle"]
+    reached = written["scenes"][0]["cost to reach"]["angle"]
     assert [time for time, *_ in reached["0.01"]] == sorted(time for time, *_ in reached["0.01"])
     once = [row["error: angle"] for row in rows["triangle"] if (row["strain"], row["integrator"]) == ("small", "newmark 1, 0.5625")]
     assert len(once) == 5 and min(once) > 1e-3  # an error of a/w t is above it at all these steps
+
+
+def test_runs_are_ranked_by_instructions_once_all_have_them(tmp_path):
+    """Counts that go against the seconds turn the front about, and with it who is cheapest; with one missing seconds rank."""
+    given = ["triangle", "--strains", "green", "--integrators", "deck", "--steps", 1, 0.5, "--tolerances", "deck", "--contacts", "deck",
+             "--rounds", 1]
+    written, _ = cost(tmp_path, *given)
+    assert written["scenes"][0]["ranked by"] == "seconds"
+    records = sorted((tmp_path / "triangle" / "runs").glob("*.json"), key=lambda path: json.loads(path.read_text())["steps"])
+    for path, count in zip(records, (5000, 123)):  # the finer run the cheaper one
+        path.write_text(json.dumps({**json.loads(path.read_text()), "instructions": count}))
+    written, rows = cost(tmp_path, *given)
+    scene = written["scenes"][0]
+    assert scene["ranked by"] == "instructions"
+    assert [row["front: angle"] for row in sorted(rows["triangle"], key=lambda row: -row["step"])] == [False, True]
+    assert scene["cost to reach"]["angle"]["0.1"][0][0] == 5000  # the largest step will do
+    assert "the cheapest, by instructions" in (tmp_path / "index.html").read_text()
+    records[0].write_text(json.dumps({name: value for name, value in json.loads(records[0].read_text()).items() if name != "instructions"}))
+    assert cost(tmp_path, *given)[0]["scenes"][0]["ranked by"] == "seconds"
 
 
 def test_the_page_needs_no_network_and_shows_all_scenes(turning):

@@ -20,7 +20,7 @@
         --all                                    every combination, not strains with steps and one of the others at a time
     --set GROUP.NAME=VALUE                       a setting of every run
     --rounds 3 --jobs N --limit 60               times that each run is timed; runs at once; seconds that one may take
-    --instructions                               counts those of the steps, where valgrind is installed
+    --instructions                               counts those of the steps, where valgrind is installed, and ranks by them
     --folder cost-of-accuracy                    for what runs found, cost.csv, cost.json, SCENE.png, index.html with all of it
 
 Ways that contradict themselves are left out. Errors are held against a closed form where the scene has one, else against the limit

@@ -1,4 +1,4 @@
-"""Work-precision diagrams: error beside time, a picture a scene (PNG)."""
+"""Work-precision diagrams: error beside cost, a picture a scene (PNG)."""
 import itertools
 
 import matplotlib
@@ -42,21 +42,21 @@ def styles_of(findings):
 def draw_quantity(findings, name, panel, styles):
     key = f"error: {name}"
     for rows in findings.methods():
-        rows = [row for row in rows if row[key] is not None and row["seconds"]]
+        rows = findings.judged(name, rows)
         if rows:
             label = " ".join(filter(None, (rows[0][axis] for axis in METHOD)))
-            panel.loglog([row["seconds"] for row in rows], [max(row[key], LEAST) for row in rows], label=label, markersize=4,
+            panel.loglog([row[findings.cost.key] for row in rows], [max(row[key], LEAST) for row in rows], label=label, markersize=4,
                          linewidth=1, **styles(rows[0]))
     judged = findings.judged(name)
     for label, chosen, look in (
             ("the default", [row for row in judged if row["default"]],
              {"marker": "o", "markersize": 11, "linestyle": "", "markerfacecolor": "none", "color": "black"}),
-            ("beaten by nobody", sorted((row for row in judged if row.get(f"front: {name}")), key=lambda row: row["seconds"]),
+            ("beaten by nobody", sorted((row for row in judged if row.get(f"front: {name}")), key=lambda row: row[findings.cost.key]),
              {"drawstyle": "steps-post", "color": "grey", "linewidth": 5, "alpha": 0.4, "zorder": 0})):
-        panel.loglog([row["seconds"] for row in chosen], [max(row[key], LEAST) for row in chosen], label=label, **look)
+        panel.loglog([row[findings.cost.key] for row in chosen], [max(row[key], LEAST) for row in chosen], label=label, **look)
     answer = findings.answers[name]
     if answer and 0 < answer.doubt < float("inf"):
         panel.axhspan(LEAST, answer.doubt, color="black", alpha=0.08, label="the reference may be off")
         panel.set_ylim(bottom=min([answer.doubt, *(max(row[key], LEAST) for row in judged)]) / 2)
-    panel.set(xlabel="seconds of the processor in the steps", ylabel=f"error: {name}")
+    panel.set(xlabel=findings.cost.words, ylabel=f"error: {name}")
     panel.grid(True, which="major", alpha=0.3)

@@ -93,26 +93,26 @@ def observed_order(sizes, errors, doubt=0.0, impacts=False):
     return None, "none: uneven" if len(slopes) > 1 else "none: sizes"
 
 
-def front(errors, seconds):
-    """Whether no other run is both faster and at least as exact, nor as fast and more exact, for each run."""
+def front(errors, costs):
+    """Whether no other run is both cheaper and at least as exact, nor as cheap and more exact, for each run."""
     best, marked = math.inf, [False] * len(errors)
-    for i in sorted(range(len(errors)), key=lambda i: (seconds[i], errors[i])):
+    for i in sorted(range(len(errors)), key=lambda i: (costs[i], errors[i])):
         if errors[i] < best:
             best, marked[i] = errors[i], True
     return marked
 
 
-def time_to_reach(wanted, sizes, errors, seconds):
-    """Seconds of a method at the size from which on all its errors are at most as wanted; None where there is none.
+def cost_to_reach(wanted, sizes, errors, costs):
+    """Cost of a method at the size from which on all its errors are at most as wanted; None where there is none.
 
-    Between two sizes error and time go as powers of the size. Where the largest size will do it is that one's time.
+    Between two sizes error and cost go as powers of the size. Where the largest size will do it is that one's cost.
     """
     best = None
-    runs = sorted(zip(sizes, errors, seconds))
-    for (_, error, time), (_, coarser, shorter) in zip(runs, [*runs[1:], (None, math.inf, None)]):
+    runs = sorted(zip(sizes, errors, costs))
+    for (_, error, cost), (_, coarser, lower) in zip(runs, [*runs[1:], (None, math.inf, None)]):
         if error > wanted:
             break
-        best = time
+        best = cost
         if wanted < coarser < math.inf and error > 0:
-            best = time * (shorter / time)**(math.log(wanted / error) / math.log(coarser / error))
+            best = cost * (lower / cost)**(math.log(wanted / error) / math.log(coarser / error))
     return best

@@ -31,8 +31,8 @@ def section(findings, picture):
 
 
 def cheapest(findings):
-    """Who reaches an error in the least time, beside the default."""
-    rows = [("quantity", "error", "the fastest", "of the other strains", "the default")]
+    """Who reaches an error at the least cost, beside the default."""
+    rows = [("quantity", "error", f"the cheapest, by {findings.cost.key}", "of the other strains", "the default")]
     rows += [(name, f"{wanted:g}", *words) for name in findings.names for wanted, *words in findings.cheapest(name)]
     lines = ("".join(f"<td class='word'>{html.escape(text)}</td>" for text in row) for row in rows)
     return (f"<h3>To reach an error, and stay below it with smaller steps</h3>"
@@ -47,7 +47,7 @@ def table(findings):
         cells = "".join(cell(row, *column) for column in columns)
         look = " class=default" if row["default"] else ""
         lines.append(f"<tr{look}>{cells}<td class='word'>{html.escape(ended(row))}</td></tr>")
-    said = f"All {len(lines)} runs: the default in bold, green where no other is faster and at least as exact"
+    said = f"All {len(lines)} runs: the default in bold, green where no other is cheaper, by {findings.cost.key}, and at least as exact"
     return (f"<details><summary>{said}</summary><table><tr>{head}<th></th></tr>{''.join(lines)}</table></details>")
 
 

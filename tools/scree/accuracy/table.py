@@ -5,14 +5,28 @@ import math
 import platform
 import statistics
 import sys
+import typing
 
 from ..bench.tables import Table, processor_name
 from ..errors import ScreeError
 from .choices import DECK, MULTIPLIERS
-from .orders import agreed, distance, extrapolate, front, Limit, observed_order, time_to_reach
+from .orders import agreed, cost_to_reach, distance, extrapolate, front, Limit, observed_order
 from .runs import recorded
 
 TARGETS = (1e-1, 1e-2, 1e-3, 1e-4)
+
+
+class Cost(typing.NamedTuple):
+    """What runs are ranked by: column of the rows, unit, words for an axis, digits that it is good to."""
+
+    key: str
+    unit: str
+    words: str
+    digits: int
+
+
+SECONDS = Cost("seconds", "s", "seconds of the processor in the steps", 2)
+INSTRUCTIONS = Cost("instructions", "instructions", "instructions of the steps, without those of the C library", 3)
 METHOD = ("strain", "integrator", "contact", "tolerance", "mesh", "accuracy")
 
 
@@ -85,6 +99,8 @@ class Findings:
         records = [(run, record) for run in study.runs if (record := recorded(run))]
         self.answers = {name: self.answer(name, records) for name in self.names}
         self.rows = [self.row(run, record, run.method == study.default) for run, record in records if not run.extra]
+        counted = [row["instructions"] is not None for row in self.rows if row["seconds"]]
+        self.cost = INSTRUCTIONS if counted and all(counted) else SECONDS  # what runs are ranked by
         self.rows.sort(key=lambda row: (not row["default"], *(row[axis] for axis in METHOD), -row["step"]))
         self.orders_in_mesh = {name: self.order_in_mesh(name, records) for name in self.names}
         for name in self.names:
@@ -125,14 +141,15 @@ class Findings:
             for row in rows:
                 row[f"order: {name}"], row[f"order in words: {name}"] = order, words
 
-    def judged(self, name):
-        return [row for row in self.rows if row[f"error: {name}"] is not None and row["seconds"]]
+    def judged(self, name, rows=None):
+        """Rows, those of all or these, that have an error and a cost."""
+        return [row for row in (self.rows if rows is None else rows) if row[f"error: {name}"] is not None and row[self.cost.key]]
 
     def add_front(self, name):
         """Who is beaten by nobody, where errors below what the reference may be off by are the same."""
         rows = self.judged(name)
         errors = [max(row[f"error: {name}"], self.answers[name].doubt) for row in rows]
-        for row, marked in zip(rows, front(errors, [row["seconds"] for row in rows])):
+        for row, marked in zip(rows, front(errors, [row[self.cost.key] for row in rows])):
             row[f"front: {name}"] = marked
 
     def order_in_mesh(self, name, records):
@@ -144,31 +161,31 @@ class Findings:
         orders = {method: extrapolate(*zip(*found)).order for method, found in families.items() if len(found) > 2}
         return {method: order for method, order in orders.items() if order is not None}
 
-    def times_to_reach(self, name, wanted):
-        """When each method gets to an error: (seconds of the processor, words, whether it is the default), the fastest first."""
+    def costs_to_reach(self, name, wanted):
+        """What it costs each method to get to an error: (that, words, whether it is the default), the cheapest first."""
         found = []
         for rows in self.methods():
-            rows = [row for row in rows if row[f"error: {name}"] is not None and row["seconds"]]
-            time = time_to_reach(wanted, *([row[key] for row in rows] for key in ("step", f"error: {name}", "seconds")))
-            if time is not None:
-                found.append((time, words_of(rows[0]), rows[0]["default"]))
+            rows = self.judged(name, rows)
+            cost = cost_to_reach(wanted, *([row[key] for row in rows] for key in ("step", f"error: {name}", self.cost.key)))
+            if cost is not None:
+                found.append((cost, words_of(rows[0]), rows[0]["default"]))
         return sorted(found)
 
     def cheapest(self, name):
-        """For each error wanted, in words: how the fastest method gets there, how much longer the best of each other strain takes,
+        """For each error wanted, in words: how the cheapest method gets there, how many times that the best of each other strain costs,
         and the default.
         """
         lines = []
         for wanted in TARGETS:
-            found = self.times_to_reach(name, wanted)
+            found = self.costs_to_reach(name, wanted)
             if found:
-                time, words, _ = found[0]
-                others = {one[1].split()[0]: one for one in reversed(found)}  # the fastest of each strain
+                cost, words, _ = found[0]
+                others = {one[1].split()[0]: one for one in reversed(found)}  # the cheapest of each strain
                 others.pop(words.split()[0])
                 default = next((one for one in found if one[2]), None)
-                lines.append((wanted, f"{words}, {time:.2g} s",
-                              "; ".join(f"{one[1]}, {one[0] / time:.1f} times" for one in sorted(others.values())),
-                              f"{default[0] / time:.1f} times" if default else "not reached"))
+                lines.append((wanted, f"{words}, {cost:.{self.cost.digits}g} {self.cost.unit}",
+                              "; ".join(f"{one[1]}, {one[0] / cost:.1f} times" for one in sorted(others.values())),
+                              f"{default[0] / cost:.1f} times" if default else "not reached"))
         return lines
 
     def by_accuracy(self):
@@ -203,7 +220,7 @@ def columns_of(names):
 
 def print_findings(findings):
     """The table of a scene: the default and who is beaten by nobody, `*` beside that error; what errors are of; who is cheapest."""
-    print(f"\n{findings.scene.name}: {findings.scene.text}")
+    print(f"\n{findings.scene.name}: {findings.scene.text}; ranked by {findings.cost.key}")
     rows = [{**row, **{f"mark: {name}": "*" if row.get(f"front: {name}") else "" for name in findings.names},
              "place": "default" if row["default"] else ""} for row in findings.rows]
     rows = [row for row in rows if row["default"] or any(row[f"mark: {name}"] for name in findings.names)]
@@ -252,8 +269,9 @@ def write_json(path, all_findings, **facts):
              "answers": {name: answer and {"value": answer.value.tolist(), "scale": answer.scale, "doubt": finite(answer.doubt),
                                             "closed form": answer.closed} for name, answer in findings.answers.items()},
               "orders in the mesh": findings.orders_in_mesh,
-             "seconds to reach": {name: {f"{wanted:g}": findings.times_to_reach(name, wanted) for wanted in TARGETS}
-                                  for name in findings.names},
+             "ranked by": findings.cost.key,
+             "cost to reach": {name: {f"{wanted:g}": findings.costs_to_reach(name, wanted) for wanted in TARGETS}
+                               for name in findings.names},
              "rows": findings.rows} for findings in all_findings]
     machine = {"system": platform.system(), "processor": processor_name(), "python": platform.python_version()}
     try:
