@@ -89,7 +89,8 @@ module scree_state
     real(dp), allocatable :: motion(:, :)      !! (3, n_blocks) of the velocity, length/time
     real(dp), allocatable :: growth(:)         !! (n_blocks) area that small strain has made, over the area
     real(dp), allocatable :: impact(:)         !! (n_blocks) what the instants of impacts may have moved, length
-    real(dp), allocatable :: acceleration(:, :) !! (3, n_blocks) mean of the last step, length/time^2
+    real(dp), allocatable :: late(:)           !! (n_blocks) what blows acted late by, until a step has none, time
+    real(dp), allocatable :: acceleration(:, :) !! (3, n_blocks) mean of the last step, before a blow, length/time^2
     real(dp), allocatable :: restoring(:, :)   !! (2, n_blocks) what `restoring_rate` is the quotient of
     real(dp), allocatable :: slow(:, :)        !! (7, n_blocks) means of velocity, acceleration and squared velocity
     real(dp), allocatable :: pace(:, :)        !! (5, n_blocks) sums of late: what steps add, its size, and that of steps

@@ -335,6 +335,7 @@ contains
     call archive%array('deviation%motion', own%motion)
     call archive%array('deviation%growth', own%growth)
     call archive%array('deviation%impact', own%impact)
+    call archive%array('deviation%late', own%late)
     call archive%array('deviation%acceleration', own%acceleration)
     call archive%array('deviation%restoring', own%restoring)
     call archive%array('deviation%slow', own%slow)

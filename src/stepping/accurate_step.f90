@@ -5,10 +5,12 @@
 !> take each other back leave more to be spent. The constants below are choices, tried on the shipped scenes. The error of a step a
 !> time goes with its size to the power of the order of the scheme; sizes follow it by a controller with a proportional and an
 !> integral part (Gustafsson 1991). A step that adds more than four times what it may is made again, shorter. Blocks whose contacts
-!> open or close in a step have no order, and ask for nothing.
+!> open or close in a step have no order, and ask for nothing; but where a block in flight is struck too early in a step for what
+!> is asked, the step is made again to end at the blow.
 module scree_accurate_step
+  use scree_block_motion, only: motion_t, motions_of
   use scree_cache, only: rebuild_cache
-  use scree_deviation, only: estimate_step, motion_t, motions_of, order_of, remembered_time, step_error_t, way_of_run
+  use scree_deviation, only: estimate_step, order_of, remembered_time, step_error_t, way_of_run
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -49,12 +51,14 @@ contains
     type(state_t) :: began
     type(motion_t) :: before, after
     type(step_error_t) :: step
-    real(dp) :: again, excess, way
+    real(dp) :: again, excess, late, latest, way
     integer :: tries
+    logical :: ends_at_blow
 
     began = state
     before = motions_of(model, cache, state)
     tries = 0
+    ends_at_blow = .false.
     do
       call advance_awake(model, next_size(model%settings, state), awake, cache, state, report, error)
       if (allocated(error) .or. state%step == began%step) return
@@ -65,14 +69,23 @@ contains
       way = way_of_run(model, cache, state, after)
       excess = excess_of(model%settings, step, way, state, report%dt)
       again = max(excess, excess_of_impact(model%settings, step, way))
-      if (again**order_of(model%settings) <= refused .or. shrinks*report%dt < least_size(model%settings, began)) exit
+      late = excess_of_blow(model%settings, step, way)
+      if ((again**order_of(model%settings) <= refused .and. late <= 1) .or. &
+          shrinks*report%dt < least_size(model%settings, began)) exit
       tries = tries + 1
+      ends_at_blow = late > again
       state = began
       state%pace%size = report%dt*max(shrinks, safety/again)
+      latest = latest_blow(step, late)*report%dt
+      if (ends_at_blow) state%pace%size = step%struck_at(maxloc(step%blow, dim=1))*report%dt + latest
       call rebuild_cache(model, state, cache)
       if (allocated(awake)) deallocate (awake)
     end do
-    call choose_size(model%settings, excess, report, any(step%known), state)
+    if (ends_at_blow) then
+      state%pace%size = max(least_size(model%settings, state), latest) ! what it starts, as lifting off, is as short
+    else
+      call choose_size(model%settings, excess, report, any(step%known), state)
+    end if
   end subroutine advance_estimated
 
   !> Size of a step over that with which it would add what it may.
@@ -102,6 +115,24 @@ contains
 
     excess = maxval(step%impact)/max(struck*(settings%aim*way - maxval(step%total + step%impacts)), least_struck*settings%aim*way)
   end function excess_of_impact
+
+  !> What a blow makes in flight, as it acts at the end of the step, over what is left of what is asked, which it may take.
+  pure real(dp) function excess_of_blow(settings, step, way) result(excess)
+    type(settings_t), intent(in) :: settings
+    type(step_error_t), intent(in) :: step !! with what the blow makes in its total
+    real(dp), intent(in) :: way            !! displacement that the accuracy is a share of, length
+
+    excess = maxval(step%blow)/max(settings%aim*way - maxval(step%total - step%blow), least_struck*settings%aim*way)
+  end function excess_of_blow
+
+  !> Share of a step that may come after a blow, by half.
+  pure real(dp) function latest_blow(step, excess) result(share)
+    type(step_error_t), intent(in) :: step
+    real(dp), intent(in) :: excess         !! of `excess_of_blow`
+
+    share = 0.0_dp
+    if (excess > 0) share = 0.5_dp*(1 - step%struck_at(maxloc(step%blow, dim=1)))/excess
+  end function latest_blow
 
   !> Size of the next step over that of the last, by how much that and the one before it went beyond. Excesses are sizes over a
   !> size, and sizes grow by `grows` at most: an excess that has grown by more is one of errors that come and go, and no trend.

@@ -13,20 +13,18 @@
 !> scheme, and sees how a body turns. What is off goes on: a free block by e' = u, u' = 0; one that is held, or touches, along the
 !> way that it goes, by e' = u, u' = k e, with k = da/ds of its speeding up along its way s (doc/theory.md, section 3).
 !>
-!> A step in which contacts of a block open or close has no order: its error is told apart.
+!> A step in which contacts of a block open or close has no order. Where it is struck, and restitution is asked for, it is off by
+!> what the instant of that makes (`take_blow`); else that is bounded, apart from the rest.
 module scree_deviation
-  use scree_contacts, only: state_open
-  use scree_inertia, only: momentum
+  use scree_block_motion, only: motion_t, motions_of, strike_t, strikes_of
   use scree_integrator, only: held_weight
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_scene, only: rotation_linear, scheme_newmark, settings_t
   use scree_state, only: deviation_t, state_t
-  use scree_system, only: values_of
   implicit none
   private
-  public :: begin_deviation, error_of_blocks, estimate_step, motion_t, motions_of, order_of, remembered_time, scale_of, &
-            step_error_t, way_of_run
+  public :: begin_deviation, error_of_blocks, estimate_step, order_of, remembered_time, scale_of, step_error_t, way_of_run
 
   !> What steps add, and how a block speeds up along its way, are means over this share of the run, which stiff contacts and
   !> supports do not ring through, or over some steps where these are longer: what is remembered in a step at least.
@@ -40,16 +38,6 @@ module scree_deviation
   real(dp), parameter :: least_way = 0.1_dp
   !> An error grows by e to this at most in the time that is left, where forces drive it.
   real(dp), parameter :: farthest = 3.0_dp
-
-  !> How the blocks move, as rigid ones.
-  type :: motion_t
-    real(dp), allocatable :: centre(:, :)   !! (2, n_blocks) length
-    real(dp), allocatable :: velocity(:, :) !! (3, n_blocks) x, y, spin times the radius of gyration, length/time
-    real(dp), allocatable :: gyration(:)    !! (n_blocks) radius, length
-    real(dp), allocatable :: rotation(:)    !! (n_blocks) rad
-    integer, allocatable :: touched(:)      !! (n) edge that each vertex of the outlines presses on, 0: none
-    logical, allocatable :: held(:)         !! (n_blocks) by fixed points or contacts
-  end type motion_t
 
   !> Where in the run a step is.
   type :: span_t
@@ -69,6 +57,7 @@ module scree_deviation
     real(dp) :: ahead(3) = 0.0_dp           !! of the way that the velocity makes, length
     real(dp) :: place(3) = 0.0_dp           !! error of the way, length
     real(dp) :: motion(3) = 0.0_dp          !! of the velocity at the end, length/time
+    logical :: struck = .false.             !! the step has a blow
     real(dp) :: taken(3) = 0.0_dp           !! velocity that a change of the size of steps dissipates, length/time
   end type defect_t
 
@@ -77,6 +66,8 @@ module scree_deviation
     real(dp), allocatable :: at_end(:)      !! (n_blocks) what it will have come to at the end of the run, length
     real(dp), allocatable :: growth(:)      !! (n_blocks) area over the area
     real(dp), allocatable :: total(:)       !! (n_blocks) what all steps so far will have come to, length
+    real(dp), allocatable :: blow(:)        !! (n_blocks) what one in flight will have come to, as it acts at the end, length
+    real(dp), allocatable :: struck_at(:)   !! (n_blocks) share of the step that was before it
     real(dp), allocatable :: impact(:)      !! (n_blocks) what it may turn by as nobody knows when in the step it was struck, length
     real(dp), allocatable :: impacts(:)     !! (n_blocks) that of all impacts before, length
     logical, allocatable :: known(:)        !! (n_blocks) there is an estimate of `at_end`
@@ -96,89 +87,11 @@ contains
     allocate (state%deviation)
     associate (own => state%deviation, n => model%n_blocks)
       own%from = motion%centre
-      allocate (own%place(3, n), own%motion(3, n), own%growth(n), own%impact(n), own%acceleration(3, n), own%restoring(2, n), &
-                own%pace(5, n), own%slow(7, n), source=0.0_dp)
+      allocate (own%place(3, n), own%motion(3, n), own%growth(n), own%impact(n), own%late(n), &
+                own%acceleration(3, n), own%restoring(2, n), own%pace(5, n), own%slow(7, n), source=0.0_dp)
       allocate (own%smooth(n), source=.false.)
     end associate
   end subroutine begin_deviation
-
-  !> How the blocks move; those that cannot are at rest.
-  pure function motions_of(model, cache, state) result(motion)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state
-    type(motion_t) :: motion
-    real(dp), dimension(model%n_blocks) :: mass, polar
-    real(dp) :: p(3)
-    integer :: b, e, k
-
-    associate (n => model%n_blocks)
-      allocate (motion%centre(2, n), motion%velocity(3, n), motion%gyration(n), source=0.0_dp)
-    end associate
-    motion%rotation = state%rotation
-    mass = 0.0_dp
-    polar = 0.0_dp
-    do k = 1, size(model%elements%free)
-      e = model%elements%free(k)
-      b = model%elements%block(e)
-      associate (own => cache%element(e))
-        mass(b) = mass(b) + own%mass
-        motion%centre(:, b) = motion%centre(:, b) + own%mass*own%kinematics%centroid
-      end associate
-    end do
-    do k = 1, size(model%free_block)
-      b = model%free_block(k)
-      if (mass(b) > 0) motion%centre(:, b) = motion%centre(:, b)/mass(b)
-    end do
-    do k = 1, size(model%elements%free)
-      e = model%elements%free(k)
-      b = model%elements%block(e)
-      associate (own => cache%element(e), centre => motion%centre(:, b))
-        p = momentum(own%kinematics, own%mass, values_of(model%elements, e, state%velocity))
-        p(3) = p(3) - centre(1)*p(2) + centre(2)*p(1)
-        motion%velocity(:, b) = motion%velocity(:, b) + p
-        polar(b) = polar(b) + own%mass*(sum((own%kinematics%centroid - centre)**2) &
-                                        + sum(own%kinematics%second(1:2))/own%kinematics%area)
-      end associate
-    end do
-    do k = 1, size(model%free_block)
-      b = model%free_block(k)
-      if (.not. mass(b) > 0) cycle
-      motion%gyration(b) = sqrt(polar(b)/mass(b))
-      motion%velocity(:, b) = motion%velocity(:, b)/[mass(b), mass(b), mass(b)*motion%gyration(b)]
-    end do
-    call find_touching(model, state, motion)
-  end function motions_of
-
-  !> Which vertices press on which edges, and which blocks are held by that or by fixed points.
-  pure subroutine find_touching(model, state, motion)
-    type(model_t), intent(in) :: model
-    type(state_t), intent(in) :: state
-    type(motion_t), intent(inout) :: motion
-    integer :: e, i
-
-    allocate (motion%held(model%n_blocks), source=.false.)
-    if (allocated(model%effects%fixed_point)) then
-      associate (first => model%effects%fixed_point%first)
-        do e = 1, model%n_elements
-          if (first(e + 1) > first(e)) motion%held(model%elements%block(e)) = .true.
-        end do
-      end associate
-    end if
-    allocate (motion%touched(0))
-    if (.not. allocated(model%effects%contact)) return
-    deallocate (motion%touched)
-    allocate (motion%touched(size(model%outlines%block)), source=0)
-    do i = 1, size(state%contacts%contact)
-      associate (contact => state%contacts%contact(i), block => model%outlines%block)
-        associate (entrance => contact%entrance(contact%active))
-          if (entrance%state == state_open) cycle
-          motion%touched(entrance%vertex) = entrance%edge
-          motion%held(block([entrance%vertex, entrance%edge])) = .true.
-        end associate
-      end associate
-    end do
-  end subroutine find_touching
 
   !> Takes in the errors of a step, and says what they will come to.
   pure subroutine estimate_step(model, before, after, began, state, step)
@@ -189,6 +102,7 @@ contains
     type(step_error_t), intent(out) :: step
     real(dp) :: growth(model%n_blocks)
     type(span_t) :: span
+    type(strike_t) :: strike(model%n_blocks)
     logical :: changed(model%n_blocks)
     integer :: b, i, k
 
@@ -200,7 +114,8 @@ contains
     span%memory = remembered_time*model%settings%end_time
     span%remembered = max(least_memory, exp(-span%dt/span%memory))
     step%impacts = state%deviation%impact
-    allocate (step%at_end(model%n_blocks), step%total(model%n_blocks), step%impact(model%n_blocks), source=0.0_dp)
+    allocate (step%at_end(model%n_blocks), step%total(model%n_blocks), step%impact(model%n_blocks), step%blow(model%n_blocks), &
+              step%struck_at(model%n_blocks), source=0.0_dp)
     allocate (step%known(model%n_blocks), source=.false.)
     changed = .false.
     do i = 1, size(after%touched)
@@ -212,9 +127,10 @@ contains
     growth = false_growth(model, began, state)
     step%growth = abs(growth)
     state%deviation%growth = state%deviation%growth + growth
+    strike = strikes_of(model, before, after, began, span%dt, state%deviation)
     do k = 1, size(model%free_block)
       b = model%free_block(k)
-      call estimate_block(model, before, after, b, changed(b), span, state%deviation, step)
+      call estimate_block(model, before, after, b, changed(b), strike(b), span, state%deviation, step)
       state%deviation%way = max(state%deviation%way, displacement(after, state%deviation, b))
     end do
     state%deviation%rough = count(changed(model%free_block))
@@ -222,11 +138,12 @@ contains
   end subroutine estimate_step
 
   !> Takes in the error of a step of one block.
-  pure subroutine estimate_block(model, before, after, b, changed, span, deviation, step)
+  pure subroutine estimate_block(model, before, after, b, changed, strike, span, deviation, step)
     type(model_t), intent(in) :: model
     type(motion_t), intent(in) :: before, after
     integer, intent(in) :: b
     logical, intent(in) :: changed                !! some of its contacts opened or closed
+    type(strike_t), intent(in) :: strike
     type(span_t), intent(in) :: span
     type(deviation_t), intent(inout) :: deviation
     type(step_error_t), intent(inout) :: step
@@ -235,18 +152,80 @@ contains
 
     own = defect_of(model, before, after, b, changed, span, deviation)
     step%known(b) = own%known
-    if (changed .and. .not. span%first) then
+    if (strike%speed > 0 .and. model%effects%contact%restitution >= 0) then
+      call take_blow(model, before, after, b, strike, span, deviation, own, step)
+    else
+      deviation%motion(:, b) = deviation%motion(:, b) - deviation%late(b)*own%acceleration
+      deviation%late(b) = 0.0_dp
+    end if
+    if (changed .and. .not. span%first .and. .not. step%blow(b) > 0) then
       step%impact(b) = span%dt*abs(after%velocity(3, b) - before%velocity(3, b))
       deviation%impact(b) = deviation%impact(b) + step%impact(b)
     end if
     k = 0.0_dp
-    if (after%held(b)) then
+    if (after%held(b) .and. .not. own%struck) then
       call follow_way(model%settings, after%gyration(b), b, span, own, deviation, k)
     else
       deviation%restoring(:, b) = 0.0_dp
     end if
     call carry_on(model%settings, k, b, span, own, deviation, step)
   end subroutine estimate_block
+
+  !> What is wrong with a step in which a block is struck, and what the blow makes of what was wrong before.
+  !>
+  !> The scheme has the blow at the end of the step, by impulses where the body is then; it comes T before that. With a the
+  !> acceleration before it, b after it, V what the blow adds to the velocity at the arm r, w the speed of approach and w' its gain,
+  !> e the restitution and s the spin v1 ends with, a block in flight is off by
+  !>
+  !>     place      E = d - [(dt - T) (v0 + a (dt - T)/2) + T (v1 - U - a T/2)]
+  !>     motion     U = T w'/w V/(1 + e) + T s^2 (r.V) (V/V^2 - v1/v1^2) + T (a - b)
+  !>
+  !> as it strikes faster by w' T, what comes back being of the energy at the blow, and as the arm has turned by s T. The last
+  !> is known when the next step has been made. One that was ahead by h towards what it strikes, and faster by u, is struck h/w
+  !> earlier: V h/w of its place, V u/w - h/w (w'/w V + a - b) of its motion. A block that others hold, as on a track with kinks,
+  !> gains what constraints have of a and b; of U the part along v1 is left.
+  pure subroutine take_blow(model, before, after, b, strike, span, deviation, own, step)
+    type(model_t), intent(in) :: model
+    type(motion_t), intent(in) :: before, after
+    integer, intent(in) :: b
+    type(strike_t), intent(in) :: strike
+    type(span_t), intent(in) :: span
+    type(deviation_t), intent(inout) :: deviation
+    type(defect_t), intent(inout) :: own
+    type(step_error_t), intent(inout) :: step
+    real(dp), dimension(3) :: added, aside, by_late, carried, end_velocity, moved
+    real(dp) :: at, earlier, harder, late, turned
+
+    at = strike%at/strike%speed
+    late = span%dt - at
+    end_velocity = after%velocity(:, b)/model%effects%carried
+    associate (e => deviation%place(:, b), u => deviation%motion(:, b), a => deviation%acceleration(:, b))
+      added = end_velocity - before%velocity(:, b) - a*span%dt
+      own%acceleration = a
+      own%struck = .true.
+      turned = late*(end_velocity(3)/before%gyration(b))**2*dot_product(strike%arm, added(:2))/strike%speed
+      by_late = -turned*end_velocity/max(tiny(late), sum(end_velocity**2))
+      if (before%held(b)) then
+        u = u + by_late
+        return
+      end if
+      earlier = (strike%ahead + at*strike%faster)/strike%speed
+      harder = strike%gain/strike%speed
+      by_late = by_late + late*harder*added/(1 + model%effects%contact%restitution) &
+                + turned*added/max(tiny(late), sum(added**2))
+      moved(1:2) = after%centre(:, b) - before%centre(:, b)
+      moved(3) = before%gyration(b)*(after%rotation(b) - before%rotation(b))
+      aside = moved - at*(before%velocity(:, b) + 0.5_dp*at*a) - late*(end_velocity - by_late - 0.5_dp*late*a)
+      carried = e + at*u + added*earlier + aside
+      u = u + added*strike%faster/strike%speed
+      carried = carried + late*u
+      u = u + by_late + (late - earlier)*a - earlier*harder*added
+      own%place = carried - e - span%dt*u
+      deviation%late(b) = deviation%late(b) + late - earlier
+      step%blow(b) = norm2(aside + span%left*by_late)
+      step%struck_at(b) = at/span%dt
+    end associate
+  end subroutine take_blow
 
   !> What is wrong with a step of one block, as far as the motion at its ends tells; remembers its acceleration.
   pure function defect_of(model, before, after, b, changed, span, deviation) result(own)
@@ -353,6 +332,7 @@ contains
       if (span%first .or. own%known) pace = span%remembered*pace + [added, norm2(added), power*dt]
       one_way = max(0.0_dp, 2*norm2(pace(:3)) - pace(4)) ! what goes back and forth adds up to nothing
       if (norm2(pace(:3)) > 0) share = one_way/norm2(pace(:3))
+      if (own%struck) share = 1.0_dp
       if (pace(5) > 0) & ! before the run nothing was added
         step%at_end(b) = dt*power*one_way/(pace(5) + power*span%memory*exp(-span%time/span%memory))
       u = u + k*dt*e + share*own%motion - own%taken

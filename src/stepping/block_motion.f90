@@ -1,0 +1,212 @@
+!> How blocks move, as rigid ones, and when in a step they strike others.
+!>
+!> Of a vertex that closes on an edge in a step the gap g when it began, the speed w of approach and what that gains, the mean
+!> acceleration of the step before with what turning adds, tell when: g = w t + w' t^2/2.
+module scree_block_motion
+  use scree_contact_geometry, only: frame_of_edge
+  use scree_contacts, only: state_open
+  use scree_inertia, only: momentum
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_state, only: deviation_t, state_t
+  use scree_system, only: values_of
+  implicit none
+  private
+  public :: motion_t, motions_of, strike_t, strikes_of
+
+  !> How the blocks move, as rigid ones.
+  type :: motion_t
+    real(dp), allocatable :: centre(:, :)   !! (2, n_blocks) length
+    real(dp), allocatable :: velocity(:, :) !! (3, n_blocks) x, y, spin times the radius of gyration, length/time
+    real(dp), allocatable :: gyration(:)    !! (n_blocks) radius, length
+    real(dp), allocatable :: rotation(:)    !! (n_blocks) rad
+    integer, allocatable :: touched(:)      !! (n) edge that each vertex of the outlines presses on, 0: none
+    logical, allocatable :: held(:)         !! (n_blocks) by fixed points or contacts
+  end type motion_t
+
+  !> A blow on a block in a step: sums over what closes on it, each weighed by its speed.
+  type :: strike_t
+    real(dp) :: speed = 0.0_dp              !! of approach, 0: none, length/time
+    real(dp) :: gain = 0.0_dp               !! of that, length/time^2
+    real(dp) :: at = 0.0_dp                 !! time since the step began, times the speed
+    real(dp) :: ahead = 0.0_dp              !! that the estimated errors bring bodies nearer, length
+    real(dp) :: faster = 0.0_dp             !! likewise of the speed, length/time
+    real(dp) :: arm(2) = 0.0_dp             !! from the centre of the block to the contact, length
+  end type strike_t
+
+contains
+
+  !> How the blocks move; those that cannot are at rest.
+  pure function motions_of(model, cache, state) result(motion)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(motion_t) :: motion
+    real(dp), dimension(model%n_blocks) :: mass, polar
+    real(dp) :: p(3)
+    integer :: b, e, k
+
+    associate (n => model%n_blocks)
+      allocate (motion%centre(2, n), motion%velocity(3, n), motion%gyration(n), source=0.0_dp)
+    end associate
+    motion%rotation = state%rotation
+    mass = 0.0_dp
+    polar = 0.0_dp
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      b = model%elements%block(e)
+      associate (own => cache%element(e))
+        mass(b) = mass(b) + own%mass
+        motion%centre(:, b) = motion%centre(:, b) + own%mass*own%kinematics%centroid
+      end associate
+    end do
+    do k = 1, size(model%free_block)
+      b = model%free_block(k)
+      if (mass(b) > 0) motion%centre(:, b) = motion%centre(:, b)/mass(b)
+    end do
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      b = model%elements%block(e)
+      associate (own => cache%element(e), centre => motion%centre(:, b))
+        p = momentum(own%kinematics, own%mass, values_of(model%elements, e, state%velocity))
+        p(3) = p(3) - centre(1)*p(2) + centre(2)*p(1)
+        motion%velocity(:, b) = motion%velocity(:, b) + p
+        polar(b) = polar(b) + own%mass*(sum((own%kinematics%centroid - centre)**2) &
+                                        + sum(own%kinematics%second(1:2))/own%kinematics%area)
+      end associate
+    end do
+    do k = 1, size(model%free_block)
+      b = model%free_block(k)
+      if (.not. mass(b) > 0) cycle
+      motion%gyration(b) = sqrt(polar(b)/mass(b))
+      motion%velocity(:, b) = motion%velocity(:, b)/[mass(b), mass(b), mass(b)*motion%gyration(b)]
+    end do
+    call find_touching(model, state, motion)
+  end function motions_of
+
+  !> Which vertices press on which edges, and which blocks are held by that or by fixed points.
+  pure subroutine find_touching(model, state, motion)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(motion_t), intent(inout) :: motion
+    integer :: e, i
+
+    allocate (motion%held(model%n_blocks), source=.false.)
+    if (allocated(model%effects%fixed_point)) then
+      associate (first => model%effects%fixed_point%first)
+        do e = 1, model%n_elements
+          if (first(e + 1) > first(e)) motion%held(model%elements%block(e)) = .true.
+        end do
+      end associate
+    end if
+    allocate (motion%touched(0))
+    if (.not. allocated(model%effects%contact)) return
+    deallocate (motion%touched)
+    allocate (motion%touched(size(model%outlines%block)), source=0)
+    do i = 1, size(state%contacts%contact)
+      associate (contact => state%contacts%contact(i), block => model%outlines%block)
+        associate (entrance => contact%entrance(contact%active))
+          if (entrance%state == state_open) cycle
+          motion%touched(entrance%vertex) = entrance%edge
+          motion%held(block([entrance%vertex, entrance%edge])) = .true.
+        end associate
+      end associate
+    end do
+  end subroutine find_touching
+
+  !> Blows in a step on each block, by what closes in it. What comes no faster than it speeds up in the step is none: loads press.
+  pure function strikes_of(model, before, after, began, dt, deviation) result(strike)
+    type(model_t), intent(in) :: model
+    type(motion_t), intent(in) :: before, after   !! at both ends of the step
+    type(state_t), intent(in) :: began            !! at its beginning
+    real(dp), intent(in) :: dt                    !! time
+    type(deviation_t), intent(in) :: deviation    !! when the step began
+    type(strike_t) :: strike(model%n_blocks)
+    type(strike_t) :: own
+    integer :: b, i, side
+
+    do i = 1, size(after%touched)
+      if (after%touched(i) == 0 .or. after%touched(i) == before%touched(i)) cycle
+      own = strike_of(model, before, began, i, after%touched(i), dt, deviation)
+      if (.not. own%speed > 0) cycle
+      do side = 1, 2
+        b = model%outlines%block(merge(i, after%touched(i), side == 1))
+        own%arm = began%vertex(:, model%outlines%start(i)) - before%centre(:, b)
+        call add(own, strike(b))
+      end do
+    end do
+
+  contains
+
+    pure subroutine add(own, total)
+      type(strike_t), intent(in) :: own
+      type(strike_t), intent(inout) :: total
+
+      total = strike_t(total%speed + own%speed, total%gain + own%gain, total%at + own%at, total%ahead + own%ahead, &
+                       total%faster + own%faster, total%arm + own%speed*own%arm)
+    end subroutine add
+
+  end function strikes_of
+
+  !> The blow of the vertex that edge i begins with on another edge.
+  pure type(strike_t) function strike_of(model, before, began, i, edge, dt, deviation) result(own)
+    type(model_t), intent(in) :: model
+    type(motion_t), intent(in) :: before
+    type(state_t), intent(in) :: began
+    integer, intent(in) :: i, edge
+    real(dp), intent(in) :: dt                    !! time
+    type(deviation_t), intent(in) :: deviation
+    real(dp) :: gap, length, normal(2), t(2), time
+
+    associate (outlines => model%outlines, vertex => began%vertex(:, model%outlines%start(i)))
+      associate (corner => began%vertex(:, outlines%start(edge)), block => outlines%block([i, edge]))
+        call frame_of_edge(corner, began%vertex(:, outlines%finish(edge)), t, normal, length)
+        gap = max(0.0_dp, dot_product(normal, vertex - corner))
+        own%speed = -dot_product(normal, apart(before%velocity, block, vertex))
+        own%gain = -dot_product(normal, apart(deviation%acceleration, block, vertex) &
+                                - inwards(block(1), vertex) + inwards(block(2), vertex))
+        own%ahead = -dot_product(normal, apart(deviation%place, block, vertex))
+        own%faster = -dot_product(normal, apart(deviation%motion, block, vertex))
+      end associate
+    end associate
+    time = 2*gap/max(tiny(gap), own%speed + sqrt(max(0.0_dp, own%speed**2 + 2*own%gain*gap)))
+    if (.not. own%speed > abs(own%gain)*dt) own = strike_t()
+    own%at = own%speed*min(time, dt)
+
+  contains
+
+    !> What the two blocks differ in at a position.
+    pure function apart(q, block, position)
+      real(dp), intent(in) :: q(:, :)             !! (3, n_blocks)
+      integer, intent(in) :: block(2)
+      real(dp), intent(in) :: position(2)         !! length
+      real(dp) :: apart(2)
+
+      apart = there(q(:, block(1)), block(1), position) - there(q(:, block(2)), block(2), position)
+    end function apart
+
+    !> Of x, y and the rotation times the radius of gyration of block b, what that is at a position.
+    pure function there(q, b, position)
+      real(dp), intent(in) :: q(3)
+      integer, intent(in) :: b
+      real(dp), intent(in) :: position(2)         !! length
+      real(dp) :: there(2)
+
+      there = q(:2)
+      if (before%gyration(b) > 0) there = there + q(3)/before%gyration(b)*[before%centre(2, b) - position(2), &
+                                                                         position(1) - before%centre(1, b)]
+    end function there
+
+    !> Acceleration of a position on block b towards its centre as it turns.
+    pure function inwards(b, position)
+      integer, intent(in) :: b
+      real(dp), intent(in) :: position(2)         !! length
+      real(dp) :: inwards(2)
+
+      inwards = 0.0_dp
+      if (before%gyration(b) > 0) inwards = (before%velocity(3, b)/before%gyration(b))**2*(position - before%centre(:, b))
+    end function inwards
+
+  end function strike_of
+
+end module scree_block_motion
