@@ -79,6 +79,7 @@ contains
       if (pieces > most) exit
       call cross(problem, path, i, to, timers, goes_on)
     end do
+    if (found) call end_path(problem, path)
     x = path%x
     state = path%state
     factors = path%factors
@@ -92,7 +93,7 @@ contains
     type(timers_t), intent(inout) :: timers
     type(path_t), intent(inout) :: path
     logical, intent(out) :: goes_on
-    real(dp) :: closed(2), force(2), overlap
+    real(dp) :: overlap
     integer :: i, m, n
 
     n = size(x)
@@ -101,15 +102,43 @@ contains
               path%answer(n, 2*most_changed), path%influence(2*most_changed, 2*most_changed))
     overlap = maxval(abs(problem%spring%pressing)/problem%spring%stiffness)
     path%x = x + off_symmetry*overlap*[(modulo(golden*i, 1.0_dp) - 0.5_dp, i=1, n)]/problem%span
-    path%start_force = problem%force - times(problem%matrix, path%x)
-    do i = 1, m
-      closed = closed_forces(problem, i, path%x)
-      call obey_law(problem%spring(i), closed, path%state(i), force)
-      call add_spring_force(problem, i, force, path%start_force)
-    end do
+    allocate (path%start_force(n))
+    call find_rest(problem, path%x, path%state, path%start_force)
     call rebase(problem, path, timers, goes_on)
     if (goes_on) call find_direction(problem, path, goes_on)
   end subroutine begin_path
+
+  !> Takes away what rounding left on the way: a correction in the last piece.
+  subroutine end_path(problem, path)
+    type(friction_problem_t), intent(in) :: problem
+    type(path_t), intent(inout) :: path
+    type(error_t), allocatable :: error
+    integer :: state(size(path%state))
+    logical :: done
+
+    call find_rest(problem, path%x, state, path%start_force)
+    if (any(state /= path%state)) return
+    call solve_with_factors(path%solver, path%matrix, path%start_force, .false., path%base_direction, error)
+    if (allocated(error)) return
+    call find_direction(problem, path, done)
+    if (done) path%x = path%x + path%direction
+  end subroutine end_path
+
+  !> States of the springs at `x`, and what they leave out of balance.
+  pure subroutine find_rest(problem, x, state, rest)
+    type(friction_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: x(:)
+    integer, intent(out) :: state(:)
+    real(dp), intent(out) :: rest(:)
+    real(dp) :: force(2)
+    integer :: i
+
+    rest = problem%force - times(problem%matrix, x)
+    do i = 1, size(state)
+      call obey_law(problem%spring(i), closed_forces(problem, i, x), state(i), force)
+      call add_spring_force(problem, i, force, rest)
+    end do
+  end subroutine find_rest
 
   !> Factorises the matrix of the present piece.
   subroutine rebase(problem, path, timers, done)

@@ -117,7 +117,7 @@ contains
     do i = 1, size(at_first)
       call begin_inside(problem, at_first(i), 0.0_dp*problem%force, inside)
       do k = 1, size(leaves)
-        call go_inside(problem, max(tolerance, leaves(k)), timers, inside, state, found)
+        call go_inside(problem, max(tolerance, leaves(k)), .not. hurried, timers, inside, state, found)
         x = inside%x
         if (leaves(k) <= tolerance .or. .not. found) exit
         call go_along(most_left(k))
