@@ -160,16 +160,18 @@ contains
     subroutine meet_corners(i, j)
       integer, intent(in) :: i, j
       type(meeting_t) :: meeting
+      logical :: tips !! two, of which each may get over both edges of the other
       integer :: k
 
       meeting = meet(try%law, survey, i, j)
+      tips = meeting%n == 1 .and. meeting%encounter(1)%n_lines == 2
       do k = 1, meeting%n
         if (may_rest .and. meeting%encounter(k)%n_lines == 2) call leave_out_covered(i, j, meeting%encounter(k))
         call add(meeting%encounter(k))
       end do
       if (meeting%beside(1)) call meet_sides(i, j)
       if (meeting%beside(2)) call meet_sides(j, i)
-      if (meeting%n == 1 .and. meeting%encounter(1)%n_lines == 2 .and. corners_turn(try%law)) then
+      if (tips .and. corners_turn(try%law)) then
         call meet_where_turned(i, j)
         call meet_where_turned(j, i)
       end if
