@@ -196,19 +196,22 @@ contains
     end function is_well_over
 
     !> Leaves out the entrance line of edges that a third block lies flush with, where a corner is behind the other line already: by
-    !> its overlap with that block, on which it slides. It would be caught by a side that nothing can get at.
+    !> its overlap with that block, on which it slides. It would be caught by a side that nothing can get at. Not where it got behind
+    !> the other line past the corner, and has entered nothing: then it may enter there.
     subroutine leave_out_covered(i, j, encounter)
       integer, intent(in) :: i, j
       type(encounter_t), intent(inout) :: encounter
+      type(encounter_t) :: other
+      type(contact_t) :: contact
       logical :: covered(2) !! edges that begin at the corners, edges that end there
 
       covered = covered_edges(i, j) .or. covered_edges(j, i)
       if (count(covered) /= 1) return
-      associate (other => encounter%line(merge(2, 1, covered(1))))
-        if (.not. gap_at(survey, other%vertex(1), other%edge(1)) < 0) return
-        encounter%line(1) = other
-        encounter%n_lines = 1
-      end associate
+      other%line(1) = encounter%line(merge(2, 1, covered(1)))
+      if (.not. gap_at(survey, other%line(1)%vertex(1), other%line(1)%edge(1)) < 0) return
+      contact = pair(try%law, outlines, survey, past, other)
+      if (contact%entrance(1)%vertex == 0) return
+      if (has_entered(outlines, position, survey, past, contact%entrance(1))) encounter = other
     end subroutine leave_out_covered
 
     !> Whether a third block lies flush with the edge that begins at corner j, and with that which ends there, by a corner near i.
@@ -266,7 +269,11 @@ contains
       contact = pair(try%law, outlines, survey, past, encounter)
       if (any(contact%entrance(:contact%n_entrances)%vertex == 0)) return ! within one element, which cannot touch itself
       if (may_rest) then
-        if (.not. has_entered(outlines, position, survey, past, contact%entrance(contact%active))) return
+        if (.not. has_entered(outlines, position, survey, past, contact%entrance(contact%active))) then
+          if (contact%n_entrances == 1) return ! past one line of two, and not past the other, a corner is outside and may enter there
+          if (.not. has_entered(outlines, position, survey, past, contact%entrance(3 - contact%active))) return
+          contact%active = 3 - contact%active
+        end if
       end if
       if (n_found == size(found)) found = [found, found]
       n_found = n_found + 1
