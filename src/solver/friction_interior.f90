@@ -158,7 +158,7 @@ contains
     end subroutine linearise
 
     !> Goes round a fold of the way: from where it was sound, along the curve on which all products, and all that is left, are a
-    !> share of what they were there. The share grows behind a fold and gets less again behind the next; it is to end well below one.
+    !> share of what they were there. The share grows behind a fold and gets less again behind the next.
     !>
     !> Each stride follows the tangent, which needs no pairs near the middle, by a length in the largest relative change of a number
     !> (Allgower and Georg 1990).
