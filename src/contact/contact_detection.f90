@@ -270,7 +270,7 @@ contains
       if (any(contact%entrance(:contact%n_entrances)%vertex == 0)) return ! within one element, which cannot touch itself
       if (may_rest) then
         if (.not. has_entered(outlines, position, survey, past, contact%entrance(contact%active))) then
-          if (contact%n_entrances == 1) return ! past one line of two, and not past the other, a corner is outside and may enter there
+          if (contact%n_entrances == 1) return ! past one line of two, and not the other, a corner is outside and may enter there
           if (.not. has_entered(outlines, position, survey, past, contact%entrance(3 - contact%active))) return
           contact%active = 3 - contact%active
         end if
