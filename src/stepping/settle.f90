@@ -7,11 +7,12 @@
 !> What shares and touches nothing is settled alone. The elements of an island are settled together: deformation outside, and inside
 !> it the open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
 module scree_settle
-  use scree_anderson, only: anderson_t, mix_step
+  use scree_anderson, only: anderson_t
   use scree_contact_blame, only: reject_contacts, states_of
   use scree_contact_problem, only: pose_problem, take_states
   use scree_contact_rules, only: iteration_rules, iteration_rules_t, measure_contacts, place
   use scree_contact_try, only: contact_try_t, take_all, take_island
+  use scree_correction_mixing, only: mix
   use scree_effects, only: add_element_effects, has_fixed_point
   use scree_element_term, only: step_rule_t, term_t
   use scree_equations, only: add_equations, begin_equations, is_island, keep_posed, move_island, out_of_balance, &
@@ -380,40 +381,14 @@ contains
     outcome%solves = outcome%solves + 1
     if (.not. allocated(error)) then
       if ((model%settings%relaxation < 1 .or. model%settings%anderson > 0) &
-          .and. .not. (group%linear .or. group%in_contact .or. group%rule%tangent)) call mix(model, cache, group, d)
+          .and. .not. (group%linear .or. group%in_contact .or. group%rule%tangent)) &
+        call mix(model, cache, group%member, group%mixing, d)
       return
     end if
     e = weakest_element(cache%equations, group%number)
     call reject(outcome, cut_by_equations, error%message, 'a smaller step.size, and check density, E and fixed points there', e, &
                 cache%element(max(1, e))%kinematics%centroid)
   end subroutine correct
-
-  !> Takes the share of a correction that is asked for, mixed with those before. Elements may share unknowns: each counts once.
-  subroutine mix(model, cache, group, d)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(group_t), intent(inout) :: group
-    real(dp), intent(inout) :: d(:)               !! (n_unknowns) with the correction
-    logical :: listed(size(d))
-    integer, allocatable :: ids(:)
-    real(dp), allocatable :: step(:)
-    real(dp) :: span(size(d))
-    integer :: i, k
-
-    listed = .false.
-    span = 1.0_dp ! of covers
-    do k = 1, size(group%member)
-      associate (e => group%member(k))
-        listed(cache%equations%unknown(:, e)) = .true.
-        span(model%elements%unknown(:, e)) = cache%element(e)%kinematics%span
-      end associate
-    end do
-    ids = pack([(i, i=1, size(d))], listed)
-    step = cache%equations%correction(ids)
-    d(ids) = d(ids) - step
-    call mix_step(group%mixing, model%settings%anderson, model%settings%relaxation, span(ids), d(ids), step)
-    d(ids) = d(ids) + step
-  end subroutine mix
 
   !> Judges the contacts after a correction, and rejects the try where they go round in circles.
   !>
