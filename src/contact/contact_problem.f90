@@ -57,7 +57,7 @@ contains
                         all(abs(problem%shear - problem%shear_change) <= 0)
   end subroutine pose_problem
 
-  !> Gives the contacts that are settled the states of the problem's springs.
+  !> Gives the contacts that are settled the states of the problem's springs; those that are elsewhere keep their own.
   pure subroutine take_states(state, try)
     integer, intent(in) :: state(:)
     type(contact_try_t), intent(inout) :: try

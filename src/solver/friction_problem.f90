@@ -18,6 +18,8 @@ module scree_friction_problem
 
   !> State of a spring: open; sliding along its row or back; locked; or bonded and pulled, without friction.
   integer, parameter, public :: spring_open = 0, spring_forth = 1, spring_back = 2, spring_locked = 3, spring_pulled = 4
+  !> That of one that a part of a problem does not have.
+  integer, parameter, public :: spring_elsewhere = -1
 
   !> What a spring is, but for its rows.
   type :: spring_t

@@ -9,7 +9,8 @@ module scree_sparse_matrix
   use scree_kinds, only: dp
   implicit none
   private
-  public :: add_element, add_rest, build_pattern, clear_matrix, copy_values, diagonal, multiply, on_fewer_places, products, &
+  public :: add_element, add_rest, build_pattern, clear_matrix, copy_values, diagonal, multiply, on_fewer_places, &
+            on_fewer_rows, products, &
             root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_diagonal, symmetric_matrix, times
 
   !> The matrix, and where each entry of each element goes. Columns and rows count from 0, as the C libraries want.
@@ -197,6 +198,46 @@ contains
       end associate
     end do
   end function on_fewer_places
+
+  !> The part of a matrix that some of its rows and columns have, and of each element the places there.
+  pure type(sparse_matrix_t) function on_fewer_rows(matrix, is_kept) result(part)
+    type(sparse_matrix_t), intent(in) :: matrix
+    logical, intent(in) :: is_kept(:)  !! (n) rows
+    integer :: number(matrix%n), at(size(matrix%row)), e, j, k, m
+
+    part%n = count(is_kept)
+    part%symmetric = matrix%symmetric
+    m = 0
+    do j = 1, matrix%n
+      if (is_kept(j)) m = m + 1
+      number(j) = m
+    end do
+    allocate (part%first(part%n + 1))
+    m = 0
+    at = 0
+    do j = 1, matrix%n
+      if (.not. is_kept(j)) cycle
+      part%first(number(j)) = m
+      do k = matrix%first(j) + 1, matrix%first(j + 1)
+        if (.not. is_kept(matrix%row(k) + 1)) cycle
+        m = m + 1
+        at(k) = m
+      end do
+    end do
+    part%first(part%n + 1) = m
+    part%row = number(pack(matrix%row, at > 0) + 1) - 1
+    part%value = pack(matrix%value, at > 0)
+    if (.not. matrix%symmetric) part%skewed = pack(matrix%skewed, at > 0)
+    part%on_diagonal = pack(at(matrix%on_diagonal), is_kept)
+    part%place = pack(at(matrix%place), at(matrix%place) > 0)
+    allocate (part%place_first(size(matrix%place_first)))
+    m = 1
+    do e = 1, size(matrix%place_first) - 1
+      part%place_first(e) = m
+      m = m + count(at(matrix%place(matrix%place_first(e):matrix%place_first(e + 1) - 1)) > 0)
+    end do
+    part%place_first(size(part%place_first)) = m
+  end function on_fewer_rows
 
   !> Sets all values to zero.
   pure subroutine clear_matrix(matrix)

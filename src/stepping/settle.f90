@@ -18,6 +18,8 @@ module scree_settle
   use scree_equations, only: add_equations, begin_equations, is_island, keep_posed, move_island, out_of_balance, &
                              share_out_of_balance, solve_equations, weakest_element, wholly_held
   use scree_errors, only: error_t
+  use scree_flickering, only: flickering_t, may_part, note_changes, note_part
+  use scree_friction_part, only: solve_about
   use scree_friction_problem, only: friction_problem_t, keep_rows_of_forces
   use scree_friction_solver, only: friction_work_t, solve_friction
   use scree_integrator, only: turns_acceleration
@@ -80,6 +82,7 @@ module scree_settle
     logical :: frozen = .false.               !! they have not yet: the operator stays
     type(term_t), allocatable :: term(:)      !! of the members at the last linearisation, where it may stay
     real(dp), allocatable :: linear_at(:, :)  !! (n, n_members) displacement then
+    type(flickering_t) :: flickering          !! contacts that go on changing
     integer :: fewest = huge(1), stalled = 0  !! changes of states, and iterations since that got fewer
     real(dp), allocatable :: sound(:, :)      !! (n, n_members) displacement that the iteration, or its last round, began with
     logical :: near = .false.                 !! to the solution: a friction problem ended there
@@ -406,7 +409,7 @@ contains
     logical :: prompt
 
     prompt = group%near .and. group%rounds < prompt_rounds .and. group%open_close%poses_at_once
-    if (prompt .or. group%stalled == group%open_close%most_stalled) before = states_of(contacts)
+    before = states_of(contacts)
     if (group%nested) call judge_contacts(model, d, contacts)
     group%frozen = group%nested .and. contacts%changes > 0
     if (.not. group%frozen) call judge_at(model, cache, state, group, d, contacts)
@@ -415,11 +418,34 @@ contains
     group%in_doubt = outcome%settled .and. contacts%changes > 0 .and. group%open_close%settles_always
     if (contacts%changes == 0) return
     outcome%settled = .false.
+    call settle_circles(model, cache, state, group, before, prompt, contacts, d, outcome)
+  end subroutine judge
+
+  !> Settles contacts that a judgement has changed as a friction problem, where the iteration runs in circles or would.
+  subroutine settle_circles(model, cache, state, group, before, prompt, contacts, d, outcome)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    integer, intent(in) :: before(:, :)           !! (2, n_contacts) states of their entrances before the judgement
+    logical, intent(in) :: prompt                 !! whatever has changed
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(inout) :: d(:)
+    type(outcome_t), intent(inout) :: outcome
+    logical :: apart, stalls
+
+    call note_changes(before, contacts, group%flickering, apart)
     call count_stalled(contacts%changes, group)
-    if (group%stalled <= group%open_close%most_stalled .and. .not. prompt) return
+    stalls = group%stalled > group%open_close%most_stalled
+    apart = (apart .or. stalls) .and. may_part(group%flickering) .and. group%open_close%settles_always
+    if (apart .and. (group%linear .or. .not. group%near)) then
+      call settle_part(model, cache, state, group, contacts, d, outcome, apart)
+      if (apart) return
+    end if
+    if (.not. (stalls .or. prompt)) return
     call reject_contacts(model, state, contacts, before, d, outcome)
     call settle_stalled(model, cache, state, group, contacts, d, outcome)
-  end subroutine judge
+  end subroutine settle_circles
 
   !> Counts the judgements that do not change fewer states than all before them.
   pure subroutine count_stalled(changes, group)
@@ -481,12 +507,38 @@ contains
     outcome%settled = .false.
   end subroutine settle_stalled
 
-  !> Poses the contacts at `d` as a friction problem, and solves it.
+  !> Settles the contacts that go on changing as the friction problem of what is about them, where that is few.
+  subroutine settle_part(model, cache, state, group, contacts, d, outcome, done)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(inout) :: d(:)
+    type(outcome_t), intent(inout) :: outcome
+    logical, intent(out) :: done
+    real(dp), allocatable :: x(:)
+    integer :: spring(contacts%last - contacts%first + 1)
+
+    call begin_phase(cache%timers, phase_friction)
+    call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, done, group%flickering%contact)
+    if (.not. (done .or. group%linear)) &
+      call solve_as_problem(model, cache, state, group, .true., contacts, d, outcome, x, spring, done, group%flickering%contact)
+    call note_part(done, group%flickering)
+    if (.not. done) return
+    call take_states(spring, contacts)
+    call move_island(cache%equations, group%number, x, d)
+    group%stalled = 0
+    group%fewest = huge(1)
+    call judge_at(model, cache, state, group, d, contacts)
+  end subroutine settle_part
+
+  !> Poses the contacts at `d` as a friction problem, and solves it; or its part about some contacts, where that is small.
   !>
   !> Stress turns with what it is in, so that with Green strain elements under pressure may have a tangent that is not definite, and
   !> contacts rows of forces that are not those of their changes: there may be no solution. With the secant, which does not have
   !> stress turn, and with the rows of forces alone there is one (doc/theory.md), from where the iteration goes on.
-  subroutine solve_as_problem(model, cache, state, group, by_secant, contacts, d, outcome, x, spring, found)
+  subroutine solve_as_problem(model, cache, state, group, by_secant, contacts, d, outcome, x, spring, found, about)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
@@ -498,20 +550,32 @@ contains
     real(dp), allocatable, intent(out) :: x(:)     !! correction of the island
     integer, intent(out) :: spring(:)              !! states of its contacts
     logical, intent(out) :: found
+    logical, intent(in), optional :: about(:)      !! contacts of the island
     type(group_t) :: posed
-    type(friction_problem_t) :: problem
+    type(friction_problem_t) :: problem, whole
     type(friction_work_t) :: work
+    real(dp) :: share
+    logical :: near
 
     posed = group
     posed%rule%tangent = group%rule%tangent .and. .not. by_secant
     call add_elements(model, cache, state, posed, d)
     call pose_problem(model, contacts, group%number, d, cache%equations, problem)
     if (by_secant) call keep_rows_of_forces(problem)
-    call solve_friction(problem, group%near, problem_share*0.1_dp**group%repeats, cache%timers, x, spring, found, work, &
-                        quick=group%open_close%poses_at_once .and. .not. by_secant)
+    near = group%near
+    share = problem_share*0.1_dp**group%repeats
+    if (present(about)) then
+      near = near .or. group%flickering%parts > 0
+      whole = problem
+      call solve_about(whole, about, group%flickering%reach, near, share, cache%timers, problem, x, spring, found, work)
+    else
+      call solve_friction(problem, near, share, cache%timers, x, spring, found, work, &
+                          quick=group%open_close%poses_at_once .and. .not. by_secant)
+    end if
+    if (.not. allocated(problem%force)) return
     outcome%solves = outcome%solves + work%factors
     if (model%settings%problems == problems_all .or. (model%settings%problems /= problems_none .and. .not. found)) &
-      call keep_posed(cache%equations, problem, group%near, found)
+      call keep_posed(cache%equations, problem, near, found)
   end subroutine solve_as_problem
 
   !> Judges the contacts at `d`, placed there where they may be.
