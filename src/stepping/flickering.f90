@@ -18,6 +18,9 @@ module scree_flickering
   !> Times in a step that a part is settled, from where on the whole is.
   integer, parameter :: most_parts = 8
 
+  !> Elements of a group below which the whole is settled as fast as a part.
+  integer, parameter :: fewest_elements = 300
+
   !> What has changed so far.
   type :: flickering_t
     logical, allocatable :: contact(:)    !! (n) of those settled together, that changed after the first judgement of the step
@@ -48,11 +51,12 @@ contains
     flickering%changes = contacts%changes
   end subroutine note_changes
 
-  !> Whether what goes on changing may be settled among itself.
-  pure logical function may_part(flickering)
+  !> Whether what goes on changing in a group may be settled among itself.
+  pure logical function may_part(flickering, n_elements)
     type(flickering_t), intent(in) :: flickering
+    integer, intent(in) :: n_elements     !! of the group
 
-    may_part = flickering%parts < most_parts .and. allocated(flickering%contact)
+    may_part = flickering%parts < most_parts .and. allocated(flickering%contact) .and. n_elements >= fewest_elements
   end function may_part
 
   !> Notes that a part was settled, or that there is none that can be. One that a few changes run in circles about is to reach

@@ -437,12 +437,10 @@ contains
     call note_changes(before, contacts, group%flickering, apart)
     call count_stalled(contacts%changes, group)
     stalls = group%stalled > group%open_close%most_stalled
-    apart = (apart .or. stalls) .and. may_part(group%flickering) .and. group%open_close%settles_always
-    if (apart .and. (group%linear .or. .not. group%near)) then
-      call settle_part(model, cache, state, group, contacts, d, outcome, apart)
-      if (apart) return
-    end if
-    if (.not. (stalls .or. prompt)) return
+    apart = (apart .or. stalls) .and. may_part(group%flickering, size(group%member)) &
+            .and. group%open_close%settles_always .and. (group%linear .or. .not. group%near)
+    if (apart) call settle_part(model, cache, state, group, contacts, d, outcome, apart)
+    if (apart .or. .not. (stalls .or. prompt)) return
     call reject_contacts(model, state, contacts, before, d, outcome)
     call settle_stalled(model, cache, state, group, contacts, d, outcome)
   end subroutine settle_circles
@@ -554,7 +552,6 @@ contains
     type(group_t) :: posed
     type(friction_problem_t) :: problem, whole
     type(friction_work_t) :: work
-    real(dp) :: share
     logical :: near
 
     posed = group
@@ -563,13 +560,12 @@ contains
     call pose_problem(model, contacts, group%number, d, cache%equations, problem)
     if (by_secant) call keep_rows_of_forces(problem)
     near = group%near
-    share = problem_share*0.1_dp**group%repeats
     if (present(about)) then
       near = near .or. group%flickering%parts > 0
       whole = problem
-      call solve_about(whole, about, group%flickering%reach, near, share, cache%timers, problem, x, spring, found, work)
+      call solve_about(whole, about, group%flickering%reach, near, accepted_share, cache%timers, problem, x, spring, found, work)
     else
-      call solve_friction(problem, near, share, cache%timers, x, spring, found, work, &
+      call solve_friction(problem, near, problem_share*0.1_dp**group%repeats, cache%timers, x, spring, found, work, &
                           quick=group%open_close%poses_at_once .and. .not. by_secant)
     end if
     if (.not. allocated(problem%force)) return
