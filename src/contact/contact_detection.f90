@@ -196,8 +196,8 @@ contains
     end function is_well_over
 
     !> Leaves out the entrance line of edges that a third block lies flush with, where a corner is behind the other line already: by
-    !> its overlap with that block, on which it slides. It would be caught by a side that nothing can get at. Not where it got behind
-    !> the other line past the corner, and has entered nothing: then it may enter there.
+    !> its overlap with that block, on which it slides. It would be caught by a side that nothing can get at. Not where it got
+    !> behind the other line past the corner, and has entered nothing: then it may enter there.
     subroutine leave_out_covered(i, j, encounter)
       integer, intent(in) :: i, j
       type(encounter_t), intent(inout) :: encounter
