@@ -127,7 +127,9 @@ contains
     growth = false_growth(model, began, state)
     step%growth = abs(growth)
     state%deviation%growth = state%deviation%growth + growth
-    strike = strikes_of(model, before, after, began, span%dt, state%deviation)
+    if (allocated(model%effects%contact)) then
+      if (model%effects%contact%restitution >= 0) strike = strikes_of(model, before, after, began, span%dt, state%deviation)
+    end if
     do k = 1, size(model%free_block)
       b = model%free_block(k)
       call estimate_block(model, before, after, b, changed(b), strike(b), span, state%deviation, step)
@@ -143,7 +145,7 @@ contains
     type(motion_t), intent(in) :: before, after
     integer, intent(in) :: b
     logical, intent(in) :: changed                !! some of its contacts opened or closed
-    type(strike_t), intent(in) :: strike
+    type(strike_t), intent(in) :: strike          !! none without restitution
     type(span_t), intent(in) :: span
     type(deviation_t), intent(inout) :: deviation
     type(step_error_t), intent(inout) :: step
@@ -152,7 +154,7 @@ contains
 
     own = defect_of(model, before, after, b, changed, span, deviation)
     step%known(b) = own%known
-    if (strike%speed > 0 .and. model%effects%contact%restitution >= 0) then
+    if (strike%speed > 0) then
       call take_blow(model, before, after, b, strike, span, deviation, own, step)
     else
       deviation%motion(:, b) = deviation%motion(:, b) - deviation%late(b)*own%acceleration
