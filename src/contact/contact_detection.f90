@@ -196,22 +196,19 @@ contains
     end function is_well_over
 
     !> Leaves out the entrance line of edges that a third block lies flush with, where a corner is behind the other line already: by
-    !> its overlap with that block, on which it slides. It would be caught by a side that nothing can get at. Not where it got
-    !> behind the other line past the corner, and has entered nothing: then it may enter there.
+    !> its overlap with that block, on which it slides. It would be caught by a side that nothing can get at.
     subroutine leave_out_covered(i, j, encounter)
       integer, intent(in) :: i, j
       type(encounter_t), intent(inout) :: encounter
-      type(encounter_t) :: other
-      type(contact_t) :: contact
       logical :: covered(2) !! edges that begin at the corners, edges that end there
 
       covered = covered_edges(i, j) .or. covered_edges(j, i)
       if (count(covered) /= 1) return
-      other%line(1) = encounter%line(merge(2, 1, covered(1)))
-      if (.not. gap_at(survey, other%line(1)%vertex(1), other%line(1)%edge(1)) < 0) return
-      contact = pair(try%law, outlines, survey, past, other)
-      if (contact%entrance(1)%vertex == 0) return
-      if (has_entered(outlines, position, survey, past, contact%entrance(1))) encounter = other
+      associate (other => encounter%line(merge(2, 1, covered(1))))
+        if (.not. gap_at(survey, other%vertex(1), other%edge(1)) < 0) return
+        encounter%line(1) = other
+        encounter%n_lines = 1
+      end associate
     end subroutine leave_out_covered
 
     !> Whether a third block lies flush with the edge that begins at corner j, and with that which ends there, by a corner near i.

@@ -62,8 +62,8 @@ module scree_settle_group
 contains
 
   !> Tells whether the forces of a group are linear, what its iterates may be, the operator that it begins with, and whether its end
-  !> may leave a share of what the step is off by. Not so of what nothing holds or touches, which keeps its momentum and energy, nor
-  !> by schemes that conserve.
+  !> may leave a share of what the step is off by. Not so of what no fixed point holds, which keeps its momentum and energy, of
+  !> contacts, whose friction and impacts may give no energy, nor by schemes that conserve.
   pure subroutine tell_kind(model, cache, d, smooth, group)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -78,7 +78,7 @@ contains
     group%linear = group%linear .and. .not. group%bolted ! its axis turns
     group%strays = .not. (model%effects%carried > 0 .or. group%in_contact)
     group%may_leave = group%smooth .and. turns_acceleration(model%settings) &
-                      .and. (group%in_contact .or. group%bolted .or. has_fixed_point(model, group%member))
+                      .and. has_fixed_point(model, group%member) .and. .not. (group%in_contact .or. group%bolted)
     group%rule%tangent = model%settings%iterate == iterate_newton
     if (model%settings%iterate == iterate_hybrid) &
       group%rule%tangent = turns_unstrained(model, cache, group%member, d, group%rule, group%smooth)
