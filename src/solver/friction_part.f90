@@ -7,7 +7,7 @@ module scree_friction_part
   use scree_friction_solver, only: friction_work_t, solve_friction
   use scree_kinds, only: dp
   use scree_sparse_matrix, only: on_fewer_rows
-  use scree_timers, only: timers_t
+  use scree_timers, only: begin_phase, phase_friction, timers_t
   implicit none
   private
   public :: part_about, part_of, solve_about
@@ -39,6 +39,7 @@ contains
     state = spring_elsewhere
     found = count(is_part) <= largest_part*size(is_part)
     if (.not. found) return
+    call begin_phase(timers, phase_friction)
     call part_of(problem, is_part, list, part)
     allocate (own_state(size(list)))
     call solve_friction(part, near, tolerance, timers, own, own_state, found, work, quick=.true.)

@@ -422,7 +422,7 @@ contains
     real(dp), allocatable :: x(:)
     integer :: spring(contacts%last - contacts%first + 1)
 
-    call begin_phase(cache%timers, phase_friction)
+    call begin_phase(cache%timers, phase_assemble)
     call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, done, group%flickering%contact)
     if (.not. (done .or. group%linear)) &
       call solve_as_problem(model, cache, state, group, .true., contacts, d, outcome, x, spring, done, group%flickering%contact)
