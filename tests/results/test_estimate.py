@@ -47,7 +47,7 @@ def test_a_long_run_is_told_by_its_beginning(tmp_path):
 def test_a_run_in_longer_steps_tells_what_comes_after_a_dear_beginning(tmp_path):
     """A wall gets its weight at once, and takes most of its solves in its first steps, where the probe ends: the pace there is that of
     several times the run, and what the run takes is between it and what a run in longer steps makes of it."""
-    decks = scenes.wall(30, end=1.0).write(tmp_path, 2.5e-3)
+    decks = scenes.wall(40, end=1.0).write(tmp_path, 5e-3)
     (_, seconds, least, most, _), by = told(tmp_path, *decks)["as it is"]
     took = scree.run(*decks, output=tmp_path / "x.h5").seconds("steps", "processor")
     assert by.endswith("% of the run and a whole one in longer steps") and took > 11
