@@ -47,9 +47,10 @@ contains
     integer, intent(in) :: member(:)      !! elements that settle together
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: change        !! of theta by the correction
-    real(dp), intent(in) :: first         !! of theta by the first correction, several times what the step is off by; 0: not known
+    real(dp), intent(in) :: first         !! of theta by the first correction, several times what the step is off by; 0: not known,
+                                          !! and where they touch
     logical, intent(in) :: touching       !! contacts or bolts press on them
-    real(dp) :: largest, left, share, strain, strained, turning
+    real(dp) :: largest, left, share, strain, strained
     integer :: k
 
     largest = 0.0_dp
@@ -62,12 +63,11 @@ contains
         if (first > 0) strain = max(strain, strain_of_correction(cache, member(k)))
       end associate
     end do
-    turning = merge(strained, 0.0_dp, touching)
-    left = change*(change + turning)
+    left = change*(change + merge(strained, 0.0_dp, touching))
     nothing = left*max(largest, 1.0_dp) < share_of_change*tolerance .and. left <= share_of_stress*tolerance*strained
     if (nothing .or. .not. first > 0) return
     share = min(tolerance/usual_tolerance, 1.0_dp)
-    nothing = change*(change + largest*(strain + turning)) < share*share_of_first*first &
+    nothing = change*(change + largest*strain) < share*share_of_first*first &
               .and. left <= share*share_of_moving_stress*strained
   end function leaves_nothing
 
