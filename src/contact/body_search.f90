@@ -248,7 +248,7 @@ contains
   end subroutine list_unclear
 
   !> Finds the bodies that others are near, and lists what is looked at then. Circles reach as far as keeps them clear of others, up
-  !> to many times the least, and no less than that.
+  !> to many times the least, and no less than that. Where others are near all of them at the least, no farther look tells more.
   subroutine find_near(model, state, least, bodies)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
@@ -259,11 +259,15 @@ contains
     integer :: b, i, k
 
     associate (outlines => model%outlines, free => model%free_block)
-      bodies%reach(free) = many*least
+      bodies%reach(free) = least
       call mark_near(model, state, bodies, is_near, looked_at, clear)
-      if (any(is_near)) then
-        bodies%reach(free) = max(least, min(bodies%reach(free), 0.99_dp*clear(free)))
+      if (.not. all(is_near(free))) then
+        bodies%reach(free) = many*least
         call mark_near(model, state, bodies, is_near, looked_at, clear)
+        if (any(is_near)) then
+          bodies%reach(free) = max(least, min(bodies%reach(free), 0.99_dp*clear(free)))
+          call mark_near(model, state, bodies, is_near, looked_at, clear)
+        end if
       end if
       do k = 2, size(model%elements%free) ! elements of one body may touch each other
         associate (of_block => model%elements%block(model%elements%free(k - 1:k)))
