@@ -53,7 +53,7 @@ contains
     call recall_contacts(outlines, memory, past)
     may_rest = looks_as_far_as_it_moves(try%law)
     depth = deepest_search(try%law)
-    allocate (found(size(try%nearby, 2) + 8))
+    allocate (found(size(memory%contact) + 8))
     n_found = 0
     do k = 1, size(try%nearby, 2)
       call look_at(try%nearby(1, k), try%nearby(2, k))

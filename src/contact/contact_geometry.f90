@@ -86,11 +86,11 @@ contains
     type(entrance_geometry_t) :: geometry
     real(dp), dimension(2, n) :: T1, T2, T3
     real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal, acting
-    real(dp) :: of_link(2*n)
     integer :: body, edge_body
 
     body = model%outlines%element(entrance%vertex)
     edge_body = model%outlines%element(entrance%edge)
+    geometry%at = [values_of(model%elements, pair(1), d), values_of(model%elements, pair(2), d)]
     x1 = state%vertex(:, model%outlines%start(entrance%vertex))
     x2 = state%vertex(:, model%outlines%start(entrance%edge))
     x3 = state%vertex(:, model%outlines%finish(entrance%edge))
@@ -120,9 +120,8 @@ contains
       call put_rows(0.0_dp, 0.0_dp, geometry%normal, geometry%shear)
       geometry%normal_end = geometry%normal
       geometry%shear_end = geometry%shear
-      of_link = [values_of(model%elements, pair(1), d), values_of(model%elements, pair(2), d)]
-      geometry%gap = geometry%gap + dot_product(geometry%normal, of_link)
-      geometry%slid = dot_product(geometry%shear, of_link)
+      geometry%gap = geometry%gap + dot_product(geometry%normal, geometry%at)
+      geometry%slid = dot_product(geometry%shear, geometry%at)
     end if
 
   contains

@@ -230,7 +230,6 @@ contains
           else
             geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, d)
           end if
-          geometry%at = of_elements(model, try%pair(:, entrance%pair), d)
           geometry%gap = geometry%gap - entrance%rest - entrance%dilated
           if (anchored) call add_edge(model, cache, state, try%pair(:, entrance%pair), entrance, geometry)
         end associate
