@@ -42,10 +42,10 @@ module scree_contact_geometry
     real(dp) :: along = 0.0_dp          !! from the start of the edge to the foot of the vertex when the step began, length
     real(dp) :: slid = 0.0_dp           !! of that foot along the edge since then, from the share of the edge where it was, length
     real(dp) :: edge_length = 1.0_dp    !! length
-    real(dp) :: normal(2*n) = 0.0_dp    !! change of the gap with the unknowns of both elements
-    real(dp) :: shear(2*n) = 0.0_dp     !! change of slid
-    real(dp) :: normal_end(2*n) = 0.0_dp !! of the gap itself, where the forces act in another configuration
-    real(dp) :: shear_end(2*n) = 0.0_dp
+    real(dp) :: normal_end(2*n) = 0.0_dp !! change of the gap with the unknowns of both elements
+    real(dp) :: shear_end(2*n) = 0.0_dp !! change of slid
+    real(dp) :: normal(2*n) = 0.0_dp    !! likewise, in the configuration where the forces act
+    real(dp) :: shear(2*n) = 0.0_dp
     real(dp) :: turn(2*n) = 0.0_dp      !! turn to its normal of the edge where forces act on it, if it follows d, rad/length
     !> (3, 2 n) where slip is measured from the anchor (Shi): the end of the edge from its start, along and across; and the
     !> position of the edge's body that the vertex is at from the foot, along.
