@@ -16,7 +16,7 @@ module scree_contact_detection
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
   use scree_contact_search, only: find_nearby, most_turning
   use scree_contact_try, only: contact_try_t
-  use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, parallel
+  use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, parallel, state_open
   use scree_corner_meeting, only: encounter_of_edge, encounter_t, meeting_t
   use scree_corners, only: along_edge, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn
   use scree_kinds, only: dp
@@ -290,8 +290,9 @@ contains
 
   end subroutine find_contacts
 
-  !> Whether the vertex of an entrance entered there, if it is behind the line. It did where the entrance acted before; else the
-  !> bodies tell. Its own body it is in anyway, and does not enter.
+  !> Whether the vertex of an entrance entered there, if it is behind the line. It did where the entrance acted before, or goes on
+  !> from one of its line that was closed, as where a corner slides off an edge that another begins to slide on; else the bodies
+  !> tell. Its own body it is in anyway, and does not enter.
   pure logical function has_entered(outlines, position, survey, past, entrance) result(entered)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)       !! (2, n_vertices) of the elements, length
@@ -303,7 +304,7 @@ contains
     associate (i => entrance%vertex, j => entrance%edge)
       entered = gap_at(survey, i, j) >= -still_outside*min(survey%local(i), survey%length(j))
       if (entered) return
-      entered = acted_before(past, i, j)
+      entered = entrance%state /= state_open .or. acted_before(past, i, j)
       if (entered .or. outlines%block(i) == outlines%block(j)) return
       call overlap_of_bodies(outlines, position, outlines%block(i), outlines%block(j), overlap)
       entered = entered_by(outlines, position, overlap, i, j)

@@ -49,12 +49,13 @@ def test_a_column_that_breaks_up_under_green_strain_takes_the_steps_asked_for(st
 @pytest.mark.parametrize(("blocks", "steps"), [(36, 140), (64, 112)])
 def test_corners_of_a_column_that_turn_do_not_enter_each_other(blocks, steps, tmp_path):
     """Of corners near each other as they move either may meet the other's edge: one of 36 went in by 0.9 mm. One of 64 went in by
-    0.3 mm, tip to tip: it was past the entrance line where it would have been met before."""
+    0.3 mm, tip to tip: it was past the entrance line where it would have been met before. One of 36 went in by 0.1 mm, where a
+    corner slid off an edge that another began to slide on."""
     edge = 0.05
     decks = scenes.column(blocks, end=0.005 * steps).write(tmp_path, 0.005)
     results = scree.run(*decks, output=tmp_path / "column.h5")
     keeps_its_steps(results, steps)
-    assert results.history.overlap.max() < 4e-3 * edge
+    assert results.history.overlap.max() < 1e-3 * edge
 
 
 def test_a_wall_whose_top_is_thrown_up_settles_it_apart(tmp_path):
