@@ -160,22 +160,63 @@ contains
     subroutine meet_corners(i, j)
       integer, intent(in) :: i, j
       type(meeting_t) :: meeting
-      logical :: tips !! two, of which each may get over both edges of the other
       integer :: k
 
       meeting = meet(try%law, survey, i, j)
-      tips = meeting%n == 1 .and. meeting%encounter(1)%n_lines == 2
+      if (meeting%encounter(1)%n_lines == 2) then
+        call meet_tips(i, j, meeting)
+        return
+      end if
       do k = 1, meeting%n
-        if (may_rest .and. meeting%encounter(k)%n_lines == 2) call leave_out_covered(i, j, meeting%encounter(k))
         call add(meeting%encounter(k))
       end do
       if (meeting%beside(1)) call meet_sides(i, j)
       if (meeting%beside(2)) call meet_sides(j, i)
-      if (tips .and. corners_turn(try%law)) then
-        call meet_where_turned(i, j)
-        call meet_where_turned(j, i)
-      end if
     end subroutine meet_corners
+
+    !> Contacts of two corners tip to tip, of which each may get over both edges of the other.
+    subroutine meet_tips(i, j, meeting)
+      integer, intent(in) :: i, j
+      type(meeting_t), intent(inout) :: meeting
+      integer :: before, k
+
+      before = n_found
+      do k = 1, meeting%n
+        if (may_rest) meeting%encounter(k)%covered = covered_line(i, j, meeting%encounter(k))
+        call add(meeting%encounter(k))
+      end do
+      if (n_found > before + 1) call let_one_bear(before)
+      if (.not. corners_turn(try%law)) return
+      call meet_where_turned(i, j)
+      call meet_where_turned(j, i)
+    end subroutine meet_tips
+
+    !> Lets one of the contacts of two tips, those after the first so many, bear what they bear: one that is closed, or else the
+    !> first. The others are open, and where they would begin across both of their lines they are left out.
+    subroutine let_one_bear(before)
+      integer, intent(in) :: before
+      real(dp) :: gap(2)
+      integer :: bears, k, m, n
+
+      bears = before + 1
+      do k = n_found, before + 1, -1
+        if (found(k)%entrance(found(k)%active)%state /= state_open) bears = k
+      end do
+      n = before
+      do k = before + 1, n_found
+        associate (contact => found(k))
+          if (k /= bears) then
+            gap = [(gap_at(survey, contact%entrance(m)%vertex, contact%entrance(m)%edge), m=1, 2)]
+            if (all(gap < 0)) cycle
+            contact%entrance%state = state_open
+            contact%active = maxloc(gap, 1)
+          end if
+          n = n + 1
+          found(n) = contact
+        end associate
+      end do
+      n_found = n
+    end subroutine let_one_bear
 
     !> Contacts of vertex i over the edges at vertex j, where the two are near each other only as they move. An entrance line takes
     !> one of two edges that face each other as they lie when the step begins; in a step in which they turn both may be met.
@@ -195,21 +236,20 @@ contains
       is_well_over = min(at, survey%length(j) - at) > near_at_rest*survey%local(i)
     end function is_well_over
 
-    !> Leaves out the entrance line of edges that a third block lies flush with, where a corner is behind the other line already: by
-    !> its overlap with that block, on which it slides. It would be caught by a side that nothing can get at.
-    subroutine leave_out_covered(i, j, encounter)
+    !> The entrance line of edges that a third block lies flush with, where a corner is behind the other line already: by its
+    !> overlap with that block, on which it slides. It would be caught by a side that nothing can get at. 0 where there is none.
+    integer function covered_line(i, j, encounter) result(line)
       integer, intent(in) :: i, j
-      type(encounter_t), intent(inout) :: encounter
+      type(encounter_t), intent(in) :: encounter
       logical :: covered(2) !! edges that begin at the corners, edges that end there
 
+      line = 0
       covered = covered_edges(i, j) .or. covered_edges(j, i)
       if (count(covered) /= 1) return
       associate (other => encounter%line(merge(2, 1, covered(1))))
-        if (.not. gap_at(survey, other%vertex(1), other%edge(1)) < 0) return
-        encounter%line(1) = other
-        encounter%n_lines = 1
+        if (gap_at(survey, other%vertex(1), other%edge(1)) < 0) line = merge(1, 2, covered(1))
       end associate
-    end subroutine leave_out_covered
+    end function covered_line
 
     !> Whether a third block lies flush with the edge that begins at corner j, and with that which ends there, by a corner near i.
     function covered_edges(i, j) result(covered)

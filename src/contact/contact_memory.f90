@@ -88,6 +88,7 @@ contains
     integer :: k
 
     contact%n_entrances = encounter%n_lines
+    contact%covered = encounter%covered
     do k = 1, contact%n_entrances
       contact%entrance(k) = best_entrance(outlines, survey, past, encounter%line(k))
       if (contact%entrance(k)%vertex == 0) return

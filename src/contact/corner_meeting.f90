@@ -12,6 +12,7 @@ module scree_corner_meeting
   public :: encounter_of_edge, encounter_t, line_t, meet_as_shi, meet_by_entrances, meeting_t
 
   real(dp), parameter :: nearly = 0.3_dp*parallel !! edges that differ by less: those at the more upright corner act (Shi: 0.3 h1)
+  real(dp), parameter :: turned = 1e-3_dp         !! corners that turn by more in a step have the lines of both its ends, rad
   real(dp), parameter :: flat = 1e-3_dp           !! a corner that is hollow by less is none, rad
 
   !> An entrance line: pairs of a vertex and an edge, of which the best is taken.
@@ -25,12 +26,13 @@ module scree_corner_meeting
   type :: encounter_t
     integer :: n_lines = 1
     type(line_t) :: line(2)
+    integer :: covered = 0 !! line of edges that a third block lies flush with: none enters by it; 0: neither
   end type encounter_t
 
   !> What two corners may come to.
   type :: meeting_t
     integer :: n = 0
-    type(encounter_t) :: encounter(2)
+    type(encounter_t) :: encounter(3)
     logical :: beside(2) = .false. !! the first corner may meet the sides of the second; the second those of the first
   end type meeting_t
 
@@ -62,31 +64,62 @@ contains
   end function angle_between
 
   !> How two convex corners meet. Those that cannot meet tip to tip may meet each other's sides.
+  !>
+  !> Of two nearly parallel edges the one that reaches farther out bounds the region that is closed to a tip; the line of the other
+  !> lies in it. Where turning in the step may change which one that is, each has an encounter: the tip is in the region if it is
+  !> behind the lines of any of them.
   pure function meet_convex(a, b, between, tilt) result(meeting)
     type(corner_t), intent(in) :: a, b
     real(dp), intent(in) :: between, tilt !! rad
     type(meeting_t) :: meeting
-    logical :: low(2), high(2)            ! which vertices have the entrance line on either side
-    real(dp) :: width
+    logical :: upon(2, 2) ! (vertex, side) which vertices have the entrance line on either side
+    real(dp) :: turning, width
 
+    turning = tilt - parallel
     width = abs(between) + (a%angle + b%angle)/2
-    low = [-b%angle/2 <= between - a%angle/2 + parallel, between - a%angle/2 <= -b%angle/2 + parallel]
-    high = [b%angle/2 >= between + a%angle/2 - parallel, between + a%angle/2 >= b%angle/2 - parallel]
     if (width > pi + tilt) then
       meeting%beside = .true.
-      return
-    end if
-    meeting%n = 1
-    associate (encounter => meeting%encounter(1))
-      if (width >= pi - parallel) then
-        encounter%line(1) = line_of([a%vertex, b%vertex, a%vertex, b%vertex], [b%vertex, a%vertex, b%before, a%before], [low, high])
-      else
-        encounter%n_lines = 2
-        encounter%line(1) = line_of([a%vertex, b%vertex], [b%vertex, a%vertex], low)
-        encounter%line(2) = line_of([a%vertex, b%vertex], [b%before, a%before], high)
+    else if (width >= pi - parallel) then
+      upon = on_lines(a, b, between, parallel)
+      meeting%n = 1
+      meeting%encounter(1)%line(1) = line_of([a%vertex, b%vertex, a%vertex, b%vertex], [b%vertex, a%vertex, b%before, a%before], &
+                                             reshape(upon, [4]))
+    else
+      call add_tips(a, b, on_lines(a, b, between, parallel), meeting)
+      if (turning > turned) then
+        call add_tips(a, b, on_lines(a, b, between - turning, 0.0_dp), meeting)
+        call add_tips(a, b, on_lines(a, b, between + turning, 0.0_dp), meeting)
       end if
-    end associate
+    end if
   end function meet_convex
+
+  !> Which vertices have the entrance line on either side, where corner b is turned from where it would face corner a: (vertex of a
+  !> or b, line of the edges that begin there or end there).
+  pure function on_lines(a, b, between, same) result(upon)
+    type(corner_t), intent(in) :: a, b
+    real(dp), intent(in) :: between !! rad
+    real(dp), intent(in) :: same    !! angle up to which edges are parallel, and either vertex has the line, rad
+    logical :: upon(2, 2)
+    real(dp) :: half
+
+    half = (a%angle - b%angle)/2
+    upon(:, 1) = [between >= half - same, between <= half + same]
+    upon(:, 2) = [between <= -half + same, between >= -half - same]
+  end function on_lines
+
+  !> Adds an encounter of two corners tip to tip, with two entrance lines.
+  pure subroutine add_tips(a, b, upon, meeting)
+    type(corner_t), intent(in) :: a, b
+    logical, intent(in) :: upon(2, 2) !! (vertex of a or b, line)
+    type(meeting_t), intent(inout) :: meeting
+
+    meeting%n = meeting%n + 1
+    associate (encounter => meeting%encounter(meeting%n))
+      encounter%n_lines = 2
+      encounter%line(1) = line_of([a%vertex, b%vertex], [b%vertex, a%vertex], upon(:, 1))
+      encounter%line(2) = line_of([a%vertex, b%vertex], [b%before, a%before], upon(:, 2))
+    end associate
+  end subroutine add_tips
 
   !> How corner a meets the hollow corner b: at either edge, or beside it.
   pure function meet_hollow(a, b, between, tilt) result(meeting)

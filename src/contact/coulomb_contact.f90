@@ -142,7 +142,7 @@ contains
     integer :: k, state
 
     k = 1
-    if (contact%n_entrances == 2) k = entrance_that_acts(contact%active, start, now, force%across, doubt)
+    if (contact%n_entrances == 2) k = entrance_that_acts(contact, start, now, force%across, doubt)
     if (lines_stay) k = contact%active
     call act_on(k, contact, changes)
     state = state_open
@@ -151,25 +151,30 @@ contains
     call set_state(state, abs(force%across(k)) > doubt, contact%entrance(k), changes)
   end subroutine judge_coulomb
 
-  !> Which of the two entrances of a corner acts: the one that is crossed least, or was crossed last.
+  !> Which of the two entrances of a corner acts: the one that is crossed least, or was crossed last; of two that are crossed not
+  !> the one that a third block covers.
   !>
   !> What pressed when the step began presses on, as if its edge did not end: a corner that slips off in the step is held to its
   !> end. If it were let go where it leaves the other line, its force would jump, and some steps would have no solution.
-  pure integer function entrance_that_acts(active, start, now, across, doubt) result(k)
-    integer, intent(in) :: active
+  pure integer function entrance_that_acts(contact, start, now, across, doubt) result(k)
+    type(contact_t), intent(in) :: contact
     type(entrance_start_t), intent(in) :: start(2)
     type(gap_and_slip_t), intent(in) :: now(2)
     real(dp), intent(in) :: across(2), doubt !! force
 
     k = 1
-    if (start(active)%closed .and. across(active) > 0) then
-      k = active
-    else if (minval(across) < 0) then
-      if (across(2) < across(1)) k = 2
-    else
-      k = crossed_last(merge(0.0_dp, [start(1)%gap, start(2)%gap], start%closed), [now(1)%gap, now(2)%gap])
-    end if
-    if (abs(across(2) - across(1)) <= doubt) k = active
+    associate (active => contact%active)
+      if (start(active)%closed .and. across(active) > 0) then
+        k = active
+      else if (minval(across) < 0) then
+        if (across(2) < across(1)) k = 2
+      else if (contact%covered > 0) then
+        k = 3 - contact%covered
+      else
+        k = crossed_last(merge(0.0_dp, [start(1)%gap, start(2)%gap], start%closed), [now(1)%gap, now(2)%gap])
+      end if
+      if (abs(across(2) - across(1)) <= doubt) k = active
+    end associate
   end function entrance_that_acts
 
   !> Which of two lines, both crossed at the end of the step, was crossed last: there the vertices entered.

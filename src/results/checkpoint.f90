@@ -364,6 +364,7 @@ contains
     if (.not. allocated(contact)) allocate (contact(0)) ! the names are those of any state
     call archive%part('contact%n_entrances', contact%n_entrances)
     call archive%part('contact%active', contact%active)
+    call archive%part('contact%covered', contact%covered)
     do i = 1, 2
       call archive%part('contact%force', contact%force(i))
     end do

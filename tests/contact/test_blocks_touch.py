@@ -325,3 +325,26 @@ def test_slivers_that_bounce_gain_no_energy(seed, tmp_path):
     give back. Taken to first order in the turn it gave up to 2e-3 of the scale."""
     f = drop_slivers(tmp_path, seed, 0.0, "&contact restitution=1 /")
     assert no_step_gains(f, np.ptp(f.history.energy.gravity))
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_corner_that_slides_to_a_block_beside_is_borne_there(mode, tmp_path):
+    """A block slides from one that drops to the fixed one beside it, flush with it: in the step in which it gets there it was 1e-8
+    behind the line of both, and went in by 1 %."""
+    blocks = [box(0, 0, 1, 1), box(-1, 0, 1, 1), box(-1.02, 1 - 1e-8, 1, 1)]
+    f = run(tmp_path, blocks, MODES[mode], steps=2, rock=(2.5, 0, 1e9, 0.25), material=[1, 2, 3],
+            velocity=[(0, 0, 0), (0, -8, 0), (6, -2, 0)], fixed=[(*x, 1) for x in blocks[0]])
+    assert f.bodies.centroid[1, 2, 0] + 0.5 > 5e-3  # the corner is over the fixed block
+    assert f.history.overlap.max() < 1e-3
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_corner_that_turns_past_another_meets_its_edge(mode, tmp_path):
+    """A block flies over the corner of a fixed one and turns by 9 degrees on the way: as the step begins the other's corner is over
+    its edge, at the end its own corner is over that of the other. It went in by 0.8 %."""
+    flying = box(-1, 0, 1, 1) @ turn(0.06).T + [-3e-5, 1.04]
+    blocks = [box(0, 0, 1, 1), flying]
+    f = run(tmp_path, blocks, MODES[mode], steps=1, rock=(2.5, 0, 1e9, 0.25), material=[1, 2],
+            velocity=[(0, 0, 0), (33, 4.8, -31)], fixed=[(*x, 1) for x in blocks[0]])
+    x, y = f.polygons(-1)[1][1]
+    assert x > 0.08 and y > 1 - 1e-3

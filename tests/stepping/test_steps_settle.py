@@ -55,7 +55,7 @@ def test_corners_of_a_column_that_turn_do_not_enter_each_other(blocks, steps, tm
     decks = scenes.column(blocks, end=0.005 * steps).write(tmp_path, 0.005)
     results = scree.run(*decks, output=tmp_path / "column.h5")
     keeps_its_steps(results, steps)
-    assert results.history.overlap.max() < 1e-3 * edge
+    assert results.history.overlap.max() < 1e-4 * edge
 
 
 def test_a_wall_whose_top_is_thrown_up_settles_it_apart(tmp_path):

@@ -128,8 +128,8 @@ contains
     integer, allocatable :: numbers(:)
 
     associate (entrance => contact%entrance(:contact%n_entrances))
-      numbers = [contact%n_entrances, contact%active, entrance%vertex, entrance%edge, entrance%joint, entrance%pair, &
-                 entrance%state, merge(1, 0, entrance%bonded)]
+      numbers = [contact%n_entrances, contact%active, contact%covered, entrance%vertex, entrance%edge, entrance%joint, &
+                 entrance%pair, entrance%state, merge(1, 0, entrance%bonded)]
     end associate
   end function whole_numbers_of
 
