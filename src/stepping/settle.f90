@@ -377,7 +377,7 @@ contains
     logical :: found
 
     if (.not. (group%in_contact .and. group%open_close%settles_always .and. group%rounds < most_rounds)) return
-    call begin_phase(cache%timers, phase_friction)
+    call begin_phase(cache%timers, phase_judge)
     do k = 1, size(group%member)
       d(model%elements%unknown(:, group%member(k))) = group%sound(:, k)
     end do
@@ -422,7 +422,6 @@ contains
     real(dp), allocatable :: x(:)
     integer :: spring(contacts%last - contacts%first + 1)
 
-    call begin_phase(cache%timers, phase_assemble)
     call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, done, group%flickering%contact)
     if (.not. (done .or. group%linear)) &
       call solve_as_problem(model, cache, state, group, .true., contacts, d, outcome, x, spring, done, group%flickering%contact)
@@ -458,6 +457,7 @@ contains
     type(friction_work_t) :: work
     logical :: near
 
+    call begin_phase(cache%timers, phase_assemble)
     posed = group
     posed%rule%tangent = group%rule%tangent .and. .not. by_secant
     call add_elements(model, cache, state, posed, d)
@@ -469,6 +469,7 @@ contains
       whole = problem
       call solve_about(whole, about, group%flickering%reach, near, accepted_share, cache%timers, problem, x, spring, found, work)
     else
+      call begin_phase(cache%timers, phase_friction)
       call solve_friction(problem, near, problem_share*0.1_dp**group%repeats, cache%timers, x, spring, found, work, &
                           quick=group%open_close%poses_at_once .and. .not. by_secant)
     end if
