@@ -13,6 +13,10 @@ module scree_friction_solver
   private
   public :: friction_work_t, solve_friction
 
+  !> What a solution may take: all that there is; only the first start inside, and no path from its end; only the path from zero,
+  !> where that is near.
+  integer, parameter, public :: effort_all = 0, effort_quick = 1, effort_path = 2
+
   !> What a solution took.
   type :: friction_work_t
     integer :: factors = 0 !! of matrices
@@ -39,7 +43,7 @@ contains
   !> Springs that are open by far are left out, and with them what fills the factors; those that would press in the solution are
   !> taken in, and it is solved again from there. Near the solution, as of a problem that differs in few springs, the path is short
   !> and is tried first.
-  subroutine solve_friction(problem, near, tolerance, timers, x, state, found, work, quick)
+  subroutine solve_friction(problem, near, tolerance, timers, x, state, found, work, effort)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: near                !! zero is near the solution
     real(dp), intent(in) :: tolerance
@@ -48,13 +52,14 @@ contains
     integer, intent(out) :: state(:)           !! (m) of the springs
     logical, intent(out) :: found
     type(friction_work_t), intent(out) :: work
-    logical, intent(in), optional :: quick     !! only the first start inside, and no path from its end
-    logical :: hurried, kept(size(state)), press(size(state))
+    integer, intent(in), optional :: effort    !! all where absent
+    integer :: may
+    logical :: kept(size(state)), press(size(state))
     real(dp) :: closed(2), farthest, left
     integer :: i, k
 
-    hurried = .false.
-    if (present(quick)) hurried = quick
+    may = effort_all
+    if (present(effort)) may = effort
     x = 0.0_dp*problem%force
     associate (spring => problem%spring)
       farthest = merge(reach_near, reach, near)*max(0.0_dp, maxval(spring%pressing/spring%stiffness))
@@ -66,7 +71,7 @@ contains
       if (all(kept)) exit
       call solve_kept(near .or. i > 1)
       if (.not. found) then
-        if (hurried) return
+        if (may /= effort_all) return
         kept = .true.
         x = 0.0_dp
         exit
@@ -78,7 +83,7 @@ contains
       if (.not. any(press)) exit
       kept = kept .or. press
     end do
-    if (all(kept)) call solve_springs(problem, near, tolerance, hurried, timers, x, state, found, work)
+    if (all(kept)) call solve_springs(problem, near, tolerance, may, timers, x, state, found, work)
     if (.not. found) return
     call forces_left(problem, x, state, left)
     found = left <= tolerance
@@ -90,18 +95,18 @@ contains
       logical, intent(in) :: from_here
       integer :: few_states(count(kept))
 
-      call solve_springs(of_springs(problem, pack([(k, k=1, size(kept))], kept)), from_here, tolerance, hurried, timers, x, &
+      call solve_springs(of_springs(problem, pack([(k, k=1, size(kept))], kept)), from_here, tolerance, may, timers, x, &
                          few_states, found, work)
     end subroutine solve_kept
 
   end subroutine solve_friction
 
   !> Solves a friction problem of springs all of which may press.
-  subroutine solve_springs(problem, near, tolerance, hurried, timers, x, state, found, work)
+  subroutine solve_springs(problem, near, tolerance, effort, timers, x, state, found, work)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: near                !! x is near the solution
     real(dp), intent(in) :: tolerance
-    logical, intent(in) :: hurried             !! only the first start inside, and no path from its end
+    integer, intent(in) :: effort
     type(timers_t), intent(inout) :: timers
     real(dp), intent(inout) :: x(:)            !! (n); means nothing where none was found
     integer, intent(out) :: state(:)           !! (m) of the springs
@@ -112,19 +117,19 @@ contains
 
     if (near) then
       call go_along(most_near)
-      if (found) return
+      if (found .or. effort == effort_path) return
     end if
     do i = 1, size(at_first)
       call begin_inside(problem, at_first(i), 0.0_dp*problem%force, inside)
       do k = 1, size(leaves)
-        call go_inside(problem, max(tolerance, leaves(k)), .not. hurried, timers, inside, state, found)
+        call go_inside(problem, max(tolerance, leaves(k)), effort == effort_all, timers, inside, state, found)
         x = inside%x
         if (leaves(k) <= tolerance .or. .not. found) exit
         call go_along(most_left(k))
         if (found) exit
       end do
       work%factors = work%factors + inside%factors
-      if (found .or. hurried) return
+      if (found .or. effort /= effort_all) return
       call go_along(most_pieces)
       if (found) return
     end do
