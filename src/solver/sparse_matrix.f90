@@ -22,6 +22,7 @@ module scree_sparse_matrix
     real(c_double), allocatable :: value(:)    !! (n_entries)
     real(c_double), allocatable :: skewed(:)   !! (n_entries) of these, without which the matrix is symmetric; where it is not
     integer, allocatable :: on_diagonal(:)     !! (n) entry (from 1) of each row on the diagonal
+    integer, allocatable :: alike(:)           !! (n) columns from each one on that have the same rows
     integer, allocatable :: place_first(:)     !! (n_elements+1) element e owns place(place_first(e):place_first(e+1)-1)
     integer, allocatable :: place(:)           !! entry (from 1) of each entry of the element matrices, by columns
   end type sparse_matrix_t
@@ -41,6 +42,7 @@ contains
     call fill_columns(rows, m, matrix)
     allocate (matrix%value(size(matrix%row)), source=0.0_dp)
     matrix%on_diagonal = [(entry_at(matrix, j, j), j=1, n)]
+    call count_alike(matrix)
 
     allocate (matrix%place_first(size(m) + 1))
     matrix%place_first(1) = 1
@@ -118,6 +120,20 @@ contains
     end do
   end subroutine list_by_row
 
+  !> Counts the columns that have the same rows: those of one element do, or nearly.
+  pure subroutine count_alike(matrix)
+    type(sparse_matrix_t), intent(inout) :: matrix
+    integer :: j
+
+    allocate (matrix%alike(matrix%n), source=1)
+    associate (first => matrix%first, row => matrix%row)
+      do j = matrix%n - 1, 1, -1
+        if (first(j + 2) - first(j + 1) /= first(j + 1) - first(j)) cycle
+        if (all(row(first(j) + 1:first(j + 1)) == row(first(j + 1) + 1:first(j + 2)))) matrix%alike(j) = matrix%alike(j + 1) + 1
+      end do
+    end associate
+  end subroutine count_alike
+
   !> Entry (from 1) at a row and column (from 1) of the pattern, by bisection.
   pure integer function entry_at(matrix, row, column)
     type(sparse_matrix_t), intent(in) :: matrix
@@ -188,6 +204,7 @@ contains
     small%value = pack(matrix%value, keep)
     if (.not. matrix%symmetric) small%skewed = pack(matrix%skewed, keep)
     small%on_diagonal = at(matrix%on_diagonal)
+    call count_alike(small)
     allocate (small%place(sum(matrix%place_first(2:) - matrix%place_first(:size(is_kept)), is_kept)))
     small%place_first(1) = 1
     do e = 1, size(is_kept)
@@ -229,6 +246,7 @@ contains
     part%value = pack(matrix%value, at > 0)
     if (.not. matrix%symmetric) part%skewed = pack(matrix%skewed, at > 0)
     part%on_diagonal = pack(at(matrix%on_diagonal), is_kept)
+    call count_alike(part)
     part%place = pack(at(matrix%place), at(matrix%place) > 0)
     allocate (part%place_first(size(matrix%place_first)))
     m = 1
@@ -360,20 +378,52 @@ contains
     root_of_entry = sqrt(root_of_entry)
   end function root_of_entry
 
-  !> y = A x.
+  !> y = A x. Columns that have the same rows are taken together, and each row adds them up in their order: the sums are those of
+  !> one column after the other.
   pure subroutine multiply(matrix, x, y)
     type(sparse_matrix_t), intent(in) :: matrix
-    real(dp), intent(in) :: x(:)
-    real(dp), intent(out) :: y(:)
-    integer :: j, k
+    real(dp), intent(in), contiguous :: x(:)
+    real(dp), intent(out), contiguous :: y(:)
+    integer :: j, n_rows
 
     y = 0.0_dp
-    do j = 1, matrix%n
-      do k = matrix%first(j) + 1, matrix%first(j + 1)
-        y(matrix%row(k) + 1) = y(matrix%row(k) + 1) + matrix%value(k)*x(j)
-      end do
+    j = 1
+    do while (j <= matrix%n)
+      n_rows = matrix%first(j + 1) - matrix%first(j)
+      associate (row => matrix%row(matrix%first(j) + 1:), value => matrix%value(matrix%first(j) + 1:))
+        select case (matrix%alike(j)) ! the compiler unrolls these
+        case (6:)
+          call add_columns(n_rows, 6, row, value, x(j:), y)
+          j = j + 6
+        case (2:5)
+          call add_columns(n_rows, 2, row, value, x(j:), y)
+          j = j + 2
+        case default
+          call add_columns(n_rows, 1, row, value, x(j:), y)
+          j = j + 1
+        end select
+      end associate
     end do
   end subroutine multiply
+
+  !> Adds columns that have the same rows, each times its component of x.
+  pure subroutine add_columns(n_rows, n_columns, row, value, x, y)
+    integer, intent(in) :: n_rows, n_columns
+    integer(c_int), intent(in) :: row(n_rows)                !! from 0
+    real(c_double), intent(in) :: value(n_rows, n_columns)
+    real(dp), intent(in) :: x(n_columns)
+    real(dp), intent(inout) :: y(0:*)
+    real(dp) :: sum
+    integer :: j, k
+
+    do k = 1, n_rows
+      sum = y(row(k))
+      do j = 1, n_columns
+        sum = sum + value(k, j)*x(j)
+      end do
+      y(row(k)) = sum
+    end do
+  end subroutine add_columns
 
   !> A x.
   pure function times(matrix, x) result(y)
