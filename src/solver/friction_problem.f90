@@ -10,7 +10,7 @@
 !> matrices of negative determinant, where Newton's iteration runs in circles.
 module scree_friction_problem
   use scree_kinds, only: dp
-  use scree_sparse_matrix, only: add_element, add_rest, on_fewer_places, sparse_matrix_t, times
+  use scree_sparse_matrix, only: add_element, on_fewer_places, sparse_matrix_t, times
   implicit none
   private
   public :: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, keep_rows_of_forces, obey_law, &
@@ -145,25 +145,21 @@ contains
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: change(:, :, :)  !! (force across or along, change across or along, m) force/length
     type(sparse_matrix_t), intent(inout) :: matrix
-    real(dp) :: dense(size(problem%row, 1), size(problem%row, 1)), across, along
+    real(dp), dimension(size(problem%row, 1), size(problem%row, 1)) :: dense, friction
+    real(dp) :: across, along, rubbing
     integer :: i, k
 
     do i = 1, size(problem%spring)
       associate (w => problem%length(i))
         do k = 1, w
           across = change(1, 1, i)*problem%normal_change(k, i)
-          along = change(2, 1, i)*problem%normal_change(k, i) + change(2, 2, i)*problem%shear_change(k, i)
+          rubbing = change(2, 1, i)*problem%normal_change(k, i)
+          along = rubbing + change(2, 2, i)*problem%shear_change(k, i)
           dense(:w, k) = across*problem%normal(:w, i) + along*problem%shear(:w, i)
+          friction(:w, k) = rubbing*problem%shear(:w, i)
         end do
-        if (problem%symmetric .and. .not. abs(change(2, 1, i)) > 0) then
-          call add_element(matrix, problem%spring(i)%slot, dense(:w, :w), .true.)
-          cycle
-        end if
-        call add_element(matrix, problem%spring(i)%slot, dense(:w, :w), .false.)
-        do k = 1, w
-          dense(:w, k) = change(2, 1, i)*problem%normal_change(k, i)*problem%shear(:w, i)
-        end do
-        call add_rest(matrix, problem%spring(i)%slot, dense(:w, :w))
+        call add_element(matrix, problem%spring(i)%slot, dense(:, :w), &
+                         problem%symmetric .and. .not. abs(change(2, 1, i)) > 0, friction(:, :w))
       end associate
     end do
   end subroutine add_springs

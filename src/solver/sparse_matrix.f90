@@ -9,9 +9,8 @@ module scree_sparse_matrix
   use scree_kinds, only: dp
   implicit none
   private
-  public :: add_element, add_rest, build_pattern, clear_matrix, copy_values, diagonal, multiply, on_fewer_places, &
-            on_fewer_rows, products, &
-            root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_diagonal, symmetric_matrix, times
+  public :: add_element, build_pattern, clear_matrix, copy_values, diagonal, multiply, on_fewer_places, on_fewer_rows, &
+            products, root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_diagonal, symmetric_matrix, times
 
   !> The matrix, and where each entry of each element goes. Columns and rows count from 0, as the C libraries want.
   type :: sparse_matrix_t
@@ -275,48 +274,65 @@ contains
     if (.not. from%symmetric) to%skewed = from%skewed
   end subroutine copy_values
 
-  !> Adds the dense matrix of element `e`. Where it is not symmetric, the symmetric matrix beside it has its symmetric part.
-  pure subroutine add_element(matrix, e, dense, symmetric)
-    type(sparse_matrix_t), intent(inout) :: matrix
-    integer, intent(in) :: e
-    real(dp), intent(in) :: dense(:, :) !! (m, m) of the element's rows
-    logical, intent(in) :: symmetric    !! but for round-off
-
-    call scatter(matrix%place(matrix%place_first(e):), dense, matrix%value)
-    if (symmetric) return
-    if (.not. allocated(matrix%skewed)) allocate (matrix%skewed(size(matrix%value)))
-    if (matrix%symmetric) matrix%skewed = 0.0_dp
-    matrix%symmetric = .false.
-    call scatter(matrix%place(matrix%place_first(e):), 0.5_dp*(dense - transpose(dense)), matrix%skewed)
-  end subroutine add_element
-
-  !> Leaves a part of what was added of element `e`, and not symmetric, out of the symmetric matrix beside it.
+  !> Adds the dense matrix of element `e`. Where it is not symmetric, the symmetric matrix beside it has its symmetric part, without
+  !> that of a part of it that is kept apart.
   !>
   !> Friction is such a part: it follows the force across a contact. With half of it on either side of the diagonal a matrix is
   !> seldom definite, and solutions take two to four times as many iterations from it.
-  pure subroutine add_rest(matrix, e, rest)
+  pure subroutine add_element(matrix, e, dense, symmetric, apart)
     type(sparse_matrix_t), intent(inout) :: matrix
     integer, intent(in) :: e
-    real(dp), intent(in) :: rest(:, :)  !! (m, m) of the element's rows
+    real(dp), intent(in), contiguous :: dense(:, :)           !! (m, m) of the element's rows; rows below are no part of it
+    logical, intent(in) :: symmetric                          !! but for round-off
+    real(dp), intent(in), contiguous, optional :: apart(:, :) !! as large
 
-    call scatter(matrix%place(matrix%place_first(e):), 0.5_dp*(rest + transpose(rest)), matrix%skewed)
-  end subroutine add_rest
+    if (symmetric) then
+      call scatter(size(dense, 1), size(dense, 2), matrix%place(matrix%place_first(e):), dense, matrix%value)
+      return
+    end if
+    if (.not. allocated(matrix%skewed)) allocate (matrix%skewed(size(matrix%value)))
+    if (matrix%symmetric) matrix%skewed = 0.0_dp
+    matrix%symmetric = .false.
+    call scatter_skewed(size(dense, 1), size(dense, 2), matrix%place(matrix%place_first(e):), dense, matrix%value, matrix%skewed, &
+                        apart)
+  end subroutine add_element
 
   !> Adds the entries of a dense matrix to values, each at its place.
-  pure subroutine scatter(place, dense, value)
-    integer, intent(in) :: place(:)
-    real(dp), intent(in) :: dense(:, :)
-    real(dp), intent(inout) :: value(:)
-    integer :: at, i, j
+  pure subroutine scatter(n_rows, m, place, dense, value)
+    integer, intent(in) :: n_rows, m, place(m, m)
+    real(dp), intent(in) :: dense(n_rows, m)
+    real(dp), intent(inout) :: value(*)
+    integer :: i, j
 
-    at = 0
-    do j = 1, size(dense, 2)
-      do i = 1, size(dense, 1)
-        at = at + 1
-        value(place(at)) = value(place(at)) + dense(i, j)
+    do j = 1, m
+      do i = 1, m
+        value(place(i, j)) = value(place(i, j)) + dense(i, j)
       end do
     end do
   end subroutine scatter
+
+  !> Adds a matrix that is not symmetric to values, and what it is not symmetric by to `skewed`. Places that two rows of an element
+  !> have in common are summed up in the order of the entries.
+  pure subroutine scatter_skewed(n_rows, m, place, dense, value, skewed, apart)
+    integer, intent(in) :: n_rows, m, place(m, m)
+    real(dp), intent(in) :: dense(n_rows, m)
+    real(dp), intent(inout) :: value(*), skewed(*)
+    real(dp), intent(in), optional :: apart(n_rows, m)
+    integer :: i, j
+
+    do j = 1, m
+      do i = 1, m
+        value(place(i, j)) = value(place(i, j)) + dense(i, j)
+        skewed(place(i, j)) = skewed(place(i, j)) + 0.5_dp*(dense(i, j) - dense(j, i))
+      end do
+    end do
+    if (.not. present(apart)) return
+    do j = 1, m
+      do i = 1, m
+        skewed(place(i, j)) = skewed(place(i, j)) + 0.5_dp*(apart(i, j) + apart(j, i))
+      end do
+    end do
+  end subroutine scatter_skewed
 
   !> The lower triangle of the symmetric matrix beside one, which is that itself where it is symmetric.
   pure function symmetric_matrix(matrix) result(lower)
