@@ -69,7 +69,7 @@ contains
   subroutine begin_inside(problem, at_first, x, inside)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: at_first      !! what the pairs begin with over the largest force
-    real(dp), intent(in) :: x(:)          !! (n)
+    real(dp), intent(in), contiguous :: x(:) !! (n)
     type(inside_t), intent(inout) :: inside
 
     inside%x = x
@@ -321,7 +321,7 @@ contains
   subroutine begin_pairs(problem, at_first, x, pairs)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: at_first
-    real(dp), intent(in) :: x(:)
+    real(dp), intent(in), contiguous :: x(:)
     type(pairs_t), intent(out) :: pairs(:)
     real(dp) :: closed(2, size(pairs)), first, beyond
     integer :: i
@@ -380,9 +380,9 @@ contains
   !> Forces out of balance with those of the pairs, and what the pairs are too much by.
   subroutine find_rest(problem, x, pairs, rest)
     type(friction_problem_t), intent(in) :: problem
-    real(dp), intent(in) :: x(:)
+    real(dp), intent(in), contiguous :: x(:)
     type(pairs_t), intent(inout) :: pairs(:)
-    real(dp), intent(out) :: rest(:)
+    real(dp), intent(out), contiguous :: rest(:)
     real(dp) :: closed(2)
     integer :: i
 

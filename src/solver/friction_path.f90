@@ -55,7 +55,7 @@ contains
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: most                !! pieces to cross
     type(timers_t), intent(inout) :: timers
-    real(dp), intent(inout) :: x(:)            !! (n)
+    real(dp), intent(inout), contiguous :: x(:)            !! (n)
     integer, intent(out) :: state(:)           !! (m) at the solution
     logical, intent(out) :: found
     integer, intent(out) :: factors            !! of matrices
@@ -89,7 +89,7 @@ contains
   !> Begins the path near `x`.
   subroutine begin_path(problem, x, timers, path, goes_on)
     type(friction_problem_t), intent(in) :: problem
-    real(dp), intent(in) :: x(:)
+    real(dp), intent(in), contiguous :: x(:)
     type(timers_t), intent(inout) :: timers
     type(path_t), intent(inout) :: path
     logical, intent(out) :: goes_on
@@ -127,9 +127,9 @@ contains
   !> States of the springs at `x`, and what they leave out of balance.
   pure subroutine find_rest(problem, x, state, rest)
     type(friction_problem_t), intent(in) :: problem
-    real(dp), intent(in) :: x(:)
+    real(dp), intent(in), contiguous :: x(:)
     integer, intent(out) :: state(:)
-    real(dp), intent(out) :: rest(:)
+    real(dp), intent(out), contiguous :: rest(:)
     real(dp) :: force(2)
     integer :: i
 

@@ -61,7 +61,7 @@ contains
   pure function closed_forces(problem, i, x) result(force)
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: i
-    real(dp), intent(in) :: x(:)  !! (n)
+    real(dp), intent(in), contiguous :: x(:)  !! (n)
     real(dp) :: force(2)
 
     associate (spring => problem%spring(i))
@@ -73,14 +73,17 @@ contains
   pure function rates_of(problem, i, x) result(rate)
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: i
-    real(dp), intent(in) :: x(:) !! (n)
-    real(dp) :: rate(2)
+    real(dp), intent(in), contiguous :: x(:) !! (n)
+    real(dp) :: rate(2), across, along
     integer :: k
 
-    rate = 0.0_dp
+    across = 0.0_dp ! sums in memory, as those of a result are, wait for each other
+    along = 0.0_dp
     do k = 1, problem%length(i)
-      rate = rate + [problem%normal_change(k, i), problem%shear_change(k, i)]*x(problem%row(k, i))
+      across = across + problem%normal_change(k, i)*x(problem%row(k, i))
+      along = along + problem%shear_change(k, i)*x(problem%row(k, i))
     end do
+    rate = [across, along]
   end function rates_of
 
   !> State and forces, across and along, of a spring.
@@ -106,7 +109,7 @@ contains
   !> States of the springs at `x`, and the forces that they leave out of balance over the largest that acts.
   pure subroutine forces_left(problem, x, state, left)
     type(friction_problem_t), intent(in) :: problem
-    real(dp), intent(in) :: x(:)
+    real(dp), intent(in), contiguous :: x(:)
     integer, intent(out) :: state(:)
     real(dp), intent(out) :: left
     real(dp) :: rest(size(x)), closed(2), force(2), largest
@@ -129,7 +132,7 @@ contains
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: i
     real(dp), intent(in) :: force(2)
-    real(dp), intent(inout) :: sum(:) !! (n) force
+    real(dp), intent(inout), contiguous :: sum(:) !! (n) force
     integer :: k
 
     do k = 1, problem%length(i)
