@@ -8,6 +8,7 @@ module scree_friction_solver
   use scree_friction_path, only: follow_path
   use scree_friction_problem, only: closed_forces, forces_left, friction_problem_t, of_springs
   use scree_kinds, only: dp
+  use scree_linear_solver, only: linear_solver_t, release_solver
   use scree_timers, only: timers_t
   implicit none
   private
@@ -108,26 +109,25 @@ contains
     logical, intent(out) :: found
     type(friction_work_t), intent(inout) :: work !! is counted on
     type(inside_t) :: inside
+    type(linear_solver_t) :: solver            ! all matrices have one pattern, and one analysis
     integer :: i, k
 
-    if (near) then
-      call go_along(most_near)
-      if (found) return
-    end if
-    do i = 1, size(at_first)
+    found = .false.
+    if (near) call go_along(most_near)
+    do i = 1, merge(1, size(at_first), hurried)
+      if (found) exit
       call begin_inside(problem, at_first(i), 0.0_dp*problem%force, inside)
       do k = 1, size(leaves)
-        call go_inside(problem, max(tolerance, leaves(k)), .not. hurried, timers, inside, state, found)
+        call go_inside(problem, max(tolerance, leaves(k)), .not. hurried, solver, timers, inside, state, found)
         x = inside%x
         if (leaves(k) <= tolerance .or. .not. found) exit
         call go_along(most_left(k))
         if (found) exit
       end do
       work%factors = work%factors + inside%factors
-      if (found .or. hurried) return
-      call go_along(most_pieces)
-      if (found) return
+      if (.not. (found .or. hurried)) call go_along(most_pieces)
     end do
+    call release_solver(solver)
 
   contains
 
@@ -137,7 +137,7 @@ contains
       integer :: factors, pieces
       real(dp) :: left
 
-      call follow_path(problem, most, timers, x, state, found, factors, pieces)
+      call follow_path(problem, most, solver, timers, x, state, found, factors, pieces)
       work%factors = work%factors + factors
       work%pieces = work%pieces + pieces
       if (.not. found) return
