@@ -121,9 +121,7 @@ contains
       call put_rows(weight, length, moment, geometry%normal, geometry%shear)
       call move(t, geometry)
       acting = x3 - x2 + weight*(u3 - u2)
-      associate (turn => weight*matmul([acting(2), -acting(1)], T3 - T2)/sum(acting**2))
-        geometry%turn(other + 1:other + n) = turn
-      end associate
+      geometry%turn(other + 1:other + n) = weight*(acting(2)*(T3(1, :) - T2(1, :)) - acting(1)*(T3(2, :) - T2(2, :)))/sum(acting**2)
     else
       call measure_product(0.0_dp, length(1), moment(1))
       call put_rows(0.0_dp, [length(1), length(1)], [moment(1), moment(1)], geometry%normal, geometry%shear)
