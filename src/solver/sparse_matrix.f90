@@ -311,25 +311,27 @@ contains
     end do
   end subroutine scatter
 
-  !> Adds a matrix that is not symmetric to values, and what it is not symmetric by to `skewed`. Places that two rows of an element
-  !> have in common are summed up in the order of the entries.
+  !> Adds a matrix that is not symmetric to values, and what it is not symmetric by to `skewed`, entries of a pair at once.
   pure subroutine scatter_skewed(n_rows, m, place, dense, value, skewed, apart)
     integer, intent(in) :: n_rows, m, place(m, m)
     real(dp), intent(in) :: dense(n_rows, m)
     real(dp), intent(inout) :: value(*), skewed(*)
     real(dp), intent(in), optional :: apart(n_rows, m)
+    real(dp) :: half, mean
     integer :: i, j
 
+    mean = 0.0_dp
     do j = 1, m
-      do i = 1, m
-        value(place(i, j)) = value(place(i, j)) + dense(i, j)
-        skewed(place(i, j)) = skewed(place(i, j)) + 0.5_dp*(dense(i, j) - dense(j, i))
-      end do
-    end do
-    if (.not. present(apart)) return
-    do j = 1, m
-      do i = 1, m
-        skewed(place(i, j)) = skewed(place(i, j)) + 0.5_dp*(apart(i, j) + apart(j, i))
+      do i = 1, j
+        if (present(apart)) mean = 0.5_dp*(apart(i, j) + apart(j, i))
+        half = 0.5_dp*(dense(i, j) - dense(j, i))
+        associate (upper => place(i, j), lower => place(j, i))
+          value(upper) = value(upper) + dense(i, j)
+          skewed(upper) = skewed(upper) + half + mean
+          if (i == j) cycle
+          value(lower) = value(lower) + dense(j, i)
+          skewed(lower) = skewed(lower) - half + mean
+        end associate
       end do
     end do
   end subroutine scatter_skewed
