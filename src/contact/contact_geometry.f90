@@ -31,7 +31,7 @@ module scree_contact_geometry
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: frame_of_edge, gap_of, geometry_of, entrance_geometry_t
+  public :: entrance_geometry_t, find_geometry, frame_of_edge, gap_of
 
   integer, parameter :: n = element_unknowns
 
@@ -71,26 +71,32 @@ contains
     gap_of = ((b(2) - a(2))*(position(1) - a(1)) - (b(1) - a(1))*(position(2) - a(2)))/norm2(b - a)
   end function gap_of
 
-  !> Geometry of an entrance at displacement `d` of the elements.
+  !> Finds the geometry of an entrance at displacement `d` of the elements.
   !>
   !> With a weight, gap and slip are those of the positions that `d` moves the vertices to, and the forces act in the configuration
   !> that this share of `d` makes. Without, everything is linear about the beginning of the step, as Shi's.
-  pure function geometry_of(model, cache, state, pair, entrance, d, weight) result(geometry)
+  pure subroutine find_geometry(model, cache, state, pair, entrance, d, geometry, weight)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
     type(cache_t), intent(in) :: cache
     integer, intent(in) :: pair(2)                   !! elements in the order of the unknowns
     type(entrance_t), intent(in) :: entrance
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    type(entrance_geometry_t), intent(out) :: geometry
     real(dp), intent(in), optional :: weight
-    type(entrance_geometry_t) :: geometry
     real(dp), dimension(2, n) :: T1, T2, T3
-    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal, acting
-    integer :: body, edge_body
+    real(dp), dimension(n) :: d1, d2                 ! of the bodies of vertex and edge
+    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal, acting, length, moment
+    integer :: body, edge_body, own, other           ! the unknowns of these bodies are after these
 
     body = model%outlines%element(entrance%vertex)
     edge_body = model%outlines%element(entrance%edge)
-    geometry%at = [values_of(model%elements, pair(1), d), values_of(model%elements, pair(2), d)]
+    own = merge(0, n, body == pair(1))
+    other = n - own
+    d1 = values_of(model%elements, body, d)
+    d2 = values_of(model%elements, edge_body, d)
+    geometry%at(own + 1:own + n) = d1
+    geometry%at(other + 1:other + n) = d2
     x1 = state%vertex(:, model%outlines%start(entrance%vertex))
     x2 = state%vertex(:, model%outlines%start(entrance%edge))
     x3 = state%vertex(:, model%outlines%finish(entrance%edge))
@@ -101,23 +107,24 @@ contains
     u2 = 0.0_dp
     u3 = 0.0_dp
     if (present(weight)) then
-      u1 = matmul(T1, values_of(model%elements, body, d))
-      u2 = matmul(T2, values_of(model%elements, edge_body, d))
-      u3 = matmul(T3, values_of(model%elements, edge_body, d))
+      u1 = matmul(T1, d1)
+      u2 = matmul(T2, d2)
+      u3 = matmul(T3, d2)
     end if
     call frame_of_edge(x2, x3, t, normal, geometry%edge_length)
     geometry%gap = gap_of(x1, x2, x3)
     geometry%along = dot_product(t, x1 - x2)
     if (present(weight)) then
-      call put_rows(1.0_dp, 1.0_dp, geometry%normal_end, geometry%shear_end)
-      call put_rows(2*weight - 1, 1.0_dp, geometry%normal, geometry%shear)
+      call measure_product(1.0_dp, length(2), moment(2))
+      call put_rows(1.0_dp, [length(2), length(2)], [moment(2), moment(2)], geometry%normal_end, geometry%shear_end)
+      call measure_product(2*weight - 1, length(1), moment(1))
+      call put_rows(weight, length, moment, geometry%normal, geometry%shear)
       call move(t, geometry)
       acting = x3 - x2 + weight*(u3 - u2)
-      associate (turn => weight*matmul([acting(2), -acting(1)], T3 - T2)/sum(acting**2))
-        geometry%turn(merge(n, 0, body == pair(1)) + 1:merge(2*n, n, body == pair(1))) = turn
-      end associate
+      geometry%turn(other + 1:other + n) = weight*(acting(2)*(T3(1, :) - T2(1, :)) - acting(1)*(T3(2, :) - T2(2, :)))/sum(acting**2)
     else
-      call put_rows(0.0_dp, 0.0_dp, geometry%normal, geometry%shear)
+      call measure_product(0.0_dp, length(1), moment(1))
+      call put_rows(0.0_dp, [length(1), length(1)], [moment(1), moment(1)], geometry%normal, geometry%shear)
       geometry%normal_end = geometry%normal
       geometry%shear_end = geometry%shear
       geometry%gap = geometry%gap + dot_product(geometry%normal, geometry%at)
@@ -148,33 +155,25 @@ contains
     end subroutine move
 
     !> Rows of the change of the gap between two configurations, each made by a share of `d`, and of slip in their middle.
-    pure subroutine put_rows(from, to, normal_row, shear_row)
-      real(dp), intent(in) :: from, to
+    pure subroutine put_rows(middle, length, moment, normal_row, shear_row)
+      real(dp), intent(in) :: middle               !! share of `d`
+      real(dp), intent(in) :: length(2), moment(2) !! of the edge in both, and its products with the gaps
       real(dp), intent(out) :: normal_row(2*n), shear_row(2*n)
-      real(dp) :: part, edge(2), apart(2), on_vertex(2), on_edge(2), t(2), length(2), moment(2), F(4), T_there(2, n)
-      integer :: at
+      real(dp) :: edge(2), apart(2), on_vertex(2), on_edge(2), t(2), F(4), T_there(2, n)
 
-      call measure_product(from, length(1), moment(1))
-      length(2) = length(1)
-      moment(2) = moment(1)
-      if (abs(to - from) > 0) call measure_product(to, length(2), moment(2))
-      part = 0.5_dp*(from + to)
-      edge = x3 - x2 + part*(u3 - u2)
-      apart = x1 - x2 + part*(u1 - u2)
+      edge = x3 - x2 + middle*(u3 - u2)
+      apart = x1 - x2 + middle*(u1 - u2)
       on_vertex = 0.5_dp*sum(1/length)*[edge(2), -edge(1)]
       on_edge = 0.5_dp*sum(1/length)*[-apart(2), apart(1)] - sum(moment)/(product(length)*sum(length))*edge
       t = edge/norm2(edge)
       F = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
-      if (present(weight)) F = F + part*matmul(cache%element(edge_body)%kinematics%gradient, &
-                                               values_of(model%elements, edge_body, d))
+      if (present(weight)) F = F + middle*matmul(cache%element(edge_body)%kinematics%gradient, d2)
       T_there = displacement_matrix(cache%element(edge_body)%kinematics, x2 + [F(4)*apart(1) - F(3)*apart(2), &
                                                                        F(1)*apart(2) - F(2)*apart(1)]/(F(1)*F(4) - F(2)*F(3)))
-      at = merge(0, n, body == pair(1))
-      normal_row(at + 1:at + n) = matmul(on_vertex, T1)
-      shear_row(at + 1:at + n) = matmul(t, T1)
-      at = n - at
-      normal_row(at + 1:at + n) = matmul(on_edge, T3) - matmul(on_vertex + on_edge, T2)
-      shear_row(at + 1:at + n) = -matmul(t, T_there)
+      normal_row(own + 1:own + n) = matmul(on_vertex, T1)
+      shear_row(own + 1:own + n) = matmul(t, T1)
+      normal_row(other + 1:other + n) = matmul(on_edge, T3) - matmul(on_vertex + on_edge, T2)
+      shear_row(other + 1:other + n) = -matmul(t, T_there)
     end subroutine put_rows
 
     !> Length of the edge and its product with the gap, in the configuration that a part of `d` makes.
@@ -186,6 +185,6 @@ contains
       moment = length*gap_of(x1 + part*u1, x2 + part*u2, x3 + part*u3)
     end subroutine measure_product
 
-  end function geometry_of
+  end subroutine find_geometry
 
 end module scree_contact_geometry

@@ -12,7 +12,7 @@
 !> What else a step has to know of the rules is a question with a name (`iteration_rules`, `looks_as_far_as_it_moves`, ...).
 module scree_contact_rules
   use scree_conserving_contact, only: deepest_gap, inherit_overlap, judge_conserving, press_conserving, spring_of_conserving
-  use scree_contact_geometry, only: geometry_of
+  use scree_contact_geometry, only: find_geometry
   use scree_contact_memory, only: contact_as_shi, contact_over_edges, inherit, past_t
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_try, only: contact_try_t, of_elements
@@ -226,9 +226,9 @@ contains
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
           if (any(cache%element(try%pair(:, entrance%pair))%green)) then
-            geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, d, try%weight)
+            call find_geometry(model, cache, state, try%pair(:, entrance%pair), entrance, d, geometry, try%weight)
           else
-            geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, d)
+            call find_geometry(model, cache, state, try%pair(:, entrance%pair), entrance, d, geometry)
           end if
           geometry%gap = geometry%gap - entrance%rest - entrance%dilated
           if (anchored) call add_edge(model, cache, state, try%pair(:, entrance%pair), entrance, geometry)

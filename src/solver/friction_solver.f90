@@ -8,6 +8,7 @@ module scree_friction_solver
   use scree_friction_path, only: follow_path
   use scree_friction_problem, only: closed_forces, forces_left, friction_problem_t, of_springs
   use scree_kinds, only: dp
+  use scree_linear_solver, only: linear_solver_t, release_solver
   use scree_timers, only: timers_t
   implicit none
   private
@@ -25,6 +26,8 @@ module scree_friction_solver
 
   !> What the interior begins with over the largest force.
   real(dp), parameter :: at_first(*) = [0.3_dp, 3.0_dp, 0.01_dp]
+  !> How often it is begun, by effort.
+  integer, parameter :: starts(effort_all:effort_path) = [size(at_first), 1, 0]
   !> Shares of the largest force that it leaves before the path is tried from there, and pieces that may cost no more than the rest
   !> of the way inside does, which goes on where they do not do.
   real(dp), parameter :: leaves(*) = [1e-4_dp, 1e-6_dp, 0.0_dp]
@@ -113,26 +116,25 @@ contains
     logical, intent(out) :: found
     type(friction_work_t), intent(inout) :: work !! is counted on
     type(inside_t) :: inside
+    type(linear_solver_t) :: solver            ! all matrices have one pattern, and one analysis
     integer :: i, k
 
-    if (near) then
-      call go_along(most_near)
-      if (found .or. effort == effort_path) return
-    end if
-    do i = 1, size(at_first)
+    found = .false.
+    if (near) call go_along(most_near)
+    do i = 1, starts(effort)
+      if (found) exit
       call begin_inside(problem, at_first(i), 0.0_dp*problem%force, inside)
       do k = 1, size(leaves)
-        call go_inside(problem, max(tolerance, leaves(k)), effort == effort_all, timers, inside, state, found)
+        call go_inside(problem, max(tolerance, leaves(k)), effort == effort_all, solver, timers, inside, state, found)
         x = inside%x
         if (leaves(k) <= tolerance .or. .not. found) exit
         call go_along(most_left(k))
         if (found) exit
       end do
       work%factors = work%factors + inside%factors
-      if (found .or. effort /= effort_all) return
-      call go_along(most_pieces)
-      if (found) return
+      if (effort == effort_all .and. .not. found) call go_along(most_pieces)
     end do
+    call release_solver(solver)
 
   contains
 
@@ -142,7 +144,7 @@ contains
       integer :: factors, pieces
       real(dp) :: left
 
-      call follow_path(problem, most, timers, x, state, found, factors, pieces)
+      call follow_path(problem, most, solver, timers, x, state, found, factors, pieces)
       work%factors = work%factors + factors
       work%pieces = work%pieces + pieces
       if (.not. found) return
