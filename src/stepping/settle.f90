@@ -408,7 +408,10 @@ contains
     call go_back(model, cache, state, group, group%best, contacts, d)
     call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, found, effort_path)
     if (found) call take_solution(model, cache, state, group, x, spring, contacts, d, outcome)
-    if (group%near) return
+    if (group%near) then
+      call settle_rounds(model, cache, state, group, contacts, d, outcome)
+      return
+    end if
     if (allocated(outcome%trouble%what)) deallocate (outcome%trouble%what)
     d = d_before
     contacts = contacts_before
@@ -435,8 +438,34 @@ contains
     call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, found, effort)
     if (.not. (found .or. group%linear)) &
       call solve_as_problem(model, cache, state, group, .true., contacts, d, outcome, x, spring, found, effort_all)
-    if (found) call take_solution(model, cache, state, group, x, spring, contacts, d, outcome)
+    if (.not. found) return
+    call take_solution(model, cache, state, group, x, spring, contacts, d, outcome)
+    if (.not. allocated(outcome%trouble%what)) call settle_rounds(model, cache, state, group, contacts, d, outcome)
   end subroutine settle_stalled
+
+  !> Lets friction problems follow each other at once where forces bend, until one changes no contact.
+  subroutine settle_rounds(model, cache, state, group, contacts, d, outcome)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(inout) :: d(:)
+    type(outcome_t), intent(inout) :: outcome
+    real(dp), allocatable :: x(:)
+    integer :: spring(contacts%last - contacts%first + 1)
+    logical :: found
+
+    group%crossed = .true.
+    do while (group%crossed .and. group%open_close%poses_at_once .and. group%rounds < prompt_rounds)
+      call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, found, effort_quick)
+      if (.not. found) &
+        call solve_as_problem(model, cache, state, group, .true., contacts, d, outcome, x, spring, found, effort_all)
+      if (.not. found) exit
+      call take_solution(model, cache, state, group, x, spring, contacts, d, outcome)
+      if (allocated(outcome%trouble%what)) exit
+    end do
+  end subroutine settle_rounds
 
   !> Goes to a displacement of the members, and judges the contacts there.
   subroutine go_back(model, cache, state, group, values, contacts, d)
@@ -529,7 +558,7 @@ contains
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
-    type(group_t), intent(in) :: group
+    type(group_t), intent(inout) :: group
     logical, intent(in) :: by_secant               !! and by the rows of forces
     type(contact_try_t), intent(inout) :: contacts
     real(dp), intent(in) :: d(:)
@@ -561,6 +590,7 @@ contains
     end if
     if (.not. allocated(problem%force)) return
     outcome%solves = outcome%solves + work%factors
+    group%crossed = work%factors > 1 .or. work%pieces > 0
     if (model%settings%problems == problems_all &
         .or. (model%settings%problems /= problems_none .and. .not. (found .or. effort == effort_path))) &
       call keep_posed(cache%equations, problem, near, found)
