@@ -37,7 +37,7 @@ module scree_friction_solver
   real(dp), parameter :: reach = 1.0_dp, reach_near = 8.0_dp
   integer, parameter :: most_additions = 5
   !> Pieces that a path may cross, and one from near the solution.
-  integer, parameter :: most_pieces = 600, most_near = 150
+  integer, parameter :: most_pieces = 600, most_near = 300
 
 contains
 

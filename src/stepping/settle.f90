@@ -49,7 +49,7 @@ module scree_settle
   !> Contacts that a judgement changes, from which on another one hardly ever changes none.
   integer, parameter :: many_changes = 20
   !> Contacts that a judgement changes, fewer than which the path from there to the solution is likely to be short.
-  integer, parameter :: few_changes = 75
+  integer, parameter :: few_changes = 150
   !> Times that contacts may hold in a step what has settled.
   integer, parameter :: most_holds = 100
   !> Forces that a friction problem leaves out of balance, over the largest: a body may have forces of its own that are far smaller.
@@ -443,7 +443,7 @@ contains
     if (.not. allocated(outcome%trouble%what)) call settle_rounds(model, cache, state, group, contacts, d, outcome)
   end subroutine settle_stalled
 
-  !> Lets friction problems follow each other at once where forces bend, until one changes no contact.
+  !> Lets friction problems follow each other at once where forces bend, as long as where one ends other contacts are judged to act.
   subroutine settle_rounds(model, cache, state, group, contacts, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -456,11 +456,8 @@ contains
     integer :: spring(contacts%last - contacts%first + 1)
     logical :: found
 
-    group%crossed = .true.
-    do while (group%crossed .and. group%open_close%poses_at_once .and. group%rounds < prompt_rounds)
-      call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, found, effort_quick)
-      if (.not. found) &
-        call solve_as_problem(model, cache, state, group, .true., contacts, d, outcome, x, spring, found, effort_all)
+    do while (contacts%changes > 0 .and. group%open_close%poses_at_once .and. group%rounds < prompt_rounds)
+      call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, found, effort_path)
       if (.not. found) exit
       call take_solution(model, cache, state, group, x, spring, contacts, d, outcome)
       if (allocated(outcome%trouble%what)) exit
@@ -558,7 +555,7 @@ contains
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
-    type(group_t), intent(inout) :: group
+    type(group_t), intent(in) :: group
     logical, intent(in) :: by_secant               !! and by the rows of forces
     type(contact_try_t), intent(inout) :: contacts
     real(dp), intent(in) :: d(:)
@@ -590,7 +587,6 @@ contains
     end if
     if (.not. allocated(problem%force)) return
     outcome%solves = outcome%solves + work%factors
-    group%crossed = work%factors > 1 .or. work%pieces > 0
     if (model%settings%problems == problems_all &
         .or. (model%settings%problems /= problems_none .and. .not. (found .or. effort == effort_path))) &
       call keep_posed(cache%equations, problem, near, found)

@@ -56,7 +56,6 @@ module scree_settle_group
     real(dp), allocatable :: sound(:, :)      !! (n, n_members) displacement that the iteration, or its last round, began with
     logical :: near = .false.                 !! to the solution: a friction problem ended there
     integer :: rounds = 0                     !! friction problems that were solved
-    logical :: crossed = .false.              !! the last problem changed springs on its way
     integer :: repeats = 0                    !! of these, that moved nothing
     logical :: far = .false.                  !! from the solution: contacts changed, or are likely to
     type(anderson_t) :: mixing                !! of corrections by the secant
