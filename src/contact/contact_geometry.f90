@@ -31,25 +31,23 @@ module scree_contact_geometry
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: frame_of_edge, gap_of, geometry_of, entrance_geometry_t
+  public :: entrance_geometry_t, find_geometry, frame_of_edge, gap_of
 
   integer, parameter :: n = element_unknowns
 
-  !> An entrance about a displacement: g(d) = gap + normal.(d - at), and so slid.
+  !> An entrance about a displacement: g(d) = gap + normal.(d - at), and so slid. Without default values: a step places two for each
+  !> contact, of which most have one.
   type :: entrance_geometry_t
-    real(dp) :: at(2*n) = 0.0_dp        !! that displacement, of the unknowns of both elements
-    real(dp) :: gap = 0.0_dp            !! length
-    real(dp) :: along = 0.0_dp          !! from the start of the edge to the foot of the vertex when the step began, length
-    real(dp) :: slid = 0.0_dp           !! of that foot along the edge since then, from the share of the edge where it was, length
-    real(dp) :: edge_length = 1.0_dp    !! length
-    real(dp) :: normal_end(2*n) = 0.0_dp !! change of the gap with the unknowns of both elements
-    real(dp) :: shear_end(2*n) = 0.0_dp !! change of slid
-    real(dp) :: normal(2*n) = 0.0_dp    !! likewise, in the configuration where the forces act
-    real(dp) :: shear(2*n) = 0.0_dp
-    real(dp) :: turn(2*n) = 0.0_dp      !! turn to its normal of the edge where forces act on it, if it follows d, rad/length
-    !> (3, 2 n) where slip is measured from the anchor (Shi): the end of the edge from its start, along and across; and the
-    !> position of the edge's body that the vertex is at from the foot, along.
-    real(dp), allocatable :: edge(:, :)
+    real(dp) :: at(2*n)         !! that displacement, of the unknowns of both elements
+    real(dp) :: gap             !! length
+    real(dp) :: along           !! from the start of the edge to the foot of the vertex when the step began, length
+    real(dp) :: slid            !! of that foot along the edge since then, from the share of the edge where it was, length
+    real(dp) :: edge_length     !! length
+    real(dp) :: normal_end(2*n) !! change of the gap with the unknowns of both elements
+    real(dp) :: shear_end(2*n)  !! change of slid
+    real(dp) :: normal(2*n)     !! likewise, in the configuration where the forces act
+    real(dp) :: shear(2*n)
+    real(dp) :: turn(2*n)       !! turn to its normal of the edge where forces act on it, if it follows d, rad/length
   end type entrance_geometry_t
 
 contains
@@ -68,58 +66,67 @@ contains
   pure real(dp) function gap_of(position, a, b)
     real(dp), intent(in) :: position(2), a(2), b(2) !! length
 
-    gap_of = ((b(2) - a(2))*(position(1) - a(1)) - (b(1) - a(1))*(position(2) - a(2)))/norm2(b - a)
+    gap_of = gap_at_edge(position, a, b, norm2(b - a))
   end function gap_of
+
+  !> Likewise, where the distance from a to b is known.
+  pure real(dp) function gap_at_edge(position, a, b, length) result(gap)
+    real(dp), intent(in) :: position(2), a(2), b(2) !! length
+    real(dp), intent(in) :: length
+
+    gap = ((b(2) - a(2))*(position(1) - a(1)) - (b(1) - a(1))*(position(2) - a(2)))/length
+  end function gap_at_edge
 
   !> Geometry of an entrance at displacement `d` of the elements.
   !>
   !> With a weight, gap and slip are those of the positions that `d` moves the vertices to, and the forces act in the configuration
   !> that this share of `d` makes. Without, everything is linear about the beginning of the step, as Shi's.
-  pure function geometry_of(model, cache, state, pair, entrance, d, weight) result(geometry)
+  pure subroutine find_geometry(model, cache, state, pair, entrance, d, geometry, weight)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
     type(cache_t), intent(in) :: cache
     integer, intent(in) :: pair(2)                   !! elements in the order of the unknowns
     type(entrance_t), intent(in) :: entrance
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    type(entrance_geometry_t), intent(out) :: geometry
     real(dp), intent(in), optional :: weight
-    type(entrance_geometry_t) :: geometry
     real(dp), dimension(2, n) :: T1, T2, T3
     real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal, acting
     integer :: body, edge_body
 
     body = model%outlines%element(entrance%vertex)
     edge_body = model%outlines%element(entrance%edge)
-    geometry%at = [values_of(model%elements, pair(1), d), values_of(model%elements, pair(2), d)]
+    geometry%at(:n) = values_of(model%elements, pair(1), d)
+    geometry%at(n + 1:) = values_of(model%elements, pair(2), d)
     x1 = state%vertex(:, model%outlines%start(entrance%vertex))
     x2 = state%vertex(:, model%outlines%start(entrance%edge))
     x3 = state%vertex(:, model%outlines%finish(entrance%edge))
     T1 = displacement_matrix(cache%element(body)%kinematics, x1)
     T2 = displacement_matrix(cache%element(edge_body)%kinematics, x2)
     T3 = displacement_matrix(cache%element(edge_body)%kinematics, x3)
-    u1 = 0.0_dp
-    u2 = 0.0_dp
-    u3 = 0.0_dp
+    call frame_of_edge(x2, x3, t, normal, geometry%edge_length)
+    geometry%gap = gap_at_edge(x1, x2, x3, geometry%edge_length)
+    geometry%along = dot_product(t, x1 - x2)
     if (present(weight)) then
       u1 = matmul(T1, values_of(model%elements, body, d))
       u2 = matmul(T2, values_of(model%elements, edge_body, d))
       u3 = matmul(T3, values_of(model%elements, edge_body, d))
-    end if
-    call frame_of_edge(x2, x3, t, normal, geometry%edge_length)
-    geometry%gap = gap_of(x1, x2, x3)
-    geometry%along = dot_product(t, x1 - x2)
-    if (present(weight)) then
-      call put_rows(1.0_dp, 1.0_dp, geometry%normal_end, geometry%shear_end)
-      call put_rows(2*weight - 1, 1.0_dp, geometry%normal, geometry%shear)
+      call put_moved_rows(1.0_dp, 1.0_dp, geometry%normal_end, geometry%shear_end)
+      call put_moved_rows(2*weight - 1, 1.0_dp, geometry%normal, geometry%shear)
       call move(t, geometry)
       acting = x3 - x2 + weight*(u3 - u2)
+      geometry%turn = 0.0_dp
       associate (turn => weight*matmul([acting(2), -acting(1)], T3 - T2)/sum(acting**2))
         geometry%turn(merge(n, 0, body == pair(1)) + 1:merge(2*n, n, body == pair(1))) = turn
       end associate
     else
-      call put_rows(0.0_dp, 0.0_dp, geometry%normal, geometry%shear)
+      associate (length => spread(geometry%edge_length, 1, 2))
+        call put_rows(x3 - x2, x1 - x2, length, length*geometry%gap, [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], geometry%normal, &
+                      geometry%shear)
+      end associate
       geometry%normal_end = geometry%normal
       geometry%shear_end = geometry%shear
+      geometry%turn = 0.0_dp
       geometry%gap = geometry%gap + dot_product(geometry%normal, geometry%at)
       geometry%slid = dot_product(geometry%shear, geometry%at)
     end if
@@ -148,34 +155,20 @@ contains
     end subroutine move
 
     !> Rows of the change of the gap between two configurations, each made by a share of `d`, and of slip in their middle.
-    pure subroutine put_rows(from, to, normal_row, shear_row)
+    pure subroutine put_moved_rows(from, to, normal_row, shear_row)
       real(dp), intent(in) :: from, to
       real(dp), intent(out) :: normal_row(2*n), shear_row(2*n)
-      real(dp) :: part, edge(2), apart(2), on_vertex(2), on_edge(2), t(2), length(2), moment(2), F(4), T_there(2, n)
-      integer :: at
+      real(dp) :: part, length(2), moment(2), F(4)
 
       call measure_product(from, length(1), moment(1))
       length(2) = length(1)
       moment(2) = moment(1)
       if (abs(to - from) > 0) call measure_product(to, length(2), moment(2))
       part = 0.5_dp*(from + to)
-      edge = x3 - x2 + part*(u3 - u2)
-      apart = x1 - x2 + part*(u1 - u2)
-      on_vertex = 0.5_dp*sum(1/length)*[edge(2), -edge(1)]
-      on_edge = 0.5_dp*sum(1/length)*[-apart(2), apart(1)] - sum(moment)/(product(length)*sum(length))*edge
-      t = edge/norm2(edge)
-      F = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
-      if (present(weight)) F = F + part*matmul(cache%element(edge_body)%kinematics%gradient, &
-                                               values_of(model%elements, edge_body, d))
-      T_there = displacement_matrix(cache%element(edge_body)%kinematics, x2 + [F(4)*apart(1) - F(3)*apart(2), &
-                                                                       F(1)*apart(2) - F(2)*apart(1)]/(F(1)*F(4) - F(2)*F(3)))
-      at = merge(0, n, body == pair(1))
-      normal_row(at + 1:at + n) = matmul(on_vertex, T1)
-      shear_row(at + 1:at + n) = matmul(t, T1)
-      at = n - at
-      normal_row(at + 1:at + n) = matmul(on_edge, T3) - matmul(on_vertex + on_edge, T2)
-      shear_row(at + 1:at + n) = -matmul(t, T_there)
-    end subroutine put_rows
+      F = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp] + part*matmul(cache%element(edge_body)%kinematics%gradient, &
+                                                         values_of(model%elements, edge_body, d))
+      call put_rows(x3 - x2 + part*(u3 - u2), x1 - x2 + part*(u1 - u2), length, moment, F, normal_row, shear_row)
+    end subroutine put_moved_rows
 
     !> Length of the edge and its product with the gap, in the configuration that a part of `d` makes.
     pure subroutine measure_product(part, length, moment)
@@ -186,6 +179,28 @@ contains
       moment = length*gap_of(x1 + part*u1, x2 + part*u2, x3 + part*u3)
     end subroutine measure_product
 
-  end function geometry_of
+    !> Rows of gap and slip, of what is known of both configurations.
+    pure subroutine put_rows(edge, apart, length, moment, F, normal_row, shear_row)
+      real(dp), intent(in) :: edge(2), apart(2)     !! in their middle: of the edge, and from its start to the vertex, length
+      real(dp), intent(in) :: length(2), moment(2)  !! of the edge in either, and its product with the gap
+      real(dp), intent(in) :: F(4)                  !! of the edge's body in their middle
+      real(dp), intent(out) :: normal_row(2*n), shear_row(2*n)
+      real(dp) :: on_vertex(2), on_edge(2), t(2), T_there(2, n)
+      integer :: at
+
+      on_vertex = 0.5_dp*sum(1/length)*[edge(2), -edge(1)]
+      on_edge = 0.5_dp*sum(1/length)*[-apart(2), apart(1)] - sum(moment)/(product(length)*sum(length))*edge
+      t = edge/norm2(edge)
+      T_there = displacement_matrix(cache%element(edge_body)%kinematics, x2 + [F(4)*apart(1) - F(3)*apart(2), &
+                                                                       F(1)*apart(2) - F(2)*apart(1)]/(F(1)*F(4) - F(2)*F(3)))
+      at = merge(0, n, body == pair(1))
+      normal_row(at + 1:at + n) = matmul(on_vertex, T1)
+      shear_row(at + 1:at + n) = matmul(t, T1)
+      at = n - at
+      normal_row(at + 1:at + n) = matmul(on_edge, T3) - matmul(on_vertex + on_edge, T2)
+      shear_row(at + 1:at + n) = -matmul(t, T_there)
+    end subroutine put_rows
+
+  end subroutine find_geometry
 
 end module scree_contact_geometry

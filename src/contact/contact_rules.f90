@@ -12,7 +12,7 @@
 !> What else a step has to know of the rules is a question with a name (`iteration_rules`, `looks_as_far_as_it_moves`, ...).
 module scree_contact_rules
   use scree_conserving_contact, only: deepest_gap, inherit_overlap, judge_conserving, press_conserving, spring_of_conserving
-  use scree_contact_geometry, only: geometry_of
+  use scree_contact_geometry, only: find_geometry
   use scree_contact_memory, only: contact_as_shi, contact_over_edges, inherit, past_t
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_try, only: contact_try_t, of_elements
@@ -219,19 +219,23 @@ contains
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
     integer :: i, k
-    logical :: anchored
+    logical :: anchored, follows
 
     anchored = is_anchored(try)
+    if (anchored .and. .not. allocated(try%edge)) allocate (try%edge(3, n, 2, size(try%contact)))
     do i = try%first, try%last
       do k = 1, try%contact(i)%n_entrances
-        associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
-          if (any(cache%element(try%pair(:, entrance%pair))%green)) then
-            geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, d, try%weight)
+        associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i), &
+                   pair => try%pair(:, try%contact(i)%entrance(k)%pair))
+          follows = .false.
+          if (.not. try%linear) follows = any(cache%element(pair)%green)
+          if (follows) then
+            call find_geometry(model, cache, state, pair, entrance, d, geometry, try%weight)
           else
-            geometry = geometry_of(model, cache, state, try%pair(:, entrance%pair), entrance, d)
+            call find_geometry(model, cache, state, pair, entrance, d, geometry)
           end if
           geometry%gap = geometry%gap - entrance%rest - entrance%dilated
-          if (anchored) call add_edge(model, cache, state, try%pair(:, entrance%pair), entrance, geometry)
+          if (anchored) call add_edge(model, cache, state, pair, entrance, geometry, try%edge(:, :, k, i))
         end associate
       end do
     end do
@@ -247,7 +251,8 @@ contains
     integer :: k
 
     associate (contact => try%contact(i), geometry => try%geometry(:, i), start => try%start(:, i))
-      gap = [geometry(1)%gap, geometry(2)%gap]
+      gap = 0.0_dp
+      gap(:contact%n_entrances) = geometry(:contact%n_entrances)%gap
       select case (try%law%rules)
       case (rules_shi)
         if (first_of_run) call close_touching(try%law%shi%touching, gap, is_anchored(try), contact)
@@ -257,7 +262,7 @@ contains
       case default
         call open_slipped_off(gap, contact)
       end select
-      do k = 1, 2
+      do k = 1, contact%n_entrances
         geometry(k)%gap = gap(k)
         start(k)%gap = gap(k)
         start(k)%share = geometry(k)%along/geometry(k)%edge_length
@@ -289,7 +294,8 @@ contains
     do k = 1, try%contact(i)%n_entrances
       associate (entrance => try%contact(i)%entrance(k))
         if (entrance%state == state_open) &
-          entrance%anchor = anchor_where_closed(try%geometry(k, i), of_elements(model, try%pair(:, entrance%pair), d))
+          entrance%anchor = anchor_where_closed(try%geometry(k, i), try%edge(:, :, k, i), &
+                                                of_elements(model, try%pair(:, entrance%pair), d))
       end associate
     end do
   end subroutine put_anchors
@@ -357,7 +363,7 @@ contains
       now%edge_length = geometry%edge_length
       now%gap = geometry%gap + gone
       if (is_anchored(try)) then
-        rows = anchored_rows(geometry, entrance%anchor)
+        rows = anchored_rows(geometry, try%edge(:, :, k, i), entrance%anchor)
         now%slip = geometry%along + dot_product(rows(:, 2), change) - entrance%anchor*geometry%edge_length
       else
         now%slip = geometry%slid + slipped + (try%start(k, i)%share - entrance%anchor)*geometry%edge_length
@@ -457,7 +463,7 @@ contains
 
     associate (active => try%contact(i)%active, geometry => try%geometry(try%contact(i)%active, i))
       if (is_anchored(try)) then ! friction acts at the anchor (Shi: df18)
-        rows = anchored_rows(geometry, try%contact(i)%entrance(active)%anchor)
+        rows = anchored_rows(geometry, try%edge(:, :, active, i), try%contact(i)%entrance(active)%anchor)
         row = rows(:, merge(2, 1, try%contact(i)%entrance(active)%state == state_locked))
         change = row
       else

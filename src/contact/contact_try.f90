@@ -34,6 +34,7 @@ module scree_contact_try
     real(dp) :: dashpot = 0.0_dp                         !! viscosity over the size of the step, force/length
     type(entrance_start_t), allocatable :: start(:, :)   !! (2, n)
     type(entrance_geometry_t), allocatable :: geometry(:, :) !! (2, n), gaps from where the springs rest
+    real(dp), allocatable :: edge(:, :, :, :)            !! (3, n, 2, n) of these, where slip is measured from the anchor (Shi)
     type(gap_and_slip_t), allocatable :: now(:, :)       !! (2, n) as they were measured last, from anchors as they are
     real(dp), allocatable :: largest(:)                  !! (n_blocks) force across a contact, of those judged last
     logical :: all_clear = .false.                       !! bodies that no other is near went no farther than is looked at there
