@@ -2,7 +2,7 @@
 module scree_contact_pairs
   use scree_contacts, only: contact_t
   use scree_kinds, only: dp
-  use scree_pairs, only: number_of_pair, pair_key, pair_of
+  use scree_pairs, only: pair_key, pair_of
   use scree_sorting, only: order_of_pairs
   implicit none
   private
@@ -117,17 +117,16 @@ contains
   end function pairs_of_contacts
 
   !> Gives every entrance the number of its pair of elements.
-  pure subroutine number_pairs(element, pairs, contact)
-    integer, intent(in) :: element(:)          !! (n) that carries each vertex and edge of the outlines
-    integer, intent(in) :: pairs(:, :)         !! (2, n_pairs), in order
+  pure subroutine number_pairs(number, contact)
+    integer, intent(in) :: number(:)           !! of the pairs, as `pairs_of_contacts` lists them
     type(contact_t), intent(inout) :: contact(:)
-    integer :: i, k
+    integer :: i, k, m
 
+    m = 0
     do i = 1, size(contact)
       do k = 1, contact(i)%n_entrances
-        associate (entrance => contact(i)%entrance(k))
-          entrance%pair = number_of_pair(pairs, pair_of(element(entrance%vertex), element(entrance%edge)))
-        end associate
+        m = m + 1
+        contact(i)%entrance(k)%pair = number(m)
       end do
     end do
   end subroutine number_pairs
