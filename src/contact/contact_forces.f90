@@ -10,23 +10,37 @@ module scree_contact_forces
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_contacts_of_pair, closed_contacts, closed_contacts_t
+  public :: add_contacts_of_pair, closed_contact_t, closed_contacts, closed_contacts_t
 
   integer, parameter :: n = 2*element_unknowns
 
+  !> A closed contact as the equations take it: all in one place, as contacts do not lie in the order of their pairs. Without default
+  !> values: most have one entrance, and an operator that is symmetric.
+  type :: closed_contact_t
+    integer :: number                    !! among the contacts
+    integer :: n_entrances
+    integer :: active                    !! entrance that acts
+    integer :: pair(2)                   !! of each entrance
+    logical :: rubs                      !! what it adds is not symmetric
+    type(contact_force_t) :: force       !! as it was measured last
+    real(dp) :: across(n, 2), along(n)   !! rows of the forces across each entrance, and along
+    real(dp) :: by_gap(n, 2), by_slip(n) !! rows of gaps and slip; where the operator is not to be symmetric
+  end type closed_contact_t
+
   !> Closed contacts by the pairs of elements of an island that they act between, in their order.
   type :: closed_contacts_t
-    integer, allocatable :: first(:)   !! (n+1) the k-th pair has contact(first(k):first(k+1)-1)
-    integer, allocatable :: contact(:)
+    integer, allocatable :: first(:) !! (n+1) the k-th pair has contact(first(k):first(k+1)-1)
+    type(closed_contact_t), allocatable :: contact(:)
   end type closed_contacts_t
 
 contains
 
   !> Lists the closed contacts of each pair of the island that is settled.
-  pure function closed_contacts(try, n, place) result(closed)
+  pure function closed_contacts(try, n, place, symmetric) result(closed)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: n           !! pairs that the island has
     integer, intent(in) :: place(:)    !! (n_pairs) of each pair in its island
+    logical, intent(in) :: symmetric   !! the operator is to be, but for friction, where the geometry bends
     type(closed_contacts_t) :: closed
     integer :: i, k, last(n + 1), pass
 
@@ -40,7 +54,7 @@ contains
             associate (pair => contact%entrance(k)%pair)
               if (k == 2 .and. pair == contact%entrance(1)%pair) cycle
               last(place(pair)) = last(place(pair)) + 1
-              if (pass == 2) closed%contact(last(place(pair))) = i
+              if (pass == 2) call take(try, i, symmetric, closed%contact(last(place(pair))))
             end associate
           end do
         end associate
@@ -55,42 +69,80 @@ contains
     end do
   end function closed_contacts
 
-  !> Adds the forces of the closed contacts of a pair of elements, as they were measured last, and what they change by.
+  !> Takes what the equations need of contact i, which is closed.
+  pure subroutine take(try, i, symmetric, own)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+    logical, intent(in) :: symmetric
+    type(closed_contact_t), intent(out) :: own
+    integer :: k
+
+    own%number = i
+    associate (contact => try%contact(i))
+      own%n_entrances = contact%n_entrances
+      own%active = contact%active
+      own%pair = contact%entrance%pair
+      own%rubs = rubs(try%law, contact%entrance(contact%active))
+      own%force = press(try, i, try%now(:, i))
+      do k = 1, contact%n_entrances
+        own%across(:, k) = try%geometry(k, i)%normal
+        if (.not. symmetric) own%by_gap(:, k) = try%geometry(k, i)%normal_end
+      end do
+      if (symmetric) then
+        call rows_along(try, i, contact%active, own%along)
+      else
+        call rows_along(try, i, contact%active, own%along, own%by_slip)
+      end if
+    end associate
+  end subroutine take
+
+  !> Adds the forces of the closed contacts of a pair of elements, and what they change by.
   pure subroutine add_contacts_of_pair(try, pair, contacts, symmetric, curved, term)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: pair
-    integer, intent(in) :: contacts(:)    !! closed, of the pair
+    type(closed_contact_t), intent(in) :: contacts(:) !! of the pair
     logical, intent(in) :: symmetric      !! the operator is to be, but for friction, where the geometry bends
     logical, intent(in) :: curved         !! it has what the forces change by as their edges turn
     type(pair_term_t), intent(inout) :: term
-    type(contact_force_t) :: force
-    real(dp) :: change(n), row(n), row_change(n)
-    integer :: i, k, m
+    integer :: i
 
     do i = 1, size(contacts)
-      associate (contact => try%contact(contacts(i)), geometry => try%geometry(:, contacts(i)), &
-                 active => try%contact(contacts(i))%active)
-        force = press(try, contacts(i), try%now(:, contacts(i)))
-        call rows_along(try, contacts(i), row, row_change)
-        if (symmetric) row_change = row
-        do k = 1, contact%n_entrances
-          if (contact%entrance(k)%pair /= pair) cycle
-          do m = 1, contact%n_entrances
-            if (contact%entrance(m)%pair /= pair) cycle ! what entrances of other elements change by with each other is left out
-            change = merge(geometry(m)%normal, geometry(m)%normal_end, symmetric)
-            if (abs(force%across_by_gap(m, k)) > 0) call add_change(term, geometry(k)%normal, force%across_by_gap(m, k)*change)
-            if (k == active .and. abs(force%along_by_gap(m)) > 0) &
-              call add_friction_change(term, row, force%along_by_gap(m)*change)
-          end do
-          call add_pair_force(term, force%across(k)*geometry(k)%normal)
-          if (curved) call add_turning(geometry(k), force%across(k), merge(force%along, 0.0_dp, k == active), term)
-        end do
-        if (contact%entrance(active)%pair /= pair) cycle
-        call add_slip(force, geometry(active)%normal, row, row_change, term)
-        if (.not. symmetric .or. rubs(try%law, contact%entrance(active))) call leave_symmetry(term)
+      associate (own => contacts(i), geometry => try%geometry(:, contacts(i)%number))
+        if (symmetric) then
+          call add_contact(own, own%across, own%along, pair, geometry, curved, term)
+        else
+          call add_contact(own, own%by_gap, own%by_slip, pair, geometry, curved, term)
+        end if
+        if (own%pair(own%active) == pair .and. (own%rubs .or. .not. symmetric)) call leave_symmetry(term)
       end associate
     end do
   end subroutine add_contacts_of_pair
+
+  !> Adds the forces of a closed contact to a pair of elements, and what they change by.
+  pure subroutine add_contact(own, by_gap, by_slip, pair, geometry, curved, term)
+    type(closed_contact_t), intent(in) :: own
+    real(dp), intent(in) :: by_gap(n, 2), by_slip(n)  !! rows of gaps and slip
+    integer, intent(in) :: pair
+    type(entrance_geometry_t), intent(in) :: geometry(2)
+    logical, intent(in) :: curved
+    type(pair_term_t), intent(inout) :: term
+    integer :: k, m
+
+    associate (force => own%force, active => own%active)
+      do k = 1, own%n_entrances
+        if (own%pair(k) /= pair) cycle
+        do m = 1, own%n_entrances
+          if (own%pair(m) /= pair) cycle ! what entrances of other elements change by with each other is left out
+          if (abs(force%across_by_gap(m, k)) > 0) call add_change(term, own%across(:, k), force%across_by_gap(m, k)*by_gap(:, m))
+          if (k == active .and. abs(force%along_by_gap(m)) > 0) &
+            call add_friction_change(term, own%along, force%along_by_gap(m)*by_gap(:, m))
+        end do
+        call add_pair_force(term, force%across(k)*own%across(:, k))
+        if (curved) call add_turning(geometry(k), force%across(k), merge(force%along, 0.0_dp, k == active), term)
+      end do
+      if (own%pair(active) == pair) call add_slip(force, own%across(:, active), own%along, by_slip, term)
+    end associate
+  end subroutine add_contact
 
   !> Adds what the forces of an entrance change by as its edge turns (`scree_contact_geometry`).
   pure subroutine add_turning(geometry, across, along, term)

@@ -47,7 +47,7 @@ contains
         spring%cohesion = bond(entrance, try%law%cohesion(entrance%joint))
         spring%bonded = entrance%bonded .and. entrance%state /= state_open
         row(:, 1) = try%geometry(k, i)%normal
-        call rows_along(try, i, row(:, 2), row(:, 4))
+        call rows_along(try, i, k, row(:, 2), row(:, 4))
         row(:, 3) = try%geometry(k, i)%normal_end
         if (allocated(try%law%dilation)) row(:, 3) = row(:, 3) - try%start(k, i)%opening%by_slip*row(:, 4)
         call place_row(equations, group, equations%place_of(entrance%pair), i - try%first + 1, row, problem)

@@ -454,23 +454,22 @@ contains
     end associate
   end function force_to_hold
 
-  !> Rows along which contact i rubs, and of what its slip changes by.
-  pure subroutine rows_along(try, i, row, change)
+  !> Rows along which entrance k of contact i rubs, and of what its slip changes by.
+  pure subroutine rows_along(try, i, k, row, change)
     type(contact_try_t), intent(in) :: try
-    integer, intent(in) :: i
-    real(dp), intent(out) :: row(n), change(n)
+    integer, intent(in) :: i, k
+    real(dp), intent(out) :: row(n)
+    real(dp), intent(out), optional :: change(n)
     real(dp) :: rows(n, 2)
 
-    associate (active => try%contact(i)%active, geometry => try%geometry(try%contact(i)%active, i))
-      if (is_anchored(try)) then ! friction acts at the anchor (Shi: df18)
-        rows = anchored_rows(geometry, try%edge(:, :, active, i), try%contact(i)%entrance(active)%anchor)
-        row = rows(:, merge(2, 1, try%contact(i)%entrance(active)%state == state_locked))
-        change = row
-      else
-        row = geometry%shear
-        change = geometry%shear_end
-      end if
-    end associate
+    if (is_anchored(try)) then ! friction acts at the anchor (Shi: df18)
+      rows = anchored_rows(try%geometry(k, i), try%edge(:, :, k, i), try%contact(i)%entrance(k)%anchor)
+      row = rows(:, merge(2, 1, try%contact(i)%entrance(k)%state == state_locked))
+      if (present(change)) change = row
+    else
+      row = try%geometry(k, i)%shear
+      if (present(change)) change = try%geometry(k, i)%shear_end
+    end if
   end subroutine rows_along
 
   !> Whether an entrance slides with a force that follows the one across: what it adds to the equations is then not symmetric.
