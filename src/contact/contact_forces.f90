@@ -83,7 +83,7 @@ contains
       own%active = contact%active
       own%pair = contact%entrance%pair
       own%rubs = rubs(try%law, contact%entrance(contact%active))
-      own%force = press(try, i, try%now(:, i))
+      call press(try, i, try%now(:, i), own%force)
       do k = 1, contact%n_entrances
         own%across(:, k) = try%geometry(k, i)%normal
         if (.not. symmetric) own%by_gap(:, k) = try%geometry(k, i)%normal_end

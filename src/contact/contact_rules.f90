@@ -373,21 +373,22 @@ contains
   end function gap_and_slip
 
   !> Forces across the entrances of contact i, as if it were closed.
-  pure type(contact_force_t) function press_across(try, i, now) result(force)
+  pure subroutine press_across(try, i, now, force)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
     type(gap_and_slip_t), intent(in) :: now(2)
+    type(contact_force_t), intent(out) :: force
 
     select case (try%law%rules)
     case (rules_conserving)
-      force = press_conserving(try%contact(i)%entrance(1)%stiffness(1), try%contact(i)%n_entrances, try%start(:, i), now)
+      call press_conserving(try%contact(i)%entrance(1)%stiffness(1), try%contact(i)%n_entrances, try%start(:, i), now, force)
     case default
-      force = press_springs(try%contact(i)%entrance(1)%stiffness(1), try%dashpot, try%contact(i), try%start(:, i), now)
+      call press_springs(try%contact(i)%entrance(1)%stiffness(1), try%dashpot, try%contact(i), try%start(:, i), now, force)
     end select
     if (allocated(try%law%closure)) call bend_springs(try%start(:, i), now, force)
     if (allocated(try%law%dilation)) &
       call feel_opening_change(try%start(try%contact(i)%active, i)%opening, try%contact(i)%active, force)
-  end function press_across
+  end subroutine press_across
 
   !> The entrance of contact i that acts as a spring that only presses: its force, and what it yields by.
   pure subroutine spring_of(try, i, now, pressing, yielding)
@@ -404,7 +405,7 @@ contains
         call spring_of_conserving(try%contact(i)%entrance(k)%stiffness(1), try%contact(i)%n_entrances, k, try%start(:, i), now, &
                                   pressing, yielding)
       case default
-        force = press_across(try, i, now)
+        call press_across(try, i, now, force)
         pressing = force%across(k)
         yielding = -force%across_by_gap(k, k)
       end select
@@ -412,12 +413,13 @@ contains
   end subroutine spring_of
 
   !> Force of contact i, which is closed. The entrance that does not act presses only where both conserve energy together.
-  pure type(contact_force_t) function press(try, i, now) result(force)
+  pure subroutine press(try, i, now, force)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
     type(gap_and_slip_t), intent(in) :: now(2)
+    type(contact_force_t), intent(out) :: force
 
-    force = press_across(try, i, now)
+    call press_across(try, i, now, force)
     associate (law => try%law, active => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
       select case (law%rules)
       case (rules_conserving)
@@ -438,7 +440,7 @@ contains
         call add_friction(law, entrance, force)
       end select
     end associate
-  end function press
+  end subroutine press
 
   !> Forces of contact i, which is closed, across and along, that multipliers take over: not that of a dashpot, which is no part of
   !> the overlap's.

@@ -86,7 +86,7 @@ contains
     do i = try%first, try%last
       call put_anchors(model, d, i, try)
       try%now(:, i) = gaps_and_slips(model, try, i, d)
-      force(i) = press_across(try, i, try%now(:, i))
+      call press_across(try, i, try%now(:, i), force(i))
       associate (body => bodies_of(model%outlines%block, try%contact(i)))
         try%largest(body) = max(try%largest(body), pressing_of(try%law, try%contact(i)%n_entrances, force(i)))
       end associate
@@ -158,7 +158,7 @@ contains
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
         if (entrance%state == state_open) cycle
         now = gaps_and_slips(model, try, i, d)
-        force = press(try, i, now)
+        call press(try, i, now, force)
         held(:, i) = force_to_hold(try, i, now, force)
         apart = max(abs(now(k)%gap), slip_not_hard(entrance, try%start(k, i), now(k), force%along))
         if (apart > try%law%penetration .and. maxval(abs(held(:, i) - entrance%multiplier)) > faint*abs(held(1, i))) then
@@ -250,7 +250,7 @@ contains
                  start => try%start(try%contact(i)%active, i))
         if (entrance%state == state_open .or. entrance%bonded .or. start%closed .or. .not. start%gap > 0) cycle
         now = gaps_and_slips(model, try, i, d)
-        force = press(try, i, now)
+        call press(try, i, now, force)
         if (.not. force%along*way_along(entrance, start, now(k)) > 0 .or. .not. abs(entrance%anchor - start%share) > 0) cycle
         entrance%anchor = start%share
         try%now(:, i) = gaps_and_slips(model, try, i, d)

@@ -1,6 +1,6 @@
 !> Contacts that take part in an impact: which bear, which close, and what of their forces is the impact's.
 module scree_bearings
-  use scree_contact_quantities, only: gap_and_slip_t
+  use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, gaps_and_slips, press
   use scree_contact_try, only: contact_try_t, of_elements
   use scree_contacts, only: state_open
@@ -128,10 +128,10 @@ contains
     integer, intent(in) :: i
     real(dp), intent(in) :: d(:)
     real(dp) :: force(2)
+    type(contact_force_t) :: all_of_it
 
-    associate (all_of_it => press(try, i, gaps_and_slips(model, try, i, d)))
-      force = [sum(all_of_it%across), all_of_it%along]
-    end associate
+    call press(try, i, gaps_and_slips(model, try, i, d), all_of_it)
+    force = [sum(all_of_it%across), all_of_it%along]
   end function force_of
 
   !> Finds which contacts close with bodies that come together, and when in the step: those that press, and those that would if the
