@@ -180,24 +180,25 @@ contains
   end function meet
 
   !> The contact of an encounter, with what those before remember. An entrance without a vertex: there is none.
-  pure type(contact_t) function pair(law, outlines, survey, past, encounter) result(contact)
+  pure subroutine pair(law, outlines, survey, past, encounter, contact)
     type(contact_law_t), intent(in) :: law
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(encounter_t), intent(in) :: encounter
+    type(contact_t), intent(out) :: contact
 
     select case (law%rules)
     case (rules_shi)
-      contact = contact_as_shi(outlines, survey, past, law%shi%guard, encounter)
+      call contact_as_shi(outlines, survey, past, law%shi%guard, encounter, contact)
     case (rules_conserving)
-      contact = contact_over_edges(outlines, survey, past, encounter)
+      call contact_over_edges(outlines, survey, past, encounter, contact)
       if (all(contact%entrance(:contact%n_entrances)%vertex > 0)) &
         call inherit(survey, past, encounter, contact)
     case default
-      contact = contact_over_edges(outlines, survey, past, encounter)
+      call contact_over_edges(outlines, survey, past, encounter, contact)
     end select
-  end function pair
+  end subroutine pair
 
   !> Whether slip is measured from the anchor, and is linear in the displacements of the step (Shi, with small strain).
   pure logical function is_anchored(try)

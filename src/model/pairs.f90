@@ -4,7 +4,7 @@ module scree_pairs
   use scree_sorting, only: order_of_pairs
   implicit none
   private
-  public :: list_pairs, number_of_pair, pair_key, pair_of
+  public :: list_pairs, number_of_pair, pair_of
 
   !> Pairs over those that are needed, up to which those that no longer are stay.
   real(dp), parameter :: idle = 1.5_dp
@@ -93,12 +93,5 @@ contains
       end if
     end do
   end function number_of_pair
-
-  !> One number for two whole numbers, the second up to n; exact while their product is below 9e15.
-  elemental real(dp) function pair_key(first, second, n)
-    integer, intent(in) :: first, second, n
-
-    pair_key = real(first, dp)*n + second
-  end function pair_key
 
 end module scree_pairs
