@@ -1,9 +1,9 @@
 !> What the contacts between two elements add to the equations (Shi: df18).
 module scree_contact_forces
-  use scree_contact_geometry, only: entrance_geometry_t
+  use scree_contact_geometry, only: acting_rows_t
   use scree_contact_quantities, only: contact_force_t
   use scree_contact_rules, only: press, rows_along, rubs
-  use scree_contact_try, only: contact_try_t
+  use scree_contact_try, only: contact_try_t, row_across
   use scree_contacts, only: state_open
   use scree_element_term, only: add_change, add_friction_change, add_pair_force, leave_symmetry, pair_term_t
   use scree_kinds, only: dp
@@ -85,8 +85,8 @@ contains
       own%rubs = rubs(try%law, contact%entrance(contact%active))
       call press(try, i, try%now(:, i), own%force)
       do k = 1, contact%n_entrances
-        own%across(:, k) = try%geometry(k, i)%normal
-        if (.not. symmetric) own%by_gap(:, k) = try%geometry(k, i)%normal_end
+        own%across(:, k) = row_across(try, i, k)
+        if (.not. symmetric) own%by_gap(:, k) = try%geometry(k, i)%normal
       end do
       if (symmetric) then
         call rows_along(try, i, contact%active, own%along)
@@ -107,11 +107,11 @@ contains
     integer :: i
 
     do i = 1, size(contacts)
-      associate (own => contacts(i), geometry => try%geometry(:, contacts(i)%number))
+      associate (own => contacts(i))
         if (symmetric) then
-          call add_contact(own, own%across, own%along, pair, geometry, curved, term)
+          call add_contact(try, own, own%across, own%along, pair, curved, term)
         else
-          call add_contact(own, own%by_gap, own%by_slip, pair, geometry, curved, term)
+          call add_contact(try, own, own%by_gap, own%by_slip, pair, curved, term)
         end if
         if (own%pair(own%active) == pair .and. (own%rubs .or. .not. symmetric)) call leave_symmetry(term)
       end associate
@@ -119,11 +119,11 @@ contains
   end subroutine add_contacts_of_pair
 
   !> Adds the forces of a closed contact to a pair of elements, and what they change by.
-  pure subroutine add_contact(own, by_gap, by_slip, pair, geometry, curved, term)
+  pure subroutine add_contact(try, own, by_gap, by_slip, pair, curved, term)
+    type(contact_try_t), intent(in) :: try
     type(closed_contact_t), intent(in) :: own
     real(dp), intent(in) :: by_gap(n, 2), by_slip(n)  !! rows of gaps and slip
     integer, intent(in) :: pair
-    type(entrance_geometry_t), intent(in) :: geometry(2)
     logical, intent(in) :: curved
     type(pair_term_t), intent(inout) :: term
     integer :: k, m
@@ -138,22 +138,23 @@ contains
             call add_friction_change(term, own%along, force%along_by_gap(m)*by_gap(:, m))
         end do
         call add_pair_force(term, force%across(k)*own%across(:, k))
-        if (curved) call add_turning(geometry(k), force%across(k), merge(force%along, 0.0_dp, k == active), term)
+        if (curved) &
+          call add_turning(try%acting(k, own%number), force%across(k), merge(force%along, 0.0_dp, k == active), term)
       end do
       if (own%pair(active) == pair) call add_slip(force, own%across(:, active), own%along, by_slip, term)
     end associate
   end subroutine add_contact
 
   !> Adds what the forces of an entrance change by as its edge turns (`scree_contact_geometry`).
-  pure subroutine add_turning(geometry, across, along, term)
-    type(entrance_geometry_t), intent(in) :: geometry
+  pure subroutine add_turning(acting, across, along, term)
+    type(acting_rows_t), intent(in) :: acting
     real(dp), intent(in) :: across, along !! force
     type(pair_term_t), intent(inout) :: term
 
-    call add_change(term, geometry%turn, -across*geometry%shear)
-    call add_change(term, geometry%shear, -across*geometry%turn)
-    call add_change(term, geometry%normal, along*geometry%turn)
-    call add_change(term, geometry%turn, along*geometry%normal)
+    call add_change(term, acting%turn, -across*acting%shear)
+    call add_change(term, acting%shear, -across*acting%turn)
+    call add_change(term, acting%normal, along*acting%turn)
+    call add_change(term, acting%turn, along*acting%normal)
   end subroutine add_turning
 
   !> Adds the force along a contact, and what the forces change by with its slip.

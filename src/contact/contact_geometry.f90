@@ -31,24 +31,28 @@ module scree_contact_geometry
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: entrance_geometry_t, find_geometry, frame_of_edge, gap_of
+  public :: acting_rows_t, entrance_geometry_t, find_geometry, frame_of_edge, gap_of
 
   integer, parameter :: n = element_unknowns
 
-  !> An entrance about a displacement: g(d) = gap + normal.(d - at), and so slid. Without default values: a step places two for each
-  !> contact, of which most have one.
+  !> An entrance about a displacement: g(d) = gap + normal.(d - at), and so slid; `at` is zero where there are no `acting_rows_t`.
+  !> Without default values: a step places two for each contact, of which most have one.
   type :: entrance_geometry_t
-    real(dp) :: at(2*n)         !! that displacement, of the unknowns of both elements
-    real(dp) :: gap             !! length
-    real(dp) :: along           !! from the start of the edge to the foot of the vertex when the step began, length
-    real(dp) :: slid            !! of that foot along the edge since then, from the share of the edge where it was, length
-    real(dp) :: edge_length     !! length
-    real(dp) :: normal_end(2*n) !! change of the gap with the unknowns of both elements
-    real(dp) :: shear_end(2*n)  !! change of slid
-    real(dp) :: normal(2*n)     !! likewise, in the configuration where the forces act
-    real(dp) :: shear(2*n)
-    real(dp) :: turn(2*n)       !! turn to its normal of the edge where forces act on it, if it follows d, rad/length
+    real(dp) :: gap          !! length
+    real(dp) :: along        !! from the start of the edge to the foot of the vertex when the step began, length
+    real(dp) :: slid         !! of that foot along the edge since then, from the share of the edge where it was, length
+    real(dp) :: edge_length  !! length
+    real(dp) :: normal(2*n)  !! change of the gap with the unknowns of both elements
+    real(dp) :: shear(2*n)   !! change of slid
   end type entrance_geometry_t
+
+  !> What an entrance that may follow the motion has beside: rows of the configuration where the forces act.
+  type :: acting_rows_t
+    real(dp) :: at(2*n)      !! the displacement that its geometry is about, of the unknowns of both elements
+    real(dp) :: normal(2*n)  !! change of the gap
+    real(dp) :: shear(2*n)   !! change of slid
+    real(dp) :: turn(2*n)    !! turn to its normal of the edge where forces act on it, if it follows d, rad/length
+  end type acting_rows_t
 
 contains
 
@@ -81,7 +85,7 @@ contains
   !>
   !> With a weight, gap and slip are those of the positions that `d` moves the vertices to, and the forces act in the configuration
   !> that this share of `d` makes. Without, everything is linear about the beginning of the step, as Shi's.
-  pure subroutine find_geometry(model, cache, state, pair, entrance, d, geometry, weight)
+  pure subroutine find_geometry(model, cache, state, pair, entrance, d, geometry, acting, weight)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
     type(cache_t), intent(in) :: cache
@@ -89,15 +93,17 @@ contains
     type(entrance_t), intent(in) :: entrance
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
     type(entrance_geometry_t), intent(out) :: geometry
-    real(dp), intent(in), optional :: weight
+    type(acting_rows_t), intent(out), optional :: acting !! where any entrance may follow the motion
+    real(dp), intent(in), optional :: weight         !! where this one does
     real(dp), dimension(2, n) :: T1, T2, T3
-    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal, acting
+    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal, edge
+    real(dp) :: at(2*n)
     integer :: body, edge_body
 
     body = model%outlines%element(entrance%vertex)
     edge_body = model%outlines%element(entrance%edge)
-    geometry%at(:n) = values_of(model%elements, pair(1), d)
-    geometry%at(n + 1:) = values_of(model%elements, pair(2), d)
+    at(:n) = values_of(model%elements, pair(1), d)
+    at(n + 1:) = values_of(model%elements, pair(2), d)
     x1 = state%vertex(:, model%outlines%start(entrance%vertex))
     x2 = state%vertex(:, model%outlines%start(entrance%edge))
     x3 = state%vertex(:, model%outlines%finish(entrance%edge))
@@ -111,24 +117,23 @@ contains
       u1 = matmul(T1, values_of(model%elements, body, d))
       u2 = matmul(T2, values_of(model%elements, edge_body, d))
       u3 = matmul(T3, values_of(model%elements, edge_body, d))
-      call put_moved_rows(1.0_dp, 1.0_dp, geometry%normal_end, geometry%shear_end)
-      call put_moved_rows(2*weight - 1, 1.0_dp, geometry%normal, geometry%shear)
+      call put_moved_rows(1.0_dp, 1.0_dp, geometry%normal, geometry%shear)
+      call put_moved_rows(2*weight - 1, 1.0_dp, acting%normal, acting%shear)
       call move(t, geometry)
-      acting = x3 - x2 + weight*(u3 - u2)
-      geometry%turn = 0.0_dp
-      associate (turn => weight*matmul([acting(2), -acting(1)], T3 - T2)/sum(acting**2))
-        geometry%turn(merge(n, 0, body == pair(1)) + 1:merge(2*n, n, body == pair(1))) = turn
+      edge = x3 - x2 + weight*(u3 - u2)
+      acting%turn = 0.0_dp
+      associate (turn => weight*matmul([edge(2), -edge(1)], T3 - T2)/sum(edge**2))
+        acting%turn(merge(n, 0, body == pair(1)) + 1:merge(2*n, n, body == pair(1))) = turn
       end associate
+      acting%at = at
     else
       associate (length => spread(geometry%edge_length, 1, 2))
         call put_rows(x3 - x2, x1 - x2, length, length*geometry%gap, [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], geometry%normal, &
                       geometry%shear)
       end associate
-      geometry%normal_end = geometry%normal
-      geometry%shear_end = geometry%shear
-      geometry%turn = 0.0_dp
-      geometry%gap = geometry%gap + dot_product(geometry%normal, geometry%at)
-      geometry%slid = dot_product(geometry%shear, geometry%at)
+      geometry%gap = geometry%gap + dot_product(geometry%normal, at)
+      geometry%slid = dot_product(geometry%shear, at)
+      if (present(acting)) acting = acting_rows_t(at, geometry%normal, geometry%shear, 0.0_dp)
     end if
 
   contains

@@ -220,7 +220,7 @@ contains
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
     integer :: i, k
-    logical :: anchored, follows
+    logical :: anchored
 
     anchored = is_anchored(try)
     if (anchored .and. .not. allocated(try%edge)) allocate (try%edge(3, n, 2, size(try%contact)))
@@ -228,15 +228,18 @@ contains
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i), &
                    pair => try%pair(:, try%contact(i)%entrance(k)%pair))
-          follows = .false.
-          if (.not. try%linear) follows = any(cache%element(pair)%green)
-          if (follows) then
-            call find_geometry(model, cache, state, pair, entrance, d, geometry, try%weight)
-          else
+          if (.not. allocated(try%acting)) then
             call find_geometry(model, cache, state, pair, entrance, d, geometry)
+          else if (any(cache%element(pair)%green)) then
+            call find_geometry(model, cache, state, pair, entrance, d, geometry, try%acting(k, i), try%weight)
+          else
+            call find_geometry(model, cache, state, pair, entrance, d, geometry, try%acting(k, i))
           end if
           geometry%gap = geometry%gap - entrance%rest - entrance%dilated
-          if (anchored) call add_edge(model, cache, state, pair, entrance, geometry, try%edge(:, :, k, i))
+          if (anchored) then
+            call add_edge(model, cache, state, pair, entrance, geometry, try%edge(:, :, k, i))
+            if (allocated(try%acting)) try%acting(k, i)%normal = geometry%normal
+          end if
         end associate
       end do
     end do
@@ -355,9 +358,10 @@ contains
         associate (e => try%pair(side, entrance%pair))
           do j = 1, n/2
             at = (side - 1)*n/2 + j
-            change(at) = d(unknown(j, e)) - geometry%at(at)
-            gone = gone + geometry%normal_end(at)*change(at)
-            slipped = slipped + geometry%shear_end(at)*change(at)
+            change(at) = d(unknown(j, e))
+            if (allocated(try%acting)) change(at) = change(at) - try%acting(k, i)%at(at)
+            gone = gone + geometry%normal(at)*change(at)
+            slipped = slipped + geometry%shear(at)*change(at)
           end do
         end associate
       end do
@@ -471,7 +475,8 @@ contains
       if (present(change)) change = row
     else
       row = try%geometry(k, i)%shear
-      if (present(change)) change = try%geometry(k, i)%shear_end
+      if (present(change)) change = row
+      if (allocated(try%acting)) row = try%acting(k, i)%shear
     end if
   end subroutine rows_along
 

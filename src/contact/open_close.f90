@@ -7,7 +7,7 @@ module scree_open_close
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_rules, only: anchors_return, force_to_hold, forgives_faint_forces, gaps_and_slips, judge, measure_again, &
                                  press, press_across, pressing_of, put_anchors
-  use scree_contact_try, only: contact_try_t, count_states
+  use scree_contact_try, only: contact_try_t, count_states, row_across
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: act_on, bond, friction_of
   use scree_kinds, only: dp
@@ -105,11 +105,12 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
-    real(dp) :: cancelled
+    real(dp) :: cancelled, normal(2*element_unknowns)
     integer :: j, side
 
+    normal = row_across(try, i, 1)
     cancelled = 0.0_dp
-    associate (pair => try%pair(:, try%contact(i)%entrance(1)%pair), normal => try%geometry(1, i)%normal)
+    associate (pair => try%pair(:, try%contact(i)%entrance(1)%pair))
       do side = 1, 2
         do j = 1, element_unknowns
           cancelled = cancelled + abs(normal((side - 1)*element_unknowns + j)*d(model%elements%unknown(j, pair(side))))

@@ -51,7 +51,6 @@ contains
                                       - displacement_matrix(kinematics, x1 - geometry%gap*normal))
     end associate
     geometry%normal = geometry%normal + geometry%gap/length*edge(1, :)
-    geometry%normal_end = geometry%normal
   end subroutine add_edge
 
   !> Rows of Shi's friction and slip, from an anchor (df18).

@@ -2,7 +2,7 @@
 module scree_bearings
   use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, gaps_and_slips, press
-  use scree_contact_try, only: contact_try_t, of_elements
+  use scree_contact_try, only: contact_try_t, of_elements, row_across
   use scree_contacts, only: state_open
   use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
@@ -169,7 +169,7 @@ contains
         across = problem%row(:, :, 1, k)*motion(:, problem%body(:, k))
         approach = -sum(across)
         now = gap_and_slip(model, try, own%contact, active, d)
-        deformed = dot_product(try%geometry(active, own%contact)%normal, of_elements(model, pair_of(try, own%contact), d)) &
+        deformed = dot_product(row_across(try, own%contact, active), of_elements(model, pair_of(try, own%contact), d)) &
                    - velocity_at(problem, way, k)
         own%moment = together*max(0.0_dp, approach)*rule%dt
         own%closes = (own%force(1) > 0 .or. now%gap < deformed(1) + own%moment) .and. approach > round_off*sum(abs(across))
@@ -392,8 +392,8 @@ contains
         do side = 1, 2
           problem%body(side, i) = bodies%number(model%elements%block(pair(side)))
           modes = modes_of(model, cache, state, bodies, pair(side))
-          problem%row(:, side, 1, i) = matmul(geometry%normal_end((side - 1)*n + 1:side*n), modes)
-          problem%row(:, side, 2, i) = matmul(geometry%shear_end((side - 1)*n + 1:side*n), modes)
+          problem%row(:, side, 1, i) = matmul(geometry%normal((side - 1)*n + 1:side*n), modes)
+          problem%row(:, side, 2, i) = matmul(geometry%shear((side - 1)*n + 1:side*n), modes)
           problem%answer(:, side, :, i) = matmul(bodies%mobility(:, :, problem%body(side, i)), problem%row(:, side, :, i))
         end do
       end associate
