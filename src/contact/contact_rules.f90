@@ -33,7 +33,7 @@ module scree_contact_rules
   ! pair
   public :: corners_turn, deepest_search, looks_as_far_as_it_moves, looks_at_all, meet, pair, rests_inside, set_reach
   ! place
-  public :: begin_contact, gap_and_slip, gaps_and_slips, measure_again, measure_contacts, place, put_anchors
+  public :: begin_contact, gap_and_slip, gaps_and_slips, measure_again, measure_contact, measure_contacts, place, put_anchors
   ! press
   public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
@@ -326,9 +326,22 @@ contains
     integer :: i
 
     do i = try%first, try%last
-      try%now(:, i) = gaps_and_slips(model, try, i, d)
+      call measure_contact(model, d, i, try)
     end do
   end subroutine measure_contacts
+
+  !> Measures contact i at `d`.
+  pure subroutine measure_contact(model, d, i, try)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    integer, intent(in) :: i
+    type(contact_try_t), intent(inout) :: try
+    integer :: k
+
+    do k = 1, try%contact(i)%n_entrances
+      try%now(k, i) = gap_and_slip(model, try, i, k, d)
+    end do
+  end subroutine measure_contact
 
   !> Measures contact i again at the same `d`, where that may have changed: its anchors were others, or it dilates by other pieces.
   pure subroutine measure_again(model, d, i, before, try)
@@ -339,7 +352,7 @@ contains
     type(contact_try_t), intent(inout) :: try
 
     if (any(abs(try%contact(i)%entrance%anchor - before) > 0) .or. allocated(try%law%dilation)) &
-      try%now(:, i) = gaps_and_slips(model, try, i, d)
+      call measure_contact(model, d, i, try)
   end subroutine measure_again
 
   !> Gap of entrance k and slip from its anchor at `d`, linear about the reference.

@@ -6,7 +6,7 @@
 module scree_open_close
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_rules, only: anchors_return, force_to_hold, forgives_faint_forces, gaps_and_slips, judge, measure_again, &
-                                 press, press_across, pressing_of, put_anchors
+                                 measure_contact, press, press_across, pressing_of, put_anchors
   use scree_contact_try, only: contact_try_t, count_states, row_across
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: act_on, bond, friction_of
@@ -78,25 +78,28 @@ contains
     type(contact_try_t), intent(inout) :: try
     type(contact_force_t), intent(out) :: force(try%first:)
     real(dp), intent(out) :: doubt(try%first:)
-    integer :: i
+    integer :: body(2, try%first:try%last), i
 
     do i = try%first, try%last
-      try%largest(bodies_of(model%outlines%block, try%contact(i))) = 0.0_dp
+      body(:, i) = bodies_of(model%outlines%block, try%contact(i))
+      try%largest(body(:, i)) = 0.0_dp
     end do
     do i = try%first, try%last
       call put_anchors(model, d, i, try)
-      try%now(:, i) = gaps_and_slips(model, try, i, d)
+      call measure_contact(model, d, i, try)
       call press_across(try, i, try%now(:, i), force(i))
-      associate (body => bodies_of(model%outlines%block, try%contact(i)))
-        try%largest(body) = max(try%largest(body), pressing_of(try%law, try%contact(i)%n_entrances, force(i)))
+      associate (largest => try%largest)
+        largest(body(:, i)) = max(largest(body(:, i)), pressing_of(try%law, try%contact(i)%n_entrances, force(i)))
       end associate
+      doubt(i) = try%contact(i)%entrance(1)%stiffness(1)*rounding_of(model, d, try, i)
     end do
-    doubt = 0.0_dp
-    if (.not. forgives_faint_forces(try%law)) return
-    do i = try%first, try%last
-      doubt(i) = faint*minval(try%largest(bodies_of(model%outlines%block, try%contact(i)))) &
-                 + try%contact(i)%entrance(1)%stiffness(1)*rounding_of(model, d, try, i)
-    end do
+    if (forgives_faint_forces(try%law)) then
+      do i = try%first, try%last
+        doubt(i) = faint*minval(try%largest(body(:, i))) + doubt(i)
+      end do
+    else
+      doubt = 0.0_dp
+    end if
   end subroutine press_all
 
   !> What rounding leaves of the change of a gap in the step, length.
@@ -254,7 +257,7 @@ contains
         call press(try, i, now, force)
         if (.not. force%along*way_along(entrance, start, now(k)) > 0 .or. .not. abs(entrance%anchor - start%share) > 0) cycle
         entrance%anchor = start%share
-        try%now(:, i) = gaps_and_slips(model, try, i, d)
+        call measure_contact(model, d, i, try)
         entrance%multiplier(2) = 0.0_dp
         start%returned = .true.
         enough = .false.
