@@ -14,8 +14,8 @@ module scree_contact_forces
 
   integer, parameter :: n = 2*element_unknowns
 
-  !> A closed contact as the equations take it: all in one place, as contacts do not lie in the order of their pairs. Without default
-  !> values: most have one entrance, and an operator that is symmetric.
+  !> A closed contact as the equations take it: all in one place, as contacts do not lie in the order of their pairs. Rows have no
+  !> default values, as most contacts have one entrance.
   type :: closed_contact_t
     integer :: number                    !! among the contacts
     integer :: n_entrances
@@ -24,7 +24,6 @@ module scree_contact_forces
     logical :: rubs                      !! what it adds is not symmetric
     type(contact_force_t) :: force       !! as it was measured last
     real(dp) :: across(n, 2), along(n)   !! rows of the forces across each entrance, and along
-    real(dp) :: by_gap(n, 2), by_slip(n) !! rows of gaps and slip; where the operator is not to be symmetric
   end type closed_contact_t
 
   !> Closed contacts by the pairs of elements of an island that they act between, in their order.
@@ -36,11 +35,10 @@ module scree_contact_forces
 contains
 
   !> Lists the closed contacts of each pair of the island that is settled.
-  pure function closed_contacts(try, n, place, symmetric) result(closed)
+  pure function closed_contacts(try, n, place) result(closed)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: n           !! pairs that the island has
     integer, intent(in) :: place(:)    !! (n_pairs) of each pair in its island
-    logical, intent(in) :: symmetric   !! the operator is to be, but for friction, where the geometry bends
     type(closed_contacts_t) :: closed
     integer :: i, k, last(n + 1), pass
 
@@ -54,7 +52,7 @@ contains
             associate (pair => contact%entrance(k)%pair)
               if (k == 2 .and. pair == contact%entrance(1)%pair) cycle
               last(place(pair)) = last(place(pair)) + 1
-              if (pass == 2) call take(try, i, symmetric, closed%contact(last(place(pair))))
+              if (pass == 2) call take(try, i, closed%contact(last(place(pair))))
             end associate
           end do
         end associate
@@ -70,10 +68,9 @@ contains
   end function closed_contacts
 
   !> Takes what the equations need of contact i, which is closed.
-  pure subroutine take(try, i, symmetric, own)
+  pure subroutine take(try, i, own)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
-    logical, intent(in) :: symmetric
     type(closed_contact_t), intent(out) :: own
     integer :: k
 
@@ -86,13 +83,8 @@ contains
       call press(try, i, try%now(:, i), own%force)
       do k = 1, contact%n_entrances
         own%across(:, k) = row_across(try, i, k)
-        if (.not. symmetric) own%by_gap(:, k) = try%geometry(k, i)%normal
       end do
-      if (symmetric) then
-        call rows_along(try, i, contact%active, own%along)
-      else
-        call rows_along(try, i, contact%active, own%along, own%by_slip)
-      end if
+      call rows_along(try, i, contact%active, own%along)
     end associate
   end subroutine take
 
@@ -104,14 +96,19 @@ contains
     logical, intent(in) :: symmetric      !! the operator is to be, but for friction, where the geometry bends
     logical, intent(in) :: curved         !! it has what the forces change by as their edges turn
     type(pair_term_t), intent(inout) :: term
-    integer :: i
+    real(dp) :: by_gap(n, 2), by_slip(n), row(n)
+    integer :: i, k
 
     do i = 1, size(contacts)
       associate (own => contacts(i))
         if (symmetric) then
           call add_contact(try, own, own%across, own%along, pair, curved, term)
         else
-          call add_contact(try, own, own%by_gap, own%by_slip, pair, curved, term)
+          do k = 1, own%n_entrances
+            by_gap(:, k) = try%geometry(k, own%number)%normal
+          end do
+          call rows_along(try, own%number, own%active, row, by_slip)
+          call add_contact(try, own, by_gap, by_slip, pair, curved, term)
         end if
         if (own%pair(own%active) == pair .and. (own%rubs .or. .not. symmetric)) call leave_symmetry(term)
       end associate

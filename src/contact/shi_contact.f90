@@ -31,8 +31,8 @@ contains
     integer, intent(in) :: pair(2)                   !! elements in the order of the unknowns
     type(entrance_t), intent(in) :: entrance
     type(entrance_geometry_t), intent(inout) :: geometry
-    !> What slip from an anchor needs: the end of the edge from its start, along and across; and the position of the edge's body that
-    !> the vertex is at from the foot, along.
+    !> What slip from an anchor needs: the end of the edge from its start, along and across; and the position of the edge's body
+    !> that the vertex is at from the foot, along.
     real(dp), intent(out) :: edge(3, 2*n)
     real(dp) :: stretch(2, n), t(2), normal(2), length
     integer :: at

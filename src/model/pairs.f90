@@ -48,17 +48,14 @@ contains
   pure function numbers_of_pairs(pairs, list) result(number)
     integer, intent(in) :: pairs(:, :), list(:, :) !! (2, n)
     integer :: number(size(list, 2))
-    integer :: i
+    integer :: i, k
 
     number = 0
     if (size(pairs, 2) == 0) return
+    k = 1
     do i = 1, size(number)
-      if (i > 1) number(i) = number(i - 1) ! contacts of the same two lie together
-      if (number(i) > 0) then
-        if (all(pairs(:, number(i)) == list(:, i))) cycle
-      end if
-      number(i) = number_of_pair(pairs, list(:, i))
-      if (any(pairs(:, number(i)) /= list(:, i))) number(i) = 0
+      if (any(pairs(:, k) /= list(:, i))) k = number_of_pair(pairs, list(:, i)) ! contacts of the same two lie together
+      if (all(pairs(:, k) == list(:, i))) number(i) = k
     end do
   end function numbers_of_pairs
 

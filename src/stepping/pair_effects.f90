@@ -174,7 +174,7 @@ contains
 
     if (.not. allocated(model%effects%contact)) return
     pair = pairs_of_group(equations, group)
-    closed = closed_contacts(contacts, size(pair), equations%place_of, symmetric)
+    closed = closed_contacts(contacts, size(pair), equations%place_of)
     do k = 1, size(pair)
       associate (of_pair => closed%contact(closed%first(k):closed%first(k + 1) - 1))
         if (size(of_pair) == 0) cycle
