@@ -81,7 +81,7 @@ contains
     gap = ((b(2) - a(2))*(position(1) - a(1)) - (b(1) - a(1))*(position(2) - a(2)))/length
   end function gap_at_edge
 
-  !> Geometry of an entrance at displacement `d` of the elements.
+  !> Finds the geometry of an entrance at displacement `d` of the elements.
   !>
   !> With a weight, gap and slip are those of the positions that `d` moves the vertices to, and the forces act in the configuration
   !> that this share of `d` makes. Without, everything is linear about the beginning of the step, as Shi's.
@@ -96,41 +96,50 @@ contains
     type(acting_rows_t), intent(out), optional :: acting !! where any entrance may follow the motion
     real(dp), intent(in), optional :: weight         !! where this one does
     real(dp), dimension(2, n) :: T1, T2, T3
-    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal, edge
+    real(dp), dimension(n) :: d1, d2                 ! of the bodies of vertex and edge
+    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal, edge, length, moment
     real(dp) :: at(2*n)
-    integer :: body, edge_body
+    integer :: body, edge_body, own, other           ! the unknowns of these bodies are after these
 
     body = model%outlines%element(entrance%vertex)
     edge_body = model%outlines%element(entrance%edge)
-    at(:n) = values_of(model%elements, pair(1), d)
-    at(n + 1:) = values_of(model%elements, pair(2), d)
+    own = merge(0, n, body == pair(1))
+    other = n - own
+    d1 = values_of(model%elements, body, d)
+    d2 = values_of(model%elements, edge_body, d)
+    at(own + 1:own + n) = d1
+    at(other + 1:other + n) = d2
     x1 = state%vertex(:, model%outlines%start(entrance%vertex))
     x2 = state%vertex(:, model%outlines%start(entrance%edge))
     x3 = state%vertex(:, model%outlines%finish(entrance%edge))
     T1 = displacement_matrix(cache%element(body)%kinematics, x1)
     T2 = displacement_matrix(cache%element(edge_body)%kinematics, x2)
     T3 = displacement_matrix(cache%element(edge_body)%kinematics, x3)
+    u1 = 0.0_dp
+    u2 = 0.0_dp
+    u3 = 0.0_dp
+    if (present(weight)) then
+      u1 = matmul(T1, d1)
+      u2 = matmul(T2, d2)
+      u3 = matmul(T3, d2)
+    end if
     call frame_of_edge(x2, x3, t, normal, geometry%edge_length)
     geometry%gap = gap_at_edge(x1, x2, x3, geometry%edge_length)
     geometry%along = dot_product(t, x1 - x2)
     if (present(weight)) then
-      u1 = matmul(T1, values_of(model%elements, body, d))
-      u2 = matmul(T2, values_of(model%elements, edge_body, d))
-      u3 = matmul(T3, values_of(model%elements, edge_body, d))
-      call put_moved_rows(1.0_dp, 1.0_dp, geometry%normal, geometry%shear)
-      call put_moved_rows(2*weight - 1, 1.0_dp, acting%normal, acting%shear)
+      call measure_product(1.0_dp, length(2), moment(2))
+      call put_rows(1.0_dp, [length(2), length(2)], [moment(2), moment(2)], geometry%normal, geometry%shear)
+      call measure_product(2*weight - 1, length(1), moment(1))
+      call put_rows(weight, length, moment, acting%normal, acting%shear)
       call move(t, geometry)
       edge = x3 - x2 + weight*(u3 - u2)
       acting%turn = 0.0_dp
-      associate (turn => weight*matmul([edge(2), -edge(1)], T3 - T2)/sum(edge**2))
-        acting%turn(merge(n, 0, body == pair(1)) + 1:merge(2*n, n, body == pair(1))) = turn
-      end associate
+      acting%turn(other + 1:other + n) = weight*(edge(2)*(T3(1, :) - T2(1, :)) - edge(1)*(T3(2, :) - T2(2, :)))/sum(edge**2)
       acting%at = at
     else
-      associate (length => spread(geometry%edge_length, 1, 2))
-        call put_rows(x3 - x2, x1 - x2, length, length*geometry%gap, [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], geometry%normal, &
-                      geometry%shear)
-      end associate
+      length = geometry%edge_length
+      moment = length*geometry%gap
+      call put_rows(0.0_dp, length, moment, geometry%normal, geometry%shear)
       geometry%gap = geometry%gap + dot_product(geometry%normal, at)
       geometry%slid = dot_product(geometry%shear, at)
       if (present(acting)) acting = acting_rows_t(at, geometry%normal, geometry%shear, 0.0_dp)
@@ -160,20 +169,26 @@ contains
     end subroutine move
 
     !> Rows of the change of the gap between two configurations, each made by a share of `d`, and of slip in their middle.
-    pure subroutine put_moved_rows(from, to, normal_row, shear_row)
-      real(dp), intent(in) :: from, to
+    pure subroutine put_rows(middle, length, moment, normal_row, shear_row)
+      real(dp), intent(in) :: middle               !! share of `d`
+      real(dp), intent(in) :: length(2), moment(2) !! of the edge in both, and its products with the gaps
       real(dp), intent(out) :: normal_row(2*n), shear_row(2*n)
-      real(dp) :: part, length(2), moment(2), F(4)
+      real(dp) :: edge(2), apart(2), on_vertex(2), on_edge(2), t(2), F(4), T_there(2, n)
 
-      call measure_product(from, length(1), moment(1))
-      length(2) = length(1)
-      moment(2) = moment(1)
-      if (abs(to - from) > 0) call measure_product(to, length(2), moment(2))
-      part = 0.5_dp*(from + to)
-      F = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp] + part*matmul(cache%element(edge_body)%kinematics%gradient, &
-                                                         values_of(model%elements, edge_body, d))
-      call put_rows(x3 - x2 + part*(u3 - u2), x1 - x2 + part*(u1 - u2), length, moment, F, normal_row, shear_row)
-    end subroutine put_moved_rows
+      edge = x3 - x2 + middle*(u3 - u2)
+      apart = x1 - x2 + middle*(u1 - u2)
+      on_vertex = 0.5_dp*sum(1/length)*[edge(2), -edge(1)]
+      on_edge = 0.5_dp*sum(1/length)*[-apart(2), apart(1)] - sum(moment)/(product(length)*sum(length))*edge
+      t = edge/norm2(edge)
+      F = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
+      if (present(weight)) F = F + middle*matmul(cache%element(edge_body)%kinematics%gradient, d2)
+      T_there = displacement_matrix(cache%element(edge_body)%kinematics, x2 + [F(4)*apart(1) - F(3)*apart(2), &
+                                                                       F(1)*apart(2) - F(2)*apart(1)]/(F(1)*F(4) - F(2)*F(3)))
+      normal_row(own + 1:own + n) = matmul(on_vertex, T1)
+      shear_row(own + 1:own + n) = matmul(t, T1)
+      normal_row(other + 1:other + n) = matmul(on_edge, T3) - matmul(on_vertex + on_edge, T2)
+      shear_row(other + 1:other + n) = -matmul(t, T_there)
+    end subroutine put_rows
 
     !> Length of the edge and its product with the gap, in the configuration that a part of `d` makes.
     pure subroutine measure_product(part, length, moment)
@@ -183,28 +198,6 @@ contains
       length = norm2(x3 - x2 + part*(u3 - u2))
       moment = length*gap_of(x1 + part*u1, x2 + part*u2, x3 + part*u3)
     end subroutine measure_product
-
-    !> Rows of gap and slip, of what is known of both configurations.
-    pure subroutine put_rows(edge, apart, length, moment, F, normal_row, shear_row)
-      real(dp), intent(in) :: edge(2), apart(2)     !! in their middle: of the edge, and from its start to the vertex, length
-      real(dp), intent(in) :: length(2), moment(2)  !! of the edge in either, and its product with the gap
-      real(dp), intent(in) :: F(4)                  !! of the edge's body in their middle
-      real(dp), intent(out) :: normal_row(2*n), shear_row(2*n)
-      real(dp) :: on_vertex(2), on_edge(2), t(2), T_there(2, n)
-      integer :: at
-
-      on_vertex = 0.5_dp*sum(1/length)*[edge(2), -edge(1)]
-      on_edge = 0.5_dp*sum(1/length)*[-apart(2), apart(1)] - sum(moment)/(product(length)*sum(length))*edge
-      t = edge/norm2(edge)
-      T_there = displacement_matrix(cache%element(edge_body)%kinematics, x2 + [F(4)*apart(1) - F(3)*apart(2), &
-                                                                       F(1)*apart(2) - F(2)*apart(1)]/(F(1)*F(4) - F(2)*F(3)))
-      at = merge(0, n, body == pair(1))
-      normal_row(at + 1:at + n) = matmul(on_vertex, T1)
-      shear_row(at + 1:at + n) = matmul(t, T1)
-      at = n - at
-      normal_row(at + 1:at + n) = matmul(on_edge, T3) - matmul(on_vertex + on_edge, T2)
-      shear_row(at + 1:at + n) = -matmul(t, T_there)
-    end subroutine put_rows
 
   end subroutine find_geometry
 

@@ -15,7 +15,7 @@ module scree_equations
   use scree_linear_solver, only: add_work, dense_matrix, forget_pattern, largest_dense, linear_solver_t, release_solver, &
                                  small_matrix_t, solve, solve_with_kept_factor, solver_work_t
   use scree_sorting, only: sort_by
-  use scree_sparse_matrix, only: add_element, add_rest, build_pattern, clear_matrix, diagonal, sparse_matrix_t
+  use scree_sparse_matrix, only: add_element, build_pattern, clear_matrix, diagonal, sparse_matrix_t
   use scree_system, only: element_unknowns, elements_t
   use scree_timers, only: timers_t
   implicit none
@@ -449,16 +449,19 @@ contains
           scale = matmul(term%scale, abs(reduction%Z))
           call add_at(reduction%free, scale, equations%scale)
           call add_at(reduction%free, scale, equations%noise)
-          call add_element(island%matrix, slot, reduced_operator(reduction, term%matrix), term%symmetric)
-          if (.not. term%symmetric) call add_rest(island%matrix, slot, reduced_operator(reduction, term%friction))
+          if (term%symmetric) then
+            call add_element(island%matrix, slot, reduced_operator(reduction, term%matrix), .true.)
+          else
+            call add_element(island%matrix, slot, reduced_operator(reduction, term%matrix), .false., &
+                             reduced_operator(reduction, term%friction))
+          end if
         else
           associate (ids => equations%pair(:, island%pair(k)))
             call add_at(ids, term%force, equations%force)
             call add_at(ids, term%scale, equations%scale)
             call add_at(ids, term%scale, equations%noise)
           end associate
-          call add_element(island%matrix, slot, term%matrix, term%symmetric)
-          if (.not. term%symmetric) call add_rest(island%matrix, slot, term%friction)
+          call add_element(island%matrix, slot, term%matrix, term%symmetric, term%friction)
         end if
       end associate
     end associate

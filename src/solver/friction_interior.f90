@@ -15,7 +15,7 @@ module scree_friction_interior
   use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, &
                                     rates_of, spring_t
   use scree_kinds, only: dp
-  use scree_linear_solver, only: approach, factorise, factorise_beside, linear_solver_t, release_solver, solve_with_factors
+  use scree_linear_solver, only: approach, factorise, factorise_beside, linear_solver_t, solve_with_factors
   use scree_sparse_matrix, only: copy_values, sparse_matrix_t, times
   use scree_timers, only: timers_t
   implicit none
@@ -69,7 +69,7 @@ contains
   subroutine begin_inside(problem, at_first, x, inside)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: at_first      !! what the pairs begin with over the largest force
-    real(dp), intent(in) :: x(:)          !! (n)
+    real(dp), intent(in), contiguous :: x(:) !! (n)
     type(inside_t), intent(inout) :: inside
 
     inside%x = x
@@ -81,10 +81,11 @@ contains
   end subroutine begin_inside
 
   !> Goes on inside, to a share `tolerance` of the largest force. Where it does not get there, `found` is false.
-  subroutine go_inside(problem, tolerance, round, timers, inside, state, found)
+  subroutine go_inside(problem, tolerance, round, solver, timers, inside, state, found)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: tolerance
     logical, intent(in) :: round          !! folds of the way, too
+    type(linear_solver_t), intent(inout) :: solver !! of matrices of the problem's pattern
     type(timers_t), intent(inout) :: timers
     type(inside_t), intent(inout) :: inside
     integer, intent(out) :: state(:)      !! (m) of the springs in the solution
@@ -92,7 +93,6 @@ contains
     type(change_t), dimension(size(state)) :: change, aim
     type(pairs_t) :: sound(size(state))   ! pairs from which the way was long, and where they were
     type(sparse_matrix_t) :: matrix
-    type(linear_solver_t) :: solver
     type(error_t), allocatable :: error
     real(dp), dimension(size(inside%x)) :: dx, rest, sound_x
     real(dp) :: left, way, middle, product
@@ -143,7 +143,6 @@ contains
         sound = pairs
       end do
     end associate
-    call release_solver(solver)
 
   contains
 
@@ -321,7 +320,7 @@ contains
   subroutine begin_pairs(problem, at_first, x, pairs)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: at_first
-    real(dp), intent(in) :: x(:)
+    real(dp), intent(in), contiguous :: x(:)
     type(pairs_t), intent(out) :: pairs(:)
     real(dp) :: closed(2, size(pairs)), first, beyond
     integer :: i
@@ -380,9 +379,9 @@ contains
   !> Forces out of balance with those of the pairs, and what the pairs are too much by.
   subroutine find_rest(problem, x, pairs, rest)
     type(friction_problem_t), intent(in) :: problem
-    real(dp), intent(in) :: x(:)
+    real(dp), intent(in), contiguous :: x(:)
     type(pairs_t), intent(inout) :: pairs(:)
-    real(dp), intent(out) :: rest(:)
+    real(dp), intent(out), contiguous :: rest(:)
     real(dp) :: closed(2)
     integer :: i
 

@@ -4,7 +4,7 @@
 !> matrix that is definite.
 module scree_friction_part
   use scree_friction_problem, only: friction_problem_t, place_springs, spring_elsewhere
-  use scree_friction_solver, only: friction_work_t, solve_friction
+  use scree_friction_solver, only: effort_quick, friction_work_t, solve_friction
   use scree_kinds, only: dp
   use scree_sparse_matrix, only: on_fewer_rows
   use scree_timers, only: begin_phase, phase_friction, timers_t
@@ -42,7 +42,7 @@ contains
     call begin_phase(timers, phase_friction)
     call part_of(problem, is_part, list, part)
     allocate (own_state(size(list)))
-    call solve_friction(part, near, tolerance, timers, own, own_state, found, work, quick=.true.)
+    call solve_friction(part, near, tolerance, timers, own, own_state, found, work, effort_quick)
     state(list) = own_state
     allocate (x(size(is_part)), source=0.0_dp)
     x = unpack(own, is_part, x)

@@ -13,7 +13,7 @@ module scree_friction_path
   use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, friction_problem_t, obey_law, &
                                     rates_of, spring_back, spring_forth, spring_locked, spring_open, spring_pulled, spring_t
   use scree_kinds, only: dp
-  use scree_linear_solver, only: factorise, linear_solver_t, release_solver, solve_with_factors
+  use scree_linear_solver, only: factorise, linear_solver_t, solve_with_factors
   use scree_sparse_matrix, only: sparse_matrix_t, times
   use scree_timers, only: timers_t
   implicit none
@@ -38,7 +38,6 @@ module scree_friction_path
     real(dp), allocatable :: direction(:)           !! (n) of x by t
     ! the matrix that has factors
     type(sparse_matrix_t) :: matrix
-    type(linear_solver_t) :: solver
     integer :: factors = 0                          !! so far
     integer, allocatable :: base_state(:)           !! (m) of its springs
     real(dp), allocatable :: base_direction(:)      !! (n)
@@ -51,11 +50,12 @@ module scree_friction_path
 contains
 
   !> Follows the path from `x` to a solution. Where it ends elsewhere, `found` is false and `x` and `state` mean nothing.
-  subroutine follow_path(problem, most, timers, x, state, found, factors, pieces)
+  subroutine follow_path(problem, most, solver, timers, x, state, found, factors, pieces)
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: most                !! pieces to cross
+    type(linear_solver_t), intent(inout) :: solver !! of matrices of the problem's pattern
     type(timers_t), intent(inout) :: timers
-    real(dp), intent(inout) :: x(:)            !! (n)
+    real(dp), intent(inout), contiguous :: x(:)            !! (n)
     integer, intent(out) :: state(:)           !! (m) at the solution
     logical, intent(out) :: found
     integer, intent(out) :: factors            !! of matrices
@@ -67,7 +67,7 @@ contains
 
     found = .false.
     pieces = 0
-    call begin_path(problem, x, timers, path, goes_on)
+    call begin_path(problem, x, solver, timers, path, goes_on)
     do while (goes_on)
       call find_face(problem, path, way, i, to)
       found = path%sense > 0 .and. path%t + way >= 1
@@ -77,19 +77,19 @@ contains
       if (found) exit
       pieces = pieces + 1
       if (pieces > most) exit
-      call cross(problem, path, i, to, timers, goes_on)
+      call cross(problem, path, i, to, solver, timers, goes_on)
     end do
-    if (found) call end_path(problem, path)
+    if (found) call end_path(problem, solver, path)
     x = path%x
     state = path%state
     factors = path%factors
-    call release_solver(path%solver)
   end subroutine follow_path
 
   !> Begins the path near `x`.
-  subroutine begin_path(problem, x, timers, path, goes_on)
+  subroutine begin_path(problem, x, solver, timers, path, goes_on)
     type(friction_problem_t), intent(in) :: problem
-    real(dp), intent(in) :: x(:)
+    real(dp), intent(in), contiguous :: x(:)
+    type(linear_solver_t), intent(inout) :: solver
     type(timers_t), intent(inout) :: timers
     type(path_t), intent(inout) :: path
     logical, intent(out) :: goes_on
@@ -104,13 +104,14 @@ contains
     path%x = x + off_symmetry*overlap*[(modulo(golden*i, 1.0_dp) - 0.5_dp, i=1, n)]/problem%span
     allocate (path%start_force(n))
     call find_rest(problem, path%x, path%state, path%start_force)
-    call rebase(problem, path, timers, goes_on)
+    call rebase(problem, path, solver, timers, goes_on)
     if (goes_on) call find_direction(problem, path, goes_on)
   end subroutine begin_path
 
   !> Takes away what rounding left on the way: a correction in the last piece.
-  subroutine end_path(problem, path)
+  subroutine end_path(problem, solver, path)
     type(friction_problem_t), intent(in) :: problem
+    type(linear_solver_t), intent(inout) :: solver
     type(path_t), intent(inout) :: path
     type(error_t), allocatable :: error
     integer :: state(size(path%state))
@@ -118,7 +119,7 @@ contains
 
     call find_rest(problem, path%x, state, path%start_force)
     if (any(state /= path%state)) return
-    call solve_with_factors(path%solver, path%matrix, path%start_force, .false., path%base_direction, error)
+    call solve_with_factors(solver, path%matrix, path%start_force, .false., path%base_direction, error)
     if (allocated(error)) return
     call find_direction(problem, path, done)
     if (done) path%x = path%x + path%direction
@@ -127,9 +128,9 @@ contains
   !> States of the springs at `x`, and what they leave out of balance.
   pure subroutine find_rest(problem, x, state, rest)
     type(friction_problem_t), intent(in) :: problem
-    real(dp), intent(in) :: x(:)
+    real(dp), intent(in), contiguous :: x(:)
     integer, intent(out) :: state(:)
-    real(dp), intent(out) :: rest(:)
+    real(dp), intent(out), contiguous :: rest(:)
     real(dp) :: force(2)
     integer :: i
 
@@ -141,9 +142,10 @@ contains
   end subroutine find_rest
 
   !> Factorises the matrix of the present piece.
-  subroutine rebase(problem, path, timers, done)
+  subroutine rebase(problem, path, solver, timers, done)
     type(friction_problem_t), intent(in) :: problem
     type(path_t), intent(inout) :: path
+    type(linear_solver_t), intent(inout) :: solver
     type(timers_t), intent(inout) :: timers
     logical, intent(out) :: done
     type(error_t), allocatable :: error
@@ -155,12 +157,12 @@ contains
       change(:, :, i) = change_of_state(problem%spring(i), path%state(i))
     end do
     call add_springs(problem, change, path%matrix)
-    call factorise(path%solver, path%matrix, timers, error)
+    call factorise(solver, path%matrix, timers, error)
     path%factors = path%factors + 1
     done = .not. allocated(error)
     if (.not. done) return
     if (.not. allocated(path%base_direction)) allocate (path%base_direction(size(path%x)))
-    call solve_with_factors(path%solver, path%matrix, path%start_force, .false., path%base_direction, error)
+    call solve_with_factors(solver, path%matrix, path%start_force, .false., path%base_direction, error)
     done = .not. allocated(error)
     path%base_state = path%state
     path%n_changed = 0
@@ -319,10 +321,11 @@ contains
   end subroutine go
 
   !> Crosses the face to another state of a spring, and finds the direction behind it, which leads away from the face.
-  subroutine cross(problem, path, i, to, timers, done)
+  subroutine cross(problem, path, i, to, solver, timers, done)
     type(friction_problem_t), intent(in) :: problem
     type(path_t), intent(inout) :: path
     integer, intent(in) :: i, to
+    type(linear_solver_t), intent(inout) :: solver
     type(timers_t), intent(inout) :: timers
     logical, intent(out) :: done
     real(dp) :: left(2), rate(2)
@@ -330,7 +333,7 @@ contains
 
     from = path%state(i)
     path%state(i) = to
-    call register(problem, path, i, timers, done)
+    call register(problem, path, i, solver, timers, done)
     if (done) call find_direction(problem, path, done)
     if (.not. done) return
     call faces_of(problem%spring(i), to, path%pressing(i), path%shear(i), path%pressing_rate(i), path%shear_rate(i), &
@@ -340,10 +343,11 @@ contains
   end subroutine cross
 
   !> Makes spring i one of those that have changed.
-  subroutine register(problem, path, i, timers, done)
+  subroutine register(problem, path, i, solver, timers, done)
     type(friction_problem_t), intent(in) :: problem
     type(path_t), intent(inout) :: path
     integer, intent(in) :: i
+    type(linear_solver_t), intent(inout) :: solver
     type(timers_t), intent(inout) :: timers
     logical, intent(out) :: done
     type(error_t), allocatable :: error
@@ -353,7 +357,7 @@ contains
     done = .true.
     if (any(path%changed(:path%n_changed) == i)) return
     if (path%n_changed == most_changed) then
-      call rebase(problem, path, timers, done)
+      call rebase(problem, path, solver, timers, done)
       return
     end if
     m = path%n_changed + 1
@@ -362,7 +366,7 @@ contains
     do c = 2*m - 1, 2*m
       unit = 0.0_dp
       call add_spring_force(problem, i, merge([1.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], c == 2*m - 1), unit)
-      call solve_with_factors(path%solver, path%matrix, unit, .false., path%answer(:, c), error)
+      call solve_with_factors(solver, path%matrix, unit, .false., path%answer(:, c), error)
       done = .not. allocated(error)
       if (.not. done) return
       do k = 1, m

@@ -10,7 +10,7 @@
 !> matrices of negative determinant, where Newton's iteration runs in circles.
 module scree_friction_problem
   use scree_kinds, only: dp
-  use scree_sparse_matrix, only: add_element, add_rest, on_fewer_places, sparse_matrix_t, times
+  use scree_sparse_matrix, only: add_element, on_fewer_places, sparse_matrix_t, times
   implicit none
   private
   public :: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, keep_rows_of_forces, obey_law, &
@@ -61,7 +61,7 @@ contains
   pure function closed_forces(problem, i, x) result(force)
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: i
-    real(dp), intent(in) :: x(:)  !! (n)
+    real(dp), intent(in), contiguous :: x(:)  !! (n)
     real(dp) :: force(2)
 
     associate (spring => problem%spring(i))
@@ -73,14 +73,17 @@ contains
   pure function rates_of(problem, i, x) result(rate)
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: i
-    real(dp), intent(in) :: x(:) !! (n)
-    real(dp) :: rate(2)
+    real(dp), intent(in), contiguous :: x(:) !! (n)
+    real(dp) :: rate(2), across, along
     integer :: k
 
-    rate = 0.0_dp
+    across = 0.0_dp ! sums in memory, as those of a result are, wait for each other
+    along = 0.0_dp
     do k = 1, problem%length(i)
-      rate = rate + [problem%normal_change(k, i), problem%shear_change(k, i)]*x(problem%row(k, i))
+      across = across + problem%normal_change(k, i)*x(problem%row(k, i))
+      along = along + problem%shear_change(k, i)*x(problem%row(k, i))
     end do
+    rate = [across, along]
   end function rates_of
 
   !> State and forces, across and along, of a spring.
@@ -106,7 +109,7 @@ contains
   !> States of the springs at `x`, and the forces that they leave out of balance over the largest that acts.
   pure subroutine forces_left(problem, x, state, left)
     type(friction_problem_t), intent(in) :: problem
-    real(dp), intent(in) :: x(:)
+    real(dp), intent(in), contiguous :: x(:)
     integer, intent(out) :: state(:)
     real(dp), intent(out) :: left
     real(dp) :: rest(size(x)), closed(2), force(2), largest
@@ -129,7 +132,7 @@ contains
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: i
     real(dp), intent(in) :: force(2)
-    real(dp), intent(inout) :: sum(:) !! (n) force
+    real(dp), intent(inout), contiguous :: sum(:) !! (n) force
     integer :: k
 
     do k = 1, problem%length(i)
@@ -145,25 +148,21 @@ contains
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: change(:, :, :)  !! (force across or along, change across or along, m) force/length
     type(sparse_matrix_t), intent(inout) :: matrix
-    real(dp) :: dense(size(problem%row, 1), size(problem%row, 1)), across, along
+    real(dp), dimension(size(problem%row, 1), size(problem%row, 1)) :: dense, friction
+    real(dp) :: across, along, rubbing
     integer :: i, k
 
     do i = 1, size(problem%spring)
       associate (w => problem%length(i))
         do k = 1, w
           across = change(1, 1, i)*problem%normal_change(k, i)
-          along = change(2, 1, i)*problem%normal_change(k, i) + change(2, 2, i)*problem%shear_change(k, i)
+          rubbing = change(2, 1, i)*problem%normal_change(k, i)
+          along = rubbing + change(2, 2, i)*problem%shear_change(k, i)
           dense(:w, k) = across*problem%normal(:w, i) + along*problem%shear(:w, i)
+          friction(:w, k) = rubbing*problem%shear(:w, i)
         end do
-        if (problem%symmetric .and. .not. abs(change(2, 1, i)) > 0) then
-          call add_element(matrix, problem%spring(i)%slot, dense(:w, :w), .true.)
-          cycle
-        end if
-        call add_element(matrix, problem%spring(i)%slot, dense(:w, :w), .false.)
-        do k = 1, w
-          dense(:w, k) = change(2, 1, i)*problem%normal_change(k, i)*problem%shear(:w, i)
-        end do
-        call add_rest(matrix, problem%spring(i)%slot, dense(:w, :w))
+        call add_element(matrix, problem%spring(i)%slot, dense(:, :w), &
+                         problem%symmetric .and. .not. abs(change(2, 1, i)) > 0, friction(:, :w))
       end associate
     end do
   end subroutine add_springs

@@ -8,10 +8,15 @@ module scree_friction_solver
   use scree_friction_path, only: follow_path
   use scree_friction_problem, only: closed_forces, forces_left, friction_problem_t, of_springs
   use scree_kinds, only: dp
+  use scree_linear_solver, only: linear_solver_t, release_solver
   use scree_timers, only: timers_t
   implicit none
   private
   public :: friction_work_t, solve_friction
+
+  !> What a solution may take: all that there is; only the first start inside, and no path from its end; only the path from zero,
+  !> where that is near.
+  integer, parameter, public :: effort_all = 0, effort_quick = 1, effort_path = 2
 
   !> What a solution took.
   type :: friction_work_t
@@ -21,6 +26,8 @@ module scree_friction_solver
 
   !> What the interior begins with over the largest force.
   real(dp), parameter :: at_first(*) = [0.3_dp, 3.0_dp, 0.01_dp]
+  !> How often it is begun, by effort.
+  integer, parameter :: starts(effort_all:effort_path) = [size(at_first), 1, 0]
   !> Shares of the largest force that it leaves before the path is tried from there, and pieces that may cost no more than the rest
   !> of the way inside does, which goes on where they do not do.
   real(dp), parameter :: leaves(*) = [1e-4_dp, 1e-6_dp, 0.0_dp]
@@ -39,7 +46,7 @@ contains
   !> Springs that are open by far are left out, and with them what fills the factors; those that would press in the solution are
   !> taken in, and it is solved again from there. Near the solution, as of a problem that differs in few springs, the path is short
   !> and is tried first.
-  subroutine solve_friction(problem, near, tolerance, timers, x, state, found, work, quick)
+  subroutine solve_friction(problem, near, tolerance, timers, x, state, found, work, effort)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: near                !! zero is near the solution
     real(dp), intent(in) :: tolerance
@@ -48,13 +55,14 @@ contains
     integer, intent(out) :: state(:)           !! (m) of the springs
     logical, intent(out) :: found
     type(friction_work_t), intent(out) :: work
-    logical, intent(in), optional :: quick     !! only the first start inside, and no path from its end
-    logical :: hurried, kept(size(state)), press(size(state))
+    integer, intent(in), optional :: effort    !! all where absent
+    integer :: may
+    logical :: kept(size(state)), press(size(state))
     real(dp) :: closed(2), farthest, left
     integer :: i, k
 
-    hurried = .false.
-    if (present(quick)) hurried = quick
+    may = effort_all
+    if (present(effort)) may = effort
     x = 0.0_dp*problem%force
     associate (spring => problem%spring)
       farthest = merge(reach_near, reach, near)*max(0.0_dp, maxval(spring%pressing/spring%stiffness))
@@ -66,7 +74,7 @@ contains
       if (all(kept)) exit
       call solve_kept(near .or. i > 1)
       if (.not. found) then
-        if (hurried) return
+        if (may /= effort_all) return
         kept = .true.
         x = 0.0_dp
         exit
@@ -78,7 +86,7 @@ contains
       if (.not. any(press)) exit
       kept = kept .or. press
     end do
-    if (all(kept)) call solve_springs(problem, near, tolerance, hurried, timers, x, state, found, work)
+    if (all(kept)) call solve_springs(problem, near, tolerance, may, timers, x, state, found, work)
     if (.not. found) return
     call forces_left(problem, x, state, left)
     found = left <= tolerance
@@ -90,44 +98,43 @@ contains
       logical, intent(in) :: from_here
       integer :: few_states(count(kept))
 
-      call solve_springs(of_springs(problem, pack([(k, k=1, size(kept))], kept)), from_here, tolerance, hurried, timers, x, &
+      call solve_springs(of_springs(problem, pack([(k, k=1, size(kept))], kept)), from_here, tolerance, may, timers, x, &
                          few_states, found, work)
     end subroutine solve_kept
 
   end subroutine solve_friction
 
   !> Solves a friction problem of springs all of which may press.
-  subroutine solve_springs(problem, near, tolerance, hurried, timers, x, state, found, work)
+  subroutine solve_springs(problem, near, tolerance, effort, timers, x, state, found, work)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: near                !! x is near the solution
     real(dp), intent(in) :: tolerance
-    logical, intent(in) :: hurried             !! only the first start inside, and no path from its end
+    integer, intent(in) :: effort
     type(timers_t), intent(inout) :: timers
     real(dp), intent(inout) :: x(:)            !! (n); means nothing where none was found
     integer, intent(out) :: state(:)           !! (m) of the springs
     logical, intent(out) :: found
     type(friction_work_t), intent(inout) :: work !! is counted on
     type(inside_t) :: inside
+    type(linear_solver_t) :: solver            ! all matrices have one pattern, and one analysis
     integer :: i, k
 
-    if (near) then
-      call go_along(most_near)
-      if (found) return
-    end if
-    do i = 1, size(at_first)
+    found = .false.
+    if (near) call go_along(most_near)
+    do i = 1, starts(effort)
+      if (found) exit
       call begin_inside(problem, at_first(i), 0.0_dp*problem%force, inside)
       do k = 1, size(leaves)
-        call go_inside(problem, max(tolerance, leaves(k)), .not. hurried, timers, inside, state, found)
+        call go_inside(problem, max(tolerance, leaves(k)), effort == effort_all, solver, timers, inside, state, found)
         x = inside%x
         if (leaves(k) <= tolerance .or. .not. found) exit
         call go_along(most_left(k))
         if (found) exit
       end do
       work%factors = work%factors + inside%factors
-      if (found .or. hurried) return
-      call go_along(most_pieces)
-      if (found) return
+      if (effort == effort_all .and. .not. found) call go_along(most_pieces)
     end do
+    call release_solver(solver)
 
   contains
 
@@ -137,7 +144,7 @@ contains
       integer :: factors, pieces
       real(dp) :: left
 
-      call follow_path(problem, most, timers, x, state, found, factors, pieces)
+      call follow_path(problem, most, solver, timers, x, state, found, factors, pieces)
       work%factors = work%factors + factors
       work%pieces = work%pieces + pieces
       if (.not. found) return

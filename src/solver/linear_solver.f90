@@ -18,7 +18,7 @@ module scree_linear_solver
   use scree_cholmod, only: cholmod_t, factorise_by_cholmod, release_cholmod, solve_by_cholmod
   use scree_dense_solver, only: largest_dense, solve_dense
   use scree_errors, only: error_t, fail, status_run_failed
-  use scree_factored, only: factored_t
+  use scree_factored, only: factored_t, move_factored
   use scree_gmres, only: gmres_t, solve_by_gmres
   use scree_kinds, only: dp
   use scree_sparse_matrix, only: multiply, products, root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_diagonal, &
@@ -260,7 +260,7 @@ contains
 
     symmetric = symmetric_matrix(matrix)
     if (.not. same_pattern(solver%kept, symmetric)) call release_cholmod(solver%cholmod)
-    solver%kept = symmetric
+    call move_factored(symmetric, solver%kept)
     solver%newly_kept = .true.
     call factorise_kept(solver, timers, definite, error)
   end subroutine factorise_beside

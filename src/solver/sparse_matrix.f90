@@ -9,9 +9,8 @@ module scree_sparse_matrix
   use scree_kinds, only: dp
   implicit none
   private
-  public :: add_element, add_rest, build_pattern, clear_matrix, copy_values, diagonal, multiply, on_fewer_places, &
-            on_fewer_rows, products, &
-            root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_diagonal, symmetric_matrix, times
+  public :: add_element, build_pattern, clear_matrix, copy_values, diagonal, multiply, on_fewer_places, on_fewer_rows, &
+            products, root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_diagonal, symmetric_matrix, times
 
   !> The matrix, and where each entry of each element goes. Columns and rows count from 0, as the C libraries want.
   type :: sparse_matrix_t
@@ -22,6 +21,7 @@ module scree_sparse_matrix
     real(c_double), allocatable :: value(:)    !! (n_entries)
     real(c_double), allocatable :: skewed(:)   !! (n_entries) of these, without which the matrix is symmetric; where it is not
     integer, allocatable :: on_diagonal(:)     !! (n) entry (from 1) of each row on the diagonal
+    integer, allocatable :: alike(:)           !! (n) columns from each one on that have the same rows
     integer, allocatable :: place_first(:)     !! (n_elements+1) element e owns place(place_first(e):place_first(e+1)-1)
     integer, allocatable :: place(:)           !! entry (from 1) of each entry of the element matrices, by columns
   end type sparse_matrix_t
@@ -41,6 +41,7 @@ contains
     call fill_columns(rows, m, matrix)
     allocate (matrix%value(size(matrix%row)), source=0.0_dp)
     matrix%on_diagonal = [(entry_at(matrix, j, j), j=1, n)]
+    call count_alike(matrix)
 
     allocate (matrix%place_first(size(m) + 1))
     matrix%place_first(1) = 1
@@ -118,6 +119,20 @@ contains
     end do
   end subroutine list_by_row
 
+  !> Counts the columns that have the same rows: those of one element do, or nearly.
+  pure subroutine count_alike(matrix)
+    type(sparse_matrix_t), intent(inout) :: matrix
+    integer :: j
+
+    allocate (matrix%alike(matrix%n), source=1)
+    associate (first => matrix%first, row => matrix%row)
+      do j = matrix%n - 1, 1, -1
+        if (first(j + 2) - first(j + 1) /= first(j + 1) - first(j)) cycle
+        if (all(row(first(j) + 1:first(j + 1)) == row(first(j + 1) + 1:first(j + 2)))) matrix%alike(j) = matrix%alike(j + 1) + 1
+      end do
+    end associate
+  end subroutine count_alike
+
   !> Entry (from 1) at a row and column (from 1) of the pattern, by bisection.
   pure integer function entry_at(matrix, row, column)
     type(sparse_matrix_t), intent(in) :: matrix
@@ -188,6 +203,7 @@ contains
     small%value = pack(matrix%value, keep)
     if (.not. matrix%symmetric) small%skewed = pack(matrix%skewed, keep)
     small%on_diagonal = at(matrix%on_diagonal)
+    call count_alike(small)
     allocate (small%place(sum(matrix%place_first(2:) - matrix%place_first(:size(is_kept)), is_kept)))
     small%place_first(1) = 1
     do e = 1, size(is_kept)
@@ -229,6 +245,7 @@ contains
     part%value = pack(matrix%value, at > 0)
     if (.not. matrix%symmetric) part%skewed = pack(matrix%skewed, at > 0)
     part%on_diagonal = pack(at(matrix%on_diagonal), is_kept)
+    call count_alike(part)
     part%place = pack(at(matrix%place), at(matrix%place) > 0)
     allocate (part%place_first(size(matrix%place_first)))
     m = 1
@@ -257,48 +274,67 @@ contains
     if (.not. from%symmetric) to%skewed = from%skewed
   end subroutine copy_values
 
-  !> Adds the dense matrix of element `e`. Where it is not symmetric, the symmetric matrix beside it has its symmetric part.
-  pure subroutine add_element(matrix, e, dense, symmetric)
-    type(sparse_matrix_t), intent(inout) :: matrix
-    integer, intent(in) :: e
-    real(dp), intent(in) :: dense(:, :) !! (m, m) of the element's rows
-    logical, intent(in) :: symmetric    !! but for round-off
-
-    call scatter(matrix%place(matrix%place_first(e):), dense, matrix%value)
-    if (symmetric) return
-    if (.not. allocated(matrix%skewed)) allocate (matrix%skewed(size(matrix%value)))
-    if (matrix%symmetric) matrix%skewed = 0.0_dp
-    matrix%symmetric = .false.
-    call scatter(matrix%place(matrix%place_first(e):), 0.5_dp*(dense - transpose(dense)), matrix%skewed)
-  end subroutine add_element
-
-  !> Leaves a part of what was added of element `e`, and not symmetric, out of the symmetric matrix beside it.
+  !> Adds the dense matrix of element `e`. Where it is not symmetric, the symmetric matrix beside it has its symmetric part, without
+  !> that of a part of it that is kept apart.
   !>
   !> Friction is such a part: it follows the force across a contact. With half of it on either side of the diagonal a matrix is
   !> seldom definite, and solutions take two to four times as many iterations from it.
-  pure subroutine add_rest(matrix, e, rest)
+  pure subroutine add_element(matrix, e, dense, symmetric, apart)
     type(sparse_matrix_t), intent(inout) :: matrix
     integer, intent(in) :: e
-    real(dp), intent(in) :: rest(:, :)  !! (m, m) of the element's rows
+    real(dp), intent(in), contiguous :: dense(:, :)           !! (m, m) of the element's rows; rows below are no part of it
+    logical, intent(in) :: symmetric                          !! but for round-off
+    real(dp), intent(in), contiguous, optional :: apart(:, :) !! as large
 
-    call scatter(matrix%place(matrix%place_first(e):), 0.5_dp*(rest + transpose(rest)), matrix%skewed)
-  end subroutine add_rest
+    if (symmetric) then
+      call scatter(size(dense, 1), size(dense, 2), matrix%place(matrix%place_first(e):), dense, matrix%value)
+      return
+    end if
+    if (.not. allocated(matrix%skewed)) allocate (matrix%skewed(size(matrix%value)))
+    if (matrix%symmetric) matrix%skewed = 0.0_dp
+    matrix%symmetric = .false.
+    call scatter_skewed(size(dense, 1), size(dense, 2), matrix%place(matrix%place_first(e):), dense, matrix%value, matrix%skewed, &
+                        apart)
+  end subroutine add_element
 
   !> Adds the entries of a dense matrix to values, each at its place.
-  pure subroutine scatter(place, dense, value)
-    integer, intent(in) :: place(:)
-    real(dp), intent(in) :: dense(:, :)
-    real(dp), intent(inout) :: value(:)
-    integer :: at, i, j
+  pure subroutine scatter(n_rows, m, place, dense, value)
+    integer, intent(in) :: n_rows, m, place(m, m)
+    real(dp), intent(in) :: dense(n_rows, m)
+    real(dp), intent(inout) :: value(*)
+    integer :: i, j
 
-    at = 0
-    do j = 1, size(dense, 2)
-      do i = 1, size(dense, 1)
-        at = at + 1
-        value(place(at)) = value(place(at)) + dense(i, j)
+    do j = 1, m
+      do i = 1, m
+        value(place(i, j)) = value(place(i, j)) + dense(i, j)
       end do
     end do
   end subroutine scatter
+
+  !> Adds a matrix that is not symmetric to values, and what it is not symmetric by to `skewed`, entries of a pair at once.
+  pure subroutine scatter_skewed(n_rows, m, place, dense, value, skewed, apart)
+    integer, intent(in) :: n_rows, m, place(m, m)
+    real(dp), intent(in) :: dense(n_rows, m)
+    real(dp), intent(inout) :: value(*), skewed(*)
+    real(dp), intent(in), optional :: apart(n_rows, m)
+    real(dp) :: half, mean
+    integer :: i, j
+
+    mean = 0.0_dp
+    do j = 1, m
+      do i = 1, j
+        if (present(apart)) mean = 0.5_dp*(apart(i, j) + apart(j, i))
+        half = 0.5_dp*(dense(i, j) - dense(j, i))
+        associate (upper => place(i, j), lower => place(j, i))
+          value(upper) = value(upper) + dense(i, j)
+          skewed(upper) = skewed(upper) + half + mean
+          if (i == j) cycle
+          value(lower) = value(lower) + dense(j, i)
+          skewed(lower) = skewed(lower) - half + mean
+        end associate
+      end do
+    end do
+  end subroutine scatter_skewed
 
   !> The lower triangle of the symmetric matrix beside one, which is that itself where it is symmetric.
   pure function symmetric_matrix(matrix) result(lower)
@@ -360,20 +396,52 @@ contains
     root_of_entry = sqrt(root_of_entry)
   end function root_of_entry
 
-  !> y = A x.
+  !> y = A x. Columns that have the same rows are taken together, and each row adds them up in their order: the sums are those of
+  !> one column after the other.
   pure subroutine multiply(matrix, x, y)
     type(sparse_matrix_t), intent(in) :: matrix
-    real(dp), intent(in) :: x(:)
-    real(dp), intent(out) :: y(:)
-    integer :: j, k
+    real(dp), intent(in), contiguous :: x(:)
+    real(dp), intent(out), contiguous :: y(:)
+    integer :: j, n_rows
 
     y = 0.0_dp
-    do j = 1, matrix%n
-      do k = matrix%first(j) + 1, matrix%first(j + 1)
-        y(matrix%row(k) + 1) = y(matrix%row(k) + 1) + matrix%value(k)*x(j)
-      end do
+    j = 1
+    do while (j <= matrix%n)
+      n_rows = matrix%first(j + 1) - matrix%first(j)
+      associate (row => matrix%row(matrix%first(j) + 1:), value => matrix%value(matrix%first(j) + 1:))
+        select case (matrix%alike(j)) ! the compiler unrolls these
+        case (6:)
+          call add_columns(n_rows, 6, row, value, x(j:), y)
+          j = j + 6
+        case (2:5)
+          call add_columns(n_rows, 2, row, value, x(j:), y)
+          j = j + 2
+        case default
+          call add_columns(n_rows, 1, row, value, x(j:), y)
+          j = j + 1
+        end select
+      end associate
     end do
   end subroutine multiply
+
+  !> Adds columns that have the same rows, each times its component of x.
+  pure subroutine add_columns(n_rows, n_columns, row, value, x, y)
+    integer, intent(in) :: n_rows, n_columns
+    integer(c_int), intent(in) :: row(n_rows)                !! from 0
+    real(c_double), intent(in) :: value(n_rows, n_columns)
+    real(dp), intent(in) :: x(n_columns)
+    real(dp), intent(inout) :: y(0:*)
+    real(dp) :: sum
+    integer :: j, k
+
+    do k = 1, n_rows
+      sum = y(row(k))
+      do j = 1, n_columns
+        sum = sum + value(k, j)*x(j)
+      end do
+      y(row(k)) = sum
+    end do
+  end subroutine add_columns
 
   !> A x.
   pure function times(matrix, x) result(y)

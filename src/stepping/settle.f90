@@ -20,7 +20,7 @@ module scree_settle
   use scree_flickering, only: may_part, note_changes, note_part
   use scree_friction_part, only: solve_about
   use scree_friction_problem, only: friction_problem_t, keep_rows_of_forces
-  use scree_friction_solver, only: friction_work_t, solve_friction
+  use scree_friction_solver, only: effort_all, effort_path, effort_quick, friction_work_t, solve_friction
   use scree_iteration_end, only: check_area, check_areas, reject_unsettled
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -40,13 +40,16 @@ module scree_settle
   public :: settle
 
   !> Friction problems in a step, after which entrances and anchors stay; and at most.
-  integer, parameter :: free_rounds = 3, most_rounds = 20
+  integer, parameter :: free_rounds = 3, most_rounds = 30
   !> Friction problems in a step that follow each other at once, where forces bend.
-  integer, parameter :: prompt_rounds = 10
-  !> Rounds of which half of the way is gone where forces bend: tangents may run in circles, which what lies between breaks.
-  integer, parameter :: half_rounds(*) = [5, 8, 11, 14, 17]
+  integer, parameter :: prompt_rounds = 20
+  !> Rounds of which half of the way is gone where forces bend: tangents may run in circles, which what lies between breaks. They do
+  !> not come evenly, as circles do.
+  integer, parameter :: half_rounds(*) = [5, 8, 10, 13, 15, 18, 20, 23, 25, 28]
   !> Contacts that a judgement changes, from which on another one hardly ever changes none.
   integer, parameter :: many_changes = 20
+  !> Contacts that a judgement changes, fewer than which the path from there to the solution is likely to be short.
+  integer, parameter :: few_changes = 75
   !> Times that contacts may hold in a step what has settled.
   integer, parameter :: most_holds = 100
   !> Forces that a friction problem leaves out of balance, over the largest: a body may have forces of its own that are far smaller.
@@ -199,7 +202,13 @@ contains
       if (i == 1 .and. group%may_leave) group%first = change
       outcome%settled = is_settled(model, cache, group, change, residual) &
                         .and. .not. (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1)
-      if (group%in_contact) call judge(model, cache, state, group, contacts, d, outcome)
+      if (group%keeps_states .and. .not. outcome%settled) then
+        group%keeps_states = .false.
+        call place(model, cache, state, d, contacts)
+        call measure_contacts(model, d, contacts)
+      else if (group%in_contact) then
+        call judge(model, cache, state, group, contacts, d, outcome)
+      end if
       if (outcome%settled .or. allocated(outcome%trouble%what)) return
       call choose_operator(model, change, group)
     end do
@@ -207,6 +216,10 @@ contains
   end subroutine iterate
 
   !> Contacts at the prediction, and what their iteration begins with.
+  !>
+  !> Of the first step the prediction tells what closes. Later ones begin with contacts as the last step left them: most stay so.
+  !> Where bodies turn, the first correction brings bodies along that move together, and leaves gaps between them that are of the
+  !> second order and mean nothing; contacts are judged from the second on.
   subroutine begin_open_close(model, cache, state, group, contacts, d)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -224,10 +237,11 @@ contains
     if (contacts%goes_on) then
       call judge_contacts(model, d, contacts)
       group%near = .not. group%linear
-    else if (group%open_close%judges_prediction) then
+    else if (group%open_close%judges_prediction .and. state%step == 0) then
       call judge_prediction(model, d, contacts)
     else
       call measure_contacts(model, d, contacts)
+      group%keeps_states = group%open_close%settles_always .and. .not. (group%linear .or. group%nested)
     end if
   end subroutine begin_open_close
 
@@ -312,7 +326,8 @@ contains
   !> Judges the contacts after a correction, and rejects the try where they go round in circles.
   !>
   !> Where forces bend, a correction from the solution of a friction problem that changes any contact is no use: the iteration, once
-  !> it has run in circles, does so again. The next problem follows at once, from where the last one ended.
+  !> it has run in circles, does so again. The next problem follows at once, from where the last one ended. Where nothing changes
+  !> anchors return before the deformation has settled, which would else settle once more for them.
   subroutine judge(model, cache, state, group, contacts, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -322,7 +337,7 @@ contains
     real(dp), intent(inout) :: d(:)
     type(outcome_t), intent(inout) :: outcome
     integer :: before(2, contacts%last - contacts%first + 1) !! states of their entrances before the judgement
-    logical :: prompt
+    logical :: enough, prompt
 
     prompt = group%near .and. group%rounds < prompt_rounds .and. group%open_close%poses_at_once
     before = states_of(contacts)
@@ -332,7 +347,10 @@ contains
     outcome%judged = reshape([outcome%judged, contacts%count, contacts%changes], [4, size(outcome%judged, 2) + 1])
     group%far = contacts%changes > many_changes .and. group%open_close%settles_always
     group%in_doubt = outcome%settled .and. contacts%changes > 0 .and. group%open_close%settles_always
-    if (contacts%changes == 0) return
+    if (contacts%changes == 0) then
+      if (.not. outcome%settled) call return_anchors(model, d, contacts, enough)
+      return
+    end if
     outcome%settled = .false.
     call settle_circles(model, cache, state, group, before, prompt, contacts, d, outcome)
   end subroutine judge
@@ -351,15 +369,50 @@ contains
     logical :: apart, stalls
 
     call note_changes(before, contacts, group%flickering, apart)
-    call count_stalled(contacts%changes, group)
+    call count_stalled(model, d, contacts%changes, group)
     stalls = group%stalled > group%open_close%most_stalled
     apart = (apart .or. stalls) .and. may_part(group%flickering, size(group%member)) &
             .and. group%open_close%settles_always .and. (group%linear .or. .not. group%near)
     if (apart) call settle_part(model, cache, state, group, contacts, d, outcome, apart)
-    if (apart .or. .not. (stalls .or. prompt)) return
+    if (apart) return
+    if ((stalls .or. group%stalled == 1) .and. group%fewest < min(group%tried, few_changes) .and. .not. group%near) then
+      call settle_near(model, cache, state, group, contacts, d, outcome)
+      if (group%near) return
+    end if
+    if (.not. (stalls .or. prompt)) return
     call reject_contacts(model, state, contacts, before, d, outcome)
     call settle_stalled(model, cache, state, group, contacts, d, outcome)
   end subroutine settle_circles
+
+  !> Settles contacts as a friction problem from where a judgement changed fewest of them: along the path alone, which is short
+  !> where that was near the solution. Where it does not get there all stays as it was.
+  subroutine settle_near(model, cache, state, group, contacts, d, outcome)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group         !! near the solution where that was found
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(inout) :: d(:)
+    type(outcome_t), intent(inout) :: outcome
+    type(contact_try_t) :: contacts_before
+    real(dp) :: d_before(size(d))
+    real(dp), allocatable :: x(:)
+    integer :: spring(contacts%last - contacts%first + 1)
+    logical :: found
+
+    if (.not. group%open_close%settles_always) return
+    group%tried = group%fewest
+    call begin_phase(cache%timers, phase_judge)
+    d_before = d
+    contacts_before = contacts
+    call go_back(model, cache, state, group, group%best, contacts, d)
+    call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, found, effort_path)
+    if (found) call take_solution(model, cache, state, group, x, spring, contacts, d, outcome)
+    if (group%near) return
+    if (allocated(outcome%trouble%what)) deallocate (outcome%trouble%what)
+    d = d_before
+    contacts = contacts_before
+  end subroutine settle_near
 
   !> Settles contacts that run in circles as a friction problem, at the entrances, anchors and bonds that they have where the last
   !> such round ended or the step began. Where it may not, or that fails, the trouble of the outcome stays.
@@ -372,28 +425,59 @@ contains
     real(dp), intent(inout) :: d(:)
     type(outcome_t), intent(inout) :: outcome
     real(dp), allocatable :: x(:)
-    real(dp) :: change
-    integer :: spring(contacts%last - contacts%first + 1), k, worst
+    integer :: effort, spring(contacts%last - contacts%first + 1)
     logical :: found
 
     if (.not. (group%in_contact .and. group%open_close%settles_always .and. group%rounds < most_rounds)) return
     call begin_phase(cache%timers, phase_judge)
+    call go_back(model, cache, state, group, group%sound, contacts, d)
+    effort = merge(effort_quick, effort_all, group%open_close%poses_at_once)
+    call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, found, effort)
+    if (.not. (found .or. group%linear)) &
+      call solve_as_problem(model, cache, state, group, .true., contacts, d, outcome, x, spring, found, effort_all)
+    if (found) call take_solution(model, cache, state, group, x, spring, contacts, d, outcome)
+  end subroutine settle_stalled
+
+  !> Goes to a displacement of the members, and judges the contacts there.
+  subroutine go_back(model, cache, state, group, values, contacts, d)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(in) :: group
+    real(dp), intent(in) :: values(:, :)          !! (n, n_members)
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(inout) :: d(:)
+    integer :: k
+
     do k = 1, size(group%member)
-      d(model%elements%unknown(:, group%member(k))) = group%sound(:, k)
+      d(model%elements%unknown(:, group%member(k))) = values(:, k)
     end do
     call judge_at(model, cache, state, group, d, contacts)
-    call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, found)
-    if (.not. (found .or. group%linear)) &
-      call solve_as_problem(model, cache, state, group, .true., contacts, d, outcome, x, spring, found)
-    if (.not. found) return
+  end subroutine go_back
+
+  !> Takes the solution of a friction problem that was posed at `d`, from which the iteration goes on. Where an area runs away on the
+  !> way, it is not taken, and the outcome has a trouble.
+  subroutine take_solution(model, cache, state, group, x, spring, contacts, d, outcome)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    real(dp), intent(inout) :: x(:)               !! correction of the island
+    integer, intent(in) :: spring(:)              !! states of its contacts
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(inout) :: d(:)
+    type(outcome_t), intent(inout) :: outcome
+    real(dp) :: change
+    integer :: worst
+
+    group%linear_at = values_of_members(model, group, d)
     call take_states(spring, contacts)
     if (any(half_rounds == group%rounds) .and. .not. group%linear) x = 0.5_dp*x
     call move_island(cache%equations, group%number, x, d)
     outcome%settled = .true.
     call check_areas(model, cache, group%member, d, outcome)
     if (.not. outcome%settled) return
-    deallocate (outcome%trouble%what)
-    group%linear_at = group%sound
+    if (allocated(outcome%trouble%what)) deallocate (outcome%trouble%what)
     call find_change(model, cache, group, d, change, worst)
     if (group%open_close%poses_at_once) call choose_operator(model, change, group)
     group%sound = values_of_members(model, group, d)
@@ -407,7 +491,7 @@ contains
     group%in_doubt = group%linear .or. change < model%settings%tolerance
     if (change < model%settings%tolerance) group%repeats = min(group%repeats + 1, most_repeats)
     outcome%settled = .false.
-  end subroutine settle_stalled
+  end subroutine take_solution
 
   !> Settles the contacts that go on changing as the friction problem of what is about them, where that is few.
   subroutine settle_part(model, cache, state, group, contacts, d, outcome, done)
@@ -422,9 +506,11 @@ contains
     real(dp), allocatable :: x(:)
     integer :: spring(contacts%last - contacts%first + 1)
 
-    call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, done, group%flickering%contact)
+    call solve_as_problem(model, cache, state, group, .false., contacts, d, outcome, x, spring, done, effort_quick, &
+                          group%flickering%contact)
     if (.not. (done .or. group%linear)) &
-      call solve_as_problem(model, cache, state, group, .true., contacts, d, outcome, x, spring, done, group%flickering%contact)
+      call solve_as_problem(model, cache, state, group, .true., contacts, d, outcome, x, spring, done, effort_quick, &
+                            group%flickering%contact)
     call note_part(done, group%flickering)
     if (.not. done) return
     call take_states(spring, contacts)
@@ -439,7 +525,7 @@ contains
   !> Stress turns with what it is in, so that with Green strain elements under pressure may have a tangent that is not definite, and
   !> contacts rows of forces that are not those of their changes: there may be no solution. With the secant, which does not have
   !> stress turn, and with the rows of forces alone there is one (doc/theory.md), from where the iteration goes on.
-  subroutine solve_as_problem(model, cache, state, group, by_secant, contacts, d, outcome, x, spring, found, about)
+  subroutine solve_as_problem(model, cache, state, group, by_secant, contacts, d, outcome, x, spring, found, effort, about)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
@@ -451,7 +537,8 @@ contains
     real(dp), allocatable, intent(out) :: x(:)     !! correction of the island
     integer, intent(out) :: spring(:)              !! states of its contacts
     logical, intent(out) :: found
-    logical, intent(in), optional :: about(:)      !! contacts of the island
+    integer, intent(in) :: effort                  !! that it may take
+    logical, intent(in), optional :: about(:)      !! contacts of the island, of which a part is solved
     type(group_t) :: posed
     type(friction_problem_t) :: problem, whole
     type(friction_work_t) :: work
@@ -463,19 +550,19 @@ contains
     call add_elements(model, cache, state, posed, d)
     call pose_problem(model, contacts, group%number, d, cache%equations, problem)
     if (by_secant) call keep_rows_of_forces(problem)
-    near = group%near
+    near = group%near .or. effort == effort_path
     if (present(about)) then
       near = near .or. group%flickering%parts > 0
       whole = problem
       call solve_about(whole, about, group%flickering%reach, near, accepted_share, cache%timers, problem, x, spring, found, work)
     else
       call begin_phase(cache%timers, phase_friction)
-      call solve_friction(problem, near, problem_share*0.1_dp**group%repeats, cache%timers, x, spring, found, work, &
-                          quick=group%open_close%poses_at_once .and. .not. by_secant)
+      call solve_friction(problem, near, problem_share*0.1_dp**group%repeats, cache%timers, x, spring, found, work, effort)
     end if
     if (.not. allocated(problem%force)) return
     outcome%solves = outcome%solves + work%factors
-    if (model%settings%problems == problems_all .or. (model%settings%problems /= problems_none .and. .not. found)) &
+    if (model%settings%problems == problems_all &
+        .or. (model%settings%problems /= problems_none .and. .not. (found .or. effort == effort_path))) &
       call keep_posed(cache%equations, problem, near, found)
   end subroutine solve_as_problem
 

@@ -49,7 +49,10 @@ module scree_settle_group
     type(term_t), allocatable :: term(:)      !! of the members at the last linearisation, where it may stay
     real(dp), allocatable :: linear_at(:, :)  !! (n, n_members) displacement then
     type(flickering_t) :: flickering          !! contacts that go on changing
+    logical :: keeps_states = .false.         !! contacts that bodies bring along are not judged before the first correction
     integer :: fewest = huge(1), stalled = 0  !! changes of states, and iterations since that got fewer
+    real(dp), allocatable :: best(:, :)       !! (n, n_members) displacement at which these were judged
+    integer :: tried = huge(1)                !! fewest changes from which a path was followed
     real(dp), allocatable :: sound(:, :)      !! (n, n_members) displacement that the iteration, or its last round, began with
     logical :: near = .false.                 !! to the solution: a friction problem ended there
     integer :: rounds = 0                     !! friction problems that were solved
@@ -106,13 +109,16 @@ contains
     if (model%settings%iterate == iterate_hybrid .and. .not. group%frozen) group%rule%tangent = change < near_solution
   end subroutine choose_operator
 
-  !> Counts the judgements that do not change fewer states than all before them.
-  pure subroutine count_stalled(changes, group)
-    integer, intent(in) :: changes !! of states, in the last judgement
+  !> Counts the judgements that do not change fewer states than all before them, and keeps where that did which changed fewest.
+  pure subroutine count_stalled(model, d, changes, group)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)   !! (n_unknowns)
+    integer, intent(in) :: changes !! of states, in the judgement at `d`
     type(group_t), intent(inout) :: group
 
     if (changes < group%fewest .and. group%open_close%counts_progress) then
       group%fewest = changes
+      group%best = values_of_members(model, group, d)
     else
       group%stalled = group%stalled + 1
     end if
