@@ -18,12 +18,12 @@ contains
 
   !> Forces across the entrances of a contact: the stiffness times the mean overlap over a straight way of the gaps, of each
   !> entrance while its gap is the larger.
-  pure function press_conserving(stiffness, n_entrances, start, now) result(force)
+  pure subroutine press_conserving(stiffness, n_entrances, start, now, force)
     real(dp), intent(in) :: stiffness              !! force/length
     integer, intent(in) :: n_entrances
     type(entrance_start_t), intent(in) :: start(2)
     type(gap_and_slip_t), intent(in) :: now(2)
-    type(contact_force_t) :: force
+    type(contact_force_t), intent(out) :: force
     real(dp) :: ahead(2), turn, depth
     integer :: k
 
@@ -47,7 +47,7 @@ contains
     end if
     force%across = stiffness*force%across
     force%across_by_gap = stiffness*force%across_by_gap
-  end function press_conserving
+  end subroutine press_conserving
 
   !> Force of entrance k and what it yields by, as of a spring that only presses: about these gaps where it yields there like one,
   !> else as if the gap had been crossed when the step began.
@@ -60,7 +60,7 @@ contains
     real(dp), intent(out) :: yielding              !! force/length
     type(contact_force_t) :: force
 
-    force = press_conserving(stiffness, n_entrances, start, now)
+    call press_conserving(stiffness, n_entrances, start, now, force)
     pressing = sum(force%across)
     yielding = -force%across_by_gap(k, k)
     if (yielding > like_a_spring*stiffness) return

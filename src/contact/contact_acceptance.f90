@@ -75,7 +75,7 @@ contains
           if (entrance%rest < 0) &
             contact%overlap = max(0.0_dp, -(entrance%rest + entrance%dilated + now(contact%active)%gap))
         else
-          force = press(try, i, now)
+          call press(try, i, now, force)
           call accept_closed(try%law, force, force_to_hold(try, i, now, force), now, held_together(entrance%pair), contact, closed)
           memory%gap = max(memory%gap, closed%gap)
           contact%overlap = max(0.0_dp, -(entrance%rest + entrance%dilated + closed%gap))

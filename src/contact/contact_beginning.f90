@@ -39,7 +39,10 @@ contains
       if (allocated(try%law%roughness)) call measure_contact(model%outlines, state%vertex, try%law, try%contact(i))
     end do
     if (allocated(try%geometry)) deallocate (try%geometry, try%start, try%now)
+    if (allocated(try%edge)) deallocate (try%edge)
+    if (allocated(try%acting)) deallocate (try%acting)
     allocate (try%geometry(2, size(try%contact)), try%start(2, size(try%contact)), try%now(2, size(try%contact)))
+    if (.not. try%linear .or. allocated(model%effects%bolt)) allocate (try%acting(2, size(try%contact)))
     if (.not. allocated(try%largest)) allocate (try%largest(model%n_blocks))
     at_rest = 0.0_dp
     call place(model, cache, state, at_rest, try)

@@ -301,20 +301,20 @@ contains
     !> Adds the contact of an encounter, if there is one.
     subroutine add(encounter)
       type(encounter_t), intent(in) :: encounter
-      type(contact_t) :: contact
 
-      contact = pair(try%law, outlines, survey, past, encounter)
-      if (any(contact%entrance(:contact%n_entrances)%vertex == 0)) return ! within one element, which cannot touch itself
-      if (may_rest) then
-        if (.not. has_entered(outlines, position, survey, past, contact%entrance(contact%active))) then
-          if (contact%n_entrances == 1) return ! past one line of two, and not the other, a corner is outside and may enter there
-          if (.not. has_entered(outlines, position, survey, past, contact%entrance(3 - contact%active))) return
-          contact%active = 3 - contact%active
-        end if
-      end if
       if (n_found == size(found)) found = [found, found]
+      associate (contact => found(n_found + 1))
+        call pair(try%law, outlines, survey, past, encounter, contact)
+        if (any(contact%entrance(:contact%n_entrances)%vertex == 0)) return ! within one element, which cannot touch itself
+        if (may_rest) then
+          if (.not. has_entered(outlines, position, survey, past, contact%entrance(contact%active))) then
+            if (contact%n_entrances == 1) return ! past one line of two, and not the other, a corner is outside and may enter there
+            if (.not. has_entered(outlines, position, survey, past, contact%entrance(3 - contact%active))) return
+            contact%active = 3 - contact%active
+          end if
+        end if
+      end associate
       n_found = n_found + 1
-      found(n_found) = contact
     end subroutine add
 
     !> Whether a vertex that rests behind an edge is still in its body, wherever along the edge.

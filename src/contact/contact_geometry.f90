@@ -31,26 +31,28 @@ module scree_contact_geometry
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: entrance_geometry_t, find_geometry, frame_of_edge, gap_of
+  public :: acting_rows_t, entrance_geometry_t, find_geometry, frame_of_edge, gap_of
 
   integer, parameter :: n = element_unknowns
 
-  !> An entrance about a displacement: g(d) = gap + normal.(d - at), and so slid.
+  !> An entrance about a displacement: g(d) = gap + normal.(d - at), and so slid; `at` is zero where there are no `acting_rows_t`.
+  !> Without default values: a step places two for each contact, of which most have one.
   type :: entrance_geometry_t
-    real(dp) :: at(2*n) = 0.0_dp        !! that displacement, of the unknowns of both elements
-    real(dp) :: gap = 0.0_dp            !! length
-    real(dp) :: along = 0.0_dp          !! from the start of the edge to the foot of the vertex when the step began, length
-    real(dp) :: slid = 0.0_dp           !! of that foot along the edge since then, from the share of the edge where it was, length
-    real(dp) :: edge_length = 1.0_dp    !! length
-    real(dp) :: normal_end(2*n) = 0.0_dp !! change of the gap with the unknowns of both elements
-    real(dp) :: shear_end(2*n) = 0.0_dp !! change of slid
-    real(dp) :: normal(2*n) = 0.0_dp    !! likewise, in the configuration where the forces act
-    real(dp) :: shear(2*n) = 0.0_dp
-    real(dp) :: turn(2*n) = 0.0_dp      !! turn to its normal of the edge where forces act on it, if it follows d, rad/length
-    !> (3, 2 n) where slip is measured from the anchor (Shi): the end of the edge from its start, along and across; and the
-    !> position of the edge's body that the vertex is at from the foot, along.
-    real(dp), allocatable :: edge(:, :)
+    real(dp) :: gap          !! length
+    real(dp) :: along        !! from the start of the edge to the foot of the vertex when the step began, length
+    real(dp) :: slid         !! of that foot along the edge since then, from the share of the edge where it was, length
+    real(dp) :: edge_length  !! length
+    real(dp) :: normal(2*n)  !! change of the gap with the unknowns of both elements
+    real(dp) :: shear(2*n)   !! change of slid
   end type entrance_geometry_t
+
+  !> What an entrance that may follow the motion has beside: rows of the configuration where the forces act.
+  type :: acting_rows_t
+    real(dp) :: at(2*n)      !! the displacement that its geometry is about, of the unknowns of both elements
+    real(dp) :: normal(2*n)  !! change of the gap
+    real(dp) :: shear(2*n)   !! change of slid
+    real(dp) :: turn(2*n)    !! turn to its normal of the edge where forces act on it, if it follows d, rad/length
+  end type acting_rows_t
 
 contains
 
@@ -68,14 +70,22 @@ contains
   pure real(dp) function gap_of(position, a, b)
     real(dp), intent(in) :: position(2), a(2), b(2) !! length
 
-    gap_of = ((b(2) - a(2))*(position(1) - a(1)) - (b(1) - a(1))*(position(2) - a(2)))/norm2(b - a)
+    gap_of = gap_at_edge(position, a, b, norm2(b - a))
   end function gap_of
+
+  !> Likewise, where the distance from a to b is known.
+  pure real(dp) function gap_at_edge(position, a, b, length) result(gap)
+    real(dp), intent(in) :: position(2), a(2), b(2) !! length
+    real(dp), intent(in) :: length
+
+    gap = ((b(2) - a(2))*(position(1) - a(1)) - (b(1) - a(1))*(position(2) - a(2)))/length
+  end function gap_at_edge
 
   !> Finds the geometry of an entrance at displacement `d` of the elements.
   !>
   !> With a weight, gap and slip are those of the positions that `d` moves the vertices to, and the forces act in the configuration
   !> that this share of `d` makes. Without, everything is linear about the beginning of the step, as Shi's.
-  pure subroutine find_geometry(model, cache, state, pair, entrance, d, geometry, weight)
+  pure subroutine find_geometry(model, cache, state, pair, entrance, d, geometry, acting, weight)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
     type(cache_t), intent(in) :: cache
@@ -83,10 +93,12 @@ contains
     type(entrance_t), intent(in) :: entrance
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
     type(entrance_geometry_t), intent(out) :: geometry
-    real(dp), intent(in), optional :: weight
+    type(acting_rows_t), intent(out), optional :: acting !! where any entrance may follow the motion
+    real(dp), intent(in), optional :: weight         !! where this one does
     real(dp), dimension(2, n) :: T1, T2, T3
     real(dp), dimension(n) :: d1, d2                 ! of the bodies of vertex and edge
-    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal, acting, length, moment
+    real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal, edge, length, moment
+    real(dp) :: at(2*n)
     integer :: body, edge_body, own, other           ! the unknowns of these bodies are after these
 
     body = model%outlines%element(entrance%vertex)
@@ -95,8 +107,8 @@ contains
     other = n - own
     d1 = values_of(model%elements, body, d)
     d2 = values_of(model%elements, edge_body, d)
-    geometry%at(own + 1:own + n) = d1
-    geometry%at(other + 1:other + n) = d2
+    at(own + 1:own + n) = d1
+    at(other + 1:other + n) = d2
     x1 = state%vertex(:, model%outlines%start(entrance%vertex))
     x2 = state%vertex(:, model%outlines%start(entrance%edge))
     x3 = state%vertex(:, model%outlines%finish(entrance%edge))
@@ -112,23 +124,25 @@ contains
       u3 = matmul(T3, d2)
     end if
     call frame_of_edge(x2, x3, t, normal, geometry%edge_length)
-    geometry%gap = gap_of(x1, x2, x3)
+    geometry%gap = gap_at_edge(x1, x2, x3, geometry%edge_length)
     geometry%along = dot_product(t, x1 - x2)
     if (present(weight)) then
       call measure_product(1.0_dp, length(2), moment(2))
-      call put_rows(1.0_dp, [length(2), length(2)], [moment(2), moment(2)], geometry%normal_end, geometry%shear_end)
+      call put_rows(1.0_dp, [length(2), length(2)], [moment(2), moment(2)], geometry%normal, geometry%shear)
       call measure_product(2*weight - 1, length(1), moment(1))
-      call put_rows(weight, length, moment, geometry%normal, geometry%shear)
+      call put_rows(weight, length, moment, acting%normal, acting%shear)
       call move(t, geometry)
-      acting = x3 - x2 + weight*(u3 - u2)
-      geometry%turn(other + 1:other + n) = weight*(acting(2)*(T3(1, :) - T2(1, :)) - acting(1)*(T3(2, :) - T2(2, :)))/sum(acting**2)
+      edge = x3 - x2 + weight*(u3 - u2)
+      acting%turn = 0.0_dp
+      acting%turn(other + 1:other + n) = weight*(edge(2)*(T3(1, :) - T2(1, :)) - edge(1)*(T3(2, :) - T2(2, :)))/sum(edge**2)
+      acting%at = at
     else
-      call measure_product(0.0_dp, length(1), moment(1))
-      call put_rows(0.0_dp, [length(1), length(1)], [moment(1), moment(1)], geometry%normal, geometry%shear)
-      geometry%normal_end = geometry%normal
-      geometry%shear_end = geometry%shear
-      geometry%gap = geometry%gap + dot_product(geometry%normal, geometry%at)
-      geometry%slid = dot_product(geometry%shear, geometry%at)
+      length = geometry%edge_length
+      moment = length*geometry%gap
+      call put_rows(0.0_dp, length, moment, geometry%normal, geometry%shear)
+      geometry%gap = geometry%gap + dot_product(geometry%normal, at)
+      geometry%slid = dot_product(geometry%shear, at)
+      if (present(acting)) acting = acting_rows_t(at, geometry%normal, geometry%shear, 0.0_dp)
     end if
 
   contains

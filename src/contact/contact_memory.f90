@@ -3,7 +3,7 @@
 !> Contacts are told by their pairs of a vertex and an edge. Where a contact before had one of the pairs of an entrance line, the
 !> line goes on with its state, anchor, rest and bond.
 module scree_contact_memory
-  use scree_contact_pairs, only: has_same_entrances, list_entrances, place_of_pair
+  use scree_contact_pairs, only: entrances_t, has_same_entrances, list_entrances, place_of_pair
   use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
   use scree_corners, only: along_edge, gap_at, survey_t
@@ -17,10 +17,8 @@ module scree_contact_memory
   !> The contacts of the step before, to be looked up.
   type :: past_t
     type(contact_t), allocatable :: contact(:)
-    integer, allocatable :: number(:)   !! 2 k - 1 and 2 k are the entrances of contact k
-    real(dp), allocatable :: key(:)     !! of their pairs of vertex and edge, sorted
+    type(entrances_t) :: entrances
     real(dp), allocatable :: pressed(:) !! (n_blocks) largest overlap of the springs of each block, length
-    integer :: n_vertices = 0           !! of the outlines
   end type past_t
 
 contains
@@ -33,8 +31,7 @@ contains
     integer :: k
 
     past%contact = memory%contact
-    past%n_vertices = size(outlines%start)
-    call list_entrances(past%contact, past%n_vertices, past%number, past%key)
+    call list_entrances(past%contact, size(outlines%start), past%entrances)
     allocate (past%pressed(size(outlines%first) - 1), source=0.0_dp)
     do k = 1, size(past%contact)
       associate (contact => past%contact(k), entrance => past%contact(k)%entrance(past%contact(k)%active), &
@@ -53,17 +50,17 @@ contains
     integer :: first, k
 
     entrance_before = 0
-    first = place_of_pair(past%key, vertex, edge, past%n_vertices)
+    first = place_of_pair(past%entrances, vertex, edge)
     if (first == 0) return
-    entrance_before = past%number(first)
-    do k = first, size(past%key)
-      if (past%key(k) > past%key(first) + 0.5_dp) return
-      associate (was => past%contact((past%number(k) + 1)/2)%entrance(2 - modulo(past%number(k), 2)))
-        if (was%state == state_open) cycle
-      end associate
-      entrance_before = past%number(k)
-      return
-    end do
+    associate (number => past%entrances%number)
+      entrance_before = number(first)
+      do k = first, past%entrances%first(vertex + 1) - 1
+        if (past%entrances%edge(k) > edge) return
+        if (past%contact((number(k) + 1)/2)%entrance(2 - modulo(number(k), 2))%state == state_open) cycle
+        entrance_before = number(k)
+        return
+      end do
+    end associate
   end function entrance_before
 
   !> Whether the entrance of a pair of vertex and edge was there and acted.
@@ -79,31 +76,32 @@ contains
 
   !> The contact of an encounter, each of its lines at the pair that fits best. Without a vertex where an element would touch
   !> itself.
-  pure function contact_over_edges(outlines, survey, past, encounter) result(contact)
+  pure subroutine contact_over_edges(outlines, survey, past, encounter, contact)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(encounter_t), intent(in) :: encounter
-    type(contact_t) :: contact
+    type(contact_t), intent(out) :: contact
     integer :: k
 
     contact%n_entrances = encounter%n_lines
     contact%covered = encounter%covered
     do k = 1, contact%n_entrances
-      contact%entrance(k) = best_entrance(outlines, survey, past, encounter%line(k))
+      call find_best_entrance(outlines, survey, past, encounter%line(k), contact%entrance(k))
       if (contact%entrance(k)%vertex == 0) return
     end do
     contact%active = entrance_ahead(survey, contact)
     call rest_inside(outlines%block, survey, past, contact%entrance(contact%active))
-  end function contact_over_edges
+  end subroutine contact_over_edges
 
   !> The pair of a line whose entrance was closed before, or else the one whose vertex lies best within its edge, with what the
   !> pairs remember.
-  pure type(entrance_t) function best_entrance(outlines, survey, past, line) result(best)
+  pure subroutine find_best_entrance(outlines, survey, past, line, best)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(line_t), intent(in) :: line
+    type(entrance_t), intent(inout) :: best !! a new one
     real(dp) :: at, inside, most, slip
     integer :: before, k, known
 
@@ -135,7 +133,7 @@ contains
     if (best%vertex == 0) return
     best%joint = outlines%joint(best%edge)
     if (known > 0) call go_on(survey, past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)), slip, best)
-  end function best_entrance
+  end subroutine find_best_entrance
 
   !> Lets an entrance go on where another was: with the same slip, and its spring pressed by as much.
   pure subroutine go_on(survey, was, slip, entrance)
@@ -255,13 +253,13 @@ contains
 
   !> The contact of an encounter as Shi's programs hand it on (df05, df06). Two corners have no friction: they slide at most.
   !> Without a vertex where an element would touch itself.
-  pure function contact_as_shi(outlines, survey, past, guard, encounter) result(contact)
+  pure subroutine contact_as_shi(outlines, survey, past, guard, encounter, contact)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     real(dp), intent(in) :: guard   !! added to the square of an edge on which an anchor is placed, length^2
     type(encounter_t), intent(in) :: encounter
-    type(contact_t) :: contact
+    type(contact_t), intent(out) :: contact
     integer :: k
 
     contact%n_entrances = encounter%n_lines
@@ -271,7 +269,7 @@ contains
     end do
     if (contact%n_entrances == 2) contact%entrance%state = min(contact%entrance%state, state_sliding)
     contact%active = entrance_ahead(survey, contact)
-  end function contact_as_shi
+  end subroutine contact_as_shi
 
   !> The first pair of a line where its vertex lies within its edge, else the last, with what the pairs remember. Only the same
   !> pair, and locked, keeps its anchor (Shi: df05, df06).
@@ -289,8 +287,8 @@ contains
     within = .false.
     do k = 1, line%n
       if (outlines%element(line%vertex(k)) == outlines%element(line%edge(k))) cycle
-      before = place_of_pair(past%key, line%vertex(k), line%edge(k), past%n_vertices)
-      if (before > 0) known = past%number(before)
+      before = place_of_pair(past%entrances, line%vertex(k), line%edge(k))
+      if (before > 0) known = past%entrances%number(before)
       if (within) cycle
       first%vertex = line%vertex(k)
       first%edge = line%edge(k)

@@ -1,62 +1,77 @@
 !> Contacts by their pairs of a vertex and an edge, and the pairs of elements that they act between.
 module scree_contact_pairs
   use scree_contacts, only: contact_t
-  use scree_kinds, only: dp
-  use scree_pairs, only: number_of_pair, pair_key, pair_of
-  use scree_sorting, only: order_of_pairs
+  use scree_pairs, only: pair_of
   implicit none
   private
-  public :: drop_repeats, has_same_entrances, list_entrances, number_pairs, pairs_of_contacts, place_of_pair
+  public :: drop_repeats, entrances_t, has_same_entrances, list_entrances, number_pairs, pairs_of_contacts, place_of_pair
+
+  !> Entrances of contacts by their vertices, and those of a vertex by their edges.
+  type :: entrances_t
+    integer, allocatable :: first(:)  !! (n_vertices+1) vertex v has those from first(v) to first(v+1)-1
+    integer, allocatable :: edge(:)   !! ascending for each vertex
+    integer, allocatable :: number(:) !! 2 k - 1 and 2 k are the entrances of contact k
+  end type entrances_t
 
 contains
 
-  !> Entrances of contacts by their pairs of vertex and edge, sorted.
-  pure subroutine list_entrances(contact, n, number, key)
+  !> Lists the entrances of contacts by vertex and edge; those of the same stay in their order.
+  pure subroutine list_entrances(contact, n, entrances)
     type(contact_t), intent(in) :: contact(:)
     integer, intent(in) :: n                          !! vertices of the outlines
-    integer, allocatable, intent(out) :: number(:)    !! 2 k - 1 and 2 k are the entrances of contact k
-    real(dp), allocatable, intent(out) :: key(:)
-    integer, allocatable :: edge(:), order(:), vertex(:)
-    integer :: i, k, m
+    type(entrances_t), intent(out) :: entrances
+    integer :: last(n) ! place of each vertex that is taken
+    integer :: i, k
 
-    m = sum(contact%n_entrances)
-    allocate (number(m), vertex(m), edge(m))
-    m = 0
+    last = 0
     do i = 1, size(contact)
       do k = 1, contact(i)%n_entrances
-        m = m + 1
-        number(m) = 2*i - 2 + k
-        vertex(m) = contact(i)%entrance(k)%vertex
-        edge(m) = contact(i)%entrance(k)%edge
+        associate (vertex => contact(i)%entrance(k)%vertex)
+          last(vertex) = last(vertex) + 1
+        end associate
       end do
     end do
-    order = order_of_pairs(vertex, edge)
-    number = number(order)
-    key = pair_key(vertex(order), edge(order), n)
+    allocate (entrances%first(n + 1), entrances%edge(sum(last)), entrances%number(sum(last)))
+    entrances%first(1) = 1
+    do i = 1, n
+      entrances%first(i + 1) = entrances%first(i) + last(i)
+      last(i) = entrances%first(i) - 1
+    end do
+    do i = 1, size(contact)
+      do k = 1, contact(i)%n_entrances
+        associate (entrance => contact(i)%entrance(k))
+          call put_in(entrance%edge, 2*i - 2 + k, entrances%first(entrance%vertex), last(entrance%vertex), entrances)
+        end associate
+      end do
+    end do
   end subroutine list_entrances
 
-  !> First place of a pair in the keys that `list_entrances` made; 0 where there is none.
-  pure integer function place_of_pair(key, vertex, edge, n)
-    real(dp), intent(in) :: key(:)
-    integer, intent(in) :: vertex, edge
-    integer, intent(in) :: n                          !! vertices of the outlines
-    integer :: high, low, middle
-    real(dp) :: wanted
+  !> Puts an entrance in its place among those of its vertex, which are from `first` to `last`.
+  pure subroutine put_in(edge, number, first, last, entrances)
+    integer, intent(in) :: edge, number, first
+    integer, intent(inout) :: last
+    type(entrances_t), intent(inout) :: entrances
+    integer :: at
 
-    place_of_pair = 0
-    if (size(key) == 0) return
-    wanted = pair_key(vertex, edge, n)
-    low = 1
-    high = size(key)
-    do while (low < high)
-      middle = (low + high)/2
-      if (key(middle) < wanted) then
-        low = middle + 1
-      else
-        high = middle
-      end if
+    last = last + 1
+    do at = last, first + 1, -1
+      if (entrances%edge(at - 1) <= edge) exit
+      entrances%edge(at) = entrances%edge(at - 1)
+      entrances%number(at) = entrances%number(at - 1)
     end do
-    if (.not. abs(key(low) - wanted) > 0.5_dp) place_of_pair = low
+    entrances%edge(at) = edge
+    entrances%number(at) = number
+  end subroutine put_in
+
+  !> First place of a pair among entrances; 0 where there is none.
+  pure integer function place_of_pair(entrances, vertex, edge) result(place)
+    type(entrances_t), intent(in) :: entrances
+    integer, intent(in) :: vertex, edge
+
+    do place = entrances%first(vertex), entrances%first(vertex + 1) - 1
+      if (entrances%edge(place) == edge) return
+    end do
+    place = 0
   end function place_of_pair
 
   !> Drops contacts of one entrance that another contact has too, as of an edge so short that both its ends are near, and those that
@@ -65,25 +80,27 @@ contains
     integer, intent(in) :: n                          !! vertices of the outlines
     type(contact_t), intent(inout) :: contact(:)
     integer, intent(inout) :: n_contacts
-    integer, allocatable :: number(:)
-    real(dp), allocatable :: key(:)
+    type(entrances_t) :: entrances
     logical :: keep(n_contacts)
-    integer :: k
+    integer :: k, vertex
 
-    call list_entrances(contact(:n_contacts), n, number, key)
+    call list_entrances(contact(:n_contacts), n, entrances)
     keep = .true.
-    do k = 2, size(key)
-      if (key(k) > key(k - 1) + 0.5_dp) cycle
-      associate (a => (number(k - 1) + 1)/2, b => (number(k) + 1)/2)
-        if (contact(b)%n_entrances == 1) then
-          keep(b) = .false.
-        else if (contact(a)%n_entrances == 1) then
-          keep(a) = .false.
-        else if (has_same_entrances(contact(a), contact(b))) then
-          keep(max(a, b)) = .false.
-        end if
-      end associate
+    do vertex = 1, n
+      do k = entrances%first(vertex) + 1, entrances%first(vertex + 1) - 1
+        if (entrances%edge(k) > entrances%edge(k - 1)) cycle
+        associate (a => (entrances%number(k - 1) + 1)/2, b => (entrances%number(k) + 1)/2)
+          if (contact(b)%n_entrances == 1) then
+            keep(b) = .false.
+          else if (contact(a)%n_entrances == 1) then
+            keep(a) = .false.
+          else if (has_same_entrances(contact(a), contact(b))) then
+            keep(max(a, b)) = .false.
+          end if
+        end associate
+      end do
     end do
+    if (all(keep)) return
     n_contacts = count(keep)
     contact(:n_contacts) = pack(contact(:size(keep)), keep)
   end subroutine drop_repeats
@@ -117,17 +134,16 @@ contains
   end function pairs_of_contacts
 
   !> Gives every entrance the number of its pair of elements.
-  pure subroutine number_pairs(element, pairs, contact)
-    integer, intent(in) :: element(:)          !! (n) that carries each vertex and edge of the outlines
-    integer, intent(in) :: pairs(:, :)         !! (2, n_pairs), in order
+  pure subroutine number_pairs(number, contact)
+    integer, intent(in) :: number(:)           !! of the pairs, as `pairs_of_contacts` lists them
     type(contact_t), intent(inout) :: contact(:)
-    integer :: i, k
+    integer :: i, k, m
 
+    m = 0
     do i = 1, size(contact)
       do k = 1, contact(i)%n_entrances
-        associate (entrance => contact(i)%entrance(k))
-          entrance%pair = number_of_pair(pairs, pair_of(element(entrance%vertex), element(entrance%edge)))
-        end associate
+        m = m + 1
+        contact(i)%entrance(k)%pair = number(m)
       end do
     end do
   end subroutine number_pairs

@@ -2,7 +2,7 @@
 module scree_contact_problem
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_rules, only: anchor_what_closes, gaps_and_slips, rows_along, spring_of
-  use scree_contact_try, only: contact_try_t
+  use scree_contact_try, only: contact_try_t, row_across
   use scree_contacts, only: state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: bond, friction_of
   use scree_equations, only: equations_t, island_problem, place_row
@@ -46,9 +46,9 @@ contains
         spring%friction = friction_of(try%law, entrance)
         spring%cohesion = bond(entrance, try%law%cohesion(entrance%joint))
         spring%bonded = entrance%bonded .and. entrance%state /= state_open
-        row(:, 1) = try%geometry(k, i)%normal
-        call rows_along(try, i, row(:, 2), row(:, 4))
-        row(:, 3) = try%geometry(k, i)%normal_end
+        row(:, 1) = row_across(try, i, k)
+        call rows_along(try, i, k, row(:, 2), row(:, 4))
+        row(:, 3) = try%geometry(k, i)%normal
         if (allocated(try%law%dilation)) row(:, 3) = row(:, 3) - try%start(k, i)%opening%by_slip*row(:, 4)
         call place_row(equations, group, equations%place_of(entrance%pair), i - try%first + 1, row, problem)
       end associate

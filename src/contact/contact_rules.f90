@@ -33,7 +33,7 @@ module scree_contact_rules
   ! pair
   public :: corners_turn, deepest_search, looks_as_far_as_it_moves, looks_at_all, meet, pair, rests_inside, set_reach
   ! place
-  public :: begin_contact, gap_and_slip, gaps_and_slips, measure_again, measure_contacts, place, put_anchors
+  public :: begin_contact, gap_and_slip, gaps_and_slips, measure_again, measure_contact, measure_contacts, place, put_anchors
   ! press
   public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
@@ -180,24 +180,25 @@ contains
   end function meet
 
   !> The contact of an encounter, with what those before remember. An entrance without a vertex: there is none.
-  pure type(contact_t) function pair(law, outlines, survey, past, encounter) result(contact)
+  pure subroutine pair(law, outlines, survey, past, encounter, contact)
     type(contact_law_t), intent(in) :: law
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(encounter_t), intent(in) :: encounter
+    type(contact_t), intent(out) :: contact
 
     select case (law%rules)
     case (rules_shi)
-      contact = contact_as_shi(outlines, survey, past, law%shi%guard, encounter)
+      call contact_as_shi(outlines, survey, past, law%shi%guard, encounter, contact)
     case (rules_conserving)
-      contact = contact_over_edges(outlines, survey, past, encounter)
+      call contact_over_edges(outlines, survey, past, encounter, contact)
       if (all(contact%entrance(:contact%n_entrances)%vertex > 0)) &
         call inherit(survey, past, encounter, contact)
     case default
-      contact = contact_over_edges(outlines, survey, past, encounter)
+      call contact_over_edges(outlines, survey, past, encounter, contact)
     end select
-  end function pair
+  end subroutine pair
 
   !> Whether slip is measured from the anchor, and is linear in the displacements of the step (Shi, with small strain).
   pure logical function is_anchored(try)
@@ -222,16 +223,23 @@ contains
     logical :: anchored
 
     anchored = is_anchored(try)
+    if (anchored .and. .not. allocated(try%edge)) allocate (try%edge(3, n, 2, size(try%contact)))
     do i = try%first, try%last
       do k = 1, try%contact(i)%n_entrances
-        associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
-          if (any(cache%element(try%pair(:, entrance%pair))%green)) then
-            call find_geometry(model, cache, state, try%pair(:, entrance%pair), entrance, d, geometry, try%weight)
+        associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i), &
+                   pair => try%pair(:, try%contact(i)%entrance(k)%pair))
+          if (.not. allocated(try%acting)) then
+            call find_geometry(model, cache, state, pair, entrance, d, geometry)
+          else if (any(cache%element(pair)%green)) then
+            call find_geometry(model, cache, state, pair, entrance, d, geometry, try%acting(k, i), try%weight)
           else
-            call find_geometry(model, cache, state, try%pair(:, entrance%pair), entrance, d, geometry)
+            call find_geometry(model, cache, state, pair, entrance, d, geometry, try%acting(k, i))
           end if
           geometry%gap = geometry%gap - entrance%rest - entrance%dilated
-          if (anchored) call add_edge(model, cache, state, try%pair(:, entrance%pair), entrance, geometry)
+          if (anchored) then
+            call add_edge(model, cache, state, pair, entrance, geometry, try%edge(:, :, k, i))
+            if (allocated(try%acting)) try%acting(k, i)%normal = geometry%normal
+          end if
         end associate
       end do
     end do
@@ -247,7 +255,8 @@ contains
     integer :: k
 
     associate (contact => try%contact(i), geometry => try%geometry(:, i), start => try%start(:, i))
-      gap = [geometry(1)%gap, geometry(2)%gap]
+      gap = 0.0_dp
+      gap(:contact%n_entrances) = geometry(:contact%n_entrances)%gap
       select case (try%law%rules)
       case (rules_shi)
         if (first_of_run) call close_touching(try%law%shi%touching, gap, is_anchored(try), contact)
@@ -257,7 +266,7 @@ contains
       case default
         call open_slipped_off(gap, contact)
       end select
-      do k = 1, 2
+      do k = 1, contact%n_entrances
         geometry(k)%gap = gap(k)
         start(k)%gap = gap(k)
         start(k)%share = geometry(k)%along/geometry(k)%edge_length
@@ -289,7 +298,8 @@ contains
     do k = 1, try%contact(i)%n_entrances
       associate (entrance => try%contact(i)%entrance(k))
         if (entrance%state == state_open) &
-          entrance%anchor = anchor_where_closed(try%geometry(k, i), of_elements(model, try%pair(:, entrance%pair), d))
+          entrance%anchor = anchor_where_closed(try%geometry(k, i), try%edge(:, :, k, i), &
+                                                of_elements(model, try%pair(:, entrance%pair), d))
       end associate
     end do
   end subroutine put_anchors
@@ -316,9 +326,22 @@ contains
     integer :: i
 
     do i = try%first, try%last
-      try%now(:, i) = gaps_and_slips(model, try, i, d)
+      call measure_contact(model, d, i, try)
     end do
   end subroutine measure_contacts
+
+  !> Measures contact i at `d`.
+  pure subroutine measure_contact(model, d, i, try)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    integer, intent(in) :: i
+    type(contact_try_t), intent(inout) :: try
+    integer :: k
+
+    do k = 1, try%contact(i)%n_entrances
+      try%now(k, i) = gap_and_slip(model, try, i, k, d)
+    end do
+  end subroutine measure_contact
 
   !> Measures contact i again at the same `d`, where that may have changed: its anchors were others, or it dilates by other pieces.
   pure subroutine measure_again(model, d, i, before, try)
@@ -329,7 +352,7 @@ contains
     type(contact_try_t), intent(inout) :: try
 
     if (any(abs(try%contact(i)%entrance%anchor - before) > 0) .or. allocated(try%law%dilation)) &
-      try%now(:, i) = gaps_and_slips(model, try, i, d)
+      call measure_contact(model, d, i, try)
   end subroutine measure_again
 
   !> Gap of entrance k and slip from its anchor at `d`, linear about the reference.
@@ -348,16 +371,17 @@ contains
         associate (e => try%pair(side, entrance%pair))
           do j = 1, n/2
             at = (side - 1)*n/2 + j
-            change(at) = d(unknown(j, e)) - geometry%at(at)
-            gone = gone + geometry%normal_end(at)*change(at)
-            slipped = slipped + geometry%shear_end(at)*change(at)
+            change(at) = d(unknown(j, e))
+            if (allocated(try%acting)) change(at) = change(at) - try%acting(k, i)%at(at)
+            gone = gone + geometry%normal(at)*change(at)
+            slipped = slipped + geometry%shear(at)*change(at)
           end do
         end associate
       end do
       now%edge_length = geometry%edge_length
       now%gap = geometry%gap + gone
       if (is_anchored(try)) then
-        rows = anchored_rows(geometry, entrance%anchor)
+        rows = anchored_rows(geometry, try%edge(:, :, k, i), entrance%anchor)
         now%slip = geometry%along + dot_product(rows(:, 2), change) - entrance%anchor*geometry%edge_length
       else
         now%slip = geometry%slid + slipped + (try%start(k, i)%share - entrance%anchor)*geometry%edge_length
@@ -367,21 +391,22 @@ contains
   end function gap_and_slip
 
   !> Forces across the entrances of contact i, as if it were closed.
-  pure type(contact_force_t) function press_across(try, i, now) result(force)
+  pure subroutine press_across(try, i, now, force)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
     type(gap_and_slip_t), intent(in) :: now(2)
+    type(contact_force_t), intent(out) :: force
 
     select case (try%law%rules)
     case (rules_conserving)
-      force = press_conserving(try%contact(i)%entrance(1)%stiffness(1), try%contact(i)%n_entrances, try%start(:, i), now)
+      call press_conserving(try%contact(i)%entrance(1)%stiffness(1), try%contact(i)%n_entrances, try%start(:, i), now, force)
     case default
-      force = press_springs(try%contact(i)%entrance(1)%stiffness(1), try%dashpot, try%contact(i), try%start(:, i), now)
+      call press_springs(try%contact(i)%entrance(1)%stiffness(1), try%dashpot, try%contact(i), try%start(:, i), now, force)
     end select
     if (allocated(try%law%closure)) call bend_springs(try%start(:, i), now, force)
     if (allocated(try%law%dilation)) &
       call feel_opening_change(try%start(try%contact(i)%active, i)%opening, try%contact(i)%active, force)
-  end function press_across
+  end subroutine press_across
 
   !> The entrance of contact i that acts as a spring that only presses: its force, and what it yields by.
   pure subroutine spring_of(try, i, now, pressing, yielding)
@@ -398,7 +423,7 @@ contains
         call spring_of_conserving(try%contact(i)%entrance(k)%stiffness(1), try%contact(i)%n_entrances, k, try%start(:, i), now, &
                                   pressing, yielding)
       case default
-        force = press_across(try, i, now)
+        call press_across(try, i, now, force)
         pressing = force%across(k)
         yielding = -force%across_by_gap(k, k)
       end select
@@ -406,12 +431,13 @@ contains
   end subroutine spring_of
 
   !> Force of contact i, which is closed. The entrance that does not act presses only where both conserve energy together.
-  pure type(contact_force_t) function press(try, i, now) result(force)
+  pure subroutine press(try, i, now, force)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
     type(gap_and_slip_t), intent(in) :: now(2)
+    type(contact_force_t), intent(out) :: force
 
-    force = press_across(try, i, now)
+    call press_across(try, i, now, force)
     associate (law => try%law, active => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
       select case (law%rules)
       case (rules_conserving)
@@ -432,7 +458,7 @@ contains
         call add_friction(law, entrance, force)
       end select
     end associate
-  end function press
+  end subroutine press
 
   !> Forces of contact i, which is closed, across and along, that multipliers take over: not that of a dashpot, which is no part of
   !> the overlap's.
@@ -448,23 +474,23 @@ contains
     end associate
   end function force_to_hold
 
-  !> Rows along which contact i rubs, and of what its slip changes by.
-  pure subroutine rows_along(try, i, row, change)
+  !> Rows along which entrance k of contact i rubs, and of what its slip changes by.
+  pure subroutine rows_along(try, i, k, row, change)
     type(contact_try_t), intent(in) :: try
-    integer, intent(in) :: i
-    real(dp), intent(out) :: row(n), change(n)
+    integer, intent(in) :: i, k
+    real(dp), intent(out) :: row(n)
+    real(dp), intent(out), optional :: change(n)
     real(dp) :: rows(n, 2)
 
-    associate (active => try%contact(i)%active, geometry => try%geometry(try%contact(i)%active, i))
-      if (is_anchored(try)) then ! friction acts at the anchor (Shi: df18)
-        rows = anchored_rows(geometry, try%contact(i)%entrance(active)%anchor)
-        row = rows(:, merge(2, 1, try%contact(i)%entrance(active)%state == state_locked))
-        change = row
-      else
-        row = geometry%shear
-        change = geometry%shear_end
-      end if
-    end associate
+    if (is_anchored(try)) then ! friction acts at the anchor (Shi: df18)
+      rows = anchored_rows(try%geometry(k, i), try%edge(:, :, k, i), try%contact(i)%entrance(k)%anchor)
+      row = rows(:, merge(2, 1, try%contact(i)%entrance(k)%state == state_locked))
+      if (present(change)) change = row
+    else
+      row = try%geometry(k, i)%shear
+      if (present(change)) change = row
+      if (allocated(try%acting)) row = try%acting(k, i)%shear
+    end if
   end subroutine rows_along
 
   !> Whether an entrance slides with a force that follows the one across: what it adds to the equations is then not symmetric.

@@ -1,6 +1,6 @@
 !> The contacts in the iteration of one step.
 module scree_contact_try
-  use scree_contact_geometry, only: entrance_geometry_t
+  use scree_contact_geometry, only: acting_rows_t, entrance_geometry_t
   use scree_contact_quantities, only: entrance_start_t, gap_and_slip_t
   use scree_contacts, only: contact_law_t, contact_t
   use scree_kinds, only: dp
@@ -8,7 +8,7 @@ module scree_contact_try
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: contact_try_t, count_states, of_elements, take_all, take_island
+  public :: contact_try_t, count_states, follow_motion, of_elements, row_across, take_all, take_island
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -34,6 +34,8 @@ module scree_contact_try
     real(dp) :: dashpot = 0.0_dp                         !! viscosity over the size of the step, force/length
     type(entrance_start_t), allocatable :: start(:, :)   !! (2, n)
     type(entrance_geometry_t), allocatable :: geometry(:, :) !! (2, n), gaps from where the springs rest
+    type(acting_rows_t), allocatable :: acting(:, :)     !! (2, n) likewise, where any may follow the motion
+    real(dp), allocatable :: edge(:, :, :, :)            !! (3, n, 2, n) of these, where slip is measured from the anchor (Shi)
     type(gap_and_slip_t), allocatable :: now(:, :)       !! (2, n) as they were measured last, from anchors as they are
     real(dp), allocatable :: largest(:)                  !! (n_blocks) force across a contact, of those judged last
     logical :: all_clear = .false.                       !! bodies that no other is near went no farther than is looked at there
@@ -81,6 +83,34 @@ contains
       end associate
     end do
   end subroutine count_states
+
+  !> Lets contacts follow the motion from here on, each as it is placed the next time.
+  pure subroutine follow_motion(try)
+    type(contact_try_t), intent(inout) :: try
+    integer :: i, k
+
+    try%linear = .false.
+    if (allocated(try%acting) .or. .not. allocated(try%geometry)) return
+    allocate (try%acting(2, size(try%contact)))
+    do i = 1, size(try%contact)
+      do k = 1, try%contact(i)%n_entrances
+        try%acting(k, i) = acting_rows_t(0.0_dp, try%geometry(k, i)%normal, try%geometry(k, i)%shear, 0.0_dp)
+      end do
+    end do
+  end subroutine follow_motion
+
+  !> Row of the force across entrance k of contact i, where it acts.
+  pure function row_across(try, i, k) result(row)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i, k
+    real(dp) :: row(n)
+
+    if (allocated(try%acting)) then
+      row = try%acting(k, i)%normal
+    else
+      row = try%geometry(k, i)%normal
+    end if
+  end function row_across
 
   !> Values of the unknowns of two elements.
   pure function of_elements(model, pair, d)

@@ -93,13 +93,13 @@ contains
   end function friction_under_stress
 
   !> Forces across the entrances of a contact by spring, multiplier and dashpot, each as if it were the one that acts.
-  pure function press_springs(stiffness, dashpot, contact, start, now) result(force)
+  pure subroutine press_springs(stiffness, dashpot, contact, start, now, force)
     real(dp), intent(in) :: stiffness           !! force/length
     real(dp), intent(in) :: dashpot             !! viscosity over the size of the step, force/length
     type(contact_t), intent(in) :: contact
     type(entrance_start_t), intent(in) :: start(2)
     type(gap_and_slip_t), intent(in) :: now(2)
-    type(contact_force_t) :: force
+    type(contact_force_t), intent(out) :: force
     integer :: k
 
     do k = 1, contact%n_entrances
@@ -107,7 +107,7 @@ contains
                         - dashpot*(now(k)%gap - min(start(k)%gap, 0.0_dp))
       force%across_by_gap(k, k) = -stiffness - dashpot
     end do
-  end function press_springs
+  end subroutine press_springs
 
   !> Adds the friction of a sliding contact that presses with the forces of the same solution. A bond that is pulled has none.
   pure subroutine add_friction(law, entrance, force)

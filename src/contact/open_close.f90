@@ -6,8 +6,8 @@
 module scree_open_close
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_rules, only: anchors_return, force_to_hold, forgives_faint_forces, gaps_and_slips, judge, measure_again, &
-                                 press, press_across, pressing_of, put_anchors
-  use scree_contact_try, only: contact_try_t, count_states
+                                 measure_contact, press, press_across, pressing_of, put_anchors
+  use scree_contact_try, only: contact_try_t, count_states, row_across
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: act_on, bond, friction_of
   use scree_kinds, only: dp
@@ -78,25 +78,28 @@ contains
     type(contact_try_t), intent(inout) :: try
     type(contact_force_t), intent(out) :: force(try%first:)
     real(dp), intent(out) :: doubt(try%first:)
-    integer :: i
+    integer :: body(2, try%first:try%last), i
 
     do i = try%first, try%last
-      try%largest(bodies_of(model%outlines%block, try%contact(i))) = 0.0_dp
+      body(:, i) = bodies_of(model%outlines%block, try%contact(i))
+      try%largest(body(:, i)) = 0.0_dp
     end do
     do i = try%first, try%last
       call put_anchors(model, d, i, try)
-      try%now(:, i) = gaps_and_slips(model, try, i, d)
-      force(i) = press_across(try, i, try%now(:, i))
-      associate (body => bodies_of(model%outlines%block, try%contact(i)))
-        try%largest(body) = max(try%largest(body), pressing_of(try%law, try%contact(i)%n_entrances, force(i)))
+      call measure_contact(model, d, i, try)
+      call press_across(try, i, try%now(:, i), force(i))
+      associate (largest => try%largest)
+        largest(body(:, i)) = max(largest(body(:, i)), pressing_of(try%law, try%contact(i)%n_entrances, force(i)))
       end associate
+      doubt(i) = try%contact(i)%entrance(1)%stiffness(1)*rounding_of(model, d, try, i)
     end do
-    doubt = 0.0_dp
-    if (.not. forgives_faint_forces(try%law)) return
-    do i = try%first, try%last
-      doubt(i) = faint*minval(try%largest(bodies_of(model%outlines%block, try%contact(i)))) &
-                 + try%contact(i)%entrance(1)%stiffness(1)*rounding_of(model, d, try, i)
-    end do
+    if (forgives_faint_forces(try%law)) then
+      do i = try%first, try%last
+        doubt(i) = faint*minval(try%largest(body(:, i))) + doubt(i)
+      end do
+    else
+      doubt = 0.0_dp
+    end if
   end subroutine press_all
 
   !> What rounding leaves of the change of a gap in the step, length.
@@ -105,11 +108,12 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
-    real(dp) :: cancelled
+    real(dp) :: cancelled, normal(2*element_unknowns)
     integer :: j, side
 
+    normal = row_across(try, i, 1)
     cancelled = 0.0_dp
-    associate (pair => try%pair(:, try%contact(i)%entrance(1)%pair), normal => try%geometry(1, i)%normal)
+    associate (pair => try%pair(:, try%contact(i)%entrance(1)%pair))
       do side = 1, 2
         do j = 1, element_unknowns
           cancelled = cancelled + abs(normal((side - 1)*element_unknowns + j)*d(model%elements%unknown(j, pair(side))))
@@ -158,7 +162,7 @@ contains
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
         if (entrance%state == state_open) cycle
         now = gaps_and_slips(model, try, i, d)
-        force = press(try, i, now)
+        call press(try, i, now, force)
         held(:, i) = force_to_hold(try, i, now, force)
         apart = max(abs(now(k)%gap), slip_not_hard(entrance, try%start(k, i), now(k), force%along))
         if (apart > try%law%penetration .and. maxval(abs(held(:, i) - entrance%multiplier)) > faint*abs(held(1, i))) then
@@ -250,10 +254,10 @@ contains
                  start => try%start(try%contact(i)%active, i))
         if (entrance%state == state_open .or. entrance%bonded .or. start%closed .or. .not. start%gap > 0) cycle
         now = gaps_and_slips(model, try, i, d)
-        force = press(try, i, now)
+        call press(try, i, now, force)
         if (.not. force%along*way_along(entrance, start, now(k)) > 0 .or. .not. abs(entrance%anchor - start%share) > 0) cycle
         entrance%anchor = start%share
-        try%now(:, i) = gaps_and_slips(model, try, i, d)
+        call measure_contact(model, d, i, try)
         entrance%multiplier(2) = 0.0_dp
         start%returned = .true.
         enough = .false.

@@ -22,15 +22,18 @@ module scree_shi_contact
 
 contains
 
-  !> Makes the geometry of an entrance Shi's, at the beginning of the step: it gets what slip from an anchor needs, and its gap is
-  !> the area between vertex and edge over the length that the edge has then (df18, df22).
-  pure subroutine add_edge(model, cache, state, pair, entrance, geometry)
+  !> Makes the geometry of an entrance Shi's, at the beginning of the step: its gap is the area between vertex and edge over the
+  !> length that the edge has then (df18, df22).
+  pure subroutine add_edge(model, cache, state, pair, entrance, geometry, edge)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
     type(cache_t), intent(in) :: cache
     integer, intent(in) :: pair(2)                   !! elements in the order of the unknowns
     type(entrance_t), intent(in) :: entrance
     type(entrance_geometry_t), intent(inout) :: geometry
+    !> What slip from an anchor needs: the end of the edge from its start, along and across; and the position of the edge's body
+    !> that the vertex is at from the foot, along.
+    real(dp), intent(out) :: edge(3, 2*n)
     real(dp) :: stretch(2, n), t(2), normal(2), length
     integer :: at
 
@@ -41,39 +44,40 @@ contains
       call frame_of_edge(x2, x3, t, normal, length)
       stretch = displacement_matrix(kinematics, x3) - displacement_matrix(kinematics, x2)
       at = merge(0, n, model%outlines%element(entrance%edge) == pair(1))
-      allocate (geometry%edge(3, 2*n), source=0.0_dp)
-      geometry%edge(1, at + 1:at + n) = matmul(t, stretch)
-      geometry%edge(2, at + 1:at + n) = matmul(normal, stretch)
-      geometry%edge(3, at + 1:at + n) = matmul(t, displacement_matrix(kinematics, x1) &
-                                               - displacement_matrix(kinematics, x1 - geometry%gap*normal))
+      edge = 0.0_dp
+      edge(1, at + 1:at + n) = matmul(t, stretch)
+      edge(2, at + 1:at + n) = matmul(normal, stretch)
+      edge(3, at + 1:at + n) = matmul(t, displacement_matrix(kinematics, x1) &
+                                      - displacement_matrix(kinematics, x1 - geometry%gap*normal))
     end associate
-    geometry%normal = geometry%normal + geometry%gap/length*geometry%edge(1, :)
-    geometry%normal_end = geometry%normal
+    geometry%normal = geometry%normal + geometry%gap/length*edge(1, :)
   end subroutine add_edge
 
   !> Rows of Shi's friction and slip, from an anchor (df18).
   !>
   !> Friction acts at the vertex and at the anchor, which moves with the edge. With x0 the anchor, the slip times the length
   !> of the edge at the beginning of the step is (x1 - x0).(x3 - x2), linear in displacements.
-  pure function anchored_rows(geometry, anchor) result(rows)
+  pure function anchored_rows(geometry, edge, anchor) result(rows)
     type(entrance_geometry_t), intent(in) :: geometry
+    real(dp), intent(in) :: edge(3, 2*n) !! as of `add_edge`
     real(dp), intent(in) :: anchor !! share of the edge
     real(dp) :: rows(2*n, 2), slip
 
     slip = geometry%along/geometry%edge_length - anchor
-    rows(:, 1) = geometry%shear + geometry%edge(3, :) + slip*geometry%edge(1, :)
-    rows(:, 2) = rows(:, 1) + slip*geometry%edge(1, :) + geometry%gap/geometry%edge_length*geometry%edge(2, :)
+    rows(:, 1) = geometry%shear + edge(3, :) + slip*edge(1, :)
+    rows(:, 2) = rows(:, 1) + slip*edge(1, :) + geometry%gap/geometry%edge_length*edge(2, :)
   end function anchored_rows
 
   !> Anchor of an open entrance, as a share of the edge: where the vertex meets the line in the step, or where it begins the step if
   !> it is inside then (Shi: df22). It is not linear in the displacement.
-  pure real(dp) function anchor_where_closed(geometry, moved) result(anchor)
+  pure real(dp) function anchor_where_closed(geometry, stretch, moved) result(anchor)
     type(entrance_geometry_t), intent(in) :: geometry !! at the beginning of the step
+    real(dp), intent(in) :: stretch(3, 2*n)       !! of the edge, as of `add_edge`
     real(dp), intent(in) :: moved(2*n)            !! unknowns of both elements
     real(dp) :: apart(2), edge(2), rows(2*n, 2), part
 
-    rows = anchored_rows(geometry, 0.0_dp)
-    edge = matmul(geometry%edge(:2, :), moved)
+    rows = anchored_rows(geometry, stretch, 0.0_dp)
+    edge = matmul(stretch(:2, :), moved)
     apart = [dot_product(rows(:, 1), moved), dot_product(geometry%normal, moved) &
                                              + (geometry%along*edge(2) - geometry%gap*edge(1))/geometry%edge_length]
     part = max(geometry%gap, 0.0_dp)/max(geometry%gap, -dot_product(geometry%normal, moved), tiny(part))

@@ -4,7 +4,7 @@ module scree_pairs
   use scree_sorting, only: order_of_pairs
   implicit none
   private
-  public :: list_pairs, number_of_pair, pair_key, pair_of
+  public :: list_pairs, number_of_pair, pair_of
 
   !> Pairs over those that are needed, up to which those that no longer are stay.
   real(dp), parameter :: idle = 1.5_dp
@@ -19,36 +19,45 @@ contains
     pair = [min(a, b), max(a, b)]
   end function pair_of
 
-  !> Pairs of a step in order, each once. Those of the step before stay while they are no great part, so that the equations keep
-  !> their pattern.
-  pure function list_pairs(needed, before) result(pairs)
+  !> Pairs of a step in order, each once, and the numbers that those needed have there. Those of the step before stay while they are
+  !> no great part, so that the equations keep their pattern.
+  pure subroutine list_pairs(needed, before, pairs, number)
     integer, intent(in) :: needed(:, :)   !! (2, n)
     integer, intent(in) :: before(:, :)   !! (2, n) in order
-    integer, allocatable :: pairs(:, :)   !! (2, n_pairs)
+    integer, allocatable, intent(out) :: pairs(:, :) !! (2, n_pairs)
+    integer, allocatable, intent(out) :: number(:)   !! (n)
     integer, allocatable :: fewest(:, :)
-    integer :: i
-    logical :: known
+    logical :: is_needed(size(before, 2))
 
-    fewest = sorted_pairs(needed)
-    known = .true.
-    do i = 1, size(fewest, 2)
-      known = known .and. holds(before, fewest(:, i))
-    end do
-    if (known) then
+    number = numbers_of_pairs(before, needed)
+    if (all(number > 0)) then
+      is_needed = .false.
+      is_needed(number) = .true.
       pairs = before
+      if (size(pairs, 2) <= idle*count(is_needed)) return
+      pairs = reshape(pack(before, spread(is_needed, 1, 2)), [2, count(is_needed)])
     else
+      fewest = sorted_pairs(needed)
       pairs = sorted_pairs(reshape([fewest, before], [2, size(fewest, 2) + size(before, 2)]))
+      if (size(pairs, 2) > idle*size(fewest, 2)) pairs = fewest
     end if
-    if (size(pairs, 2) > idle*size(fewest, 2)) pairs = fewest
-  end function list_pairs
+    number = numbers_of_pairs(pairs, needed)
+  end subroutine list_pairs
 
-  !> Whether pairs in order hold one.
-  pure logical function holds(pairs, pair)
-    integer, intent(in) :: pairs(:, :), pair(2)
+  !> Numbers of pairs among some that are in order; 0 of those that they do not hold.
+  pure function numbers_of_pairs(pairs, list) result(number)
+    integer, intent(in) :: pairs(:, :), list(:, :) !! (2, n)
+    integer :: number(size(list, 2))
+    integer :: i, k
 
-    holds = .false.
-    if (size(pairs, 2) > 0) holds = all(pairs(:, number_of_pair(pairs, pair)) == pair)
-  end function holds
+    number = 0
+    if (size(pairs, 2) == 0) return
+    k = 1
+    do i = 1, size(number)
+      if (any(pairs(:, k) /= list(:, i))) k = number_of_pair(pairs, list(:, i)) ! contacts of the same two lie together
+      if (all(pairs(:, k) == list(:, i))) number(i) = k
+    end do
+  end function numbers_of_pairs
 
   !> Pairs in order, each once.
   pure function sorted_pairs(pair) result(sorted)
@@ -81,12 +90,5 @@ contains
       end if
     end do
   end function number_of_pair
-
-  !> One number for two whole numbers, the second up to n; exact while their product is below 9e15.
-  elemental real(dp) function pair_key(first, second, n)
-    integer, intent(in) :: first, second, n
-
-    pair_key = real(first, dp)*n + second
-  end function pair_key
 
 end module scree_pairs

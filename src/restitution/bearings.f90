@@ -1,8 +1,8 @@
 !> Contacts that take part in an impact: which bear, which close, and what of their forces is the impact's.
 module scree_bearings
-  use scree_contact_quantities, only: gap_and_slip_t
+  use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, gaps_and_slips, press
-  use scree_contact_try, only: contact_try_t, of_elements
+  use scree_contact_try, only: contact_try_t, of_elements, row_across
   use scree_contacts, only: state_open
   use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
@@ -128,10 +128,10 @@ contains
     integer, intent(in) :: i
     real(dp), intent(in) :: d(:)
     real(dp) :: force(2)
+    type(contact_force_t) :: all_of_it
 
-    associate (all_of_it => press(try, i, gaps_and_slips(model, try, i, d)))
-      force = [sum(all_of_it%across), all_of_it%along]
-    end associate
+    call press(try, i, gaps_and_slips(model, try, i, d), all_of_it)
+    force = [sum(all_of_it%across), all_of_it%along]
   end function force_of
 
   !> Finds which contacts close with bodies that come together, and when in the step: those that press, and those that would if the
@@ -169,7 +169,7 @@ contains
         across = problem%row(:, :, 1, k)*motion(:, problem%body(:, k))
         approach = -sum(across)
         now = gap_and_slip(model, try, own%contact, active, d)
-        deformed = dot_product(try%geometry(active, own%contact)%normal, of_elements(model, pair_of(try, own%contact), d)) &
+        deformed = dot_product(row_across(try, own%contact, active), of_elements(model, pair_of(try, own%contact), d)) &
                    - velocity_at(problem, way, k)
         own%moment = together*max(0.0_dp, approach)*rule%dt
         own%closes = (own%force(1) > 0 .or. now%gap < deformed(1) + own%moment) .and. approach > round_off*sum(abs(across))
@@ -392,8 +392,8 @@ contains
         do side = 1, 2
           problem%body(side, i) = bodies%number(model%elements%block(pair(side)))
           modes = modes_of(model, cache, state, bodies, pair(side))
-          problem%row(:, side, 1, i) = matmul(geometry%normal_end((side - 1)*n + 1:side*n), modes)
-          problem%row(:, side, 2, i) = matmul(geometry%shear_end((side - 1)*n + 1:side*n), modes)
+          problem%row(:, side, 1, i) = matmul(geometry%normal((side - 1)*n + 1:side*n), modes)
+          problem%row(:, side, 2, i) = matmul(geometry%shear((side - 1)*n + 1:side*n), modes)
           problem%answer(:, side, :, i) = matmul(bodies%mobility(:, :, problem%body(side, i)), problem%row(:, side, :, i))
         end do
       end associate

@@ -20,8 +20,8 @@ module scree_impact
   use scree_bearings, only: any_closes, bearing_t, find_approaches, find_impulses, find_islands, find_strokes, &
                             list_bearings, pair_of, set_least, set_up_problem, together
   use scree_contact_quantities, only: gap_and_slip_t
-  use scree_contact_rules, only: gap_and_slip, place
-  use scree_contact_try, only: contact_try_t, of_elements, take_all
+  use scree_contact_rules, only: gap_and_slip, place, rows_along
+  use scree_contact_try, only: contact_try_t, follow_motion, of_elements, row_across, take_all
   use scree_contacts, only: state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
@@ -110,6 +110,7 @@ contains
     try%contact = try%contact(these)
     try%start = try%start(:, these)
     try%geometry = try%geometry(:, these)
+    if (allocated(try%acting)) try%acting = try%acting(:, these)
   end subroutine keep_contacts
 
   !> Gives a try the contacts back that close in its impacts, as they were without them.
@@ -124,11 +125,16 @@ contains
       all_of_them%contact(kept) = try%contact
       all_of_them%start(:, kept) = try%start
       all_of_them%geometry(:, kept) = try%geometry
+      if (allocated(try%acting)) then
+        call follow_motion(all_of_them)
+        all_of_them%acting(:, kept) = try%acting
+      end if
     end associate
     try%of_island = without%of_island
     call move_alloc(all_of_them%contact, try%contact)
     call move_alloc(all_of_them%start, try%start)
     call move_alloc(all_of_them%geometry, try%geometry)
+    call move_alloc(all_of_them%acting, try%acting)
     call take_all(try)
   end subroutine return_contacts
 
@@ -148,7 +154,7 @@ contains
     type(impulses_t) :: impulses
     real(dp), dimension(size(d)) :: velocity, acceleration
     real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step, pushed, way
-    real(dp) :: along_way(2), available, loss(size(bearing)), rest, taken
+    real(dp) :: along_way(2), available, deformed, loss(size(bearing)), rest, taken
     integer :: i
 
     call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
@@ -182,11 +188,12 @@ contains
 
     way = motion_of(model, cache, state, bodies, d)
     do i = 1, size(bearing)
-      associate (own => bearing(i), geometry => try%geometry(try%contact(bearing(i)%contact)%active, bearing(i)%contact))
+      associate (own => bearing(i), active => try%contact(bearing(i)%contact)%active)
         if (own%closes .or. .not. own%reached) cycle
         along_way = velocity_at(problem, way, i)
-        call release(own%contact, own%force*loss(i)/own%force(1), max(0.0_dp, &
-                     dot_product(geometry%normal, of_elements(model, pair_of(try, own%contact), d)) - along_way(1)), try)
+        deformed = dot_product(row_across(try, own%contact, active), of_elements(model, pair_of(try, own%contact), d)) &
+                   - along_way(1)
+        call release(own%contact, own%force*loss(i)/own%force(1), max(0.0_dp, deformed), try)
       end associate
     end do
     call add_motion(model, cache, state, bodies, pushed, impact%push)
@@ -429,14 +436,15 @@ contains
     type(bearing_t), intent(in) :: bearing(:)
     type(rigid_bodies_t), intent(in) :: bodies
     real(dp) :: motion(3, size(bodies%block))
-    real(dp) :: force(2*n)                       !! on the unknowns of the pair, times time
+    real(dp) :: along(2*n), force(2*n)           !! on the unknowns of the pair: of a unit along, times time
     integer :: b, i, pair(2), side
 
     motion = 0.0_dp
     do i = 1, size(bearing)
       pair = pair_of(try, bearing(i)%contact)
-      associate (geometry => try%geometry(try%contact(bearing(i)%contact)%active, bearing(i)%contact))
-        force = bearing(i)%impulse(1)*geometry%normal + bearing(i)%impulse(2)*geometry%shear
+      associate (active => try%contact(bearing(i)%contact)%active)
+        call rows_along(try, bearing(i)%contact, active, along)
+        force = bearing(i)%impulse(1)*row_across(try, bearing(i)%contact, active) + bearing(i)%impulse(2)*along
       end associate
       do side = 1, 2
         b = bodies%number(model%elements%block(pair(side)))

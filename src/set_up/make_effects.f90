@@ -10,7 +10,7 @@ module scree_make_effects
   use scree_kinds, only: dp
   use scree_material, only: elasticity
   use scree_model, only: effects_t
-  use scree_pairs, only: list_pairs, number_of_pair, pair_of
+  use scree_pairs, only: list_pairs, pair_of
   use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, rotation_linear, scene_t, &
                          scheme_bathe, scheme_central_difference, scheme_energy_decaying, scheme_energy_momentum, &
                          scheme_generalized_alpha, settings_t, strain_auto, strain_green, strain_rotation, time_table_t
@@ -362,6 +362,7 @@ contains
     logical, intent(in) :: break             !! at their strength
     integer :: i, k, pair(2, size(blocks%bolt))
     integer, dimension(size(blocks%bolt)) :: alone_in, place
+    integer, allocatable :: number(:)
     logical :: joins(size(blocks%bolt))
 
     associate (n => size(blocks%bolt))
@@ -387,13 +388,11 @@ contains
       bolts%number = blocks%bolt_of
       bolts%breaks = break
       joins = pair(1, :) > 0 .and. pair(1, :) < pair(2, :)
-      bolts%pair = list_pairs(reshape(pack(pair, spread(joins, 1, 2)), [2, count(joins)]), reshape([integer ::], [2, 0]))
+      call list_pairs(reshape(pack(pair, spread(joins, 1, 2)), [2, count(joins)]), reshape([integer ::], [2, 0]), bolts%pair, &
+                      number)
       alone_in = merge(0, pair(2, :), joins)
       call sort_into(alone_in, system%n_elements, bolts%first, bolts%alone)
-      place = 0
-      do i = 1, n
-        if (joins(i)) place(i) = number_of_pair(bolts%pair, pair(:, i))
-      end do
+      place = unpack(number, joins, 0)
       call sort_into(place, size(bolts%pair, 2), bolts%first_of, bolts%joining)
     end associate
   end function bolts_of

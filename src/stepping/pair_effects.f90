@@ -57,13 +57,16 @@ contains
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     type(contact_try_t), intent(inout) :: contacts !! as they are found
-    integer, allocatable :: needed(:, :)
+    integer, allocatable :: bolted(:, :), number(:)
 
-    call list_pairs_of_bolts(model, needed)
-    if (allocated(model%effects%contact)) &
-      needed = all_of(needed, pairs_of_contacts(model%outlines%element, contacts%contact))
-    contacts%pair = list_pairs(needed, state%pair)
-    if (allocated(model%effects%contact)) call number_pairs(model%outlines%element, contacts%pair, contacts%contact)
+    call list_pairs_of_bolts(model, bolted)
+    if (allocated(model%effects%contact)) then
+      call list_pairs(all_of(bolted, pairs_of_contacts(model%outlines%element, contacts%contact)), state%pair, contacts%pair, &
+                      number)
+      call number_pairs(number(size(bolted, 2) + 1:), contacts%contact)
+    else
+      call list_pairs(bolted, state%pair, contacts%pair, number)
+    end if
   end subroutine list_coupled_pairs
 
   !> Pairs of two lists.

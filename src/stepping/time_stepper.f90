@@ -8,7 +8,7 @@ module scree_time_stepper
   use scree_contact_rules, only: goes_on_after_cut, settles_as_one
   use scree_body_search, only: draw_circles, list_all, move_circles, searches
   use scree_contact_search, only: predict_ways
-  use scree_contact_try, only: contact_try_t
+  use scree_contact_try, only: contact_try_t, follow_motion
   use scree_critical_step, only: find_largest_step
   use scree_effects, only: refresh_elements
   use scree_energy, only: close_books, loss_of_step, work_of_step
@@ -268,7 +268,7 @@ contains
         among(free) = try%green .and. .not. cache%element(free)%green
       end associate
       call take_choice(model, try%green, cache)
-      try%contacts%linear = .not. any(try%green)
+      call follow_motion(try%contacts)
     end do
   end subroutine settle_try
 
