@@ -37,7 +37,7 @@ module scree_contact_quantities
     real(dp) :: gap = 0.0_dp     !! length
     real(dp) :: share = 0.0_dp   !! of the edge, at the foot of the vertex
     logical :: closed = .false.
-    logical :: returned = .false. !! in this step the anchor went back to that share, to stay
+    logical :: anchored = .false. !! in this step the anchor has its place: where it met the edge, or back at that share
     real(dp) :: multiplier(2) = 0.0_dp !! forces across and along that the springs need not make up
     real(dp) :: hardening = 1.0_dp !! of the springs in this step, so that multipliers follow faster
     type(opening_t) :: opening     !! that the iteration has come to

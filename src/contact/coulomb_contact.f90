@@ -232,7 +232,7 @@ contains
   !> Puts the anchor of an entrance that closes where its vertex first crossed the line in the step; one that was closed when the
   !> step began, or is bonded, keeps its own.
   !>
-  !> One that has gone back to where the step began stays there. An anchor that moved on with every iteration would hold back what
+  !> One that has its place stays there: where the prediction met the edge, or back where the step began. An anchor that moved on with every iteration would hold back what
   !> it follows, and the iteration would creep.
   pure subroutine anchor_where_crossed(start, now, entrance, slip)
     type(entrance_start_t), intent(in) :: start
@@ -241,7 +241,7 @@ contains
     real(dp), intent(inout) :: slip !! from the anchor, length
     real(dp) :: along
 
-    if (.not. start%gap > 0 .or. start%closed .or. start%returned .or. entrance%bonded) return
+    if (.not. start%gap > 0 .or. start%closed .or. start%anchored .or. entrance%bonded) return
     along = slip + entrance%anchor*now%edge_length
     entrance%anchor = start%share + min(1.0_dp, start%gap/max(start%gap - now%gap, tiny(start%gap))) &
                                     *(along/now%edge_length - start%share)

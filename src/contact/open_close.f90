@@ -5,8 +5,9 @@
 !> `hold_contacts` lets these follow the forces of the springs until no overlap above a bound is left.
 module scree_open_close
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
-  use scree_contact_rules, only: anchors_return, force_to_hold, forgives_faint_forces, gaps_and_slips, judge, measure_again, &
-                                 measure_contact, press, press_across, pressing_of, put_anchors
+  use scree_contact_rules, only: anchor_what_closes, anchors_return, force_to_hold, forgives_faint_forces, gaps_and_slips, &
+                                 judge, measure_again, measure_contact, measure_contacts, press, press_across, pressing_of, &
+                                 put_anchors
   use scree_contact_try, only: contact_try_t, count_states, row_across
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: act_on, bond, friction_of
@@ -15,7 +16,7 @@ module scree_open_close
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: hold_contacts, judge_contacts, keep_lines, judge_prediction, return_anchors
+  public :: hold_contacts, judge_contacts, judge_prediction, keep_lines, meet_at_prediction, return_anchors
 
   !> A force below this share of the largest contact force on the body that has the smaller changes no state.
   real(dp), parameter :: faint = 1e-8_dp
@@ -70,6 +71,28 @@ contains
     end do
     call count_states(try)
   end subroutine judge_prediction
+
+  !> Puts the anchors of open contacts where a prediction takes their vertices over the edge, to stay there in the step: what later
+  !> closes is held where it first met the edge, whatever iterate closes it.
+  pure subroutine meet_at_prediction(model, d, try)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    type(contact_try_t), intent(inout) :: try
+    real(dp) :: before(2)
+    integer :: i
+
+    call measure_contacts(model, d, try)
+    if (.not. anchors_return(try%law)) return
+    do i = try%first, try%last
+      associate (k => try%contact(i)%active)
+        if (try%contact(i)%entrance(k)%state /= state_open .or. .not. try%now(k, i)%gap < 0) cycle
+        before = try%contact(i)%entrance%anchor
+        call anchor_what_closes(try, i, try%now(:, i))
+        try%start(k, i)%anchored = .true.
+        call measure_again(model, d, i, before, try)
+      end associate
+    end do
+  end subroutine meet_at_prediction
 
   !> Measures the contacts at `d`: their forces across, and which force is too faint to change a state.
   pure subroutine press_all(model, d, try, force, doubt)
@@ -259,7 +282,7 @@ contains
         entrance%anchor = start%share
         call measure_contact(model, d, i, try)
         entrance%multiplier(2) = 0.0_dp
-        start%returned = .true.
+        start%anchored = .true.
         enough = .false.
       end associate
     end do

@@ -24,7 +24,8 @@ module scree_settle
   use scree_iteration_end, only: check_area, check_areas, reject_unsettled
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_open_close, only: hold_contacts, judge_contacts, judge_prediction, keep_lines, return_anchors
+  use scree_open_close, only: hold_contacts, judge_contacts, judge_prediction, keep_lines, meet_at_prediction, &
+                              return_anchors
   use scree_pair_effects, only: add_bolts, add_pair_effects
   use scree_scene, only: iterate_hybrid, problems_all, problems_none
   use scree_settle_group, only: accepted_share, balances, begins_far, change_of, choose_operator, count_stalled, find_change, &
@@ -240,7 +241,7 @@ contains
     else if (group%open_close%judges_prediction .and. state%step == 0) then
       call judge_prediction(model, d, contacts)
     else
-      call measure_contacts(model, d, contacts)
+      call meet_at_prediction(model, d, contacts)
       group%keeps_states = group%open_close%settles_always .and. .not. (group%linear .or. group%nested)
     end if
   end subroutine begin_open_close
