@@ -34,7 +34,9 @@ contains
     memory%swing = 0.5_dp*try%swing
   end subroutine accept_no_contact
 
-  !> Hands on states, anchors, bonds and overlaps of an accepted step, and books the energy of springs and friction.
+  !> Hands on states, anchors, bonds and overlaps of an accepted step, and books the energy of springs and friction. The entrance of
+  !> a corner that does not act is open, though its step began with the line closed, as another contact of it acted: by now the
+  !> corner may be far behind it.
   pure subroutine accept_contacts(model, d, try, memory, energy, friction)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
@@ -68,6 +70,7 @@ contains
         contact%pressed = 0.0_dp
         contact%overlap = 0.0_dp
         contact%energy = 0.0_dp
+        if (contact%n_entrances == 2) contact%entrance(3 - contact%active)%state = state_open
         now = gaps_and_slips(model, try, i, d)
         if (entrance%state == state_open) then
           entrance%bonded = .false.
