@@ -179,6 +179,7 @@ contains
     type(outcome_t), intent(inout) :: outcome
     real(dp) :: change, residual
     integer :: i, worst
+    logical :: waits
 
     outcome%settled = .false.
     worst = group%member(1)
@@ -203,8 +204,9 @@ contains
       if (i == 1 .and. group%may_leave) group%first = change
       outcome%settled = is_settled(model, cache, group, change, residual) &
                         .and. .not. (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1)
-      if (group%keeps_states .and. .not. outcome%settled) then
-        group%keeps_states = .false.
+      waits = group%keeps_states .and. .not. outcome%settled
+      group%keeps_states = .false.
+      if (waits) then
         call place(model, cache, state, d, contacts)
         call measure_contacts(model, d, contacts)
       else if (group%in_contact) then
