@@ -232,8 +232,8 @@ contains
   !> Puts the anchor of an entrance that closes where its vertex first crossed the line in the step; one that was closed when the
   !> step began, or is bonded, keeps its own.
   !>
-  !> One that has its place stays there: where the prediction met the edge, or back where the step began. An anchor that moved on with every iteration would hold back what
-  !> it follows, and the iteration would creep.
+  !> One that has its place stays there: where the prediction met the edge, or back where the step began. An anchor that moved on
+  !> with every iteration would hold back what it follows, and the iteration would creep.
   pure subroutine anchor_where_crossed(start, now, entrance, slip)
     type(entrance_start_t), intent(in) :: start
     type(gap_and_slip_t), intent(in) :: now

@@ -50,7 +50,7 @@ module scree_settle
   !> Contacts that a judgement changes, from which on another one hardly ever changes none.
   integer, parameter :: many_changes = 20
   !> Contacts that a judgement changes, fewer than which the path from there to the solution is likely to be short.
-  integer, parameter :: few_changes = 150
+  integer, parameter :: few_changes = 75
   !> Times that contacts may hold in a step what has settled.
   integer, parameter :: most_holds = 100
   !> Forces that a friction problem leaves out of balance, over the largest: a body may have forces of its own that are far smaller.
@@ -179,7 +179,6 @@ contains
     type(outcome_t), intent(inout) :: outcome
     real(dp) :: change, residual
     integer :: i, worst
-    logical :: waits
 
     outcome%settled = .false.
     worst = group%member(1)
@@ -204,14 +203,7 @@ contains
       if (i == 1 .and. group%may_leave) group%first = change
       outcome%settled = is_settled(model, cache, group, change, residual) &
                         .and. .not. (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1)
-      waits = group%keeps_states .and. .not. outcome%settled
-      group%keeps_states = .false.
-      if (waits) then
-        call place(model, cache, state, d, contacts)
-        call measure_contacts(model, d, contacts)
-      else if (group%in_contact) then
-        call judge(model, cache, state, group, contacts, d, outcome)
-      end if
+      if (group%in_contact) call judge(model, cache, state, group, contacts, d, outcome)
       if (outcome%settled .or. allocated(outcome%trouble%what)) return
       call choose_operator(model, change, group)
     end do
@@ -326,7 +318,8 @@ contains
                 cache%element(max(1, e))%kinematics%centroid)
   end subroutine correct
 
-  !> Judges the contacts after a correction, and rejects the try where they go round in circles.
+  !> Judges the contacts after a correction, and rejects the try where they go round in circles. Those that keep their states wait
+  !> for the next one, unless this one settles all.
   !>
   !> Where forces bend, a correction from the solution of a friction problem that changes any contact is no use: the iteration, once
   !> it has run in circles, does so again. The next problem follows at once, from where the last one ended. Where nothing changes
@@ -340,8 +333,15 @@ contains
     real(dp), intent(inout) :: d(:)
     type(outcome_t), intent(inout) :: outcome
     integer :: before(2, contacts%last - contacts%first + 1) !! states of their entrances before the judgement
-    logical :: enough, prompt
+    logical :: enough, prompt, waits
 
+    waits = group%keeps_states .and. .not. outcome%settled
+    group%keeps_states = .false.
+    if (waits) then
+      call place(model, cache, state, d, contacts)
+      call measure_contacts(model, d, contacts)
+      return
+    end if
     prompt = group%near .and. group%rounds < prompt_rounds .and. group%open_close%poses_at_once
     before = states_of(contacts)
     if (group%nested) call judge_contacts(model, d, contacts)
@@ -484,8 +484,8 @@ contains
     call judge_at(model, cache, state, group, d, contacts)
   end subroutine go_back
 
-  !> Takes the solution of a friction problem that was posed at `d`, from which the iteration goes on. Where an area runs away on the
-  !> way, it is not taken, and the outcome has a trouble.
+  !> Takes the solution of a friction problem that was posed at `d`, from which the iteration goes on. Where an area runs away on
+  !> the way, it is not taken, and the outcome has a trouble.
   subroutine take_solution(model, cache, state, group, x, spring, contacts, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache

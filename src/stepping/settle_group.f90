@@ -49,7 +49,7 @@ module scree_settle_group
     type(term_t), allocatable :: term(:)      !! of the members at the last linearisation, where it may stay
     real(dp), allocatable :: linear_at(:, :)  !! (n, n_members) displacement then
     type(flickering_t) :: flickering          !! contacts that go on changing
-    logical :: keeps_states = .false.         !! contacts that bodies bring along are not judged before the first correction
+    logical :: keeps_states = .false.         !! contacts are not judged after the first correction, as bodies turn
     integer :: fewest = huge(1), stalled = 0  !! changes of states, and iterations since that got fewer
     real(dp), allocatable :: best(:, :)       !! (n, n_members) displacement at which these were judged
     integer :: tried = huge(1)                !! fewest changes from which a path was followed

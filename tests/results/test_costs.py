@@ -17,7 +17,7 @@ SCENES = {
                                            ["step.count=5000", "step.end_time=1000"]), {"alone"}),
     "a mesh": (lambda folder: ([touching.jointed_rock(folder, "nmm", 3, 20)], []), {"assemble", "solve", "factor", "judge", "friction", "sleep"}),
     "a wall": (lambda folder: ([CLASSIC / "wall100.geo", CLASSIC / "wall100.ana"], ["step.count=30"]),
-               {"assemble", "solve", "factor", "judge", "sleep"}),
+               {"assemble", "solve", "factor", "judge", "friction", "sleep"}),
     "a wall by Shi's rules": (lambda folder: ([CLASSIC / "wall100.geo", CLASSIC / "wall100.ana"], ["method.preset=shi", "step.count=30"]),
                               {"assemble", "solve", "factor", "judge"}),
     "random rock": (lambda folder: ([touching.jointed_rock(folder, "dda, Green strain", 3, 8)], []),
