@@ -398,8 +398,7 @@ contains
     real(dp), intent(inout) :: d(:)
     type(outcome_t), intent(inout) :: outcome
     type(contact_try_t) :: contacts_before
-    real(dp) :: d_before(size(d))
-    real(dp), allocatable :: x(:)
+    real(dp), allocatable :: d_before(:), x(:)
     integer :: spring(contacts%last - contacts%first + 1)
     logical :: found
 
@@ -484,8 +483,8 @@ contains
     call judge_at(model, cache, state, group, d, contacts)
   end subroutine go_back
 
-  !> Takes the solution of a friction problem that was posed at `d`, from which the iteration goes on. Where an area runs away on
-  !> the way, it is not taken, and the outcome has a trouble.
+  !> Takes the solution of a friction problem that was posed at `d`, from which the iteration goes on. Where an area runs away with
+  !> it the outcome has a trouble.
   subroutine take_solution(model, cache, state, group, x, spring, contacts, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
