@@ -46,7 +46,7 @@ module scree_contact_rules
 
   !> How the open-close iteration goes.
   type :: iteration_rules_t
-    logical :: judges_prediction = .true.      !! contacts are judged once before the first solution
+    logical :: judges_prediction = .true.      !! contacts of the first step are judged once before its first solution
     logical :: repeats_first_of_run = .false.  !! the first solution of a run is followed by another, settled or not
     logical :: counts_progress = .true.        !! iterations that leave fewer states changing are not counted as stalled
     integer :: most_stalled = 3                !! iterations, before it is given up
