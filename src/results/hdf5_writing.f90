@@ -1,7 +1,7 @@
 !> The few HDF5 calls that the results need, each with its status checked.
 module scree_hdf5_writing
   use, intrinsic :: iso_fortran_env, only: int8, int64
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_funloc, c_funptr, c_int, c_int64_t, c_loc, &
+  use, intrinsic :: iso_c_binding, only: c_associated, c_bool, c_char, c_f_pointer, c_funloc, c_funptr, c_int, c_int64_t, c_loc, &
                                          c_null_char, c_ptr
   use hdf5
   use scree_errors, only: error_t, fail, status_run_failed
@@ -9,9 +9,10 @@ module scree_hdf5_writing
   implicit none
   private
   public :: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, flush_file, grow_in_place, hold_space, &
-            reserve_disk, rows_t, write_text, write_whole, write_words
+            keep_within_pages, reserve_disk, rows_t, write_text, write_whole, write_words
 
   integer(hsize_t), parameter :: index_bytes = 8192 !! of a dataset: more than two nodes of its tree
+  integer(c_int), parameter :: in_pages = 1         !! H5F_FSPACE_STRATEGY_PAGE
   !> What posix_fallocate returns where it is interrupted, and where a disk, a limit of file size or a quota has no room (Linux).
   integer(c_int), parameter :: interrupted = 4, no_room(3) = [28, 27, 122]
 
@@ -60,6 +61,15 @@ module scree_hdf5_writing
       integer(c_int64_t), value :: file
       integer(c_int), value :: low, high
     end function h5fset_libver_bounds
+
+    !> HDF5: how the space of a file is handed out; `threshold` is the smallest piece whose place is remembered once it is free.
+    integer(c_int) function h5pset_file_space_strategy(creation, strategy, persists, threshold) &
+      bind(c, name='H5Pset_file_space_strategy')
+      import :: c_bool, c_int, c_int64_t
+      integer(c_int64_t), value :: creation, threshold
+      integer(c_int), value :: strategy
+      logical(c_bool), value :: persists
+    end function h5pset_file_space_strategy
 
     !> POSIX: takes blocks of the disk for a part of a file.
     integer(c_int) function posix_fallocate(descriptor, offset, length) bind(c)
@@ -143,7 +153,20 @@ contains
                                                int(H5F_LIBVER_V110_F, c_int))), 'cannot write the results', error)
   end subroutine grow_in_place
 
-  !> Makes a dataset of rows that grows.
+  !> Gives what describes the data of a file that is made its place within pages of 4096 bytes.
+  !>
+  !> A system writes page by page, and a run that is killed in a write across two leaves the first alone: a description
+  !> that is half new, whose checksum is wrong, and all rows of its dataset with it. Errors: HDF5 refuses.
+  subroutine keep_within_pages(creation, error)
+    integer(hid_t), intent(in) :: creation !! properties of the file
+    type(error_t), allocatable, intent(out) :: error
+
+    call check_status(int(h5pset_file_space_strategy(int(creation, c_int64_t), in_pages, .false._c_bool, 1_c_int64_t)), &
+                      'cannot write the results', error)
+  end subroutine keep_within_pages
+
+  !> Makes a dataset of rows that grows, with its index, which HDF5 writes in pieces where the first rows come: a run that is
+  !> killed between two of them would leave a dataset that cannot be read.
   subroutine create_rows(file, path, shape, whole, units, description, chunk_rows, rows, error, byte)
     integer(hid_t), intent(in) :: file
     character(len=*), intent(in) :: path, units, description
@@ -180,6 +203,8 @@ contains
     call h5pcreate_f(H5P_LINK_CREATE_F, links, status)
     call h5pset_create_inter_group_f(links, 1, status)
     call h5dcreate_f(file, path, file_type, space, rows%id, status, properties, links)
+    if (status >= 0) call h5dset_extent_f(rows%id, [dims(:n - 1), 1_hsize_t], status)
+    if (status >= 0) call h5dset_extent_f(rows%id, dims, status)
     call check_status(status, 'cannot make '//path, error)
     if (allocated(error)) return
     if (len(units) > 0) call write_text(rows%id, 'units', units, error)

@@ -14,7 +14,7 @@ module scree_results_file
   use scree_files, only: holds_something, refuse_to_replace
   use scree_hdf5_reading, only: begin_hdf5
   use scree_hdf5_writing, only: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, flush_file, &
-                                grow_in_place, rows_t, write_text, write_whole, write_words
+                                grow_in_place, keep_within_pages, rows_t, write_text, write_whole, write_words
   use scree_interruption, only: ignore_size_limit
   use scree_kinds, only: dp
   use scree_text, only: same_length, text_t
@@ -153,7 +153,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     logical, intent(in), optional :: hides  !! frames may have elements that are gone
     logical, intent(in), optional :: beside !! the file waits by another name until it takes its place
-    integer(hid_t) :: access, group
+    integer(hid_t) :: access, creation, group
     integer :: status
 
     results%path = path
@@ -174,7 +174,10 @@ contains
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
     call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
     call h5pset_libver_bounds_f(access, H5F_LIBVER_V18_F, H5F_LIBVER_V110_F, status)
-    call h5fcreate_f(results%path, H5F_ACC_TRUNC_F, results%file, status, access_prp=access)
+    call h5pcreate_f(H5P_FILE_CREATE_F, creation, status)
+    call keep_within_pages(creation, error)
+    if (allocated(error)) return
+    call h5fcreate_f(results%path, H5F_ACC_TRUNC_F, results%file, status, creation, access)
     if (status < 0) then
       call check_status(status, results%path//': expected a file that can be written for the results, found', error)
       error%status = status_bad_input
