@@ -22,6 +22,8 @@ module scree_friction_path
 
   !> Springs that change before a matrix is factorised anew.
   integer, parameter :: most_changed = 48
+  !> Pieces after which t is to keep up with the share of pieces that have been crossed: a path that wanders hardly ever gets there.
+  integer, parameter :: few_pieces = 100
   !> The start is moved by this share of the largest overlap: in a symmetric scene several springs would meet their faces at once.
   real(dp), parameter :: off_symmetry = 1e-8_dp
   real(dp), parameter :: golden = 0.6180339887498949_dp !! parts the unknowns from each other
@@ -76,7 +78,7 @@ contains
       call go(path, way)
       if (found) exit
       pieces = pieces + 1
-      if (pieces > most) exit
+      if (path%t*most < pieces - few_pieces .or. pieces > most) exit
       call cross(problem, path, i, to, solver, timers, goes_on)
     end do
     if (found) call end_path(problem, solver, path)
@@ -119,7 +121,7 @@ contains
 
     call find_rest(problem, path%x, state, path%start_force)
     if (any(state /= path%state)) return
-    call solve_with_factors(solver, path%matrix, path%start_force, .false., path%base_direction, error)
+    call solve_with_factors(solver, path%start_force, path%base_direction, error)
     if (allocated(error)) return
     call find_direction(problem, path, done)
     if (done) path%x = path%x + path%direction
@@ -162,7 +164,7 @@ contains
     done = .not. allocated(error)
     if (.not. done) return
     if (.not. allocated(path%base_direction)) allocate (path%base_direction(size(path%x)))
-    call solve_with_factors(solver, path%matrix, path%start_force, .false., path%base_direction, error)
+    call solve_with_factors(solver, path%start_force, path%base_direction, error)
     done = .not. allocated(error)
     path%base_state = path%state
     path%n_changed = 0
@@ -366,7 +368,7 @@ contains
     do c = 2*m - 1, 2*m
       unit = 0.0_dp
       call add_spring_force(problem, i, merge([1.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], c == 2*m - 1), unit)
-      call solve_with_factors(solver, path%matrix, unit, .false., path%answer(:, c), error)
+      call solve_with_factors(solver, unit, path%answer(:, c), error)
       done = .not. allocated(error)
       if (.not. done) return
       do k = 1, m
