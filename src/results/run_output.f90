@@ -150,7 +150,7 @@ contains
     if (allocated(summary)) text = json_of(summary, ending)
     call close_results(output%file, ending%status, text, ending%warning, ending%cost, &
                        [work_row_t('factors by CHOLMOD', work%symmetric_factors), &
-                       work_row_t('factors by UMFPACK', work%other_factors), &
+                       work_row_t('factors by LU', work%other_factors), &
                        work_row_t('iterations of GMRES', work%iterations), work_row_t('unknowns', numbers(1)), &
                        work_row_t('entries', numbers(2))], error)
   end subroutine end_output

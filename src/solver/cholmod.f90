@@ -1,18 +1,21 @@
 !> CHOLMOD (SuiteSparse): Cholesky factorisation of a symmetric positive definite matrix.
 module scree_cholmod
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int8_t, c_loc, c_null_ptr, c_ptr, c_size_t
-  use scree_cholmod_layout, only: common_bytes, final_ll_at, print_at
+  use scree_suitesparse_layout, only: common_bytes, final_ll_at, print_at
   use scree_errors, only: error_t, fail, status_run_failed
+  use scree_factors, only: factors_t
   use scree_kinds, only: dp
   implicit none
   private
-  public :: cholmod_t, factorise_by_cholmod, release_cholmod, solve_by_cholmod
+  public :: cholmod_t, factorise_by_cholmod, release_cholmod
 
   !> Workspace of the library (cholmod_common, as large as its header says) and the factor, whose analysis is kept.
-  type :: cholmod_t
+  type, extends(factors_t) :: cholmod_t
     integer(c_int8_t), pointer :: common(:) => null()
     type(c_ptr) :: factor = c_null_ptr
     type(c_ptr) :: solution = c_null_ptr, permuted = c_null_ptr, work = c_null_ptr !! kept between solutions
+  contains
+    procedure :: solve => solve_by_cholmod
   end type cholmod_t
 
   !> cholmod_sparse
@@ -116,7 +119,7 @@ contains
 
   !> Solves A x = b with the factor of the last matrix. Errors: no memory.
   subroutine solve_by_cholmod(self, b, x, error)
-    type(cholmod_t), intent(inout) :: self
+    class(cholmod_t), intent(inout) :: self
     real(dp), intent(in), target, contiguous :: b(:)
     real(dp), intent(out) :: x(:)
     type(error_t), allocatable, intent(out) :: error

@@ -31,6 +31,8 @@ module scree_friction_interior
   real(dp), parameter :: first_share = 1e-4_dp, step_share = 1e-6_dp
   !> Iterations from the symmetric matrix to a solution; where they take more, the factors of the matrix itself are cheaper.
   integer, parameter :: most_from_symmetric = 20
+  !> Unknowns up to which these are cheaper from the first matrix on (columns and slopes of 100 to 697 blocks).
+  integer, parameter :: few_unknowns = 3000
   integer, parameter :: most_short = 5 !! such steps in a row, after which the way does not go on: it has a fold there
   real(dp), parameter :: long_way = 0.5_dp !! a step from where the pairs are sound
   !> Round a fold: strides in the largest relative change of a number, how far products may be from the curve, as logarithms of
@@ -76,7 +78,7 @@ contains
     if (allocated(inside%pairs)) deallocate (inside%pairs)
     allocate (inside%pairs(size(problem%spring)))
     call begin_pairs(problem, at_first, x, inside%pairs)
-    inside%from_symmetric = .true.
+    inside%from_symmetric = size(x) > few_unknowns
     inside%factors = 0
   end subroutine begin_inside
 
@@ -249,7 +251,7 @@ contains
         call factorise(solver, matrix, timers, error)
         if (allocated(error)) return
       end if
-      call solve_with_factors(solver, matrix, force, .false., dx, error)
+      call solve_with_factors(solver, force, dx, error)
     end subroutine solve_for
 
   end subroutine go_inside

@@ -1,13 +1,13 @@
-!> Iterative solution of a sparse system with the factor of a symmetric matrix near its own: flexible GMRES (Saad and Schultz 1986,
+!> Iterative solution of a sparse system with the factors of a matrix near its own: flexible GMRES (Saad and Schultz 1986,
 !> Saad 1993).
 !>
-!> With S = L L^T near A the Krylov space of A S^-1 has few dimensions: one for A = S, and about one more for each row by which they
+!> With S near A the Krylov space of A S^-1 has few dimensions: one for A = S, and about one more for each row by which they
 !> differ. What is left of the forces is measured with each component over the root of its entry on the diagonal, so that no unit
 !> of an unknown shows.
 module scree_gmres
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use scree_cholmod, only: cholmod_t, solve_by_cholmod
   use scree_errors, only: error_t
+  use scree_factors, only: factors_t
   use scree_kinds, only: dp
   use scree_sparse_matrix, only: multiply, sparse_matrix_t
   implicit none
@@ -30,10 +30,10 @@ contains
   !> `root`, or does not seem to get there in `most` iterations.
   !>
   !> Errors: no memory.
-  subroutine solve_by_gmres(self, matrix, cholmod, b, root, goal, most, x, Ax, left_over, n_iterations, error)
+  subroutine solve_by_gmres(self, matrix, factors, b, root, goal, most, x, Ax, left_over, n_iterations, error)
     type(gmres_t), intent(inout) :: self
     type(sparse_matrix_t), intent(in) :: matrix
-    type(cholmod_t), intent(inout) :: cholmod  !! with the factor of S
+    class(factors_t), intent(inout) :: factors !! of S
     real(dp), intent(in) :: b(:)               !! (n)
     real(dp), intent(in) :: root(:)            !! (n) of the diagonal
     real(dp), intent(in) :: goal
@@ -61,7 +61,7 @@ contains
           image = Ax/(root*norm)
         else
           image = root*basis(:, k)
-          call solve_by_cholmod(cholmod, image, direction(:, k), error)
+          call factors%solve(image, direction(:, k), error)
           if (allocated(error)) return
           call multiply(matrix, direction(:, k), image)
           image = image/root

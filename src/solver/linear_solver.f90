@@ -3,7 +3,8 @@
 !> - A small matrix, of one element or an island of two, goes to LAPACK.
 !> - A sparse matrix is solved by GMRES on the factor that CHOLMOD has of the symmetric matrix beside it, or beside one before it: a
 !>   factor costs as much as 10 solutions with it, and contacts change few rows from one matrix to the next.
-!> - Or by factors of its own: of CHOLMOD where it is symmetric and turns out to be positive definite, else of UMFPACK.
+!> - Or by factors of its own: of CHOLMOD where it is symmetric and turns out to be positive definite, else as LU, from which GMRES
+!>   goes on with matrices like it in the same step.
 !>
 !> A caller says how exact the solution has to be, and is told how exact it is. The residual is the largest component of b - A x
 !> over the largest magnitude of what cancels in one, each over the root of its entry on the diagonal:
@@ -15,17 +16,18 @@
 !> round-off (Demmel 1989). One that is not exact enough is refined with the same factors.
 module scree_linear_solver
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-  use scree_cholmod, only: cholmod_t, factorise_by_cholmod, release_cholmod, solve_by_cholmod
+  use scree_cholmod, only: cholmod_t, factorise_by_cholmod, release_cholmod
   use scree_dense_solver, only: largest_dense, solve_dense
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_factored, only: factored_t, move_factored
+  use scree_factors, only: factors_t
   use scree_gmres, only: gmres_t, solve_by_gmres
   use scree_kinds, only: dp
   use scree_sparse_matrix, only: multiply, products, root_of_diagonal, root_of_entry, sparse_matrix_t, symmetric_diagonal, &
                                  symmetric_matrix
+  use scree_sparse_lu, only: factorise_by_lu, forget_pivots, release_lu, sparse_lu_t
   use scree_text, only: rounded_text
   use scree_timers, only: begin_phase, end_phase, phase_factor, timers_t
-  use scree_umfpack, only: factorise_by_umfpack, release_umfpack, solve_by_umfpack, umfpack_t
   implicit none
   private
   public :: add_work, approach, dense_matrix, factorise, factorise_beside, forget_pattern, keep_matrix, largest_dense, &
@@ -35,7 +37,7 @@ module scree_linear_solver
   integer, parameter :: most_refinements = 2
   !> Iterations of GMRES with the factor of a matrix before, and with a new one, which takes 4 to 13. A factor costs as much as 10
   !> whatever the size (walls of 106 to 1621 blocks), a row that has changed up to a sixth of one.
-  integer, parameter :: most_with_old = 25, most_with_new = 40
+  integer, parameter :: most_with_old = 25, most_with_new = 40, most_with_own = 10
   integer, parameter :: most_spent = 30       !! iterations with a factor, but for two of each solution, after which it is old
   integer, parameter :: most_changed = 60     !! rows that have changed, after which it is, too
   real(dp), parameter :: changed = 1e-2_dp    !! share of the diagonal by which they have
@@ -45,7 +47,7 @@ module scree_linear_solver
   !> What solutions took so far.
   type :: solver_work_t
     integer :: symmetric_factors = 0 !! by CHOLMOD
-    integer :: other_factors = 0     !! by UMFPACK
+    integer :: other_factors = 0     !! by KLU or UMFPACK
     integer :: iterations = 0        !! of GMRES
   end type solver_work_t
 
@@ -53,12 +55,13 @@ module scree_linear_solver
   type :: linear_solver_t
     private
     type(cholmod_t) :: cholmod
-    type(umfpack_t) :: umfpack
+    type(sparse_lu_t) :: lu
     type(gmres_t) :: gmres
-    logical :: definite = .false.   !! the last matrix was: CHOLMOD has its factor, else UMFPACK
+    logical :: definite = .false.   !! the last matrix was: CHOLMOD has its factor
     type(factored_t) :: kept        !! has the pattern of CHOLMOD's analysis, and values where there is a matrix to go on from
     logical :: factorised = .false. !! CHOLMOD has the factor of what is kept
     logical :: newly_kept = .false. !! since the last was handed on
+    logical :: goes_on = .false.    !! LU has the factors of a matrix since then, from which solutions go on
     type(solver_work_t), public :: work
   end type linear_solver_t
 
@@ -125,6 +128,13 @@ contains
     type(error_t), allocatable, intent(out) :: error
     logical :: definite, done
 
+    if (solver%goes_on .and. .not. matrix%symmetric) then
+      call iterate(solver, matrix, b, scale, tolerance, roughly, most_with_own, x, residual, done, error)
+      if (allocated(error) .or. done) return
+      call solve_by_itself()
+      return
+    end if
+    solver%goes_on = .false.
     if (may_do(solver%kept, matrix)) then
       if (.not. solver%factorised) call factorise_kept(solver, timers, definite, error)
       if (allocated(error)) return
@@ -137,10 +147,23 @@ contains
       call iterate(solver, matrix, b, scale, tolerance, roughly, most_with_new, x, residual, done, error)
       if (allocated(error) .or. done) return
     end if
-    solver%definite = definite .and. matrix%symmetric
-    if (.not. solver%definite) call factorise_itself(solver, matrix, timers, error)
-    if (allocated(error)) return
-    call refine(solver, matrix, b, tolerance, x, residual, error)
+    if (definite .and. matrix%symmetric) then
+      solver%definite = .true.
+      call refine(solver, matrix, b, tolerance, x, residual, error)
+    else
+      call solve_by_itself()
+    end if
+
+  contains
+
+    !> Solves with factors of the matrix itself, from which later solutions go on.
+    subroutine solve_by_itself()
+
+      call factorise_itself(solver, matrix, timers, error)
+      if (.not. allocated(error)) call refine(solver, matrix, b, tolerance, x, residual, error)
+      solver%goes_on = .not. allocated(error)
+    end subroutine solve_by_itself
+
   end subroutine solve_with_kept_factor
 
   !> Solves by GMRES with the factor that is kept, where it gets there.
@@ -172,15 +195,16 @@ contains
     if (allocated(error)) return
     done = roughly .and. share <= goal
     if (done) residual = share
-    if (roughly) return
+    if (roughly .or. share > 10*goal) return
     product = products(matrix, x)
     if (norm2((b - product(1, :))/root) > tolerance*whole) return
     residual = residual_of(b - product(1, :), max(abs(b), scale) + product(2, :), root)
     done = residual <= tolerance
   end subroutine iterate
 
-  !> Approaches the solution of A x = b by GMRES, with the factor of a symmetric matrix near A that is kept, until no more than a
-  !> share of the norm of b is left, of each component over the root of its entry on the diagonal. Errors: no memory.
+  !> Approaches the solution of A x = b by GMRES, with the factor of a symmetric matrix near A that is kept, or the LU of one like A
+  !> where solutions go on from that, until no more than a share of the norm of b is left, of each component over the root of its
+  !> entry on the diagonal. Errors: no memory.
   subroutine approach(solver, matrix, b, goal, most, x, share, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
@@ -195,17 +219,31 @@ contains
 
     root = root_of_diagonal(matrix)
     norm = norm2(b/root)
-    call solve_by_cholmod(solver%cholmod, b, x, error)
-    if (allocated(error)) return
-    call multiply(matrix, x, Ax)
-    share = norm2((b - Ax)/root)
-    if (.not. share <= goal*norm) then
-      call solve_by_gmres(solver%gmres, matrix, solver%cholmod, b, root, goal*norm, most, x, Ax, share, n_iterations, error)
-      if (allocated(error)) return
-      solver%work%iterations = solver%work%iterations + n_iterations
+    n_iterations = 0
+    if (solver%goes_on) then
+      call approach_by(solver%lu)
+    else
+      call approach_by(solver%cholmod)
       solver%kept%spent = solver%kept%spent + max(0, n_iterations - 2)
     end if
+    if (allocated(error)) return
+    solver%work%iterations = solver%work%iterations + n_iterations
     share = share/max(norm, tiny(norm))
+
+  contains
+
+    !> Approaches the solution with these factors.
+    subroutine approach_by(factors)
+      class(factors_t), intent(inout) :: factors
+
+      call factors%solve(b, x, error)
+      if (allocated(error)) return
+      call multiply(matrix, x, Ax)
+      share = norm2((b - Ax)/root)
+      if (.not. share <= goal*norm) &
+        call solve_by_gmres(solver%gmres, matrix, factors, b, root, goal*norm, most, x, Ax, share, n_iterations, error)
+    end subroutine approach_by
+
   end subroutine approach
 
   !> Solves with the factors of the matrix, and refines the solution with them until its residual is below the tolerance.
@@ -223,14 +261,14 @@ contains
 
     residual = huge(residual)
     root = root_of_diagonal(matrix)
-    call solve_with_factors(solver, matrix, b, .true., x, error)
+    call solve_with_factors(solver, b, x, error)
     do i = 0, most_refinements
       if (allocated(error)) return
       product = products(matrix, x)
       rest = b - product(1, :)
       residual = residual_of(rest, abs(b) + product(2, :), root)
       if (residual <= tolerance .or. i == most_refinements) exit
-      call solve_with_factors(solver, matrix, rest, .true., change, error)
+      call solve_with_factors(solver, rest, change, error)
       x = x + change
     end do
     call check_residual(residual, tolerance, error)
@@ -282,7 +320,7 @@ contains
     call end_phase(timers)
   end subroutine factorise_kept
 
-  !> Factorises a matrix by UMFPACK.
+  !> Factorises a matrix that is not symmetric, or not definite.
   subroutine factorise_itself(solver, matrix, timers, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
@@ -292,7 +330,7 @@ contains
     solver%definite = .false.
     solver%work%other_factors = solver%work%other_factors + 1
     call begin_phase(timers, phase_factor)
-    call factorise_by_umfpack(solver%umfpack, matrix, error)
+    call factorise_by_lu(solver%lu, matrix, error)
     call end_phase(timers)
   end subroutine factorise_itself
 
@@ -323,18 +361,16 @@ contains
   end function may_do
 
   !> Solves with the factors of the matrix that was factorised last. Errors: no memory.
-  subroutine solve_with_factors(solver, matrix, b, refined, x, error)
+  subroutine solve_with_factors(solver, b, x, error)
     type(linear_solver_t), intent(inout) :: solver
-    type(sparse_matrix_t), intent(in) :: matrix
-    real(dp), intent(in) :: b(:)         !! (n)
-    logical, intent(in) :: refined       !! by UMFPACK where it is its factors: three times the work
+    real(dp), intent(in), contiguous :: b(:) !! (n)
     real(dp), intent(out) :: x(:)        !! (n)
     type(error_t), allocatable, intent(out) :: error
 
     if (solver%definite) then
-      call solve_by_cholmod(solver%cholmod, b, x, error)
+      call solver%cholmod%solve(b, x, error)
     else
-      call solve_by_umfpack(solver%umfpack, matrix, b, refined, x, error)
+      call solver%lu%solve(b, x, error)
     end if
   end subroutine solve_with_factors
 
@@ -363,6 +399,8 @@ contains
     integer, intent(in) :: unknown(:)    !! (n) of each row
     type(factored_t), intent(in) :: factored
 
+    solver%goes_on = .false.
+    call forget_pivots(solver%lu)
     if (.not. solver%newly_kept .and. allocated(solver%kept%value)) then
       solver%kept%spent = factored%spent
       return
@@ -464,7 +502,8 @@ contains
   subroutine forget_pattern(solver)
     type(linear_solver_t), intent(inout) :: solver
 
-    call release_umfpack(solver%umfpack)
+    call release_lu(solver%lu)
+    solver%goes_on = .false.
   end subroutine forget_pattern
 
   !> Gives the memory back, and keeps nothing; the next solution analyses its matrix anew.
@@ -472,10 +511,11 @@ contains
     type(linear_solver_t), intent(inout) :: solver
 
     call release_cholmod(solver%cholmod)
-    call release_umfpack(solver%umfpack)
+    call release_lu(solver%lu)
     solver%kept = factored_t()
     solver%factorised = .false.
     solver%newly_kept = .false.
+    solver%goes_on = .false.
   end subroutine release_solver
 
 end module scree_linear_solver

@@ -1,6 +1,6 @@
 !> A square sparse matrix in compressed columns, assembled from dense element matrices.
 !>
-!> Both triangles are stored, sorted: UMFPACK takes them as they are, CHOLMOD reads the lower one. What is added says whether it is
+!> Both triangles are stored, sorted: LU takes them as they are, CHOLMOD reads the lower one. What is added says whether it is
 !> symmetric, and so the matrix knows whether it is; where it is not, it knows the symmetric matrix beside it that a factor is made
 !> of.
 module scree_sparse_matrix

@@ -1,17 +1,20 @@
-!> UMFPACK (SuiteSparse): LU of an unsymmetric matrix.
+!> UMFPACK (SuiteSparse): LU of an unsymmetric matrix of many unknowns, by dense blocks.
 module scree_umfpack
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_loc, c_null_ptr, c_ptr
   use scree_errors, only: error_t, fail, status_run_failed
+  use scree_factors, only: factors_t
   use scree_kinds, only: dp
-  use scree_sparse_matrix, only: sparse_matrix_t
   implicit none
   private
-  public :: factorise_by_umfpack, release_umfpack, solve_by_umfpack, umfpack_t
+  public :: factorise_by_umfpack, release_umfpack, umfpack_t
 
   !> Symbolic analysis, and the factors of the last matrix.
-  type :: umfpack_t
+  type, extends(factors_t) :: umfpack_t
+    private
     type(c_ptr) :: symbolic = c_null_ptr
     type(c_ptr) :: numeric = c_null_ptr
+  contains
+    procedure :: solve => solve_by_umfpack
   end type umfpack_t
 
   integer(c_int), parameter :: system_A = 0 !! UMFPACK_A: A x = b
@@ -49,8 +52,8 @@ module scree_umfpack
     integer(c_int) function umfpack_di_solve(system, Ap, Ai, Ax, x, b, numeric, control, info) bind(c)
       import :: c_double, c_int, c_ptr
       integer(c_int), value :: system
-      integer(c_int), intent(in) :: Ap(*), Ai(*)
-      real(c_double), intent(in) :: Ax(*), b(*)
+      type(c_ptr), value :: Ap, Ai, Ax
+      real(c_double), intent(in) :: b(*)
       real(c_double), intent(out) :: x(*)
       type(c_ptr), value :: numeric, control, info
     end function umfpack_di_solve
@@ -68,47 +71,45 @@ module scree_umfpack
 
 contains
 
-  !> Factorises A; the analysis is made once.
+  !> Factorises A; a pattern is analysed once, until it is released.
   !>
-  !> It is one of the pattern alone: with the values, the first matrix of a pattern would show in the bits of later solutions. The
-  !> pattern is symmetric, as that of sums of elements is; UMFPACK asks the values of the diagonal before it takes it for that, so
-  !> it is told. Errors: a singular matrix, no memory.
-  subroutine factorise_by_umfpack(self, matrix, error)
+  !> The analysis is one of the pattern alone: with the values, the first matrix of a pattern would show in the bits of later
+  !> solutions. The pattern is symmetric, as that of sums of elements is; UMFPACK asks the values of the diagonal before it takes it
+  !> for that, so it is told. Errors: a singular matrix, no memory.
+  subroutine factorise_by_umfpack(self, first, row, value, error)
     type(umfpack_t), intent(inout) :: self
-    type(sparse_matrix_t), intent(in) :: matrix
+    integer(c_int), intent(in) :: first(:), row(:) !! (n+1), (n_entries), from 0
+    real(c_double), intent(in) :: value(:)         !! (n_entries)
     type(error_t), allocatable, intent(out) :: error
     real(c_double) :: control(n_control)
-    integer(c_int) :: status
+    integer(c_int) :: n, status
 
     if (c_associated(self%numeric)) call umfpack_di_free_numeric(self%numeric)
     self%numeric = c_null_ptr
-    associate (n => int(matrix%n, c_int), p => matrix%first, i => matrix%row, v => matrix%value)
-      status = done
-      if (.not. c_associated(self%symbolic)) then
-        call umfpack_di_defaults(control)
-        control(strategy) = symmetric_pattern
-        status = umfpack_di_symbolic(n, n, p, i, c_null_ptr, self%symbolic, control, c_null_ptr)
-      end if
-      if (status == done) status = umfpack_di_numeric(p, i, v, self%symbolic, self%numeric, c_null_ptr, c_null_ptr)
-    end associate
+    n = size(first, kind=c_int) - 1_c_int
+    status = done
+    if (.not. c_associated(self%symbolic)) then
+      call umfpack_di_defaults(control)
+      control(strategy) = symmetric_pattern
+      status = umfpack_di_symbolic(n, n, first, row, c_null_ptr, self%symbolic, control, c_null_ptr)
+    end if
+    if (status == done) &
+      status = umfpack_di_numeric(first, row, value, self%symbolic, self%numeric, c_null_ptr, c_null_ptr)
     if (status /= done) call fail(error, status_run_failed, 'the matrix of the blocks is singular or too large for UMFPACK')
   end subroutine factorise_by_umfpack
 
-  !> Solves A x = b with the factors of A, the last matrix, and with UMFPACK's own refinement or without. Errors: no memory.
-  subroutine solve_by_umfpack(self, matrix, b, refined, x, error)
-    type(umfpack_t), intent(in) :: self
-    type(sparse_matrix_t), intent(in) :: matrix
-    real(dp), intent(in) :: b(:)
-    logical, intent(in) :: refined
+  !> Solves A x = b with the factors of the last matrix, as they are. Errors: no memory.
+  subroutine solve_by_umfpack(self, b, x, error)
+    class(umfpack_t), intent(inout) :: self
+    real(dp), intent(in), target, contiguous :: b(:)
     real(dp), intent(out) :: x(:)
     type(error_t), allocatable, intent(out) :: error
     real(c_double), target :: control(n_control)
 
     x = 0.0_dp
     call umfpack_di_defaults(control)
-    if (.not. refined) control(refinements) = 0
-    if (umfpack_di_solve(system_A, matrix%first, matrix%row, matrix%value, x, b, self%numeric, c_loc(control), &
-                         c_null_ptr) /= done) &
+    control(refinements) = 0
+    if (umfpack_di_solve(system_A, c_null_ptr, c_null_ptr, c_null_ptr, x, b, self%numeric, c_loc(control), c_null_ptr) /= done) &
       call fail(error, status_run_failed, 'UMFPACK has no memory for the solution')
   end subroutine solve_by_umfpack
 

@@ -81,7 +81,7 @@ def test_calls_are_those_of_the_steps(run):
 def test_factors_are_those_of_the_work_and_the_history(run, request):
     r, _, _ = run
     n, work = calls(r), dict(zip(r.cost.work, r.cost["count"].tolist()))
-    factors, solves = work["factors by CHOLMOD"] + work["factors by UMFPACK"], r.history.solves.sum()
+    factors, solves = work["factors by CHOLMOD"] + work["factors by LU"], r.history.solves.sum()
     of_problems = n.get("factor", 0) - factors
     if "friction" not in n:
         assert of_problems == 0

@@ -82,7 +82,7 @@ def test_texts_units_and_costs_are_read(incline):
     assert incline.history.units("area") == "length^2" and "area" in incline.history.description("area")
     assert list(incline.cost.phase) == ["read", "set-up", "search", "assemble", "solve", "judge", "check", "update", "sleep",
                                         "history", "frames", "other"]
-    assert list(incline.cost.work) == ["factors by CHOLMOD", "factors by UMFPACK", "iterations of GMRES", "unknowns", "entries"]
+    assert list(incline.cost.work) == ["factors by CHOLMOD", "factors by LU", "iterations of GMRES", "unknowns", "entries"]
     # one block is no sparse matrix
     assert list(incline.cost["count"]) == [0, 0, 0, 6, 36]
     assert incline.seconds("steps") == incline.cost.wall_seconds[2:9].sum() > 0 == incline.seconds("factor")

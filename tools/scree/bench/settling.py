@@ -31,11 +31,11 @@ def largest_gain(r, scene):
 
 
 def work_of(r):
-    """Matrices factorised, those by UMFPACK among them, and iterations with such factors, where the results tell."""
+    """Matrices factorised, those by LU among them, and iterations with such factors, where the results tell."""
     if "work" not in r.cost:
-        return {"factors": None, "factors_by_umfpack": None, "iterations": None}
+        return {"factors": None, "factors_by_lu": None, "iterations": None}
     count = dict(zip(r.cost.work, r.cost["count"].tolist()))
-    return {"factors": count["factors by CHOLMOD"] + count["factors by UMFPACK"], "factors_by_umfpack": count["factors by UMFPACK"],
+    return {"factors": count["factors by CHOLMOD"] + count["factors by LU"], "factors_by_lu": count["factors by LU"],
             "iterations": count["iterations of GMRES"]}
 
 
