@@ -111,9 +111,13 @@ contains
     integer(c_int), intent(in) :: first(:), row(:) !! (n+1), (n_entries), from 0
     real(c_double), intent(in) :: value(:)         !! (n_entries)
     type(error_t), allocatable, intent(out) :: error
+    real(dp) :: growth
 
     if (c_associated(self%numeric)) then
-      if (klu_refactor(first, row, value, self%symbolic, self%numeric, c_loc(self%common)) /= 0 .and. grows_little()) return
+      if (klu_refactor(first, row, value, self%symbolic, self%numeric, c_loc(self%common)) /= 0) then
+        call measure_growth(growth)
+        if (growth > least_growth) return
+      end if
       call forget_klu_pivots(self)
     end if
     self%numeric = klu_factor(first, row, value, self%symbolic, c_loc(self%common))
@@ -122,14 +126,16 @@ contains
 
   contains
 
-    !> Whether the entries of the factors are not much larger than those of the matrix.
-    logical function grows_little()
-      real(c_double), pointer :: growth
+    !> By how much the entries of the factors are larger than those of the matrix, as its reciprocal.
+    subroutine measure_growth(growth)
+      real(dp), intent(out) :: growth
+      real(c_double), pointer :: measured
 
-      grows_little = klu_rgrowth(first, row, value, self%symbolic, self%numeric, c_loc(self%common)) /= 0
-      call c_f_pointer(c_loc(self%common(klu_growth_at + 1)), growth)
-      grows_little = grows_little .and. growth > least_growth
-    end function grows_little
+      growth = 0.0_dp
+      if (klu_rgrowth(first, row, value, self%symbolic, self%numeric, c_loc(self%common)) == 0) return
+      call c_f_pointer(c_loc(self%common(klu_growth_at + 1)), measured)
+      growth = measured
+    end subroutine measure_growth
 
   end subroutine factorise_by_klu
 
