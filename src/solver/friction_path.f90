@@ -52,9 +52,10 @@ module scree_friction_path
 contains
 
   !> Follows the path from `x` to a solution. Where it ends elsewhere, `found` is false and `x` and `state` mean nothing.
-  subroutine follow_path(problem, most, solver, timers, x, state, found, factors, pieces)
+  subroutine follow_path(problem, most, patient, solver, timers, x, state, found, factors, pieces)
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: most                !! pieces to cross
+    logical, intent(in) :: patient             !! it may wander
     type(linear_solver_t), intent(inout) :: solver !! of matrices of the problem's pattern
     type(timers_t), intent(inout) :: timers
     real(dp), intent(inout), contiguous :: x(:)            !! (n)
@@ -78,7 +79,7 @@ contains
       call go(path, way)
       if (found) exit
       pieces = pieces + 1
-      if (path%t*most < pieces - few_pieces .or. pieces > most) exit
+      if (pieces > most .or. (path%t*most < pieces - few_pieces .and. .not. patient)) exit
       call cross(problem, path, i, to, solver, timers, goes_on)
     end do
     if (found) call end_path(problem, solver, path)

@@ -120,7 +120,7 @@ contains
     integer :: i, k
 
     found = .false.
-    if (near) call go_along(most_near)
+    if (near) call go_along(most_near, .false.)
     do i = 1, starts(effort)
       if (found) exit
       call begin_inside(problem, at_first(i), 0.0_dp*problem%force, inside)
@@ -128,23 +128,24 @@ contains
         call go_inside(problem, max(tolerance, leaves(k)), effort == effort_all, solver, timers, inside, state, found)
         x = inside%x
         if (leaves(k) <= tolerance .or. .not. found) exit
-        call go_along(most_left(k))
+        call go_along(most_left(k), .false.)
         if (found) exit
       end do
       work%factors = work%factors + inside%factors
-      if (effort == effort_all .and. .not. found) call go_along(most_pieces)
+      if (effort == effort_all .and. .not. found) call go_along(most_pieces, .true.)
     end do
     call release_solver(solver)
 
   contains
 
     !> Follows the path from where x is.
-    subroutine go_along(most)
-      integer, intent(in) :: most !! pieces
+    subroutine go_along(most, patient)
+      integer, intent(in) :: most    !! pieces
+      logical, intent(in) :: patient !! it may wander, as there is no other way
       integer :: factors, pieces
       real(dp) :: left
 
-      call follow_path(problem, most, solver, timers, x, state, found, factors, pieces)
+      call follow_path(problem, most, patient, solver, timers, x, state, found, factors, pieces)
       work%factors = work%factors + factors
       work%pieces = work%pieces + pieces
       if (.not. found) return
