@@ -1,10 +1,10 @@
 !> CHOLMOD (SuiteSparse): Cholesky factorisation of a symmetric positive definite matrix.
 module scree_cholmod
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int8_t, c_loc, c_null_ptr, c_ptr, c_size_t
-  use scree_suitesparse_layout, only: common_bytes, final_ll_at, print_at
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_factors, only: factors_t
   use scree_kinds, only: dp
+  use scree_suitesparse_layout, only: cholmod_bytes, cholmod_final_ll_at, cholmod_print_at
   implicit none
   private
   public :: cholmod_t, factorise_by_cholmod, release_cholmod
@@ -150,12 +150,12 @@ contains
     integer(c_int) :: ok
 
     if (associated(self%common)) return
-    allocate (self%common(common_bytes))
+    allocate (self%common(cholmod_bytes))
     ok = cholmod_start(c_loc(self%common))
     if (ok == 0) return ! every later call then fails and says so
-    call c_f_pointer(c_loc(self%common(print_at + 1)), print_level)
+    call c_f_pointer(c_loc(self%common(cholmod_print_at + 1)), print_level)
     print_level = 0
-    call c_f_pointer(c_loc(self%common(final_ll_at + 1)), final_ll)
+    call c_f_pointer(c_loc(self%common(cholmod_final_ll_at + 1)), final_ll)
     final_ll = 1
   end subroutine start
 
