@@ -3,7 +3,7 @@ module scree_factored
   use scree_kinds, only: dp
   implicit none
   private
-  public :: factored_t, is_of, move_factored, number_of
+  public :: factored_t, is_of, move_factored, number_of, same_columns
 
   !> Its lower triangle in compressed columns, counted from 0: each begins with the diagonal. Not allocated: there is none.
   type :: factored_t
@@ -25,6 +25,15 @@ contains
     if (is_of) is_of = size(factored%unknown) == size(unknown)
     if (is_of) is_of = all(factored%unknown == unknown)
   end function is_of
+
+  !> Whether two matrices in compressed columns have the same pattern.
+  pure logical function same_columns(first, row, other_first, other_row)
+    integer, intent(in) :: first(:), row(:), other_first(:), other_row(:) !! (n+1), (n_entries) of each
+
+    same_columns = size(first) == size(other_first) .and. size(row) == size(other_row)
+    if (same_columns) same_columns = all(first == other_first)
+    if (same_columns) same_columns = all(row == other_row)
+  end function same_columns
 
   !> Number of the matrix of some unknowns in a list; 0 where there is none.
   pure integer function number_of(list, unknown, likely)

@@ -12,7 +12,7 @@ module scree_equations
   use scree_friction_problem, only: friction_problem_t, place_springs, posed_problem_t
   use scree_grouping, only: find_groups, sort_into
   use scree_kinds, only: dp
-  use scree_linear_solver, only: add_work, dense_matrix, forget_pattern, largest_dense, linear_solver_t, release_solver, &
+  use scree_linear_solver, only: add_work, dense_matrix, largest_dense, linear_solver_t, release_solver, &
                                  small_matrix_t, solve, solve_with_kept_factor, solver_work_t
   use scree_sorting, only: sort_by
   use scree_sparse_matrix, only: add_element, build_pattern, clear_matrix, diagonal, sparse_matrix_t
@@ -320,7 +320,6 @@ contains
     end if
     island%rows = rows
     call build_pattern(n_rows, rows, island%matrix)
-    call forget_pattern(island%solver)
 
   contains
 

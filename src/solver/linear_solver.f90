@@ -19,7 +19,7 @@ module scree_linear_solver
   use scree_cholmod, only: cholmod_t, factorise_by_cholmod, release_cholmod
   use scree_dense_solver, only: largest_dense, solve_dense
   use scree_errors, only: error_t, fail, status_run_failed
-  use scree_factored, only: factored_t, move_factored
+  use scree_factored, only: factored_t, move_factored, same_columns
   use scree_factors, only: factors_t
   use scree_gmres, only: gmres_t, solve_by_gmres
   use scree_kinds, only: dp
@@ -30,7 +30,7 @@ module scree_linear_solver
   use scree_timers, only: begin_phase, end_phase, phase_factor, timers_t
   implicit none
   private
-  public :: add_work, approach, dense_matrix, factorise, factorise_beside, forget_pattern, keep_matrix, largest_dense, &
+  public :: add_work, approach, dense_matrix, factorise, factorise_beside, keep_matrix, largest_dense, &
             linear_solver_t, recall_matrix, release_solver, small_matrix_t, solve, solve_with_factors, solve_with_kept_factor, &
             solver_work_t
 
@@ -43,6 +43,7 @@ module scree_linear_solver
   real(dp), parameter :: changed = 1e-2_dp    !! share of the diagonal by which they have
   !> Share of the norm of what balances that an iteration goes on to, and of the norm of b for a rough solution.
   real(dp), parameter :: least_left = 3e-13_dp, roughly_left = 1e-2_dp
+  real(dp), parameter :: near_goal = 10.0_dp !! times what an iteration goes on to, that it may end at
 
   !> What solutions took so far.
   type :: solver_work_t
@@ -91,8 +92,7 @@ contains
 
   !> Solves A x = b to a residual below `tolerance`, with factors of A.
   !>
-  !> The pattern of A is that of the last solution, or `forget_pattern` was called. Errors: a singular matrix, no memory, a residual
-  !> that refinement does not take below the tolerance.
+  !> Errors: a singular matrix, no memory, a residual that refinement does not take below the tolerance.
   subroutine solve_sparse(solver, matrix, b, tolerance, timers, x, residual, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
@@ -114,7 +114,7 @@ contains
   !> What may be left is measured by what balances in b, as b itself is next to nothing where a correction is the last of many.
   !> Which matrix that is shows in the last bits of x (`keep_matrix`, `recall_matrix`). Where GMRES takes too many iterations from
   !> there, the symmetric matrix beside A is factorised; where that is not definite or does not do either, A itself. A rough
-  !> solution leaves up to 1e-2 of the norm of b, which it tells as its residual. Pattern and errors as of `solve_sparse`.
+  !> solution leaves up to 1e-2 of the norm of b, which it tells as its residual. Errors as of `solve_sparse`.
   subroutine solve_with_kept_factor(solver, matrix, b, scale, tolerance, roughly, timers, x, residual, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
@@ -195,7 +195,7 @@ contains
     if (allocated(error)) return
     done = roughly .and. share <= goal
     if (done) residual = share
-    if (roughly .or. share > 10*goal) return
+    if (roughly .or. share > near_goal*goal) return
     product = products(matrix, x)
     if (norm2((b - product(1, :))/root) > tolerance*whole) return
     residual = residual_of(b - product(1, :), max(abs(b), scale) + product(2, :), root)
@@ -274,7 +274,7 @@ contains
     call check_residual(residual, tolerance, error)
   end subroutine refine
 
-  !> Factorises a sparse matrix. Pattern as of `solve_sparse`; errors: a singular matrix, no memory.
+  !> Factorises a sparse matrix. Errors: it is singular, no memory.
   subroutine factorise(solver, matrix, timers, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
@@ -339,10 +339,7 @@ contains
     type(factored_t), intent(in) :: a, b
 
     same_pattern = allocated(a%row)
-    if (.not. same_pattern) return
-    same_pattern = size(a%first) == size(b%first) .and. size(a%row) == size(b%row)
-    if (same_pattern) same_pattern = all(a%first == b%first)
-    if (same_pattern) same_pattern = all(a%row == b%row)
+    if (same_pattern) same_pattern = same_columns(a%first, a%row, b%first, b%row)
   end function same_pattern
 
   !> Whether to go on from the factor that is kept: it has not cost more than a new one would, and few rows of the symmetric matrix
@@ -497,14 +494,6 @@ contains
     if (residual > tolerance) call fail(error, status_run_failed, 'the matrix of the blocks is singular to round-off (its '// &
                                         'solution leaves a share of '//rounded_text(residual)//' of the forces out of balance)')
   end subroutine check_residual
-
-  !> Lets the next matrix have another pattern, with the same rows; the factor that is kept stays.
-  subroutine forget_pattern(solver)
-    type(linear_solver_t), intent(inout) :: solver
-
-    call release_lu(solver%lu)
-    solver%goes_on = .false.
-  end subroutine forget_pattern
 
   !> Gives the memory back, and keeps nothing; the next solution analyses its matrix anew.
   subroutine release_solver(solver)

@@ -6,6 +6,7 @@
 module scree_sparse_lu
   use, intrinsic :: iso_c_binding, only: c_double, c_int
   use scree_errors, only: error_t
+  use scree_factored, only: same_columns
   use scree_factors, only: factors_t
   use scree_kinds, only: dp
   use scree_klu, only: analyse_by_klu, factorise_by_klu, forget_klu_pivots, klu_t, release_klu
@@ -40,6 +41,7 @@ contains
     real(c_double) :: value(size(matrix%row))
     real(dp) :: operations
     integer :: j, k, m
+    logical :: known
 
     m = 0
     first(1) = 0
@@ -52,32 +54,23 @@ contains
       end do
       first(j + 1) = m
     end do
-    if (.not. is_known()) then
+    known = allocated(self%row)
+    if (known) known = same_columns(self%first, self%row, first, row(:m))
+    if (.not. known) then
       call release_lu(self)
       self%first = first
       self%row = row(:m)
       call analyse_by_klu(self%klu, self%first, self%row, operations, error)
-      if (allocated(error)) return
       self%by_klu = operations < many_operations
     end if
-    if (self%by_klu) then
-      call factorise_by_klu(self%klu, self%first, self%row, value(:m), error)
-    else
-      call factorise_by_umfpack(self%umfpack, self%first, self%row, value(:m), error)
+    if (.not. allocated(error)) then
+      if (self%by_klu) then
+        call factorise_by_klu(self%klu, self%first, self%row, value(:m), error)
+      else
+        call factorise_by_umfpack(self%umfpack, self%first, self%row, value(:m), error)
+      end if
     end if
     if (allocated(error)) call release_lu(self)
-
-  contains
-
-    !> Whether the pattern is the one that was analysed.
-    pure logical function is_known()
-
-      is_known = allocated(self%row)
-      if (is_known) is_known = size(self%row) == m .and. size(self%first) == size(first)
-      if (is_known) is_known = all(self%first == first)
-      if (is_known) is_known = all(self%row == row(:m))
-    end function is_known
-
   end subroutine factorise_by_lu
 
   !> Solves A x = b with the factors of the last matrix. Errors: no memory.
