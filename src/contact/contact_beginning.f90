@@ -3,6 +3,7 @@ module scree_contact_beginning
   use scree_contact_rules, only: begin_contact, place
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: outlines_t
+  use scree_effects, only: weights_of_blocks
   use scree_element_term, only: step_rule_t
   use scree_joint_stiffness, only: bonded_length, measure_contact, stiffen_contact
   use scree_kinds, only: dp
@@ -11,6 +12,9 @@ module scree_contact_beginning
   implicit none
   private
   public :: begin_again, begin_contacts
+
+  !> Rounding of a gap over the largest coordinate: of three places, in the step and in the one before.
+  real(dp), parameter :: round_off = 8*epsilon(1.0_dp)
 
 contains
 
@@ -44,6 +48,9 @@ contains
     allocate (try%geometry(2, size(try%contact)), try%start(2, size(try%contact)), try%now(2, size(try%contact)))
     if (.not. try%linear .or. allocated(model%effects%bolt)) allocate (try%acting(2, size(try%contact)))
     if (.not. allocated(try%largest)) allocate (try%largest(model%n_blocks))
+    try%block_weight = weights_of_blocks(model, rule)
+    try%doubt = [(0.0_dp, i=1, size(try%contact))]
+    try%rounding = round_off*maxval(abs(state%vertex))
     at_rest = 0.0_dp
     call place(model, cache, state, at_rest, try)
     do i = 1, size(try%contact)

@@ -37,7 +37,10 @@ module scree_contact_try
     type(acting_rows_t), allocatable :: acting(:, :)     !! (2, n) likewise, where any may follow the motion
     real(dp), allocatable :: edge(:, :, :, :)            !! (3, n, 2, n) of these, where slip is measured from the anchor (Shi)
     type(gap_and_slip_t), allocatable :: now(:, :)       !! (2, n) as they were measured last, from anchors as they are
-    real(dp), allocatable :: largest(:)                  !! (n_blocks) force across a contact, of those judged last
+    real(dp) :: rounding = 0.0_dp                        !! that places have, length
+    real(dp), allocatable :: block_weight(:)             !! (n_blocks) in the step, force per unit thickness
+    real(dp), allocatable :: largest(:)                  !! (n_blocks) force: weight, and across the contacts judged last
+    real(dp), allocatable :: doubt(:)                    !! (n) force that changes no state, where contacts were judged last
     logical :: all_clear = .false.                       !! bodies that no other is near went no farther than is looked at there
     logical :: lines_stay = .false.                      !! entrances that act, and anchors, as they are
     integer :: count(3) = 0                              !! contacts open, sliding, locked

@@ -146,7 +146,7 @@ contains
     if (lines_stay) k = contact%active
     call act_on(k, contact, changes)
     state = state_open
-    if (is_closed(law, contact%entrance(k), force%across(k))) &
+    if (is_closed(law, contact%entrance(k), force%across(k), doubt)) &
       call judge_closed(law, lines_stay, start(k), now(k), force%across(k), doubt, contact%entrance(k), state)
     call set_state(state, abs(force%across(k)) > doubt, contact%entrance(k), changes)
   end subroutine judge_coulomb
@@ -200,16 +200,17 @@ contains
     contact%active = k
   end subroutine act_on
 
-  !> Whether an entrance that presses, or is pulled, with a force is closed.
-  pure logical function is_closed(law, entrance, across)
+  !> Whether an entrance that presses, or is pulled, with a force is closed. What is closed a faint pull does not open: blocks that
+  !> fall together have nothing else between them, and each change would make others that are larger.
+  pure logical function is_closed(law, entrance, across, doubt)
     type(contact_law_t), intent(in) :: law
     type(entrance_t), intent(in) :: entrance
-    real(dp), intent(in) :: across !! force
+    real(dp), intent(in) :: across, doubt !! force
 
     if (entrance%state == state_open) then
       is_closed = across >= 0
     else
-      is_closed = across >= -bond(entrance, law%strength(entrance%joint))
+      is_closed = across >= -bond(entrance, law%strength(entrance%joint)) - doubt
     end if
   end function is_closed
 
@@ -259,7 +260,7 @@ contains
 
     shear = entrance%multiplier(2) - entrance%stiffness(2)*slip
     limit = max(0.0_dp, friction_of(law, entrance)*pressing + bond(entrance, law%cohesion(entrance%joint)))
-    if (entrance%state == state_sliding .and. limit > 0 .and. entrance%direction*shear > 0) then
+    if (entrance%state == state_sliding .and. limit > doubt .and. entrance%direction*shear > 0) then
       state = state_locked ! it turned back; whether it slides there the next iteration tells
     else if (entrance%state /= state_open .and. abs(abs(shear) - limit) <= doubt) then
       state = entrance%state

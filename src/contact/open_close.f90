@@ -18,8 +18,11 @@ module scree_open_close
   private
   public :: hold_contacts, judge_contacts, judge_prediction, keep_lines, meet_at_prediction, return_anchors
 
-  !> A force below this share of the largest contact force on the body that has the smaller changes no state.
+  !> A force below this share of the largest on a body, its weight or that of a contact, changes no state; of two bodies the one
+  !> whose is the smaller tells.
   real(dp), parameter :: faint = 1e-8_dp
+  !> Nor does one that rounding of places makes, up to this share of the same: more of it is all that is known of so small a body.
+  real(dp), parameter :: unsure = 1e-3_dp
   !> Share of an overlap that multipliers leave of it when they follow fast enough, and how much harder springs become where not.
   real(dp), parameter :: shrinking = 0.75_dp, harder = 10.0_dp
   !> A change of a gap below this share of what cancels in it is round-off.
@@ -33,14 +36,14 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
     type(contact_force_t) :: force(try%first:try%last)
-    real(dp) :: before(2), doubt(try%first:try%last)
+    real(dp) :: before(2)
     integer :: i
 
-    call press_all(model, d, try, force, doubt)
+    call press_all(model, d, try, force)
     try%changes = 0
     do i = try%first, try%last
       before = try%contact(i)%entrance%anchor
-      call judge(try%now(:, i), force(i), doubt(i), i, try)
+      call judge(try%now(:, i), force(i), try%doubt(i), i, try)
       call measure_again(model, d, i, before, try)
     end do
     call count_states(try)
@@ -53,16 +56,16 @@ contains
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
     type(contact_force_t) :: force(try%first:try%last)
-    real(dp) :: before(2), doubt(try%first:try%last)
+    real(dp) :: before(2)
     integer :: i
 
-    call press_all(model, d, try, force, doubt)
+    call press_all(model, d, try, force)
     try%changes = 0
     do i = try%first, try%last
       associate (contact => try%contact(i))
         if (contact%entrance(contact%active)%state /= state_open) cycle
         before = contact%entrance%anchor
-        call judge(try%now(:, i), force(i), doubt(i), i, try)
+        call judge(try%now(:, i), force(i), try%doubt(i), i, try)
         call measure_again(model, d, i, before, try)
         associate (entrance => contact%entrance(contact%active))
           if (entrance%state /= state_open) entrance%state = merge(state_locked, state_sliding, can_lock(try%law, entrance))
@@ -94,18 +97,17 @@ contains
     end do
   end subroutine meet_at_prediction
 
-  !> Measures the contacts at `d`: their forces across, and which force is too faint to change a state.
-  pure subroutine press_all(model, d, try, force, doubt)
+  !> Measures the contacts at `d`: their forces across, and which forces are too faint to change a state.
+  pure subroutine press_all(model, d, try, force)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
     type(contact_force_t), intent(out) :: force(try%first:)
-    real(dp), intent(out) :: doubt(try%first:)
     integer :: body(2, try%first:try%last), i
 
     do i = try%first, try%last
       body(:, i) = bodies_of(model%outlines%block, try%contact(i))
-      try%largest(body(:, i)) = 0.0_dp
+      try%largest(body(:, i)) = try%block_weight(body(:, i))
     end do
     do i = try%first, try%last
       call put_anchors(model, d, i, try)
@@ -114,15 +116,14 @@ contains
       associate (largest => try%largest)
         largest(body(:, i)) = max(largest(body(:, i)), pressing_of(try%law, try%contact(i)%n_entrances, force(i)))
       end associate
-      doubt(i) = try%contact(i)%entrance(1)%stiffness(1)*rounding_of(model, d, try, i)
     end do
-    if (forgives_faint_forces(try%law)) then
-      do i = try%first, try%last
-        doubt(i) = faint*minval(try%largest(body(:, i))) + doubt(i)
-      end do
-    else
-      doubt = 0.0_dp
-    end if
+    try%doubt(try%first:try%last) = 0.0_dp
+    if (.not. forgives_faint_forces(try%law)) return
+    do i = try%first, try%last
+      associate (stiffness => try%contact(i)%entrance(1)%stiffness(1), least => minval(try%largest(body(:, i))))
+        try%doubt(i) = faint*least + stiffness*rounding_of(model, d, try, i) + min(stiffness*try%rounding, unsure*least)
+      end associate
+    end do
   end subroutine press_all
 
   !> What rounding leaves of the change of a gap in the step, length.
@@ -260,7 +261,7 @@ contains
   end subroutine keep_lines
 
   !> Moves anchors back to where their vertices were when the step began, where these closed in the step and do not get to them:
-  !> shear would pull them on along their way and do work.
+  !> shear, unless it is faint, would pull them on along their way and do work.
   pure subroutine return_anchors(model, d, try, enough)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
@@ -278,6 +279,7 @@ contains
         if (entrance%state == state_open .or. entrance%bonded .or. start%closed .or. .not. start%gap > 0) cycle
         now = gaps_and_slips(model, try, i, d)
         call press(try, i, now, force)
+        if (abs(force%along) <= try%doubt(i)) cycle
         if (.not. force%along*way_along(entrance, start, now(k)) > 0 .or. .not. abs(entrance%anchor - start%share) > 0) cycle
         entrance%anchor = start%share
         call measure_contact(model, d, i, try)

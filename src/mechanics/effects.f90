@@ -24,7 +24,7 @@ module scree_effects
   private
   public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, has_fixed_point, &
             is_held_without_contact, load_on_element, loss_by_damping, power_of_weight, refresh_elements, share_of_weight, &
-            steady_from, supports_move, work_of_bolts_between, work_of_loads, work_of_ramp, work_of_supports
+            steady_from, supports_move, work_of_bolts_between, work_of_loads, work_of_ramp, work_of_supports, weights_of_blocks
 
   integer, parameter :: n = element_unknowns
 
@@ -360,5 +360,24 @@ contains
     energy = 0.0_dp
     if (allocated(model%effects%bolt)) energy = bolt_energy(model%effects%bolt, state%bolts, state%point)
   end function energy_of_bolts
+
+  !> Weights of the blocks in a step, force per unit thickness; none where nothing has weight.
+  pure function weights_of_blocks(model, rule) result(weights)
+    type(model_t), intent(in) :: model
+    type(step_rule_t), intent(in) :: rule
+    real(dp) :: weights(model%n_blocks)
+    integer :: e
+
+    weights = 0.0_dp
+    if (.not. allocated(model%effects%gravity)) return
+    associate (gravity => model%effects%gravity)
+      do e = 1, model%n_elements
+        associate (own => weights(model%elements%block(e)))
+          own = own + gravity%weight(e)
+        end associate
+      end do
+      weights = mean_of_ramp(gravity%ramp, rule%load_from, rule%load_to)*weights
+    end associate
+  end function weights_of_blocks
 
 end module scree_effects

@@ -5,6 +5,7 @@ module scree_bearings
   use scree_contact_try, only: contact_try_t, of_elements, row_across
   use scree_contacts, only: state_open
   use scree_coulomb_contact, only: friction_of
+  use scree_effects, only: weights_of_blocks
   use scree_element_term, only: step_rule_t
   use scree_impulses, only: impulse_problem_t, impulses_t, resistance_of, solve_compression, velocity_at
   use scree_kinds, only: dp
@@ -12,7 +13,6 @@ module scree_bearings
   use scree_rigid_bodies, only: find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
-  use scree_time_table, only: mean_of_ramp
   implicit none
   private
   public :: any_closes, bearing_t, find_approaches, find_impulses, find_islands, find_strokes, list_bearings, pair_of, set_least, &
@@ -156,7 +156,7 @@ contains
     stays = [(any(try%start(:try%contact(bearing(i)%contact)%n_entrances, bearing(i)%contact)%closed), i=1, size(bearing))]
     open = pack([(i, i=1, size(bearing))], .not. stays)
     call set_up_problem(model, cache, state, d, try, bearing(open), bodies, problem)
-    borne = weights(model, rule)
+    borne = weights_of_blocks(model, rule)
     do i = 1, size(bearing)
       borne(bearing(i)%block) = max(borne(bearing(i)%block), bearing(i)%before(1))
     end do
@@ -182,23 +182,6 @@ contains
     end do
     bearing = pack(bearing, stays)
   end subroutine find_approaches
-
-  !> Weights of the blocks in a step, force per unit thickness.
-  pure function weights(model, rule)
-    type(model_t), intent(in) :: model
-    type(step_rule_t), intent(in) :: rule
-    real(dp) :: weights(model%n_blocks)
-    integer :: e
-
-    weights = 0.0_dp
-    if (.not. allocated(model%effects%gravity)) return
-    do e = 1, model%n_elements
-      associate (own => weights(model%elements%block(e)))
-        own = own + model%effects%gravity%weight(e)
-      end associate
-    end do
-    weights = mean_of_ramp(model%effects%gravity%ramp, rule%load_from, rule%load_to)*weights
-  end function weights
 
   !> Finds how hard impacts strike contacts: impulses that end the approach of what closes, where contacts that press come no closer
   !> than they do without it. What loads or a swing press them with in the step is none of an impact.

@@ -1,4 +1,7 @@
 """Steps are as long as they were asked for: contacts that run in circles are settled, not cut."""
+import os
+import pathlib
+
 import numpy as np
 import pytest
 
@@ -65,6 +68,26 @@ def test_corners_of_a_column_that_turn_do_not_enter_each_other(blocks, steps, tm
     results = scree.run(*decks, output=tmp_path / "column.h5")
     keeps_its_steps(results, steps)
     assert results.history.overlap.max() < 1e-4 * edge
+
+
+@pytest.mark.parametrize("strain", ["small", "green"])
+def test_jointed_rock_that_nothing_holds_falls_as_one(strain, tmp_path):
+    """A slope of 697 blocks without its fixed lines. All contacts touch and none bears: what they press with is rounding, which opened
+    and closed a thousand of them in each judgement, for 80 to 360 solves a step and steps cut."""
+    slope = pathlib.Path(os.environ["SCREE_SOURCE"]) / "input" / "bench" / "slope" / "big.geo"
+    lines = slope.read_text().splitlines()
+    assert lines[4] == "3" and lines[-1].startswith("!")
+    (tmp_path / "rock.geo").write_text("\n".join([*lines[:4], "0", *lines[5:-4]]) + "\n")
+    (tmp_path / "rock.ana").write_text("1 20 1 1 0.01 0.005\n2600 25506 1e10 0.25 0 0 0 0 0 0 0 0 0\n40 0 0\n"
+                                       f"&deck geometry='rock.geo', dialect='short' /\n&method strain='{strain}' /\n")
+    results = scree.run(tmp_path / "rock.ana")
+    keeps_its_steps(results, 20)
+    assert results.history.solves.mean() < 2.5
+    way = results.bodies.centroid[-1] - results.bodies.centroid[0]
+    fall = 0.5 * 25506 / 2600 * results.history.time[-1] ** 2
+    assert len(way) == 697
+    assert np.ptp(way, axis=0).max() < 1e-12
+    assert way[:, 1].mean() == pytest.approx(-fall, rel=1e-3)
 
 
 def test_a_wall_whose_top_is_thrown_up_settles_it_apart(tmp_path):
