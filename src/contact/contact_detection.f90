@@ -238,7 +238,7 @@ contains
 
     !> The entrance line of edges that a third block lies flush with, where a corner is behind the other line already: by its
     !> overlap with that block, on which it slides. It would be caught by a side that nothing can get at. 0 where there is none.
-    integer function covered_line(i, j, encounter) result(line)
+    pure integer function covered_line(i, j, encounter) result(line)
       integer, intent(in) :: i, j
       type(encounter_t), intent(in) :: encounter
       logical :: covered(2) !! edges that begin at the corners, edges that end there
@@ -252,7 +252,7 @@ contains
     end function covered_line
 
     !> Whether a third block lies flush with the edge that begins at corner j, and with that which ends there, by a corner near i.
-    function covered_edges(i, j) result(covered)
+    pure function covered_edges(i, j) result(covered)
       integer, intent(in) :: i, j
       logical :: covered(2)
       integer :: k
@@ -272,7 +272,7 @@ contains
     end function covered_edges
 
     !> First pair nearby with edge i, by bisection.
-    integer function first_at_edge(i) result(low)
+    pure integer function first_at_edge(i) result(low)
       integer, intent(in) :: i
       integer :: high, middle
 

@@ -9,6 +9,7 @@ module scree_model
   use scree_edge_load, only: edge_load_t
   use scree_equations, only: equations_t
   use scree_fixed_point, only: fixed_point_t
+  use scree_friction_problem, only: posed_problem_t
   use scree_gravity, only: gravity_t
   use scree_interpolation, only: kinematics_t
   use scree_kinds, only: dp
@@ -72,6 +73,7 @@ module scree_model
     type(books_t) :: fixed                           !! energies of elements that cannot move
     type(contact_search_t) :: search                 !! who is near whom
     type(equations_t) :: equations                   !! pattern and factor
+    type(posed_problem_t), allocatable :: posed(:)   !! friction problems to be written, where any are
     type(timers_t) :: timers                         !! what the run costs; no bit of it follows from them
   end type cache_t
 

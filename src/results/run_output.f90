@@ -91,13 +91,13 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    if (.not. allocated(cache%equations%posed)) return
-    do i = 1, size(cache%equations%posed)
+    if (.not. allocated(cache%posed)) return
+    do i = 1, size(cache%posed)
       output%n_problems = output%n_problems + 1
-      call store_problem(output%file, output%n_problems, step, cache%equations%posed(i), error)
+      call store_problem(output%file, output%n_problems, step, cache%posed(i), error)
       if (allocated(error)) return
     end do
-    deallocate (cache%equations%posed)
+    deallocate (cache%posed)
   end subroutine put_problems
 
   !> A frame of the present state, with a checkpoint where one is due.

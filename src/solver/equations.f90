@@ -9,7 +9,7 @@ module scree_equations
   use scree_constraints, only: completed, constraints_t, reduce_element, reduce_operator, reduced_operator, reduction_t
   use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
-  use scree_friction_problem, only: friction_problem_t, place_springs, posed_problem_t
+  use scree_friction_problem, only: friction_problem_t, place_springs
   use scree_grouping, only: find_groups, sort_into
   use scree_kinds, only: dp
   use scree_linear_solver, only: add_work, dense_matrix, largest_dense, linear_solver_t, release_solver, &
@@ -21,7 +21,7 @@ module scree_equations
   implicit none
   private
   public :: add_equations, add_pair, begin_equations, constrain_equations, equations_t, forget_groups, group_elements, &
-            has_no_pairs, is_island, island_problem, keep_posed, members, move_island, out_of_balance, pairs_of_group, &
+            has_no_pairs, is_island, island_problem, members, move_island, out_of_balance, pairs_of_group, &
             place_row, set_up_equations, share_out_of_balance, solve_equations, weakest_element, wholly_held
 
   integer, parameter :: n = element_unknowns
@@ -67,7 +67,6 @@ module scree_equations
     type(small_matrix_t) :: small            !! matrix of a group of one
     type(place_t), allocatable :: at(:)      !! (n_groups - n_alone) the islands
     type(solver_work_t) :: work              !! that islands took which are no more
-    type(posed_problem_t), allocatable :: posed(:) !! friction problems to be written, where any are
   end type equations_t
 
 contains
@@ -659,16 +658,6 @@ contains
       end associate
     end associate
   end subroutine place_row
-
-  !> Keeps a friction problem that is to be written.
-  pure subroutine keep_posed(equations, problem, near, found)
-    type(equations_t), intent(inout) :: equations
-    type(friction_problem_t), intent(in) :: problem
-    logical, intent(in) :: near, found       !! zero is near the solution; there is one
-
-    if (.not. allocated(equations%posed)) allocate (equations%posed(0))
-    equations%posed = [equations%posed, posed_problem_t(problem, near, found)]
-  end subroutine keep_posed
 
   !> The element of a group with the least stiffness on the diagonal, or one that is no number: where a matrix that cannot be solved
   !> is looked at first. 0 where the group has no free unknown.

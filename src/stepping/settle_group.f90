@@ -3,22 +3,23 @@ module scree_settle_group
   use scree_anderson, only: anderson_t
   use scree_contact_rules, only: iteration_rules_t
   use scree_contact_try, only: contact_try_t
-  use scree_effects, only: has_fixed_point
+  use scree_effects, only: add_element_effects, has_fixed_point
   use scree_element_term, only: step_rule_t, term_t
-  use scree_equations, only: out_of_balance, share_out_of_balance
+  use scree_equations, only: add_equations, begin_equations, out_of_balance, share_out_of_balance
   use scree_flickering, only: flickering_t
   use scree_integrator, only: turns_acceleration
   use scree_interpolation, only: kinematics_t
   use scree_iteration_end, only: leaves_nothing
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_pair_effects, only: is_bolted
+  use scree_pair_effects, only: add_bolts, is_bolted
   use scree_scene, only: iterate_hybrid, iterate_newton, test_residual
+  use scree_state, only: state_t
   use scree_step_prediction, only: turns_unstrained
   use scree_system, only: values_of
   implicit none
   private
-  public :: balances, begins_far, change_of, choose_operator, count_stalled, find_change, group_t, is_balanced, &
+  public :: add_elements, balances, begins_far, change_of, choose_operator, count_stalled, find_change, group_t, is_balanced, &
             is_settled, linear_tolerance, settles_by_residual, tell_kind, values_of_members
 
   !> The hybrid method turns from secant to tangent when theta changes by less in an iteration.
@@ -86,6 +87,34 @@ contains
     if (model%settings%iterate == iterate_hybrid) &
       group%rule%tangent = turns_unstrained(model, cache, group%member, d, group%rule, group%smooth)
   end subroutine tell_kind
+
+  !> Begins the equations with what the elements add, and the bolts between them.
+  subroutine add_elements(model, cache, state, group, d)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    real(dp), intent(in) :: d(:)
+    type(term_t) :: term
+    integer :: k
+
+    call begin_equations(cache%equations, group%number)
+    if (.not. group%frozen) group%symmetric = .true.
+    do k = 1, size(group%member)
+      associate (e => group%member(k))
+        if (group%frozen) then
+          term = group%term(k)
+          term%force = term%force - matmul(term%matrix, values_of(model%elements, e, d) - group%linear_at(:, k))
+        else
+          call add_element_effects(model, cache%element(e), state, e, values_of(model%elements, e, d), group%rule, term)
+          group%symmetric = group%symmetric .and. term%symmetric
+          if (group%nested) group%term(k) = term
+        end if
+        call add_equations(cache%equations, group%number, k, cache%element(e)%kinematics%span, term)
+      end associate
+    end do
+    if (group%bolted) call add_bolts(model, cache, state, group%number, group%rule, d, cache%equations)
+  end subroutine add_elements
 
   !> Displacements of the unknowns of a group's elements.
   pure function values_of_members(model, group, d) result(values)
