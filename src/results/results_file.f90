@@ -153,7 +153,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     logical, intent(in), optional :: hides  !! frames may have elements that are gone
     logical, intent(in), optional :: beside !! the file waits by another name until it takes its place
-    integer(hid_t) :: access, creation, group
+    integer(hid_t) :: group
     integer :: status
 
     results%path = path
@@ -171,19 +171,8 @@ contains
 
     call ignore_size_limit()
     call begin_hdf5()
-    call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
-    call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
-    call h5pset_libver_bounds_f(access, H5F_LIBVER_V18_F, H5F_LIBVER_V110_F, status)
-    call h5pcreate_f(H5P_FILE_CREATE_F, creation, status)
-    call keep_within_pages(creation, error)
+    call create_file(results%path, results%file, error)
     if (allocated(error)) return
-    call h5fcreate_f(results%path, H5F_ACC_TRUNC_F, results%file, status, creation, access)
-    if (status < 0) then
-      call check_status(status, results%path//': expected a file that can be written for the results, found', error)
-      error%status = status_bad_input
-      results%file = -1
-      return
-    end if
     call grow_in_place(results%file, error)
     if (allocated(error)) return
     call h5gcreate_f(results%file, '/VTKHDF', group, status)
@@ -212,6 +201,31 @@ contains
     call h5gclose_f(group, status)
     call store_text(results, 'status', 'running', error, room=300)
   end subroutine open_results
+
+  !> Creates an empty file, whose heads and indices lie within pages.
+  subroutine create_file(path, file, error)
+    character(len=*), intent(in) :: path
+    integer(hid_t), intent(inout) :: file    !! -1 where it cannot be written
+    type(error_t), allocatable, intent(out) :: error
+    integer(hid_t) :: access, creation
+    integer :: status
+
+    call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
+    call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
+    call h5pset_libver_bounds_f(access, H5F_LIBVER_V18_F, H5F_LIBVER_V110_F, status)
+    call h5pcreate_f(H5P_FILE_CREATE_F, creation, status)
+    call keep_within_pages(creation, error)
+    if (.not. allocated(error)) then
+      call h5fcreate_f(path, H5F_ACC_TRUNC_F, file, status, creation, access)
+      if (status < 0) then
+        call check_status(status, path//': expected a file that can be written for the results, found', error)
+        error%status = status_bad_input
+        file = -1
+      end if
+    end if
+    call h5pclose_f(creation, status)
+    call h5pclose_f(access, status)
+  end subroutine create_file
 
   !> Datasets of the frames: the polygons once, places and fields to grow. After an error nothing more is made.
   subroutine make_frames(results, layout, error)

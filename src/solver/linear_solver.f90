@@ -19,7 +19,7 @@ module scree_linear_solver
   use scree_cholmod, only: cholmod_t, factorise_by_cholmod, release_cholmod
   use scree_dense_solver, only: largest_dense, solve_dense
   use scree_errors, only: error_t, fail, status_run_failed
-  use scree_factored, only: factored_t, move_factored, same_columns
+  use scree_factored, only: factored_t, is_of, move_factored, same_columns
   use scree_factors, only: factors_t
   use scree_gmres, only: gmres_t, solve_by_gmres
   use scree_kinds, only: dp
@@ -405,8 +405,7 @@ contains
     solver%newly_kept = .false.
     if (allocated(solver%kept%value)) deallocate (solver%kept%value)
     if (.not. allocated(factored%value)) return
-    if (size(unknown) /= size(factored%unknown)) return
-    if (any(unknown /= factored%unknown)) return
+    if (.not. is_of(factored, unknown)) return
     if (.not. same_pattern(solver%kept, factored)) call release_cholmod(solver%cholmod)
     solver%kept = factored
     solver%factorised = .false.
