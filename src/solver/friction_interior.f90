@@ -24,8 +24,8 @@ module scree_friction_interior
 
   !> Share of the way to the first of the pairs that gets to zero.
   real(dp), parameter :: short_of = 0.99_dp
-  !> A step shorter than this is taken again towards the middle of the interior.
-  real(dp), parameter :: too_short = 0.1_dp
+  !> A step shorter than this is taken again towards the middle of the interior: to products of so many times their mean.
+  real(dp), parameter :: too_short = 0.1_dp, in_the_middle = 2.0_dp
   integer, parameter :: most_iterations = 45
   !> Share of the forces that a first try may leave, and the step itself: what is left is part of the next.
   real(dp), parameter :: first_share = 1e-4_dp, step_share = 1e-6_dp
@@ -132,9 +132,9 @@ contains
         if (allocated(error)) exit
         n_short = merge(n_short + 1, 0, way < too_short)
         if (way < too_short) then
-          aim%y = 0.5_dp*middle
-          aim%a = 0.5_dp*middle
-          aim%b = 0.5_dp*middle
+          aim%y = in_the_middle*middle
+          aim%a = in_the_middle*middle
+          aim%b = in_the_middle*middle
           call step(step_share)
           if (allocated(error)) exit
         end if
