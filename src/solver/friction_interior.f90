@@ -24,14 +24,15 @@ module scree_friction_interior
 
   !> Share of the way to the first of the pairs that gets to zero.
   real(dp), parameter :: short_of = 0.99_dp
-  !> A step shorter than this is taken again towards the middle of the interior: to products of so many times their mean.
-  real(dp), parameter :: too_short = 0.1_dp, in_the_middle = 2.0_dp
+  !> A step shorter than this is taken again towards the middle of the interior: to products of so many times their mean, of few
+  !> unknowns and of more, whose ways have more folds.
+  real(dp), parameter :: too_short = 0.1_dp, in_the_middle(2) = [0.5_dp, 2.0_dp]
   integer, parameter :: most_iterations = 45
   !> Share of the forces that a first try may leave, and the step itself: what is left is part of the next.
   real(dp), parameter :: first_share = 1e-4_dp, step_share = 1e-6_dp
   !> Iterations from the symmetric matrix to a solution; where they take more, the factors of the matrix itself are cheaper.
   integer, parameter :: most_from_symmetric = 20
-  !> Unknowns up to which these are cheaper from the first matrix on (columns and slopes of 100 to 697 blocks).
+  !> Few unknowns: up to so many the matrices themselves are cheaper from the first on (columns and slopes of 100 to 697 blocks).
   integer, parameter :: few_unknowns = 3000
   integer, parameter :: most_short = 5 !! such steps in a row, after which the way does not go on: it has a fold there
   real(dp), parameter :: long_way = 0.5_dp !! a step from where the pairs are sound
@@ -132,9 +133,10 @@ contains
         if (allocated(error)) exit
         n_short = merge(n_short + 1, 0, way < too_short)
         if (way < too_short) then
-          aim%y = in_the_middle*middle
-          aim%a = in_the_middle*middle
-          aim%b = in_the_middle*middle
+          product = middle*in_the_middle(merge(1, 2, size(inside%x) <= few_unknowns))
+          aim%y = product
+          aim%a = product
+          aim%b = product
           call step(step_share)
           if (allocated(error)) exit
         end if
