@@ -24,7 +24,7 @@ module scree_effects
   private
   public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, has_fixed_point, &
             is_held_without_contact, load_on_element, loss_by_damping, power_of_weight, refresh_elements, share_of_weight, &
-            steady_from, supports_move, work_of_bolts_between, work_of_loads, work_of_ramp, work_of_supports, weights_of_blocks
+            steady_from, supports_move, weights_of_blocks, work_of_bolts_between, work_of_loads, work_of_ramp, work_of_supports
 
   integer, parameter :: n = element_unknowns
 

@@ -5,7 +5,6 @@ module scree_bearings
   use scree_contact_try, only: contact_try_t, of_elements, row_across
   use scree_contacts, only: state_open
   use scree_coulomb_contact, only: friction_of
-  use scree_effects, only: weights_of_blocks
   use scree_element_term, only: step_rule_t
   use scree_impulses, only: impulse_problem_t, impulses_t, resistance_of, solve_compression, velocity_at
   use scree_kinds, only: dp
@@ -156,7 +155,7 @@ contains
     stays = [(any(try%start(:try%contact(bearing(i)%contact)%n_entrances, bearing(i)%contact)%closed), i=1, size(bearing))]
     open = pack([(i, i=1, size(bearing))], .not. stays)
     call set_up_problem(model, cache, state, d, try, bearing(open), bodies, problem)
-    borne = weights_of_blocks(model, rule)
+    borne = try%block_weight
     do i = 1, size(bearing)
       borne(bearing(i)%block) = max(borne(bearing(i)%block), bearing(i)%before(1))
     end do
