@@ -21,7 +21,7 @@ module scree_simulation
   use scree_results_file, only: abandon_results, check_targets
   use scree_run_records, only: note_kinds
   use scree_run_summary, only: add_step, begin_stage, begin_summary, end_stage, sum_up, summary_t
-  use scree_run_output, only: begin_output, end_output, put_frame, put_problems, put_step, run_output_t
+  use scree_run_output, only: begin_output, end_output, put_frame, put_problems, put_rest, put_step, run_output_t
   use scree_scene, only: effect_t, run_options_t, scene_of_stage, scene_t, scheme_central_difference
   use scree_set_up, only: set_up
   use scree_shi_control, only: first_size, following_size
@@ -135,6 +135,10 @@ contains
     type(text_t), allocatable :: line(:)
     integer :: i
 
+    call begin_phase(run%cache%timers, phase_frames)
+    call put_rest(run%output, run%state, run%watch, close_error)
+    if (.not. allocated(error)) call move_alloc(close_error, error)
+    call begin_phase(run%cache%timers, phase_other)
     ending%path = options%results_path
     ending%status = status_of(options, run, error)
     if (index(ending%status, unsettled) == 1 .or. index(ending%status, moving) == 1) call warn(run%progress, ending%status)
@@ -145,7 +149,7 @@ contains
         call end_stage(words_of_stage(run), ending%status(:index(ending%status//':', ':') - 1), run%model, run%state, run%summary)
       call sum_up(run%model, run%cache, run%state, run%summary)
     end if
-    call end_output(run%output, run%cache, run%state, run%watch, ending, run%summary, close_error)
+    call end_output(run%output, run%cache, ending, run%summary, close_error)
     if (.not. allocated(error)) call move_alloc(close_error, error)
     if (.not. allocated(run%summary)) then
       if (.not. allocated(error)) call tell(run%progress, 'results: '//options%results_path)

@@ -16,7 +16,7 @@ module scree_restart
   use scree_stages, only: end_of_stage_prefix
   use scree_state, only: stage_clock_t, state_t, step_of_run, time_of_run
   use scree_step_control, only: at_end, is_settled, resume_pace
-  use scree_text, only: rounded_text, text_t
+  use scree_text, only: number_text, rounded_text, text_t
   use scree_watch, only: watch_t
   use scree_xdmf, only: add_xdmf_frame
   implicit none
@@ -236,7 +236,7 @@ contains
   end subroutine read_checkpoint
 
   !> Begins a results file with what there was up to the checkpoint, and gives it its place. Errors: a failed write; rows that are
-  !> not there.
+  !> not there; other series.
   subroutine resume_output(past, path, state, watch, output, error)
     type(past_t), intent(inout) :: past
     character(len=*), intent(in) :: path       !! of the results
@@ -245,7 +245,12 @@ contains
     type(run_output_t), intent(inout) :: output
     type(error_t), allocatable, intent(out) :: error
 
-    call copy_rows_of(past, output%file, error)
+    if (size(past%rows) /= output%checkpoints%n_series) then
+      call fail(error, status_bad_input, past%path//': expected a run of this program, with '// &
+                number_text(output%checkpoints%n_series)//' series, found '//number_text(size(past%rows)))
+    else
+      call copy_rows_of(past, output%file, error)
+    end if
     call close_for_reading(past%file)
     if (.not. allocated(error)) call put_checkpoint(output%file, output%checkpoints, past%frame, state, watch, error)
     if (.not. allocated(error)) call count_frames(output%file, past%frame + 1, error)
@@ -263,25 +268,6 @@ contains
 
     frames = past%frame + 1
     call make_room(results, error)
-    call copy(results%points, frames*results%n_vertices)
-    do i = 1, size(results%point_field)
-      call copy(results%point_field(i), frames*results%n_vertices)
-      call copy(results%point_offset(i), frames)
-    end do
-    do i = 1, size(results%cell_field)
-      call copy(results%cell_field(i), frames*results%n_elements)
-    end do
-    if (allocated(results%ghost)) then
-      call copy(results%ghost, frames*results%n_elements)
-      call copy(results%ghost_offset, frames)
-    end if
-    do i = 1, size(results%cell_offset)
-      call copy(results%cell_offset(i), frames)
-    end do
-    do i = 1, size(results%offset)
-      call copy(results%offset(i), frames)
-    end do
-    call copy(results%time, frames)
     do i = 1, size(past%rows)
       call copy(results%series(i)%rows, past%rows(i))
     end do

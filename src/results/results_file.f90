@@ -1,13 +1,15 @@
 !> The results of a run in one HDF5 file (doc/results.md): VTKHDF frames, series a step, series a frame.
 !>
-!> Knows nothing of steps or systems: numbers come in as arrays. Rows wait in memory and are written at the frames.
-!> A frame is written, flushed, and only then counted in `Steps@NSteps`, so that a run that dies leaves every counted
-!> frame readable. The default (earliest) format keeps no mark of being open, and chunks are large, so that the index
-!> of a dataset hardly ever changes.
+!> Knows nothing of steps or systems: numbers come in as arrays. Rows wait in memory, those of frames too, and are written at a
+!> frame: the first, one with a checkpoint, and one at which a quarter of a second has gone by or 16 MB wait, as HDF5 takes a
+!> millisecond for it, more than a step of a few blocks takes. Frames are written, flushed, and only then counted in
+!> `Steps@NSteps`, so that a run that dies leaves every counted frame readable. The default (earliest) format keeps no mark of
+!> being open, and chunks are large, so that the index of a dataset hardly ever changes.
 module scree_results_file
   use hdf5
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use, intrinsic :: iso_fortran_env, only: int64
   use scree_classic_output, only: classic_output_t, classic_path, may_replace_classic
   use scree_disk_room, only: disk_room_t, give_back, hold_again
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
@@ -38,13 +40,15 @@ module scree_results_file
     end function c_rename
   end interface
 
-  public :: abandon_results, add_frame, check_targets, close_results, count_frames, declare_series, layout_t, &
-            make_room, open_results, put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, &
-            work_row_t
+  public :: abandon_results, add_frame, check_targets, close_results, count_frames, declare_series, layout_t, make_room, &
+            open_results, put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, work_row_t, &
+            write_rows, write_where_due
 
   integer, parameter :: vtk_polygon = 7
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
   integer(hsize_t), parameter :: closing_bytes = 131072 !! of what the run came to and cost, with its indices
+  real, parameter :: longest_wait = 0.25     !! seconds between two times that rows are written
+  integer, parameter :: most_waiting = 2000000 !! numbers, beyond which they are written
   character(len=*), parameter :: point_fields(2) = [character(len=12) :: 'displacement', 'velocity']
   character(len=*), parameter :: cell_fields(3) = [character(len=12) :: 'stress_xx', 'stress_yy', 'stress_xy']
 
@@ -72,6 +76,15 @@ module scree_results_file
     real(dp), allocatable :: waiting(:)
   end type series_t
 
+  !> Numbers of the series of the frames.
+  type :: frame_series_t
+    integer :: points = 0, time = 0
+    integer :: point_field(size(point_fields)) = 0, cell_field(size(cell_fields)) = 0
+    integer :: offset(5) = 0                !! parts, number of parts, points, cells, connectivity
+    integer :: point_offset(size(point_fields)) = 0, cell_offset(size(cell_fields) + 2) = 0
+    integer :: ghost = 0, ghost_offset = 0  !! which elements are gone; 0: frames have none such
+  end type frame_series_t
+
   !> One line of the table of work.
   type :: work_row_t
     character(len=32) :: kind
@@ -84,16 +97,13 @@ module scree_results_file
     integer(hid_t) :: file = -1
     integer(hid_t) :: steps = -1            !! group /VTKHDF/Steps
     type(disk_room_t) :: room
-    integer :: n_frames = 0
+    integer :: n_frames = 0                 !! with those that wait
+    integer :: n_counted = 0                !! frames that the file counts
+    integer(int64) :: written = 0           !! ticks of the clock when rows were written last
     integer :: n_vertices = 0
     integer :: n_elements = 0
     integer :: expected_frames = 1, expected_steps = 1
-    type(rows_t) :: points, time
-    type(rows_t) :: point_field(size(point_fields)), cell_field(size(cell_fields))
-    type(rows_t) :: offset(5)               !! parts, number of parts, points, cells, connectivity
-    type(rows_t) :: point_offset(size(point_fields)), cell_offset(size(cell_fields) + 2)
-    type(rows_t), allocatable :: ghost      !! which elements are gone, where frames may have such
-    type(rows_t) :: ghost_offset
+    type(frame_series_t) :: frame
     type(series_t), allocatable :: series(:)
     integer :: n_series = 0
     type(xdmf_t), allocatable :: xdmf
@@ -155,19 +165,19 @@ contains
     logical, intent(in), optional :: beside !! the file waits by another name until it takes its place
     integer(hid_t) :: group
     integer :: status
+    logical :: with_ghosts
 
+    with_ghosts = .false.
+    if (present(hides)) with_ghosts = hides
     results%path = path
     if (present(beside)) then
       if (beside) results%path = path//'.part'
-    end if
-    if (present(hides)) then
-      if (hides) allocate (results%ghost)
     end if
     results%n_vertices = layout%n_vertices
     results%n_elements = size(layout%block)
     results%expected_frames = max(1, layout%expected_frames)
     results%expected_steps = max(1, layout%expected_steps)
-    allocate (results%series(8))
+    allocate (results%series(32))
 
     call ignore_size_limit()
     call begin_hdf5()
@@ -186,11 +196,11 @@ contains
     call write_whole(results%steps, 'NSteps', [0], error)
     if (allocated(error)) return
     call h5gclose_f(group, status)
-    call make_frames(results, layout, error)
+    call make_frames(results, layout, with_ghosts, error)
     if (allocated(error)) return
     if (with_xdmf) then
       allocate (results%xdmf)
-      call begin_xdmf(results%xdmf, path, layout%n_vertices, layout%first, layout%corner, allocated(results%ghost), error)
+      call begin_xdmf(results%xdmf, path, layout%n_vertices, layout%first, layout%corner, with_ghosts, error)
       if (allocated(error)) return
     end if
     call h5gcreate_f(results%file, '/scene', group, status)
@@ -228,13 +238,14 @@ contains
   end subroutine create_file
 
   !> Datasets of the frames: the polygons once, places and fields to grow. After an error nothing more is made.
-  subroutine make_frames(results, layout, error)
+  subroutine make_frames(results, layout, with_ghosts, error)
     type(results_t), intent(inout) :: results
     type(layout_t), intent(in) :: layout
+    logical, intent(in) :: with_ghosts       !! frames may have elements that are gone
     type(error_t), allocatable, intent(out) :: error
     integer :: i, frames
 
-    associate (n_v => results%n_vertices, n_e => results%n_elements)
+    associate (n_v => results%n_vertices, n_e => results%n_elements, frame => results%frame)
       call fixed('NumberOfPoints', [real(n_v, dp)])
       call fixed('NumberOfCells', [real(n_e, dp)])
       call fixed('NumberOfConnectivityIds', [real(size(layout%corner), dp)])
@@ -244,33 +255,32 @@ contains
       call fixed('CellData/block', real(layout%block, dp))
       call fixed('CellData/material', real(layout%material, dp))
       frames = max(1, min(results%expected_frames, chunk_bytes/(24*n_v)))
-      call grow('Points', [3], .false., 'length', 'place of each vertex', n_v*frames, results%points)
-      call grow('PointData/displacement', [3], .false., 'length', 'displacement since the start', n_v*frames, &
-                results%point_field(1))
-      call grow('PointData/velocity', [3], .false., 'length/time', 'velocity', n_v*frames, results%point_field(2))
+      call grow('Points', [3], .false., 'length', 'place of each vertex', n_v*frames, frame%points)
+      call grow('PointData/displacement', [3], .false., 'length', 'displacement since the start', n_v*frames, frame%point_field(1))
+      call grow('PointData/velocity', [3], .false., 'length/time', 'velocity', n_v*frames, frame%point_field(2))
       do i = 1, size(cell_fields)
         call grow('CellData/'//trim(cell_fields(i)), [integer ::], .false., 'force/length^2', &
-                  'Cauchy stress, tension positive', n_e*frames, results%cell_field(i))
+                  'Cauchy stress, tension positive', n_e*frames, frame%cell_field(i))
       end do
-      if (allocated(results%ghost)) &
+      if (with_ghosts) &
         call grow('CellData/'//ghost_field, [integer ::], .true., '1', '32 where an element is gone and is not drawn, else 0', &
-                  n_e*frames, results%ghost, byte=.true.)
+                  n_e*frames, frame%ghost, byte=.true.)
+      call grow_step('Values', frame%time)
+      call grow_step('PartOffsets', frame%offset(1))
+      call grow_step('NumberOfParts', frame%offset(2))
+      call grow_step('PointOffsets', frame%offset(3))
+      call grow_step('CellOffsets', frame%offset(4))
+      call grow_step('ConnectivityIdOffsets', frame%offset(5))
+      do i = 1, size(point_fields)
+        call grow_step('PointDataOffsets/'//trim(point_fields(i)), frame%point_offset(i))
+      end do
+      do i = 1, size(cell_fields)
+        call grow_step('CellDataOffsets/'//trim(cell_fields(i)), frame%cell_offset(i))
+      end do
+      if (with_ghosts) call grow_step('CellDataOffsets/'//ghost_field, frame%ghost_offset)
+      call grow_step('CellDataOffsets/block', frame%cell_offset(size(cell_fields) + 1))
+      call grow_step('CellDataOffsets/material', frame%cell_offset(size(cell_fields) + 2))
     end associate
-    call grow_step('Values', results%time)
-    call grow_step('PartOffsets', results%offset(1))
-    call grow_step('NumberOfParts', results%offset(2))
-    call grow_step('PointOffsets', results%offset(3))
-    call grow_step('CellOffsets', results%offset(4))
-    call grow_step('ConnectivityIdOffsets', results%offset(5))
-    do i = 1, size(point_fields)
-      call grow_step('PointDataOffsets/'//trim(point_fields(i)), results%point_offset(i))
-    end do
-    do i = 1, size(cell_fields)
-      call grow_step('CellDataOffsets/'//trim(cell_fields(i)), results%cell_offset(i))
-    end do
-    if (allocated(results%ghost)) call grow_step('CellDataOffsets/'//ghost_field, results%ghost_offset)
-    call grow_step('CellDataOffsets/block', results%cell_offset(size(cell_fields) + 1))
-    call grow_step('CellDataOffsets/material', results%cell_offset(size(cell_fields) + 2))
 
   contains
 
@@ -286,31 +296,31 @@ contains
     end subroutine fixed
 
     !> Rows that grow with the frames.
-    subroutine grow(name, shape, whole, units, description, chunk_rows, rows, byte)
+    subroutine grow(name, shape, whole, units, description, chunk_rows, handle, byte)
       character(len=*), intent(in) :: name, units, description
       integer, intent(in) :: shape(:), chunk_rows
       logical, intent(in) :: whole
-      type(rows_t), intent(out) :: rows
+      integer, intent(out) :: handle
       logical, intent(in), optional :: byte !! of one byte each
 
+      handle = 0
       if (allocated(error)) return
-      call create_rows(results%file, '/VTKHDF/'//name, shape, whole, units, description, chunk_rows, rows, error, byte)
-      call name_file(results, error)
+      call make_series(results, '/VTKHDF/'//name, shape, whole, units, description, chunk_rows, handle, error, byte)
     end subroutine grow
 
     !> One number a frame.
-    subroutine grow_step(name, rows)
+    subroutine grow_step(name, handle)
       character(len=*), intent(in) :: name
-      type(rows_t), intent(out) :: rows
+      integer, intent(out) :: handle
       integer :: chunk
 
       chunk = min(results%expected_frames + 1, chunk_bytes/8)
       if (name == 'Values') then
-        call grow('Steps/'//name, [integer ::], .false., 'time', 'time of each frame', chunk, rows)
+        call grow('Steps/'//name, [integer ::], .false., 'time', 'time of each frame', chunk, handle)
       else if (name == 'CellOffsets' .or. name == 'ConnectivityIdOffsets') then
-        call grow('Steps/'//name, [1], .true., '', '', chunk, rows)
+        call grow('Steps/'//name, [1], .true., '', '', chunk, handle)
       else
-        call grow('Steps/'//name, [integer ::], .true., '', '', chunk, rows)
+        call grow('Steps/'//name, [integer ::], .true., '', '', chunk, handle)
       end if
     end subroutine grow_step
 
@@ -334,18 +344,31 @@ contains
     expected = results%expected_steps
     if (present(per_frame)) expected = merge(results%expected_frames + 1, expected, per_frame)
     if (present(expected_rows)) expected = expected_rows
+    call make_series(results, path, shape, whole_numbers, units, description, &
+                     min(expected, max(1, chunk_bytes/(8*max(1, product(shape))))), handle, error)
+  end subroutine declare_series
+
+  !> Makes a series with chunks of so many rows.
+  subroutine make_series(results, path, shape, whole, units, description, chunk_rows, handle, error, byte)
+    type(results_t), intent(inout) :: results
+    character(len=*), intent(in) :: path, units, description
+    integer, intent(in) :: shape(:), chunk_rows
+    logical, intent(in) :: whole               !! whole numbers
+    integer, intent(out) :: handle
+    type(error_t), allocatable, intent(out) :: error
+    logical, intent(in), optional :: byte      !! of one byte each
+
     if (results%n_series == size(results%series)) call more_series(results%series)
     results%n_series = results%n_series + 1
     handle = results%n_series
     associate (series => results%series(handle))
       series%path = path
       series%width = product(shape)
-      call create_rows(results%file, path, shape, whole_numbers, units, description, &
-                       min(expected, max(1, chunk_bytes/(8*max(1, series%width)))), series%rows, error)
+      call create_rows(results%file, path, shape, whole, units, description, chunk_rows, series%rows, error, byte)
       call name_file(results, error)
       allocate (series%waiting(16*max(1, series%width)))
     end associate
-  end subroutine declare_series
+  end subroutine make_series
 
   !> Twice the room for series.
   subroutine more_series(series)
@@ -390,7 +413,7 @@ contains
     end associate
   end function rows_of_series
 
-  !> Adds a frame, writes all rows that wait, and flushes. Errors: a number that is not finite, a failed write.
+  !> Adds a frame; it waits in memory. Errors: a number that is not finite.
   subroutine add_frame(results, time, position, displacement, velocity, stress, present, error)
     type(results_t), intent(inout) :: results
     real(dp), intent(in) :: time
@@ -406,59 +429,90 @@ contains
       call fail(error, status_run_failed, 'a number of the frame is not finite')
       return
     end if
-    call make_room(results, error)
-    if (allocated(error)) return
     n = real(results%n_frames, dp)
-    call append(results%points, in_space(position))
-    call append(results%point_field(1), in_space(displacement))
-    call append(results%point_field(2), in_space(velocity))
-    do i = 1, 3
-      call append(results%cell_field(i), stress(i, :))
-      call append(results%cell_offset(i), [n*results%n_elements])
-    end do
-    if (allocated(results%ghost)) then
-      call append(results%ghost, merge(0.0_dp, hidden, present))
-      call append(results%ghost_offset, [n*results%n_elements])
-    end if
-    call append(results%cell_offset(4), [0.0_dp])
-    call append(results%cell_offset(5), [0.0_dp])
-    do i = 1, 2
-      call append(results%point_offset(i), [n*results%n_vertices])
-    end do
-    call append(results%time, [time])
-    call append(results%offset(1), [0.0_dp])
-    call append(results%offset(2), [1.0_dp])
-    call append(results%offset(3), [n*results%n_vertices])
-    call append(results%offset(4), [0.0_dp])
-    call append(results%offset(5), [0.0_dp])
-    if (.not. allocated(error)) call count_frames(results, 1, error)
-    if (allocated(error)) return
-    if (allocated(results%xdmf)) call add_xdmf_frame(results%xdmf, results%n_frames, time, error)
+    associate (frame => results%frame)
+      call put(frame%points, in_space(position))
+      call put(frame%point_field(1), in_space(displacement))
+      call put(frame%point_field(2), in_space(velocity))
+      do i = 1, size(cell_fields)
+        call put(frame%cell_field(i), stress(i, :))
+        call put(frame%cell_offset(i), [n*results%n_elements])
+      end do
+      if (frame%ghost > 0) then
+        call put(frame%ghost, merge(0.0_dp, hidden, present))
+        call put(frame%ghost_offset, [n*results%n_elements])
+      end if
+      call put(frame%cell_offset(size(cell_fields) + 1), [0.0_dp])
+      call put(frame%cell_offset(size(cell_fields) + 2), [0.0_dp])
+      do i = 1, size(point_fields)
+        call put(frame%point_offset(i), [n*results%n_vertices])
+      end do
+      call put(frame%time, [time])
+      call put(frame%offset(1), [0.0_dp])
+      call put(frame%offset(2), [1.0_dp])
+      call put(frame%offset(3), [n*results%n_vertices])
+      call put(frame%offset(4), [0.0_dp])
+      call put(frame%offset(5), [0.0_dp])
+    end associate
+    results%n_frames = results%n_frames + 1
 
   contains
 
-    !> Appends, unless something failed before.
-    subroutine append(rows, values)
-      type(rows_t), intent(inout) :: rows
+    !> Lets a row, or rows, of a series wait.
+    subroutine put(handle, values)
+      integer, intent(in) :: handle
       real(dp), intent(in) :: values(:)
 
-      if (allocated(error)) return
-      call append_rows(rows, values, error)
-      call name_file(results, error)
-    end subroutine append
+      if (.not. allocated(error)) call put_series(results, handle, values, error)
+    end subroutine put
 
   end subroutine add_frame
 
-  !> Gives back held space for a frame, the rows that wait, and the end. Errors: the disk has not so much room.
+  !> Writes all rows that wait, where that is due: with the first frame, and where they have waited long or are many.
+  !> Errors: a failed write.
+  subroutine write_where_due(results, error)
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+    integer(int64) :: now, rate
+
+    call system_clock(now, rate)
+    if (results%n_counted > 0 .and. real(now - results%written) < longest_wait*real(rate) .and. &
+        sum(results%series(:results%n_series)%n) < most_waiting) return
+    call write_rows(results, error)
+    call system_clock(results%written)
+  end subroutine write_where_due
+
+  !> Writes all rows that wait and flushes; counts the frames among them. Errors: the disk has not so much room, a failed write.
+  subroutine write_rows(results, error)
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+    real(dp), allocatable :: time(:)
+    integer :: counted, i
+
+    call make_room(results, error)
+    if (allocated(error)) return
+    counted = results%n_counted
+    associate (series => results%series(results%frame%time))
+      time = series%waiting(:series%n)
+    end associate
+    call count_frames(results, results%n_frames, error)
+    if (.not. allocated(results%xdmf)) return
+    do i = 1, size(time)
+      if (allocated(error)) return
+      call add_xdmf_frame(results%xdmf, counted + i, time(i), error)
+    end do
+  end subroutine write_rows
+
+  !> Gives back held space for the rows that wait, and the end. Errors: the disk has not so much room.
   subroutine make_room(results, error)
     type(results_t), intent(inout) :: results
     type(error_t), allocatable, intent(out) :: error
 
-    call give_back(results%room, results%file, bytes_of_frame(results) + bytes_of_waiting(results) + closing_bytes, error)
+    call give_back(results%room, results%file, bytes_of_waiting(results) + closing_bytes, error)
     call name_file(results, error)
   end subroutine make_room
 
-  !> Writes all rows that wait, and counts frames whose rows have been appended. Errors: a failed write.
+  !> Writes all rows that wait, and counts that many frames. Errors: a failed write.
   subroutine count_frames(results, n, error)
     type(results_t), intent(inout) :: results
     integer, intent(in) :: n
@@ -469,8 +523,9 @@ contains
     call hold_again(results%room, results%file, error)
     if (.not. allocated(error)) call flush_file(results%file, error)
     if (.not. allocated(error)) then
-      results%n_frames = results%n_frames + n
-      call write_whole(results%steps, 'NSteps', [results%n_frames], error)
+      results%n_frames = n
+      results%n_counted = n
+      call write_whole(results%steps, 'NSteps', [n], error)
     end if
     if (.not. allocated(error)) call flush_file(results%file, error)
     call name_file(results, error)
@@ -483,21 +538,6 @@ contains
 
     if (allocated(error)) error%message = results%path//': '//error%message
   end subroutine name_file
-
-  !> Space that a frame may take.
-  pure integer(hsize_t) function bytes_of_frame(results) result(bytes)
-    type(results_t), intent(in) :: results
-    integer(hsize_t) :: elements, vertices
-
-    vertices = results%n_vertices
-    elements = results%n_elements
-    bytes = bytes_to_append(results%points, vertices) + sum(bytes_to_append(results%point_field, vertices)) &
-            + sum(bytes_to_append(results%cell_field, elements)) + bytes_to_append(results%time, 1_hsize_t) &
-            + sum(bytes_to_append(results%offset, 1_hsize_t)) + sum(bytes_to_append(results%point_offset, 1_hsize_t)) &
-            + sum(bytes_to_append(results%cell_offset, 1_hsize_t))
-    if (allocated(results%ghost)) &
-      bytes = bytes + bytes_to_append(results%ghost, elements) + bytes_to_append(results%ghost_offset, 1_hsize_t)
-  end function bytes_of_frame
 
   !> Space that the rows that wait may take.
   pure integer(hsize_t) function bytes_of_waiting(results) result(bytes)
@@ -578,7 +618,7 @@ contains
     call name_file(results, error)
   end subroutine store_rows
 
-  !> Writes what waits, what the run came to, the costs and the status, and closes. Always closes; the first failure is the error.
+  !> Writes what the run came to, the costs and the status, and closes. Always closes; the first failure is the error.
   !>
   !> The status has its room in the file, so a full disk cannot keep it out: it says of a run that was complete that it stopped
   !> there. A file that never came to the disk is taken away.
@@ -596,9 +636,8 @@ contains
     integer :: status, unit
 
     if (results%file < 0) return
-    call give_back(results%room, results%file, bytes_of_waiting(results) + closing_bytes, error)
+    call give_back(results%room, results%file, closing_bytes, error)
     call name_file(results, error)
-    if (.not. allocated(error)) call append_waiting(results, error)
     if (.not. allocated(error) .and. len(summary) > 0) call write_words(results%file, '/ending/summary', [summary], error)
     if (.not. allocated(error)) call write_words(results%file, '/ending/warnings', same_length(warning), error)
     if (.not. allocated(error)) call write_costs(results%file, cost, work, error)

@@ -14,7 +14,7 @@ module scree_run_output
   use scree_problem_output, only: store_problem
   use scree_regions, only: joint_between
   use scree_results_file, only: add_frame, close_results, layout_t, open_results, results_t, store_rows, store_text, &
-                                store_words, work_row_t
+                                store_words, work_row_t, write_rows, write_where_due
   use scree_run_records, only: declare_records, displacement_of_vertices, kinds_t, put_frame_records, put_step_records, records_t, &
                                velocity_of_vertices
   use scree_run_summary, only: summary_t
@@ -28,7 +28,7 @@ module scree_run_output
   use scree_watch, only: watch_t
   implicit none
   private
-  public :: begin_output, end_output, put_frame, put_problems, put_step, run_output_t, version
+  public :: begin_output, end_output, put_frame, put_problems, put_rest, put_step, run_output_t, version
 
   character(len=*), parameter :: version = '0.1.0'
 
@@ -113,27 +113,48 @@ contains
     position = state%vertex + spread(model%origin, 2, size(state%vertex, 2))
     call put_frame_records(output%file, output%records, model, cache, state, error)
     if (allocated(error)) return
-    associate (n => output%file%n_frames, every => output%checkpoint_every)
-      if (n > 0 .and. every > 0) then
-        if (modulo(n, every) == 0) call put_checkpoint(output%file, output%checkpoints, n, state, watch, error)
-      end if
-    end associate
-    if (allocated(error)) return
     call add_frame(output%file, time_of_run(state), position, displacement_of_vertices(model, state), &
                    velocity_of_vertices(model, cache, state), state%stress, model%present(model%elements%block), error)
     if (allocated(error)) return
     output%framed = step_of_run(state)
+    if (checkpoint_is_due(output%file%n_frames - 1, output%checkpoint_every)) then
+      call put_checkpoint(output%file, output%checkpoints, output%file%n_frames - 1, state, watch, error)
+      if (.not. allocated(error)) call write_rows(output%file, error)
+    else
+      call write_where_due(output%file, error)
+    end if
+    if (allocated(error)) return
     if (.not. allocated(output%file%classic)) return
     call add_classic_frame(output%file%classic, position, places_of_points(model, state) + &
                            spread(model%origin, 2, size(state%point, 2)), error)
   end subroutine put_frame
 
-  !> Writes a checkpoint of the last frame, how the run ended and what it cost, and closes the file.
-  subroutine end_output(output, cache, state, watch, ending, summary, error)
+  !> Whether a frame, counted from 0, has a checkpoint.
+  pure logical function checkpoint_is_due(frame, every)
+    integer, intent(in) :: frame, every !! 0: none has
+
+    checkpoint_is_due = frame > 0 .and. every > 0
+    if (checkpoint_is_due) checkpoint_is_due = modulo(frame, every) == 0
+  end function checkpoint_is_due
+
+  !> Writes all that waits, with a checkpoint of the last frame.
+  subroutine put_rest(output, state, watch, error)
     type(run_output_t), intent(inout) :: output
-    type(cache_t), intent(in) :: cache           !! whose equations were solved
     type(state_t), intent(in) :: state           !! the last
     type(watch_t), intent(in) :: watch
+    type(error_t), allocatable, intent(out) :: error
+
+    if (output%framed < 0) return
+    if (output%checkpoints%numbers > 0 .and. output%framed == step_of_run(state) .and. &
+        output%checkpoints%step /= step_of_run(state)) &
+      call put_checkpoint(output%file, output%checkpoints, output%file%n_frames - 1, state, watch, error)
+    if (.not. allocated(error)) call write_rows(output%file, error)
+  end subroutine put_rest
+
+  !> Writes how the run ended and what it cost, and closes the file.
+  subroutine end_output(output, cache, ending, summary, error)
+    type(run_output_t), intent(inout) :: output
+    type(cache_t), intent(in) :: cache           !! whose equations were solved
     type(ending_t), intent(in) :: ending
     type(summary_t), allocatable, intent(in) :: summary !! of the steps, where there are some
     type(error_t), allocatable, intent(out) :: error
@@ -141,9 +162,6 @@ contains
     type(solver_work_t) :: work
     integer :: numbers(2)
 
-    if (output%checkpoints%numbers > 0 .and. output%framed == step_of_run(state) .and. &
-        output%checkpoints%step /= step_of_run(state)) &
-      call put_checkpoint(output%file, output%checkpoints, output%file%n_frames - 1, state, watch, error)
     numbers = size_of_equations(cache%equations)
     work = work_of_solutions(cache%equations)
     text = ''

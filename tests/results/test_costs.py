@@ -71,7 +71,7 @@ def test_calls_are_those_of_the_steps(run):
     n, history = calls(r), r.history
     steps = len(history.time)
     assert n["read"] == n["set-up"] == 1
-    assert n["update"] == n["history"] == steps and n["frames"] == r.n_frames
+    assert n["update"] == n["history"] == steps and n["frames"] == r.n_frames + 1  # and what waits at the end
     assert n["search"] >= steps + history.rejected.sum()  # and where a try was to look farther
     if "judge" in phases and "open_close_iterations" in history:
         assert n["judge"] >= history.open_close_iterations.sum()
