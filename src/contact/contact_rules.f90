@@ -38,7 +38,7 @@ module scree_contact_rules
   public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
   public :: anchor_what_closes, anchors_return, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, &
-            judge, judges_anew, may_make_energy, settles_as_one
+            judge, judges_anew, may_make_energy, settles_as_one, steps_decide_impacts
   ! remember
   public :: remember_overlap, remember_slide, stiffness_adapts, stiffness_after
 
@@ -99,6 +99,19 @@ contains
       settles_as_one = .false.
     end select
   end function settles_as_one
+
+  !> Whether the phase of a step decides what springs give back of an impact: not of those that conserve energy. Of runs by Shi's
+  !> rules it is not asked, as they are to be those of his programs.
+  pure logical function steps_decide_impacts(law)
+    type(contact_law_t), intent(in) :: law
+
+    select case (law%rules)
+    case (rules_conserving, rules_shi)
+      steps_decide_impacts = .false.
+    case default
+      steps_decide_impacts = .true.
+    end select
+  end function steps_decide_impacts
 
   !> Whether the search sees as far as vertices move in the step, and a step may outrun it; else it sees to a set gap.
   pure logical function looks_as_far_as_it_moves(law)

@@ -14,8 +14,8 @@ module scree_bearings
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: any_closes, bearing_t, find_approaches, find_impulses, find_islands, find_strokes, list_bearings, pair_of, set_least, &
-            set_up_problem
+  public :: any_closes, bearing_t, blow_t, blow_of_step, find_approaches, find_impulses, find_islands, find_strokes, &
+            list_bearings, pair_of, set_least, set_up_problem
 
   !> A contact that bears at the beginning of the step or at its end.
   type :: bearing_t
@@ -28,6 +28,8 @@ module scree_bearings
     logical :: closes = .false.              !! in this step, of bodies that come together
     logical :: strikes = .false.             !! closes faster than its spring rings under what the bodies bear
     logical :: reached = .false.             !! by the impact, or it closes
+    real(dp) :: energy = 0.0_dp              !! of the approach, of the masses as the contact feels them; force length
+    real(dp) :: swing = 0.0_dp               !! of these masses on its spring, time
     real(dp) :: struck = 0.0_dp              !! impulse across, were the bodies rigid and met when the step began; force time
     real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
     real(dp) :: moment = 0.0_dp              !! way of the approach in a moment, length: a gap below it is none
@@ -36,6 +38,14 @@ module scree_bearings
     real(dp) :: kept = 0.0_dp                !! force across that loads press with, of what closes
   end type bearing_t
 
+  !> What strikes in a step.
+  type :: blow_t
+    real(dp) :: energy = 0.0_dp              !! force length per unit thickness
+    real(dp) :: swing = huge(1.0_dp)         !! shortest of a spring that it strikes, time
+  end type blow_t
+
+  !> Steps in a swing of a spring that leave to chance what it gives back.
+  real(dp), parameter :: steps_in_swing = 10.0_dp
   !> An approach below this share of what cancels in it is round-off.
   real(dp), parameter :: round_off = 64*epsilon(1.0_dp)
   !> An impact reaches a contact that it strikes by more than this share of the largest impulse of what closes.
@@ -43,9 +53,30 @@ module scree_bearings
   !> Impacts within this share of the step of the first of them are one, also where the step ends between them.
   real(dp), parameter, public :: together = 1e-6_dp
 
+  real(dp), parameter :: full_turn = 8*atan(1.0_dp)
   integer, parameter :: n = element_unknowns
 
 contains
+
+  !> What strikes in a step that does not resolve how its springs swing, so that the phase of the step decides what they give back
+  !> (doc/theory.md, section 4). Of what meets with two corners at once each has a share that it would have alone.
+  pure type(blow_t) function blow_of_step(model, cache, state, rule, d, try) result(blow)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state           !! at the beginning of the step
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns) of the step
+    type(contact_try_t), intent(in) :: try       !! as the step has left it
+    type(bearing_t), allocatable :: bearing(:)
+
+    if (.not. any_closes(try)) return
+    call list_bearings(model, d, try, bearing)
+    call find_approaches(model, cache, state, rule, d, try, bearing)
+    associate (by_chance => bearing%strikes .and. bearing%swing < steps_in_swing*rule%dt)
+      if (.not. any(by_chance)) return
+      blow = blow_t(sum(bearing%energy, mask=by_chance), minval(bearing%swing, mask=by_chance))
+    end associate
+  end function blow_of_step
 
   !> Whether a contact that presses was open when the step began.
   pure logical function any_closes(try)
@@ -174,6 +205,8 @@ contains
         own%closes = (own%force(1) > 0 .or. now%gap < deformed(1) + own%moment) .and. approach > round_off*sum(abs(across))
         own%reached = own%closes
         resistance = resistance_of(problem, k)
+        own%energy = 0.5_dp*approach**2/resistance(1)
+        own%swing = full_turn/sqrt(resistance(1)*stiffness(1))
         own%strikes = own%closes .and. approach > minval(borne(own%block))*sqrt(resistance(1)/stiffness(1))
         if (own%closes) own%met_at = min(1.0_dp, max(0.0_dp, try%start(active, own%contact)%gap)/(approach*rule%dt))
         stays(open(k)) = own%closes .or. own%force(1) > 0

@@ -1,5 +1,6 @@
 !> What a run came to: gathered in its steps, summed up at its end. Every number is one that the run has for its results too.
 module scree_run_summary
+  use scree_bearings, only: blow_t
   use scree_contacts, only: contact_t
   use scree_energy, only: dissipated_energy, stored_energy
   use scree_equilibrium, only: balance_t, tolerance_of
@@ -13,8 +14,8 @@ module scree_run_summary
   use scree_time_stepper, only: step_report_t
   implicit none
   private
-  public :: add_step, begin_stage, begin_summary, change_of_area, end_stage, lost_otherwise, share_lost, stage_ending_t, sum_up, &
-            summary_t, vertex_most_t
+  public :: add_step, begin_stage, begin_summary, change_of_area, end_stage, lost_otherwise, share_lost, share_of_blows, &
+            stage_ending_t, sum_up, summary_t, vertex_most_t
 
   !> Share of its weight, and of sqrt(g size), below which a body counts as at rest.
   real(dp), parameter :: resting = 1e-3_dp
@@ -59,6 +60,7 @@ module scree_run_summary
     real(dp) :: tolerance = 0.0_dp       !! share out of balance that counts as equilibrium
     logical :: touches = .false.         !! the scene has contact
     type(overlap_most_t) :: overlap
+    type(blow_t) :: blows                !! of all steps, of what springs give back by chance; the shortest swing
     real(dp) :: area = 0.0_dp            !! of all blocks, length^2
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness as all energies
     real(dp) :: fallen = 0.0_dp          !! most that the weights have given
@@ -139,6 +141,7 @@ contains
     summary%solves = summary%solves + report%solves
     summary%absolute_work = summary%absolute_work + abs(report%work)
     if (allocated(report%balance)) summary%balance = report%balance
+    summary%blows = blow_t(summary%blows%energy + report%blow%energy, min(summary%blows%swing, report%blow%swing))
     summary%fallen = max(summary%fallen, summary%height_from - state%books%gravity)
     if (state%contacts%penetration > summary%overlap%value) call take_overlap(model, state, summary%overlap)
   end subroutine add_step
@@ -208,6 +211,14 @@ contains
     share = 0.0_dp
     if (summary%given > 0) share = lost_otherwise(summary)/summary%given
   end function share_lost
+
+  !> Energy of what struck in steps that do not resolve it, over what was given; 0 where nothing was.
+  pure real(dp) function share_of_blows(summary) result(share)
+    type(summary_t), intent(in) :: summary
+
+    share = 0.0_dp
+    if (summary%given > 0) share = summary%blows%energy/summary%given
+  end function share_of_blows
 
   !> Area of all blocks at the end over that at the beginning, less 1.
   pure real(dp) function change_of_area(summary) result(change)

@@ -4,16 +4,18 @@ module scree_summary_words
   use scree_equilibrium, only: words_of_balance
   use scree_json, only: begin_list, begin_object, end_list, end_object, json_t, put, put_null
   use scree_kinds, only: dp
-  use scree_run_summary, only: change_of_area, lost_otherwise, share_lost, stage_ending_t, summary_t, vertex_most_t
+  use scree_run_summary, only: change_of_area, lost_otherwise, share_lost, share_of_blows, stage_ending_t, summary_t, &
+                               vertex_most_t
   use scree_step_try, only: cut_reasons
   use scree_text, only: number_text, rounded_text, short_text, text_t
   use scree_timers, only: cost_t
   implicit none
   private
-  public :: ending_t, json_of, lines_of
+  public :: ending_t, json_of, lines_of, warning_of_blows
 
   integer, parameter :: most_phases = 5          !! named on the screen
   real(dp), parameter :: least_share = 0.02_dp   !! of the time that a phase named there took
+  real(dp), parameter :: suspicious_blows = 0.1_dp !! share of the energy that is worth a warning
 
   !> How a run ended.
   type :: ending_t
@@ -45,6 +47,7 @@ contains
     call add('energy: '//words_of_energy(summary))
     call add('area: '//words_of_change(change_of_area(summary)))
     if (summary%touches) call add('overlap: '//words_of_overlap(summary))
+    if (summary%blows%energy > 0) call add('impacts: '//words_of_blows(summary))
     call add('time: '//words_of_time(ending%cost))
     if (size(ending%warning) > 0) call add('warnings: '//number_text(size(ending%warning)))
     call add('results: '//ending%path)
@@ -174,6 +177,26 @@ contains
     end associate
   end function words_of_overlap
 
+  !> What strikes in steps that do not resolve it.
+  function words_of_blows(summary) result(text)
+    type(summary_t), intent(in) :: summary
+    character(len=:), allocatable :: text
+
+    text = words(100*share_of_blows(summary))//' % of what was given struck contacts whose springs swing in '// &
+           words(summary%blows%swing)//', which the steps do not resolve'
+  end function words_of_blows
+
+  !> Warning where that may be more than a tenth of all; nothing else.
+  function warning_of_blows(summary) result(text)
+    type(summary_t), intent(in) :: summary
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (share_of_blows(summary) > suspicious_blows) &
+      text = words_of_blows(summary)//': chance decides how much of it comes back; contact.restitution, of 0 to 1, decides it, '// &
+             'or steps of a tenth of that'
+  end function warning_of_blows
+
   !> Time of the wall, and the phases that took most of it.
   function words_of_time(cost) result(text)
     type(cost_t), intent(in) :: cost(:)
@@ -241,6 +264,7 @@ contains
     call put_books(json, summary)
     call put(json, 'change_of_area', change_of_area(summary))
     call put_overlap(json, summary)
+    call put_blows(json, summary)
     call put(json, 'warnings', size(ending%warning))
     call put_cost(json, ending%cost)
     call end_object(json)
@@ -397,6 +421,22 @@ contains
       call end_object(json)
     end associate
   end subroutine put_overlap
+
+  !> What struck in steps that do not resolve it, if anything did.
+  subroutine put_blows(json, summary)
+    type(json_t), intent(inout) :: json
+    type(summary_t), intent(in) :: summary
+
+    if (.not. summary%blows%energy > 0) then
+      call put_null(json, 'impacts')
+      return
+    end if
+    call begin_object(json, 'impacts')
+    call put(json, 'energy', summary%blows%energy)
+    call put(json, 'share', share_of_blows(summary))
+    call put(json, 'swing', summary%blows%swing)
+    call end_object(json)
+  end subroutine put_blows
 
   !> A place.
   subroutine put_position(json, position)

@@ -5,7 +5,7 @@ module scree_time_stepper
   use scree_contact_acceptance, only: accept_contacts, accept_no_contact
   use scree_contact_beginning, only: begin_again, begin_contacts
   use scree_contact_detection, only: find_contacts
-  use scree_contact_rules, only: goes_on_after_cut, settles_as_one
+  use scree_contact_rules, only: goes_on_after_cut, settles_as_one, steps_decide_impacts
   use scree_body_search, only: draw_circles, list_all, move_circles, searches
   use scree_contact_search, only: predict_ways
   use scree_contact_try, only: contact_try_t, follow_motion
@@ -15,7 +15,8 @@ module scree_time_stepper
   use scree_equilibrium, only: balance_t, find_balance
   use scree_equations, only: constrain_equations, group_elements, has_no_pairs
   use scree_errors, only: error_t, fail, status_run_failed
-  use scree_impact, only: any_closes, push_apart, rebound
+  use scree_bearings, only: any_closes, blow_of_step, blow_t
+  use scree_impact, only: push_apart, rebound
   use scree_integrator, only: step_rule_for
   use scree_interruption, only: stop_signal
   use scree_islands, only: keep_factored, recall_factored
@@ -59,6 +60,7 @@ module scree_time_stepper
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness
     type(trouble_t) :: cut               !! why its last try that was rejected was
     type(trouble_t) :: impact            !! why an impact in it was left to springs
+    type(blow_t) :: blow                 !! of what springs give back by chance
     integer :: cuts(size(cut_reasons)) = 0 !! tries that were rejected for each reason
     type(balance_t), allocatable :: balance !! at its end, of a static step
     integer, allocatable :: reached(:)   !! blocks asleep that others may touch; allocated: they are to wake, no step was made
@@ -99,7 +101,8 @@ contains
     end do tries
     call begin_phase(cache%timers, phase_update)
     report = step_report_t(try%dt, outcome%iterations, outcome%solves, outcome%judged, outcome%rejected, 0, try%travel, &
-                           work_of_step(model, cache, state, try%rule, try%d), outcome%cut, outcome%impact, outcome%cuts)
+                           work_of_step(model, cache, state, try%rule, try%d), outcome%cut, outcome%impact, &
+                           blow_of_try(model, cache, state, try), outcome%cuts)
     call accept(model, try, report%work, cache, state)
     call check_state(model, state, error)
     if (allocated(error) .or. model%effects%carried > 0) return
@@ -282,6 +285,18 @@ contains
     if (model%effects%contact%restitution < 0) return
     if (any(contacts%count(2:) > 0)) may_strike = any_closes(contacts)
   end function may_strike
+
+  !> What strikes in an accepted try and springs give back of by chance: nothing with restitution.
+  pure type(blow_t) function blow_of_try(model, cache, state, try) result(blow)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(try_t), intent(in) :: try
+
+    if (.not. (allocated(model%effects%contact) .and. model%effects%carried > 0)) return
+    if (model%effects%contact%restitution >= 0 .or. .not. steps_decide_impacts(try%contacts%law)) return
+    blow = blow_of_step(model, cache, state, try%rule, try%d, try%contacts)
+  end function blow_of_try
 
   !> Makes the step once more where bodies came together in it, with their impact. Where that outruns the search the try has not
   !> settled, and asks for a wider one.
