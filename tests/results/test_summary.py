@@ -162,7 +162,7 @@ def test_a_screen_says_it_in_words_and_ends_with_the_file(tmp_path):
     at = [line.startswith("ended: ") for line in lines].index(True)
     assert lines[at] == "ended: complete at time 1 of 1" and lines[-1] == f"results: {tmp_path / 'arc.h5'}" and len(lines) - at < 12
     names = [line.split(":")[0] for line in lines[at:]]
-    assert names == ["ended", "steps", "moves", "energy", "area", "overlap", "time", "results"]
+    assert names == ["ended", "steps", "moves", "energy", "area", "overlap", "impacts", "time", "results"]
     r = read(tmp_path / "arc.h5")
     assert lines[at + 1].startswith(f"steps: {len(r.history.time)} taken of 2000 planned, {r.history.rejected.sum()} tries cut, ")
     assert sum(map(int, re.findall(r"(\d+) %", lines[-2]))) <= 102
