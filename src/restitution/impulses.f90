@@ -145,15 +145,17 @@ contains
     real(dp), intent(in) :: s
     type(impulses_t), intent(inout) :: impulses !! of compression, then of both phases
     type(impulses_t) :: again
+    real(dp) :: least(size(problem%least)) ! impulses change, what they are at least does not
     integer :: i
 
     if (.not. s > 0) return
     again%motion = impulses%motion
     again%P = s*impulses%P
+    least = again%P(1, :)
     do i = 1, size(problem%least)
       call apply(problem, i, again%P(:, i), again%motion)
     end do
-    call relax(problem, again%P(1, :), again)
+    call relax(problem, least, again)
     impulses%P = impulses%P + again%P
     impulses%motion = again%motion
   end subroutine restore
