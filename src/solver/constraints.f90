@@ -255,7 +255,7 @@ contains
   !> Replaces the slave of row `new` where it is among the masters of `row`.
   pure subroutine substitute(constraints, row, new)
     type(constraints_t), intent(inout) :: constraints
-    integer, intent(in) :: row, new
+    integer, value :: row, new ! values: parts of lists that grow here
     real(dp) :: share
     integer :: before, k
 
