@@ -30,7 +30,7 @@ module scree_command_line
     '  --accuracy A ...          estimate: values of step.accuracy, each of which is a run of its own', &
     '  --set GROUP.NAME=VALUE    a setting, over what the deck says; may be repeated', &
     '  --set "joint(1).phi=30"   a number of a deck, by its name in doc/decks.md, with the checks of the deck', &
-    '  --restart FILE            run: goes on with a run; --set of step and output may be given', &
+    '  --restart FILE            run: goes on with a run; --set may say anew how it goes on', &
     '  --xdmf                    writes an XDMF side-car too', &
     '  --classic-output          run: writes the frames as Shi''s programs keep them too, .replay', &
     '  --strict                  run, check: warnings are errors', &

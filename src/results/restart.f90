@@ -26,6 +26,10 @@ module scree_restart
   !> Datasets of the checkpoints: three with a row each, and the numbers of all.
   character(len=*), parameter :: of_checkpoint(4) = [character(len=7) :: 'frame', 'end', 'rows', 'numbers']
 
+  !> Settings that say how a run goes on; all others made the model, the state or the series of the results.
+  character(len=*), parameter :: may_change(*) = [character(len=17) :: 'step.size', 'step.end_time', 'step.count', 'step.travel', &
+                                                  'step.least', 'output.every', 'output.interval', 'output.problems', &
+                                                  'output.checkpoint']
   integer(hsize_t), parameter :: copied_at_once = 1000000 !! numbers
 
   !> What there was of a run at a checkpoint.
@@ -42,23 +46,27 @@ contains
 
   !> Names the decks that a run was made from, where none are given, and puts its settings before those that are given.
   !>
-  !> Settings of `step` and `output` may be given, of all stages or from one on, which say how a run goes on; all others made the
-  !> model or the state.
+  !> Those that say how a run goes on may be given, of all stages or from one on.
   !> Errors: another setting; a file that is no run's, or one of another version.
   subroutine find_decks(path, geometry, analysis, options, error)
     character(len=*), intent(in) :: path
     character(len=:), allocatable, intent(inout) :: geometry, analysis !! '' where not given
     type(text_t), allocatable, intent(inout) :: options(:)             !! GROUP.NAME=VALUE
     type(error_t), allocatable, intent(out) :: error
-    character(len=:), allocatable :: deck(:), set(:), setting
+    character(len=:), allocatable :: deck(:), names, set(:), setting
     integer(hid_t) :: file
     integer :: i
 
+    names = ''
+    do i = 1, size(may_change)
+      names = names//' '//trim(may_change(i))//','
+    end do
+    names = names(:len(names) - 1)
     do i = 1, size(options)
       setting = options(i)%text(end_of_stage_prefix(options(i)%text) + 1:)
-      if (index(setting, 'step.') == 1 .or. index(setting, 'output.') == 1) cycle
-      call fail(error, status_bad_input, '--set '//options(i)%text//': expected a setting of step or output with --restart, as '// &
-                'others made what the run goes on from')
+      if (any(may_change == setting(:index(setting//'=', '=') - 1))) cycle
+      call fail(error, status_bad_input, '--set '//options(i)%text//': expected one of'//names// &
+                ' with --restart, as others made what the run goes on from')
       return
     end do
     call open_run(path, file, error)

@@ -249,8 +249,10 @@ def test_a_bad_restart_is_refused_in_a_line_and_writes_nothing(name, stopped_run
 
 
 @pytest.mark.parametrize("words, expected", [
-    ([], "beyond the checkpoint"), (["--set", "stage(1).contact.stiffness=1e9", "--set", "step.count=50"], "a setting of step or output"),
-    (["--set", "stage(2).step.count=50"], "expected a stage from 1 to 1"), (["--set", "contact.stiffness=1e9", "--set", "step.count=50"], "a setting of step or output"),
+    ([], "beyond the checkpoint"), (["--set", "stage(1).contact.stiffness=1e9", "--set", "step.count=50"], "expected one of step.size, "),
+    (["--set", "stage(2).step.count=50"], "expected a stage from 1 to 1"), (["--set", "contact.stiffness=1e9", "--set", "step.count=50"], "expected one of step.size, "),
+    (["--set", "step.count=50", "--set", "step.sleep=0"], "expected one of step.size, "),
+    (["--set", "step.count=50", "--set", "stage(1).output.error=estimate"], "expected one of step.size, "),
     (["--classic-output", "--set", "step.count=50"], "without --restart")])
 def test_words_that_do_not_go_with_a_restart_are_refused(words, expected, stopped_run):
     done = call("run", "--restart", "arc.h5", *words, cwd=stopped_run)
