@@ -420,8 +420,12 @@ contains
       error%message = reached(run%state)//error%message
       return
     end if
-    if (allocated(report%cut%what)) run%cut = report%cut
     associate (s => run%scene%settings, state => run%state)
+      if (allocated(report%cut%what)) then
+        run%cut = report%cut
+      else if (.not. report%dt < s%step_size) then
+        run%cut = trouble_t()
+      end if
       call show_step(run%progress, step_of_run(state), time_of_run(state), state%stage%begins &
                      + min(s%end_time, state%time*(s%most_steps/real(state%step, dp))), report%dt, report%iterations)
       if (.not. (s%chooses_step .or. s%aim > 0 .or. s%balance > 0) .and. allocated(run%cut%what)) then

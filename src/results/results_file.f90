@@ -479,7 +479,6 @@ contains
     if (results%n_counted > 0 .and. real(now - results%written) < longest_wait*real(rate) .and. &
         sum(results%series(:results%n_series)%n) < most_waiting) return
     call write_rows(results, error)
-    call system_clock(results%written)
   end subroutine write_where_due
 
   !> Writes all rows that wait and flushes; counts the frames among them. Errors: the disk has not so much room, a failed write.
@@ -496,6 +495,7 @@ contains
       time = series%waiting(:series%n)
     end associate
     call count_frames(results, results%n_frames, error)
+    call system_clock(results%written)
     if (.not. allocated(results%xdmf)) return
     do i = 1, size(time)
       if (allocated(error)) return

@@ -61,6 +61,7 @@ contains
     ends_at_blow = .false.
     do
       call advance_awake(model, next_size(model%settings, state), awake, cache, state, report, error)
+      if (state%step == began%step) state%pace = began%pace ! a signal came: the step is begun anew
       if (allocated(error) .or. state%step == began%step) return
       after = motions_of(model, cache, state)
       call estimate_step(model, before, after, began, state, step)

@@ -21,8 +21,9 @@ module scree_settle
   use scree_open_close, only: hold_contacts, judge_contacts, judge_prediction, meet_at_prediction, return_anchors
   use scree_pair_effects, only: add_pair_effects
   use scree_scene, only: iterate_hybrid
-  use scree_settle_group, only: add_elements, balances, begins_far, change_of, choose_operator, find_change, group_t, is_balanced, &
-                                is_settled, linear_tolerance, near_solution, settles_by_residual, tell_kind, values_of_members
+  use scree_settle_group, only: add_elements, balances, begin_round, begins_far, change_of, choose_operator, find_change, group_t, &
+                                is_balanced, is_settled, linear_tolerance, near_solution, settles_by_residual, tell_kind, &
+                                values_of_members
   use scree_settle_problems, only: judge_at, may_follow, settle_circles, settle_stalled
   use scree_state, only: state_t
   use scree_step_try, only: cut_by_contacts, cut_by_equations, outcome_t, reject
@@ -236,7 +237,10 @@ contains
     call add_elements(model, cache, state, group, d)
     if (.not. group%in_contact) return
     curved = model%settings%balance > 0 .or. (group%near .and. group%rule%tangent .and. group%open_close%poses_at_once)
-    if (.not. group%frozen) group%linear_at = values_of_members(model, group, d)
+    if (.not. group%frozen) then
+      group%began_at = values_of_members(model, group, d)
+      if (group%nested) group%linear_at = group%began_at
+    end if
     curved = curved .and. .not. (group%frozen .or. group%linear)
     call add_pair_effects(model, contacts, group%number, group%symmetric .and. (group%rule%tangent .or. .not. group%frozen) &
                           .and. .not. model%settings%balance > 0, curved, cache%equations)
@@ -320,7 +324,7 @@ contains
 
     call hold_contacts(model, d, contacts, held)
     if (held) call return_anchors(model, d, contacts, held)
-    group%stalled = 0
+    call begin_round(group)
     group%rounds = 0
     group%repeats = 0
     group%in_doubt = .false.

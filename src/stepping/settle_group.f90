@@ -19,8 +19,8 @@ module scree_settle_group
   use scree_system, only: values_of
   implicit none
   private
-  public :: add_elements, balances, begins_far, change_of, choose_operator, count_stalled, find_change, group_t, is_balanced, &
-            is_settled, linear_tolerance, settles_by_residual, tell_kind, values_of_members
+  public :: add_elements, balances, begin_round, begins_far, change_of, choose_operator, count_stalled, find_change, group_t, &
+            is_balanced, is_settled, linear_tolerance, settles_by_residual, tell_kind, values_of_members
 
   !> The hybrid method turns from secant to tangent when theta changes by less in an iteration.
   real(dp), parameter, public :: near_solution = 0.05_dp
@@ -49,6 +49,7 @@ module scree_settle_group
     logical :: frozen = .false.               !! they have not yet: the operator stays
     type(term_t), allocatable :: term(:)      !! of the members at the last linearisation, where it may stay
     real(dp), allocatable :: linear_at(:, :)  !! (n, n_members) displacement then
+    real(dp), allocatable :: began_at(:, :)   !! (n, n_members) and that from which changes are measured
     type(flickering_t) :: flickering          !! contacts that go on changing
     logical :: keeps_states = .false.         !! contacts are not judged after the first correction, as bodies turn
     integer :: fewest = huge(1), stalled = 0  !! changes of states, and iterations since that got fewer
@@ -137,6 +138,14 @@ contains
 
     if (model%settings%iterate == iterate_hybrid .and. .not. group%frozen) group%rule%tangent = change < near_solution
   end subroutine choose_operator
+
+  !> Begins to count anew how judgements get on, where the problem that contacts settle for is another.
+  pure subroutine begin_round(group)
+    type(group_t), intent(inout) :: group
+
+    group%stalled = 0
+    group%fewest = huge(1)
+  end subroutine begin_round
 
   !> Counts the judgements that do not change fewer states than all before them, and keeps where that did which changed fewest.
   pure subroutine count_stalled(model, d, changes, group)
@@ -234,7 +243,7 @@ contains
     if (with_position) change = max(change, maxval(abs(matmul(element%at_centroid, unknown)))/sqrt(element%area))
   end function change_of
 
-  !> Largest change of a component of theta since the last linearisation, and its element; where bodies touch or are bolted, of the
+  !> Largest change of a component of theta since the last linearisation or problem, and its element; where bodies touch or are bolted, of the
   !> position over the size too.
   pure subroutine find_change(model, cache, group, d, change, element)
     type(model_t), intent(in) :: model
@@ -251,7 +260,7 @@ contains
     do k = 1, size(group%member)
       associate (ids => model%elements%unknown(:, group%member(k)), kinematics => cache%element(group%member(k))%kinematics)
         moved = cache%equations%correction(ids)
-        if (group%in_contact) moved = d(ids) - group%linear_at(:, k)
+        if (group%in_contact) moved = d(ids) - group%began_at(:, k)
         own = change_of(kinematics, moved, group%in_contact .or. group%bolted)
         if (own <= change) cycle
         change = own

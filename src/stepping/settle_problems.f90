@@ -17,8 +17,8 @@ module scree_settle_problems
   use scree_model, only: cache_t, model_t
   use scree_open_close, only: judge_contacts, keep_lines
   use scree_scene, only: problems_all, problems_none
-  use scree_settle_group, only: accepted_share, add_elements, choose_operator, count_stalled, find_change, group_t, &
-                                values_of_members
+  use scree_settle_group, only: accepted_share, add_elements, begin_round, choose_operator, count_stalled, find_change, &
+                                group_t, values_of_members
   use scree_state, only: state_t
   use scree_step_try, only: outcome_t
   use scree_timers, only: begin_phase, phase_assemble, phase_friction, phase_judge
@@ -171,7 +171,7 @@ contains
     real(dp) :: change
     integer :: worst
 
-    group%linear_at = values_of_members(model, group, d)
+    group%began_at = values_of_members(model, group, d)
     call take_states(answer%state, contacts)
     if (any(half_rounds == group%rounds) .and. .not. group%linear) answer%x = 0.5_dp*answer%x
     call move_island(cache%equations, group%number, answer%x, d)
@@ -185,9 +185,8 @@ contains
     group%near = .true.
     group%rounds = group%rounds + 1
     if (group%rounds == free_rounds) call keep_lines(contacts)
-    group%stalled = 0
+    call begin_round(group)
     group%far = .false.
-    group%fewest = huge(1)
     call judge_at(model, cache, state, group, d, contacts)
     group%in_doubt = group%linear .or. change < model%settings%tolerance
     if (change < model%settings%tolerance) group%repeats = min(group%repeats + 1, most_repeats)
@@ -215,8 +214,7 @@ contains
     if (.not. done) return
     call take_states(answer%state, contacts)
     call move_island(cache%equations, group%number, answer%x, d)
-    group%stalled = 0
-    group%fewest = huge(1)
+    call begin_round(group)
     call judge_at(model, cache, state, group, d, contacts)
   end subroutine settle_part
 
