@@ -74,9 +74,11 @@ contains
     drawn = .not. allocated(bodies%reach)
     if (.not. drawn) drawn = margin > bodies%margin .or. state%contacts%pressed > bodies%pressed
     if (drawn) call measure_bodies(model, state, margin, state%contacts%pressed, bodies)
-    call find_largest(model, state%velocity, bodies, bodies%speed)
+    way = bodies%speed
+    call find_largest(model, state%velocity, bodies, way)
+    bodies%speed = way
     if (present(leapt)) then
-      allocate (way(model%n_blocks), source=0.0_dp)
+      way = 0.0_dp
       call find_largest(model, leapt, bodies, way)
       bodies%speed = max(bodies%speed, way/dt)
     end if

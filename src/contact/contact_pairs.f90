@@ -48,7 +48,7 @@ contains
 
   !> Puts an entrance in its place among those of its vertex, which are from `first` to `last`.
   pure subroutine put_in(edge, number, first, last, entrances)
-    integer, intent(in) :: edge, number, first
+    integer, value :: edge, number, first ! values: `first` is of a list of the entrances
     integer, intent(inout) :: last
     type(entrances_t), intent(inout) :: entrances
     integer :: at

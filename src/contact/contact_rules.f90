@@ -544,16 +544,14 @@ contains
     end select
   end function forgives_faint_forces
 
-  !> Judges contact i: which entrance acts, and its state.
-  pure subroutine judge(now, force, doubt, i, try)
-    type(gap_and_slip_t), intent(in) :: now(2)
-    type(contact_force_t), intent(inout) :: force !! as of `press_across`, then on the lines that it is judged by
-    real(dp), intent(in) :: doubt              !! force that changes no state
+  !> Judges contact i, as it was measured: which entrance acts, and its state.
+  pure subroutine judge(i, force, try)
     integer, intent(in) :: i
+    type(contact_force_t), intent(inout) :: force !! as of `press_across`, then on the lines that it is judged by
     type(contact_try_t), intent(inout) :: try
     logical :: was_open
 
-    associate (law => try%law, start => try%start(:, i), contact => try%contact(i))
+    associate (law => try%law, start => try%start(:, i), now => try%now(:, i), doubt => try%doubt(i), contact => try%contact(i))
       select case (law%rules)
       case (rules_shi)
         was_open = contact%entrance(contact%active)%state == state_open
@@ -588,10 +586,13 @@ contains
     type(contact_try_t), intent(inout) :: try
     integer, intent(in) :: i
     type(gap_and_slip_t), intent(inout) :: now(2)
+    real(dp) :: slip
 
     associate (k => try%contact(i)%active)
       if (try%contact(i)%entrance(k)%state /= state_open .or. try%lines_stay) return
-      call anchor_where_crossed(try%start(k, i), now(k), try%contact(i)%entrance(k), now(k)%slip)
+      slip = now(k)%slip
+      call anchor_where_crossed(try%start(k, i), now(k), try%contact(i)%entrance(k), slip)
+      now(k)%slip = slip
     end associate
   end subroutine anchor_what_closes
 

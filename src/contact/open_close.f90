@@ -43,7 +43,7 @@ contains
     try%changes = 0
     do i = try%first, try%last
       before = try%contact(i)%entrance%anchor
-      call judge(try%now(:, i), force(i), try%doubt(i), i, try)
+      call judge(i, force(i), try)
       call measure_again(model, d, i, before, try)
     end do
     call count_states(try)
@@ -65,7 +65,7 @@ contains
       associate (contact => try%contact(i))
         if (contact%entrance(contact%active)%state /= state_open) cycle
         before = contact%entrance%anchor
-        call judge(try%now(:, i), force(i), try%doubt(i), i, try)
+        call judge(i, force(i), try)
         call measure_again(model, d, i, before, try)
         associate (entrance => contact%entrance(contact%active))
           if (entrance%state /= state_open) entrance%state = merge(state_locked, state_sliding, can_lock(try%law, entrance))
@@ -81,6 +81,7 @@ contains
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
+    type(gap_and_slip_t) :: now(2)
     real(dp) :: before(2)
     integer :: i
 
@@ -90,7 +91,9 @@ contains
       associate (k => try%contact(i)%active)
         if (try%contact(i)%entrance(k)%state /= state_open .or. .not. try%now(k, i)%gap < 0) cycle
         before = try%contact(i)%entrance%anchor
-        call anchor_what_closes(try, i, try%now(:, i))
+        now = try%now(:, i)
+        call anchor_what_closes(try, i, now)
+        try%now(:, i) = now
         try%start(k, i)%anchored = .true.
         call measure_again(model, d, i, before, try)
       end associate

@@ -165,6 +165,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(scene_t) :: own
     type(bolt_record_t), allocatable :: bolts(:)
+    logical, allocatable :: installed(:)
     integer :: k
 
     if (.not. allocated(scene%bolts)) allocate (scene%bolts(0))
@@ -173,10 +174,10 @@ contains
     do k = 1, size(parts)
       call begin_stage(parts(k)%words, own)
       call store_settings(own)
-      call add_bolts_of_stage(own, bolts, own%installed, error)
+      call add_bolts_of_stage(own, bolts, installed, error)
       if (allocated(error)) return
-      if (k == 1) scene%installed = own%installed
-      if (k > 1) scene%later(k - 1)%installed = own%installed
+      if (k == 1) scene%installed = installed
+      if (k > 1) scene%later(k - 1)%installed = installed
     end do
     call move_alloc(bolts, scene%bolts)
     call lengthen(scene%installed)

@@ -515,7 +515,7 @@ contains
   !> Writes all rows that wait, and counts that many frames. Errors: a failed write.
   subroutine count_frames(results, n, error)
     type(results_t), intent(inout) :: results
-    integer, intent(in) :: n
+    integer, value :: n ! a value: it may be the number of frames of these results
     type(error_t), allocatable, intent(out) :: error
 
     call append_waiting(results, error)

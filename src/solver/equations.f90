@@ -275,50 +275,52 @@ contains
       call reduce_element(constraints, equations%pair(:, i), equations%pair_reduction(i))
     end do
     do i = equations%n_alone + 1, equations%n_groups
-      call number_rows(equations, members(equations, i), equations%at(i - equations%n_alone)%island)
+      call number_rows(equations, i)
     end do
   end subroutine constrain_equations
 
   !> Numbers the free unknowns of an island; a new pattern is made only where they are others than before.
-  subroutine number_rows(equations, member, island)
+  subroutine number_rows(equations, group)
     type(equations_t), intent(inout) :: equations
-    integer, intent(in) :: member(:)
-    type(island_t), intent(inout) :: island
-    integer, allocatable :: list(:), of_rows(:), rows(:, :)
+    integer, intent(in) :: group
+    integer, allocatable :: list(:), member(:), of_rows(:), rows(:, :)
     integer :: k, m, most, n_rows, u
 
-    m = size(member) + size(island%pair)
-    most = 0
-    do k = 1, m
-      most = max(most, size(free_unknowns(equations, member, island%pair, k)))
-    end do
-    allocate (rows(most, m), source=0)
-    allocate (of_rows(size(island%moved)))
-    n_rows = 0
-    do k = 1, size(member)
-      list = free_unknowns(equations, member, island%pair, k)
-      do u = 1, size(list)
-        if (equations%row(list(u)) > 0) cycle
-        n_rows = n_rows + 1
-        of_rows(n_rows) = list(u)
-        equations%row(list(u)) = n_rows
+    member = members(equations, group)
+    associate (island => equations%at(group - equations%n_alone)%island)
+      m = size(member) + size(island%pair)
+      most = 0
+      do k = 1, m
+        most = max(most, size(free_unknowns(equations, member, island%pair, k)))
       end do
-    end do
-    of_rows = of_rows(:n_rows)
-    call put_in_order(of_rows)
-    equations%row(of_rows) = [(u, u=1, n_rows)]
-    do k = 1, m
-      list = free_unknowns(equations, member, island%pair, k)
-      rows(:size(list), k) = equations%row(list)
-    end do
-    equations%row(of_rows) = 0
-    if (.not. same(of_rows, island%unknown)) call release_solver(island%solver)
-    island%unknown = of_rows
-    if (all(shape(rows) == shape(island%rows))) then
-      if (all(rows == island%rows)) return
-    end if
-    island%rows = rows
-    call build_pattern(n_rows, rows, island%matrix)
+      allocate (rows(most, m), source=0)
+      allocate (of_rows(size(island%moved)))
+      n_rows = 0
+      do k = 1, size(member)
+        list = free_unknowns(equations, member, island%pair, k)
+        do u = 1, size(list)
+          if (equations%row(list(u)) > 0) cycle
+          n_rows = n_rows + 1
+          of_rows(n_rows) = list(u)
+          equations%row(list(u)) = n_rows
+        end do
+      end do
+      of_rows = of_rows(:n_rows)
+      call put_in_order(of_rows)
+      equations%row(of_rows) = [(u, u=1, n_rows)]
+      do k = 1, m
+        list = free_unknowns(equations, member, island%pair, k)
+        rows(:size(list), k) = equations%row(list)
+      end do
+      equations%row(of_rows) = 0
+      if (.not. same(of_rows, island%unknown)) call release_solver(island%solver)
+      island%unknown = of_rows
+      if (all(shape(rows) == shape(island%rows))) then
+        if (all(rows == island%rows)) return
+      end if
+      island%rows = rows
+      call build_pattern(n_rows, rows, island%matrix)
+    end associate
 
   contains
 

@@ -280,10 +280,12 @@ contains
     type(sparse_matrix_t), intent(in) :: matrix
     type(timers_t), intent(inout) :: timers
     type(error_t), allocatable, intent(out) :: error
+    logical :: definite
 
-    solver%definite = .false.
-    if (matrix%symmetric) call factorise_beside(solver, matrix, timers, solver%definite, error)
-    if (solver%definite .or. allocated(error)) return
+    definite = .false.
+    if (matrix%symmetric) call factorise_beside(solver, matrix, timers, definite, error)
+    solver%definite = definite
+    if (definite .or. allocated(error)) return
     call factorise_itself(solver, matrix, timers, error)
   end subroutine factorise
 

@@ -222,7 +222,7 @@ contains
           call add_element_effects(model, cache%element(list(k)), state, list(k), nothing(:n), rule, term)
           call add_equations(cache%equations, group, k, cache%element(list(k))%kinematics%span, term)
         end do
-        if (is_bolted(model, list)) call add_bolts(model, cache, state, group, rule, nothing, cache%equations)
+        if (is_bolted(model, list)) call add_bolts(model, state, group, rule, nothing, cache)
       end associate
       if (.not. (touches .and. is_island(cache%equations, group))) cycle
       call take_island(now, group - cache%equations%n_alone, meets)

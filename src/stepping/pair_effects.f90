@@ -95,27 +95,26 @@ contains
   end subroutine list_pairs_of_bolts
 
   !> Adds the bolts between two elements of an island to its equations.
-  subroutine add_bolts(model, cache, state, group, rule, d, equations)
+  subroutine add_bolts(model, state, group, rule, d, cache)
     type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state          !! at the beginning of the step
     integer, intent(in) :: group                !! of the island
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                !! (n_unknowns) of the step so far
-    type(equations_t), intent(inout) :: equations
+    type(cache_t), intent(inout) :: cache       !! to whose equations they are added
     type(pair_term_t) :: term
     integer, allocatable :: number(:)
     integer :: k, of_bolts, pair(2)
 
-    number = pairs_of_group(equations, group)
+    number = pairs_of_group(cache%equations, group)
     associate (bolt => model%effects%bolt)
       if (size(bolt%pair, 2) == 0) return
       do k = 1, size(number)
-        pair = equations%paired(:, number(k))
+        pair = cache%equations%paired(:, number(k))
         of_bolts = number_of_pair(bolt%pair, pair)
         if (any(bolt%pair(:, of_bolts) /= pair)) cycle
         term = term_of_bolts(model, cache, state, of_bolts, rule, d)
-        call add_pair(equations, group, k, term)
+        call add_pair(cache%equations, group, k, term)
       end do
     end associate
   end subroutine add_bolts

@@ -114,7 +114,7 @@ contains
         call add_equations(cache%equations, group%number, k, cache%element(e)%kinematics%span, term)
       end associate
     end do
-    if (group%bolted) call add_bolts(model, cache, state, group%number, group%rule, d, cache%equations)
+    if (group%bolted) call add_bolts(model, state, group%number, group%rule, d, cache)
   end subroutine add_elements
 
   !> Displacements of the unknowns of a group's elements.
@@ -243,8 +243,8 @@ contains
     if (with_position) change = max(change, maxval(abs(matmul(element%at_centroid, unknown)))/sqrt(element%area))
   end function change_of
 
-  !> Largest change of a component of theta since the last linearisation or problem, and its element; where bodies touch or are bolted, of the
-  !> position over the size too.
+  !> Largest change of a component of theta since the last linearisation or problem, and its element; where bodies touch or are
+  !> bolted, of the position over the size too.
   pure subroutine find_change(model, cache, group, d, change, element)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache

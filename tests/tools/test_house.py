@@ -4,7 +4,7 @@ import pathlib
 import re
 
 import pytest
-from scree.house import check, fortran, measures, rooms
+from scree.house import check, fortran, measures, parts, rooms
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"]) / "src"
 
@@ -147,3 +147,37 @@ def test_the_rooms_of_the_sources_look_down_and_no_guarded_procedure_is_too_comp
     assert len(arrows) > 20 and rooms.both_ways(arrows) == []
     assert list(rooms.against_order(arrows, rooms.order_of(SOURCE))) == []
     assert list(measures.too_complex(measures.all_procedures(SOURCE), SOURCE)) == []
+
+
+GIVEN = """module scree_given
+contains
+  subroutine change(list, share, n)
+    type(list_t), intent(inout) :: list
+    real, intent(in) :: share(:)
+    integer, value :: n
+  end subroutine change
+  pure subroutine look(list, share)
+    type(list_t), intent(in) :: list
+    real, intent(in) :: share(:)
+  end subroutine look
+  subroutine caller(own, other, i)
+    type(list_t), intent(inout) :: own, other
+    call change(own, own%share, own%n)
+    call change(own, (own%share), own%n)
+    call change(own, 2*own%share, own%n)
+    call change(own, other%share, own%n)
+    call look(own, own%share)
+    if (i > 0) call change(own, n=i, share=own%share(:, &
+                           i))
+    call own%change(own%share, 1)
+  end subroutine caller
+end module scree_given
+"""
+
+
+def test_something_and_its_part_are_no_two_arguments(tmp_path):
+    """Where one may be written; values and expressions are copies."""
+    (tmp_path / "given.f90").write_text(GIVEN)
+    found = parts.parts_given([tmp_path / "given.f90"])
+    assert [line for _, line, _ in found] == [14, 19, 21]
+    assert "change is given own and its part own%share" in found[0][2]
