@@ -5,8 +5,12 @@
 !>
 !>     v = R q + w,   q = (R^T M R)^-1 R^T M v,   R^T M w = 0,   v.M v/2 = q.(R^T M R) q/2 + w.M w/2
 !>
-!> so that impulses which change q alone leave strain rates and their energy as they are. A body of many manifold elements moves as
-!> one.
+!> so that impulses which change q alone leave strain rates and their energy as they are. A body that supports hold in part has only
+!> the rigid motions that these leave it: with P its mobility, which is (R^T M R)^-1 of a free one, and q0 a motion of what holds it,
+!>
+!>     q = q0 + P (R^T M v - R^T M R q0),   P (R^T M R) P = P,
+!>
+!> and w has what it shears and turns by at once, which no impulse changes. A body of many manifold elements moves as one.
 module scree_rigid_bodies
   use scree_fixed_point, only: is_roller
   use scree_interpolation, only: displacement_matrix, rigid_modes
@@ -284,29 +288,36 @@ contains
                         bodies%centre(:, bodies%number(model%elements%block(e))))
   end function modes_of
 
-  !> Rigid motions q (3, n) of the bodies in a field of rates; of those that are held, the motion of what holds them.
+  !> Rigid motions q (3, n) of the bodies in a field of rates; of those that are held, the motion of what holds them, and of those
+  !> that are held in part what that leaves them beside it.
   pure function motion_of(model, cache, state, bodies, rates) result(motion)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(rigid_bodies_t), intent(in) :: bodies
     real(dp), intent(in) :: rates(:)          !! (n_unknowns)
-    real(dp) :: motion(3, size(bodies%block))
+    real(dp) :: motion(3, size(bodies%block)), momentum(3)
     integer :: b, e
 
-    motion = 0.0_dp
     do b = 1, size(bodies%block)
+      momentum = 0.0_dp
       do e = bodies%first(b), bodies%last(b)
-        motion(:, b) = motion(:, b) + matmul(matmul(cache%element(e)%mass_matrix, rates(model%elements%unknown(:, e))), &
-                                             modes_of(model, cache, state, bodies, e))
+        momentum = momentum + matmul(matmul(cache%element(e)%mass_matrix, rates(model%elements%unknown(:, e))), &
+                                     modes_of(model, cache, state, bodies, e))
       end do
-      motion(:, b) = motion(:, b)/bodies%mass(:, b)
-      if (.not. bodies%held(b)) cycle
+      if (.not. (bodies%rolls(b) .or. bodies%held_by(1, b) > 0)) then
+        motion(:, b) = momentum/bodies%mass(:, b)
+        cycle
+      end if
       if (bodies%rolls(b)) then
         motion(:, b) = motion_of_supports(model, cache, state, bodies, b, rates)
-      else
+      else if (bodies%held(b)) then
         motion(:, b) = motion_of_held(model, cache, state, bodies, b, rates)
+      else
+        motion(:, b) = [moved_point(model, cache, state, bodies%held_by(1, b), rates), 0.0_dp]
       end if
+      if (.not. bodies%held(b)) &
+        motion(:, b) = motion(:, b) + matmul(bodies%mobility(:, :, b), momentum - bodies%mass(:, b)*motion(:, b))
     end do
   end function motion_of
 
@@ -333,7 +344,7 @@ contains
     motion(1:2) = moving(:, 1) + motion(3)*[-arm(2), arm(1)]
   end function motion_of_held
 
-  !> Rigid motion of a body that its supports hold, with some fixed points or without.
+  !> Rigid motion of what holds a body in whole or in part, of supports with some fixed points or without.
   pure function motion_of_supports(model, cache, state, bodies, b, rates) result(motion)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache

@@ -223,13 +223,17 @@ contains
     is_island = group > equations%n_alone
   end function is_island
 
-  !> Pairs that the island of a group has, by their numbers.
+  !> Pairs that the island of a group has, by their numbers: none of what is alone.
   pure function pairs_of_group(equations, group) result(pair)
     type(equations_t), intent(in) :: equations
     integer, intent(in) :: group
     integer, allocatable :: pair(:)
 
-    pair = equations%at(group - equations%n_alone)%island%pair
+    if (is_island(equations, group)) then
+      pair = equations%at(group - equations%n_alone)%island%pair
+    else
+      allocate (pair(0))
+    end if
   end function pairs_of_group
 
   !> Elements of a group.
