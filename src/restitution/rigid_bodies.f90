@@ -38,6 +38,9 @@ module scree_rigid_bodies
 
   !> Supports hold no turn of a body that is wider than them by the root of this, inverse.
   real(dp), parameter :: narrow = 1e-10_dp
+  !> And where they are less wide than this, of the same, their velocities tell no turn: points of a guide that has turned a little are
+  !> not at one height, and rounding or springs between them would be a fast turn.
+  real(dp), parameter :: wide = 1e-2_dp
 
 contains
 
@@ -179,7 +182,9 @@ contains
       own = dot_product(row(:, i), a)
       if (.not. own > narrow*dot_product(row(:, i), matmul(free, row(:, i)))) cycle
       motion = motion - a*dot_product(row(:, i), motion)/own
-      if (present(rate)) motion = motion + a*rate(i)/own
+      if (present(rate)) then
+        if (own > wide*dot_product(row(:, i), matmul(free, row(:, i)))) motion = motion + a*rate(i)/own
+      end if
       do k = 1, 3
         mobility(:, k) = mobility(:, k) - a*a(k)/own
       end do
@@ -309,16 +314,28 @@ contains
         motion(:, b) = momentum/bodies%mass(:, b)
         cycle
       end if
-      if (bodies%rolls(b)) then
-        motion(:, b) = motion_of_supports(model, cache, state, bodies, b, rates)
-      else if (bodies%held(b)) then
-        motion(:, b) = motion_of_held(model, cache, state, bodies, b, rates)
-      else
-        motion(:, b) = [moved_point(model, cache, state, bodies%held_by(1, b), rates), 0.0_dp]
-      end if
+      motion(:, b) = 0.0_dp
+      if (model%effects%fixed_point%moves) motion(:, b) = motion_of_holder(b)
       if (.not. bodies%held(b)) &
         motion(:, b) = motion(:, b) + matmul(bodies%mobility(:, :, b), momentum - bodies%mass(:, b)*motion(:, b))
     end do
+
+  contains
+
+    !> Rigid motion of what holds body b, where a table moves it.
+    pure function motion_of_holder(b)
+      integer, intent(in) :: b
+      real(dp) :: motion_of_holder(3)
+
+      if (bodies%rolls(b)) then
+        motion_of_holder = motion_of_supports(model, cache, state, bodies, b, rates)
+      else if (bodies%held(b)) then
+        motion_of_holder = motion_of_held(model, cache, state, bodies, b, rates)
+      else
+        motion_of_holder = [moved_point(model, cache, state, bodies%held_by(1, b), rates), 0.0_dp]
+      end if
+    end function motion_of_holder
+
   end function motion_of
 
   !> Rigid motion of a body that is held, by two of its fixed points.
