@@ -19,8 +19,9 @@ module scree_joint_stiffness
 
 contains
 
-  !> Gives a contact its stiffness across and along. Where its joint has one of its own it keeps that with which it closed, or
-  !> that it inherits: a loaded spring whose stiffness changes would make energy.
+  !> Gives a contact its stiffness across and along: the stiffer one of its lines, by their joints, of which those without a stiffness
+  !> have that of contact. Where any joint has one of its own a contact keeps that with which it closed, or that it inherits: a loaded
+  !> spring whose stiffness changes would make energy.
   pure subroutine stiffen_contact(outlines, position, law, contact)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
@@ -32,15 +33,16 @@ contains
     stiffness = [law%normal_stiffness, law%shear_stiffness]
     if (allocated(law%joint_stiffness)) then
       associate (active => contact%entrance(contact%active))
-        if ((active%state /= state_open .or. contact%inherits > 0) .and. law%joint_stiffness(1, active%joint) > 0) then
+        if (active%state /= state_open .or. contact%inherits > 0) then
           stiffness = active%stiffness
         else
           do k = 1, contact%n_entrances
+            own = [law%normal_stiffness, law%shear_stiffness]
             associate (entrance => contact%entrance(k))
-              if (.not. law%joint_stiffness(1, entrance%joint) > 0) cycle
-              own = law%joint_stiffness(:, entrance%joint)*length_of_contact(outlines, position, entrance)
-              if (k == 1 .or. own(1) > stiffness(1)) stiffness = own
+              if (law%joint_stiffness(1, entrance%joint) > 0) &
+                own = law%joint_stiffness(:, entrance%joint)*length_of_contact(outlines, position, entrance)
             end associate
+            if (k == 1 .or. own(1) > stiffness(1)) stiffness = own
           end do
         end if
       end associate

@@ -159,15 +159,22 @@ contains
     real(dp), intent(inout) :: d(:)               !! (n_unknowns)
     type(outcome_t), intent(inout) :: outcome
     real(dp) :: change, residual
+    logical :: judged                             !! contacts, where `d` is
     integer :: i, worst
 
     outcome%settled = .false.
+    judged = .false.
     worst = group%member(1)
     do i = 1, merge(4, 1, group%in_contact)*model%settings%most_iterations
       call begin_phase(cache%timers, phase_assemble)
       call assemble(model, cache, state, group, contacts, d)
-      outcome%settled = balances(model, cache, group, contacts, i)
-      if (outcome%settled) return
+      outcome%settled = balances(model, cache, group, judged .and. contacts%changes > 0)
+      if (outcome%settled .and. group%in_contact .and. .not. judged) then
+        call begin_phase(cache%timers, phase_judge)
+        call judge(model, cache, state, group, contacts, d, outcome, judged)
+        if (.not. (outcome%settled .or. allocated(outcome%trouble%what))) cycle
+      end if
+      if (outcome%settled .or. allocated(outcome%trouble%what)) return
       outcome%iterations = max(outcome%iterations, i)
       if (i == 1) group%far = begins_far(cache, group)
       call begin_phase(cache%timers, phase_solve)
@@ -184,7 +191,7 @@ contains
       if (i == 1 .and. group%may_leave) group%first = change
       outcome%settled = is_settled(model, cache, group, change, residual) &
                         .and. .not. (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1)
-      if (group%in_contact) call judge(model, cache, state, group, contacts, d, outcome)
+      if (group%in_contact) call judge(model, cache, state, group, contacts, d, outcome, judged)
       if (outcome%settled .or. allocated(outcome%trouble%what)) return
       call choose_operator(model, change, group)
     end do
@@ -280,7 +287,7 @@ contains
   !> Where forces bend, a correction from the solution of a friction problem that changes any contact is no use: the iteration, once
   !> it has run in circles, does so again. The next problem follows at once, from where the last one ended. Where nothing changes
   !> anchors return before the deformation has settled, which would else settle once more for them.
-  subroutine judge(model, cache, state, group, contacts, d, outcome)
+  subroutine judge(model, cache, state, group, contacts, d, outcome, judged)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
@@ -288,11 +295,13 @@ contains
     type(contact_try_t), intent(inout) :: contacts
     real(dp), intent(inout) :: d(:)
     type(outcome_t), intent(inout) :: outcome
+    logical, intent(out) :: judged                !! they do not wait
     integer :: before(2, contacts%last - contacts%first + 1) !! states of their entrances before the judgement
     logical :: enough, prompt, waits
 
     waits = group%keeps_states .and. .not. outcome%settled
     group%keeps_states = .false.
+    judged = .not. waits
     if (waits) then
       call place(model, cache, state, d, contacts)
       call measure_contacts(model, d, contacts)

@@ -193,18 +193,17 @@ contains
     is_balanced = balance(1) <= model%settings%tolerance .or. balance(2) <= round_off
   end function is_balanced
 
-  !> Whether the balance of forces at `d` says that the group has settled, in the i-th iteration.
-  pure logical function balances(model, cache, group, contacts, i)
+  !> Whether the balance of forces at `d` says that the group has settled.
+  pure logical function balances(model, cache, group, changed)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(group_t), intent(in) :: group
-    type(contact_try_t), intent(in) :: contacts
-    integer, intent(in) :: i
+    logical, intent(in) :: changed                !! contacts changed where they were judged at `d`
 
     balances = .false.
     if (group%in_doubt) balances = share_out_of_balance(cache%equations, group%number) <= accepted_share
     if (balances .or. .not. settles_by_residual(model, group)) return
-    balances = is_balanced(model, cache, group%number) .and. .not. (group%in_contact .and. contacts%changes > 0 .and. i > 1)
+    balances = is_balanced(model, cache, group%number) .and. .not. changed
   end function balances
 
   !> Whether the deformation has settled, by its last change or what that leaves, or with small strain by the residual.
