@@ -19,6 +19,7 @@ module scree_contact_memory
     type(contact_t), allocatable :: contact(:)
     type(entrances_t) :: entrances
     real(dp), allocatable :: pressed(:) !! (n_blocks) largest overlap of the springs of each block, length
+    real(dp), allocatable :: stiffness(:, :) !! (2, n_blocks) of that spring, across and along, force/length
   end type past_t
 
 contains
@@ -28,16 +29,19 @@ contains
     type(outlines_t), intent(in) :: outlines
     type(contact_memory_t), intent(in) :: memory
     type(past_t), intent(out) :: past
-    integer :: k
+    integer :: b, k, side
 
     past%contact = memory%contact
     call list_entrances(past%contact, size(outlines%start), past%entrances)
-    allocate (past%pressed(size(outlines%first) - 1), source=0.0_dp)
+    allocate (past%pressed(size(outlines%first) - 1), past%stiffness(2, size(outlines%first) - 1), source=0.0_dp)
     do k = 1, size(past%contact)
-      associate (contact => past%contact(k), entrance => past%contact(k)%entrance(past%contact(k)%active), &
-                 block => outlines%block)
-        past%pressed(block(entrance%vertex)) = max(past%pressed(block(entrance%vertex)), contact%pressed)
-        past%pressed(block(entrance%edge)) = max(past%pressed(block(entrance%edge)), contact%pressed)
+      associate (contact => past%contact(k), entrance => past%contact(k)%entrance(past%contact(k)%active))
+        do side = 1, 2
+          b = outlines%block(merge(entrance%vertex, entrance%edge, side == 1))
+          if (.not. contact%pressed > past%pressed(b)) cycle
+          past%pressed(b) = contact%pressed
+          past%stiffness(:, b) = entrance%stiffness
+        end do
       end associate
     end do
   end subroutine recall_contacts
@@ -91,7 +95,7 @@ contains
       if (contact%entrance(k)%vertex == 0) return
     end do
     contact%active = entrance_ahead(survey, contact)
-    call rest_inside(outlines%block, survey, past, contact%entrance(contact%active))
+    call rest_inside(outlines%block, survey, past, contact)
   end subroutine contact_over_edges
 
   !> The pair of a line whose entrance was closed before, or else the one whose vertex lies best within its edge, with what the
@@ -189,17 +193,28 @@ contains
     end associate
   end function entrance_ahead
 
-  !> Lets the spring of an entrance that is found inside rest there, so that it brings no energy. Where other springs of its blocks
-  !> are pressed, this one is pressed as much from the beginning.
-  pure subroutine rest_inside(block, survey, past, entrance)
+  !> Lets the spring of a contact that is found inside rest there, so that it brings no energy. Where other springs of its blocks are
+  !> pressed, this one is as stiff as that which is pressed most, and pressed as much from the beginning.
+  pure subroutine rest_inside(block, survey, past, contact)
     integer, intent(in) :: block(:)            !! of the edges
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
-    type(entrance_t), intent(inout) :: entrance
+    type(contact_t), intent(inout) :: contact
+    integer :: b, k
 
-    if (entrance%state /= state_open .or. acted_before(past, entrance%vertex, entrance%edge)) return
-    entrance%rest = min(0.0_dp, gap_at(survey, entrance%vertex, entrance%edge) &
-                                + max(past%pressed(block(entrance%vertex)), past%pressed(block(entrance%edge))))
+    associate (entrance => contact%entrance(contact%active))
+      if (entrance%state /= state_open .or. acted_before(past, entrance%vertex, entrance%edge)) return
+      b = merge(block(entrance%vertex), block(entrance%edge), past%pressed(block(entrance%vertex)) > &
+                past%pressed(block(entrance%edge)))
+      associate (gap => gap_at(survey, entrance%vertex, entrance%edge))
+        entrance%rest = min(0.0_dp, gap + past%pressed(b))
+        if (.not. (gap < 0 .and. past%pressed(b) > 0)) return
+      end associate
+    end associate
+    contact%inherits = past%pressed(b)
+    do k = 1, 2
+      contact%entrance(k)%stiffness = past%stiffness(:, b)
+    end do
   end subroutine rest_inside
 
   !> Lets a contact inherit the overlap and the stiffness of the spring of a contact before whose place it takes: one that had a

@@ -63,7 +63,7 @@ module scree_contacts
     real(dp) :: pressed = 0.0_dp        !! overlap of its spring then, length
     real(dp) :: overlap = 0.0_dp        !! then, with what it rests at; of an open one as far as it rests inside, length
     real(dp) :: energy = 0.0_dp         !! of its springs then, force length per unit thickness
-    real(dp) :: inherits = -1.0_dp      !! overlap of the contact whose place it takes, by conserving rules; below 0: none, length
+    real(dp) :: inherits = -1.0_dp      !! overlap of the contact whose place it takes; below 0: none, length
     type(entrance_t) :: entrance(2)
   end type contact_t
 

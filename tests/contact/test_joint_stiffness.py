@@ -1,6 +1,10 @@
 """Joints with a stiffness of their own, through the program, against springs in series."""
+import os
+import pathlib
+
 import numpy as np
 import pytest
+import scree
 from test_blocks_touch import MODES, box, run
 
 E, KN, KS = 1e8, 4e8, 1e8
@@ -74,3 +78,24 @@ def test_the_mesh_does_not_matter(strain, edge, tmp_path):
     sunk, f = column(tmp_path, [box(0, -1, 1, 1), box(0, 0, 1, 1)], groups, young=1e13)
     assert sunk[1] == pytest.approx(25000.0 / KN, rel=1e-3)
     assert f.history.contacts[-1, 1:].sum() > 2
+
+
+CORNERS = pathlib.Path(os.environ["SCREE_SOURCE"]) / "tests/data/corners"
+
+
+def meeting(name, folder, **options):
+    """A corner that comes down on one, whose edges have joints of two materials, of which one has a stiffness of its own."""
+    return scree.run(CORNERS / f"{name}.blk", CORNERS / f"{name}.ana", output=folder / f"{name}.h5", **options)
+
+
+def test_corners_meet_as_their_mirror_image_does(tmp_path):
+    """kn 0 is the stiffness of contact, whichever of the two edges the search comes to first."""
+    one, other = (meeting(name, tmp_path).bodies.velocity[-1, 1] for name in ("kn_order", "kn_mirrored"))
+    np.testing.assert_allclose(one, other * [-1, 1], rtol=1e-9)
+
+
+@pytest.mark.parametrize("kn", ["1e9 0", "0 1e9", "1e9 1e8", "1e11 0"])
+def test_springs_of_two_materials_make_no_energy(kn, tmp_path):
+    """One that is found inside, as edges turn, is as stiff as what it stands for, and a closed one keeps its stiffness."""
+    lost = meeting("kn_of_one", tmp_path, set={"joints.kn": kn}).history.energy.dissipated
+    assert np.diff(np.append(0, lost)).min() > -1e-9 * 11250
