@@ -409,7 +409,7 @@ contains
     call begin_phase(run%cache%timers, phase_check)
     call check_numbers(run%model, run%cache, run%state, error)
     if (.not. allocated(error)) then
-      call watch_step(run%watch, run%model, run%cache, run%state, report%work, run%progress, nonsense)
+      call watch_step(run%watch, run%model, run%cache, run%state, report%work, report%weight_share, run%progress, nonsense)
       call write_step(run, report, error)
       if (allocated(error)) return
       call move_alloc(nonsense, error)

@@ -23,8 +23,9 @@ module scree_effects
   implicit none
   private
   public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, has_fixed_point, &
-            is_held_without_contact, load_on_element, loss_by_damping, power_of_weight, refresh_elements, share_of_weight, &
-            steady_from, supports_move, weights_of_blocks, work_of_bolts_between, work_of_loads, work_of_ramp, work_of_supports
+            is_held_without_contact, load_on_element, loss_by_damping, mean_share_of_weight, power_of_weight, refresh_elements, &
+            share_of_weight, steady_from, supports_move, weights_of_blocks, work_of_bolts_between, work_of_loads, work_of_ramp, &
+            work_of_supports
 
   integer, parameter :: n = element_unknowns
 
@@ -289,6 +290,16 @@ contains
     if (allocated(model%effects%gravity)) share = ramp_at(model%effects%gravity%ramp, time)
   end function share_of_weight
 
+  !> Share of the weights that acts in a step, on the mean: their ramp.
+  pure real(dp) function mean_share_of_weight(model, rule) result(share)
+    type(model_t), intent(in) :: model
+    type(step_rule_t), intent(in) :: rule
+
+    share = 1.0_dp
+    if (allocated(model%effects%gravity)) &
+      share = mean_of_ramp(model%effects%gravity%ramp, rule%load_from, rule%load_to)
+  end function mean_share_of_weight
+
   !> Work in a step of what lets the weights grow: what their energy f S grows by beside what they do. With S the energy of all of
   !> the weight, f its share, of which the balance takes the mean,
   !>
@@ -313,7 +324,7 @@ contains
         before = before + energy_of_weight(model, cache%element(e), e)
         rise = rise + power_of_weight(model, cache%element(e), e, values_of(model%elements, e, d))
       end do
-      work = (share(2) - share(1))*before + (share(2) - mean_of_ramp(ramp, rule%load_from, rule%load_to))*rise
+      work = (share(2) - share(1))*before + (share(2) - mean_share_of_weight(model, rule))*rise
     end associate
   end function work_of_ramp
 

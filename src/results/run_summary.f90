@@ -72,6 +72,7 @@ module scree_run_summary
     type(books_t), private :: books_from
     real(dp), private :: area_from = 0.0_dp, absolute_work = 0.0_dp
     real(dp), private :: height_from = 0.0_dp !! energy of the weights, from which they fall
+    real(dp), private :: ramped = 0.0_dp !! work of what lets them grow, from there
     real(dp), private :: staged_from = 0.0_dp !! `staged` before the change to the stage
   end type summary_t
 
@@ -124,6 +125,7 @@ contains
     type(summary_t), intent(inout) :: summary
 
     summary%height_from = state%books%gravity + summary%fallen
+    summary%ramped = 0.0_dp
     summary%tolerance = tolerance_of(model%settings)
     if (allocated(summary%balance)) deallocate (summary%balance)
   end subroutine begin_stage
@@ -142,7 +144,8 @@ contains
     summary%absolute_work = summary%absolute_work + abs(report%work)
     if (allocated(report%balance)) summary%balance = report%balance
     summary%blows = blow_t(summary%blows%energy + report%blow%energy, min(summary%blows%swing, report%blow%swing))
-    summary%fallen = max(summary%fallen, summary%height_from - state%books%gravity)
+    summary%ramped = summary%ramped + report%ramp
+    summary%fallen = max(summary%fallen, summary%height_from + summary%ramped - state%books%gravity)
     if (state%contacts%penetration > summary%overlap%value) call take_overlap(model, state, summary%overlap)
   end subroutine add_step
 

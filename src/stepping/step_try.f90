@@ -36,6 +36,7 @@ module scree_step_try
   !> A try of a step.
   type :: try_t
     real(dp) :: dt = 0.0_dp              !! time
+    real(dp) :: bound = huge(1.0_dp)     !! of an explicit one, time
     type(step_rule_t) :: rule
     logical, allocatable :: green(:)     !! of the elements that can move: Green strain, else small; where the step chooses
     real(dp), allocatable :: d(:)        !! (n_unknowns) displacement of the step

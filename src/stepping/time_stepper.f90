@@ -10,7 +10,7 @@ module scree_time_stepper
   use scree_contact_search, only: predict_ways
   use scree_contact_try, only: contact_try_t, follow_motion
   use scree_critical_step, only: find_largest_step
-  use scree_effects, only: refresh_elements
+  use scree_effects, only: mean_share_of_weight, refresh_elements, work_of_ramp
   use scree_energy, only: close_books, loss_of_step, work_of_step
   use scree_equilibrium, only: balance_t, find_balance
   use scree_equations, only: constrain_equations, group_elements, has_no_pairs
@@ -58,6 +58,8 @@ module scree_time_stepper
     integer :: refused = 0               !! steps made before it that were off by too much
     real(dp) :: travel = 0.0_dp          !! largest of a vertex, where a step may go only so far, length
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness
+    real(dp) :: ramp = 0.0_dp            !! of what lets the weights grow, likewise
+    real(dp) :: weight_share = 1.0_dp    !! of the weights that acted, on the mean
     type(trouble_t) :: cut               !! why its last try that was rejected was
     type(trouble_t) :: impact            !! why an impact in it was left to springs
     type(blow_t) :: blow                 !! of what springs give back by chance
@@ -101,9 +103,10 @@ contains
     end do tries
     call begin_phase(cache%timers, phase_update)
     report = step_report_t(try%dt, outcome%iterations, outcome%solves, outcome%judged, outcome%rejected, 0, try%travel, &
-                           work_of_step(model, cache, state, try%rule, try%d), outcome%cut, outcome%impact, &
+                           work_of_step(model, cache, state, try%rule, try%d), work_of_ramp(model, cache, try%d, try%rule), &
+                           mean_share_of_weight(model, try%rule), outcome%cut, outcome%impact, &
                            blow_of_try(model, cache, state, try), outcome%cuts)
-    call accept(model, try, report%work, cache, state)
+    call accept(model, try, report%work + report%ramp, cache, state)
     call check_state(model, state, error)
     if (allocated(error) .or. model%effects%carried > 0) return
     allocate (report%balance)
@@ -123,7 +126,8 @@ contains
     try%dt = dt
     if (model%settings%scheme == scheme_central_difference) then
       call find_largest_step(model, cache, largest, e)
-      try%dt = dt/(aint(dt/largest) + 1) ! evenly, as each change of an explicit step changes what rings in it
+      try%bound = min(largest, state%pace%bound) ! as it was, else steps would alternate with the stress that rings, and feed it
+      try%dt = dt/(aint(dt/try%bound) + 1) ! evenly, as each change of an explicit step changes what rings in it
     end if
     if (allocated(model%effects%accuracy)) then
       call begin_phase(cache%timers, phase_check)
@@ -376,6 +380,7 @@ contains
     real(dp) :: friction
     real(dp), allocatable :: before(:, :)   ! places of points, where there are bolts
 
+    state%pace%bound = try%bound
     state%books%work = state%books%work + work
     state%books%damping = state%books%damping + loss_of_step(model, cache, state, try%rule, try%d)
     if (allocated(model%effects%contact)) then

@@ -34,10 +34,11 @@ module scree_watch
 
   !> What the watch began with, and what it has warned of.
   type :: watch_t
-    real(dp) :: energy = 0.0_dp          !! at the start less the work since, force length per unit thickness
+    real(dp) :: energy = 0.0_dp          !! at the start, and the work since, force length per unit thickness
     real(dp) :: scale = 0.0_dp           !! what the start, and loads since, have to give, likewise
-    real(dp) :: height = 0.0_dp          !! energy of the weights at the start, likewise
-    real(dp) :: fallen = 0.0_dp          !! most that they have given since, likewise
+    real(dp) :: height = 0.0_dp          !! energy of the whole weights when it looked last, likewise
+    real(dp) :: given = 0.0_dp           !! by weights since the start, as much of them as acted, likewise
+    real(dp) :: fallen = 0.0_dp          !! the most of that, likewise
     logical :: area_warned = .false., energy_warned = .false., impact_warned = .false.
     logical, allocatable :: soft(:)      !! (n_elements) warned of that Green strain lost its stiffness
   end type watch_t
@@ -55,7 +56,7 @@ contains
 
     allocate (watch%soft(model%n_elements), source=.false.)
     watch%height = energy_of_weights(model, cache)
-    watch%energy = energy_of(model, cache, state) + watch%height
+    watch%energy = energy_of(model, cache, state)
     watch%scale = state%books%kinetic + state%books%strain + state%books%fixed_springs + state%books%bolts
     n_fixed = 0
     do i = 1, size(model%points%kind)
@@ -110,12 +111,13 @@ contains
   !> Looks at areas and energy after a step.
   !>
   !> Errors: an area, a stress with small strain (but in the runs of Shi's programs), or a gain of energy that is nonsense.
-  subroutine watch_step(watch, model, cache, state, work, progress, error)
+  subroutine watch_step(watch, model, cache, state, work, weight_share, progress, error)
     type(watch_t), intent(inout) :: watch
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: work                  !! of loads, ground and supports in the step, force length per unit thickness
+    real(dp), intent(in) :: weight_share          !! of the weights that acted in it
     type(progress_t), intent(inout) :: progress
     type(error_t), allocatable, intent(out) :: error
 
@@ -228,10 +230,12 @@ contains
       integer :: e
 
       height = energy_of_weights(model, cache)
-      watch%fallen = max(watch%fallen, watch%height - height)
+      watch%given = watch%given + weight_share*(watch%height - height)
+      watch%height = height
+      watch%fallen = max(watch%fallen, watch%given)
       watch%energy = watch%energy + work
       watch%scale = watch%scale + abs(work)
-      gain = (energy_of(model, cache, state) + height - watch%energy)/(watch%scale + watch%fallen)
+      gain = (energy_of(model, cache, state) - watch%given - watch%energy)/(watch%scale + watch%fallen)
       if (.not. gain > merge(nonsense_gain, suspicious_gain, watch%energy_warned)) return
       most = -1.0_dp
       do e = 1, model%n_elements

@@ -86,3 +86,18 @@ def test_what_rests_bears_its_growing_weight_with_restitution(tmp_path):
     share = np.minimum(r.history.time / 0.5, 1)
     overlap = share * 60 / (2 * 5e7)
     assert r.history.overlap == pytest.approx(overlap, abs=0.03 * overlap.max())
+
+
+@pytest.mark.parametrize("height", [-1e3, -50.0, 0.0, 100.0])
+def test_the_watch_does_not_ask_where_the_scene_lies(height, tmp_path):
+    """A block that slides on its floor while its weight grows is given what it moves with, wherever y = 0 is, and no energy comes from
+    nothing."""
+    blocks = [block_files.box(-2, 2, height - 1, height), block_files.box(-0.5, 0.5, height, height + 1)]
+    (tmp_path / "a.blk").write_text(block_files.block_file("ramp", [(k + 1, x) for k, x in enumerate(blocks)],
+                                               [(-1.9, height - 0.9, 1), (1.9, height - 0.9, 1)]))
+    (tmp_path / "a.ana").write_text("\n".join([
+        "1 60 2 1 0.05 0.001", f"2500 0 1e10 0.25 {'0 ' * 9}", f"2500 24525 1e10 0.25 {'0 ' * 6} 1 0 0", "30 0 0",
+        "&deck geometry='a.blk', dialect='short' /", "&gravity ramp=0.03 /", ""]))
+    r = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5")
+    assert r.warnings == []
+    assert r.summary["energy"]["given"] == pytest.approx(1250, rel=1e-3)
