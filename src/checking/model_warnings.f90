@@ -4,7 +4,7 @@ module scree_model_warnings
   use scree_kinds, only: dp
   use scree_likely_units, only: doubt_of_stiffness, doubt_of_weight
   use scree_model_facts, only: facts_t, list_text, n_sides, side_name
-  use scree_scene, only: contact_none, scene_t, scheme_bathe, strain_small
+  use scree_scene, only: contact_none, scene_t, scheme_bathe, scheme_generalized_alpha, strain_small
   use scree_text, only: number_text, short_text, text_t
   implicit none
   private
@@ -13,6 +13,8 @@ module scree_model_warnings
   real(dp), parameter :: most_strain = 0.01_dp       !! under own weight: rock bears a hundredth of that
   real(dp), parameter :: most_penetration = 0.01_dp  !! under own weight, of the width of the block
   real(dp), parameter :: least_angle = 1.0_dp        !! degrees; a friction angle below is one in radians, up to 57 degrees of them
+
+  character(len=*), parameter :: another_scheme = 'expected another integrator.scheme where blocks may meet, found '
 
 contains
 
@@ -54,8 +56,11 @@ contains
     if (may_make_energy(scene%settings%rules) .and. scene%settings%strain == strain_small .and. scene%carried > 0) &
       call add('expected contact.rules=''coulomb'' in a dynamic run of small strain, found ''shi'': '// &
                'Shi''s contact can make energy without bound there, the more the stiffer its springs')
-    if (scene%settings%scheme == scheme_bathe .and. scene%settings%contact /= contact_none .and. facts%n_blocks > 1) &
-      call add('expected another integrator.scheme where blocks may meet, found ''bathe'': its impacts make energy')
+    if (scene%settings%contact /= contact_none .and. facts%n_blocks > 1) then
+      if (scene%settings%scheme == scheme_bathe) call add(another_scheme//'''bathe'': its impacts make energy')
+      if (scene%settings%scheme == scheme_generalized_alpha) &
+        call add(another_scheme//'''generalized_alpha'': its impacts make energy')
+    end if
     if (any(facts%side%force > 0)) &
       call add('expected support where the initial stress pushes, found free edges '//side_text(facts))
 

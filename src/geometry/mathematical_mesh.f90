@@ -1,5 +1,6 @@
 !> The mathematical mesh: triangles that hold the model and know nothing of its joints (Shi 1991).
 module scree_mathematical_mesh
+  use, intrinsic :: iso_fortran_env, only: int64
   use scree_kinds, only: dp
   use scree_mesh, only: mesh_t
   use scree_regions, only: regions_t
@@ -18,7 +19,8 @@ contains
     type(mesh_t), intent(out) :: mesh
     real(dp) :: across(2), along(2), corner(2, 4), lattice(2, 4)
     integer, allocatable :: number(:, :)
-    integer :: first(2), i, j, k, last(2), n_nodes, n_triangles, pass, three(2, 3)
+    integer(int64) :: first(2), i, j, last(2), three(2, 3) ! a scene may lie many edges from its origin
+    integer :: k, n_nodes, n_triangles, pass
 
     along = edge*[cos(angle), sin(angle)]
     across = edge*[cos(angle + acos(0.5_dp)), sin(angle + acos(0.5_dp))]
@@ -28,8 +30,8 @@ contains
         lattice(:, k) = [(x(1)*across(2) - x(2)*across(1))/det, (along(1)*x(2) - along(2)*x(1))/det]
       end associate
     end do
-    first = floor(minval(lattice, 2)) - 1
-    last = ceiling(maxval(lattice, 2)) + 1
+    first = floor(minval(lattice, 2), int64) - 1
+    last = ceiling(maxval(lattice, 2), int64) + 1
     allocate (number(first(1):last(1), first(2):last(2)), source=0)
     do pass = 1, 2 ! number the nodes of triangles that touch the box, then list
       n_triangles = 0
@@ -67,7 +69,7 @@ contains
 
     !> A node of the lattice.
     pure function position(i, j)
-      integer, intent(in) :: i, j
+      integer(int64), intent(in) :: i, j
       real(dp) :: position(2)
 
       position = origin + i*along + j*across
@@ -75,7 +77,7 @@ contains
 
     !> Whether the box around three nodes touches the box.
     pure logical function touches(three)
-      integer, intent(in) :: three(2, 3)
+      integer(int64), intent(in) :: three(2, 3)
       real(dp) :: x(2, 3)
       integer :: k
 

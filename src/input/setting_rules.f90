@@ -246,6 +246,8 @@ contains
       do while (at <= len_trim(rule%names))
         call next_name(rule%names, ', ', at, name)
         if (.not. concerns(rule, scene%words(index_of(scene%words, name)))) cycle
+        ! what goes with it was given with it, and may be of that stage alone, as a wave
+        if (rule%allowed == is_given .and. scene%words(index_of(scene%words, name))%stands_on) cycle
         found = against(rule, scene)
         if (len(found) == 0) cycle
         call fail(error, status_bad_input, where_given(scene, name, trim(rule%other))//': expected '// &

@@ -56,6 +56,7 @@ contains
           taken_over(i) = .not. allocated(own%value)
           if (.not. taken_over(i)) taken_over(i) = before%from == '--set' .and. own%from /= '--set'
           if (taken_over(i)) own = before
+          own%stands_on = taken_over(i)
         end associate
       end do
       associate (name => parts(k)%words(index_of(parts(k)%words, 'stage.name')))

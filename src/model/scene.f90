@@ -237,6 +237,7 @@ module scree_scene
     character(len=:), allocatable :: name       !! group.name
     character(len=:), allocatable :: value      !! as text; not allocated: no value
     character(len=:), allocatable :: from       !! where it comes from: the deck's name and line, --set, or default
+    logical :: stands_on = .false.              !! from the stage before
   end type word_t
 
   !> An effect that the scene calls for, and why.

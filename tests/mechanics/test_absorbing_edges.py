@@ -153,3 +153,14 @@ def test_what_absorbs_nothing_is_refused(groups, tmp_path):
     done = call("check", tmp_path / "g.ana")
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "g.ana:9: expected" in done.stderr
     assert BAD[groups] in done.stderr, done.stderr
+
+
+def test_a_stage_after_the_wave_absorbs_where_it_came_in(tmp_path):
+    """The wave is of its stage alone. What it left on its way leaves by the base in the next, which says nothing of it."""
+    r, passing, energy = column(tmp_path, "P", end=0.9)
+    assert r.history.energy.kinetic[-1] > 0.1 * energy  # on its way up
+    deck = tmp_path / "w.ana"
+    deck.write_text(deck.read_text() + "&stage /\n")
+    done = call("run", deck, "-o", tmp_path / "two.h5", "--quiet", "--set", f"stage(2).step.end_time={2.2 * passing!r}")
+    assert done.returncode == 0, done.stderr
+    assert scree.read(tmp_path / "two.h5").history.energy.kinetic[-1] < 1e-3 * energy

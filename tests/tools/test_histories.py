@@ -42,6 +42,12 @@ def test_columns_have_the_values_of_the_file_and_names(results):
         assert found.values.shape == (10, len(found.names)) and found.description
 
 
+def test_a_model_alone_has_no_history(results, tmp_path):
+    scree.call("cut", SLOPE, results.path.parent / "s.ana", "-o", tmp_path / "cut.h5")
+    with pytest.raises(PlotError, match="expected steps, found none"):
+        history_of(scree.read(tmp_path / "cut.h5"), "area")
+
+
 def test_what_is_no_history_is_said(results):
     with pytest.raises(PlotError, match="expected one of the histories area, .*measured_points/velocity, found 'weather'"):
         history_of(results, "weather")

@@ -181,6 +181,16 @@ def test_parts_of_an_array_job_make_the_same_table(folder):
     assert (folder / "slide" / "table.csv").read_bytes() == (folder / "whole" / "table.csv").read_bytes()
 
 
+def test_a_table_of_a_spreadsheet_begins_with_a_mark(folder):
+    """UTF-8 with a byte order mark, as spreadsheets write it; names of jobs and files may have blanks."""
+    for name, text in (("marked.toml", TABLE.replace("[10, 16.5, 20]", "[10]")), ("with blanks.csv", "joint(1).phi\n10\n")):
+        (folder / name).write_text(text, encoding="utf-8-sig")
+        words = [name, *(["slide.ana"] if name.endswith("csv") else []), "--slurm"]
+        assert " runs in " in study(folder, *words).stdout
+    script = (folder / "with blanks" / "study.sbatch").read_text()
+    assert '#SBATCH --job-name="with blanks"\n' in script and '/with blanks/slurm-%A_%a.out"\n' in script
+
+
 def test_a_snakefile_has_the_commands_of_the_parts(folder):
     """Its rules are Python but for their heads; the commands are run here as Snakemake would."""
     (folder / "slide.toml").write_text(TABLE.replace("[10, 16.5, 20]", "[10]"))

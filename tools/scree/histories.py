@@ -33,6 +33,8 @@ def history_of(results, name):
         raise PlotError(f"{results.path}: expected one of the histories {', '.join(names_of_histories(results))}, found '{name}'")
     group, own = (results.measured_points, name.removeprefix(MEASURED)) if name.startswith(MEASURED) else (results.history, name)
     values, what = group[own], group.description(own)
+    if len(values) == 0:
+        raise PlotError(f"{results.path}: expected steps, found none: there is no history of {name}")
     if values.ndim == 3:  # noqa: PLR2004  points and parts of vectors
         places = [", ".join(f"{x:.4g}" for x in place) for place in results.given_points("measured")]
         names = [f"point {i + 1} at ({place}), {part}" for i, place in enumerate(places) for part in PARTS[values.shape[2]]]

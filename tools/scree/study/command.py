@@ -29,11 +29,11 @@ STOPPED = 128  # and the number of the signal: exit status
 MOST_PARTS = 1000  # of an array job, as Slurm takes by default
 
 SLURM = """#!/bin/bash
-#SBATCH --job-name={name}
+#SBATCH --job-name="{name}"
 #SBATCH --array=0-{last}
 #SBATCH --ntasks=1
 #SBATCH --cpus-per-task=1
-#SBATCH --output={folder}/slurm-%A_%a.out
+#SBATCH --output="{folder}/slurm-%A_%a.out"
 # {runs} runs, made by: sbatch {script}; what is complete is not made again. Then the table: {command} --collect
 exec {command} --jobs 1 --part "$SLURM_ARRAY_TASK_ID/{parts}"
 """

@@ -32,7 +32,7 @@ def read_table(path):
     """The table of a file, TOML where its name ends so, else CSV. TableError with the file and what is wrong."""
     path = pathlib.Path(path)
     try:
-        text = path.read_text()
+        text = path.read_text(encoding="utf-8-sig")  # spreadsheets write a mark before the first letter
     except (OSError, UnicodeDecodeError) as problem:
         raise TableError(f"{path}: expected a table of runs, found: {problem}") from None
     table = from_toml(path, text) if path.suffix == ".toml" else from_csv(path, text)
