@@ -193,8 +193,8 @@ contains
     end associate
   end function entrance_ahead
 
-  !> Lets the spring of a contact that is found inside rest there, so that it brings no energy. Where other springs of its blocks are
-  !> pressed, this one is as stiff as that which is pressed most, and pressed as much from the beginning.
+  !> Lets the spring of a contact that is found inside rest there, so that it brings no energy. Where other springs of its blocks
+  !> are pressed, this one is as stiff as that which is pressed most, and pressed as much from the beginning.
   pure subroutine rest_inside(block, survey, past, contact)
     integer, intent(in) :: block(:)            !! of the edges
     type(survey_t), intent(in) :: survey

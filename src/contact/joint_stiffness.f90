@@ -19,9 +19,9 @@ module scree_joint_stiffness
 
 contains
 
-  !> Gives a contact its stiffness across and along: the stiffer one of its lines, by their joints, of which those without a stiffness
-  !> have that of contact. Where any joint has one of its own a contact keeps that with which it closed, or that it inherits: a loaded
-  !> spring whose stiffness changes would make energy.
+  !> Gives a contact its stiffness across and along: the stiffer one of its lines, by their joints, of which those without a
+  !> stiffness have that of contact. Where any joint has one of its own a contact keeps that with which it closed, or that it
+  !> inherits: a loaded spring whose stiffness changes would make energy.
   pure subroutine stiffen_contact(outlines, position, law, contact)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length

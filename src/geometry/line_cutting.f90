@@ -72,6 +72,7 @@ contains
     call set_up_grid(nodes%grid, reshape(ends, [2, 2*size(ends, 3)]), 2*size(ends, 3))
     call take_ends(ends, n_boundary, nodes, graph)
     do pass = 1, most_passes
+      if (size(graph%line) == 0) exit ! all are of no length
       call set_up_grid(grid, nodes%position(:, :nodes%n), size(graph%line))
       call place_segments(grid, nodes%position(:, :nodes%n), graph%ends, 2*graph%nearest)
       splits%n = 0

@@ -5,8 +5,8 @@
 !>
 !>     v = R q + w,   q = (R^T M R)^-1 R^T M v,   R^T M w = 0,   v.M v/2 = q.(R^T M R) q/2 + w.M w/2
 !>
-!> so that impulses which change q alone leave strain rates and their energy as they are. A body that supports hold in part has only
-!> the rigid motions that these leave it: with P its mobility, which is (R^T M R)^-1 of a free one, and q0 a motion of what holds it,
+!> so that impulses which change q alone leave strain rates and their energy as they are. A body that supports hold in part has
+!> only the rigid motions that these leave it: with P its mobility, (R^T M R)^-1 of a free one, and q0 a motion of what holds it,
 !>
 !>     q = q0 + P (R^T M v - R^T M R q0),   P (R^T M R) P = P,
 !>
@@ -38,8 +38,8 @@ module scree_rigid_bodies
 
   !> Supports hold no turn of a body that is wider than them by the root of this, inverse.
   real(dp), parameter :: narrow = 1e-10_dp
-  !> And where they are less wide than this, of the same, their velocities tell no turn: points of a guide that has turned a little are
-  !> not at one height, and rounding or springs between them would be a fast turn.
+  !> And where they are less wide than this, of the same, their velocities tell no turn: points of a guide that has turned a little
+  !> are not at one height, and rounding or springs between them would be a fast turn.
   real(dp), parameter :: wide = 1e-2_dp
 
 contains

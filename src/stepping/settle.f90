@@ -149,7 +149,8 @@ contains
                 'a larger contact.overlap, or another contact.stiffness', 0)
   end subroutine settle_together
 
-  !> Iterates until the deformation and the states of contacts have settled.
+  !> Iterates until the deformation and the states of contacts have settled. Forces that balance are no end before contacts are
+  !> judged there: what flies balances, too, until it is told what it flies into.
   subroutine iterate(model, cache, state, group, contacts, d, outcome)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -158,45 +159,62 @@ contains
     type(contact_try_t), intent(inout) :: contacts
     real(dp), intent(inout) :: d(:)               !! (n_unknowns)
     type(outcome_t), intent(inout) :: outcome
-    real(dp) :: change, residual
     logical :: judged                             !! contacts, where `d` is
     integer :: i, worst
 
     outcome%settled = .false.
-    judged = .false.
+    judged = .not. group%in_contact
     worst = group%member(1)
     do i = 1, merge(4, 1, group%in_contact)*model%settings%most_iterations
       call begin_phase(cache%timers, phase_assemble)
       call assemble(model, cache, state, group, contacts, d)
-      outcome%settled = balances(model, cache, group, judged .and. contacts%changes > 0)
-      if (outcome%settled .and. group%in_contact .and. .not. judged) then
+      outcome%settled = balances(model, cache, group, group%in_contact .and. judged .and. contacts%changes > 0)
+      if (outcome%settled .and. judged) return
+      if (outcome%settled) then
         call begin_phase(cache%timers, phase_judge)
         call judge(model, cache, state, group, contacts, d, outcome, judged)
-        if (.not. (outcome%settled .or. allocated(outcome%trouble%what))) cycle
+      else
+        outcome%iterations = max(outcome%iterations, i)
+        call improve(model, cache, state, group, i == 1, contacts, d, outcome, judged, worst)
       end if
       if (outcome%settled .or. allocated(outcome%trouble%what)) return
-      outcome%iterations = max(outcome%iterations, i)
-      if (i == 1) group%far = begins_far(cache, group)
-      call begin_phase(cache%timers, phase_solve)
-      call correct(model, cache, group, d, residual, outcome)
-      if (allocated(outcome%trouble%what)) return
-      call begin_phase(cache%timers, phase_judge)
-      call check_areas(model, cache, group%member, d, outcome, group%strays)
-      if (allocated(outcome%trouble%what)) then
-        call settle_stalled(model, cache, state, group, contacts, d, outcome)
-        if (allocated(outcome%trouble%what)) return
-        cycle
-      end if
-      call find_change(model, cache, group, d, change, worst)
-      if (i == 1 .and. group%may_leave) group%first = change
-      outcome%settled = is_settled(model, cache, group, change, residual) &
-                        .and. .not. (group%open_close%repeats_first_of_run .and. state%step == 0 .and. i == 1)
-      if (group%in_contact) call judge(model, cache, state, group, contacts, d, outcome, judged)
-      if (outcome%settled .or. allocated(outcome%trouble%what)) return
-      call choose_operator(model, change, group)
     end do
     call reject_unsettled(cache, worst, outcome)
   end subroutine iterate
+
+  !> One correction, and what it comes to.
+  subroutine improve(model, cache, state, group, first, contacts, d, outcome, judged, worst)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(group_t), intent(inout) :: group
+    logical, intent(in) :: first                  !! of the iteration
+    type(contact_try_t), intent(inout) :: contacts
+    real(dp), intent(inout) :: d(:)               !! (n_unknowns)
+    type(outcome_t), intent(inout) :: outcome
+    logical, intent(inout) :: judged              !! contacts, where `d` is
+    integer, intent(out) :: worst                 !! element that changed most
+    real(dp) :: change, residual
+
+    worst = group%member(1)
+    if (first) group%far = begins_far(cache, group)
+    call begin_phase(cache%timers, phase_solve)
+    call correct(model, cache, group, d, residual, outcome)
+    if (allocated(outcome%trouble%what)) return
+    call begin_phase(cache%timers, phase_judge)
+    call check_areas(model, cache, group%member, d, outcome, group%strays)
+    if (allocated(outcome%trouble%what)) then
+      call settle_stalled(model, cache, state, group, contacts, d, outcome)
+      outcome%settled = .false.
+      return
+    end if
+    call find_change(model, cache, group, d, change, worst)
+    if (first .and. group%may_leave) group%first = change
+    outcome%settled = is_settled(model, cache, group, change, residual) &
+                      .and. .not. (group%open_close%repeats_first_of_run .and. state%step == 0 .and. first)
+    if (group%in_contact) call judge(model, cache, state, group, contacts, d, outcome, judged)
+    if (.not. outcome%settled) call choose_operator(model, change, group)
+  end subroutine improve
 
   !> Contacts at the prediction, and what their iteration begins with.
   !>

@@ -154,6 +154,7 @@ BAD = {
                                                            (9e9, 1e9, 9e9, 0)]) + "0 0 0 0\n").replace("0.001", "0")},
         "g.geo:", "blocks larger than 1e-9 of the model"),
     "lines that enclose nothing": (geometry(9, "0 0 0.5 0 1"), "g.geo:9:", "enclose"),
+    "lines next to nothing": ({"g.geo": "0.001 5 4 0 0 0 0 0 0\n0 0 4 0 1\n4 0 4 3 1\n4 3 0 3 1\n0 3 0 0 1\n1 1e20 2 1e20 1\n"}, "g.geo:2:", "enclose"),
     "lines without length": ({"g.geo": "1e-3 2 0 0 0 0 0 0 0\n1 1 1 1 1\n1 1 1 1 1\n"}, "g.geo:2:", "without length"),
     "a material line outside": ({"g.geo": GEOMETRY.replace("4 0\n0", "4 0\n1").replace("0 0 0 0\n", "5 5 6 6 1\n0 0 0 0\n")},
                                 "g.geo:13:", "material line"),

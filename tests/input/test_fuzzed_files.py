@@ -100,6 +100,8 @@ def changed(text, draw):
     lines = text.splitlines(keepends=True)
     i, k = draw.randrange(len(words)), draw.randrange(len(lines))
     solid = [j for j, word in enumerate(words) if not word.isspace()]
+    if not solid:
+        return text
     j = draw.choice(solid)
     kind = draw.randrange(9)
     if kind < 4:
