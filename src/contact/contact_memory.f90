@@ -157,24 +157,19 @@ contains
     if (gap >= entrance%rest) entrance%rest = min(0.0_dp, gap) ! what has come out stays out
   end subroutine go_on
 
-  !> Hands on what an entrance remembers but for its anchor.
+  !> Hands on all that an entrance remembers, but for its place and its anchor.
   pure subroutine recall(was, entrance)
     type(entrance_t), intent(in) :: was
     type(entrance_t), intent(inout) :: entrance
+    type(entrance_t) :: new
 
-    entrance%state = was%state
-    entrance%rest = was%rest
-    entrance%direction = was%direction
-    entrance%multiplier = was%multiplier
-    entrance%stiffness = was%stiffness
-    entrance%length = was%length
-    entrance%pressing = was%pressing
-    entrance%bonded = was%bonded
-    entrance%slid = was%slid
-    entrance%displaced = was%displaced
-    entrance%farthest = was%farthest
-    entrance%dilated = was%dilated
-    entrance%lagged_friction = was%lagged_friction
+    new = entrance
+    entrance = was
+    entrance%vertex = new%vertex
+    entrance%edge = new%edge
+    entrance%joint = new%joint
+    entrance%pair = new%pair
+    entrance%anchor = new%anchor
   end subroutine recall
 
   !> The entrance that a contact begins with: the one that is closed, or else the one with the larger gap.

@@ -4,7 +4,7 @@ module scree_pairs
   use scree_sorting, only: order_of_pairs
   implicit none
   private
-  public :: list_pairs, number_of_pair, pair_of
+  public :: list_pairs, number_of_pair, pair_of, pairs_without, sorted_pairs
 
   !> Pairs over those that are needed, up to which those that no longer are stay.
   real(dp), parameter :: idle = 1.5_dp
@@ -58,6 +58,15 @@ contains
       if (all(pairs(:, k) == list(:, i))) number(i) = k
     end do
   end function numbers_of_pairs
+
+  !> Pairs that others, which are in order, do not hold.
+  pure function pairs_without(pairs, others) result(rest)
+    integer, intent(in) :: pairs(:, :), others(:, :) !! (2, n)
+    integer, allocatable :: rest(:, :)
+    integer :: i
+
+    rest = pairs(:, pack([(i, i=1, size(pairs, 2))], numbers_of_pairs(others, pairs) == 0))
+  end function pairs_without
 
   !> Pairs in order, each once.
   pure function sorted_pairs(pair) result(sorted)

@@ -8,6 +8,7 @@ module scree_block_motion
   use scree_inertia, only: momentum
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
+  use scree_pairs, only: pairs_without, sorted_pairs
   use scree_state, only: deviation_t, state_t
   use scree_system, only: values_of
   implicit none
@@ -20,7 +21,7 @@ module scree_block_motion
     real(dp), allocatable :: velocity(:, :) !! (3, n_blocks) x, y, spin times the radius of gyration, length/time
     real(dp), allocatable :: gyration(:)    !! (n_blocks) radius, length
     real(dp), allocatable :: rotation(:)    !! (n_blocks) rad
-    integer, allocatable :: touched(:)      !! (n) edge that each vertex of the outlines presses on, 0: none
+    integer, allocatable :: touching(:, :)  !! (2, n) vertices of the outlines that press, and the edges they press on, in order
     logical, allocatable :: held(:)         !! (n_blocks) by fixed points or contacts
   end type motion_t
 
@@ -89,7 +90,8 @@ contains
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     type(motion_t), intent(inout) :: motion
-    integer :: e, i
+    integer, allocatable :: pair(:, :)
+    integer :: e, i, n
 
     allocate (motion%held(model%n_blocks), source=.false.)
     if (allocated(model%effects%fixed_point)) then
@@ -99,19 +101,21 @@ contains
         end do
       end associate
     end if
-    allocate (motion%touched(0))
-    if (.not. allocated(model%effects%contact)) return
-    deallocate (motion%touched)
-    allocate (motion%touched(size(model%outlines%block)), source=0)
-    do i = 1, size(state%contacts%contact)
+    n = 0
+    if (allocated(model%effects%contact)) n = size(state%contacts%contact)
+    allocate (pair(2, n))
+    n = 0
+    do i = 1, size(pair, 2)
       associate (contact => state%contacts%contact(i), block => model%outlines%block)
         associate (entrance => contact%entrance(contact%active))
           if (entrance%state == state_open) cycle
-          motion%touched(entrance%vertex) = entrance%edge
-          motion%held(block([entrance%vertex, entrance%edge])) = .true.
+          n = n + 1
+          pair(:, n) = [entrance%vertex, entrance%edge]
+          motion%held(block(pair(:, n))) = .true.
         end associate
       end associate
     end do
+    motion%touching = sorted_pairs(pair(:, :n))
   end subroutine find_touching
 
   !> Blows in a step on each block, by what closes in it. What comes no faster than it speeds up in the step is none: loads press.
@@ -123,15 +127,16 @@ contains
     type(deviation_t), intent(in) :: deviation    !! when the step began
     type(strike_t) :: strike(model%n_blocks)
     type(strike_t) :: own
+    integer, allocatable :: closed(:, :)          !! (2, n)
     integer :: b, i, side
 
-    do i = 1, size(after%touched)
-      if (after%touched(i) == 0 .or. after%touched(i) == before%touched(i)) cycle
-      own = strike_of(model, before, began, i, after%touched(i), dt, deviation)
+    closed = pairs_without(after%touching, before%touching)
+    do i = 1, size(closed, 2)
+      own = strike_of(model, before, began, closed(1, i), closed(2, i), dt, deviation)
       if (.not. own%speed > 0) cycle
       do side = 1, 2
-        b = model%outlines%block(merge(i, after%touched(i), side == 1))
-        own%arm = began%vertex(:, model%outlines%start(i)) - before%centre(:, b)
+        b = model%outlines%block(closed(side, i))
+        own%arm = began%vertex(:, model%outlines%start(closed(1, i))) - before%centre(:, b)
         call add(own, strike(b))
       end do
     end do

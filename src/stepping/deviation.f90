@@ -20,6 +20,7 @@ module scree_deviation
   use scree_integrator, only: held_weight
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
+  use scree_pairs, only: pairs_without
   use scree_scene, only: rotation_linear, scheme_newmark, settings_t
   use scree_state, only: deviation_t, state_t
   implicit none
@@ -104,7 +105,7 @@ contains
     type(span_t) :: span
     type(strike_t) :: strike(model%n_blocks)
     logical :: changed(model%n_blocks)
-    integer :: b, i, k
+    integer :: b, k
 
     span%first = began%step == 0
     span%last = began%pace%last
@@ -118,12 +119,10 @@ contains
               step%struck_at(model%n_blocks), source=0.0_dp)
     allocate (step%known(model%n_blocks), source=.false.)
     changed = .false.
-    do i = 1, size(after%touched)
-      if (after%touched(i) == before%touched(i)) cycle
-      changed(model%outlines%block(i)) = .true.
-      if (after%touched(i) > 0) changed(model%outlines%block(after%touched(i))) = .true.
-      if (before%touched(i) > 0) changed(model%outlines%block(before%touched(i))) = .true.
-    end do
+    if (allocated(model%effects%contact)) then
+      call mark(pairs_without(after%touching, before%touching), changed)
+      call mark(pairs_without(before%touching, after%touching), changed)
+    end if
     growth = false_growth(model, began, state)
     step%growth = abs(growth)
     state%deviation%growth = state%deviation%growth + growth
@@ -137,6 +136,20 @@ contains
     end do
     state%deviation%rough = count(changed(model%free_block))
     state%deviation%step = maxval(step%at_end)
+
+  contains
+
+    !> Marks the blocks of contacts that opened or closed.
+    pure subroutine mark(touching, changed)
+      integer, intent(in) :: touching(:, :)     !! (2, n) vertex and edge
+      logical, intent(inout) :: changed(:)      !! (n_blocks)
+      integer :: i
+
+      do i = 1, size(touching, 2)
+        changed(model%outlines%block(touching(:, i))) = .true.
+      end do
+    end subroutine mark
+
   end subroutine estimate_step
 
   !> Takes in the error of a step of one block.

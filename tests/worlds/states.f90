@@ -22,7 +22,7 @@ contains
     if (a%stage%number /= b%stage%number .or. a%stage%steps /= b%stage%steps .or. &
         .not. same([a%stage%begins], [b%stage%begins])) name = 'stage'
     if (a%pace%easy /= b%pace%easy .or. a%pace%frames /= b%pace%frames .or. .not. &
-        same([a%pace%size, a%pace%last], [b%pace%size, b%pace%last])) name = 'pace'
+        same([a%pace%size, a%pace%last, a%pace%bound], [b%pace%size, b%pace%last, b%pace%bound])) name = 'pace'
     if (.not. same([a%vertex], [b%vertex])) name = 'vertex'
     if (.not. same([a%point], [b%point])) name = 'point'
     if (.not. same([a%home], [b%home])) name = 'home'
