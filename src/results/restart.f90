@@ -28,8 +28,8 @@ module scree_restart
 
   !> Settings that say how a run goes on; all others made the model, the state or the series of the results.
   character(len=*), parameter :: may_change(*) = [character(len=17) :: 'step.size', 'step.end_time', 'step.count', 'step.travel', &
-                                                  'step.least', 'output.every', 'output.interval', 'output.problems', &
-                                                  'output.checkpoint']
+                                                  'step.least', 'step.balance', 'output.every', 'output.interval', &
+                                                  'output.problems', 'output.checkpoint']
   integer(hsize_t), parameter :: copied_at_once = 1000000 !! numbers
 
   !> What there was of a run at a checkpoint.
