@@ -11,6 +11,7 @@
 module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
   use scree_body_search, only: list_all, reach_of
+  use scree_contact_geometry, only: gap_of
   use scree_contact_memory, only: acted_before, past_t, recall_contacts
   use scree_contact_pairs, only: drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
@@ -26,6 +27,7 @@ module scree_contact_detection
 
   real(dp), parameter :: near_at_rest = 1e-3_dp   !! of the edges about, up to which contacts are looked for
   real(dp), parameter :: flush = 1e-4_dp          !! of the edges about, up to which corners of blocks side by side are one
+  real(dp), parameter :: on_it = 1e-9_dp          !! likewise, up to which a corner over a line lies on it
 
 contains
 
@@ -238,18 +240,40 @@ contains
 
     !> The entrance line of edges that a third block lies flush with, where a corner is behind the other line already: by its
     !> overlap with that block, on which it slides. It would be caught by a side that nothing can get at. 0 where there is none.
+    !>
+    !> Over the joint itself that block lies flush with both lines, and the corner may be on the other one; then it is the line that it
+    !> is about to cross, and farther than the other one.
     pure integer function covered_line(i, j, encounter) result(line)
       integer, intent(in) :: i, j
       type(encounter_t), intent(in) :: encounter
       logical :: covered(2) !! edges that begin at the corners, edges that end there
+      real(dp) :: ahead(2), gap(2), on_line
+      integer :: k
 
       line = 0
       covered = covered_edges(i, j) .or. covered_edges(j, i)
-      if (count(covered) /= 1) return
-      associate (other => encounter%line(merge(2, 1, covered(1))))
-        if (gap_at(survey, other%vertex(1), other%edge(1)) < 0) line = merge(1, 2, covered(1))
-      end associate
+      if (.not. any(covered)) return
+      gap = [(gap_at(survey, encounter%line(k)%vertex(1), encounter%line(k)%edge(1)), k=1, 2)]
+      if (all(covered)) then
+        on_line = on_it*min(survey%local(i), survey%local(j))
+        ahead = [(gap_ahead(encounter%line(k)%vertex(1), encounter%line(k)%edge(1)), k=1, 2)]
+        do k = 1, 2
+          if (gap(3 - k) < on_line .and. gap(k) > -on_line .and. ahead(k) < min(0.0_dp, ahead(3 - k)) - on_line) line = k
+        end do
+      else if (gap(merge(2, 1, covered(1))) < 0) then
+        line = merge(1, 2, covered(1))
+      end if
     end function covered_line
+
+    !> Gap of vertex i over the line of edge j where their velocities take them in the step.
+    pure real(dp) function gap_ahead(i, j)
+      integer, intent(in) :: i, j
+
+      associate (next => outlines%next(j))
+        gap_ahead = gap_of(survey%start(:, i) + predicted(:, i), survey%start(:, j) + predicted(:, j), &
+                           survey%finish(:, j) + predicted(:, next))
+      end associate
+    end function gap_ahead
 
     !> Whether a third block lies flush with the edge that begins at corner j, and with that which ends there, by a corner near i.
     pure function covered_edges(i, j) result(covered)

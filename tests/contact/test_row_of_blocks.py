@@ -1,0 +1,39 @@
+"""A block that slides over a row of flush blocks is caught by none of their sides, where its corner stands over a joint when a step ends, too."""
+import numpy as np
+import pytest
+import scree
+from scree.block_files import block_file, box
+
+N, WIDTH = 16, 0.5
+
+
+def slide(folder, start, velocity, dt, groups, phi=0, size=1.0):
+    """Over N blocks that are held, from `start` to near the end of the row; how fast it is in the end, and how far it rose."""
+    blocks = [box(WIDTH * i, WIDTH * (i + 1), -0.5, 0) for i in range(N)] + [box(start, start + 1, 0, 0.5)]
+    fixed = [(WIDTH * i + x, -0.4, i + 1) for i in range(N) for x in (0.1, 0.4)]
+    (folder / "a.blk").write_text(block_file("row", [(1 + (k == N), x * size) for k, x in enumerate(blocks)],
+                                             [(x * size, y * size, b) for x, y, b in fixed]))
+    steps = int((N * WIDTH - 1.05 - start) / velocity / dt)
+    scale = np.sqrt(size)
+    (folder / "a.ana").write_text("\n".join([
+        f"1 {steps} 2 2 0.05 {dt * scale!r}", f"2500 0 {1e10 * size!r} 0.25 {'0 ' * 9}",
+        f"2500 24525 {1e10 * size!r} 0.25 {'0 ' * 6} {velocity * scale!r} 0 0", f"{phi} 0 0", f"{phi} 0 0",
+        "&deck geometry='a.blk', dialect='short' /", *groups, ""]))
+    r = scree.run(folder / "a.ana", output=folder / "a.h5")
+    return r.bodies.velocity[-1, N] / scale, (r.bodies.centroid[:, N, 1].max() - r.bodies.centroid[0, N, 1]) / size
+
+
+@pytest.mark.parametrize("groups", [["&method strain='small' /"], ["&method strain='green' /"], ["&contact method='augmented' /"],
+                                    ["&contact restitution=0.5 /"], ["&integrator scheme='newmark', beta=1 /"]], ids=str)
+@pytest.mark.parametrize("start, velocity, dt", [(0.3, 4, 5e-3), (0.3, 2, 5e-3), (0.25, 5, 1e-2), (0.0, 1, 2e-2), (0.05, 3, 5e-3)])
+def test_a_block_slides_on_as_fast_as_it_began(start, velocity, dt, groups, tmp_path):
+    """Without friction. Steps end with its corners at joints, to rounding and to what it presses blocks aside by."""
+    end, rise = slide(tmp_path, start, velocity, dt, groups)
+    assert abs(end[0] / velocity - 1) < 1e-5 and abs(end[1]) < 1e-4
+    assert rise < 1e-6
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_of_any_size(size, tmp_path):
+    end, rise = slide(tmp_path, 0.3, 4, 5e-3, ["&method strain='small' /"], size=size)
+    assert abs(end[0] / 4 - 1) < 1e-5 and rise < 1e-6
