@@ -241,8 +241,8 @@ contains
     !> The entrance line of edges that a third block lies flush with, where a corner is behind the other line already: by its
     !> overlap with that block, on which it slides. It would be caught by a side that nothing can get at. 0 where there is none.
     !>
-    !> Over the joint itself that block lies flush with both lines, and the corner may be on the other one; then it is the line that it
-    !> is about to cross, and farther than the other one.
+    !> Over the joint itself that block lies flush with both lines, and the corner may be on the other one; then it is the line that
+    !> it is about to cross, and farther than the other one.
     pure integer function covered_line(i, j, encounter) result(line)
       integer, intent(in) :: i, j
       type(encounter_t), intent(in) :: encounter
