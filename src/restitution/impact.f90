@@ -247,7 +247,6 @@ contains
     type(impulses_t) :: impulses
     real(dp), allocatable, dimension(:, :) :: at_start, before, of_step, turn
     real(dp) :: available, e, rest, taken
-    integer :: i
 
     call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
     turn = turn_of_push(model, cache, state, bodies, impact%push)
