@@ -29,7 +29,7 @@ module scree_bearings
     logical :: strikes = .false.             !! closes faster than its spring rings under what the bodies bear
     logical :: reached = .false.             !! by the impact, or it closes
     real(dp) :: energy = 0.0_dp              !! of the approach, of the masses as the contact feels them; force length
-    real(dp) :: swing = 0.0_dp               !! of these masses on its spring, time
+    real(dp) :: swing = huge(1.0_dp)         !! of these masses on its spring, time
     real(dp) :: struck = 0.0_dp              !! impulse across, were the bodies rigid and met when the step began; force time
     real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
     real(dp) :: moment = 0.0_dp              !! way of the approach in a moment, length: a gap below it is none
@@ -205,8 +205,10 @@ contains
         own%closes = (own%force(1) > 0 .or. now%gap < deformed(1) + own%moment) .and. approach > round_off*sum(abs(across))
         own%reached = own%closes
         resistance = resistance_of(problem, k)
-        own%energy = 0.5_dp*approach**2/resistance(1)
-        own%swing = full_turn/sqrt(resistance(1)*stiffness(1))
+        if (resistance(1) > 0) then ! of two that are held there is nothing to swing
+          own%energy = 0.5_dp*approach**2/resistance(1)
+          own%swing = full_turn/sqrt(resistance(1)*stiffness(1))
+        end if
         own%strikes = own%closes .and. approach > minval(borne(own%block))*sqrt(resistance(1)/stiffness(1))
         if (own%closes) own%met_at = min(1.0_dp, max(0.0_dp, try%start(active, own%contact)%gap)/(approach*rule%dt))
         stays(open(k)) = own%closes .or. own%force(1) > 0

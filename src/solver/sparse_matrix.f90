@@ -286,6 +286,7 @@ contains
     logical, intent(in) :: symmetric                          !! but for round-off
     real(dp), intent(in), contiguous, optional :: apart(:, :) !! as large
 
+    if (size(dense) == 0) return
     if (symmetric) then
       call scatter(size(dense, 1), size(dense, 2), matrix%place(matrix%place_first(e):), dense, matrix%value)
       return
