@@ -15,10 +15,11 @@ module scree_results_file
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_files, only: holds_something, refuse_to_replace
   use scree_hdf5_reading, only: begin_hdf5
-  use scree_hdf5_writing, only: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, flush_file, &
-                                grow_in_place, keep_within_pages, rows_t, write_text, write_whole, write_words
+  use scree_hdf5_writing, only: check_status, create_rows, fixed_rows, flush_file, grow_in_place, keep_within_pages, write_text, &
+                                write_whole, write_words
   use scree_interruption, only: ignore_size_limit
   use scree_kinds, only: dp
+  use scree_row_series, only: add_row, bytes_to_write, more_series, rows_with_waiting, series_t, write_waiting
   use scree_text, only: same_length, text_t
   use scree_timers, only: cost_t
   use scree_xdmf, only: add_xdmf_frame, begin_xdmf, may_replace_xdmf, xdmf_path, xdmf_t
@@ -66,15 +67,6 @@ module scree_results_file
     integer :: expected_frames = 1
     integer :: expected_steps = 1
   end type layout_t
-
-  !> A series and its rows that wait.
-  type :: series_t
-    type(rows_t) :: rows
-    character(len=:), allocatable :: path
-    integer :: width = 1
-    integer :: n = 0                        !! numbers that wait
-    real(dp), allocatable :: waiting(:)
-  end type series_t
 
   !> Numbers of the series of the frames.
   type :: frame_series_t
@@ -370,37 +362,14 @@ contains
     end associate
   end subroutine make_series
 
-  !> Twice the room for series.
-  subroutine more_series(series)
-    type(series_t), allocatable, intent(inout) :: series(:)
-    type(series_t), allocatable :: longer(:)
-
-    allocate (longer(2*size(series)))
-    longer(:size(series)) = series
-    call move_alloc(longer, series)
-  end subroutine more_series
-
   !> Adds a row to a series; it waits in memory. Errors: a number that is not finite.
   subroutine put_series(results, handle, values, error)
     type(results_t), intent(inout) :: results
     integer, intent(in) :: handle
     real(dp), intent(in) :: values(:)
     type(error_t), allocatable, intent(out) :: error
-    real(dp), allocatable :: longer(:)
 
-    associate (series => results%series(handle))
-      if (.not. all(ieee_is_finite(values))) then
-        call fail(error, status_run_failed, 'a number of '//series%path//' is not finite')
-        return
-      end if
-      if (series%n + size(values) > size(series%waiting)) then
-        allocate (longer(max(2*size(series%waiting), series%n + size(values))))
-        longer(:series%n) = series%waiting(:series%n)
-        call move_alloc(longer, series%waiting)
-      end if
-      series%waiting(series%n + 1:series%n + size(values)) = values
-      series%n = series%n + size(values)
-    end associate
+    call add_row(results%series(handle), values, error)
   end subroutine put_series
 
   !> Rows of a series, with those that wait.
@@ -408,9 +377,7 @@ contains
     type(results_t), intent(in) :: results
     integer, intent(in) :: handle
 
-    associate (series => results%series(handle))
-      rows_of_series = int(series%rows%n_rows) + series%n/max(1, series%width)
-    end associate
+    rows_of_series = rows_with_waiting(results%series(handle))
   end function rows_of_series
 
   !> Adds a frame; it waits in memory. Errors: a number that is not finite.
@@ -542,14 +509,8 @@ contains
   !> Space that the rows that wait may take.
   pure integer(hsize_t) function bytes_of_waiting(results) result(bytes)
     type(results_t), intent(in) :: results
-    integer :: i
 
-    bytes = 0
-    do i = 1, results%n_series
-      associate (series => results%series(i))
-        bytes = bytes + bytes_to_append(series%rows, int(series%n/max(1, series%width), hsize_t))
-      end associate
-    end do
+    bytes = sum(bytes_to_write(results%series(:results%n_series)))
   end function bytes_of_waiting
 
   !> Places or vectors of the plane with a third coordinate 0.
@@ -570,12 +531,9 @@ contains
     integer :: i
 
     do i = 1, results%n_series
-      associate (series => results%series(i))
-        call append_rows(series%rows, series%waiting(:series%n), error)
-        call name_file(results, error)
-        if (allocated(error)) return
-        series%n = 0
-      end associate
+      call write_waiting(results%series(i), error)
+      call name_file(results, error)
+      if (allocated(error)) return
     end do
   end subroutine append_waiting
 
