@@ -133,6 +133,7 @@ contains
     type(error_t), allocatable :: close_error
     type(ending_t) :: ending
     type(text_t), allocatable :: line(:)
+    character(len=:), allocatable :: warning
     integer :: i
 
     call begin_phase(run%cache%timers, phase_frames)
@@ -147,7 +148,8 @@ contains
       if (run%n_stages > 1) &
         call end_stage(words_of_stage(run), ending%status(:index(ending%status//':', ':') - 1), run%model, run%state, run%summary)
       call sum_up(run%model, run%cache, run%state, run%summary)
-      if (len(warning_of_blows(run%summary)) > 0) call warn(run%progress, warning_of_blows(run%summary))
+      warning = warning_of_blows(run%summary)
+      if (len(warning) > 0) call warn(run%progress, warning)
     end if
     ending%warning = run%progress%warning
     call end_output(run%output, run%cache, ending, run%summary, close_error)

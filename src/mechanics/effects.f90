@@ -387,7 +387,7 @@ contains
           own = own + gravity%weight(e)
         end associate
       end do
-      weights = mean_of_ramp(gravity%ramp, rule%load_from, rule%load_to)*weights
+      weights = mean_share_of_weight(model, rule)*weights
     end associate
   end function weights_of_blocks
 

@@ -24,6 +24,7 @@ module scree_impact
   use scree_contact_try, only: contact_try_t, follow_motion, of_elements, row_across, take_all
   use scree_contacts, only: state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: friction_of
+  use scree_effects, only: mean_share_of_weight
   use scree_element_term, only: step_rule_t
   use scree_impulses, only: apply, energy_of, impulse_problem_t, impulses_t, restore, solve_compression, velocity_at
   use scree_integrator, only: end_rates
@@ -32,7 +33,6 @@ module scree_impact
   use scree_rigid_bodies, only: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t, take_deformation
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
-  use scree_time_table, only: mean_of_ramp
   implicit none
   private
   public :: any_closes, impact_t, push_apart, rebound
@@ -348,7 +348,7 @@ contains
     do b = 1, size(bodies%block)
       motion(:, b) = -bodies%mobility(:, 2, b)*sum(model%effects%gravity%weight(bodies%first(b):bodies%last(b)))
     end do
-    motion = rule%dt*mean_of_ramp(model%effects%gravity%ramp, rule%load_from, rule%load_to)*motion
+    motion = rule%dt*mean_share_of_weight(model, rule)*motion
   end function velocity_by_weight
 
   !> Compression of an island, one impact after the other: what closes later has no part in it yet.

@@ -12,6 +12,7 @@
 !>
 !> and w has what it shears and turns by at once, which no impulse changes. A body of many manifold elements moves as one.
 module scree_rigid_bodies
+  use scree_effects, only: supports_move
   use scree_fixed_point, only: is_roller
   use scree_interpolation, only: displacement_matrix, rigid_modes
   use scree_kinds, only: dp
@@ -315,7 +316,7 @@ contains
         cycle
       end if
       motion(:, b) = 0.0_dp
-      if (model%effects%fixed_point%moves) motion(:, b) = motion_of_holder(b)
+      if (supports_move(model)) motion(:, b) = motion_of_holder(b)
       if (.not. bodies%held(b)) &
         motion(:, b) = motion(:, b) + matmul(bodies%mobility(:, :, b), momentum - bodies%mass(:, b)*motion(:, b))
     end do

@@ -53,19 +53,14 @@ contains
     character(len=:), allocatable, intent(inout) :: geometry, analysis !! '' where not given
     type(text_t), allocatable, intent(inout) :: options(:)             !! GROUP.NAME=VALUE
     type(error_t), allocatable, intent(out) :: error
-    character(len=:), allocatable :: deck(:), names, set(:), setting
+    character(len=:), allocatable :: deck(:), set(:), setting
     integer(hid_t) :: file
     integer :: i
 
-    names = ''
-    do i = 1, size(may_change)
-      names = names//' '//trim(may_change(i))//','
-    end do
-    names = names(:len(names) - 1)
     do i = 1, size(options)
       setting = options(i)%text(end_of_stage_prefix(options(i)%text) + 1:)
       if (any(may_change == setting(:index(setting//'=', '=') - 1))) cycle
-      call fail(error, status_bad_input, '--set '//options(i)%text//': expected one of'//names// &
+      call fail(error, status_bad_input, '--set '//options(i)%text//': expected one of '//names()// &
                 ' with --restart, as others made what the run goes on from')
       return
     end do
@@ -79,6 +74,20 @@ contains
       analysis = trim(deck(2))
     end if
     options = [(text_t(trim(set(i))), i=1, size(set)), options]
+
+  contains
+
+    !> Names of the settings that may be given.
+    pure function names()
+      character(len=:), allocatable :: names
+      integer :: k
+
+      names = trim(may_change(1))
+      do k = 2, size(may_change)
+        names = names//', '//trim(may_change(k))
+      end do
+    end function names
+
   end subroutine find_decks
 
   !> Opens the results file of a run. Errors: it is none, or one that is being written; of another version.

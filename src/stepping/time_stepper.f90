@@ -102,10 +102,12 @@ contains
       if (outcome%rejected > 0 .and. stop_signal() > 0) return
     end do tries
     call begin_phase(cache%timers, phase_update)
-    report = step_report_t(try%dt, outcome%iterations, outcome%solves, outcome%judged, outcome%rejected, 0, try%travel, &
-                           work_of_step(model, cache, state, try%rule, try%d), work_of_ramp(model, cache, try%d, try%rule), &
-                           mean_share_of_weight(model, try%rule), outcome%cut, outcome%impact, &
-                           blow_of_try(model, cache, state, try), outcome%cuts)
+    report = step_report_t(dt=try%dt, iterations=outcome%iterations, solves=outcome%solves, judged=outcome%judged, &
+                           rejected=outcome%rejected, travel=try%travel, &
+                           work=work_of_step(model, cache, state, try%rule, try%d), &
+                           ramp=work_of_ramp(model, cache, try%d, try%rule), &
+                           weight_share=mean_share_of_weight(model, try%rule), cut=outcome%cut, impact=outcome%impact, &
+                           blow=blow_of_try(model, cache, state, try), cuts=outcome%cuts)
     call accept(model, try, report%work + report%ramp, cache, state)
     call check_state(model, state, error)
     if (allocated(error) .or. model%effects%carried > 0) return
