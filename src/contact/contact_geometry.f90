@@ -100,9 +100,11 @@ contains
     real(dp), dimension(2) :: x1, x2, x3, u1, u2, u3, t, normal, edge, length, moment
     real(dp) :: at(2*n)
     integer :: body, edge_body, own, other           ! the unknowns of these bodies are after these
+    logical :: still                                 ! the edge cannot move
 
     body = model%outlines%element(entrance%vertex)
     edge_body = model%outlines%element(entrance%edge)
+    still = model%outlines%fixed(entrance%edge)
     own = merge(0, n, body == pair(1))
     other = n - own
     d1 = values_of(model%elements, body, d)
@@ -113,33 +115,45 @@ contains
     x2 = state%vertex(:, model%outlines%start(entrance%edge))
     x3 = state%vertex(:, model%outlines%finish(entrance%edge))
     T1 = displacement_matrix(cache%element(body)%kinematics, x1)
-    T2 = displacement_matrix(cache%element(edge_body)%kinematics, x2)
-    T3 = displacement_matrix(cache%element(edge_body)%kinematics, x3)
     u1 = 0.0_dp
     u2 = 0.0_dp
     u3 = 0.0_dp
-    if (present(weight)) then
-      u1 = matmul(T1, d1)
-      u2 = matmul(T2, d2)
-      u3 = matmul(T3, d2)
+    if (present(weight)) u1 = matmul(T1, d1)
+    if (.not. still) then
+      T2 = displacement_matrix(cache%element(edge_body)%kinematics, x2)
+      T3 = displacement_matrix(cache%element(edge_body)%kinematics, x3)
+      if (present(weight)) then
+        u2 = matmul(T2, d2)
+        u3 = matmul(T3, d2)
+      end if
     end if
     call frame_of_edge(x2, x3, t, normal, geometry%edge_length)
     geometry%gap = gap_at_edge(x1, x2, x3, geometry%edge_length)
     geometry%along = dot_product(t, x1 - x2)
     if (present(weight)) then
-      call measure_product(1.0_dp, length(2), moment(2))
-      call put_rows(1.0_dp, [length(2), length(2)], [moment(2), moment(2)], geometry%normal, geometry%shear)
-      call measure_product(2*weight - 1, length(1), moment(1))
-      call put_rows(weight, length, moment, acting%normal, acting%shear)
-      call move(t, geometry)
-      edge = x3 - x2 + weight*(u3 - u2)
       acting%turn = 0.0_dp
-      acting%turn(other + 1:other + n) = weight*(edge(2)*(T3(1, :) - T2(1, :)) - edge(1)*(T3(2, :) - T2(2, :)))/sum(edge**2)
       acting%at = at
+      if (still) then
+        call put_rows_at_rest(t, normal, geometry%normal, geometry%shear)
+        acting%normal = geometry%normal
+        acting%shear = geometry%shear
+      else
+        call measure_product(1.0_dp, length(2), moment(2))
+        call put_rows(1.0_dp, [length(2), length(2)], [moment(2), moment(2)], geometry%normal, geometry%shear)
+        call measure_product(2*weight - 1, length(1), moment(1))
+        call put_rows(weight, length, moment, acting%normal, acting%shear)
+        edge = x3 - x2 + weight*(u3 - u2)
+        acting%turn(other + 1:other + n) = weight*(edge(2)*(T3(1, :) - T2(1, :)) - edge(1)*(T3(2, :) - T2(2, :)))/sum(edge**2)
+      end if
+      call move(t, geometry)
     else
-      length = geometry%edge_length
-      moment = length*geometry%gap
-      call put_rows(0.0_dp, length, moment, geometry%normal, geometry%shear)
+      if (still) then
+        call put_rows_at_rest(t, normal, geometry%normal, geometry%shear)
+      else
+        length = geometry%edge_length
+        moment = length*geometry%gap
+        call put_rows(0.0_dp, length, moment, geometry%normal, geometry%shear)
+      end if
       geometry%gap = geometry%gap + dot_product(geometry%normal, at)
       geometry%slid = dot_product(geometry%shear, at)
       if (present(acting)) acting = acting_rows_t(at, geometry%normal, geometry%shear, 0.0_dp)
@@ -189,6 +203,17 @@ contains
       normal_row(other + 1:other + n) = matmul(on_edge, T3) - matmul(on_vertex + on_edge, T2)
       shear_row(other + 1:other + n) = -matmul(t, T_there)
     end subroutine put_rows
+
+    !> Rows of an edge that cannot move, which are the same in all configurations: those of its body are of no use.
+    pure subroutine put_rows_at_rest(t, normal, normal_row, shear_row)
+      real(dp), intent(in) :: t(2), normal(2)      !! along the edge and out of its body
+      real(dp), intent(out) :: normal_row(2*n), shear_row(2*n)
+
+      normal_row(own + 1:own + n) = matmul(normal, T1)
+      shear_row(own + 1:own + n) = matmul(t, T1)
+      normal_row(other + 1:other + n) = 0.0_dp
+      shear_row(other + 1:other + n) = 0.0_dp
+    end subroutine put_rows_at_rest
 
     !> Length of the edge and its product with the gap, in the configuration that a part of `d` makes.
     pure subroutine measure_product(part, length, moment)

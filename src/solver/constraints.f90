@@ -10,7 +10,7 @@ module scree_constraints
   implicit none
   private
   public :: add_constraint, add_followers, clear_constraints, complete_unknowns, completed, constraints_t, reduce_element, &
-            reduce_operator, reduced_operator, reduction_t
+            reduce_operator, reduced_operator, reduced_row, reduction_t
 
   !> Unknowns of a pair of elements.
   integer, parameter :: most_reduced = 2*element_unknowns
@@ -320,6 +320,22 @@ contains
       end if
     end do
   end subroutine reduce_element
+
+  !> Z^T row; of magnitudes, with those of Z.
+  pure function reduced_row(reduction, row, magnitudes) result(reduced)
+    type(reduction_t), intent(in) :: reduction
+    real(dp), intent(in) :: row(:)           !! (n)
+    logical, intent(in) :: magnitudes
+    real(dp) :: reduced(size(reduction%free))
+
+    if (allocated(reduction%left)) then
+      reduced = row(reduction%left)
+    else if (magnitudes) then
+      reduced = matmul(row, abs(reduction%Z))
+    else
+      reduced = matmul(row, reduction%Z)
+    end if
+  end function reduced_row
 
   !> Z^T A Z, the operator on the free unknowns of an element with slaves.
   pure function reduced_operator(reduction, A) result(reduced)

@@ -6,7 +6,8 @@
 module scree_equations
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use scree_blas, only: keep_memory, keep_to_one_thread
-  use scree_constraints, only: completed, constraints_t, reduce_element, reduce_operator, reduced_operator, reduction_t
+  use scree_constraints, only: completed, constraints_t, reduce_element, reduce_operator, reduced_operator, reduced_row, &
+                               reduction_t
   use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
   use scree_friction_problem, only: friction_problem_t, place_springs
@@ -449,8 +450,8 @@ contains
       slot = equations%first(group + 1) - equations%first(group) + k
       associate (reduction => equations%pair_reduction(island%pair(k)))
         if (allocated(reduction%Z)) then
-          call add_at(reduction%free, matmul(term%force, reduction%Z), equations%force)
-          scale = matmul(term%scale, abs(reduction%Z))
+          call add_at(reduction%free, reduced_row(reduction, term%force, .false.), equations%force)
+          scale = reduced_row(reduction, term%scale, .true.)
           call add_at(reduction%free, scale, equations%scale)
           call add_at(reduction%free, scale, equations%noise)
           if (term%symmetric) then
