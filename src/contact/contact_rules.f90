@@ -16,8 +16,8 @@ module scree_contact_rules
   use scree_contact_memory, only: contact_as_shi, contact_over_edges, inherit, past_t
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_try, only: contact_try_t, of_elements
-  use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, &
-                            state_open, state_sliding
+  use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_coulomb, rules_shi, &
+                            state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, meet_as_shi, meet_by_entrances, meeting_t
   use scree_corners, only: survey_t, tilt
   use scree_coulomb_contact, only: add_friction, anchor_where_crossed, friction_of, judge_coulomb, press_springs, slide_coulomb
@@ -37,8 +37,8 @@ module scree_contact_rules
   ! press
   public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
-  public :: anchor_what_closes, anchors_return, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, &
-            judge, judges_anew, may_make_energy, settles_as_one, steps_decide_impacts
+  public :: anchor_what_closes, anchors_return, forces_stay_linear, forgives_faint_forces, goes_on_after_cut, iteration_rules, &
+            iteration_rules_t, judge, judges_anew, may_make_energy, settles_as_one, steps_decide_impacts
   ! remember
   public :: remember_overlap, remember_slide, stiffness_adapts, stiffness_after
 
@@ -99,6 +99,23 @@ contains
       settles_as_one = .false.
     end select
   end function settles_as_one
+
+  !> Whether the forces of contacts that are settled together are linear in displacements as long as their states stay: of springs
+  !> that are, at edges that cannot move.
+  pure logical function forces_stay_linear(model, try)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: try
+    integer :: i
+
+    forces_stay_linear = try%law%rules == rules_coulomb .and. .not. allocated(try%law%closure)
+    do i = try%first, try%last
+      if (.not. forces_stay_linear) return
+      associate (contact => try%contact(i))
+        forces_stay_linear = all(model%outlines%fixed(contact%entrance(:contact%n_entrances)%edge)) &
+                             .or. contact%entrance(contact%active)%state == state_open
+      end associate
+    end do
+  end function forces_stay_linear
 
   !> Whether the phase of a step decides what springs give back of an impact: not of those that conserve energy. Of runs by Shi's
   !> rules it is not asked, as they are to be those of his programs.

@@ -9,27 +9,30 @@
 !> The tangent leaves out what contacts and bolts change by as they turn, s c of s, the stress as a strain. So the next change is
 !> about k c (c + s), and the stress is off by less than c (c + s) E.
 !>
-!> Elastic forces have no torque about the middle of a step, so of the first of these k c e is left, with e the strain of the
-!> correction, and c^2. Where the step begins with the acceleration of the one before, d is predicted but for gamma dt^3 times what
-!> that changes by a time, and the first correction is that: 12 gamma, 6.75, times what the step is off by.
+!> Elastic forces have no torque about the middle of a step, so of the first of these k c e is left, with e half of the trace of
+!> the stress of the correction over E, and c^2. Where the step begins with the acceleration of the one before, d is predicted but
+!> for gamma dt^3 times what that changes by a time, and the first correction c1 is that: 12 gamma, 6.75, times what the step is off
+!> by. It loses (gamma - 1/2)/(2 gamma^2) c1.M c1/dt^2 of the energy, and what is left works M k c (c u + e w)/(gamma dt^2) at most,
+!> u the strain of the step and w what it turns by (doc/theory.md, section 2).
 module scree_iteration_end
   use scree_element_term, only: step_rule_t
+  use scree_green_strain, only: green_strain
   use scree_kinds, only: dp
   use scree_model, only: cache_t, element_cache_t, model_t
-  use scree_stiffness, only: small_strain
   use scree_step_try, only: cut_by_deformation, outcome_t, reject
-  use scree_system, only: element_unknowns, values_of
+  use scree_system, only: values_of
   use scree_text, only: number_text
   implicit none
   private
-  public :: check_area, check_areas, leaves_nothing, reject_unsettled, turn_by_strain
+  public :: check_area, check_areas, leaves_little, leaves_nothing, reject_unsettled, turn_by_strain
 
   !> Shares of the tolerance: of what the next correction may change, which is rounding over many steps; and of its stress that an
   !> element may be off by.
   real(dp), parameter :: share_of_change = 1e-6_dp, share_of_stress = 1e4_dp
-  !> Shares of the first correction and of the stress, where that is several times what the step is off by: 2 % of this at most.
-  !> With tolerances below the usual one they are less.
-  real(dp), parameter :: share_of_first = 3e-3_dp, share_of_moving_stress = 1e-3_dp, usual_tolerance = 1e-10_dp
+  !> Shares of the first correction and of the stress, where that is several times what the step is off by: 2 % of this at most; and
+  !> of the energy that the step loses. With tolerances below the usual one they are less.
+  real(dp), parameter :: share_of_first = 3e-3_dp, share_of_loss = 0.1_dp
+  real(dp), parameter :: share_of_moving_stress = 1e-3_dp, usual_tolerance = 1e-10_dp
 
   !> An area that changes by more than this factor in a step is no iterate worth going on with.
   real(dp), parameter :: largest_area_change = 5.0_dp
@@ -37,52 +40,74 @@ module scree_iteration_end
 contains
 
   !> Whether a correction by the tangent leaves nothing to the next one: that would change a millionth of the tolerance, and the
-  !> stress by a share of 1e4 tolerances; or a small share of what the step is off by, and of the stress.
+  !> stress by a share of 1e4 tolerances.
   !>
   !> The first is much less than the tolerance, as what is left has one sign: with the whole of it a free spin lost 5e-6 of its
   !> angular momentum in 1000 turns of 100 steps, where it loses 2e-12.
-  pure logical function leaves_nothing(tolerance, cache, member, rule, change, first, touching) result(nothing)
+  pure logical function leaves_nothing(tolerance, cache, member, rule, change, touching)
     real(dp), intent(in) :: tolerance     !! largest change of theta
-    type(cache_t), intent(in) :: cache    !! its equations have the correction
+    type(cache_t), intent(in) :: cache
     integer, intent(in) :: member(:)      !! elements that settle together
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: change        !! of theta by the correction
-    real(dp), intent(in) :: first         !! of theta by the first correction, several times what the step is off by; 0: not known,
-                                          !! and where they touch
     logical, intent(in) :: touching       !! contacts or bolts press on them
-    real(dp) :: largest, left, share, strain, strained
+    real(dp) :: largest, left, strained
+    integer :: k
+
+    largest = 1.0_dp
+    strained = 0.0_dp
+    do k = 1, size(member)
+      largest = max(largest, turn_by_strain(cache%element(member(k)), rule))
+      strained = max(strained, stress_as_strain(cache%element(member(k))))
+    end do
+    left = change*(change + merge(strained, 0.0_dp, touching))
+    leaves_nothing = left*largest < share_of_change*tolerance .and. left <= share_of_stress*tolerance*strained
+  end function leaves_nothing
+
+  !> Whether a correction by the tangent leaves little to the next one: a small share of what the step is off by, and of the stress;
+  !> and where they touch forces whose work is a share of what the step loses, so that friction takes no more than is lost.
+  pure logical function leaves_little(model, cache, member, rule, d, change, first, touching)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache    !! its equations have the correction
+    integer, intent(in) :: member(:)      !! elements that settle together
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)          !! (n_unknowns) displacement of the step
+    real(dp), intent(in) :: change        !! of theta by the correction
+    real(dp), intent(in) :: first         !! of theta by the first correction, several times what the step is off by
+    logical, intent(in) :: touching       !! contacts press on them
+    real(dp) :: largest, share, corrected, deformed, turned, strained, now(4), before(4)
     integer :: k
 
     largest = 0.0_dp
-    strain = 0.0_dp
+    corrected = 0.0_dp
+    deformed = 0.0_dp
+    turned = 0.0_dp
     strained = 0.0_dp
     do k = 1, size(member)
-      associate (own => cache%element(member(k)))
+      associate (own => cache%element(member(k)), gradient => cache%element(member(k))%kinematics%gradient)
+        now = matmul(gradient, values_of(model%elements, member(k), d))
+        before = now - matmul(gradient, values_of(model%elements, member(k), cache%equations%correction))
+        corrected = max(corrected, 0.5_dp*abs(dot_product(own%elasticity(1, :) + own%elasticity(2, :), &
+                                                          green_strain(now) - green_strain(before)))/own%elasticity(1, 1))
+        deformed = max(deformed, maxval(abs(green_strain(now))))
+        turned = max(turned, maxval(abs(now)))
         largest = max(largest, turn_by_strain(own, rule))
-        strained = max(strained, maxval(abs(own%stress))/own%elasticity(1, 1))
-        if (first > 0) strain = max(strain, strain_of_correction(cache, member(k)))
+        strained = max(strained, stress_as_strain(own))
       end associate
     end do
-    left = change*(change + merge(strained, 0.0_dp, touching))
-    nothing = left*max(largest, 1.0_dp) < share_of_change*tolerance .and. left <= share_of_stress*tolerance*strained
-    if (nothing .or. .not. first > 0) return
-    share = min(tolerance/usual_tolerance, 1.0_dp)
-    nothing = change*(change + largest*strain) < share*share_of_first*first &
-              .and. left <= share*share_of_moving_stress*strained
-  end function leaves_nothing
+    share = min(model%settings%tolerance/usual_tolerance, 1.0_dp)
+    leaves_little = change*(change + largest*corrected) < share*share_of_first*first &
+                    .and. change**2 <= share*share_of_moving_stress*strained
+    if (touching) leaves_little = leaves_little .and. largest*change*(change*deformed + corrected*max(turned, first)) &
+                                  < share*share_of_loss*(0.5_dp - 0.25_dp/rule%displacement_weight)*first**2
+  end function leaves_little
 
-  !> Largest strain of an element by the last correction.
-  pure real(dp) function strain_of_correction(cache, e) result(strain)
-    type(cache_t), intent(in) :: cache
-    integer, intent(in) :: e
-    real(dp) :: own(element_unknowns)
-    integer :: i
+  !> Largest stress of an element, over what resists a strain.
+  pure real(dp) function stress_as_strain(own)
+    type(element_cache_t), intent(in) :: own
 
-    do i = 1, element_unknowns
-      own(i) = cache%equations%correction(cache%equations%unknown(i, e))
-    end do
-    strain = maxval(abs(small_strain(matmul(cache%element(e)%kinematics%gradient, own))))
-  end function strain_of_correction
+    stress_as_strain = maxval(abs(own%stress))/own%elasticity(1, 1)
+  end function stress_as_strain
 
   !> The angle by which the stress of a strain turns an element in a step, over that strain.
   pure real(dp) function turn_by_strain(own, rule) result(turn)

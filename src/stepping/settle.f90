@@ -8,7 +8,7 @@
 !> it the open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
 module scree_settle
   use scree_contact_blame, only: states_of
-  use scree_contact_rules, only: iteration_rules, measure_contacts, place
+  use scree_contact_rules, only: forces_stay_linear, iteration_rules, measure_contacts, place
   use scree_contact_try, only: contact_try_t, take_all, take_island
   use scree_correction_mixing, only: mix
   use scree_effects, only: add_element_effects
@@ -118,7 +118,7 @@ contains
         change = change_of(cache%element(e)%kinematics, cache%equations%correction(ids), group%bolted)
       end associate
       if (i == 1 .and. group%may_leave) group%first = change
-      outcome%settled = is_settled(model, cache, group, change, residual)
+      outcome%settled = is_settled(model, cache, group, d, change, residual)
       if (outcome%settled) return
       if (model%settings%iterate == iterate_hybrid) group%rule%tangent = change < near_solution
     end do
@@ -210,7 +210,7 @@ contains
     end if
     call find_change(model, cache, group, d, change, worst)
     if (first .and. group%may_leave) group%first = change
-    outcome%settled = is_settled(model, cache, group, change, residual) &
+    outcome%settled = is_settled(model, cache, group, d, change, residual) &
                       .and. .not. (group%open_close%repeats_first_of_run .and. state%step == 0 .and. first)
     if (group%in_contact) call judge(model, cache, state, group, contacts, d, outcome, judged)
     if (.not. outcome%settled) call choose_operator(model, change, group)
@@ -234,6 +234,7 @@ contains
     if (.not. group%linear) call place(model, cache, state, d, contacts)
     group%open_close = iteration_rules(contacts%law)
     group%open_close%poses_at_once = group%open_close%poses_at_once .and. .not. group%linear
+    group%may_leave = group%may_leave .and. forces_stay_linear(model, contacts)
     group%sound = values_of_members(model, group, d)
     if (contacts%goes_on) then
       call judge_contacts(model, d, contacts)
@@ -338,6 +339,7 @@ contains
       return
     end if
     outcome%settled = .false.
+    group%first = 0.0_dp
     call settle_circles(model, cache, state, group, before, prompt, contacts, d, outcome)
   end subroutine judge
 

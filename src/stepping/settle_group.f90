@@ -9,7 +9,7 @@ module scree_settle_group
   use scree_flickering, only: flickering_t
   use scree_integrator, only: turns_acceleration
   use scree_interpolation, only: kinematics_t
-  use scree_iteration_end, only: leaves_nothing
+  use scree_iteration_end, only: leaves_little, leaves_nothing
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_pair_effects, only: add_bolts, is_bolted
@@ -41,7 +41,7 @@ module scree_settle_group
     logical :: bolted = .false.
     logical :: smooth = .false.               !! they begin with their acceleration
     logical :: may_leave = .false.            !! a share of what the step is off by
-    real(dp) :: first = 0.0_dp                !! of those that may, what the first correction changed theta by
+    real(dp) :: first = 0.0_dp                !! of those that may, what the first correction changed theta by; 0: no longer
     logical :: strays = .false.               !! iterates may leave what areas may change by, as nothing hangs on them but the next
     type(iteration_rules_t) :: open_close     !! how contacts are judged
     logical :: nested = .false.               !! contacts settle for each operator of the deformation
@@ -67,8 +67,7 @@ module scree_settle_group
 contains
 
   !> Tells whether the forces of a group are linear, what its iterates may be, the operator that it begins with, and whether its end
-  !> may leave a share of what the step is off by. Not so of what no fixed point holds, which keeps its momentum and energy, of
-  !> contacts, whose friction and impacts may give no energy, nor by schemes that conserve.
+  !> may leave a share of what the step is off by. Not so of what nothing holds, which keeps its momentum and energy.
   pure subroutine tell_kind(model, cache, d, smooth, group)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -83,7 +82,7 @@ contains
     group%linear = group%linear .and. .not. group%bolted ! its axis turns
     group%strays = .not. (model%effects%carried > 0 .or. group%in_contact)
     group%may_leave = group%smooth .and. turns_acceleration(model%settings) &
-                      .and. has_fixed_point(model, group%member) .and. .not. (group%in_contact .or. group%bolted)
+                      .and. (has_fixed_point(model, group%member) .or. group%in_contact) .and. .not. group%bolted
     group%rule%tangent = model%settings%iterate == iterate_newton
     if (model%settings%iterate == iterate_hybrid) &
       group%rule%tangent = turns_unstrained(model, cache, group%member, d, group%rule, group%smooth)
@@ -207,11 +206,12 @@ contains
   end function balances
 
   !> Whether the deformation has settled, by its last change or what that leaves, or with small strain by the residual.
-  pure logical function is_settled(model, cache, group, change, residual)
+  pure logical function is_settled(model, cache, group, d, change, residual)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(group_t), intent(in) :: group
-    real(dp), intent(in) :: change   !! of theta
+    real(dp), intent(in) :: d(:)     !! (n_unknowns) after the correction
+    real(dp), intent(in) :: change   !! of theta, by the correction
     real(dp), intent(in) :: residual !! of the correction
 
     if (group%linear) then
@@ -220,7 +220,10 @@ contains
       is_settled = change < model%settings%tolerance
       if (group%rule%tangent .and. model%effects%carried > 0 .and. .not. (is_settled .or. group%frozen)) &
         is_settled = leaves_nothing(model%settings%tolerance, cache, group%member, group%rule, change, &
-                                    group%first, group%in_contact .or. group%bolted)
+                                    group%in_contact .or. group%bolted)
+      if (group%rule%tangent .and. group%first > 0 .and. .not. (is_settled .or. group%frozen)) &
+        is_settled = leaves_little(model, cache, group%member, group%rule, d, change, group%first, &
+                                   group%in_contact)
       is_settled = is_settled .and. model%settings%test /= test_residual .and. residual <= linear_tolerance(model)
     end if
   end function is_settled

@@ -90,10 +90,10 @@ contains
 
   end subroutine predict
 
-  !> Lets a block that turns about a point in it or near it keep its distance from there.
+  !> Lets a block keep its size, and one that turns about a point in it or near it its distance from there.
   !>
   !> With complex numbers it goes from x to x + z (x - q). That the acceleration changes in the step is an error of z, of which the
-  !> part that strains is taken back: x goes to q + (1 + z)/|1 + z| (x - q).
+  !> part that strains is taken back: x goes to q + (1 + z)/|1 + z| (x - q), or so about its middle, where q is far.
   pure subroutine keep_distance(own, ids, d)
     type(element_cache_t), intent(in) :: own
     integer, intent(in) :: ids(:)
@@ -102,9 +102,10 @@ contains
 
     z = cmplx(0.5_dp*(d(ids(4)) + d(ids(5))), d(ids(3)), dp)
     moved = cmplx(d(ids(1)), d(ids(2)), dp)
-    if (.not. abs(moved) < near*sqrt(own%kinematics%area)*abs(z)) return
-    pivot = -moved/z                           ! from the centroid
-    moved = pivot + (moved - pivot)/abs(1 + z)
+    if (abs(moved) < near*sqrt(own%kinematics%area)*abs(z)) then
+      pivot = -moved/z                         ! from the centroid
+      moved = pivot + (moved - pivot)/abs(1 + z)
+    end if
     z = (1 + z)/abs(1 + z) - 1
     d(ids(1:2)) = [real(moved), aimag(moved)]
     d(ids(4:5)) = d(ids(4:5)) + (real(z) - 0.5_dp*(d(ids(4)) + d(ids(5))))
