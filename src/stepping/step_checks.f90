@@ -11,8 +11,8 @@ module scree_step_checks
   use scree_polygon, only: twice_area
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_state, only: state_t
-  use scree_step_try, only: cut_by_leap, cut_by_overlap, cut_by_travel, cut_by_turn, outcome_t, reject, &
-                             remedy_stiffer, remedy_wider, try_t
+  use scree_step_try, only: cut_by_leap, cut_by_overlap, cut_by_travel, cut_by_turn, reject, remedy_stiffer, &
+                             remedy_wider, try_t
   use scree_strain_rotation, only: is_decomposed
   use scree_system, only: values_of
   use scree_trouble, only: new_trouble, words_of
@@ -29,33 +29,31 @@ module scree_step_checks
 contains
 
   !> Rejects a try that went beyond what it may, and says what the next one is to do.
-  subroutine check_try(model, cache, state, try, outcome)
+  subroutine check_try(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
-    type(outcome_t), intent(inout) :: outcome
 
-    if (allocated(model%effects%contact)) call check_search(model, cache, state, try, outcome)
-    if (outcome%settled .and. model%settings%most_travel < huge(1.0_dp)) call check_travel(model, cache, state, try, outcome)
-    if (outcome%settled .and. allocated(model%effects%contact)) call check_penetration(model, try, outcome)
-    if (outcome%settled .and. model%effects%strain_rotation) call check_rotations(model, cache, try, outcome)
+    if (allocated(model%effects%contact)) call check_search(model, cache, state, try)
+    if (try%outcome%settled .and. model%settings%most_travel < huge(1.0_dp)) call check_travel(model, cache, state, try)
+    if (try%outcome%settled .and. allocated(model%effects%contact)) call check_penetration(model, try)
+    if (try%outcome%settled .and. model%effects%strain_rotation) call check_rotations(model, cache, try)
   end subroutine check_try
 
   !> Rejects a try in which an element turns farther than strain beside rotation is defined.
-  subroutine check_rotations(model, cache, try, outcome)
+  subroutine check_rotations(model, cache, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
-    type(try_t), intent(in) :: try
-    type(outcome_t), intent(inout) :: outcome
+    type(try_t), intent(inout) :: try
     integer :: e, k
 
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       associate (element => cache%element(e)%kinematics)
         if (is_decomposed(matmul(element%gradient, values_of(model%elements, e, try%d)))) cycle
-        call reject(outcome, cut_by_turn, 'it turns by a right angle, beside which there is no strain', 'method.strain=green', e, &
-                    element%centroid)
+        call reject(try%outcome, cut_by_turn, 'it turns by a right angle, beside which there is no strain', 'method.strain=green', &
+                    e, element%centroid)
       end associate
       return
     end do
@@ -65,12 +63,11 @@ contains
   !>
   !> A vertex that leaps, as one of small edges does that gets its weight at once, is looked for once as far as it went; not where
   !> its body leaps too, nor on the way to an equilibrium, whose steps are as long as nothing leaps.
-  subroutine check_search(model, cache, state, try, outcome)
+  subroutine check_search(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
-    type(outcome_t), intent(inout) :: outcome
     real(dp) :: beyond(4)
     logical :: again, leaps
 
@@ -81,14 +78,14 @@ contains
     again = leaps .and. .not. (beyond(4) > 1 .or. allocated(try%contacts%leapt) .or. allocated(state%settling))
     if (again) again = .not. any_body_leaps(model, cache, state, try)
     if (again) then
-      outcome%settled = .false.
+      try%outcome%settled = .false.
       try%remedy = remedy_wider
       try%contacts%leapt = try%d
     else if (leaps .or. beyond(4) > 1) then
       call reject_fastest(model, cache, state, cut_by_leap, 'a vertex leapt over what is near it, or turned too far', &
-                          'a smaller step.least', try, outcome)
+                          'a smaller step.least', try)
     else if (any(beyond(:2) > 0)) then
-      outcome%settled = .false.
+      try%outcome%settled = .false.
       try%remedy = remedy_wider
       try%contacts%margin = try%contacts%margin + 2*beyond(1)
       try%contacts%swing = try%contacts%swing + 2*beyond(2)
@@ -117,12 +114,11 @@ contains
   end function any_body_leaps
 
   !> Rejects a try in which a vertex goes too far.
-  subroutine check_travel(model, cache, state, try, outcome)
+  subroutine check_travel(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
-    type(outcome_t), intent(inout) :: outcome
     real(dp) :: ratio
     integer :: e
 
@@ -130,30 +126,28 @@ contains
     ratio = try%travel/model%settings%most_travel
     if (ratio <= merge(leeway, 1.0_dp, model%settings%chooses_step)) return
     call reject_fastest(model, cache, state, cut_by_travel, 'a vertex went farther than step.travel lets it', &
-                        'a larger step.travel or a smaller step.least', try, outcome)
+                        'a larger step.travel or a smaller step.least', try)
     if (model%settings%chooses_step) try%shorter = 1/sqrt(ratio)
   end subroutine check_travel
 
   !> Rejects a try for the element with the vertex that goes farthest.
-  subroutine reject_fastest(model, cache, state, reason, what, advice, try, outcome)
+  subroutine reject_fastest(model, cache, state, reason, what, advice, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     integer, intent(in) :: reason
     character(len=*), intent(in) :: what, advice
     type(try_t), intent(inout) :: try
-    type(outcome_t), intent(inout) :: outcome
     integer :: e
 
     call find_farthest(model, cache, state, try%d, try%travel, e)
-    call reject(outcome, reason, what, advice, e, cache%element(e)%kinematics%centroid)
+    call reject(try%outcome, reason, what, advice, e, cache%element(e)%kinematics%centroid)
   end subroutine reject_fastest
 
   !> Rejects a try with contacts that overlap too much, and makes their springs stiffer, where these adapt.
-  subroutine check_penetration(model, try, outcome)
+  subroutine check_penetration(model, try)
     type(model_t), intent(in) :: model
     type(try_t), intent(inout) :: try
-    type(outcome_t), intent(inout) :: outcome
     real(dp) :: apart(2), stiffness(2)
 
     if (.not. stiffness_adapts(try%contacts%law) .or. try%stiffened == most_stiffenings) return
@@ -164,7 +158,7 @@ contains
     try%contacts%law%shear_stiffness = stiffening*stiffness(2)
     try%stiffened = try%stiffened + 1
     try%remedy = remedy_stiffer
-    call reject(outcome, cut_by_overlap, 'contacts overlapped too much', 'a larger contact.stiffness', 0)
+    call reject(try%outcome, cut_by_overlap, 'contacts overlapped too much', 'a larger contact.stiffness', 0)
   end subroutine check_penetration
 
   !> Farthest that a vertex goes, and its element.

@@ -43,6 +43,7 @@ module scree_step_try
     logical, allocatable :: smooth(:)    !! (n_elements) they begin with their acceleration
     type(impact_t) :: impact             !! at its end
     type(contact_try_t) :: contacts
+    type(outcome_t) :: outcome           !! of it and of those before it
     integer :: remedy = remedy_shorter   !! where it has not settled
     real(dp) :: shorter = 1.0_dp         !! share of the step that the next one takes then
     real(dp) :: travel = 0.0_dp          !! largest of a vertex, where a step may go only so far, length

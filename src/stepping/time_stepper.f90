@@ -30,7 +30,7 @@ module scree_time_stepper
   use scree_step_checks, only: check_state, check_try
   use scree_step_constraints, only: constraints_of_step
   use scree_strain_choice, only: add_where_needed, choose_at_start, take_choice
-  use scree_step_try, only: begin_outcome, cut_reasons, outcome_t, remedy_shorter, remedy_stiffer, remedy_wider, try_t
+  use scree_step_try, only: begin_outcome, cut_reasons, remedy_shorter, remedy_stiffer, remedy_wider, try_t
   use scree_text, only: rounded_text
   use scree_timers, only: begin_phase, phase_check, phase_restitution, phase_search, phase_update
   use scree_trouble, only: trouble_t, words_of
@@ -82,32 +82,31 @@ contains
     type(step_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error
     type(try_t) :: try
-    type(outcome_t) :: outcome
 
     call begin_step(model, cache, state, dt, try)
     tries: do
-      call begin_outcome(outcome)
-      call begin_try(model, cache, state, outcome%rejected, try, error)
+      call begin_outcome(try%outcome)
+      call begin_try(model, cache, state, try, error)
       if (allocated(error)) return
       if (allocated(state%sleep) .and. size(try%contacts%contact) > 0) call find_sleepers(model, state, try, report%reached)
       if (allocated(report%reached)) return
-      call settle_try(model, cache, state, try, outcome)
-      if (outcome%settled) call check_try(model, cache, state, try, outcome)
-      if (outcome%settled) then
-        if (may_strike(model, try%contacts)) call make_impact(model, cache, state, try, outcome)
+      call settle_try(model, cache, state, try)
+      if (try%outcome%settled) call check_try(model, cache, state, try)
+      if (try%outcome%settled) then
+        if (may_strike(model, try%contacts)) call make_impact(model, cache, state, try)
       end if
-      if (outcome%settled) exit tries
-      call mend(model, try, outcome, error)
+      if (try%outcome%settled) exit tries
+      call mend(model, try, error)
       if (allocated(error)) return
-      if (outcome%rejected > 0 .and. stop_signal() > 0) return
+      if (try%outcome%rejected > 0 .and. stop_signal() > 0) return
     end do tries
     call begin_phase(cache%timers, phase_update)
-    report = step_report_t(dt=try%dt, iterations=outcome%iterations, solves=outcome%solves, judged=outcome%judged, &
-                           rejected=outcome%rejected, travel=try%travel, &
+    report = step_report_t(dt=try%dt, iterations=try%outcome%iterations, solves=try%outcome%solves, judged=try%outcome%judged, &
+                           rejected=try%outcome%rejected, travel=try%travel, &
                            work=work_of_step(model, cache, state, try%rule, try%d), &
                            ramp=work_of_ramp(model, cache, try%d, try%rule), &
-                           weight_share=mean_share_of_weight(model, try%rule), cut=outcome%cut, impact=outcome%impact, &
-                           blow=blow_of_try(model, cache, state, try), cuts=outcome%cuts)
+                           weight_share=mean_share_of_weight(model, try%rule), cut=try%outcome%cut, impact=try%outcome%impact, &
+                           blow=blow_of_try(model, cache, state, try), cuts=try%outcome%cuts)
     call accept(model, try, report%work + report%ramp, cache, state)
     call check_state(model, state, error)
     if (allocated(error) .or. model%effects%carried > 0) return
@@ -148,11 +147,10 @@ contains
   end subroutine begin_step
 
   !> Weights of the step, who may touch, constraints and prediction.
-  subroutine begin_try(model, cache, state, rejected, try, error)
+  subroutine begin_try(model, cache, state, try, error)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
-    integer, intent(in) :: rejected           !! tries before it
     type(try_t), intent(inout) :: try
     type(error_t), allocatable, intent(out) :: error
     type(constraints_t) :: constraints
@@ -162,7 +160,7 @@ contains
     try%remedy = remedy_shorter
     try%shorter = merge(shorter_cut, cut, model%settings%chooses_step)
     if (allocated(state%settling)) try%shorter = static_cut
-    if (rejected > 0 .and. goes_on_after_cut(try%contacts%law)) then
+    if (try%outcome%rejected > 0 .and. goes_on_after_cut(try%contacts%law)) then
       call begin_again(try%rule, try%contacts)
     else
       call begin_pairs(model, cache, state, try)
@@ -256,20 +254,19 @@ contains
   end subroutine find_sleepers
 
   !> Settles a try, and what small strain turns out not to be enough for once more.
-  subroutine settle_try(model, cache, state, try, outcome)
+  subroutine settle_try(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
-    type(outcome_t), intent(inout) :: outcome
     logical, allocatable :: among(:) !! (n_elements) groups with some of these are settled; not allocated: all
     logical :: found
 
     if (allocated(try%impact%among)) among = try%impact%among
     do
-      call settle(model, cache, state, try%rule, try%contacts, try%d, outcome, among, try%smooth)
+      call settle(model, cache, state, try%rule, try%contacts, try%d, try%outcome, among, try%smooth)
       call begin_phase(cache%timers, phase_check)
-      if (.not. (outcome%settled .and. allocated(try%green))) return
+      if (.not. (try%outcome%settled .and. allocated(try%green))) return
       call add_where_needed(model, cache, try%contacts%pair, try%d, try%green, found)
       if (.not. found) return
       among = spread(.false., 1, model%n_elements)
@@ -306,14 +303,12 @@ contains
 
   !> Makes the step once more where bodies came together in it, with their impact. Where that outruns the search the try has not
   !> settled, and asks for a wider one.
-  subroutine make_impact(model, cache, state, try, outcome)
+  subroutine make_impact(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
-    type(outcome_t), intent(inout) :: outcome
     type(try_t) :: again
-    type(outcome_t) :: outcome_again
     type(state_t) :: pushed
     logical :: possible
 
@@ -324,51 +319,48 @@ contains
     if (size(again%impact%bearing) == 0) return
     pushed = state
     pushed%velocity = pushed%velocity + again%impact%push
-    outcome_again = outcome
-    call settle_try(model, cache, pushed, again, outcome_again)
-    if (outcome_again%settled) call check_try(model, cache, state, again, outcome_again)
+    call settle_try(model, cache, pushed, again)
+    if (again%outcome%settled) call check_try(model, cache, state, again)
     call begin_phase(cache%timers, phase_restitution)
-    possible = outcome_again%settled
-    outcome%settled = possible .or. again%remedy /= remedy_wider
-    if (.not. outcome%settled) then
+    possible = again%outcome%settled
+    try%outcome%settled = possible .or. again%remedy /= remedy_wider
+    if (.not. try%outcome%settled) then
       try%remedy = remedy_wider
       try%contacts%margin = again%contacts%margin
       try%contacts%swing = again%contacts%swing
       if (allocated(again%contacts%leapt)) try%contacts%leapt = again%contacts%leapt
     else if (.not. possible) then
-      outcome%impact = outcome_again%trouble
+      try%outcome%impact = again%outcome%trouble
     end if
     if (possible) &
       call rebound(model, cache, state, try%rule, again%d, try%contacts, again%contacts, again%impact, possible)
-    outcome%solves = outcome_again%solves
-    outcome%judged = outcome_again%judged
-    if (.not. possible) then
+    if (possible) then
+      try = again
+    else
+      try%outcome%solves = again%outcome%solves
+      try%outcome%judged = again%outcome%judged
       if (allocated(try%green)) call take_choice(model, try%green, cache)
-      return
     end if
-    outcome%iterations = max(outcome%iterations, outcome_again%iterations)
-    try = again
   end subroutine make_impact
 
   !> Makes the next try shorter, where that is what the rejected one asks for.
   !>
   !> Errors: the step falls below its least size.
-  subroutine mend(model, try, outcome, error)
+  subroutine mend(model, try, error)
     type(model_t), intent(in) :: model
     type(try_t), intent(inout) :: try
-    type(outcome_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
 
     if (try%remedy == remedy_wider) return ! nothing that the step did was wrong
-    outcome%rejected = outcome%rejected + 1
-    outcome%cut = outcome%trouble
-    outcome%cuts(outcome%reason) = outcome%cuts(outcome%reason) + 1
+    try%outcome%rejected = try%outcome%rejected + 1
+    try%outcome%cut = try%outcome%trouble
+    try%outcome%cuts(try%outcome%reason) = try%outcome%cuts(try%outcome%reason) + 1
     if (try%remedy == remedy_stiffer) return
     try%dt = try%shorter*try%dt
     try%contacts%goes_on = .false.
     if (allocated(try%contacts%leapt)) deallocate (try%contacts%leapt)
     if (try%dt < model%settings%least_step) &
-      call fail(error, status_run_failed, words_of(outcome%trouble, model, 'the step size fell below step.least, '// &
+      call fail(error, status_run_failed, words_of(try%outcome%trouble, model, 'the step size fell below step.least, '// &
                                                    rounded_text(model%settings%least_step)))
   end subroutine mend
 
