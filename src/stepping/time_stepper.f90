@@ -30,10 +30,10 @@ module scree_time_stepper
   use scree_step_checks, only: check_state, check_try
   use scree_step_constraints, only: constraints_of_step
   use scree_strain_choice, only: add_where_needed, choose_at_start, take_choice
-  use scree_step_try, only: begin_outcome, cut_reasons, remedy_shorter, remedy_stiffer, remedy_wider, try_t
+  use scree_step_try, only: begin_outcome, outcome_t, remedy_shorter, remedy_stiffer, remedy_wider, try_t
   use scree_text, only: rounded_text
   use scree_timers, only: begin_phase, phase_check, phase_restitution, phase_search, phase_update
-  use scree_trouble, only: trouble_t, words_of
+  use scree_trouble, only: words_of
   use scree_update, only: update_state
   implicit none
   private
@@ -48,22 +48,15 @@ module scree_time_stepper
   !> that begins at rest goes as the square of its size under the same forces.
   real(dp), parameter :: kept = 2.0_dp
 
-  !> What a step took.
-  type :: step_report_t
+  !> What a step took, with what its tries came to.
+  type, extends(outcome_t) :: step_report_t
     real(dp) :: dt = 0.0_dp              !! time
-    integer :: iterations = 0            !! of the accepted try
-    integer :: solves = 0                !! of all tries
-    integer, allocatable :: judged(:, :) !! (4, n) contacts open, sliding, locked, changing, at each judgement of all tries
-    integer :: rejected = 0              !! tries
     integer :: refused = 0               !! steps made before it that were off by too much
     real(dp) :: travel = 0.0_dp          !! largest of a vertex, where a step may go only so far, length
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness
     real(dp) :: ramp = 0.0_dp            !! of what lets the weights grow, likewise
     real(dp) :: weight_share = 1.0_dp    !! of the weights that acted, on the mean
-    type(trouble_t) :: cut               !! why its last try that was rejected was
-    type(trouble_t) :: impact            !! why an impact in it was left to springs
     type(blow_t) :: blow                 !! of what springs give back by chance
-    integer :: cuts(size(cut_reasons)) = 0 !! tries that were rejected for each reason
     type(balance_t), allocatable :: balance !! at its end, of a static step
     integer, allocatable :: reached(:)   !! blocks asleep that others may touch; allocated: they are to wake, no step was made
   end type step_report_t
@@ -101,12 +94,10 @@ contains
       if (try%outcome%rejected > 0 .and. stop_signal() > 0) return
     end do tries
     call begin_phase(cache%timers, phase_update)
-    report = step_report_t(dt=try%dt, iterations=try%outcome%iterations, solves=try%outcome%solves, judged=try%outcome%judged, &
-                           rejected=try%outcome%rejected, travel=try%travel, &
+    report = step_report_t(outcome_t=try%outcome, dt=try%dt, travel=try%travel, &
                            work=work_of_step(model, cache, state, try%rule, try%d), &
                            ramp=work_of_ramp(model, cache, try%d, try%rule), &
-                           weight_share=mean_share_of_weight(model, try%rule), cut=try%outcome%cut, impact=try%outcome%impact, &
-                           blow=blow_of_try(model, cache, state, try), cuts=try%outcome%cuts)
+                           weight_share=mean_share_of_weight(model, try%rule), blow=blow_of_try(model, cache, state, try))
     call accept(model, try, report%work + report%ramp, cache, state)
     call check_state(model, state, error)
     if (allocated(error) .or. model%effects%carried > 0) return
