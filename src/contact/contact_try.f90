@@ -8,7 +8,7 @@ module scree_contact_try
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: contact_try_t, count_states, follow_motion, of_elements, row_across, take_all, take_island
+  public :: contact_try_t, count_states, follow_motion, of_elements, row_across, states_of, take_all, take_island
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -86,6 +86,15 @@ contains
       end associate
     end do
   end subroutine count_states
+
+  !> States of the entrances of the contacts that are settled together.
+  pure function states_of(try) result(states)
+    type(contact_try_t), intent(in) :: try
+    integer :: states(2, try%last - try%first + 1)
+
+    states(1, :) = try%contact(try%first:try%last)%entrance(1)%state
+    states(2, :) = try%contact(try%first:try%last)%entrance(2)%state
+  end function states_of
 
   !> Lets contacts follow the motion from here on, each as it is placed the next time.
   pure subroutine follow_motion(try)

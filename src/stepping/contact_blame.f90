@@ -2,7 +2,7 @@
 module scree_contact_blame
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_rules, only: gaps_and_slips
-  use scree_contact_try, only: contact_try_t
+  use scree_contact_try, only: contact_try_t, states_of
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_state, only: state_t
@@ -10,7 +10,7 @@ module scree_contact_blame
   use scree_text, only: number_text
   implicit none
   private
-  public :: reject_contacts, states_of
+  public :: reject_contacts
 
 contains
 
@@ -48,14 +48,5 @@ contains
       outcome%trouble%position = state%vertex(:, outlines%start(entrance%vertex))
     end associate
   end subroutine reject_contacts
-
-  !> States of the entrances of the contacts that are settled together.
-  pure function states_of(contacts) result(states)
-    type(contact_try_t), intent(in) :: contacts
-    integer :: states(2, contacts%last - contacts%first + 1)
-
-    states(1, :) = contacts%contact(contacts%first:contacts%last)%entrance(1)%state
-    states(2, :) = contacts%contact(contacts%first:contacts%last)%entrance(2)%state
-  end function states_of
 
 end module scree_contact_blame

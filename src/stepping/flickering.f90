@@ -4,8 +4,7 @@
 !> few bodies that bear little, as the upper courses of a wall when a wave throws them up, change their contacts for ever, and
 !> all others solve their equations with them. These are settled among themselves.
 module scree_flickering
-  use scree_contact_blame, only: states_of
-  use scree_contact_try, only: contact_try_t
+  use scree_contact_try, only: contact_try_t, states_of
   use scree_kinds, only: dp
   implicit none
   private

@@ -7,9 +7,8 @@
 !> What shares and touches nothing is settled alone. The elements of an island are settled together: deformation outside, and inside
 !> it the open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
 module scree_settle
-  use scree_contact_blame, only: states_of
   use scree_contact_rules, only: forces_stay_linear, iteration_rules, measure_contacts, place
-  use scree_contact_try, only: contact_try_t, take_all, take_island
+  use scree_contact_try, only: contact_try_t, states_of, take_all, take_island
   use scree_correction_mixing, only: mix
   use scree_effects, only: add_element_effects
   use scree_element_term, only: step_rule_t, term_t
