@@ -19,12 +19,12 @@ module scree_iteration_end
   use scree_green_strain, only: green_strain
   use scree_kinds, only: dp
   use scree_model, only: cache_t, element_cache_t, model_t
-  use scree_step_try, only: cut_by_deformation, outcome_t, reject
+  use scree_step_try, only: cut_by_deformation, outcome_t, reject, try_t
   use scree_system, only: values_of
   use scree_text, only: number_text
   implicit none
   private
-  public :: check_area, check_areas, leaves_little, leaves_nothing, reject_unsettled, turn_by_strain
+  public :: check_areas, leaves_little, leaves_nothing, reject_unsettled, turn_by_strain
 
   !> Shares of the tolerance: of what the next correction may change, which is rounding over many steps; and of its stress that an
   !> element may be off by.
@@ -44,37 +44,35 @@ contains
   !>
   !> The first is much less than the tolerance, as what is left has one sign: with the whole of it a free spin lost 5e-6 of its
   !> angular momentum in 1000 turns of 100 steps, where it loses 2e-12.
-  pure logical function leaves_nothing(tolerance, cache, member, rule, change, touching)
-    real(dp), intent(in) :: tolerance     !! largest change of theta
+  pure logical function leaves_nothing(model, cache, try, change)
+    type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
-    integer, intent(in) :: member(:)      !! elements that settle together
-    type(step_rule_t), intent(in) :: rule
+    type(try_t), intent(in) :: try
     real(dp), intent(in) :: change        !! of theta by the correction
-    logical, intent(in) :: touching       !! contacts or bolts press on them
     real(dp) :: largest, left, strained
     integer :: k
 
     largest = 1.0_dp
     strained = 0.0_dp
-    do k = 1, size(member)
-      largest = max(largest, turn_by_strain(cache%element(member(k)), rule))
-      strained = max(strained, stress_as_strain(cache%element(member(k))))
+    do k = 1, size(try%group%member)
+      associate (own => cache%element(try%group%member(k)))
+        largest = max(largest, turn_by_strain(own, try%rule))
+        strained = max(strained, stress_as_strain(own))
+      end associate
     end do
-    left = change*(change + merge(strained, 0.0_dp, touching))
-    leaves_nothing = left*largest < share_of_change*tolerance .and. left <= share_of_stress*tolerance*strained
+    left = change*(change + merge(strained, 0.0_dp, try%group%in_contact .or. try%group%bolted))
+    associate (tolerance => model%settings%tolerance)
+      leaves_nothing = left*largest < share_of_change*tolerance .and. left <= share_of_stress*tolerance*strained
+    end associate
   end function leaves_nothing
 
   !> Whether a correction by the tangent leaves little to the next one: a small share of what the step is off by, and of the stress;
   !> and where they touch forces whose work is a share of what the step loses, so that friction takes no more than is lost.
-  pure logical function leaves_little(model, cache, member, rule, d, change, first, touching)
+  pure logical function leaves_little(model, cache, try, change)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache    !! its equations have the correction
-    integer, intent(in) :: member(:)      !! elements that settle together
-    type(step_rule_t), intent(in) :: rule
-    real(dp), intent(in) :: d(:)          !! (n_unknowns) displacement of the step
+    type(try_t), intent(in) :: try        !! whose first correction is several times what the step is off by
     real(dp), intent(in) :: change        !! of theta by the correction
-    real(dp), intent(in) :: first         !! of theta by the first correction, several times what the step is off by
-    logical, intent(in) :: touching       !! contacts press on them
     real(dp) :: largest, share, corrected, deformed, turned, strained, now(4), before(4)
     integer :: k
 
@@ -83,23 +81,27 @@ contains
     deformed = 0.0_dp
     turned = 0.0_dp
     strained = 0.0_dp
-    do k = 1, size(member)
-      associate (own => cache%element(member(k)), gradient => cache%element(member(k))%kinematics%gradient)
-        now = matmul(gradient, values_of(model%elements, member(k), d))
-        before = now - matmul(gradient, values_of(model%elements, member(k), cache%equations%correction))
+    do k = 1, size(try%group%member)
+      associate (e => try%group%member(k), own => cache%element(try%group%member(k)), &
+                 gradient => cache%element(try%group%member(k))%kinematics%gradient)
+        now = matmul(gradient, values_of(model%elements, e, try%d))
+        before = now - matmul(gradient, values_of(model%elements, e, cache%equations%correction))
         corrected = max(corrected, 0.5_dp*abs(dot_product(own%elasticity(1, :) + own%elasticity(2, :), &
                                                           green_strain(now) - green_strain(before)))/own%elasticity(1, 1))
         deformed = max(deformed, maxval(abs(green_strain(now))))
         turned = max(turned, maxval(abs(now)))
-        largest = max(largest, turn_by_strain(own, rule))
+        largest = max(largest, turn_by_strain(own, try%rule))
         strained = max(strained, stress_as_strain(own))
       end associate
     end do
     share = min(model%settings%tolerance/usual_tolerance, 1.0_dp)
-    leaves_little = change*(change + largest*corrected) < share*share_of_first*first &
-                    .and. change**2 <= share*share_of_moving_stress*strained
-    if (touching) leaves_little = leaves_little .and. largest*change*(change*deformed + corrected*max(turned, first)) &
-                                  < share*share_of_loss*(0.5_dp - 0.25_dp/rule%displacement_weight)*first**2
+    associate (first => try%iteration%first_change)
+      leaves_little = change*(change + largest*corrected) < share*share_of_first*first &
+                      .and. change**2 <= share*share_of_moving_stress*strained
+      if (try%group%in_contact) &
+        leaves_little = leaves_little .and. largest*change*(change*deformed + corrected*max(turned, first)) &
+                        < share*share_of_loss*(0.5_dp - 0.25_dp/try%rule%displacement_weight)*first**2
+    end associate
   end function leaves_little
 
   !> Largest stress of an element, over what resists a strain.
@@ -120,40 +122,37 @@ contains
     end associate
   end function turn_by_strain
 
-  !> Rejects a try in which an element has not kept a finite area.
-  subroutine check_areas(model, cache, member, d, outcome, strays)
+  !> Rejects a try in which an element that settles now has not kept a finite area.
+  subroutine check_areas(model, cache, try, of_iterate)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
-    integer, intent(in) :: member(:)
-    real(dp), intent(in) :: d(:)
-    type(outcome_t), intent(inout) :: outcome
-    logical, intent(in), optional :: strays   !! any that is a number will do
+    type(try_t), intent(inout) :: try
+    logical, intent(in) :: of_iterate         !! any that is a number will do, where iterates may stray
     integer :: k
 
-    do k = 1, size(member)
-      call check_area(model, cache, member(k), d, outcome, strays)
-      if (allocated(outcome%trouble%what)) return
+    do k = 1, size(try%group%member)
+      call check_area(model, cache, k, of_iterate, try)
+      if (allocated(try%outcome%trouble%what)) return
     end do
   end subroutine check_areas
 
-  !> Rejects a try in which an element has not kept a finite area.
-  subroutine check_area(model, cache, e, d, outcome, strays)
+  !> Rejects a try in which one of these elements has not.
+  subroutine check_area(model, cache, k, of_iterate, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
-    integer, intent(in) :: e
-    real(dp), intent(in) :: d(:)
-    type(outcome_t), intent(inout) :: outcome
-    logical, intent(in), optional :: strays   !! any that is a number will do
+    integer, intent(in) :: k                  !! of the members
+    logical, intent(in) :: of_iterate
+    type(try_t), intent(inout) :: try
     real(dp) :: theta(4), ratio
 
-    theta = matmul(cache%element(e)%kinematics%gradient, values_of(model%elements, e, d))
-    ratio = (1 + theta(1))*(1 + theta(4)) - theta(2)*theta(3)
-    if (ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp) return ! not so for NaN
-    if (present(strays)) then
-      if (strays .and. abs(ratio) < huge(ratio)) return
-    end if
-    call reject(outcome, cut_by_deformation, 'the iteration ran away (its area changed by more than a factor of 5)', &
-                'a smaller step.size, and check density, E and loads there', e, cache%element(e)%kinematics%centroid)
+    associate (e => try%group%member(k))
+      theta = matmul(cache%element(e)%kinematics%gradient, values_of(model%elements, e, try%d))
+      ratio = (1 + theta(1))*(1 + theta(4)) - theta(2)*theta(3)
+      if (ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp) return ! not so for NaN
+      if (of_iterate .and. try%group%may_stray .and. abs(ratio) < huge(ratio)) return
+      call reject(try%outcome, cut_by_deformation, 'the iteration ran away (its area changed by more than a factor of 5)', &
+                  'a smaller step.size, and check density, E and loads there', e, cache%element(e)%kinematics%centroid)
+    end associate
   end subroutine check_area
 
   !> Rejects a try whose deformation did not settle.

@@ -12,19 +12,20 @@ module scree_settle_problems
   use scree_friction_part, only: solve_about
   use scree_friction_problem, only: friction_problem_t, keep_rows_of_forces, posed_problem_t
   use scree_friction_solver, only: effort_all, effort_path, effort_quick, friction_work_t, solve_friction
+  use scree_iteration, only: group_t
   use scree_iteration_end, only: check_areas
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_open_close, only: judge_contacts, keep_lines
   use scree_scene, only: problems_all, problems_none
   use scree_settle_group, only: accepted_share, add_elements, begin_round, choose_operator, count_stalled, find_change, &
-                                group_t, values_of_members
+                                values_of_members
   use scree_state, only: state_t
-  use scree_step_try, only: outcome_t
+  use scree_step_try, only: try_t
   use scree_timers, only: begin_phase, phase_assemble, phase_friction, phase_judge
   implicit none
   private
-  public :: judge_at, may_follow, settle_circles, settle_stalled
+  public :: judge_at, settle_circles, settle_stalled
 
   !> Friction problems in a step, after which entrances and anchors stay; and at most.
   integer, parameter :: free_rounds = 3, most_rounds = 30
@@ -40,6 +41,13 @@ module scree_settle_problems
   real(dp), parameter :: problem_share = 0.1_dp*accepted_share
   integer, parameter :: most_repeats = 3
 
+  !> How a friction problem is posed and solved.
+  type :: attempt_t
+    integer :: effort = effort_all      !! that it may take
+    logical :: by_secant = .false.      !! and by the rows of forces; else by the operator of the iteration
+    logical :: of_part = .false.        !! of the contacts that go on changing; else of all
+  end type attempt_t
+
   !> What a friction problem of a group came to.
   type :: answer_t
     logical :: found = .false.
@@ -50,219 +58,202 @@ module scree_settle_problems
 contains
 
   !> Settles contacts that a judgement has changed as a friction problem, where the iteration runs in circles or would.
-  subroutine settle_circles(model, cache, state, group, before, prompt, contacts, d, outcome)
+  subroutine settle_circles(model, cache, state, before, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
-    type(group_t), intent(inout) :: group
     integer, intent(in) :: before(:, :)           !! (2, n_contacts) states of their entrances before the judgement
-    logical, intent(in) :: prompt                 !! whatever has changed
-    type(contact_try_t), intent(inout) :: contacts
-    real(dp), intent(inout) :: d(:)
-    type(outcome_t), intent(inout) :: outcome
-    logical :: apart, stalls
+    type(try_t), intent(inout) :: try
+    logical :: apart, prompt, stalls
 
-    call note_changes(before, contacts, group%flickering, apart)
-    call count_stalled(model, d, contacts%changes, group)
-    stalls = group%stalled > group%open_close%most_stalled
-    apart = (apart .or. stalls) .and. may_part(group%flickering, size(group%member)) &
-            .and. group%open_close%settles_always .and. (group%linear .or. .not. group%near)
-    if (apart) call settle_part(model, cache, state, group, contacts, d, outcome, apart)
-    if (apart) return
-    if ((stalls .or. group%stalled == 1) .and. group%fewest < min(group%tried, few_changes) .and. .not. group%near) then
-      call settle_near(model, cache, state, group, contacts, d, outcome)
-      if (group%near) return
-    end if
+    associate (group => try%group, iteration => try%iteration)
+      prompt = may_follow(try) ! whatever has changed
+      call note_changes(before, try%contacts, iteration%flickering, apart)
+      call count_stalled(model, try)
+      stalls = iteration%stalled > group%open_close%most_stalled
+      apart = (apart .or. stalls) .and. may_part(iteration%flickering, size(group%member)) &
+              .and. group%open_close%settles_always .and. (group%linear .or. .not. iteration%near)
+      if (apart) call settle_part(model, cache, state, try, apart)
+      if (apart) return
+      if ((stalls .or. iteration%stalled == 1) .and. iteration%fewest_changes < min(iteration%followed, few_changes) &
+          .and. .not. iteration%near) then
+        call settle_near(model, cache, state, try)
+        if (iteration%near) return
+      end if
+    end associate
     if (.not. (stalls .or. prompt)) return
-    call reject_contacts(model, state, contacts, before, d, outcome)
-    call settle_stalled(model, cache, state, group, contacts, d, outcome)
+    call reject_contacts(model, state, before, try)
+    call settle_stalled(model, cache, state, try)
   end subroutine settle_circles
 
   !> Settles contacts as a friction problem from where a judgement changed fewest of them: along the path alone, which is short
   !> where that was near the solution. Where it does not get there all stays as it was.
-  subroutine settle_near(model, cache, state, group, contacts, d, outcome)
+  subroutine settle_near(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
-    type(group_t), intent(inout) :: group         !! near the solution where that was found
-    type(contact_try_t), intent(inout) :: contacts
-    real(dp), intent(inout) :: d(:)
-    type(outcome_t), intent(inout) :: outcome
+    type(try_t), intent(inout) :: try             !! near the solution where that was found
     type(answer_t) :: answer
     type(contact_try_t) :: contacts_before
     real(dp), allocatable :: d_before(:)
 
-    if (.not. group%open_close%settles_always) return
-    group%tried = group%fewest
+    if (.not. try%group%open_close%settles_always) return
+    try%iteration%followed = try%iteration%fewest_changes
     call begin_phase(cache%timers, phase_judge)
-    d_before = d
-    contacts_before = contacts
-    call go_back(model, cache, state, group, group%best, contacts, d)
-    call solve_as_problem(model, cache, state, group, effort_path, contacts, d, outcome, answer)
-    if (answer%found) call settle_rounds(model, cache, state, group, answer, contacts, d, outcome)
-    if (group%near) return
-    if (allocated(outcome%trouble%what)) deallocate (outcome%trouble%what)
-    d = d_before
-    contacts = contacts_before
+    d_before = try%d
+    contacts_before = try%contacts
+    call put_members(model, try%group, try%iteration%best, try%d)
+    call judge_at(model, cache, state, try)
+    call solve_as_problem(model, cache, state, attempt_t(effort_path), try, answer)
+    if (answer%found) call settle_rounds(model, cache, state, try, answer)
+    if (try%iteration%near) return
+    if (allocated(try%outcome%trouble%what)) deallocate (try%outcome%trouble%what)
+    try%d = d_before
+    try%contacts = contacts_before
   end subroutine settle_near
 
   !> Settles contacts that run in circles as a friction problem, at the entrances, anchors and bonds that they have where the last
   !> such round ended or the step began. Where it may not, or that fails, the trouble of the outcome stays.
-  subroutine settle_stalled(model, cache, state, group, contacts, d, outcome)
+  subroutine settle_stalled(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
-    type(group_t), intent(inout) :: group
-    type(contact_try_t), intent(inout) :: contacts
-    real(dp), intent(inout) :: d(:)
-    type(outcome_t), intent(inout) :: outcome
+    type(try_t), intent(inout) :: try
     type(answer_t) :: answer
     integer :: effort
 
-    if (.not. (group%in_contact .and. group%open_close%settles_always .and. group%rounds < most_rounds)) return
+    associate (rules => try%group%open_close)
+      if (.not. (try%group%in_contact .and. rules%settles_always .and. try%iteration%rounds < most_rounds)) return
+      effort = merge(effort_quick, effort_all, rules%poses_at_once)
+    end associate
     call begin_phase(cache%timers, phase_judge)
-    call go_back(model, cache, state, group, group%sound, contacts, d)
-    effort = merge(effort_quick, effort_all, group%open_close%poses_at_once)
-    call solve_as_problem(model, cache, state, group, effort, contacts, d, outcome, answer)
-    if (.not. (answer%found .or. group%linear)) &
-      call solve_as_problem(model, cache, state, group, effort_all, contacts, d, outcome, answer, by_secant=.true.)
-    if (answer%found) call settle_rounds(model, cache, state, group, answer, contacts, d, outcome)
+    call put_members(model, try%group, try%iteration%sound, try%d)
+    call judge_at(model, cache, state, try)
+    call solve_as_problem(model, cache, state, attempt_t(effort), try, answer)
+    if (.not. (answer%found .or. try%group%linear)) &
+      call solve_as_problem(model, cache, state, attempt_t(effort_all, by_secant=.true.), try, answer)
+    if (answer%found) call settle_rounds(model, cache, state, try, answer)
   end subroutine settle_stalled
 
   !> Takes the answer to a friction problem, and to those that follow it at once where forces bend, as long as where one ends other
   !> contacts are judged to act.
-  subroutine settle_rounds(model, cache, state, group, answer, contacts, d, outcome)
+  subroutine settle_rounds(model, cache, state, try, answer)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
-    type(group_t), intent(inout) :: group
+    type(try_t), intent(inout) :: try
     type(answer_t), intent(inout) :: answer
-    type(contact_try_t), intent(inout) :: contacts
-    real(dp), intent(inout) :: d(:)
-    type(outcome_t), intent(inout) :: outcome
 
     do
-      call take_answer(model, cache, state, group, answer, contacts, d, outcome)
-      if (allocated(outcome%trouble%what)) return
-      if (.not. (contacts%changes > 0 .and. may_follow(group))) return
-      call solve_as_problem(model, cache, state, group, effort_path, contacts, d, outcome, answer)
+      call take_answer(model, cache, state, try, answer)
+      if (allocated(try%outcome%trouble%what)) return
+      if (.not. (try%contacts%changes > 0 .and. may_follow(try))) return
+      call solve_as_problem(model, cache, state, attempt_t(effort_path), try, answer)
       if (.not. answer%found) return
     end do
   end subroutine settle_rounds
 
-  !> Whether another friction problem may follow those of a step at once: where forces bend and they are not too many.
-  pure logical function may_follow(group)
-    type(group_t), intent(in) :: group
+  !> Whether another friction problem may follow at once where one of the step ended: where forces bend and they are not too many.
+  pure logical function may_follow(try)
+    type(try_t), intent(in) :: try
 
-    may_follow = group%open_close%poses_at_once .and. group%rounds < prompt_rounds
+    may_follow = try%iteration%near .and. try%group%open_close%poses_at_once .and. try%iteration%rounds < prompt_rounds
   end function may_follow
 
-  !> Takes the answer to a friction problem that was posed at `d`, from which the iteration goes on. Where an area runs away with
-  !> it the outcome has a trouble.
-  subroutine take_answer(model, cache, state, group, answer, contacts, d, outcome)
+  !> Takes the answer to a friction problem that was posed where the try is, from which the iteration goes on. Where an area runs
+  !> away with it the outcome has a trouble.
+  subroutine take_answer(model, cache, state, try, answer)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
-    type(group_t), intent(inout) :: group
+    type(try_t), intent(inout) :: try
     type(answer_t), intent(inout) :: answer
-    type(contact_try_t), intent(inout) :: contacts
-    real(dp), intent(inout) :: d(:)
-    type(outcome_t), intent(inout) :: outcome
     real(dp) :: change
     integer :: worst
 
-    group%began_at = values_of_members(model, group, d)
-    call take_states(answer%state, contacts)
-    if (any(half_rounds == group%rounds) .and. .not. group%linear) answer%x = 0.5_dp*answer%x
-    call move_island(cache%equations, group%number, answer%x, d)
-    outcome%settled = .true.
-    call check_areas(model, cache, group%member, d, outcome)
-    if (.not. outcome%settled) return
-    if (allocated(outcome%trouble%what)) deallocate (outcome%trouble%what)
-    call find_change(model, cache, group, d, change, worst)
-    if (group%open_close%poses_at_once) call choose_operator(model, change, group)
-    group%sound = values_of_members(model, group, d)
-    group%near = .true.
-    group%rounds = group%rounds + 1
-    if (group%rounds == free_rounds) call keep_lines(contacts)
-    call begin_round(group)
-    group%far = .false.
-    call judge_at(model, cache, state, group, d, contacts)
-    group%in_doubt = group%linear .or. change < model%settings%tolerance
-    if (change < model%settings%tolerance) group%repeats = min(group%repeats + 1, most_repeats)
-    outcome%settled = .false.
+    try%iteration%reference = values_of_members(model, try)
+    call take_states(answer%state, try%contacts)
+    if (any(half_rounds == try%iteration%rounds) .and. .not. try%group%linear) answer%x = 0.5_dp*answer%x
+    call move_island(cache%equations, try%group%number, answer%x, try%d)
+    try%outcome%settled = .true.
+    call check_areas(model, cache, try, of_iterate=.false.)
+    if (.not. try%outcome%settled) return
+    if (allocated(try%outcome%trouble%what)) deallocate (try%outcome%trouble%what)
+    call find_change(model, cache, try, change, worst)
+    if (try%group%open_close%poses_at_once) call choose_operator(model, change, try)
+    associate (iteration => try%iteration)
+      iteration%sound = values_of_members(model, try)
+      iteration%near = .true.
+      iteration%far = .false.
+      iteration%rounds = iteration%rounds + 1
+      if (iteration%rounds == free_rounds) call keep_lines(try%contacts)
+      call begin_round(iteration)
+      iteration%in_doubt = try%group%linear .or. change < model%settings%tolerance
+      if (change < model%settings%tolerance) iteration%repeats = min(iteration%repeats + 1, most_repeats)
+    end associate
+    call judge_at(model, cache, state, try)
+    try%outcome%settled = .false.
   end subroutine take_answer
 
   !> Settles the contacts that go on changing as the friction problem of what is about them, where that is few.
-  subroutine settle_part(model, cache, state, group, contacts, d, outcome, done)
+  subroutine settle_part(model, cache, state, try, done)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
-    type(group_t), intent(inout) :: group
-    type(contact_try_t), intent(inout) :: contacts
-    real(dp), intent(inout) :: d(:)
-    type(outcome_t), intent(inout) :: outcome
+    type(try_t), intent(inout) :: try
     logical, intent(out) :: done
     type(answer_t) :: answer
 
-    call solve_as_problem(model, cache, state, group, effort_quick, contacts, d, outcome, answer, about=group%flickering%contact)
-    if (.not. (answer%found .or. group%linear)) &
-      call solve_as_problem(model, cache, state, group, effort_quick, contacts, d, outcome, answer, by_secant=.true., &
-                            about=group%flickering%contact)
+    call solve_as_problem(model, cache, state, attempt_t(effort_quick, of_part=.true.), try, answer)
+    if (.not. (answer%found .or. try%group%linear)) &
+      call solve_as_problem(model, cache, state, attempt_t(effort_quick, by_secant=.true., of_part=.true.), try, answer)
     done = answer%found
-    call note_part(done, group%flickering)
+    call note_part(done, try%iteration%flickering)
     if (.not. done) return
-    call take_states(answer%state, contacts)
-    call move_island(cache%equations, group%number, answer%x, d)
-    call begin_round(group)
-    call judge_at(model, cache, state, group, d, contacts)
+    call take_states(answer%state, try%contacts)
+    call move_island(cache%equations, try%group%number, answer%x, try%d)
+    call begin_round(try%iteration)
+    call judge_at(model, cache, state, try)
   end subroutine settle_part
 
-  !> Poses the contacts at `d` as a friction problem, and solves it; or its part about some contacts, where that is small.
+  !> Poses the contacts where the try is as a friction problem, and solves it; or its part about the contacts that go on changing,
+  !> where that is small.
   !>
   !> Stress turns with what it is in, so that with Green strain elements under pressure may have a tangent that is not definite, and
   !> contacts rows of forces that are not those of their changes: there may be no solution. With the secant, which does not have
   !> stress turn, and with the rows of forces alone there is one (doc/theory.md), from where the iteration goes on.
-  subroutine solve_as_problem(model, cache, state, group, effort, contacts, d, outcome, answer, by_secant, about)
+  subroutine solve_as_problem(model, cache, state, attempt, try, answer)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
-    type(group_t), intent(in) :: group
-    integer, intent(in) :: effort                  !! that it may take
-    type(contact_try_t), intent(inout) :: contacts
-    real(dp), intent(in) :: d(:)
-    type(outcome_t), intent(inout) :: outcome
+    type(attempt_t), intent(in) :: attempt
+    type(try_t), intent(inout) :: try
     type(answer_t), intent(out) :: answer
-    logical, intent(in), optional :: by_secant     !! and by the rows of forces; else by the operator of the iteration
-    logical, intent(in), optional :: about(:)      !! contacts of the island, of which a part is solved; else all
-    type(group_t) :: posed
     type(friction_problem_t) :: problem, whole
     type(friction_work_t) :: work
-    logical :: near, secant
+    logical :: near
 
     call begin_phase(cache%timers, phase_assemble)
-    secant = .false.
-    if (present(by_secant)) secant = by_secant
-    posed = group
-    posed%rule%tangent = group%rule%tangent .and. .not. secant
-    call add_elements(model, cache, state, posed, d)
-    call pose_problem(model, contacts, group%number, d, cache%equations, problem)
-    if (secant) call keep_rows_of_forces(problem)
-    near = group%near .or. effort == effort_path
+    call add_elements(model, cache, state, try, attempt%by_secant)
+    call pose_problem(model, try%contacts, try%group%number, try%d, cache%equations, problem)
+    if (attempt%by_secant) call keep_rows_of_forces(problem)
+    near = try%iteration%near .or. attempt%effort == effort_path
     allocate (answer%state(size(problem%spring)))
-    if (present(about)) then
-      near = near .or. group%flickering%parts > 0
-      whole = problem
-      call solve_about(whole, about, group%flickering%reach, near, accepted_share, cache%timers, problem, answer%x, answer%state, &
-                       answer%found, work)
+    if (attempt%of_part) then
+      associate (flickering => try%iteration%flickering)
+        near = near .or. flickering%parts > 0
+        whole = problem
+        call solve_about(whole, flickering%contact, flickering%reach, near, accepted_share, cache%timers, problem, answer%x, &
+                         answer%state, answer%found, work)
+      end associate
     else
       call begin_phase(cache%timers, phase_friction)
-      call solve_friction(problem, near, problem_share*0.1_dp**group%repeats, cache%timers, answer%x, answer%state, answer%found, &
-                          work, effort)
+      call solve_friction(problem, near, problem_share*0.1_dp**try%iteration%repeats, cache%timers, answer%x, answer%state, &
+                          answer%found, work, attempt%effort)
     end if
     if (.not. allocated(problem%force)) return
-    outcome%solves = outcome%solves + work%factors
-    if (is_kept(model%settings%problems, answer%found .or. effort == effort_path)) &
+    try%outcome%solves = try%outcome%solves + work%factors
+    if (is_kept(model%settings%problems, answer%found .or. attempt%effort == effort_path)) &
       call keep_posed(problem, near, answer%found, cache)
   end subroutine solve_as_problem
 
@@ -284,34 +275,28 @@ contains
     cache%posed = [cache%posed, posed_problem_t(problem, near, found)]
   end subroutine keep_posed
 
-  !> Goes to a displacement of the members, and judges the contacts there.
-  subroutine go_back(model, cache, state, group, values, contacts, d)
+  !> Takes the members of a group to their displacements.
+  pure subroutine put_members(model, group, values, d)
     type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state
     type(group_t), intent(in) :: group
     real(dp), intent(in) :: values(:, :)          !! (n, n_members)
-    type(contact_try_t), intent(inout) :: contacts
-    real(dp), intent(inout) :: d(:)
+    real(dp), intent(inout) :: d(:)               !! (n_unknowns)
     integer :: k
 
     do k = 1, size(group%member)
       d(model%elements%unknown(:, group%member(k))) = values(:, k)
     end do
-    call judge_at(model, cache, state, group, d, contacts)
-  end subroutine go_back
+  end subroutine put_members
 
-  !> Judges the contacts at `d`, placed there where they may be.
-  subroutine judge_at(model, cache, state, group, d, contacts)
+  !> Judges the contacts where the try is, placed there where they may be.
+  subroutine judge_at(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
-    type(group_t), intent(in) :: group
-    real(dp), intent(in) :: d(:)
-    type(contact_try_t), intent(inout) :: contacts
+    type(try_t), intent(inout) :: try
 
-    if (.not. (group%linear .or. group%frozen)) call place(model, cache, state, d, contacts)
-    call judge_contacts(model, d, contacts)
+    if (.not. (try%group%linear .or. try%iteration%linearisation%frozen)) call place(model, cache, state, try%d, try%contacts)
+    call judge_contacts(model, try%d, try%contacts)
   end subroutine judge_at
 
 end module scree_settle_problems

@@ -3,6 +3,7 @@ module scree_step_try
   use scree_contact_try, only: contact_try_t
   use scree_element_term, only: step_rule_t
   use scree_impact, only: impact_t
+  use scree_iteration, only: group_t, iteration_t
   use scree_kinds, only: dp
   use scree_trouble, only: new_trouble, trouble_t
   implicit none
@@ -37,12 +38,14 @@ module scree_step_try
   type :: try_t
     real(dp) :: dt = 0.0_dp              !! time
     real(dp) :: bound = huge(1.0_dp)     !! of an explicit one, time
-    type(step_rule_t) :: rule
+    type(step_rule_t) :: rule            !! with the operator of the iteration
     logical, allocatable :: green(:)     !! of the elements that can move: Green strain, else small; where the step chooses
     real(dp), allocatable :: d(:)        !! (n_unknowns) displacement of the step
     logical, allocatable :: smooth(:)    !! (n_elements) they begin with their acceleration
     type(impact_t) :: impact             !! at its end
     type(contact_try_t) :: contacts
+    type(group_t) :: group               !! that settles now, or did last
+    type(iteration_t) :: iteration       !! of that
     type(outcome_t) :: outcome           !! of it and of those before it
     integer :: remedy = remedy_shorter   !! where it has not settled
     real(dp) :: shorter = 1.0_dp         !! share of the step that the next one takes then

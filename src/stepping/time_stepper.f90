@@ -255,7 +255,7 @@ contains
 
     if (allocated(try%impact%among)) among = try%impact%among
     do
-      call settle(model, cache, state, try%rule, try%contacts, try%d, try%outcome, among, try%smooth)
+      call settle(model, cache, state, try, among)
       call begin_phase(cache%timers, phase_check)
       if (.not. (try%outcome%settled .and. allocated(try%green))) return
       call add_where_needed(model, cache, try%contacts%pair, try%d, try%green, found)
