@@ -105,7 +105,7 @@ contains
     type(contact_search_t), intent(inout) :: search
     type(cell_grid_t) :: grid
     real(dp), allocatable :: vertex(:, :), around(:)
-    integer, allocatable :: list(:, :)
+    integer, allocatable :: pair(:, :)
     integer :: seen(size(wide)), range(2, 2)
     integer :: c, column, i, j, k, l, n, row
     real(dp) :: reach
@@ -122,7 +122,7 @@ contains
     if (size(around) == 0) return
     call set_up_grid(grid, vertex, size(around))
     call place_boxes(grid, vertex - spread(around, 1, 2), vertex + spread(around, 1, 2))
-    allocate (list(2, 4*size(around)))
+    allocate (pair(2, 4*size(around)))
     n = 0
     seen = 0
     do l = 1, size(search%bodies%edge)
@@ -139,15 +139,15 @@ contains
               seen(i) = j
               if (.not. may_meet(outlines, i, j, self_contact)) cycle
               if (distance_to_segment(vertex(:, grid%item(k)), a, b) > reach + search%reach(i)) cycle
-              if (n == size(list, 2)) list = reshape(list, [2, 2*n], pad=[0])
+              if (n == size(pair, 2)) pair = reshape(pair, [2, 2*n], pad=[0])
               n = n + 1
-              list(:, n) = [i, j]
+              pair(:, n) = [i, j]
             end do
           end do
         end do
       end associate
     end do
-    search%candidate = list(:, order_of_pairs(list(2, :n), list(1, :n)))
+    search%candidate = pair(:, order_of_pairs(pair(2, :n), pair(1, :n)))
   end subroutine list_candidates
 
   !> Whether a vertex and an edge may touch: of two bodies that are there, one of which can move, or of one that may touch itself.

@@ -92,7 +92,7 @@ module scree_state
     real(dp), allocatable :: impact(:)         !! (n_blocks) what the instants of impacts may have moved, length
     real(dp), allocatable :: late(:)           !! (n_blocks) what blows acted late by, until a step has none, time
     real(dp), allocatable :: acceleration(:, :) !! (3, n_blocks) mean of the last step, before a blow, length/time^2
-    real(dp), allocatable :: restoring(:, :)   !! (2, n_blocks) what `restoring_rate` is the quotient of
+    real(dp), allocatable :: restoring(:, :)   !! (2, n_blocks) sums whose quotient is how its way speeds it up, 1/time^2
     real(dp), allocatable :: slow(:, :)        !! (7, n_blocks) means of velocity, acceleration and squared velocity
     real(dp), allocatable :: pace(:, :)        !! (5, n_blocks) sums of late: what steps add, its size, and that of steps
     logical, allocatable :: smooth(:)          !! (n_blocks) none of its contacts opened or closed in the last step

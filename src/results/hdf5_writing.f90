@@ -397,7 +397,7 @@ contains
     call h5tclose_f(string, status)
   end subroutine write_text
 
-  !> Writes a whole-number attribute, a scalar where one number is given and `list` does not ask for an array.
+  !> Writes a whole-number attribute, a scalar where one number is given, else an array. One that is there is written over.
   subroutine write_whole(object, name, values, error)
     integer(hid_t), intent(in) :: object
     character(len=*), intent(in) :: name

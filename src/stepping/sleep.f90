@@ -330,7 +330,7 @@ contains
         if (allocated(effects%absorbing_edge)) &
           change = change + size_of_wave(effects%absorbing_edge, e, state%point, &
                                          change_of(effects%absorbing_edge%wave, state%sleep%since(b)))
-        is_shaken(b) = is_shaken(b) .or. change > model%settings%sleep*effects%gravity%weight(e)
+        is_shaken(b) = is_shaken(b) .or. change > effects%sleep*effects%gravity%weight(e)
       end associate
     end do
 

@@ -11,7 +11,7 @@ module scree_step_control
   integer, parameter :: easy_steps = 3       !! in a row, before it grows
   !> Of a static run that is to come to equilibrium: growth after a cut, and the largest step over the first.
   real(dp), parameter :: careful = 2.0_dp, largest = 1e6_dp
-  !> A target is met where what is left is below this share of a state%step, so that round-off makes no step of its own.
+  !> A target is met where what is left is below this share of the step, so that round-off makes no step of its own.
   real(dp), parameter :: met = 1e-6_dp
 
 contains
