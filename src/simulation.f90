@@ -17,7 +17,7 @@ module scree_simulation
   use scree_model, only: cache_t, model_t
   use scree_prediction, only: enough, note_step, probe_t
   use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, stays_short, tell, warn
-  use scree_restart, only: open_past, past_t, resume_output, take_past
+  use scree_restart, only: leave_past, open_past, past_t, resume_output, take_past
   use scree_results_file, only: abandon_results, check_targets
   use scree_run_records, only: note_kinds
   use scree_run_summary, only: add_step, begin_stage, begin_summary, end_stage, sum_up, summary_t
@@ -87,7 +87,10 @@ contains
     if (len(options%restart_path) > 0) call open_past(options%restart_path, scene, past, error)
     if (allocated(error)) return
     call prepare(scene, blocks, options, past%stage, run, list, error)
-    if (allocated(error)) return
+    if (allocated(error)) then
+      call leave_past(past)
+      return
+    end if
     first = run%state
     if (len(options%restart_path) > 0) then
       call take_past(past, run%scene, run%n_stages, run%model, run%state, run%watch, error)
@@ -105,6 +108,7 @@ contains
     if (len(options%restart_path) > 0) then
       if (.not. allocated(error)) call resume_output(past, options%results_path, run%state, run%watch, run%output, error)
       if (allocated(error)) then
+        call leave_past(past)
         call abandon_results(run%output%file)
         return
       end if

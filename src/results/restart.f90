@@ -21,7 +21,7 @@ module scree_restart
   use scree_xdmf, only: add_xdmf_frame
   implicit none
   private
-  public :: find_decks, open_past, past_t, resume_output, take_past
+  public :: find_decks, leave_past, open_past, past_t, resume_output, take_past
 
   !> Datasets of the checkpoints: three with a row each, and the numbers of all.
   character(len=*), parameter :: of_checkpoint(4) = [character(len=7) :: 'frame', 'end', 'rows', 'numbers']
@@ -98,6 +98,7 @@ contains
     character(len=:), allocatable :: found
     logical :: there
 
+    file = -1
     inquire (file=path, exist=there)
     if (.not. there) then
       call fail(error, status_bad_input, path//': expected the results file of a run to go on with, found no such file')
@@ -128,8 +129,15 @@ contains
     call open_run(path, past%file, error)
     if (.not. allocated(error)) call compare_decks(past, scene, error)
     if (.not. allocated(error)) call read_checkpoint(past, error)
-    if (allocated(error)) call close_for_reading(past%file)
+    if (allocated(error)) call leave_past(past)
   end subroutine open_past
+
+  !> Closes what is open of a run that is not gone on with.
+  subroutine leave_past(past)
+    type(past_t), intent(inout) :: past
+
+    call close_for_reading(past%file)
+  end subroutine leave_past
 
   !> Takes state and watch from the checkpoint.
   !>
@@ -155,7 +163,7 @@ contains
         'beyond the checkpoint to go on with, found it at time '//rounded_text(time_of_run(state))// &
         '; give --set step.end_time=...')
     end if
-    if (allocated(error)) call close_for_reading(past%file)
+    if (allocated(error)) call leave_past(past)
   end subroutine take_past
 
   !> Error where the decks are not those of the run.
