@@ -2,15 +2,16 @@
 module scree_contact_forces
   use scree_contact_geometry, only: acting_rows_t
   use scree_contact_quantities, only: contact_force_t
-  use scree_contact_rules, only: press, rows_along, rubs
-  use scree_contact_try, only: contact_try_t, row_across
+  use scree_contact_rules, only: gaps_and_slips, press, rows_along, rubs
+  use scree_contact_try, only: contact_try_t, of_elements, row_across
   use scree_contacts, only: state_open
   use scree_element_term, only: add_change, add_friction_change, add_pair_force, leave_symmetry, pair_term_t
   use scree_kinds, only: dp
+  use scree_model, only: model_t
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_contacts_of_pair, closed_contact_t, closed_contacts, closed_contacts_t
+  public :: add_contacts_of_pair, closed_contact_t, closed_contacts, closed_contacts_t, work_of_contacts
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -167,5 +168,30 @@ contains
     call add_friction_change(term, normal, force%across_by_slip*row_change)
     call leave_symmetry(term)
   end subroutine add_slip
+
+  !> Work of all contacts on the bodies that they act between in a step, force length per unit thickness.
+  pure real(dp) function work_of_contacts(model, try, d) result(work)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: try
+    real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
+    type(contact_force_t) :: force
+    real(dp) :: along(n)
+    integer :: i, k
+
+    work = 0.0_dp
+    do i = 1, size(try%contact)
+      associate (contact => try%contact(i), active => try%contact(i)%active)
+        if (contact%entrance(active)%state == state_open) cycle
+        call press(try, i, gaps_and_slips(model, try, i, d), force)
+        call rows_along(try, i, active, along)
+        do k = 1, contact%n_entrances
+          associate (moved => of_elements(model, try%pair(:, contact%entrance(k)%pair), d))
+            work = work + force%across(k)*dot_product(row_across(try, i, k), moved)
+            if (k == active) work = work + force%along*dot_product(along, moved)
+          end associate
+        end do
+      end associate
+    end do
+  end function work_of_contacts
 
 end module scree_contact_forces

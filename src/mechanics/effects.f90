@@ -24,8 +24,8 @@ module scree_effects
   private
   public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, has_fixed_point, &
             is_held_without_contact, load_on_element, loss_by_damping, mean_share_of_weight, power_of_weight, refresh_elements, &
-            share_of_weight, steady_from, supports_move, weights_of_blocks, work_of_bolts_between, work_of_loads, work_of_ramp, &
-            work_of_supports
+            share_of_weight, steady_from, supports_move, supports_move_exactly, weights_of_blocks, work_of_bolts_between, &
+            work_of_loads, work_of_ramp, work_of_supports
 
   integer, parameter :: n = element_unknowns
 
@@ -219,6 +219,14 @@ contains
     supports_move = .false.
     if (allocated(model%effects%fixed_point)) supports_move = model%effects%fixed_point%moves
   end function supports_move
+
+  !> Whether supports move exactly: their work is that of all other forces.
+  pure logical function supports_move_exactly(model)
+    type(model_t), intent(in) :: model
+
+    supports_move_exactly = supports_move(model)
+    if (supports_move_exactly) supports_move_exactly = .not. model%effects%fixed_point%by_springs
+  end function supports_move_exactly
 
   !> Work that moving supports, of which there are some, do on one element in a step.
   !>

@@ -5,12 +5,13 @@ module scree_time_stepper
   use scree_contact_acceptance, only: accept_contacts, accept_no_contact
   use scree_contact_beginning, only: begin_again, begin_contacts
   use scree_contact_detection, only: find_contacts
+  use scree_contact_forces, only: work_of_contacts
   use scree_contact_rules, only: goes_on_after_cut, settles_as_one, steps_decide_impacts
   use scree_body_search, only: draw_circles, list_all, move_circles, searches
   use scree_contact_search, only: predict_ways
   use scree_contact_try, only: contact_try_t, follow_motion
   use scree_critical_step, only: find_largest_step
-  use scree_effects, only: mean_share_of_weight, refresh_elements, work_of_ramp
+  use scree_effects, only: mean_share_of_weight, refresh_elements, supports_move_exactly, work_of_ramp
   use scree_energy, only: close_books, loss_of_step, work_of_step
   use scree_equilibrium, only: balance_t, find_balance
   use scree_equations, only: constrain_equations, group_elements, has_no_pairs
@@ -95,7 +96,7 @@ contains
     end do tries
     call begin_phase(cache%timers, phase_update)
     report = step_report_t(outcome_t=try%outcome, dt=try%dt, travel=try%travel, &
-                           work=work_of_step(model, cache, state, try%rule, try%d), &
+                           work=work_of_try(model, cache, state, try), &
                            ramp=work_of_ramp(model, cache, try%d, try%rule), &
                            weight_share=mean_share_of_weight(model, try%rule), blow=blow_of_try(model, cache, state, try))
     call accept(model, try, report%work + report%ramp, cache, state)
@@ -104,6 +105,17 @@ contains
     allocate (report%balance)
     call find_balance(model, cache, try, state, report%balance, error)
   end subroutine advance
+
+  !> Work that loads, the ground and supports do in an accepted try. Exact supports bear what contacts press their bodies with.
+  pure real(dp) function work_of_try(model, cache, state, try) result(work)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state        !! at the beginning of the step
+    type(try_t), intent(in) :: try
+
+    work = work_of_step(model, cache, state, try%rule, try%d)
+    if (supports_move_exactly(model)) work = work - work_of_contacts(model, try%contacts, try%d)
+  end function work_of_try
 
   !> What the tries of a step begin with.
   subroutine begin_step(model, cache, state, dt, try)
