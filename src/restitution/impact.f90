@@ -263,17 +263,19 @@ contains
                 - sum(bodies%mass*turn*(of_step - turn/2))
     possible = possible .and. available > 0
     call restore(problem, share_given_back(e, taken, rest, min(available, taken - rest)), impulses)
-    impact%friction = impact%friction + work_of_friction(problem, before, impulses)
+    impact%friction = impact%friction + work_of_friction(problem, before, impulses, taken - rest - available)
     call add_motion(model, cache, state, bodies, impulses%motion - (of_step - turn), impact%change)
     call take_deformation(model, cache, state, bodies, 1 - e, of_step - turn, velocity, impact%change)
   end subroutine rebound_island
 
   !> Work that friction takes in an impact: that of all impulses along, with the mean of the velocities before and after it. No more
-  !> than the impact takes, and no less than none: impulses across may turn a slip round within it, which the mean does not see.
-  pure real(dp) function work_of_friction(problem, before, impulses) result(work)
+  !> than the impact takes without what loads do over the way that is barred, which is not its own, and no less than none: impulses
+  !> across may turn a slip round within it, which the mean does not see.
+  pure real(dp) function work_of_friction(problem, before, impulses, barred) result(work)
     type(impulse_problem_t), intent(in) :: problem
     real(dp), intent(in) :: before(:, :)         !! (3, n_bodies) motion
     type(impulses_t), intent(in) :: impulses
+    real(dp), intent(in) :: barred               !! of what the impulses take, that loads did, force length per unit thickness
     real(dp) :: taken(2)                         !! by impulses across and along
     integer :: i
 
@@ -281,7 +283,7 @@ contains
     do i = 1, size(impulses%P, 2)
       taken = taken - 0.5_dp*impulses%P(:, i)*velocity_at(problem, before + impulses%motion, i)
     end do
-    work = max(0.0_dp, min(taken(2), sum(taken)))
+    work = max(0.0_dp, min(taken(2), sum(taken) - barred))
   end function work_of_friction
 
   !> Turn of bodies that nothing holds which keeps their angular momentum: the push is added where the step begins and taken back
