@@ -176,9 +176,9 @@ contains
     if (any(half_rounds == try%iteration%rounds) .and. .not. try%group%linear) answer%x = 0.5_dp*answer%x
     call move_island(cache%equations, try%group%number, answer%x, try%d)
     try%outcome%settled = .true.
+    if (allocated(try%outcome%trouble%what)) deallocate (try%outcome%trouble%what) ! of the circles that led here
     call check_areas(model, cache, try, of_iterate=.false.)
     if (.not. try%outcome%settled) return
-    if (allocated(try%outcome%trouble%what)) deallocate (try%outcome%trouble%what)
     call find_change(model, cache, try, change, worst)
     if (try%group%open_close%poses_at_once) call choose_operator(model, change, try)
     associate (iteration => try%iteration)
