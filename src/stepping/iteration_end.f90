@@ -9,18 +9,19 @@
 !> The tangent leaves out what contacts and bolts change by as they turn, s c of s, the stress as a strain. So the next change is
 !> about k c (c + s), and the stress is off by less than c (c + s) E.
 !>
-!> Elastic forces have no torque about the middle of a step, so of the first of these k c e is left, with e half of the trace of
-!> the stress of the correction over E, and c^2. Where the step begins with the acceleration of the one before, d is predicted but
-!> for gamma dt^3 times what that changes by a time, and the first correction c1 is that: 12 gamma, 6.75, times what the step is off
-!> by. It loses (gamma - 1/2)/(2 gamma^2) c1.M c1/dt^2 of the energy, and what is left works M k c (c u + e w)/(gamma dt^2) at most,
-!> u the strain of the step and w what it turns by (doc/theory.md, section 2).
+!> Elastic forces have no torque about the middle of a step, so of the first of these k c e is left, with e the strain of the
+!> correction, and c^2. Where the step begins with the acceleration of the one before, d is predicted but for gamma dt^3 times what
+!> that changes by a time, and the first correction is that: 12 gamma, 6.75, times what the step is off by. What is left works
+!> E area c (c u + (e + c^2) w) at most, u the strain of the step and w what it turns by (doc/theory.md, section 2).
 module scree_iteration_end
   use scree_element_term, only: step_rule_t
   use scree_green_strain, only: green_strain
+  use scree_inertia, only: kinetic_energy
   use scree_kinds, only: dp
   use scree_model, only: cache_t, element_cache_t, model_t
   use scree_step_try, only: cut_by_deformation, outcome_t, reject, try_t
-  use scree_system, only: values_of
+  use scree_state, only: state_t
+  use scree_system, only: element_unknowns, values_of
   use scree_text, only: number_text
   implicit none
   private
@@ -31,7 +32,7 @@ module scree_iteration_end
   real(dp), parameter :: share_of_change = 1e-6_dp, share_of_stress = 1e4_dp
   !> Shares of the first correction and of the stress, where that is several times what the step is off by: 2 % of this at most; and
   !> of the energy that the step loses. With tolerances below the usual one they are less.
-  real(dp), parameter :: share_of_first = 3e-3_dp, share_of_loss = 0.1_dp
+  real(dp), parameter :: share_of_first = 3e-3_dp, share_of_loss = 0.3_dp
   real(dp), parameter :: share_of_moving_stress = 1e-3_dp, usual_tolerance = 1e-10_dp
 
   !> An area that changes by more than this factor in a step is no iterate worth going on with.
@@ -67,42 +68,56 @@ contains
   end function leaves_nothing
 
   !> Whether a correction by the tangent leaves little to the next one: a small share of what the step is off by, and of the stress;
-  !> and where they touch forces whose work is a share of what the step loses, so that friction takes no more than is lost.
-  pure logical function leaves_little(model, cache, try, change)
+  !> and forces whose work is a share of what the step loses, so that it makes no energy, and friction takes no more than is lost.
+  pure logical function leaves_little(model, cache, state, try, change)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache    !! its equations have the correction
+    type(state_t), intent(in) :: state    !! at the beginning of the step
     type(try_t), intent(in) :: try        !! whose first correction is several times what the step is off by
     real(dp), intent(in) :: change        !! of theta by the correction
-    real(dp) :: largest, share, corrected, deformed, turned, strained, now(4), before(4)
+    real(dp) :: largest, share, corrected, left, lost, strained, worst, now(4), before(4)
     integer :: k
 
     largest = 0.0_dp
-    corrected = 0.0_dp
-    deformed = 0.0_dp
-    turned = 0.0_dp
+    worst = 0.0_dp
+    left = 0.0_dp
+    lost = 0.0_dp
     strained = 0.0_dp
     do k = 1, size(try%group%member)
       associate (e => try%group%member(k), own => cache%element(try%group%member(k)), &
                  gradient => cache%element(try%group%member(k))%kinematics%gradient)
         now = matmul(gradient, values_of(model%elements, e, try%d))
         before = now - matmul(gradient, values_of(model%elements, e, cache%equations%correction))
-        corrected = max(corrected, 0.5_dp*abs(dot_product(own%elasticity(1, :) + own%elasticity(2, :), &
-                                                          green_strain(now) - green_strain(before)))/own%elasticity(1, 1))
-        deformed = max(deformed, maxval(abs(green_strain(now))))
-        turned = max(turned, maxval(abs(now)))
+        corrected = maxval(abs(green_strain(now) - green_strain(before)))
+        left = left + own%kinematics%area*own%elasticity(1, 1)*change*(change*maxval(abs(green_strain(now))) &
+                                                                       + (corrected + change**2)*maxval(abs(now)))
+        lost = lost + lost_by_step(model, own, state, e, try)
+        worst = max(worst, corrected)
         largest = max(largest, turn_by_strain(own, try%rule))
         strained = max(strained, stress_as_strain(own))
       end associate
     end do
     share = min(model%settings%tolerance/usual_tolerance, 1.0_dp)
-    associate (first => try%iteration%first_change)
-      leaves_little = change*(change + largest*corrected) < share*share_of_first*first &
-                      .and. change**2 <= share*share_of_moving_stress*strained
-      if (try%group%in_contact) &
-        leaves_little = leaves_little .and. largest*change*(change*deformed + corrected*max(turned, first)) &
-                        < share*share_of_loss*(0.5_dp - 0.25_dp/try%rule%displacement_weight)*first**2
-    end associate
+    leaves_little = change*(change + largest*worst) < share*share_of_first*try%iteration%first_change &
+                    .and. change**2 <= share*share_of_moving_stress*strained .and. left < share*share_of_loss*lost
   end function leaves_little
+
+  !> Energy that an element loses in a step that ends where its try is, by what its acceleration changes by (doc/theory.md, 3).
+  pure real(dp) function lost_by_step(model, own, state, e, try) result(lost)
+    type(model_t), intent(in) :: model
+    type(element_cache_t), intent(in) :: own
+    type(state_t), intent(in) :: state    !! at the beginning of the step
+    integer, intent(in) :: e
+    type(try_t), intent(in) :: try
+    real(dp) :: change(element_unknowns)  ! of the acceleration
+
+    associate (rule => try%rule)
+      change = (values_of(model%elements, e, try%d) - rule%dt*values_of(model%elements, e, state%velocity)) &
+               /(rule%displacement_weight*rule%dt**2) &
+               - (rule%carried_weight/rule%displacement_weight + 1)*values_of(model%elements, e, state%acceleration)
+      lost = (rule%displacement_weight - 0.5_dp)*rule%dt**2*kinetic_energy(own%mass_matrix, change)
+    end associate
+  end function lost_by_step
 
   !> Largest stress of an element, over what resists a strain.
   pure real(dp) function stress_as_strain(own)

@@ -110,7 +110,7 @@ contains
         change = change_of(cache%element(e)%kinematics, cache%equations%correction(ids), try%group%bolted)
       end associate
       if (i == 1 .and. try%group%may_end_early) try%iteration%first_change = change
-      try%outcome%settled = is_settled(model, cache, try, change, residual)
+      try%outcome%settled = is_settled(model, cache, state, try, change, residual)
       if (try%outcome%settled) return
       call choose_operator(model, change, try)
     end do
@@ -196,7 +196,7 @@ contains
     call find_change(model, cache, try, change, worst)
     try%iteration%worst = worst
     if (first .and. try%group%may_end_early) try%iteration%first_change = change
-    try%outcome%settled = is_settled(model, cache, try, change, residual) &
+    try%outcome%settled = is_settled(model, cache, state, try, change, residual) &
                           .and. .not. (try%group%open_close%repeats_first_of_run .and. state%step == 0 .and. first)
     if (try%group%in_contact) call judge(model, cache, state, try)
     if (.not. try%outcome%settled) call choose_operator(model, change, try)

@@ -181,9 +181,10 @@ contains
   end function balances
 
   !> Whether the deformation has settled, by its last change or what that leaves, or with small strain by the residual.
-  pure logical function is_settled(model, cache, try, change, residual)
+  pure logical function is_settled(model, cache, state, try, change, residual)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state !! at the beginning of the step
     type(try_t), intent(in) :: try   !! after the correction
     real(dp), intent(in) :: change   !! of theta, by the correction
     real(dp), intent(in) :: residual !! of the correction
@@ -194,7 +195,7 @@ contains
       is_settled = change < model%settings%tolerance
       if (try%rule%tangent .and. .not. try%iteration%linearisation%frozen) then
         if (model%effects%carried > 0 .and. .not. is_settled) is_settled = leaves_nothing(model, cache, try, change)
-        if (try%iteration%first_change > 0 .and. .not. is_settled) is_settled = leaves_little(model, cache, try, change)
+        if (try%iteration%first_change > 0 .and. .not. is_settled) is_settled = leaves_little(model, cache, state, try, change)
       end if
       is_settled = is_settled .and. model%settings%test /= test_residual .and. residual <= linear_tolerance(model)
     end if
