@@ -22,6 +22,7 @@ module scree_cover_input
   public :: cover_blocks, cover_quality_t, cover_with_mesh, covered_t
 
   real(dp), parameter :: no_sliver = 0.2_dp !! twice the area over the longest edge squared; 0.87 for equal edges
+  real(dp), parameter :: as_near = 1e-9_dp  !! lengths and shares that differ by less are the same
 
   !> What the cut made of the mesh.
   type :: cover_quality_t
@@ -175,8 +176,8 @@ contains
     elements%linked = [(root_of(elements%linked, f), f=1, n)]
   end subroutine connect_faces
 
-  !> Covers without an element of the least share follow the nearest that has one, by steps across lines of the mesh; where
-  !> a part of a block has none, its largest.
+  !> Covers without an element of the least share follow the nearest that has one, by steps across lines of the mesh, and of those as
+  !> near the one whose triangle has its middle nearest to the cover; where a part of a block has none, its largest.
   subroutine extend_covers(faces, least_share, cover, elements, extension)
     type(faces_t), intent(in) :: faces
     real(dp), intent(in) :: least_share
@@ -184,41 +185,64 @@ contains
     type(elements_t), intent(inout) :: elements
     type(extension_t), allocatable, intent(out) :: extension
     logical :: large(size(faces%block)), stands(size(cover, 2))
-    real(dp) :: slope(2, 6)
-    integer :: leader(size(faces%block)), queue(size(faces%block)), f, i, k, ring
+    real(dp) :: middle(2, size(faces%block)), slope(2, 6)
+    integer :: leader(size(faces%block)), ring(size(faces%block)), by(size(cover, 2)), c, f, i, k
 
     if (all(faces%share >= least_share)) return
     large = stand_alone(faces, least_share)
     stands = .false.
     do f = 1, size(large)
+      middle(:, f) = sum(cover(:, elements%cover(:3, f)), 2)/3
       if (large(f)) stands(elements%cover(:, f)) = .true.
     end do
     if (all(stands)) return
-    call find_leaders(faces, large, leader, queue)
+    call find_leaders(faces, large, middle, leader, ring)
+    by = 0
+    do f = 1, size(large)
+      do k = 1, size(elements%cover, 1)
+        c = elements%cover(k, f)
+        if (stands(c)) cycle
+        if (by(c) > 0) then
+          if (ring(f) > ring(by(c))) cycle
+          if (ring(f) == ring(by(c)) .and. .not. leads_better(faces, middle, cover(:, c), leader(f), leader(by(c)))) cycle
+        end if
+        by(c) = f
+      end do
+    end do
     allocate (extension)
     allocate (extension%cover(count(.not. stands)), extension%master(size(elements%cover, 1), count(.not. stands)), &
               extension%weight(size(elements%cover, 1), count(.not. stands)))
     i = 0
-    do ring = 1, size(queue)
-      f = queue(ring)
-      do k = 1, size(elements%cover, 1)
-        associate (c => elements%cover(k, f), follows => elements%cover(:, leader(f)))
-          if (stands(c)) cycle
-          stands(c) = .true.
-          i = i + 1
-          extension%cover(i) = c
-          extension%master(:, i) = follows
-          if (size(follows) == 6) then
-            call six_weights(cover(:, follows(:3)), cover(:, c), extension%weight(:, i), slope)
-          else
-            extension%weight(:, i) = weights(cover(:, follows), cover(:, c))
-          end if
-          call unite(elements%linked, f, leader(f))
-        end associate
-      end do
+    do c = 1, size(stands)
+      if (stands(c)) cycle
+      i = i + 1
+      associate (follows => elements%cover(:, leader(by(c))))
+        extension%cover(i) = c
+        extension%master(:, i) = follows
+        if (size(follows) == 6) then
+          call six_weights(cover(:, follows(:3)), cover(:, c), extension%weight(:, i), slope)
+        else
+          extension%weight(:, i) = weights(cover(:, follows), cover(:, c))
+        end if
+      end associate
+      call unite(elements%linked, by(c), leader(by(c)))
     end do
     elements%linked = [(root_of(elements%linked, f), f=1, size(large))]
   end subroutine extend_covers
+
+  !> Whether a position follows face a rather than b: the middle of its triangle is nearer, or as near, and more of it is in the block.
+  pure logical function leads_better(faces, middle, position, a, b)
+    type(faces_t), intent(in) :: faces
+    real(dp), intent(in) :: middle(:, :)   !! (2, n) of the triangle of each face, length
+    real(dp), intent(in) :: position(2)    !! length
+    integer, intent(in) :: a, b
+    real(dp) :: to_a, to_b
+
+    to_a = norm2(middle(:, a) - position)
+    to_b = norm2(middle(:, b) - position)
+    leads_better = to_a < to_b
+    if (abs(to_a - to_b) <= as_near*to_b) leads_better = faces%share(a) > (1 + as_near)*faces%share(b)
+  end function leads_better
 
   !> Faces that others may follow: those of the least share; of a part of a block that has none, its largest.
   pure function stand_alone(faces, least_share) result(large)
@@ -243,32 +267,35 @@ contains
     end do
   end function stand_alone
 
-  !> The nearest large face of each, by steps across lines of the mesh, and all faces in the order of these rings.
-  pure subroutine find_leaders(faces, large, leader, queue)
+  !> The nearest large face of each, by steps across lines of the mesh, of those as near the one that leads better; and the steps.
+  pure subroutine find_leaders(faces, large, middle, leader, ring)
     type(faces_t), intent(in) :: faces
     logical, intent(in) :: large(:)        !! (n)
+    real(dp), intent(in) :: middle(:, :)   !! (2, n) of the triangle of each face, length
     integer, intent(out) :: leader(:)      !! (n)
-    integer, intent(out) :: queue(:)       !! (n)
-    integer :: first(size(large) + 1), to(2*size(faces%neighbours, 2)), f, head, i, tail
+    integer, intent(out) :: ring(:)        !! (n)
+    integer :: first(size(large) + 1), to(2*size(faces%neighbours, 2)), queue(size(large)), f, g, head, i, tail
 
     call list_neighbours(faces%neighbours, first, to)
-    leader = 0
-    tail = 0
-    do f = 1, size(large) ! all large ones at once, then ring by ring
-      if (.not. large(f)) cycle
-      tail = tail + 1
-      queue(tail) = f
-      leader(f) = f
-    end do
+    ring = merge(0, huge(1), large)
+    leader = merge([(f, f=1, size(large))], 0, large)
+    tail = count(large)
+    queue(:tail) = pack([(f, f=1, size(large))], large)
     head = 0
-    do while (head < tail)
+    do while (head < tail) ! ring by ring
       head = head + 1
       f = queue(head)
       do i = first(f), first(f + 1) - 1
-        if (leader(to(i)) > 0) cycle
-        leader(to(i)) = leader(f)
-        tail = tail + 1
-        queue(tail) = to(i)
+        g = to(i)
+        if (ring(g) <= ring(f)) cycle
+        if (leader(g) == 0) then
+          ring(g) = ring(f) + 1
+          leader(g) = leader(f)
+          tail = tail + 1
+          queue(tail) = g
+        else if (leads_better(faces, middle, middle(:, g), leader(f), leader(g))) then
+          leader(g) = leader(f)
+        end if
       end do
     end do
   end subroutine find_leaders
