@@ -260,7 +260,7 @@ contains
         do k = 1, 2
           if (gap(3 - k) < on_line .and. gap(k) > -on_line .and. ahead(k) < min(0.0_dp, ahead(3 - k)) - on_line) line = k
         end do
-      else if (gap(merge(2, 1, covered(1))) < 0) then
+      else
         line = merge(1, 2, covered(1))
       end if
     end function covered_line
@@ -279,6 +279,7 @@ contains
     pure function covered_edges(i, j) result(covered)
       integer, intent(in) :: i, j
       logical :: covered(2)
+      real(dp) :: apart(2)
       integer :: k
 
       covered = .false.
@@ -286,7 +287,9 @@ contains
         if (try%nearby(2, k) /= i) return
         associate (c => try%nearby(1, k), block => outlines%block, local => survey%local)
           if (any(block(c) == block([i, j]))) cycle
-          if (norm2(survey%start(:, c) - survey%start(:, j)) > flush*min(local(c), local(j))) cycle
+          apart = survey%start(:, c) - survey%start(:, j)
+          if (norm2(apart) > flush*min(local(c), local(j))) cycle
+          if (norm2(apart + predicted(:, c) - predicted(:, j)) > flush*min(local(c), local(j))) cycle
           associate (own => survey%corner(j), cover => survey%corner(c))
             covered(1) = covered(1) .or. abs(turn(cover%from + cover%angle - own%from)) < parallel
             covered(2) = covered(2) .or. abs(turn(own%from + own%angle - cover%from)) < parallel

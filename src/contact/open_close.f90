@@ -256,7 +256,7 @@ contains
     ignored = 0
     do i = try%first, try%last
       associate (contact => try%contact(i), start => try%start(:, i))
-        if (contact%n_entrances == 1 .or. start(contact%active)%closed) cycle
+        if (contact%n_entrances == 1 .or. start(contact%active)%closed .or. contact%covered == 3 - contact%active) cycle
         if (start(contact%active)%gap < 0 .and. start(3 - contact%active)%gap > start(contact%active)%gap) &
           call act_on(3 - contact%active, contact, ignored)
       end associate
