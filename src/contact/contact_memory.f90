@@ -95,40 +95,39 @@ contains
       if (contact%entrance(k)%vertex == 0) return
     end do
     contact%active = entrance_ahead(survey, contact)
-    call rest_inside(outlines%block, survey, past, contact)
+    call rest_inside(outlines%block, survey, past, encounter%beside_tips, contact)
   end subroutine contact_over_edges
 
-  !> The pair of a line whose entrance was closed before, or else the one whose vertex lies best within its edge, with what the
-  !> pairs remember.
+  !> The pair of a line whose entrance was closed before, or else the one whose vertex lies best within its edge. It goes on as it
+  !> was, or where it was not closed as another pair of the line that was.
   pure subroutine find_best_entrance(outlines, survey, past, line, best)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(line_t), intent(in) :: line
     type(entrance_t), intent(inout) :: best !! a new one
-    real(dp) :: at, inside, most, slip
+    real(dp) :: at, inside, most
     integer :: before, k, known
+    logical :: goes_on, was_closed
 
     most = -huge(most)
     known = 0
-    slip = 0.0_dp
+    goes_on = .false.
     do k = 1, line%n
       if (outlines%element(line%vertex(k)) == outlines%element(line%edge(k))) cycle
       associate (length => survey%length(line%edge(k)))
         at = along_edge(survey, line%vertex(k), line%edge(k))
         inside = min(at, length - at)
         before = entrance_before(past, line%vertex(k), line%edge(k))
+        was_closed = .false.
         if (before > 0) then
-          associate (was => past%contact((before + 1)/2)%entrance(2 - modulo(before, 2)))
-            if (known == 0 .or. was%state /= state_open) then
-              known = before
-              slip = at - was%anchor*length
-            end if
-            if (inside >= -beyond*length) inside = merge(huge(inside), 0.5_dp*huge(inside), was%state /= state_open)
-          end associate
+          was_closed = past%contact((before + 1)/2)%entrance(2 - modulo(before, 2))%state /= state_open
+          if (inside >= -beyond*length) inside = merge(huge(inside), 0.5_dp*huge(inside), was_closed)
         end if
+        if (known == 0 .or. (was_closed .and. (inside > most .or. .not. goes_on))) known = before
         if (inside <= most) cycle
         most = inside
+        goes_on = was_closed
         best%vertex = line%vertex(k)
         best%edge = line%edge(k)
         best%anchor = at/length
@@ -136,20 +135,20 @@ contains
     end do
     if (best%vertex == 0) return
     best%joint = outlines%joint(best%edge)
-    if (known > 0) call go_on(survey, past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)), slip, best)
+    if (known > 0) call go_on(survey, past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)), best)
   end subroutine find_best_entrance
 
   !> Lets an entrance go on where another was: with the same slip, and its spring pressed by as much.
-  pure subroutine go_on(survey, was, slip, entrance)
+  pure subroutine go_on(survey, was, entrance)
     type(survey_t), intent(in) :: survey
     type(entrance_t), intent(in) :: was
-    real(dp), intent(in) :: slip               !! from the anchor, length
     type(entrance_t), intent(inout) :: entrance
-    real(dp) :: gap
+    real(dp) :: gap, slip
 
     call recall(was, entrance)
     gap = gap_at(survey, entrance%vertex, entrance%edge) - entrance%dilated
     if (entrance%state /= state_open) then
+      slip = along_edge(survey, was%vertex, was%edge) - was%anchor*survey%length(was%edge)
       entrance%anchor = entrance%anchor - slip/survey%length(entrance%edge)
       if (entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) &
         entrance%rest = min(0.0_dp, gap - min(0.0_dp, gap_at(survey, was%vertex, was%edge) - was%dilated - was%rest))
@@ -189,28 +188,46 @@ contains
   end function entrance_ahead
 
   !> Lets the spring of a contact that is found inside rest there, so that it brings no energy. Where other springs of its blocks
-  !> are pressed, this one is as stiff as that which is pressed most, and pressed as much from the beginning.
-  pure subroutine rest_inside(block, survey, past, contact)
+  !> are pressed, this one is as stiff as that which is pressed most, and pressed as much from the beginning: it takes over from
+  !> those that corners slide off. Not beside two tips that bear already, where none did.
+  pure subroutine rest_inside(block, survey, past, beside_tips, contact)
     integer, intent(in) :: block(:)            !! of the edges
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
+    logical, intent(in) :: beside_tips
     type(contact_t), intent(inout) :: contact
+    real(dp) :: gap
     integer :: b, k
 
     associate (entrance => contact%entrance(contact%active))
       if (entrance%state /= state_open .or. acted_before(past, entrance%vertex, entrance%edge)) return
+      gap = gap_at(survey, entrance%vertex, entrance%edge)
+      entrance%rest = min(0.0_dp, gap)
+      if (beside_tips .and. .not. bore(past, entrance%vertex)) return
       b = merge(block(entrance%vertex), block(entrance%edge), past%pressed(block(entrance%vertex)) > &
                 past%pressed(block(entrance%edge)))
-      associate (gap => gap_at(survey, entrance%vertex, entrance%edge))
-        entrance%rest = min(0.0_dp, gap + past%pressed(b))
-        if (.not. (gap < 0 .and. past%pressed(b) > 0)) return
-      end associate
+      if (.not. (gap < 0 .and. past%pressed(b) > 0)) return
+      entrance%rest = min(0.0_dp, gap + past%pressed(b))
     end associate
     contact%inherits = past%pressed(b)
     do k = 1, 2
       contact%entrance(k)%stiffness = past%stiffness(:, b)
     end do
   end subroutine rest_inside
+
+  !> Whether a vertex pressed on any edge when the step before ended.
+  pure logical function bore(past, vertex)
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: vertex
+    integer :: k
+
+    bore = .false.
+    associate (number => past%entrances%number)
+      do k = past%entrances%first(vertex), past%entrances%first(vertex + 1) - 1
+        bore = bore .or. past%contact((number(k) + 1)/2)%entrance(2 - modulo(number(k), 2))%state /= state_open
+      end do
+    end associate
+  end function bore
 
   !> Lets a contact inherit the overlap and the stiffness of the spring of a contact before whose place it takes: one that had a
   !> pair of the encounter closed, and was not made of the same entrances. Overlap below 0: there is none; 0: it is found inside.

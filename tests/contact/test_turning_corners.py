@@ -1,0 +1,27 @@
+"""Two corners that overlap, and turn past the angle up to which their edges are taken for parallel: one load, on one line or the other."""
+import math
+
+import numpy as np
+import pytest
+import scree
+from scree.block_files import block_file, box, turned
+
+DIAMOND = turned(box(0, 1, 0, 1), math.pi / 4)
+
+
+@pytest.mark.parametrize("E, dt, steps, velocity, start, angles, group", [
+    (1e10, 1e-3, 40, (0, -1), (-0.001, 0.005), (0, 3.0), "&joints kn=1e10 1e10 /"),
+    (1e8, 1e-4, 300, (1.56, -1.24), (-0.016, 0.005), (4.8, -0.35), "")])
+@pytest.mark.parametrize("strain", ["auto", "green"])
+def test_corners_that_turn_past_parallel_gain_nothing(E, dt, steps, velocity, start, angles, group, strain, tmp_path):
+    """The vertex of either may press on the edge of the other, that faces it nearly parallel: first one of them, then both. What is
+    found inside rests there, and what pressed before goes on with its own spring. It gained a tenth of its energy in a step."""
+    low = turned(-DIAMOND, math.radians(angles[0]))
+    top = turned(DIAMOND, math.radians(angles[1])) + start
+    (tmp_path / "a.blk").write_text(block_file("tips", [(1, low), (2, top)], []))
+    (tmp_path / "a.ana").write_text("\n".join([
+        f"1 {steps} 2 1 0.05 {dt}", f"2500 0 {E} 0.25 {'0 ' * 9}", f"2500 0 {E} 0.25 {'0 ' * 6} {velocity[0]} {velocity[1]} 0", "0 0 0",
+        "&deck geometry='a.blk', dialect='short' /", f"&method strain='{strain}' /", group.replace("1e10 1e10", "1e10"), ""]))
+    energy = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5").history.energy
+    assert energy.contact.max() > 0.01 * energy.kinetic[0]
+    assert np.diff(energy.dissipated, prepend=0).min() > -1e-9 * energy.kinetic[0]
