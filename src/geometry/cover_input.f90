@@ -176,8 +176,8 @@ contains
     elements%linked = [(root_of(elements%linked, f), f=1, n)]
   end subroutine connect_faces
 
-  !> Covers without an element of the least share follow the nearest that has one, by steps across lines of the mesh, and of those as
-  !> near the one whose triangle has its middle nearest to the cover; where a part of a block has none, its largest.
+  !> Covers without an element of the least share follow the nearest that has one, by steps across lines of the mesh, and of those
+  !> as near the one whose triangle has its middle nearest to the cover; where a part of a block has none, its largest.
   subroutine extend_covers(faces, least_share, cover, elements, extension)
     type(faces_t), intent(in) :: faces
     real(dp), intent(in) :: least_share
@@ -230,7 +230,7 @@ contains
     elements%linked = [(root_of(elements%linked, f), f=1, size(large))]
   end subroutine extend_covers
 
-  !> Whether a position follows face a rather than b: the middle of its triangle is nearer, or as near, and more of it is in the block.
+  !> Whether a position follows face a rather than b: the middle of its triangle is nearer, or as near, and its share is larger.
   pure logical function leads_better(faces, middle, position, a, b)
     type(faces_t), intent(in) :: faces
     real(dp), intent(in) :: middle(:, :)   !! (2, n) of the triangle of each face, length
