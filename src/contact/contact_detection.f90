@@ -284,7 +284,6 @@ contains
     pure function covered_edges(i, j) result(covered)
       integer, intent(in) :: i, j
       logical :: covered(2)
-      real(dp) :: apart(2)
       integer :: k
 
       covered = .false.
@@ -292,9 +291,8 @@ contains
         if (try%nearby(2, k) /= i) return
         associate (c => try%nearby(1, k), block => outlines%block, local => survey%local)
           if (any(block(c) == block([i, j]))) cycle
-          apart = survey%start(:, c) - survey%start(:, j)
-          if (norm2(apart) > flush*min(local(c), local(j))) cycle
-          if (norm2(apart + predicted(:, c) - predicted(:, j)) > flush*min(local(c), local(j))) cycle
+          if (norm2(survey%start(:, c) - survey%start(:, j)) > flush*min(local(c), local(j))) cycle
+          if (norm2(predicted(:, c) - predicted(:, j)) > near_at_rest*min(local(c), local(j))) cycle ! it slides by
           associate (own => survey%corner(j), cover => survey%corner(c))
             covered(1) = covered(1) .or. abs(turn(cover%from + cover%angle - own%from)) < parallel
             covered(2) = covered(2) .or. abs(turn(own%from + own%angle - cover%from)) < parallel

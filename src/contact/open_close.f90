@@ -100,14 +100,12 @@ contains
     end do
   end subroutine meet_at_prediction
 
-  !> Measures the contacts at `d`: their forces across, and which forces are too faint to change a state. A body without weight that
-  !> bears no more than rounding leaves of the largest force of all changes none.
+  !> Measures the contacts at `d`: their forces across, and which forces are too faint to change a state.
   pure subroutine press_all(model, d, try, force)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
     type(contact_force_t), intent(out) :: force(try%first:)
-    real(dp) :: noise
     integer :: body(2, try%first:try%last), i
 
     do i = try%first, try%last
@@ -124,14 +122,9 @@ contains
     end do
     try%doubt(try%first:try%last) = 0.0_dp
     if (.not. forgives_faint_forces(try%law)) return
-    noise = 0.0_dp
-    do i = try%first, try%last
-      noise = max(noise, maxval(epsilon(noise)*try%largest(body(:, i))))
-    end do
     do i = try%first, try%last
       associate (stiffness => try%contact(i)%entrance(1)%stiffness(1), least => minval(try%largest(body(:, i))))
-        try%doubt(i) = merge(faint, 1.0_dp, least > noise)*least + stiffness*rounding_of(model, d, try, i) &
-                       + min(stiffness*try%rounding, unsure*least)
+        try%doubt(i) = faint*least + stiffness*rounding_of(model, d, try, i) + min(stiffness*try%rounding, unsure*least)
       end associate
     end do
   end subroutine press_all
