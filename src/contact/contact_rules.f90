@@ -16,8 +16,8 @@ module scree_contact_rules
   use scree_contact_memory, only: contact_as_shi, contact_over_edges, inherit, past_t
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_try, only: contact_try_t, of_elements
-  use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_coulomb, rules_shi, &
-                            state_locked, state_open, state_sliding
+  use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, &
+                            state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, meet_as_shi, meet_by_entrances, meeting_t
   use scree_corners, only: survey_t, tilt
   use scree_coulomb_contact, only: add_friction, anchor_where_crossed, friction_of, judge_coulomb, press_springs, slide_coulomb
@@ -37,8 +37,8 @@ module scree_contact_rules
   ! press
   public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
-  public :: anchor_what_closes, anchors_return, forces_stay_linear, forgives_faint_forces, goes_on_after_cut, iteration_rules, &
-            iteration_rules_t, judge, judges_anew, may_make_energy, settles_as_one, steps_decide_impacts
+  public :: anchor_what_closes, anchors_return, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, &
+            judge, judges_anew, may_make_energy, settles_as_one, steps_decide_impacts
   ! remember
   public :: remember_overlap, remember_slide, stiffness_adapts, stiffness_after
 
@@ -51,7 +51,7 @@ module scree_contact_rules
     logical :: counts_progress = .true.        !! iterations that leave fewer states changing are not counted as stalled
     integer :: most_stalled = 3                !! iterations, before it is given up
     logical :: settles_always = .true.         !! as a friction problem, and by the balance of forces; else the step is cut
-    logical :: poses_at_once = .true.          !! friction problems follow each other at once, where forces bend
+    logical :: linear_springs = .true.         !! as long as states stay: friction problems may follow each other at once
   end type iteration_rules_t
 
   !> Iterations that may leave as many changes where springs stiffen: those of Newton's method on their curves.
@@ -68,11 +68,11 @@ contains
     select case (law%rules)
     case (rules_shi)
       iteration_rules = iteration_rules_t(judges_prediction=.false., repeats_first_of_run=.true., counts_progress=.false., &
-                                          most_stalled=most_solutions - 1, settles_always=.false., poses_at_once=.false.)
+                                          most_stalled=most_solutions - 1, settles_always=.false., linear_springs=.false.)
     case default
       iteration_rules = iteration_rules_t()
       if (allocated(law%closure)) iteration_rules%most_stalled = most_stiffening
-      iteration_rules%poses_at_once = .not. (law%rules == rules_conserving .or. allocated(law%closure))
+      iteration_rules%linear_springs = .not. (law%rules == rules_conserving .or. allocated(law%closure))
     end select
   end function iteration_rules
 
@@ -99,23 +99,6 @@ contains
       settles_as_one = .false.
     end select
   end function settles_as_one
-
-  !> Whether the forces of contacts that are settled together are linear in displacements as long as their states stay: of springs
-  !> that are, at edges that cannot move.
-  pure logical function forces_stay_linear(model, try)
-    type(model_t), intent(in) :: model
-    type(contact_try_t), intent(in) :: try
-    integer :: i
-
-    forces_stay_linear = try%law%rules == rules_coulomb .and. .not. allocated(try%law%closure)
-    do i = try%first, try%last
-      if (.not. forces_stay_linear) return
-      associate (contact => try%contact(i))
-        forces_stay_linear = all(model%outlines%fixed(contact%entrance(:contact%n_entrances)%edge)) &
-                             .or. contact%entrance(contact%active)%state == state_open
-      end associate
-    end do
-  end function forces_stay_linear
 
   !> Whether the phase of a step decides what springs give back of an impact: not of those that conserve energy. Of runs by Shi's
   !> rules it is not asked, as they are to be those of his programs.

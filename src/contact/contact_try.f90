@@ -2,13 +2,13 @@
 module scree_contact_try
   use scree_contact_geometry, only: acting_rows_t, entrance_geometry_t
   use scree_contact_quantities, only: entrance_start_t, gap_and_slip_t
-  use scree_contacts, only: contact_law_t, contact_t
+  use scree_contacts, only: contact_law_t, contact_t, state_open
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: contact_try_t, count_states, follow_motion, of_elements, row_across, states_of, take_all, take_island
+  public :: contact_try_t, count_states, edges_stay, follow_motion, of_elements, row_across, states_of, take_all, take_island
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -95,6 +95,21 @@ contains
     states(1, :) = try%contact(try%first:try%last)%entrance(1)%state
     states(2, :) = try%contact(try%first:try%last)%entrance(2)%state
   end function states_of
+
+  !> Whether the edges of the closed contacts that are settled together cannot move: their gaps and slips are linear then.
+  pure logical function edges_stay(model, try)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: try
+    integer :: i
+
+    edges_stay = .true.
+    do i = try%first, try%last
+      associate (contact => try%contact(i))
+        if (contact%entrance(contact%active)%state == state_open) cycle
+        edges_stay = edges_stay .and. all(model%outlines%fixed(contact%entrance(:contact%n_entrances)%edge))
+      end associate
+    end do
+  end function edges_stay
 
   !> Lets contacts follow the motion from here on, each as it is placed the next time.
   pure subroutine follow_motion(try)

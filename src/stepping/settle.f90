@@ -7,8 +7,8 @@
 !> What shares and touches nothing is settled alone. The elements of an island are settled together: deformation outside, and inside
 !> it the open-close iteration (Shi's df18 to df22), at fixed operators where it is nested, else both in one.
 module scree_settle
-  use scree_contact_rules, only: forces_stay_linear, iteration_rules, measure_contacts, place
-  use scree_contact_try, only: states_of, take_all, take_island
+  use scree_contact_rules, only: iteration_rules, measure_contacts, place
+  use scree_contact_try, only: edges_stay, states_of, take_all, take_island
   use scree_correction_mixing, only: mix
   use scree_effects, only: add_element_effects
   use scree_element_term, only: term_t
@@ -222,8 +222,8 @@ contains
       end if
       if (.not. group%linear) call place(model, cache, state, try%d, try%contacts)
       group%open_close = iteration_rules(try%contacts%law)
-      group%open_close%poses_at_once = group%open_close%poses_at_once .and. .not. group%linear
-      group%may_end_early = group%may_end_early .and. forces_stay_linear(model, try%contacts)
+      group%open_close%linear_springs = group%open_close%linear_springs .and. .not. group%linear
+      group%may_end_early = group%may_end_early .and. group%open_close%linear_springs .and. edges_stay(model, try%contacts)
       if (try%contacts%goes_on) then
         call judge_contacts(model, try%d, try%contacts)
         iteration%near = .not. group%linear
@@ -252,7 +252,7 @@ contains
     if (.not. try%group%in_contact) return
     associate (group => try%group, last => try%iteration%linearisation, tangent => try%rule%tangent)
       if (.not. last%frozen) try%iteration%reference = values_of_members(model, try)
-      curved = model%settings%balance > 0 .or. (try%iteration%near .and. tangent .and. group%open_close%poses_at_once)
+      curved = model%settings%balance > 0 .or. (try%iteration%near .and. tangent .and. group%open_close%linear_springs)
       curved = curved .and. .not. (last%frozen .or. group%linear)
       symmetric = last%symmetric .and. (tangent .or. .not. last%frozen) .and. .not. model%settings%balance > 0
       call add_pair_effects(model, try%contacts, group%number, symmetric, curved, cache%equations)

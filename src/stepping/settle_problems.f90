@@ -124,7 +124,7 @@ contains
 
     associate (rules => try%group%open_close)
       if (.not. (try%group%in_contact .and. rules%settles_always .and. try%iteration%rounds < most_rounds)) return
-      effort = merge(effort_quick, effort_all, rules%poses_at_once)
+      effort = merge(effort_quick, effort_all, rules%linear_springs)
     end associate
     call begin_phase(cache%timers, phase_judge)
     call put_members(model, try%group, try%iteration%sound, try%d)
@@ -157,7 +157,7 @@ contains
   pure logical function may_follow(try)
     type(try_t), intent(in) :: try
 
-    may_follow = try%iteration%near .and. try%group%open_close%poses_at_once .and. try%iteration%rounds < prompt_rounds
+    may_follow = try%iteration%near .and. try%group%open_close%linear_springs .and. try%iteration%rounds < prompt_rounds
   end function may_follow
 
   !> Takes the answer to a friction problem that was posed where the try is, from which the iteration goes on. Where an area runs
@@ -180,7 +180,7 @@ contains
     call check_areas(model, cache, try, of_iterate=.false.)
     if (.not. try%outcome%settled) return
     call find_change(model, cache, try, change, worst)
-    if (try%group%open_close%poses_at_once) call choose_operator(model, change, try)
+    if (try%group%open_close%linear_springs) call choose_operator(model, change, try)
     associate (iteration => try%iteration)
       iteration%sound = values_of_members(model, try)
       iteration%near = .true.
