@@ -140,7 +140,7 @@ contains
         if (norm2(x - survey%start(:, j)) <= near(i) + near(j)) then
           if (i < j) call meet_corners(i, j)
         else if (norm2(x - survey%finish(:, j)) > near(i) + near(outlines%next(j))) then
-          call meet_edge(i, j, .false.)
+          call meet_edge(i, j)
         end if
       end associate
     end subroutine look_at
@@ -148,7 +148,7 @@ contains
     !> Contact of vertex i over edge j.
     subroutine meet_edge(i, j, beside_tips)
       integer, intent(in) :: i, j
-      logical, intent(in) :: beside_tips !! the corners meet tip to tip as well
+      logical, intent(in), optional :: beside_tips !! the corners meet tip to tip as well
       type(encounter_t) :: encounter
       real(dp) :: at, gap
 
@@ -159,7 +159,7 @@ contains
       if (gap < -depth) return
       if (.not. edges_lead_away(survey%corner(i), survey%corner(j)%from, tilt(survey, i, j))) return
       encounter = encounter_of_edge(i, j)
-      encounter%beside_tips = beside_tips
+      if (present(beside_tips)) encounter%beside_tips = beside_tips
       call add(encounter)
     end subroutine meet_edge
 
@@ -230,8 +230,8 @@ contains
     subroutine meet_where_turned(i, j)
       integer, intent(in) :: i, j
 
-      if (is_well_over(i, j)) call meet_edge(i, j, .true.)
-      if (is_well_over(i, outlines%previous(j))) call meet_edge(i, outlines%previous(j), .true.)
+      if (is_well_over(i, j)) call meet_edge(i, j, beside_tips=.true.)
+      if (is_well_over(i, outlines%previous(j))) call meet_edge(i, outlines%previous(j), beside_tips=.true.)
     end subroutine meet_where_turned
 
     !> Whether the foot of vertex i on edge j is farther from the ends of the edge than corners at rest are near each other.
@@ -323,8 +323,8 @@ contains
       integer, intent(in) :: i, j
 
       associate (x => survey%start(:, i), near => survey%near, after => outlines%next(j), before => outlines%previous(j))
-        if (norm2(x - survey%start(:, after)) > near(i) + near(after)) call meet_edge(i, j, .false.)
-        if (norm2(x - survey%start(:, before)) > near(i) + near(before)) call meet_edge(i, before, .false.)
+        if (norm2(x - survey%start(:, after)) > near(i) + near(after)) call meet_edge(i, j)
+        if (norm2(x - survey%start(:, before)) > near(i) + near(before)) call meet_edge(i, before)
       end associate
     end subroutine meet_sides
 

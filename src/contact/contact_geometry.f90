@@ -130,26 +130,23 @@ contains
     call frame_of_edge(x2, x3, t, normal, geometry%edge_length)
     geometry%gap = gap_at_edge(x1, x2, x3, geometry%edge_length)
     geometry%along = dot_product(t, x1 - x2)
+    if (still) call put_rows_at_rest(t, normal, geometry%normal, geometry%shear)
     if (present(weight)) then
-      acting%turn = 0.0_dp
-      acting%at = at
       if (still) then
-        call put_rows_at_rest(t, normal, geometry%normal, geometry%shear)
-        acting%normal = geometry%normal
-        acting%shear = geometry%shear
+        acting = acting_rows_t(at, geometry%normal, geometry%shear, 0.0_dp)
       else
         call measure_product(1.0_dp, length(2), moment(2))
         call put_rows(1.0_dp, [length(2), length(2)], [moment(2), moment(2)], geometry%normal, geometry%shear)
         call measure_product(2*weight - 1, length(1), moment(1))
         call put_rows(weight, length, moment, acting%normal, acting%shear)
         edge = x3 - x2 + weight*(u3 - u2)
+        acting%turn = 0.0_dp
         acting%turn(other + 1:other + n) = weight*(edge(2)*(T3(1, :) - T2(1, :)) - edge(1)*(T3(2, :) - T2(2, :)))/sum(edge**2)
+        acting%at = at
       end if
       call move(t, geometry)
     else
-      if (still) then
-        call put_rows_at_rest(t, normal, geometry%normal, geometry%shear)
-      else
+      if (.not. still) then
         length = geometry%edge_length
         moment = length*geometry%gap
         call put_rows(0.0_dp, length, moment, geometry%normal, geometry%shear)

@@ -60,12 +60,20 @@ contains
       entrance_before = number(first)
       do k = first, past%entrances%first(vertex + 1) - 1
         if (past%entrances%edge(k) > edge) return
-        if (past%contact((number(k) + 1)/2)%entrance(2 - modulo(number(k), 2))%state == state_open) cycle
+        if (.not. is_closed(past, number(k))) cycle
         entrance_before = number(k)
         return
       end do
     end associate
   end function entrance_before
+
+  !> Whether an entrance of the step before was closed at its end.
+  pure logical function is_closed(past, number)
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: number !! of the entrance: two for each contact
+
+    is_closed = past%contact((number + 1)/2)%entrance(2 - modulo(number, 2))%state /= state_open
+  end function is_closed
 
   !> Whether the entrance of a pair of vertex and edge was there and acted.
   pure logical function acted_before(past, vertex, edge)
@@ -121,10 +129,10 @@ contains
         before = entrance_before(past, line%vertex(k), line%edge(k))
         was_closed = .false.
         if (before > 0) then
-          was_closed = past%contact((before + 1)/2)%entrance(2 - modulo(before, 2))%state /= state_open
+          was_closed = is_closed(past, before)
           if (inside >= -beyond*length) inside = merge(huge(inside), 0.5_dp*huge(inside), was_closed)
         end if
-        if (known == 0 .or. (was_closed .and. (inside > most .or. .not. goes_on))) known = before
+        if (known == 0 .or. (was_closed .and. (inside > most .or. .not. goes_on))) known = before ! its own, where it goes on
         if (inside <= most) cycle
         most = inside
         goes_on = was_closed
@@ -224,7 +232,7 @@ contains
     bore = .false.
     associate (number => past%entrances%number)
       do k = past%entrances%first(vertex), past%entrances%first(vertex + 1) - 1
-        bore = bore .or. past%contact((number(k) + 1)/2)%entrance(2 - modulo(number(k), 2))%state /= state_open
+        bore = bore .or. is_closed(past, number(k))
       end do
     end associate
   end function bore

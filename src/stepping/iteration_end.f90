@@ -19,8 +19,8 @@ module scree_iteration_end
   use scree_inertia, only: kinetic_energy
   use scree_kinds, only: dp
   use scree_model, only: cache_t, element_cache_t, model_t
-  use scree_step_try, only: cut_by_deformation, outcome_t, reject, try_t
   use scree_state, only: state_t
+  use scree_step_try, only: cut_by_deformation, outcome_t, reject, try_t
   use scree_system, only: element_unknowns, values_of
   use scree_text, only: number_text
   implicit none
@@ -102,7 +102,7 @@ contains
                     .and. change**2 <= share*share_of_moving_stress*strained .and. left < share*share_of_loss*lost
   end function leaves_little
 
-  !> Energy that an element loses in a step that ends where its try is, by what its acceleration changes by (doc/theory.md, 3).
+  !> Energy that an element loses in a step that ends where its try is, by its change of acceleration (doc/theory.md, section 3).
   pure real(dp) function lost_by_step(model, own, state, e, try) result(lost)
     type(model_t), intent(in) :: model
     type(element_cache_t), intent(in) :: own
