@@ -259,7 +259,7 @@ contains
     integer :: k, m
 
     work = 0.0_dp
-    if (.not. allocated(model%effects%bolt) .or. model%effects%fixed_point%by_springs) return
+    if (.not. allocated(model%effects%bolt)) return
     associate (bolt => model%effects%bolt)
       do k = 1, size(bolt%pair, 2)
         associate (pair => bolt%pair(:, k))

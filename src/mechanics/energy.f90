@@ -1,7 +1,7 @@
 !> The books of energy and momentum, per unit thickness.
 module scree_energy
   use scree_effects, only: energy_of_bolts, energy_of_fixed_springs, energy_of_weight, loss_by_damping, power_of_weight, &
-      share_of_weight, supports_move, work_of_bolts_between, work_of_loads, work_of_supports
+      share_of_weight, supports_move, supports_move_exactly, work_of_bolts_between, work_of_loads, work_of_supports
   use scree_element_term, only: step_rule_t
   use scree_inertia, only: kinetic_energy, momentum
   use scree_integrator, only: held_weight, holds_power
@@ -162,7 +162,7 @@ contains
         if (moving) supports = supports + work_of_supports(model, cache%element(e), state, e, unknown, rule)
       end associate
     end do
-    if (moving) supports = supports + work_of_bolts_between(model, cache, state, d, rule)
+    if (supports_move_exactly(model)) supports = supports + work_of_bolts_between(model, cache, state, d, rule)
     work = work + supports
   end function work_of_step
 
