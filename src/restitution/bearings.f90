@@ -9,13 +9,13 @@ module scree_bearings
   use scree_impulses, only: impulse_problem_t, impulses_t, resistance_of, solve_compression, velocity_at
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_rigid_bodies, only: find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t
+  use scree_rigid_bodies, only: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: any_closes, bearing_t, blow_t, blow_of_step, find_approaches, find_impulses, find_islands, find_strokes, &
-            list_bearings, pair_of, set_least, set_up_problem
+  public :: across_contact, any_closes, bearing_t, blow_t, blow_of_step, deformation_of, find_approaches, find_impulses, &
+            find_islands, find_strokes, force_of, list_bearings, pair_of, set_least, set_up_problem
 
   !> A contact that bears at the beginning of the step or at its end.
   type :: bearing_t
@@ -30,10 +30,14 @@ module scree_bearings
     logical :: reached = .false.             !! by the impact, or it closes
     real(dp) :: energy = 0.0_dp              !! of the approach, of the masses as the contact feels them; force length
     real(dp) :: swing = huge(1.0_dp)         !! of these masses on its spring, time
+    real(dp) :: depth = 0.0_dp               !! to which the approach presses its spring, length
     real(dp) :: struck = 0.0_dp              !! impulse across, were the bodies rigid and met when the step began; force time
     real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
     real(dp) :: moment = 0.0_dp              !! way of the approach in a moment, length: a gap below it is none
     real(dp) :: impulse(2) = 0.0_dp          !! gamma dt Q, force time
+    integer :: entrance = 1                  !! that acts without the impact, and
+    real(dp) :: deeper = 0.0_dp              !! by which its spring rests deeper where the step is made with it, length
+    real(dp) :: stopped(2) = 0.0_dp          !! impulse of what closes where it would go deeper still, force time
     real(dp) :: borne(2) = 0.0_dp            !! impulse until its bodies met others, of what opens; force time
     real(dp) :: kept = 0.0_dp                !! force across that loads press with, of what closes
   end type bearing_t
@@ -125,7 +129,7 @@ contains
           own%contact = i
           own%vertex = entrance%vertex
           own%block = blocks_of(model, try, i)
-          if (entrance%state /= state_open) own%force = force_of(model, try, i, d)
+          own%force = force_of(model, try, i, d)
           if (start%closed) then
             own%before(1) = max(0.0_dp, start%multiplier(1) - entrance%stiffness(1)/start%hardening*start%gap)
             own%before(2) = start%multiplier(2) - entrance%stiffness(2)/start%hardening &
@@ -151,7 +155,7 @@ contains
     end associate
   end function blocks_of
 
-  !> Forces of contact i across and along.
+  !> Forces of contact i across and along, none where it is open.
   pure function force_of(model, try, i, d) result(force)
     type(model_t), intent(in) :: model
     type(contact_try_t), intent(in) :: try
@@ -160,6 +164,8 @@ contains
     real(dp) :: force(2)
     type(contact_force_t) :: all_of_it
 
+    force = 0.0_dp
+    if (try%contact(i)%entrance(try%contact(i)%active)%state == state_open) return
     call press(try, i, gaps_and_slips(model, try, i, d), all_of_it)
     force = [sum(all_of_it%across), all_of_it%along]
   end function force_of
@@ -178,9 +184,9 @@ contains
     type(impulse_problem_t) :: problem
     type(gap_and_slip_t) :: now
     logical :: stays(size(bearing))
-    real(dp), allocatable :: motion(:, :), way(:, :)
+    real(dp), allocatable :: motion(:, :)
     integer, allocatable :: open(:)
-    real(dp) :: approach, across(3, 2), borne(model%n_blocks), deformed(2), resistance(2)
+    real(dp) :: approach, across(3, 2), borne(model%n_blocks), deformed, deformation(size(d)), resistance(2)
     integer :: i, k
 
     stays = [(any(try%start(:try%contact(bearing(i)%contact)%n_entrances, bearing(i)%contact)%closed), i=1, size(bearing))]
@@ -192,22 +198,22 @@ contains
     end do
     where (held_blocks(model, state)) borne = huge(borne) ! what it bears is no load of a body that moves
     motion = motion_of(model, cache, state, bodies, state%velocity)
-    way = motion_of(model, cache, state, bodies, d)
+    deformation = deformation_of(model, cache, state, d, bearing(open))
     do k = 1, size(open)
       associate (own => bearing(open(k)), active => try%contact(bearing(open(k))%contact)%active, &
                  stiffness => try%contact(bearing(open(k))%contact)%entrance(1)%stiffness)
         across = problem%row(:, :, 1, k)*motion(:, problem%body(:, k))
         approach = -sum(across)
         now = gap_and_slip(model, try, own%contact, active, d)
-        deformed = dot_product(row_across(try, own%contact, active), of_elements(model, pair_of(try, own%contact), d)) &
-                   - velocity_at(problem, way, k)
+        deformed = across_contact(model, try, own%contact, deformation)
         own%moment = together*max(0.0_dp, approach)*rule%dt
-        own%closes = (own%force(1) > 0 .or. now%gap < deformed(1) + own%moment) .and. approach > round_off*sum(abs(across))
+        own%closes = (own%force(1) > 0 .or. now%gap < deformed + own%moment) .and. approach > round_off*sum(abs(across))
         own%reached = own%closes
         resistance = resistance_of(problem, k)
         if (resistance(1) > 0) then ! of two that are held there is nothing to swing
           own%energy = 0.5_dp*approach**2/resistance(1)
           own%swing = full_turn/sqrt(resistance(1)*stiffness(1))
+          own%depth = max(0.0_dp, approach)/sqrt(resistance(1)*stiffness(1))
         end if
         own%strikes = own%closes .and. approach > minval(borne(own%block))*sqrt(resistance(1)/stiffness(1))
         if (own%closes) own%met_at = min(1.0_dp, max(0.0_dp, try%start(active, own%contact)%gap)/(approach*rule%dt))
@@ -216,6 +222,60 @@ contains
     end do
     bearing = pack(bearing, stays)
   end subroutine find_approaches
+
+  !> Displacements of a step (n_unknowns) less those that the bodies of contacts make as rigid ones, however far they turn in it.
+  pure function deformation_of(model, cache, state, d, bearing) result(deformation)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
+    type(bearing_t), intent(in) :: bearing(:)
+    real(dp) :: deformation(size(d))
+    type(rigid_bodies_t) :: bodies
+
+    ! Half of the displacements of a turn by a is cos a/2 of the turn by a/2, and its tangent there is the secant of the whole.
+    call find_bodies(model, cache, state, 0.5_dp*moved_by(model, cache, d), taking_part(model, bearing), bodies)
+    deformation = 0.0_dp
+    call add_motion(model, cache, state, bodies, motion_of(model, cache, state, bodies, d), deformation)
+    deformation = d - deformation
+  end function deformation_of
+
+  !> Displacements across the entrance of contact i that acts.
+  pure real(dp) function across_contact(model, try, i, d) result(across)
+    type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
+
+    across = dot_product(row_across(try, i, try%contact(i)%active), of_elements(model, pair_of(try, i), d))
+  end function across_contact
+
+  !> Displacements that take the bodies to where contacts act (n_unknowns): those of a step with Green strain.
+  pure function moved_by(model, cache, d) result(moved)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
+    real(dp) :: moved(size(d))
+    integer :: e
+
+    moved = 0.0_dp
+    do e = 1, model%n_elements
+      if (cache%element(e)%green) moved(model%elements%unknown(:, e)) = d(model%elements%unknown(:, e))
+    end do
+  end function moved_by
+
+  !> Blocks of contacts (n_blocks).
+  pure function taking_part(model, bearing)
+    type(model_t), intent(in) :: model
+    type(bearing_t), intent(in) :: bearing(:)
+    logical :: taking_part(model%n_blocks)
+    integer :: i
+
+    taking_part = .false.
+    do i = 1, size(bearing)
+      taking_part(bearing(i)%block) = .true.
+    end do
+  end function taking_part
 
   !> Finds how hard impacts strike contacts: impulses that end the approach of what closes, where contacts that press come no closer
   !> than they do without it. What loads or a swing press them with in the step is none of an impact.
@@ -384,19 +444,10 @@ contains
     type(bearing_t), intent(in) :: bearing(:)
     type(rigid_bodies_t), intent(out) :: bodies
     type(impulse_problem_t), intent(out) :: problem
-    logical :: takes_part(model%n_blocks)
-    real(dp) :: modes(n, 3), moved(model%n_unknowns)
-    integer :: e, i, side
+    real(dp) :: modes(n, 3)
+    integer :: i, side
 
-    takes_part = .false.
-    do i = 1, size(bearing)
-      takes_part(bearing(i)%block) = .true.
-    end do
-    moved = 0.0_dp
-    do e = 1, model%n_elements
-      if (cache%element(e)%green) moved(model%elements%unknown(:, e)) = d(model%elements%unknown(:, e))
-    end do
-    call find_bodies(model, cache, state, moved, takes_part, bodies)
+    call find_bodies(model, cache, state, moved_by(model, cache, d), taking_part(model, bearing), bodies)
     allocate (problem%body(2, size(bearing)), problem%row(3, 2, 2, size(bearing)), &
               problem%answer(3, 2, 2, size(bearing)), problem%friction(size(bearing)), &
               problem%least(size(bearing)), problem%glued(size(bearing)))

@@ -5,10 +5,10 @@
 !>
 !> - Where the bodies go. The forces Q that the impact has in the step, of what closed, and those that it added to contacts that
 !>   pressed before, act in it once more as the impulse gamma dt Q on the rigid motion of the bodies, when it begins (`push_apart`).
-!>   Contacts keep what loads press them with and what they bore before; what closed rests where this brings it. So the bodies come
-!>   to the same places, and deform by their loads alone.
-!> - How fast they leave. Without that impulse their motion q- at the end is the one before the impact, and impulses bring it to the
-!>   one after (`rebound`). Stress stays.
+!>   Contacts keep what loads press them with and what they bore before; what closed has no force but where bodies would go deeper,
+!>   and rests where this brings it. So the bodies come to the same places, and deform by their loads alone.
+!> - How fast they leave. Without that impulse, and without what stopped them from going deeper, their motion q- at the end is the
+!>   one before the impact, and impulses bring it to the one after (`rebound`). Stress stays.
 !>
 !> The energy that may come back is what these impulses take, less D, the work of the loads over the way that Q barred,
 !>
@@ -17,11 +17,11 @@
 !> with p the rates that the impulse adds, v0 and v- those when the step began and before the impact, however far bodies turn in it.
 !> So a step with an impact makes no energy where the step itself makes none (doc/theory.md, section 4).
 module scree_impact
-  use scree_bearings, only: any_closes, bearing_t, find_approaches, find_impulses, find_islands, find_strokes, &
-                            list_bearings, pair_of, set_least, set_up_problem, together
+  use scree_bearings, only: across_contact, any_closes, bearing_t, deformation_of, find_approaches, find_impulses, &
+                            find_islands, find_strokes, force_of, list_bearings, pair_of, set_least, set_up_problem, together
   use scree_contact_quantities, only: gap_and_slip_t
-  use scree_contact_rules, only: gap_and_slip, place, rows_along
-  use scree_contact_try, only: contact_try_t, follow_motion, of_elements, row_across, take_all
+  use scree_contact_rules, only: gap_and_slip, rows_along
+  use scree_contact_try, only: contact_try_t, row_across, take_all
   use scree_contacts, only: state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: friction_of
   use scree_effects, only: mean_share_of_weight
@@ -46,6 +46,8 @@ module scree_impact
     real(dp) :: friction = 0.0_dp            !! work that it took, force length per unit thickness
   end type impact_t
 
+  !> An impact deforms bodies by at most so many times the depth to which it presses springs; what is more, loads have done.
+  real(dp), parameter :: by_bodies = 4.0_dp
   !> Least velocity across of what has no part in an impact: below all that there are, length/time.
   real(dp), parameter :: free = -sqrt(huge(1.0_dp))
 
@@ -84,62 +86,11 @@ contains
       impact%bearing = unpack(own, impact%bearing%island == i, impact%bearing)
     end do
     impact%bearing = pack(impact%bearing, impact%bearing%island > 0)
-    call keep_contacts(others(size(try%contact), impact%bearing), try)
   end subroutine push_apart
 
-  !> Contacts of n that do not close in an impact.
-  pure function others(n, bearing)
-    integer, intent(in) :: n
-    type(bearing_t), intent(in) :: bearing(:)
-    integer, allocatable :: others(:)
-    logical :: closes(n)
-    integer :: i
-
-    closes = .false.
-    closes(pack(bearing%contact, bearing%closes)) = .true.
-    others = pack([(i, i=1, n)], .not. closes)
-  end function others
-
-  !> Leaves these of its contacts to a try.
-  pure subroutine keep_contacts(these, try)
-    integer, intent(in) :: these(:)              !! in their order
-    type(contact_try_t), intent(inout) :: try
-    integer :: i
-
-    try%of_island = [(1 + count(these < try%of_island(i)), i=1, size(try%of_island))]
-    try%contact = try%contact(these)
-    try%start = try%start(:, these)
-    try%geometry = try%geometry(:, these)
-    if (allocated(try%acting)) try%acting = try%acting(:, these)
-  end subroutine keep_contacts
-
-  !> Gives a try the contacts back that close in its impacts, as they were without them.
-  pure subroutine return_contacts(without, bearing, try)
-    type(contact_try_t), intent(in) :: without
-    type(bearing_t), intent(in) :: bearing(:)
-    type(contact_try_t), intent(inout) :: try
-    type(contact_try_t) :: all_of_them
-
-    all_of_them = without
-    associate (kept => others(size(without%contact), bearing))
-      all_of_them%contact(kept) = try%contact
-      all_of_them%start(:, kept) = try%start
-      all_of_them%geometry(:, kept) = try%geometry
-      if (allocated(try%acting)) then
-        call follow_motion(all_of_them)
-        all_of_them%acting(:, kept) = try%acting
-      end if
-    end associate
-    try%of_island = without%of_island
-    call move_alloc(all_of_them%contact, try%contact)
-    call move_alloc(all_of_them%start, try%start)
-    call move_alloc(all_of_them%geometry, try%geometry)
-    call move_alloc(all_of_them%acting, try%acting)
-    call take_all(try)
-  end subroutine return_contacts
-
-  !> Pushes the bodies of an island when the step begins. What closes has no part in the step then, and what it reaches keeps what
-  !> it bore and what loads press it with. Where loads alone bring bodies together it is no impact, and they are left to springs.
+  !> Pushes the bodies of an island when the step begins. What closes then presses only where it would go deeper, and what it
+  !> reaches keeps what it bore and what loads press it with. Where loads alone bring bodies together it is no impact, and they are
+  !> left to springs.
   pure subroutine push_island(model, cache, state, rule, d, bearing, try, impact)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -152,9 +103,9 @@ contains
     type(rigid_bodies_t) :: bodies
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
-    real(dp), dimension(size(d)) :: velocity, acceleration
-    real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step, pushed, way
-    real(dp) :: along_way(2), available, deformed, loss(size(bearing)), rest, taken
+    real(dp), dimension(size(d)) :: velocity, acceleration, deformation
+    real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step, pushed
+    real(dp) :: available, deeper, deepest, loss(size(bearing)), lost(2), rest, taken
     integer :: i
 
     call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
@@ -186,14 +137,16 @@ contains
       return
     end if
 
-    way = motion_of(model, cache, state, bodies, d)
+    deformation = deformation_of(model, cache, state, d, bearing)
+    deepest = by_bodies*maxval(bearing%depth, mask=bearing%closes)
     do i = 1, size(bearing)
-      associate (own => bearing(i), active => try%contact(bearing(i)%contact)%active)
-        if (own%closes .or. .not. own%reached) cycle
-        along_way = velocity_at(problem, way, i)
-        deformed = dot_product(row_across(try, own%contact, active), of_elements(model, pair_of(try, own%contact), d)) &
-                   - along_way(1)
-        call release(own%contact, own%force*loss(i)/own%force(1), max(0.0_dp, deformed), try)
+      associate (own => bearing(i))
+        if (.not. own%reached) cycle
+        lost = own%force
+        if (.not. own%closes) lost = own%force*loss(i)/own%force(1)
+        own%entrance = try%contact(own%contact)%active
+        deeper = min(deepest, max(0.0_dp, across_contact(model, try, own%contact, deformation)))
+        call release(own%contact, lost, deeper, try, own%deeper)
       end associate
     end do
     call add_motion(model, cache, state, bodies, pushed, impact%push)
@@ -204,13 +157,12 @@ contains
 
   !> Finds the velocities after the impacts of a step that was made with what they push. Where bodies that others drive take more
   !> than there is, it is no impact.
-  pure subroutine rebound(model, cache, state, rule, d, without, try, impact, possible)
+  pure subroutine rebound(model, cache, state, rule, d, try, impact, possible)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state           !! at the beginning of the step
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                 !! (n_unknowns) of the step
-    type(contact_try_t), intent(in) :: without   !! the try as the step has it without the impact
     type(contact_try_t), intent(inout) :: try    !! of the step that was made with it
     type(impact_t), intent(inout) :: impact
     logical, intent(out) :: possible
@@ -222,7 +174,12 @@ contains
     call end_rates(rule, d, velocity, acceleration)
     velocity = velocity - impact%push
     impact%change = -impact%push
-    call close_contacts(model, cache, state, d, without, impact, try)
+    do i = 1, size(impact%bearing)
+      associate (own => impact%bearing(i))
+        if (own%closes) own%stopped = rule%velocity_weight*rule%dt*force_of(model, try, own%contact, d)
+      end associate
+    end do
+    call close_contacts(model, d, impact, try)
     possible = .true.
     do i = 1, maxval(impact%bearing%island)
       if (any(impact%bearing%island == i)) call rebound_island(model, cache, state, rule, d, velocity, &
@@ -245,22 +202,30 @@ contains
     type(rigid_bodies_t) :: bodies
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
-    real(dp), allocatable, dimension(:, :) :: at_start, before, of_step, turn
+    real(dp), allocatable, dimension(:, :) :: at_start, before, of_step, turn, without
     real(dp) :: available, e, rest, taken
+    integer :: i
 
     call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
     turn = turn_of_push(model, cache, state, bodies, impact%push)
     of_step = motion_of(model, cache, state, bodies, velocity) + turn
+    without = of_step
+    do i = 1, size(bearing)
+      call apply(problem, i, -bearing(i)%stopped, without)
+    end do
     at_start = motion_of(model, cache, state, bodies, state%velocity)
-    e = merge(try%law%restitution, 0.0_dp, comes_by_itself(problem, bearing, at_start, of_step - at_start, &
+    e = merge(try%law%restitution, 0.0_dp, comes_by_itself(problem, bearing, at_start, without - at_start, &
               velocity_by_weight(model, bodies, rule)))
-    before = of_step
+    before = without
     call bear_until_met(problem, bearing, before)
     call set_least(bearing, before, problem)
     call compress_in_turn(bearing, before, problem, impulses)
-    call find_energy(problem, bearing, of_step + before, try, impulses, taken, rest, available)
+    call find_energy(problem, bearing, without + before, try, impulses, taken, rest, available)
     available = available + work_on(model, cache, bodies, impact%push, velocity - state%velocity) &
                 - sum(bodies%mass*turn*(of_step - turn/2))
+    do i = 1, size(bearing)
+      available = available + dot_product(bearing(i)%stopped, velocity_at(problem, of_step + without, i))/2
+    end do
     possible = possible .and. available > 0
     call restore(problem, share_given_back(e, taken, rest, min(available, taken - rest)), impulses)
     impact%friction = impact%friction + work_of_friction(problem, before, impulses, taken - rest - available)
@@ -469,12 +434,13 @@ contains
   end function pushed_by
 
   !> Lets contact i lose force at the end of the step as it is: multipliers first, then springs, which rest deeper.
-  pure subroutine release(i, loss, deeper, try)
+  pure subroutine release(i, loss, deeper, try, shift)
     integer, intent(in) :: i
     real(dp), intent(in) :: loss(2)              !! of force across and along
     real(dp), intent(in) :: deeper               !! that the contact gets than it is, length
     type(contact_try_t), intent(inout) :: try
-    real(dp) :: less(2), shift
+    real(dp), intent(out) :: shift               !! by which its spring rests deeper, length
+    real(dp) :: less(2)
 
     associate (k => try%contact(i)%active)
       associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i), start => try%start(k, i))
@@ -492,34 +458,31 @@ contains
   end subroutine release
 
   !> Closes what closes in the impact where the step has brought it, held there by as much as loads press it with.
-  pure subroutine close_contacts(model, cache, state, d, before, impact, try)
+  pure subroutine close_contacts(model, d, impact, try)
     type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
-    type(contact_try_t), intent(in) :: before    !! as the step has it without the impact
     type(impact_t), intent(inout) :: impact
     type(contact_try_t), intent(inout) :: try
     type(gap_and_slip_t) :: now
     logical :: meets(size(impact%bearing))
     integer :: i
 
-    call return_contacts(before, impact%bearing, try)
-    if (.not. try%linear) call place(model, cache, state, d, try)
     meets = .true.
     do i = 1, size(impact%bearing)
       if (.not. impact%bearing(i)%closes) cycle
-      associate (c => impact%bearing(i)%contact, kept => impact%bearing(i)%kept, law => try%law)
-        now = gap_and_slip(model, try, c, try%contact(c)%active, d)
-        associate (entrance => try%contact(c)%entrance(try%contact(c)%active), geometry => try%geometry(try%contact(c)%active, c))
-          meets(i) = now%gap < impact%bearing(i)%moment .or. (kept > 0 .and. .not. law%restitution > 0) ! plastic ones do not part
+      associate (own => impact%bearing(i), contact => try%contact(impact%bearing(i)%contact), law => try%law)
+        associate (entrance => contact%entrance(contact%active), geometry => try%geometry(contact%active, own%contact))
+          contact%entrance(own%entrance)%rest = contact%entrance(own%entrance)%rest + own%deeper
+          try%geometry(own%entrance, own%contact)%gap = try%geometry(own%entrance, own%contact)%gap - own%deeper
+          now = gap_and_slip(model, try, own%contact, contact%active, d)
+          meets(i) = now%gap < own%moment .or. (own%kept > 0 .and. .not. law%restitution > 0) ! plastic ones do not part
           entrance%state = state_open
           if (.not. meets(i)) cycle
           entrance%state = merge(state_locked, state_sliding, friction_of(law, entrance) > 0)
           entrance%multiplier = 0.0_dp
-          entrance%rest = entrance%rest + now%gap + kept/entrance%stiffness(1)
+          entrance%rest = entrance%rest + now%gap + own%kept/entrance%stiffness(1)
           entrance%anchor = entrance%anchor + now%slip/now%edge_length
-          geometry%gap = geometry%gap - now%gap - kept/entrance%stiffness(1)
+          geometry%gap = geometry%gap - now%gap - own%kept/entrance%stiffness(1)
         end associate
       end associate
     end do

@@ -26,6 +26,8 @@ module scree_impulses
 
   !> Share of the fastest approach that velocities may be wrong by.
   real(dp), parameter :: met = 1e-12_dp
+  !> A body has not moved by what changes velocities by less than this share.
+  real(dp), parameter :: unfelt = 1e-2_dp*met
   !> Sweeps before impulses are taken as they are.
   integer, parameter :: most_sweeps = 200
 
@@ -160,12 +162,14 @@ contains
     impulses%motion = again%motion
   end subroutine restore
 
-  !> Lets all contacts come to their laws by sweeps in conjugate directions.
+  !> Lets all contacts come to their laws by sweeps in conjugate directions. A contact both of whose bodies have not moved since it
+  !> came to its law is left out of a sweep, as most are where an impact is local.
   pure subroutine relax(problem, floor, impulses)
     type(impulse_problem_t), intent(in) :: problem
     real(dp), intent(in) :: floor(:)           !! (n) least impulse across, force time
     type(impulses_t), intent(inout) :: impulses
     real(dp), dimension(2, size(floor)) :: before, change, direction
+    logical :: moved(size(impulses%motion, 2)), moves(size(impulses%motion, 2)) !! bodies, in the last sweep and in this
     real(dp) :: resistance(2, size(floor))     !! velocity that a unit of impulse makes
     real(dp) :: fastest, wrong, length, length_before, share
     integer :: i, sweep
@@ -180,10 +184,17 @@ contains
     end do
     direction = 0.0_dp
     length_before = 0.0_dp
+    moves = .true.
     do sweep = 1, most_sweeps
       before = impulses%P
+      moved = moves
+      moves = .false.
       do i = 1, size(floor)
-        call settle_contact(problem, i, floor(i), resistance(:, i), impulses)
+        associate (body => problem%body(:, i))
+          if (.not. any(moved(body) .or. moves(body))) cycle
+          call settle_contact(problem, i, floor(i), resistance(:, i), impulses)
+          if (any(resistance(:, i)*abs(impulses%P(:, i) - before(:, i)) > unfelt*fastest)) call mark_moved(problem, i, moves)
+        end associate
       end do
       change = impulses%P - before
       wrong = maxval(resistance*abs(change))
@@ -195,13 +206,27 @@ contains
       direction = share*direction
       if (share > 0 .and. sweep < most_sweeps) then
         do i = 1, size(floor)
+          if (.not. any(resistance(:, i)*abs(direction(:, i)) > 0)) cycle
           impulses%P(:, i) = impulses%P(:, i) + direction(:, i)
           call apply(problem, i, direction(:, i), impulses%motion)
+          call mark_moved(problem, i, moves)
         end do
       end if
       direction = direction + change
     end do
   end subroutine relax
+
+  !> Marks the bodies that an impulse of contact i moves.
+  pure subroutine mark_moved(problem, i, moves)
+    type(impulse_problem_t), intent(in) :: problem
+    integer, intent(in) :: i
+    logical, intent(inout) :: moves(:)         !! (n_bodies)
+    integer :: side
+
+    do side = 1, 2
+      if (any(abs(problem%answer(:, side, :, i)) > 0)) moves(problem%body(side, i)) = .true.
+    end do
+  end subroutine mark_moved
 
   !> Velocity across, and along, that a unit of impulse there makes.
   pure function resistance_of(problem, i) result(resistance)

@@ -336,7 +336,7 @@ contains
       try%outcome%impact = again%outcome%trouble
     end if
     if (possible) &
-      call rebound(model, cache, state, try%rule, again%d, try%contacts, again%contacts, again%impact, possible)
+      call rebound(model, cache, state, try%rule, again%d, again%contacts, again%impact, possible)
     if (possible) then
       try = again
     else
