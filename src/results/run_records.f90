@@ -3,7 +3,7 @@ module scree_run_records
   use scree_bolt, only: ends_of, forces_of, lengths_of
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_t, state_open
-  use scree_deviation, only: error_of_blocks, scale_of
+  use scree_deviation, only: error_of_blocks, share_off
   use scree_energy, only: dissipated_energy
   use scree_equilibrium, only: balance_t
   use scree_errors, only: error_t
@@ -363,15 +363,13 @@ contains
 
     !> A row of how far the run is off; zeros in a stage that does not estimate it.
     subroutine put_errors()
-      real(dp) :: largest                  ! of a place
       real(dp) :: numbers(6)
 
       if (records%error == 0) return
       numbers = 0.0_dp
       if (allocated(state%deviation)) then
         associate (own => state%deviation)
-          largest = maxval(error_of_blocks(own))
-          numbers = [largest, maxval(abs(own%growth)), max(largest/scale_of(model, cache, own), maxval(abs(own%growth))), &
+          numbers = [maxval(error_of_blocks(own)), maxval(abs(own%growth)), share_off(model, cache, own), &
                      own%step, maxval(own%impact), real(own%rough, dp)]
         end associate
       end if

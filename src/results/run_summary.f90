@@ -2,6 +2,7 @@
 module scree_run_summary
   use scree_bearings, only: blow_t
   use scree_contacts, only: contact_t
+  use scree_deviation, only: share_off
   use scree_energy, only: dissipated_energy, stored_energy
   use scree_equilibrium, only: balance_t, tolerance_of
   use scree_kinds, only: dp
@@ -61,6 +62,8 @@ module scree_run_summary
     logical :: touches = .false.         !! the scene has contact
     type(overlap_most_t) :: overlap
     type(blow_t) :: blows                !! of all steps, of what springs give back by chance; the shortest swing
+    real(dp), allocatable :: off         !! share of its displacement that the run is estimated to be off by, where it estimates it
+    real(dp) :: aim = 0.0_dp             !! `step.accuracy`, what it may be off by; 0: its steps do not go by that
     real(dp) :: area = 0.0_dp            !! of all blocks, length^2
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness as all energies
     real(dp) :: fallen = 0.0_dp          !! most that the weights have given
@@ -186,6 +189,8 @@ contains
     summary%speed = most_of(model, state, velocity_of_vertices(model, cache, state))
     if (allocated(model%effects%gravity) .and. model%effects%carried > 0) &
       summary%at_rest = all(bodies_at_rest(model, cache, state, resting))
+    if (allocated(state%deviation)) summary%off = share_off(model, cache, state%deviation)
+    summary%aim = model%settings%aim
     summary%area = area_of(cache)
     associate (now => state%books, from => summary%books_from)
       summary%work = now%work - from%work

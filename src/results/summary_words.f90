@@ -11,11 +11,12 @@ module scree_summary_words
   use scree_timers, only: cost_t
   implicit none
   private
-  public :: ending_t, json_of, lines_of, warning_of_blows
+  public :: ending_t, json_of, lines_of, warning_of_blows, warning_of_error
 
   integer, parameter :: most_phases = 5          !! named on the screen
   real(dp), parameter :: least_share = 0.02_dp   !! of the time that a phase named there took
   real(dp), parameter :: suspicious_blows = 0.1_dp !! share of the energy that is worth a warning
+  real(dp), parameter :: too_far_off = 2.0_dp    !! times what was asked for that is, as far as an estimate can tell
 
   !> How a run ended.
   type :: ending_t
@@ -48,6 +49,7 @@ contains
     call add('area: '//words_of_change(change_of_area(summary)))
     if (summary%touches) call add('overlap: '//words_of_overlap(summary))
     if (summary%blows%energy > 0) call add('impacts: '//words_of_blows(summary))
+    if (allocated(summary%off)) call add('error: '//words_of_error(summary))
     call add('time: '//words_of_time(ending%cost))
     if (size(ending%warning) > 0) call add('warnings: '//number_text(size(ending%warning)))
     call add('results: '//ending%path)
@@ -197,6 +199,26 @@ contains
              'or steps of a tenth of that'
   end function warning_of_blows
 
+  !> How far the run is off, by its own estimate.
+  function words_of_error(summary) result(text)
+    type(summary_t), intent(in) :: summary
+    character(len=:), allocatable :: text
+
+    text = 'off by '//words(summary%off)//' of its displacement, by its own estimate'
+    if (summary%aim > 0) text = text//', '//words(summary%aim)//' asked for'
+  end function words_of_error
+
+  !> Warning where that is clearly more than was asked for; nothing else.
+  function warning_of_error(summary) result(text)
+    type(summary_t), intent(in) :: summary
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (.not. (allocated(summary%off) .and. summary%aim > 0)) return
+    if (summary%off > too_far_off*summary%aim) &
+      text = words_of_error(summary)//': lower step.accuracy until what is looked at stays the same'
+  end function warning_of_error
+
   !> Time of the wall, and the phases that took most of it.
   function words_of_time(cost) result(text)
     type(cost_t), intent(in) :: cost(:)
@@ -265,6 +287,7 @@ contains
     call put(json, 'change_of_area', change_of_area(summary))
     call put_overlap(json, summary)
     call put_blows(json, summary)
+    call put_error(json, summary)
     call put(json, 'warnings', size(ending%warning))
     call put_cost(json, ending%cost)
     call end_object(json)
@@ -437,6 +460,25 @@ contains
     call put(json, 'swing', summary%blows%swing)
     call end_object(json)
   end subroutine put_blows
+
+  !> How far the run is off, where it estimates that.
+  subroutine put_error(json, summary)
+    type(json_t), intent(inout) :: json
+    type(summary_t), intent(in) :: summary
+
+    if (.not. allocated(summary%off)) then
+      call put_null(json, 'error')
+      return
+    end if
+    call begin_object(json, 'error')
+    call put(json, 'share', summary%off)
+    if (summary%aim > 0) then
+      call put(json, 'asked', summary%aim)
+    else
+      call put_null(json, 'asked')
+    end if
+    call end_object(json)
+  end subroutine put_error
 
   !> A place.
   subroutine put_position(json, position)

@@ -25,7 +25,7 @@ module scree_deviation
   use scree_state, only: deviation_t, state_t
   implicit none
   private
-  public :: begin_deviation, error_of_blocks, estimate_step, order_of, remembered_time, scale_of, step_error_t, way_of_run
+  public :: begin_deviation, error_of_blocks, estimate_step, order_of, remembered_time, share_off, step_error_t, way_of_run
 
   !> What steps add, and how a block speeds up along its way, are means over this share of the run, which stiff contacts and
   !> supports do not ring through, or over some steps where these are longer: what is remembered in a step at least.
@@ -446,6 +446,15 @@ contains
     way = scale_of(model, cache, state%deviation) + 0.5_dp*min(state%time, max(0.0_dp, model%settings%end_time - state%time)) &
           *maxval(norm2(motion%velocity, 1))
   end function way_of_run
+
+  !> How far the run is estimated to be off, a share of the displacement of the scene: of growth and of the places, the larger.
+  pure real(dp) function share_off(model, cache, deviation) result(share)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(deviation_t), intent(in) :: deviation
+
+    share = max(maxval(error_of_blocks(deviation))/scale_of(model, cache, deviation), maxval(abs(deviation%growth)))
+  end function share_off
 
   !> Estimated error of the place of each block, length.
   pure function error_of_blocks(deviation) result(error)

@@ -229,3 +229,15 @@ def test_a_terminal_is_told_once_why_steps_stay_short(tmp_path):
     found = re.findall(r"steps stay short, (\S+) of 0\.1, as tries are cut: (.*)", said)
     assert len(found) == 1, said[-1000:]
     assert float(found[0][0]) < 0.05 and "block 1" in found[0][1] and "did not settle in 2 iterations" in found[0][1]
+
+
+def test_a_run_says_how_far_it_is_off_and_warns_where_that_is_more_than_was_asked_for(tmp_path):
+    """By its estimate, as the last row of the results has it. Steps that may not be short enough miss what is asked for."""
+    for accuracy, least, warns in ((1e-3, 1e-9, False), (1e-7, 5e-3, True)):
+        sets = [f"step.accuracy={accuracy}", "step.size=2e-2", f"step.least={least}"]
+        done = call("run", ARC, *words(sets), "--summary", "json", "-o", tmp_path / "r.h5", "--quiet")
+        said = summary_of(done)
+        assert said["error"] == {"share": read(tmp_path / "r.h5").history.error.share[-1], "asked": accuracy}
+        assert warns == (said["error"]["share"] > 2 * accuracy) == (" asked for: lower step.accuracy" in done.stderr), done.stderr
+    done = call("run", ARC, "--set", "step.size=1e-3", "--summary", "json", "-o", tmp_path / "r.h5", "--quiet")
+    assert summary_of(done)["error"] is None
