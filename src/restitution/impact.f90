@@ -30,7 +30,8 @@ module scree_impact
   use scree_integrator, only: end_rates
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_rigid_bodies, only: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t, take_deformation
+  use scree_rigid_bodies, only: add_motion, find_bodies, held_blocks, modes_of, motion_of, motion_of_holders, rigid_bodies_t, &
+                                take_deformation
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
   implicit none
@@ -44,6 +45,7 @@ module scree_impact
     real(dp), allocatable :: push(:)         !! (n_unknowns) added to the velocity when the step begins
     real(dp), allocatable :: change(:)       !! (n_unknowns) added to the velocity at its end
     real(dp) :: friction = 0.0_dp            !! work that it took, force length per unit thickness
+    real(dp) :: work = 0.0_dp                !! of what moves supports, that their bodies go on as they did, likewise
   end type impact_t
 
   !> An impact deforms bodies by at most so many times the depth to which it presses springs; what is more, loads have done.
@@ -228,10 +230,35 @@ contains
     end do
     possible = possible .and. available > 0
     call restore(problem, share_given_back(e, taken, rest, min(available, taken - rest)), impulses)
+    impact%work = impact%work + work_of_holders(problem, bearing, impulses, bodies, &
+                                                motion_of_holders(model, cache, state, bodies, velocity))
     impact%friction = impact%friction + work_of_friction(problem, before, impulses, taken - rest - available)
     call add_motion(model, cache, state, bodies, impulses%motion - (of_step - turn), impact%change)
     call take_deformation(model, cache, state, bodies, 1 - e, of_step - turn, velocity, impact%change)
   end subroutine rebound_island
+
+  !> Work of what holds bodies in an impact, with its own motion: it bears what impulses do not change the motion of bodies by. What
+  !> stopped bodies in the step is not the impact's twice.
+  pure real(dp) function work_of_holders(problem, bearing, impulses, bodies, holders) result(work)
+    type(impulse_problem_t), intent(in) :: problem
+    type(bearing_t), intent(in) :: bearing(:)
+    type(impulses_t), intent(in) :: impulses     !! of both phases
+    type(rigid_bodies_t), intent(in) :: bodies
+    real(dp), intent(in) :: holders(:, :)        !! (3, n_bodies) motion
+    real(dp) :: impulse(2), taken(3)
+    integer :: i, side
+
+    work = 0.0_dp
+    do i = 1, size(bearing)
+      impulse = impulses%P(:, i) + bearing(i)%borne - bearing(i)%stopped
+      do side = 1, 2
+        associate (b => problem%body(side, i))
+          taken = matmul(problem%row(:, side, :, i), impulse) - bodies%mass(:, b)*matmul(problem%answer(:, side, :, i), impulse)
+          work = work - dot_product(holders(:, b), taken)
+        end associate
+      end do
+    end do
+  end function work_of_holders
 
   !> Work that friction takes in an impact: that of all impulses along, with the mean of the velocities before and after it. No more
   !> than the impact takes without what loads do over the way that is barred, which is not its own, and no less than none: impulses

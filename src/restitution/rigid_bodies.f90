@@ -21,7 +21,7 @@ module scree_rigid_bodies
   use scree_system, only: element_unknowns, fixed_point
   implicit none
   private
-  public :: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t, take_deformation
+  public :: add_motion, find_bodies, held_blocks, modes_of, motion_of, motion_of_holders, rigid_bodies_t, take_deformation
 
   !> Bodies in the configuration that contacts of a step act in.
   type :: rigid_bodies_t
@@ -305,39 +305,44 @@ contains
     real(dp) :: motion(3, size(bodies%block)), momentum(3)
     integer :: b, e
 
+    motion = motion_of_holders(model, cache, state, bodies, rates)
     do b = 1, size(bodies%block)
+      if (bodies%held(b)) cycle
       momentum = 0.0_dp
       do e = bodies%first(b), bodies%last(b)
         momentum = momentum + matmul(matmul(cache%element(e)%mass_matrix, rates(model%elements%unknown(:, e))), &
                                      modes_of(model, cache, state, bodies, e))
       end do
-      if (.not. (bodies%rolls(b) .or. bodies%held_by(1, b) > 0)) then
-        motion(:, b) = momentum/bodies%mass(:, b)
-        cycle
-      end if
-      motion(:, b) = 0.0_dp
-      if (supports_move(model)) motion(:, b) = motion_of_holder(b)
-      if (.not. bodies%held(b)) &
+      if (bodies%rolls(b) .or. bodies%held_by(1, b) > 0) then
         motion(:, b) = motion(:, b) + matmul(bodies%mobility(:, :, b), momentum - bodies%mass(:, b)*motion(:, b))
-    end do
-
-  contains
-
-    !> Rigid motion of what holds body b, where a table moves it.
-    pure function motion_of_holder(b)
-      integer, intent(in) :: b
-      real(dp) :: motion_of_holder(3)
-
-      if (bodies%rolls(b)) then
-        motion_of_holder = motion_of_supports(model, cache, state, bodies, b, rates)
-      else if (bodies%held(b)) then
-        motion_of_holder = motion_of_held(model, cache, state, bodies, b, rates)
       else
-        motion_of_holder = [moved_point(model, cache, state, bodies%held_by(1, b), rates), 0.0_dp]
+        motion(:, b) = momentum/bodies%mass(:, b)
       end if
-    end function motion_of_holder
-
+    end do
   end function motion_of
+
+  !> Rigid motions (3, n) of what holds the bodies, in whole or in part, in a field of rates: none where no table moves it.
+  pure function motion_of_holders(model, cache, state, bodies, rates) result(motion)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(rigid_bodies_t), intent(in) :: bodies
+    real(dp), intent(in) :: rates(:)          !! (n_unknowns)
+    real(dp) :: motion(3, size(bodies%block))
+    integer :: b
+
+    motion = 0.0_dp
+    if (.not. supports_move(model)) return
+    do b = 1, size(bodies%block)
+      if (bodies%rolls(b)) then
+        motion(:, b) = motion_of_supports(model, cache, state, bodies, b, rates)
+      else if (bodies%held(b)) then
+        motion(:, b) = motion_of_held(model, cache, state, bodies, b, rates)
+      else if (bodies%held_by(1, b) > 0) then
+        motion(:, b) = [moved_point(model, cache, state, bodies%held_by(1, b), rates), 0.0_dp]
+      end if
+    end do
+  end function motion_of_holders
 
   !> Rigid motion of a body that is held, by two of its fixed points.
   pure function motion_of_held(model, cache, state, bodies, b, rates) result(motion)

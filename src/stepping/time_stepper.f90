@@ -11,7 +11,7 @@ module scree_time_stepper
   use scree_contact_search, only: predict_ways
   use scree_contact_try, only: contact_try_t, follow_motion
   use scree_critical_step, only: find_largest_step
-  use scree_effects, only: mean_share_of_weight, refresh_elements, supports_move_exactly, work_of_ramp
+  use scree_effects, only: mean_share_of_weight, refresh_elements, supports_move, supports_move_exactly, work_of_ramp
   use scree_energy, only: close_books, loss_of_step, work_of_step
   use scree_equilibrium, only: balance_t, find_balance
   use scree_equations, only: constrain_equations, group_elements, has_no_pairs
@@ -112,8 +112,15 @@ contains
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state        !! at the beginning of the step
     type(try_t), intent(in) :: try
+    type(state_t) :: began                    ! with what an impact pushes
 
-    work = work_of_step(model, cache, state, try%rule, try%d)
+    if (allocated(try%impact%push) .and. supports_move(model)) then
+      began = state
+      began%velocity = began%velocity + try%impact%push
+      work = work_of_step(model, cache, began, try%rule, try%d) + try%impact%work
+    else
+      work = work_of_step(model, cache, state, try%rule, try%d)
+    end if
     if (supports_move_exactly(model)) work = work - work_of_contacts(model, try%contacts, try%d)
   end function work_of_try
 
