@@ -75,8 +75,14 @@ contains
         if (entrance%state == state_open) then
           entrance%bonded = .false.
           entrance%multiplier = 0.0_dp
-          if (entrance%rest < 0) &
+          if (entrance%rest < 0 .or. pulled_open(try, contact, now)) &
             contact%overlap = max(0.0_dp, -(entrance%rest + entrance%dilated + now(contact%active)%gap))
+          if (pulled_open(try, contact, now)) then
+            contact%energy = 0.5_dp*entrance%stiffness(1)*now(contact%active)%gap**2
+            if (allocated(try%law%closure)) &
+              contact%energy = contact%energy + closing_energy(try%law, entrance, -now(contact%active)%gap)
+            energy = energy + contact%energy
+          end if
         else
           call press(try, i, now, force)
           call accept_closed(try%law, force, force_to_hold(try, i, now, force), now, held_together(entrance%pair), contact, closed)
@@ -92,6 +98,16 @@ contains
     end do
     memory%stiffness = stiffness_after(try%law, memory%gap, memory%penetration)
   end subroutine accept_contacts
+
+  !> Whether a dashpot has opened a contact in which the vertex is still behind the edge: it pulls by as much as the spring presses,
+  !> which so has its energy still, and presses again where the body comes back.
+  pure logical function pulled_open(try, contact, now)
+    type(contact_try_t), intent(in) :: try
+    type(contact_t), intent(in) :: contact
+    type(gap_and_slip_t), intent(in) :: now(2)
+
+    pulled_open = try%dashpot > 0 .and. all(now(:contact%n_entrances)%gap < 0)
+  end function pulled_open
 
   !> Gives springs that became harder in the step their own stiffness back.
   pure subroutine soften(hardening, contact)
