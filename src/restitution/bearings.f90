@@ -35,9 +35,7 @@ module scree_bearings
     real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
     real(dp) :: moment = 0.0_dp              !! way of the approach in a moment, length: a gap below it is none
     real(dp) :: impulse(2) = 0.0_dp          !! gamma dt Q, force time
-    integer :: entrance = 1                  !! that acts without the impact, and
-    real(dp) :: deeper = 0.0_dp              !! by which its spring rests deeper where the step is made with it, length
-    real(dp) :: stopped(2) = 0.0_dp          !! impulse of what closes where it would go deeper still, force time
+    real(dp) :: stopped(2) = 0.0_dp          !! impulse of what closes, where it would go in, force time
     real(dp) :: borne(2) = 0.0_dp            !! impulse until its bodies met others, of what opens; force time
     real(dp) :: kept = 0.0_dp                !! force across that loads press with, of what closes
   end type bearing_t

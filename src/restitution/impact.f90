@@ -5,8 +5,9 @@
 !>
 !> - Where the bodies go. The forces Q that the impact has in the step, of what closed, and those that it added to contacts that
 !>   pressed before, act in it once more as the impulse gamma dt Q on the rigid motion of the bodies, when it begins (`push_apart`).
-!>   Contacts keep what loads press them with and what they bore before; what closed has no force but where bodies would go deeper,
-!>   and rests where this brings it. So the bodies come to the same places, and deform by their loads alone.
+!>   Contacts keep what loads press them with and what they bore before, and bodies come out by as much as Q pressed springs and
+!>   them. So they come to the same places but for that, and deform by their loads alone. What closed has no force but where bodies
+!>   would go deeper.
 !> - How fast they leave. Without that impulse, and without what stopped them from going deeper, their motion q- at the end is the
 !>   one before the impact, and impulses bring it to the one after (`rebound`). Stress stays.
 !>
@@ -90,9 +91,9 @@ contains
     impact%bearing = pack(impact%bearing, impact%bearing%island > 0)
   end subroutine push_apart
 
-  !> Pushes the bodies of an island when the step begins. What closes then presses only where it would go deeper, and what it
-  !> reaches keeps what it bore and what loads press it with. Where loads alone bring bodies together it is no impact, and they are
-  !> left to springs.
+  !> Pushes the bodies of an island when the step begins, and out by as much as its impact presses springs and bodies. What closes
+  !> then presses only where it would go in, and what it reaches with what it bore and what loads press it with. Where loads alone
+  !> bring bodies together it is no impact, and they are left to springs.
   pure subroutine push_island(model, cache, state, rule, d, bearing, try, impact)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -141,16 +142,18 @@ contains
 
     deformation = deformation_of(model, cache, state, d, bearing)
     deepest = by_bodies*maxval(bearing%depth, mask=bearing%closes)
+    problem%least = merge(0.0_dp, free, bearing%force(1) > 0 .or. problem%glued)
     do i = 1, size(bearing)
       associate (own => bearing(i))
         if (.not. own%reached) cycle
-        lost = own%force
-        if (.not. own%closes) lost = own%force*loss(i)/own%force(1)
-        own%entrance = try%contact(own%contact)%active
-        deeper = min(deepest, max(0.0_dp, across_contact(model, try, own%contact, deformation)))
-        call release(own%contact, lost, deeper, try, own%deeper)
+        lost = own%force*loss(i)/max(own%force(1), tiny(lost))
+        call release(own%contact, lost, try, deeper)
+        deeper = deeper + min(deepest, max(0.0_dp, across_contact(model, try, own%contact, deformation)))
+        problem%least(i) = deeper/rule%dt
       end associate
     end do
+    call solve_compression(problem, 0*pushed, impulses)
+    pushed = pushed + impulses%motion
     call add_motion(model, cache, state, bodies, pushed, impact%push)
     do i = 1, size(bodies%block)
       impact%among(bodies%first(i):bodies%last(i)) = .true.
@@ -460,24 +463,20 @@ contains
     end do
   end function pushed_by
 
-  !> Lets contact i lose force at the end of the step as it is: multipliers first, then springs, which rest deeper.
-  pure subroutine release(i, loss, deeper, try, shift)
+  !> Lets contact i lose force at the end of the step as it is: multipliers first, then springs, across by a way that is not made.
+  pure subroutine release(i, loss, try, way)
     integer, intent(in) :: i
     real(dp), intent(in) :: loss(2)              !! of force across and along
-    real(dp), intent(in) :: deeper               !! that the contact gets than it is, length
     type(contact_try_t), intent(inout) :: try
-    real(dp), intent(out) :: shift               !! by which its spring rests deeper, length
+    real(dp), intent(out) :: way                 !! by which it is to be less deep, length
     real(dp) :: less(2)
 
     associate (k => try%contact(i)%active)
-      associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i), start => try%start(k, i))
+      associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i))
         less = merge(sign(min(abs(loss), abs(entrance%multiplier)), loss), 0.0_dp, entrance%multiplier*loss > 0)
         entrance%multiplier = entrance%multiplier - less
         less = loss - less
-        shift = less(1)/entrance%stiffness(1) + deeper
-        entrance%rest = entrance%rest - shift
-        geometry%gap = geometry%gap + shift
-        start%gap = start%gap + shift
+        way = less(1)/entrance%stiffness(1)
         if (entrance%state == state_locked) &
           entrance%anchor = entrance%anchor - less(2)/(entrance%stiffness(2)*geometry%edge_length)
       end associate
@@ -499,8 +498,6 @@ contains
       if (.not. impact%bearing(i)%closes) cycle
       associate (own => impact%bearing(i), contact => try%contact(impact%bearing(i)%contact), law => try%law)
         associate (entrance => contact%entrance(contact%active), geometry => try%geometry(contact%active, own%contact))
-          contact%entrance(own%entrance)%rest = contact%entrance(own%entrance)%rest + own%deeper
-          try%geometry(own%entrance, own%contact)%gap = try%geometry(own%entrance, own%contact)%gap - own%deeper
           now = gap_and_slip(model, try, own%contact, contact%active, d)
           meets(i) = now%gap < own%moment .or. (own%kept > 0 .and. .not. law%restitution > 0) ! plastic ones do not part
           entrance%state = state_open
