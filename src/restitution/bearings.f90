@@ -168,8 +168,8 @@ contains
     force = [sum(all_of_it%across), all_of_it%along]
   end function force_of
 
-  !> Finds which contacts close with bodies that come together, and when in the step: those that press, and those that would if the
-  !> bodies did not deform, or within the next moment.
+  !> Finds which contacts close with bodies that come together when the step begins, or are driven together within it, and when in
+  !> the step: those that press, and those that would if the bodies did not deform, or within the next moment.
   pure subroutine find_approaches(model, cache, state, rule, d, try, bearing)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -204,14 +204,18 @@ contains
         approach = -sum(across)
         now = gap_and_slip(model, try, own%contact, active, d)
         deformed = across_contact(model, try, own%contact, deformation)
-        own%moment = together*max(0.0_dp, approach)*rule%dt
-        own%closes = (own%force(1) > 0 .or. now%gap < deformed + own%moment) .and. approach > round_off*sum(abs(across))
+        if (.not. approach > round_off*sum(abs(across))) then ! others may drive its bodies together within the step
+          approach = (try%start(active, own%contact)%gap - (now%gap - deformed))/rule%dt
+          if (.not. approach > together*maxval(abs(motion(:2, :)))) approach = 0.0_dp
+        end if
+        own%moment = together*approach*rule%dt
+        own%closes = (own%force(1) > 0 .or. now%gap < deformed + own%moment) .and. approach > 0
         own%reached = own%closes
         resistance = resistance_of(problem, k)
         if (resistance(1) > 0) then ! of two that are held there is nothing to swing
           own%energy = 0.5_dp*approach**2/resistance(1)
           own%swing = full_turn/sqrt(resistance(1)*stiffness(1))
-          own%depth = max(0.0_dp, approach)/sqrt(resistance(1)*stiffness(1))
+          own%depth = approach/sqrt(resistance(1)*stiffness(1))
         end if
         own%strikes = own%closes .and. approach > minval(borne(own%block))*sqrt(resistance(1)/stiffness(1))
         if (own%closes) own%met_at = min(1.0_dp, max(0.0_dp, try%start(active, own%contact)%gap)/(approach*rule%dt))
@@ -296,7 +300,8 @@ contains
     bearing%struck = impulses%P(1, :)
   end subroutine find_strokes
 
-  !> Sets the least velocity across that compression leaves: none of approach where contacts close, elsewhere what there was.
+  !> Sets the least velocity across that compression leaves: none of approach where contacts close, elsewhere what there was. Bonds
+  !> have none at all, as along.
   pure subroutine set_least(bearing, motion, problem)
     type(bearing_t), intent(in) :: bearing(:)
     real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies)
@@ -308,7 +313,7 @@ contains
       velocity = velocity_at(problem, motion, i)
       problem%least(i) = min(0.0_dp, velocity(1))
       if (bearing(i)%closes) problem%least(i) = 0.0_dp
-      if (problem%glued(i)) problem%least(i) = velocity(1)
+      if (problem%glued(i)) problem%least(i) = 0.0_dp
     end do
   end subroutine set_least
 

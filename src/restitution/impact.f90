@@ -179,6 +179,7 @@ contains
     call end_rates(rule, d, velocity, acceleration)
     velocity = velocity - impact%push
     impact%change = -impact%push
+    call add_driven(model, cache, state, rule, d, try, impact%bearing)
     do i = 1, size(impact%bearing)
       associate (own => impact%bearing(i))
         if (own%closes) own%stopped = rule%velocity_weight*rule%dt*force_of(model, try, own%contact, d)
@@ -192,6 +193,39 @@ contains
     end do
   end subroutine rebound
 
+  !> Adds contacts to the impacts of a step that close only as these drive bodies against others, with all that those bear.
+  pure subroutine add_driven(model, cache, state, rule, d, try, bearing)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:)                 !! (n_unknowns)
+    type(contact_try_t), intent(in) :: try       !! of the step that was made with them
+    type(bearing_t), allocatable, intent(inout) :: bearing(:)
+    type(bearing_t), allocatable :: more(:)
+    logical :: held(model%n_blocks), struck(model%n_blocks)
+    integer :: i
+
+    call list_bearings(model, d, try, more)
+    more = pack(more, [(.not. any(bearing%contact == more(i)%contact), i=1, size(more))])
+    call find_approaches(model, cache, state, rule, d, try, more)
+    struck = .false.
+    do i = 1, size(bearing)
+      struck(bearing(i)%block) = .true.
+    end do
+    held = held_blocks(model, state)
+    struck = struck .and. .not. held
+    more%closes = more%closes .and. [(any(struck(more(i)%block)), i=1, size(more))]
+    more%reached = more%closes
+    if (.not. any(more%closes)) return
+    do i = 1, size(more)
+      if (more(i)%closes) struck(more(i)%block) = .true.
+    end do
+    more = pack(more, [(any(struck(more(i)%block) .and. .not. held(more(i)%block)), i=1, size(more))])
+    bearing = [bearing, more]
+    call find_islands(held, bearing)
+  end subroutine add_driven
+
   !> Likewise of one island.
   pure subroutine rebound_island(model, cache, state, rule, d, velocity, bearing, try, impact, possible)
     type(model_t), intent(in) :: model
@@ -201,7 +235,7 @@ contains
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
     real(dp), intent(in) :: velocity(:)          !! (n_unknowns) before the impact
     type(bearing_t), intent(in) :: bearing(:)
-    type(contact_try_t), intent(in) :: try
+    type(contact_try_t), intent(inout) :: try
     type(impact_t), intent(inout) :: impact
     logical, intent(inout) :: possible
     type(rigid_bodies_t) :: bodies
@@ -233,12 +267,39 @@ contains
     end do
     possible = possible .and. available > 0
     call restore(problem, share_given_back(e, taken, rest, min(available, taken - rest)), impulses)
+    call open_contacts(problem, bearing, impulses%motion, rule%dt, try)
     impact%work = impact%work + work_of_holders(problem, bearing, impulses, bodies, &
                                                 motion_of_holders(model, cache, state, bodies, velocity))
     impact%friction = impact%friction + work_of_friction(problem, before, impulses, taken - rest - available)
     call add_motion(model, cache, state, bodies, impulses%motion - (of_step - turn), impact%change)
     call take_deformation(model, cache, state, bodies, 1 - e, of_step - turn, velocity, impact%change)
   end subroutine rebound_island
+
+  !> Opens what closed in the impact and parts after it, so that it may be struck again in the next step.
+  pure subroutine open_contacts(problem, bearing, motion, dt, try)
+    type(impulse_problem_t), intent(in) :: problem
+    type(bearing_t), intent(in) :: bearing(:)
+    real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies) after the impact
+    real(dp), intent(in) :: dt
+    type(contact_try_t), intent(inout) :: try
+    real(dp) :: velocity(2)
+    integer :: i
+
+    do i = 1, size(bearing)
+      if (.not. bearing(i)%closes .or. problem%glued(i)) cycle
+      velocity = velocity_at(problem, motion, i)
+      if (.not. velocity(1)*dt > bearing(i)%moment) cycle
+      associate (contact => try%contact(bearing(i)%contact))
+        associate (entrance => contact%entrance(contact%active), geometry => try%geometry(contact%active, bearing(i)%contact))
+          if (entrance%state == state_open) cycle
+          entrance%state = state_open
+          entrance%rest = entrance%rest - bearing(i)%kept/entrance%stiffness(1) ! it presses with nothing
+          geometry%gap = geometry%gap + bearing(i)%kept/entrance%stiffness(1)
+        end associate
+      end associate
+    end do
+    call take_all(try)
+  end subroutine open_contacts
 
   !> Work of what holds bodies in an impact, with its own motion: it bears what impulses do not change the motion of bodies by. What
   !> stopped bodies in the step is not the impact's twice.
@@ -361,7 +422,7 @@ contains
     least = problem%least
     allocate (impulses%P(2, size(bearing)), source=0.0_dp)
     impulses%motion = motion
-    ahead = bearing%closes
+    ahead = bearing%closes .and. .not. problem%glued ! a bond holds from the first
     do
       if (.not. any(ahead)) exit
       at = minval(bearing%met_at, mask=ahead) + together

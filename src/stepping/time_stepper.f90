@@ -330,7 +330,7 @@ contains
     pushed = state
     pushed%velocity = pushed%velocity + again%impact%push
     call settle_try(model, cache, pushed, again)
-    if (again%outcome%settled) call check_try(model, cache, state, again)
+    if (again%outcome%settled) call check_try(model, cache, pushed, again)
     call begin_phase(cache%timers, phase_restitution)
     possible = again%outcome%settled
     try%outcome%settled = possible .or. again%remedy /= remedy_wider
