@@ -235,7 +235,7 @@ contains
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
     real(dp), intent(in) :: velocity(:)          !! (n_unknowns) before the impact
     type(bearing_t), intent(in) :: bearing(:)
-    type(contact_try_t), intent(inout) :: try
+    type(contact_try_t), intent(in) :: try
     type(impact_t), intent(inout) :: impact
     logical, intent(inout) :: possible
     type(rigid_bodies_t) :: bodies
@@ -267,39 +267,12 @@ contains
     end do
     possible = possible .and. available > 0
     call restore(problem, share_given_back(e, taken, rest, min(available, taken - rest)), impulses)
-    call open_contacts(problem, bearing, impulses%motion, rule%dt, try)
     impact%work = impact%work + work_of_holders(problem, bearing, impulses, bodies, &
                                                 motion_of_holders(model, cache, state, bodies, velocity))
     impact%friction = impact%friction + work_of_friction(problem, before, impulses, taken - rest - available)
     call add_motion(model, cache, state, bodies, impulses%motion - (of_step - turn), impact%change)
     call take_deformation(model, cache, state, bodies, 1 - e, of_step - turn, velocity, impact%change)
   end subroutine rebound_island
-
-  !> Opens what closed in the impact and parts after it, so that it may be struck again in the next step.
-  pure subroutine open_contacts(problem, bearing, motion, dt, try)
-    type(impulse_problem_t), intent(in) :: problem
-    type(bearing_t), intent(in) :: bearing(:)
-    real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies) after the impact
-    real(dp), intent(in) :: dt
-    type(contact_try_t), intent(inout) :: try
-    real(dp) :: velocity(2)
-    integer :: i
-
-    do i = 1, size(bearing)
-      if (.not. bearing(i)%closes .or. problem%glued(i)) cycle
-      velocity = velocity_at(problem, motion, i)
-      if (.not. velocity(1)*dt > bearing(i)%moment) cycle
-      associate (contact => try%contact(bearing(i)%contact))
-        associate (entrance => contact%entrance(contact%active), geometry => try%geometry(contact%active, bearing(i)%contact))
-          if (entrance%state == state_open) cycle
-          entrance%state = state_open
-          entrance%rest = entrance%rest - bearing(i)%kept/entrance%stiffness(1) ! it presses with nothing
-          geometry%gap = geometry%gap + bearing(i)%kept/entrance%stiffness(1)
-        end associate
-      end associate
-    end do
-    call take_all(try)
-  end subroutine open_contacts
 
   !> Work of what holds bodies in an impact, with its own motion: it bears what impulses do not change the motion of bodies by. What
   !> stopped bodies in the step is not the impact's twice.
