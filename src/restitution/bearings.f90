@@ -331,7 +331,9 @@ contains
     label = 0
     strongest = 0.0_dp
     do i = 1, size(bearing)
-      if (bearing(i)%closes) call join(held, bearing(i)%block, bearing(i)%struck, label, strongest)
+      associate (own => bearing(i))
+        if (own%reached) call join(held, own%block, merge(own%struck, 0.0_dp, own%closes), label, strongest)
+      end associate
     end do
     grows = .true.
     do while (grows)

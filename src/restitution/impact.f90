@@ -154,6 +154,7 @@ contains
     end do
     call solve_compression(problem, 0*pushed, impulses)
     pushed = pushed + impulses%motion
+    bearing%impulse(1) = bearing%impulse(1) + impulses%P(1, :)
     call add_motion(model, cache, state, bodies, pushed, impact%push)
     do i = 1, size(bodies%block)
       impact%among(bodies%first(i):bodies%last(i)) = .true.
@@ -397,13 +398,13 @@ contains
     impulses%motion = motion
     ahead = bearing%closes .and. .not. problem%glued ! a bond holds from the first
     do
-      if (.not. any(ahead)) exit
       at = minval(bearing%met_at, mask=ahead) + together
       ahead = ahead .and. bearing%met_at > at
       problem%least = merge(free, least, ahead)
       call solve_compression(problem, impulses%motion, own)
       impulses%P = impulses%P + own%P
       impulses%motion = own%motion
+      if (.not. any(ahead)) exit
     end do
     problem%least = least
   end subroutine compress_in_turn
@@ -536,7 +537,7 @@ contains
           meets(i) = now%gap < own%moment .or. (own%kept > 0 .and. .not. law%restitution > 0) ! plastic ones do not part
           entrance%state = state_open
           if (.not. meets(i)) cycle
-          entrance%state = merge(state_locked, state_sliding, friction_of(law, entrance) > 0)
+          entrance%state = merge(state_locked, state_sliding, entrance%bonded .or. friction_of(law, entrance) > 0)
           entrance%multiplier = 0.0_dp
           entrance%rest = entrance%rest + now%gap + own%kept/entrance%stiffness(1)
           entrance%anchor = entrance%anchor + now%slip/now%edge_length
