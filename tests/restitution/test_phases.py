@@ -48,7 +48,7 @@ def test_plastic_impacts_keep_what_rigid_ones_do_in_any_phase(dt, tmp_path):
     """Flat: nothing; of two of a kind: half; on a corner, which sticks: r^2/(2 a^2/3), r its arm across. The turn of the corner in the
     rest of a step is of the first order in dt."""
     plastic = "&contact restitution=0 /"
-    np.testing.assert_allclose(kept_in_fall(tmp_path, plastic, dt, 0), 0, atol=1e-3)
+    np.testing.assert_allclose(kept_in_fall(tmp_path, plastic, dt, 0), 0, atol=1e-5)
     np.testing.assert_allclose(kept_in_flight(tmp_path, plastic, dt), 0.5, atol=1e-6)
     arm = EDGE / math.sqrt(2) * math.sin(math.radians(15))
     np.testing.assert_allclose(kept_in_fall(tmp_path, plastic, dt, 30), arm**2 / (2 / 3 * EDGE**2), atol=0.6 * dt)
