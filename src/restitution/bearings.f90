@@ -3,7 +3,7 @@ module scree_bearings
   use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, gaps_and_slips, press
   use scree_contact_try, only: contact_try_t, of_elements, row_across
-  use scree_contacts, only: state_open
+  use scree_contacts, only: entrance_t, state_locked, state_open
   use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
   use scree_impulses, only: impulse_problem_t, impulses_t, resistance_of, solve_compression, velocity_at
@@ -15,7 +15,7 @@ module scree_bearings
   implicit none
   private
   public :: across_contact, any_closes, bearing_t, blow_t, blow_of_step, deformation_of, find_approaches, find_impulses, &
-            find_islands, find_strokes, force_of, list_bearings, pair_of, set_least, set_up_problem
+            find_islands, find_strokes, force_of, holds, list_bearings, pair_of, set_least, set_up_problem
 
   !> A contact that bears at the beginning of the step or at its end.
   type :: bearing_t
@@ -152,6 +152,13 @@ contains
       block = model%outlines%block([entrance%vertex, entrance%edge])
     end associate
   end function blocks_of
+
+  !> Whether a bond holds: one that yields or has failed in the step slides, or is open.
+  pure logical function holds(entrance)
+    type(entrance_t), intent(in) :: entrance
+
+    holds = entrance%bonded .and. entrance%state == state_locked
+  end function holds
 
   !> Forces of contact i across and along, none where it is open.
   pure function force_of(model, try, i, d) result(force)
@@ -461,7 +468,7 @@ contains
       associate (contact => try%contact(bearing(i)%contact), pair => pair_of(try, bearing(i)%contact), &
                  geometry => try%geometry(try%contact(bearing(i)%contact)%active, bearing(i)%contact))
         problem%friction(i) = friction_of(try%law, contact%entrance(contact%active))
-        problem%glued(i) = contact%entrance(contact%active)%bonded
+        problem%glued(i) = holds(contact%entrance(contact%active))
         do side = 1, 2
           problem%body(side, i) = bodies%number(model%elements%block(pair(side)))
           modes = modes_of(model, cache, state, bodies, pair(side))

@@ -19,7 +19,8 @@
 !> So a step with an impact makes no energy where the step itself makes none (doc/theory.md, section 4).
 module scree_impact
   use scree_bearings, only: across_contact, any_closes, bearing_t, deformation_of, find_approaches, find_impulses, &
-                            find_islands, find_strokes, force_of, list_bearings, pair_of, set_least, set_up_problem, together
+                            find_islands, find_strokes, force_of, holds, list_bearings, pair_of, set_least, set_up_problem, &
+                            together
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, rows_along
   use scree_contact_try, only: contact_try_t, row_across, take_all
@@ -525,7 +526,7 @@ contains
     type(impact_t), intent(inout) :: impact
     type(contact_try_t), intent(inout) :: try
     type(gap_and_slip_t) :: now
-    logical :: meets(size(impact%bearing))
+    logical :: meets(size(impact%bearing)), sticks
     integer :: i
 
     meets = .true.
@@ -535,9 +536,10 @@ contains
         associate (entrance => contact%entrance(contact%active), geometry => try%geometry(contact%active, own%contact))
           now = gap_and_slip(model, try, own%contact, contact%active, d)
           meets(i) = now%gap < own%moment .or. (own%kept > 0 .and. .not. law%restitution > 0) ! plastic ones do not part
+          sticks = holds(entrance) .or. friction_of(law, entrance) > 0
           entrance%state = state_open
           if (.not. meets(i)) cycle
-          entrance%state = merge(state_locked, state_sliding, entrance%bonded .or. friction_of(law, entrance) > 0)
+          entrance%state = merge(state_locked, state_sliding, sticks)
           entrance%multiplier = 0.0_dp
           entrance%rest = entrance%rest + now%gap + own%kept/entrance%stiffness(1)
           entrance%anchor = entrance%anchor + now%slip/now%edge_length
