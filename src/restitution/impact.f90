@@ -155,7 +155,7 @@ contains
     end do
     call solve_compression(problem, 0*pushed, impulses)
     pushed = pushed + impulses%motion
-    bearing%impulse(1) = bearing%impulse(1) + impulses%P(1, :)
+    bearing%impulse(1) = bearing%impulse(1) + impulses%P(1, :) ! what it pushes out belongs to it
     call add_motion(model, cache, state, bodies, pushed, impact%push)
     do i = 1, size(bodies%block)
       impact%among(bodies%first(i):bodies%last(i)) = .true.
@@ -228,7 +228,7 @@ contains
     call find_islands(held, bearing)
   end subroutine add_driven
 
-  !> Likewise of one island.
+  !> Finds the velocities after the impacts of one island.
   pure subroutine rebound_island(model, cache, state, rule, d, velocity, bearing, try, impact, possible)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
