@@ -48,6 +48,7 @@ contains
     type(closed_t) :: closed
     type(contact_force_t) :: force
     logical :: held_together(size(try%pair, 2)) !! by a bond that is locked
+    logical :: pulled                           !! open by a dashpot
     integer :: i
 
     call accept_no_contact(try, memory)
@@ -75,9 +76,10 @@ contains
         if (entrance%state == state_open) then
           entrance%bonded = .false.
           entrance%multiplier = 0.0_dp
-          if (entrance%rest < 0 .or. pulled_open(try, contact, now)) &
+          pulled = pulled_open(try, contact, now)
+          if (entrance%rest < 0 .or. pulled) &
             contact%overlap = max(0.0_dp, -(entrance%rest + entrance%dilated + now(contact%active)%gap))
-          if (pulled_open(try, contact, now)) then
+          if (pulled) then
             contact%energy = 0.5_dp*entrance%stiffness(1)*now(contact%active)%gap**2
             if (allocated(try%law%closure)) &
               contact%energy = contact%energy + closing_energy(try%law, entrance, -now(contact%active)%gap)

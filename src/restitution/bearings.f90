@@ -15,7 +15,7 @@ module scree_bearings
   implicit none
   private
   public :: across_contact, any_closes, bearing_t, blow_t, blow_of_step, deformation_of, find_approaches, find_impulses, &
-            find_islands, find_strokes, force_of, holds, list_bearings, pair_of, set_least, set_up_problem
+            find_islands, find_strokes, force_of, holds, list_bearings, pair_of, set_least, set_up_problem, taking_part
 
   !> A contact that bears at the beginning of the step or at its end.
   type :: bearing_t

@@ -20,7 +20,7 @@
 module scree_impact
   use scree_bearings, only: across_contact, any_closes, bearing_t, deformation_of, find_approaches, find_impulses, &
                             find_islands, find_strokes, force_of, holds, list_bearings, pair_of, set_least, set_up_problem, &
-                            together
+                            taking_part, together
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, rows_along
   use scree_contact_try, only: contact_try_t, row_across, take_all
@@ -211,19 +211,13 @@ contains
     call list_bearings(model, d, try, more)
     more = pack(more, [(.not. any(bearing%contact == more(i)%contact), i=1, size(more))])
     call find_approaches(model, cache, state, rule, d, try, more)
-    struck = .false.
-    do i = 1, size(bearing)
-      struck(bearing(i)%block) = .true.
-    end do
     held = held_blocks(model, state)
-    struck = struck .and. .not. held
+    struck = taking_part(model, bearing) .and. .not. held
     more%closes = more%closes .and. [(any(struck(more(i)%block)), i=1, size(more))]
     more%reached = more%closes
     if (.not. any(more%closes)) return
-    do i = 1, size(more)
-      if (more(i)%closes) struck(more(i)%block) = .true.
-    end do
-    more = pack(more, [(any(struck(more(i)%block) .and. .not. held(more(i)%block)), i=1, size(more))])
+    struck = (struck .or. taking_part(model, pack(more, more%closes))) .and. .not. held
+    more = pack(more, [(any(struck(more(i)%block)), i=1, size(more))])
     bearing = [bearing, more]
     call find_islands(held, bearing)
   end subroutine add_driven
