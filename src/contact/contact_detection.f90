@@ -146,10 +146,8 @@ contains
     end subroutine look_at
 
     !> Contact of vertex i over edge j.
-    subroutine meet_edge(i, j, beside_tips)
+    subroutine meet_edge(i, j)
       integer, intent(in) :: i, j
-      logical, intent(in), optional :: beside_tips !! the corners meet tip to tip as well
-      type(encounter_t) :: encounter
       real(dp) :: at, gap
 
       at = along_edge(survey, i, j)
@@ -158,9 +156,7 @@ contains
       if (gap > survey%near(i) + max(survey%near(j), survey%near(outlines%next(j)))) return
       if (gap < -depth) return
       if (.not. edges_lead_away(survey%corner(i), survey%corner(j)%from, tilt(survey, i, j))) return
-      encounter = encounter_of_edge(i, j)
-      if (present(beside_tips)) encounter%beside_tips = beside_tips
-      call add(encounter)
+      call add(encounter_of_edge(i, j))
     end subroutine meet_edge
 
     !> Contacts of two corners that are near each other.
@@ -230,8 +226,8 @@ contains
     subroutine meet_where_turned(i, j)
       integer, intent(in) :: i, j
 
-      if (is_well_over(i, j)) call meet_edge(i, j, beside_tips=.true.)
-      if (is_well_over(i, outlines%previous(j))) call meet_edge(i, outlines%previous(j), beside_tips=.true.)
+      if (is_well_over(i, j)) call meet_edge(i, j)
+      if (is_well_over(i, outlines%previous(j))) call meet_edge(i, outlines%previous(j))
     end subroutine meet_where_turned
 
     !> Whether the foot of vertex i on edge j is farther from the ends of the edge than corners at rest are near each other.

@@ -6,7 +6,7 @@ module scree_contact_memory
   use scree_contact_pairs, only: entrances_t, has_same_entrances, list_entrances, place_of_pair
   use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
-  use scree_corners, only: along_edge, gap_at, survey_t
+  use scree_corners, only: along_edge, gap_at, pi, survey_t, turn
   use scree_kinds, only: dp
   implicit none
   private
@@ -18,8 +18,6 @@ module scree_contact_memory
   type :: past_t
     type(contact_t), allocatable :: contact(:)
     type(entrances_t) :: entrances
-    real(dp), allocatable :: pressed(:) !! (n_blocks) largest overlap of the springs of each block, length
-    real(dp), allocatable :: stiffness(:, :) !! (2, n_blocks) of that spring, across and along, force/length
   end type past_t
 
 contains
@@ -29,21 +27,9 @@ contains
     type(outlines_t), intent(in) :: outlines
     type(contact_memory_t), intent(in) :: memory
     type(past_t), intent(out) :: past
-    integer :: b, k, side
 
     past%contact = memory%contact
     call list_entrances(past%contact, size(outlines%start), past%entrances)
-    allocate (past%pressed(size(outlines%first) - 1), past%stiffness(2, size(outlines%first) - 1), source=0.0_dp)
-    do k = 1, size(past%contact)
-      associate (contact => past%contact(k), entrance => past%contact(k)%entrance(past%contact(k)%active))
-        do side = 1, 2
-          b = outlines%block(merge(entrance%vertex, entrance%edge, side == 1))
-          if (.not. contact%pressed > past%pressed(b)) cycle
-          past%pressed(b) = contact%pressed
-          past%stiffness(:, b) = entrance%stiffness
-        end do
-      end associate
-    end do
   end subroutine recall_contacts
 
   !> Number of the entrance of a pair of vertex and edge; 0 where there was none. Where several contacts had it, of one that was
@@ -103,7 +89,7 @@ contains
       if (contact%entrance(k)%vertex == 0) return
     end do
     contact%active = entrance_ahead(survey, contact)
-    call rest_inside(outlines%block, survey, past, encounter%beside_tips, contact)
+    call rest_inside(outlines%block, survey, past, contact)
   end subroutine contact_over_edges
 
   !> The pair of a line whose entrance was closed before, or else the one whose vertex lies best within its edge. It goes on as it
@@ -195,47 +181,56 @@ contains
     end associate
   end function entrance_ahead
 
-  !> Lets the spring of a contact that is found inside rest there, so that it brings no energy. Where other springs of its blocks
-  !> are pressed, this one is as stiff as that which is pressed most, and pressed as much from the beginning: it takes over from
-  !> those that corners slide off. Not beside two tips that bear already, where none did.
-  pure subroutine rest_inside(block, survey, past, beside_tips, contact)
+  !> Lets the spring of a contact that is found inside rest there, so that it brings no energy. Where its vertex pressed on another
+  !> body, from which it slides to this one, it is as stiff as the spring there, and pressed as much from the beginning: it takes
+  !> over from that. A vertex that bore nothing, as the node of a mesh within a face, has nothing to hand on.
+  pure subroutine rest_inside(block, survey, past, contact)
     integer, intent(in) :: block(:)            !! of the edges
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
-    logical, intent(in) :: beside_tips
     type(contact_t), intent(inout) :: contact
-    real(dp) :: gap
-    integer :: b, k
+    real(dp) :: gap, pressed, stiffness(2)
+    integer :: k
 
     associate (entrance => contact%entrance(contact%active))
       if (entrance%state /= state_open .or. acted_before(past, entrance%vertex, entrance%edge)) return
       gap = gap_at(survey, entrance%vertex, entrance%edge)
       entrance%rest = min(0.0_dp, gap)
-      if (beside_tips .and. .not. bore(past, entrance%vertex)) return
-      b = merge(block(entrance%vertex), block(entrance%edge), past%pressed(block(entrance%vertex)) > &
-                past%pressed(block(entrance%edge)))
-      if (.not. (gap < 0 .and. past%pressed(b) > 0)) return
-      entrance%rest = min(0.0_dp, gap + past%pressed(b))
+      if (gap >= 0) return
+      call find_pressed_beside(block, survey, past, entrance, pressed, stiffness)
+      if (.not. pressed > 0) return
+      entrance%rest = min(0.0_dp, gap + pressed)
     end associate
-    contact%inherits = past%pressed(b)
+    contact%inherits = pressed
     do k = 1, 2
-      contact%entrance(k)%stiffness = past%stiffness(:, b)
+      contact%entrance(k)%stiffness = stiffness
     end do
   end subroutine rest_inside
 
-  !> Whether a vertex pressed on any edge when the step before ended.
-  pure logical function bore(past, vertex)
+  !> Overlap and stiffness of the spring by which the vertex of an entrance pressed most on other bodies than that of its edge when
+  !> the step before ended, across edges that face as its own does, within 45 degrees.
+  pure subroutine find_pressed_beside(block, survey, past, entrance, pressed, stiffness)
+    integer, intent(in) :: block(:)            !! of the edges
+    type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
-    integer, intent(in) :: vertex
+    type(entrance_t), intent(in) :: entrance
+    real(dp), intent(out) :: pressed, stiffness(2)
     integer :: k
 
-    bore = .false.
-    associate (number => past%entrances%number)
-      do k = past%entrances%first(vertex), past%entrances%first(vertex + 1) - 1
-        bore = bore .or. is_closed(past, number(k))
+    pressed = 0.0_dp
+    stiffness = 0.0_dp
+    associate (i => entrance%vertex, entrances => past%entrances)
+      do k = entrances%first(i), entrances%first(i + 1) - 1
+        associate (was => past%contact((entrances%number(k) + 1)/2), other => entrances%edge(k))
+          if (.not. is_closed(past, entrances%number(k)) .or. .not. was%pressed > pressed) cycle
+          if (block(other) == block(entrance%edge)) cycle
+          if (abs(turn(survey%corner(other)%from - survey%corner(entrance%edge)%from)) > pi/4) cycle
+          pressed = was%pressed
+          stiffness = was%entrance(was%active)%stiffness
+        end associate
       end do
     end associate
-  end function bore
+  end subroutine find_pressed_beside
 
   !> Lets a contact inherit the overlap and the stiffness of the spring of a contact before whose place it takes: one that had a
   !> pair of the encounter closed, and was not made of the same entrances. Overlap below 0: there is none; 0: it is found inside.

@@ -27,7 +27,6 @@ module scree_corner_meeting
     integer :: n_lines = 1
     type(line_t) :: line(2)
     integer :: covered = 0 !! line of edges that a third block lies flush with: none enters by it; 0: neither
-    logical :: beside_tips = .false. !! the corners meet tip to tip as well, with this line or the one of an edge that faces it
   end type encounter_t
 
   !> What two corners may come to.
