@@ -12,7 +12,7 @@ module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
   use scree_body_search, only: list_all, reach_of
   use scree_contact_geometry, only: gap_of
-  use scree_contact_memory, only: acted_before, past_t, recall_contacts
+  use scree_contact_memory, only: acted_before, let_one_go_on, past_t, recall_contacts
   use scree_contact_pairs, only: drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
   use scree_contact_search, only: find_nearby, most_turning
@@ -65,6 +65,7 @@ contains
         call add(encounter_of_edge(memory%inside(1, k), memory%inside(2, k)))
     end do
     call drop_repeats(size(outlines%start), found, n_found)
+    call let_one_go_on(survey, past, found(:n_found))
     try%contact = found(:n_found)
     try%inside = pairs_inside(found(:n_found), survey%local)
     call move_alloc(survey%near, try%near)

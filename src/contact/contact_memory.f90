@@ -10,7 +10,7 @@ module scree_contact_memory
   use scree_kinds, only: dp
   implicit none
   private
-  public :: acted_before, contact_as_shi, contact_over_edges, inherit, past_t, recall_contacts
+  public :: acted_before, contact_as_shi, contact_over_edges, inherit, let_one_go_on, past_t, recall_contacts
 
   real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
 
@@ -130,7 +130,45 @@ contains
     if (best%vertex == 0) return
     best%joint = outlines%joint(best%edge)
     if (known > 0) call go_on(survey, past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)), best)
+    best%from = known
   end subroutine find_best_entrance
+
+  !> Lets one contact alone go on from an entrance of the step before: that of the same pair, or else the first. Vertices at both
+  !> ends of an edge so short that another vertex slides off it may each take its place; the others rest where they are.
+  pure subroutine let_one_go_on(survey, past, contact)
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    type(contact_t), intent(inout) :: contact(:)
+    type(entrance_t) :: new
+    integer :: heir(2*size(past%contact)) ! contact that goes on from each entrance
+    integer :: i, k
+
+    heir = 0
+    do i = 1, size(contact)
+      do k = 1, contact(i)%n_entrances
+        associate (entrance => contact(i)%entrance(k))
+          if (entrance%from == 0) cycle
+          associate (was => past%contact((entrance%from + 1)/2)%entrance(2 - modulo(entrance%from, 2)))
+            if (heir(entrance%from) == 0 .or. (entrance%vertex == was%vertex .and. entrance%edge == was%edge)) &
+              heir(entrance%from) = i
+          end associate
+        end associate
+      end do
+    end do
+    do i = 1, size(contact)
+      if (contact(i)%n_entrances > 1) cycle
+      associate (entrance => contact(i)%entrance(1))
+        if (entrance%from == 0 .or. entrance%state == state_open) cycle
+        if (heir(entrance%from) == i) cycle
+        new%vertex = entrance%vertex
+        new%edge = entrance%edge
+        new%joint = entrance%joint
+        new%anchor = along_edge(survey, new%vertex, new%edge)/survey%length(new%edge)
+        new%rest = min(0.0_dp, gap_at(survey, new%vertex, new%edge))
+        entrance = new
+      end associate
+    end do
+  end subroutine let_one_go_on
 
   !> Lets an entrance go on where another was: with the same slip, and its spring pressed by as much.
   pure subroutine go_on(survey, was, entrance)

@@ -37,6 +37,7 @@ module scree_contacts
     integer :: edge = 0                  !! of the outlines
     integer :: joint = 1                 !! joint material of the edge
     integer :: pair = 0                  !! number of the pair of elements that vertex and edge belong to
+    integer :: from = 0                  !! number of the entrance of the step before that it goes on from; 0: it is new
     integer :: state = state_open
     real(dp) :: direction = 1.0_dp       !! of sliding: 1 along the edge, -1 back
     real(dp) :: anchor = 0.0_dp          !! share of the edge at which the shear spring holds the vertex
