@@ -44,8 +44,8 @@ contains
         spring%shear = entrance%multiplier(2) - entrance%stiffness(2)*now(k)%slip
         spring%shear_stiffness = entrance%stiffness(2)
         spring%friction = friction_of(try%law, entrance)
-        spring%cohesion = bond(entrance, try%law%cohesion(entrance%joint))
         spring%bonded = entrance%bonded .and. entrance%state /= state_open
+        if (spring%bonded) spring%cohesion = bond(entrance, try%law%cohesion(entrance%joint))
         row(:, 1) = row_across(try, i, k)
         call rows_along(try, i, k, row(:, 2), row(:, 4))
         row(:, 3) = try%geometry(k, i)%normal

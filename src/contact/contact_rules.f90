@@ -37,7 +37,7 @@ module scree_contact_rules
   ! press
   public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
-  public :: anchor_what_closes, anchors_return, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, &
+  public :: anchor_what_closes, decides_outside, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, &
             judge, judges_anew, may_make_energy, settles_as_one, steps_decide_impacts
   ! remember
   public :: remember_overlap, remember_slide, stiffness_adapts, stiffness_after
@@ -596,17 +596,17 @@ contains
     end associate
   end subroutine anchor_what_closes
 
-  !> Whether anchors of what closed move back to where the step began, where shear would pull a vertex on along its way.
-  pure logical function anchors_return(law)
+  !> Whether anchors of what closed, and bonds that are too weak, are told where a step has settled; else each judgement tells.
+  pure logical function decides_outside(law)
     type(contact_law_t), intent(in) :: law
 
     select case (law%rules)
     case (rules_shi)
-      anchors_return = .false.
+      decides_outside = .false.
     case default
-      anchors_return = .true.
+      decides_outside = .true.
     end select
-  end function anchors_return
+  end function decides_outside
 
   !> Whether a step that is tried again begins with the contacts in the states that the try before left (Shi), else as the step
   !> found them.

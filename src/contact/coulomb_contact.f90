@@ -146,13 +146,13 @@ contains
     if (lines_stay) k = contact%active
     call act_on(k, contact, changes)
     state = state_open
-    if (is_closed(law, contact%entrance(k), force%across(k), doubt)) &
+    if (is_closed(contact%entrance(k), force%across(k), doubt)) &
       call judge_closed(law, lines_stay, start(k), now(k), force%across(k), doubt, contact%entrance(k), state)
     call set_state(state, abs(force%across(k)) > doubt, contact%entrance(k), changes)
   end subroutine judge_coulomb
 
   !> Which of the two entrances of a corner acts: the one that is crossed least, or was crossed last; of two that are crossed not
-  !> the one that a third block covers.
+  !> the one that a third block covers; the one that is bonded.
   !>
   !> What pressed when the step began presses on, as if its edge did not end: a corner that slips off in the step is held to its
   !> end. If it were let go where it leaves the other line, its force would jump, and some steps would have no solution.
@@ -174,6 +174,7 @@ contains
         k = crossed_last(merge(0.0_dp, [start(1)%gap, start(2)%gap], start%closed), [now(1)%gap, now(2)%gap])
       end if
       if (abs(across(2) - across(1)) <= doubt) k = active
+      if (contact%entrance(active)%bonded .and. contact%entrance(active)%state /= state_open) k = active
     end associate
   end function entrance_that_acts
 
@@ -201,16 +202,16 @@ contains
   end subroutine act_on
 
   !> Whether an entrance that presses, or is pulled, with a force is closed. What is closed a faint pull does not open: blocks that
-  !> fall together have nothing else between them, and each change would make others that are larger.
-  pure logical function is_closed(law, entrance, across, doubt)
-    type(contact_law_t), intent(in) :: law
+  !> fall together have nothing else between them, and each change would make others that are larger. Nor does any pull open a
+  !> bond, which breaks where the step has settled.
+  pure logical function is_closed(entrance, across, doubt)
     type(entrance_t), intent(in) :: entrance
     real(dp), intent(in) :: across, doubt !! force
 
     if (entrance%state == state_open) then
       is_closed = across >= 0
     else
-      is_closed = across >= -bond(entrance, law%strength(entrance%joint)) - doubt
+      is_closed = entrance%bonded .or. across >= -doubt
     end if
   end function is_closed
 

@@ -2,10 +2,11 @@
 !>
 !> Every iteration solves for the states of the one before and then judges all states anew (a semi-smooth Newton iteration), each
 !> contact by the rules of the scene (`contact_rules`). Nothing of it is kept but by `accept_contacts`. With multipliers
-!> `hold_contacts` lets these follow the forces of the springs until no overlap above a bound is left.
+!> `hold_contacts` lets these follow the forces of the springs until no overlap above a bound is left. What makes forces jump is
+!> told where all has settled: `return_anchors`, `break_bonds`.
 module scree_open_close
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
-  use scree_contact_rules, only: anchor_what_closes, anchors_return, force_to_hold, forgives_faint_forces, gaps_and_slips, &
+  use scree_contact_rules, only: anchor_what_closes, decides_outside, force_to_hold, forgives_faint_forces, gaps_and_slips, &
                                  judge, measure_again, measure_contact, measure_contacts, press, press_across, pressing_of, &
                                  put_anchors
   use scree_contact_try, only: contact_try_t, count_states, row_across
@@ -16,7 +17,7 @@ module scree_open_close
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: hold_contacts, judge_contacts, judge_prediction, keep_lines, meet_at_prediction, return_anchors
+  public :: break_bonds, hold_contacts, judge_contacts, judge_prediction, keep_lines, meet_at_prediction, return_anchors
 
   !> A force below this share of the largest on a body, its weight or that of a contact, changes no state; of two bodies the one
   !> whose is the smaller tells.
@@ -25,6 +26,8 @@ module scree_open_close
   real(dp), parameter :: unsure = 1e-3_dp
   !> Share of an overlap that multipliers leave of it when they follow fast enough, and how much harder springs become where not.
   real(dp), parameter :: shrinking = 0.75_dp, harder = 10.0_dp
+  !> Bonds break together that are beyond their strength by more than this share of what the worst is.
+  real(dp), parameter :: of_the_worst = 0.5_dp
   !> A change of a gap below this share of what cancels in it is round-off.
   real(dp), parameter :: round_off = 8*epsilon(1.0_dp)
 
@@ -86,7 +89,7 @@ contains
     integer :: i
 
     call measure_contacts(model, d, try)
-    if (.not. anchors_return(try%law)) return
+    if (.not. decides_outside(try%law)) return
     do i = try%first, try%last
       associate (k => try%contact(i)%active)
         if (try%contact(i)%entrance(k)%state /= state_open .or. .not. try%now(k, i)%gap < 0) cycle
@@ -275,7 +278,7 @@ contains
     integer :: i
 
     enough = .true.
-    if (.not. anchors_return(try%law)) return
+    if (.not. decides_outside(try%law)) return
     do i = try%first, try%last
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active), &
                  start => try%start(try%contact(i)%active, i))
@@ -292,5 +295,40 @@ contains
       end associate
     end do
   end subroutine return_anchors
+
+  !> Breaks bonds that are pulled by more than their strength where the step has settled with them: those that are beyond it by
+  !> more than half as much as the worst. What these let go of may unload the others, of which the next round tells.
+  pure subroutine break_bonds(model, d, try, enough)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    type(contact_try_t), intent(inout) :: try
+    logical, intent(out) :: enough            !! none had to break
+    type(contact_force_t) :: force
+    real(dp) :: beyond(try%first:try%last), worst ! force
+    integer :: i
+
+    enough = .true.
+    if (.not. decides_outside(try%law)) return
+    beyond = 0.0_dp
+    do i = try%first, try%last
+      associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
+        if (.not. entrance%bonded .or. entrance%state == state_open) cycle
+        call press_across(try, i, gaps_and_slips(model, try, i, d), force)
+        beyond(i) = -force%across(k) - bond(entrance, try%law%strength(entrance%joint)) - try%doubt(i)
+      end associate
+    end do
+    enough = .not. any(beyond > 0)
+    if (enough) return
+    worst = maxval(beyond)
+    do i = try%first, try%last
+      if (.not. beyond(i) > of_the_worst*worst) cycle
+      associate (contact => try%contact(i))
+        contact%entrance(contact%active)%state = state_open
+        contact%entrance(contact%active)%multiplier = 0.0_dp
+        contact%entrance%bonded = .false.
+      end associate
+    end do
+    call count_states(try)
+  end subroutine break_bonds
 
 end module scree_open_close

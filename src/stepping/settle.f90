@@ -18,7 +18,7 @@ module scree_settle
   use scree_iteration_end, only: check_areas, reject_unsettled
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_open_close, only: hold_contacts, judge_contacts, judge_prediction, meet_at_prediction, return_anchors
+  use scree_open_close, only: break_bonds, hold_contacts, judge_contacts, judge_prediction, meet_at_prediction, return_anchors
   use scree_pair_effects, only: add_pair_effects
   use scree_settle_group, only: add_elements, balances, begin_round, begins_far, change_of, choose_operator, find_change, &
                                 is_balanced, is_settled, linear_tolerance, settles_by_residual, tell_kind, values_of_members
@@ -117,8 +117,8 @@ contains
     call reject_unsettled(cache, e, try%outcome)
   end subroutine settle_alone
 
-  !> Settles elements that share unknowns or touch. Where contacts hold what has settled by multipliers, or by anchors that move, it
-  !> settles anew.
+  !> Settles elements that share unknowns or touch. Where contacts hold what has settled by multipliers, by anchors that move, or by
+  !> bonds that are too weak, it settles anew.
   subroutine settle_together(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -134,7 +134,7 @@ contains
       call hold(model, try, held)
       if (held) return
     end do
-    call reject(try%outcome, cut_by_contacts, 'the multipliers of contacts did not settle in '//number_text(most_holds)// &
+    call reject(try%outcome, cut_by_contacts, 'multipliers and bonds of contacts did not settle in '//number_text(most_holds)// &
                 ' rounds', 'a larger contact.overlap, or another contact.stiffness', 0)
   end subroutine settle_together
 
@@ -327,7 +327,8 @@ contains
     call settle_circles(model, cache, state, before, try)
   end subroutine judge
 
-  !> Lets contacts hold what has settled, by multipliers and where they closed; it is `held` where none changes by that.
+  !> Lets contacts hold what has settled, by multipliers, where they closed, and by the bonds that are strong enough; it is `held`
+  !> where none changes by that.
   subroutine hold(model, try, held)
     type(model_t), intent(in) :: model
     type(try_t), intent(inout) :: try
@@ -335,6 +336,7 @@ contains
 
     call hold_contacts(model, try%d, try%contacts, held)
     if (held) call return_anchors(model, try%d, try%contacts, held)
+    if (held) call break_bonds(model, try%d, try%contacts, held)
     associate (iteration => try%iteration)
       call begin_round(iteration)
       iteration%rounds = 0

@@ -54,3 +54,17 @@ def test_a_broken_bond_stays_broken(mode, tmp_path):
         else:
             assert u[t < 0.3].max() > 1e-3
             assert u[-1] == pytest.approx((12 - G) * (t[-1] - 0.5) ** 2 / 2, rel=1e-2)
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_the_most_loaded_bond_breaks_and_spares_those_that_it_unloads(mode, tmp_path):
+    """Three blocks of weight w hang under each other, the lowest pulled by 1.2 w: bonds bear 4.2, 3.2 and 2.2 w. Two of 2.5 w are not
+    strong enough; the first breaks, and the others, which bear 0.4 and 0.8 w then, keep the blocks together."""
+    w = 2.5 * G
+    blocks = [box(-2, 0, 5, 1), box(0, -1, 1, 1), box(0, -2, 1, 1), box(0, -3, 1, 1)]
+    f = run(tmp_path, blocks, f"{MODES[mode]}\n&loads force=0, {-1.2 * w} /", rock=(2.5, 2.5 * G, 1e9, 0.25), phi=30.0, strength=2.5 * w,
+            steps=40, dt=0.005, fixed=[(x, y, 1) for x, y in blocks[0]], loads=[(0.5, -2.5, 4)],
+            measured=[(0.5, y - 0.5, b) for b, y in [(2, 0), (3, -1), (4, -2)]])
+    u = f.measured_points.displacement[:, :, 1]
+    assert np.ptp(u, axis=1).max() < 1e-5
+    np.testing.assert_allclose(u.mean(1), -1.4 * G * (f.history.time**2 / 2 + 0.005**2 / 16), rtol=1e-6)
