@@ -25,7 +25,7 @@ module scree_friction_solver
   end type friction_work_t
 
   !> What the interior begins with over the largest force.
-  real(dp), parameter :: at_first(*) = [0.3_dp, 3.0_dp, 0.01_dp]
+  real(dp), parameter :: at_first(*) = [0.3_dp, 3.0_dp, 0.01_dp, 30.0_dp, 1.0_dp, 0.1_dp]
   !> How often it is begun, by effort.
   integer, parameter :: starts(effort_all:effort_path) = [size(at_first), 1, 0]
   !> Shares of the largest force that it leaves before the path is tried from there, and pieces that may cost no more than the rest
