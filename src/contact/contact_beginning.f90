@@ -1,8 +1,8 @@
 !> The contacts as a step finds them (Shi's df07).
 module scree_contact_beginning
-  use scree_contact_rules, only: begin_contact, place
+  use scree_contact_rules, only: begin_contact, decides_outside, place
   use scree_contact_try, only: contact_try_t
-  use scree_contacts, only: outlines_t
+  use scree_contacts, only: outlines_t, state_locked
   use scree_effects, only: weights_of_blocks
   use scree_element_term, only: step_rule_t
   use scree_joint_stiffness, only: bonded_length, measure_contact, stiffen_contact
@@ -56,6 +56,7 @@ contains
     do i = 1, size(try%contact)
       call begin_contact(first_of_run, i, try)
     end do
+    if (first_of_run .and. decides_outside(try%law)) call close_bonds(try)
   end subroutine begin_contacts
 
   !> The contacts of a step that is tried again, as Shi's programs leave them: in the states of the last judgement.
@@ -72,6 +73,25 @@ contains
       end do
     end do
   end subroutine begin_again
+
+  !> Closes the bonds that have no gap when a run begins: nothing that an iterate makes of their bodies opens them. What comes
+  !> together there strikes, as it does where nothing is bonded.
+  pure subroutine close_bonds(try)
+    type(contact_try_t), intent(inout) :: try
+    integer :: i, j, k
+
+    do i = 1, size(try%contact)
+      associate (contact => try%contact(i), start => try%start(:, i))
+        do j = 1, contact%n_entrances
+          k = merge(contact%active, 3 - contact%active, j == 1)
+          if (.not. contact%entrance(k)%bonded .or. start(k)%gap > try%rounding) cycle
+          contact%active = k
+          contact%entrance(k)%state = state_locked
+          exit
+        end do
+      end associate
+    end do
+  end subroutine close_bonds
 
   !> Bonds the contacts of joints with cohesion or strength.
   pure subroutine bond_contacts(outlines, position, try)

@@ -26,8 +26,9 @@ module scree_open_close
   real(dp), parameter :: unsure = 1e-3_dp
   !> Share of an overlap that multipliers leave of it when they follow fast enough, and how much harder springs become where not.
   real(dp), parameter :: shrinking = 0.75_dp, harder = 10.0_dp
-  !> Bonds break together that are beyond their strength by more than this share of what the worst is.
-  real(dp), parameter :: of_the_worst = 0.5_dp
+  !> Bonds break together that are beyond their strength by more than this share of what the worst is: some half, and no ratio of
+  !> small numbers, as loads of blocks of one kind have.
+  real(dp), parameter :: of_the_worst = 0.53_dp
   !> A change of a gap below this share of what cancels in it is round-off.
   real(dp), parameter :: round_off = 8*epsilon(1.0_dp)
 
@@ -195,7 +196,8 @@ contains
         call press(try, i, now, force)
         held(:, i) = force_to_hold(try, i, now, force)
         apart = max(abs(now(k)%gap), slip_not_hard(entrance, try%start(k, i), now(k), force%along))
-        if (apart > try%law%penetration .and. maxval(abs(held(:, i) - entrance%multiplier)) > faint*abs(held(1, i))) then
+        if (apart > try%law%penetration .and. &
+            maxval(abs(held(:, i) - entrance%multiplier)) > max(faint*abs(held(1, i)), try%doubt(i)/try%start(k, i)%hardening)) then
           enough = .false.
           left = max(left, apart)
         end if
@@ -297,7 +299,7 @@ contains
   end subroutine return_anchors
 
   !> Breaks bonds that are pulled by more than their strength where the step has settled with them: those that are beyond it by
-  !> more than half as much as the worst. What these let go of may unload the others, of which the next round tells.
+  !> half as much as the worst, or more. What these let go of may unload the others, of which the next round tells.
   pure subroutine break_bonds(model, d, try, enough)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)

@@ -117,24 +117,28 @@ contains
     call reject_unsettled(cache, e, try%outcome)
   end subroutine settle_alone
 
-  !> Settles elements that share unknowns or touch. Where contacts hold what has settled by multipliers, by anchors that move, or by
-  !> bonds that are too weak, it settles anew.
+  !> Settles elements that share unknowns or touch. Where contacts hold what has settled by multipliers, or by anchors that move, it
+  !> settles anew; and so without bonds that are too weak, one at least in a round, which ends by itself.
   subroutine settle_together(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
     logical :: held
-    integer :: i
+    integer :: rounds
 
-    do i = 1, most_holds
+    rounds = 0
+    do while (rounds < most_holds)
       call iterate(model, cache, state, try)
       if (.not. (try%outcome%settled .and. try%group%in_contact)) return
       call begin_phase(cache%timers, phase_judge)
       call hold(model, try, held)
+      if (.not. held) rounds = rounds + 1
+      if (.not. held) cycle
+      call break_bonds(model, try%d, try%contacts, held)
       if (held) return
     end do
-    call reject(try%outcome, cut_by_contacts, 'multipliers and bonds of contacts did not settle in '//number_text(most_holds)// &
+    call reject(try%outcome, cut_by_contacts, 'the multipliers of contacts did not settle in '//number_text(most_holds)// &
                 ' rounds', 'a larger contact.overlap, or another contact.stiffness', 0)
   end subroutine settle_together
 
@@ -327,8 +331,7 @@ contains
     call settle_circles(model, cache, state, before, try)
   end subroutine judge
 
-  !> Lets contacts hold what has settled, by multipliers, where they closed, and by the bonds that are strong enough; it is `held`
-  !> where none changes by that.
+  !> Lets contacts hold what has settled, by multipliers and where they closed; it is `held` where none changes by that.
   subroutine hold(model, try, held)
     type(model_t), intent(in) :: model
     type(try_t), intent(inout) :: try
@@ -336,7 +339,6 @@ contains
 
     call hold_contacts(model, try%d, try%contacts, held)
     if (held) call return_anchors(model, try%d, try%contacts, held)
-    if (held) call break_bonds(model, try%d, try%contacts, held)
     associate (iteration => try%iteration)
       call begin_round(iteration)
       iteration%rounds = 0

@@ -1,6 +1,8 @@
 """Cohesion and tensile strength of joints, through the program, against limit equilibrium."""
 import numpy as np
 import pytest
+import scree
+from scree import block_files
 from test_blocks_touch import G, MODES, box, incline, run
 
 WEIGHT = 2.5 * 0.5 * G  # of the block on the incline, which touches over a length of 1
@@ -68,3 +70,42 @@ def test_the_most_loaded_bond_breaks_and_spares_those_that_it_unloads(mode, tmp_
     u = f.measured_points.displacement[:, :, 1]
     assert np.ptp(u, axis=1).max() < 1e-5
     np.testing.assert_allclose(u.mean(1), -1.4 * G * (f.history.time**2 / 2 + 0.005**2 / 16), rtol=1e-6)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("contact", ["", "&contact method='augmented' /"])
+def test_bonds_hold_from_the_first_step_whatever_moves(mode, contact, tmp_path):
+    """A block that begins to leave its base at 1, as far as its bonds give way; and a pair that flies together, pulled apart by less
+    than its bonds hold."""
+    strong = {"rock": (2.5, 2.5 * G, 1e9, 0.25), "phi": 30.0, "cohesion": 1e6, "strength": 1e6, "steps": 20}
+    blocks = [box(-2, -1, 5, 1), box(0, 0, 1, 1)]
+    f = run(tmp_path, blocks, f"{MODES[mode]}\n{contact}", material=[1, 2], velocity=((0, 0, 0), (0, 1, 0)),
+            fixed=[(x, y, 1) for x, y in blocks[0]], measured=[(0.5, 0.5, 2)], **strong)
+    assert np.abs(f.measured_points.displacement).max() < 1e-6
+    f = run(tmp_path, [box(0, 0, 1, 1), box(1, 0.2, 1, 1)], f"{MODES[mode]}\n{contact}\n&loads force=-15, 0, 15, 0 /", velocity=((-1.4, -0.3, 0),),
+            loads=[(0.5, 0.6, 1), (1.5, 0.6, 2)], measured=[(0.5, 0.6, 1), (1.5, 0.6, 2)], **strong)
+    assert np.ptp(f.measured_points.displacement, axis=1).max() < 1e-6
+
+
+def test_a_row_that_peels_off_takes_the_steps_asked_for(tmp_path):
+    """110 blocks of weight 25, glued to each other, hang from a roof by bonds of 26, and the last is pulled by 60: the first step takes
+    a round for each bond that breaks, more of them than multipliers may take."""
+    n = 110
+    roof = block_files.box(-1, n + 1, 0, 1)
+    row = [(1, block_files.box(i, i + 1, -1, 0), (2, 2, 1, 2)) for i in range(n)]
+    (tmp_path / "row.blk").write_text(block_files.block_file("Row", [(1, roof), *row], block_files.held(roof, 1), [(n - 0.5, -0.5, n + 1)],
+                                                             [(n - 0.5, -0.5, n + 1)]))
+    (tmp_path / "row.ana").write_text(f"1 5 1 2 0.05 0.005\n2.5 25 1e7 0.25 {'0 ' * 9}\n30 0 26\n30 1e9 1e9\n"
+                                      "&deck geometry='row.blk', dialect='short' /\n&output every=1 /\n&loads force=0 -60 /\n")
+    f = scree.run(tmp_path / "row.ana")
+    assert len(f.history.time) == 5 and f.history.rejected.sum() == 0
+    assert f.measured_points.displacement[-1, 0, 1] < -1e-3
+
+
+def test_faint_forces_of_bonded_blocks_that_slide_do_not_keep_multipliers_from_settling(tmp_path):
+    """Two blocks bonded to each other slide in flight along a wall, with forces of rounding: a step takes a few solutions, and is not cut."""
+    blocks = [box(-1, -1, 1, 4), box(0, 0, 1, 1), box(0, 1, 1, 1)]
+    f = run(tmp_path, blocks, "&method strain='green' /\n&contact method='augmented' /", rock=(2.5, 2.5 * G, 9e9, 0.25), phi=40.0,
+            cohesion=1.0, strength=1.4, steps=20, fixed=[(x, y, 1) for x, y in blocks[0]], measured=[(0.5, 0.5, 2)])
+    assert f.history.rejected.sum() == 0 and f.history.solves.mean() < 5
+    assert f.measured_points.displacement[-1, 0, 1] == pytest.approx(-G * 0.1**2 / 2, rel=2e-2)
