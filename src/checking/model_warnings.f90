@@ -1,6 +1,7 @@
 !> What of the facts of a model is likely a mistake: units, signs, what nothing holds.
 module scree_model_warnings
   use scree_contact_rules, only: may_make_energy
+  use scree_contacts, only: rules_conserving
   use scree_kinds, only: dp
   use scree_likely_units, only: doubt_of_stiffness, doubt_of_weight
   use scree_model_facts, only: facts_t, list_text, n_sides, side_name
@@ -35,10 +36,14 @@ contains
       end associate
     end do
     do i = 1, size(facts%joint_material)
-      associate (phi => scene%joint_material(facts%joint_material(i))%friction_angle)
-        if (phi > 0 .and. phi < least_angle) &
-          call add('joint material '//number_text(facts%joint_material(i))//': expected a friction angle of 0 or from '// &
-                   short_text(least_angle)//' degree, found '//short_text(phi)//': radians?')
+      associate (joint => scene%joint_material(facts%joint_material(i)))
+        where = 'joint material '//number_text(facts%joint_material(i))//': '
+        if (joint%friction_angle > 0 .and. joint%friction_angle < least_angle) &
+          call add(where//'expected a friction angle of 0 or from '//short_text(least_angle)//' degree, found '// &
+                   short_text(joint%friction_angle)//': radians?')
+        if (joint%tensile_strength > 0 .and. scene%settings%rules == rules_conserving) &
+          call add(where//'expected no tensile strength with contact.rules=''conserving'', which only presses, found '// &
+                   short_text(joint%tensile_strength))
       end associate
     end do
     if (facts%column%strain > most_strain) &

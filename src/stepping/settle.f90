@@ -133,10 +133,12 @@ contains
       if (.not. (try%outcome%settled .and. try%group%in_contact)) return
       call begin_phase(cache%timers, phase_judge)
       call hold(model, try, held)
-      if (.not. held) rounds = rounds + 1
-      if (.not. held) cycle
-      call break_bonds(model, try%d, try%contacts, held)
-      if (held) return
+      if (held) then
+        call break_bonds(model, try%d, try%contacts, held)
+        if (held) return
+      else
+        rounds = rounds + 1
+      end if
     end do
     call reject(try%outcome, cut_by_contacts, 'the multipliers of contacts did not settle in '//number_text(most_holds)// &
                 ' rounds', 'a larger contact.overlap, or another contact.stiffness', 0)

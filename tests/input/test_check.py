@@ -102,6 +102,16 @@ def test_a_friction_angle_in_radians_is_warned_of(phi, warned, tmp_path):
     assert ["radians" in line for line in warnings] == [True] * warned
 
 
+@pytest.mark.parametrize("rules, warned", [("coulomb", False), ("conserving", True)])
+def test_a_strength_that_is_not_used_is_warned_of(rules, warned, tmp_path):
+    deck(tmp_path, groups=f"&contact rules='{rules}' /")
+    text = (tmp_path / "a.ana").read_text()
+    assert text.count("\n30.0 0 0\n") == 1
+    (tmp_path / "a.ana").write_text(text.replace("\n30.0 0 0\n", "\n30.0 1e5 2e4\n"))
+    warnings = check(tmp_path)[1]
+    assert ["joint material 1: expected no tensile strength" in line and line.endswith("found 20000") for line in warnings] == [True] * warned
+
+
 def test_what_nothing_holds_is_warned_of(tmp_path):
     deck(tmp_path, fixed=[])
     facts, warnings = check(tmp_path)
