@@ -63,23 +63,30 @@ contains
     type(step_rule_t) :: rule
     type(term_t) :: term
     real(dp) :: unknown(size(model%elements%unknown, 1))
+    logical :: anew, kept
     integer :: k
 
     rule = try%rule
-    if (present(by_secant)) rule%tangent = rule%tangent .and. .not. by_secant
+    anew = .not. try%iteration%linearisation%frozen
+    kept = .true.
+    if (present(by_secant)) then
+      rule%tangent = rule%tangent .and. .not. by_secant
+      anew = anew .or. by_secant
+      kept = .not. by_secant
+    end if
     call begin_equations(cache%equations, try%group%number)
     associate (group => try%group, last => try%iteration%linearisation)
-      if (.not. last%frozen) last%symmetric = .true.
+      if (anew) last%symmetric = .true.
       do k = 1, size(group%member)
         associate (e => group%member(k))
           unknown = values_of(model%elements, e, try%d)
-          if (last%frozen) then
+          if (.not. anew) then
             term = last%term(k)
             term%force = term%force - matmul(term%matrix, unknown - last%at(:, k))
           else
             call add_element_effects(model, cache%element(e), state, e, unknown, rule, term)
             last%symmetric = last%symmetric .and. term%symmetric
-            if (group%nested) then
+            if (group%nested .and. kept) then
               last%term(k) = term
               last%at(:, k) = unknown
             end if
