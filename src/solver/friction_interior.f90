@@ -35,12 +35,6 @@ module scree_friction_interior
   !> Few unknowns: up to so many the matrices themselves are cheaper from the first on (columns and slopes of 100 to 697 blocks).
   integer, parameter :: few_unknowns = 3000
   integer, parameter :: most_short = 5 !! such steps in a row, after which the way does not go on: it has a fold there
-  real(dp), parameter :: long_way = 0.5_dp !! a step from where the pairs are sound
-  !> Round a fold: strides in the largest relative change of a number, how far products may be from the curve, as logarithms of
-  !> ratios, the share that is low enough to go on from, and one from where the curve goes away.
-  real(dp), parameter :: first_stride = 0.3_dp, longest_stride = 0.8_dp, shortest_stride = 1e-4_dp
-  real(dp), parameter :: near_curve = 0.1_dp, well_below = 0.1_dp, highest = 100.0_dp
-  integer, parameter :: most_strides = 100
 
   !> The pairs of one spring, forces.
   type :: pairs_t
@@ -84,40 +78,28 @@ contains
   end subroutine begin_inside
 
   !> Goes on inside, to a share `tolerance` of the largest force. Where it does not get there, `found` is false.
-  subroutine go_inside(problem, tolerance, round, solver, timers, inside, state, found)
+  subroutine go_inside(problem, tolerance, solver, timers, inside, state, found)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: tolerance
-    logical, intent(in) :: round          !! folds of the way, too
     type(linear_solver_t), intent(inout) :: solver !! of matrices of the problem's pattern
     type(timers_t), intent(inout) :: timers
     type(inside_t), intent(inout) :: inside
     integer, intent(out) :: state(:)      !! (m) of the springs in the solution
     logical, intent(out) :: found
     type(change_t), dimension(size(state)) :: change, aim
-    type(pairs_t) :: sound(size(state))   ! pairs from which the way was long, and where they were
     type(sparse_matrix_t) :: matrix
     type(error_t), allocatable :: error
-    real(dp), dimension(size(inside%x)) :: dx, rest, sound_x
+    real(dp), dimension(size(inside%x)) :: dx, rest
     real(dp) :: left, way, middle, product
-    integer :: n_short, n_strides
-    logical :: lost
+    integer :: n_short
 
     matrix = problem%matrix
     n_short = 0
-    n_strides = 0
-    sound_x = inside%x
-    sound = inside%pairs
     associate (x => inside%x, pairs => inside%pairs, factors => inside%factors)
       do
         call forces_left(problem, x, state, left)
         found = left <= tolerance
-        if (found .or. factors - n_strides >= most_iterations) exit
-        if (n_short == most_short) then
-          lost = .true.
-          if (round .and. n_strides == 0) call go_round(lost)
-          if (lost) exit
-          n_short = 0
-        end if
+        if (found .or. factors >= most_iterations .or. n_short == most_short) exit
         call linearise()
         if (allocated(error)) exit
         middle = mean_product(pairs)
@@ -142,9 +124,6 @@ contains
         end if
         x = x + min(1.0_dp, short_of*way)*dx
         pairs = moved(problem%spring, pairs, change, min(1.0_dp, short_of*way))
-        if (way < long_way) cycle
-        sound_x = x
-        sound = pairs
       end do
     end associate
 
@@ -159,64 +138,6 @@ contains
       if (.not. (inside%from_symmetric .or. allocated(error))) call factorise(solver, matrix, timers, error)
       inside%factors = inside%factors + 1
     end subroutine linearise
-
-    !> Goes round a fold of the way: from where it was sound, along the curve on which all products, and all that is left, are a
-    !> share of what they were there. The share grows behind a fold and gets less again behind the next.
-    !>
-    !> Each stride follows the tangent, which needs no pairs near the middle, by a length in the largest relative change of a number
-    !> (Allgower and Georg 1990).
-    subroutine go_round(lost)
-      logical, intent(out) :: lost
-      type(change_t), dimension(size(state)) :: product, down, relative, before, total
-      type(pairs_t) :: there(size(state))
-      real(dp) :: down_x(size(inside%x)), share, sense, stride, along, back, off
-
-      lost = .true.
-      inside%x = sound_x
-      inside%pairs = sound
-      product = products_of(inside%pairs)
-      share = 1.0_dp
-      sense = 1.0_dp
-      stride = first_stride
-      do while (lost .and. n_strides < most_strides .and. share < highest)
-        call linearise()
-        n_strides = n_strides + 1
-        if (allocated(error)) exit
-        aim = change_t()
-        call step(step_share) ! to the end of the curve, as if it were straight
-        if (allocated(error)) exit
-        down = change
-        down_x = dx
-        rest = 0.0_dp
-        inside%pairs%too_much(1) = 0.0_dp
-        inside%pairs%too_much(2) = 0.0_dp
-        aim = plus(change_t(), share, product)
-        call step(step_share) ! to the curve
-        if (allocated(error)) exit
-        down = plus(down, -1.0_dp, change)
-        down_x = down_x - dx
-        relative = over_pairs(inside%pairs, down)
-        if (n_strides > 1) sense = sign(1.0_dp, dot(relative, before) + sense)
-        back = dot(relative, over_pairs(inside%pairs, change))/(1 + dot(relative, relative))
-        stride = 2*stride
-        off = huge(off)
-        do while (.not. off < near_curve .and. stride > shortest_stride)
-          stride = 0.5_dp*stride
-          along = sense*stride/max(1.0_dp, largest(relative)) - back
-          total = plus(change, along, down)
-          if (abs(along) >= 1 .or. longest(inside%pairs, total) < 1) cycle
-          there = moved(problem%spring, inside%pairs, total, 1.0_dp)
-          off = farthest_off(products_of(there), plus(change_t(), share*(1 - along), product))
-        end do
-        if (.not. off < near_curve) exit
-        inside%x = inside%x + dx + along*down_x
-        inside%pairs = there
-        share = share*(1 - along)
-        before = plus(change_t(), sense, relative)
-        if (off < 0.4_dp*near_curve) stride = min(1.5_dp*stride, longest_stride)
-        lost = share > well_below
-      end do
-    end subroutine go_round
 
     !> The step to these products, and how long it may be. It leaves a share of the forces at most.
     subroutine step(share)
@@ -257,68 +178,6 @@ contains
     end subroutine solve_for
 
   end subroutine go_inside
-
-  !> A change and a share of another.
-  elemental type(change_t) function plus(change, share, other) result(sum)
-    type(change_t), intent(in) :: change, other
-    real(dp), intent(in) :: share
-
-    sum%y = change%y + share*other%y
-    sum%w = change%w + share*other%w
-    sum%a = change%a + share*other%a
-    sum%s = change%s + share*other%s
-    sum%b = change%b + share*other%b
-    sum%r = change%r + share*other%r
-    sum%shear = change%shear + share*other%shear
-  end function plus
-
-  !> A change of the pairs over what they are.
-  elemental type(change_t) function over_pairs(pairs, change) result(relative)
-    type(pairs_t), intent(in) :: pairs
-    type(change_t), intent(in) :: change
-
-    if (pairs%presses) then
-      relative%y = change%y/pairs%y
-      relative%w = change%w/pairs%w
-    end if
-    if (.not. pairs%rubs) return
-    relative%a = change%a/pairs%a
-    relative%s = change%s/pairs%s
-    relative%b = change%b/pairs%b
-    relative%r = change%r/pairs%r
-  end function over_pairs
-
-  !> Products of the pairs.
-  elemental type(change_t) function products_of(pairs) result(product)
-    type(pairs_t), intent(in) :: pairs
-
-    if (pairs%presses) product%y = pairs%y*pairs%w
-    if (pairs%rubs) product%a = pairs%a*pairs%s
-    if (pairs%rubs) product%b = pairs%b*pairs%r
-  end function products_of
-
-  !> Product of two relative changes.
-  pure real(dp) function dot(first, second)
-    type(change_t), intent(in) :: first(:), second(:)
-
-    dot = sum(first%y*second%y + first%w*second%w + first%a*second%a + first%s*second%s + first%b*second%b + first%r*second%r)
-  end function dot
-
-  !> Largest component of a relative change.
-  pure real(dp) function largest(change)
-    type(change_t), intent(in) :: change(:)
-
-    largest = max(maxval(abs(change%y)), maxval(abs(change%w)), maxval(abs(change%a)), maxval(abs(change%s)), &
-                  maxval(abs(change%b)), maxval(abs(change%r)))
-  end function largest
-
-  !> How far products are from what they are to be: the largest logarithm of their ratio.
-  pure real(dp) function farthest_off(product, aim) result(off)
-    type(change_t), intent(in) :: product(:), aim(:)
-
-    off = max(maxval(abs(log(product%y/aim%y)), product%y > 0), maxval(abs(log(product%a/aim%a)), product%a > 0), &
-              maxval(abs(log(product%b/aim%b)), product%b > 0))
-  end function farthest_off
 
   !> Begins the pairs above zero at `x`.
   subroutine begin_pairs(problem, at_first, x, pairs)

@@ -3,7 +3,7 @@
 !> From any x0 the path  F(x) = (1 - t) F(x0)  leads to a solution at t = 1. F is linear in pieces, and so the path is straight in
 !> each; where it meets the face to another piece one spring changes its state, and the matrix by one row and column. Where the
 !> determinant changes its sign with that, t turns back: the path goes on, where Newton's iteration with or without a line
-!> search is lost (Eaves 1976; Ralph 1994).
+!> search is lost (Eaves 1976; Ralph 1994). Another path brings springs together from apart (Lemke 1965): it is longer, and sure.
 !>
 !> The directions come from the factors of a matrix on the way, and those of a small one for the springs that have changed since
 !> (Woodbury).
@@ -18,7 +18,7 @@ module scree_friction_path
   use scree_timers, only: timers_t
   implicit none
   private
-  public :: follow_path
+  public :: bring_together, follow_path
 
   !> Springs that change before a matrix is factorised anew.
   integer, parameter :: most_changed = 48
@@ -30,6 +30,7 @@ module scree_friction_path
 
   !> The path so far.
   type :: path_t
+    logical :: refines = .false.                    !! its directions, by what they leave
     real(dp), allocatable :: x(:)                   !! (n)
     real(dp) :: t = 0.0_dp
     real(dp) :: sense = 1.0_dp                      !! of t
@@ -37,6 +38,7 @@ module scree_friction_path
     real(dp), allocatable :: pressing(:), shear(:)  !! (m) forces as if closed and locked
     real(dp), allocatable :: pressing_rate(:), shear_rate(:) !! (m) by t
     real(dp), allocatable :: start_force(:)         !! (n) F(x0)
+    real(dp), allocatable :: apart(:, :)            !! (2, m) what pressing forces are lower and limits of shear higher by at t = 0
     real(dp), allocatable :: direction(:)           !! (n) of x by t
     ! the matrix that has factors
     type(sparse_matrix_t) :: matrix
@@ -64,13 +66,59 @@ contains
     integer, intent(out) :: factors            !! of matrices
     integer, intent(out) :: pieces             !! crossed
     type(path_t) :: path
+    logical :: goes_on
+
+    call begin_path(problem, x, solver, timers, path, goes_on)
+    call cross_pieces(problem, most, patient, solver, timers, path, goes_on, found, pieces)
+    x = path%x
+    state = path%state
+    factors = path%factors
+  end subroutine follow_path
+
+  !> Follows the path on which all springs come from apart: at t = 0 gaps are so much wider that nothing touches, and limits of the
+  !> shear of bonds so much higher that none yields, and t takes that back.
+  !>
+  !> Where A is positive definite and forces act along the rows of changes it leads to a solution: what solves the problem of any t
+  !> is bounded, and before t = 0 there is nothing but the start, so the path cannot end or come back there (doc/theory.md). What
+  !> gaps are wider by differs from spring to spring, as no two are to meet their faces at once.
+  subroutine bring_together(problem, most, refined, solver, timers, x, state, found, factors, pieces)
+    type(friction_problem_t), intent(in) :: problem
+    integer, intent(in) :: most                !! pieces to cross
+    logical, intent(in) :: refined             !! directions are, against rounding that turns the path round
+    type(linear_solver_t), intent(inout) :: solver !! of matrices of the problem's pattern
+    type(timers_t), intent(inout) :: timers
+    real(dp), intent(inout), contiguous :: x(:)            !! (n)
+    integer, intent(out) :: state(:)           !! (m) at the solution
+    logical, intent(out) :: found
+    integer, intent(out) :: factors            !! of matrices
+    integer, intent(out) :: pieces             !! crossed
+    type(path_t) :: path
+    logical :: goes_on
+
+    path%refines = refined
+    call begin_apart(problem, solver, timers, path, goes_on)
+    call cross_pieces(problem, most, .true., solver, timers, path, goes_on, found, pieces)
+    x = path%x
+    state = path%state
+    factors = path%factors
+  end subroutine bring_together
+
+  !> Crosses the pieces of a path to a solution. Where it ends elsewhere, `found` is false.
+  subroutine cross_pieces(problem, most, patient, solver, timers, path, goes_on, found, pieces)
+    type(friction_problem_t), intent(in) :: problem
+    integer, intent(in) :: most                !! pieces to cross
+    logical, intent(in) :: patient             !! it may wander
+    type(linear_solver_t), intent(inout) :: solver !! of matrices of the problem's pattern
+    type(timers_t), intent(inout) :: timers
+    type(path_t), intent(inout) :: path
+    logical, intent(inout) :: goes_on
+    logical, intent(out) :: found
+    integer, intent(out) :: pieces             !! crossed
     real(dp) :: way
     integer :: i, to
-    logical :: goes_on
 
     found = .false.
     pieces = 0
-    call begin_path(problem, x, solver, timers, path, goes_on)
     do while (goes_on)
       call find_face(problem, path, way, i, to)
       found = path%sense > 0 .and. path%t + way >= 1
@@ -83,10 +131,7 @@ contains
       call cross(problem, path, i, to, solver, timers, goes_on)
     end do
     if (found) call end_path(problem, solver, path)
-    x = path%x
-    state = path%state
-    factors = path%factors
-  end subroutine follow_path
+  end subroutine cross_pieces
 
   !> Begins the path near `x`.
   subroutine begin_path(problem, x, solver, timers, path, goes_on)
@@ -97,19 +142,75 @@ contains
     type(path_t), intent(inout) :: path
     logical, intent(out) :: goes_on
     real(dp) :: overlap
-    integer :: i, m, n
+    integer :: i, n
 
     n = size(x)
-    m = size(problem%spring)
-    allocate (path%pressing(m), path%shear(m), path%pressing_rate(m), path%shear_rate(m), path%state(m), &
-              path%answer(n, 2*most_changed), path%influence(2*most_changed, 2*most_changed))
+    call allocate_path(n, size(problem%spring), path)
     overlap = maxval(abs(problem%spring%pressing)/problem%spring%stiffness)
     path%x = x + off_symmetry*overlap*[(modulo(golden*i, 1.0_dp) - 0.5_dp, i=1, n)]/problem%span
-    allocate (path%start_force(n))
     call find_rest(problem, path%x, path%state, path%start_force)
     call rebase(problem, path, solver, timers, goes_on)
-    if (goes_on) call find_direction(problem, path, goes_on)
+    if (goes_on) call find_direction(problem, solver, path, goes_on)
   end subroutine begin_path
+
+  !> Begins the path from apart: where forces balance without contact, and bonds hold any shear.
+  subroutine begin_apart(problem, solver, timers, path, goes_on)
+    type(friction_problem_t), intent(in) :: problem
+    type(linear_solver_t), intent(inout) :: solver
+    type(timers_t), intent(inout) :: timers
+    type(path_t), intent(inout) :: path
+    logical, intent(out) :: goes_on
+    real(dp) :: beyond, gap
+    integer :: i
+
+    call allocate_path(size(problem%force), size(problem%spring), path)
+    associate (spring => problem%spring)
+      path%state = merge(spring_locked, spring_open, spring%bonded)
+      path%x = 0.0_dp*problem%force
+      path%start_force = problem%force
+      do i = 1, size(spring)
+        if (spring(i)%bonded) call add_spring_force(problem, i, [spring(i)%pressing, spring(i)%shear], path%start_force)
+      end do
+      call rebase(problem, path, solver, timers, goes_on)
+      if (.not. goes_on) return
+      path%x = path%base_direction
+      path%start_force = 0.0_dp
+      path%base_direction = 0.0_dp
+      call measure(problem, path)
+      gap = max(tiny(gap), maxval(path%pressing/spring%stiffness, .not. spring%bonded))
+      beyond = max(tiny(beyond), maxval(abs(path%shear) - spring%friction*path%pressing - spring%cohesion, spring%bonded))
+      do i = 1, size(spring)
+        if (spring(i)%bonded) path%apart(2, i) = beyond*(1 + modulo(golden*i, 1.0_dp))
+        if (.not. spring(i)%bonded) path%apart(1, i) = gap*spring(i)%stiffness*(1 + modulo(golden*i, 1.0_dp))
+      end do
+      call measure(problem, path)
+    end associate
+    call find_direction(problem, solver, path, goes_on)
+  end subroutine begin_apart
+
+  !> Makes room for n unknowns and m springs.
+  pure subroutine allocate_path(n, m, path)
+    integer, intent(in) :: n, m
+    type(path_t), intent(inout) :: path
+
+    allocate (path%pressing(m), path%shear(m), path%pressing_rate(m), path%shear_rate(m), path%state(m), &
+              path%answer(n, 2*most_changed), path%influence(2*most_changed, 2*most_changed), path%start_force(n))
+    allocate (path%apart(2, m), source=0.0_dp)
+  end subroutine allocate_path
+
+  !> Forces of the springs as if closed and locked, where the path is.
+  pure subroutine measure(problem, path)
+    type(friction_problem_t), intent(in) :: problem
+    type(path_t), intent(inout) :: path
+    real(dp) :: closed(2)
+    integer :: i
+
+    do i = 1, size(path%state)
+      closed = closed_forces(problem, i, path%x)
+      path%pressing(i) = closed(1) - (1 - path%t)*path%apart(1, i)
+      path%shear(i) = closed(2)
+    end do
+  end subroutine measure
 
   !> Takes away what rounding left on the way: a correction in the last piece.
   subroutine end_path(problem, solver, path)
@@ -122,9 +223,10 @@ contains
 
     call find_rest(problem, path%x, state, path%start_force)
     if (any(state /= path%state)) return
+    path%apart = 0.0_dp
     call solve_with_factors(solver, path%start_force, path%base_direction, error)
     if (allocated(error)) return
-    call find_direction(problem, path, done)
+    call find_direction(problem, solver, path, done)
     if (done) path%x = path%x + path%direction
   end subroutine end_path
 
@@ -152,7 +254,7 @@ contains
     type(timers_t), intent(inout) :: timers
     logical, intent(out) :: done
     type(error_t), allocatable :: error
-    real(dp) :: change(2, 2, size(path%state)), closed(2)
+    real(dp) :: change(2, 2, size(path%state)), force(size(path%x))
     integer :: i
 
     path%matrix = problem%matrix
@@ -165,16 +267,31 @@ contains
     done = .not. allocated(error)
     if (.not. done) return
     if (.not. allocated(path%base_direction)) allocate (path%base_direction(size(path%x)))
-    call solve_with_factors(solver, path%start_force, path%base_direction, error)
+    force = path%start_force
+    do i = 1, size(path%state)
+      call add_spring_force(problem, i, gain(problem, path, i, path%state(i)), force)
+    end do
+    call solve_with_factors(solver, force, path%base_direction, error)
     done = .not. allocated(error)
     path%base_state = path%state
     path%n_changed = 0
-    do i = 1, size(path%state)
-      closed = closed_forces(problem, i, path%x)
-      path%pressing(i) = closed(1)
-      path%shear(i) = closed(2)
-    end do
+    call measure(problem, path)
   end subroutine rebase
+
+  !> What the forces of spring i, across and along, gain in a state as it comes from apart, by t where nothing moves.
+  pure function gain(problem, path, i, state) result(force)
+    type(friction_problem_t), intent(in) :: problem
+    type(path_t), intent(in) :: path
+    integer, intent(in) :: i, state
+    real(dp) :: force(2), limit
+
+    force = 0.0_dp
+    if (state == spring_open) return
+    force(1) = path%apart(1, i)
+    limit = problem%spring(i)%friction*path%apart(1, i) - path%apart(2, i)
+    if (state == spring_forth) force(2) = -limit
+    if (state == spring_back) force(2) = limit
+  end function gain
 
   !> What the forces of a spring change by: (force across or along, change across or along), force/length.
   pure function change_of_state(spring, state) result(change)
@@ -196,40 +313,100 @@ contains
   end function change_of_state
 
   !> Direction in the present piece, and what the forces of the springs change by on it.
-  subroutine find_direction(problem, path, done)
+  subroutine find_direction(problem, solver, path, done)
     type(friction_problem_t), intent(in) :: problem
+    type(linear_solver_t), intent(inout) :: solver
     type(path_t), intent(inout) :: path
     logical, intent(out) :: done
-    real(dp) :: change(2, 2), moved(2)
+    type(error_t), allocatable :: error
+    real(dp) :: change(size(path%x)), more(2*path%n_changed)
+    integer :: k
+
+    do k = 1, path%n_changed
+      associate (s => path%changed(k))
+        more(2*k - 1:2*k) = gain(problem, path, s, path%state(s)) - gain(problem, path, s, path%base_state(s))
+      end associate
+    end do
+    change = path%base_direction + matmul(path%answer(:, :2*path%n_changed), more)
+    call answer_as_changed(problem, path, change, done)
+    path%direction = change
+    call find_rates(problem, path)
+    if (.not. (done .and. path%refines)) return
+    call solve_with_factors(solver, left_by_direction(problem, path), change, error)
+    done = .not. allocated(error)
+    if (done) call answer_as_changed(problem, path, change, done)
+    path%direction = path%direction + change
+    call find_rates(problem, path)
+  end subroutine find_direction
+
+  !> Takes what the matrix that has factors answers to forces to what that of the present piece does (Woodbury).
+  subroutine answer_as_changed(problem, path, answer, done)
+    type(friction_problem_t), intent(in) :: problem
+    type(path_t), intent(in) :: path
+    real(dp), intent(inout), contiguous :: answer(:) !! (n)
+    logical, intent(out) :: done
+    real(dp) :: change(2, 2)
     real(dp) :: A(2*path%n_changed, 2*path%n_changed), force(2*path%n_changed, 1)
-    integer :: i, info, k, pivot(2*path%n_changed)
+    integer :: info, k, pivot(2*path%n_changed)
 
     done = .true.
-    path%direction = path%base_direction
     associate (m => path%n_changed)
-      if (m > 0) then
-        do k = 1, m
-          associate (s => path%changed(k))
-            change = change_of_state(problem%spring(s), path%state(s)) - change_of_state(problem%spring(s), path%base_state(s))
-          end associate
+      if (m == 0) return
+      do k = 1, m
+        associate (s => path%changed(k))
+          change = change_of_state(problem%spring(s), path%state(s)) - change_of_state(problem%spring(s), path%base_state(s))
           A(2*k - 1:2*k, :) = matmul(change, path%influence(2*k - 1:2*k, :2*m))
-          moved = rates_of(problem, path%changed(k), path%base_direction)
-          force(2*k - 1:2*k, 1) = matmul(change, moved)
-        end do
-        do k = 1, 2*m
-          A(k, k) = A(k, k) + 1.0_dp
-        end do
-        call dgesv(2*m, 1, A, 2*m, pivot, force, 2*m, info)
-        done = info == 0
-        path%direction = path%direction - matmul(path%answer(:, :2*m), force(:, 1))
-      end if
+          force(2*k - 1:2*k, 1) = matmul(change, rates_of(problem, s, answer))
+        end associate
+      end do
+      do k = 1, 2*m
+        A(k, k) = A(k, k) + 1.0_dp
+      end do
+      call dgesv(2*m, 1, A, 2*m, pivot, force, 2*m, info)
+      done = info == 0
+      answer = answer - matmul(path%answer(:, :2*m), force(:, 1))
     end associate
+  end subroutine answer_as_changed
+
+  !> What the forces of the springs, as if closed and locked, change by along the direction.
+  pure subroutine find_rates(problem, path)
+    type(friction_problem_t), intent(in) :: problem
+    type(path_t), intent(inout) :: path
+    real(dp) :: moved(2)
+    integer :: i
+
     do i = 1, size(path%state)
       moved = rates_of(problem, i, path%direction)
-      path%pressing_rate(i) = -problem%spring(i)%stiffness*moved(1)
+      path%pressing_rate(i) = path%apart(1, i) - problem%spring(i)%stiffness*moved(1)
       path%shear_rate(i) = -problem%spring(i)%shear_stiffness*moved(2)
     end do
-  end subroutine find_direction
+  end subroutine find_rates
+
+  !> Forces by t that the direction leaves out of balance: those of rounding.
+  pure function left_by_direction(problem, path) result(rest)
+    type(friction_problem_t), intent(in) :: problem
+    type(path_t), intent(in) :: path
+    real(dp) :: rest(size(path%x))
+    real(dp) :: force(2), limit
+    integer :: i
+
+    rest = path%start_force - times(problem%matrix, path%direction)
+    do i = 1, size(path%state)
+      force = [path%pressing_rate(i), 0.0_dp]
+      limit = problem%spring(i)%friction*path%pressing_rate(i) - path%apart(2, i)
+      select case (path%state(i))
+      case (spring_open)
+        cycle
+      case (spring_locked)
+        force(2) = path%shear_rate(i)
+      case (spring_forth)
+        force(2) = -limit
+      case (spring_back)
+        force(2) = limit
+      end select
+      call add_spring_force(problem, i, force, rest)
+    end do
+  end function left_by_direction
 
   !> The next face on the way: how far, of which spring (0: none), and the state behind it.
   pure subroutine find_face(problem, path, way, spring, to)
@@ -245,7 +422,7 @@ contains
     to = spring_open
     do i = 1, size(path%state)
       call faces_of(problem%spring(i), path%state(i), path%pressing(i), path%shear(i), path%sense*path%pressing_rate(i), &
-                    path%sense*path%shear_rate(i), left, rate, behind)
+                    path%sense*path%shear_rate(i), (1 - path%t)*path%apart(2, i), -path%sense*path%apart(2, i), left, rate, behind)
       do k = 1, 2
         if (.not. rate(k) < 0) cycle
         own = max(left(k), 0.0_dp)/(-rate(k))
@@ -257,12 +434,14 @@ contains
     end do
   end subroutine find_face
 
-  !> How far the forces of a spring are from its faces, how fast that changes, and which states are behind them.
-  pure subroutine faces_of(spring, state, pressing, shear, pressing_rate, shear_rate, left, rate, behind)
+  !> How far the forces of a spring are from its faces, how fast that changes, and which states are behind them. What begins to rub
+  !> may turn out to slide back where it does.
+  pure subroutine faces_of(spring, state, pressing, shear, pressing_rate, shear_rate, higher, higher_rate, left, rate, behind)
     type(spring_t), intent(in) :: spring
     integer, intent(in) :: state
     real(dp), intent(in) :: pressing, shear             !! force
     real(dp), intent(in) :: pressing_rate, shear_rate   !! force
+    real(dp), intent(in) :: higher, higher_rate         !! what the limit of shear is higher by, and what that changes by, force
     real(dp), intent(out) :: left(2), rate(2)           !! force
     integer, intent(out) :: behind(2)
     real(dp) :: limit, limit_rate, turn
@@ -270,14 +449,14 @@ contains
     left = 0.0_dp
     rate = 0.0_dp
     behind = state
-    limit = spring%friction*pressing + spring%cohesion
-    limit_rate = spring%friction*pressing_rate
+    limit = spring%friction*pressing + spring%cohesion + higher
+    limit_rate = spring%friction*pressing_rate + higher_rate
     turn = merge(1.0_dp, -1.0_dp, state == spring_back)
     select case (state)
     case (spring_open)
       left(1) = -pressing
       rate(1) = -pressing_rate
-      behind(1) = closing_state()
+      behind(1) = spring_forth
     case (spring_forth, spring_back)
       if (spring%bonded) then
         left(1) = limit
@@ -300,16 +479,8 @@ contains
     case (spring_pulled)
       left(1) = -limit
       rate(1) = -limit_rate
-      behind(1) = closing_state()
+      behind(1) = spring_forth
     end select
-
-  contains
-
-    !> State of a spring that begins to rub: its limit grows from nothing.
-    pure integer function closing_state()
-      closing_state = merge(spring_back, spring_forth, shear > 0 .or. (.not. shear < 0 .and. shear_rate > 0))
-    end function closing_state
-
   end subroutine faces_of
 
   !> Goes along the direction.
@@ -336,14 +507,23 @@ contains
 
     from = path%state(i)
     path%state(i) = to
+    if ((from == spring_open .or. from == spring_pulled) .and. slides_back(path%shear(i), path%sense*path%shear_rate(i))) &
+      path%state(i) = spring_back
     call register(problem, path, i, solver, timers, done)
-    if (done) call find_direction(problem, path, done)
+    if (done) call find_direction(problem, solver, path, done)
     if (.not. done) return
-    call faces_of(problem%spring(i), to, path%pressing(i), path%shear(i), path%pressing_rate(i), path%shear_rate(i), &
-                  left, rate, behind)
+    call faces_of(problem%spring(i), path%state(i), path%pressing(i), path%shear(i), path%pressing_rate(i), path%shear_rate(i), &
+                  (1 - path%t)*path%apart(2, i), -path%apart(2, i), left, rate, behind)
     k = max(1, findloc(behind == from, .true., 1))
     path%sense = sign(1.0_dp, rate(k))
   end subroutine cross
+
+  !> Whether a spring that begins to rub, as its limit grows from nothing, slides back.
+  pure logical function slides_back(shear, rate)
+    real(dp), intent(in) :: shear, rate !! force, and what it changes by on the way
+
+    slides_back = shear > 0 .or. (.not. shear < 0 .and. rate > 0)
+  end function slides_back
 
   !> Makes spring i one of those that have changed.
   subroutine register(problem, path, i, solver, timers, done)

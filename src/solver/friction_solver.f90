@@ -1,21 +1,21 @@
 !> Solution of a friction problem by what settles it where Newton's iteration runs in circles.
 !>
 !> The interior is quick, but may end at a fold of its way; the path goes round folds, one spring at a time, and is short from
-!> there, and from near the solution. Where it is not, the way inside goes on to its end; where neither gets through, the interior
-!> is begun elsewhere.
+!> there, and from near the solution. Where it is not, the way inside goes on to its end. Where neither gets through all springs are
+!> brought together from apart, which is sure where there must be a solution.
 module scree_friction_solver
+  use scree_errors, only: error_t
   use scree_friction_interior, only: begin_inside, go_inside, inside_t
-  use scree_friction_path, only: follow_path
+  use scree_friction_path, only: bring_together, follow_path
   use scree_friction_problem, only: closed_forces, forces_left, friction_problem_t, of_springs
   use scree_kinds, only: dp
-  use scree_linear_solver, only: linear_solver_t, release_solver
+  use scree_linear_solver, only: factorise_beside, linear_solver_t, release_solver
   use scree_timers, only: timers_t
   implicit none
   private
   public :: friction_work_t, solve_friction
 
-  !> What a solution may take: all that there is; only the first start inside, and no path from its end; only the path from zero,
-  !> where that is near.
+  !> What a solution may take: all that there is; only the path from zero, where that is near, and the way inside; only that path.
   integer, parameter, public :: effort_all = 0, effort_quick = 1, effort_path = 2
 
   !> What a solution took.
@@ -25,9 +25,7 @@ module scree_friction_solver
   end type friction_work_t
 
   !> What the interior begins with over the largest force.
-  real(dp), parameter :: at_first(*) = [0.3_dp, 3.0_dp, 0.01_dp, 30.0_dp, 1.0_dp, 0.1_dp]
-  !> How often it is begun, by effort.
-  integer, parameter :: starts(effort_all:effort_path) = [size(at_first), 1, 0]
+  real(dp), parameter :: at_first = 0.3_dp
   !> Shares of the largest force that it leaves before the path is tried from there, and pieces that may cost no more than the rest
   !> of the way inside does, which goes on where they do not do.
   real(dp), parameter :: leaves(*) = [1e-4_dp, 1e-6_dp, 0.0_dp]
@@ -36,8 +34,11 @@ module scree_friction_solver
   !> overlap; and times that some are taken in: the last time all.
   real(dp), parameter :: reach = 1.0_dp, reach_near = 8.0_dp
   integer, parameter :: most_additions = 5
-  !> Pieces that a path may cross, and one from near the solution.
-  integer, parameter :: most_pieces = 600, most_near = 300
+  !> Pieces that a path from near the solution may cross, and one from where rounding left that from apart.
+  integer, parameter :: most_near = 300, most_pieces = 600
+  !> Pieces of the path from apart for each spring, where there must be a solution and where there may be none. Those that came to
+  !> one took 1 to 3, and up to 21.
+  integer, parameter :: most_together = 30, few_together = 4
 
 contains
 
@@ -117,41 +118,77 @@ contains
     type(friction_work_t), intent(inout) :: work !! is counted on
     type(inside_t) :: inside
     type(linear_solver_t) :: solver            ! all matrices have one pattern, and one analysis
-    integer :: i, k
+    logical :: sure                            ! there is a solution
 
     found = .false.
     if (near) call go_along(most_near, .false.)
-    do i = 1, starts(effort)
-      if (found) exit
-      call begin_inside(problem, at_first(i), 0.0_dp*problem%force, inside)
+    if (.not. found .and. effort /= effort_path) call go_through()
+    if (.not. found .and. effort == effort_all) then
+      sure = must_be_solved()
+      call come_together(refined=.false.)
+      if (sure .and. .not. found) call come_together(refined=.true.)
+    end if
+    call release_solver(solver)
+
+  contains
+
+    !> Goes through the interior, and from near its end along the path.
+    subroutine go_through()
+      integer :: k
+
+      call begin_inside(problem, at_first, 0.0_dp*problem%force, inside)
       do k = 1, size(leaves)
-        call go_inside(problem, max(tolerance, leaves(k)), effort == effort_all, solver, timers, inside, state, found)
+        call go_inside(problem, max(tolerance, leaves(k)), solver, timers, inside, state, found)
         x = inside%x
         if (leaves(k) <= tolerance .or. .not. found) exit
         call go_along(most_left(k), .false.)
         if (found) exit
       end do
       work%factors = work%factors + inside%factors
-      if (effort == effort_all .and. .not. found) call go_along(most_pieces, .true.)
-    end do
-    call release_solver(solver)
-
-  contains
+    end subroutine go_through
 
     !> Follows the path from where x is.
     subroutine go_along(most, patient)
       integer, intent(in) :: most    !! pieces
-      logical, intent(in) :: patient !! it may wander, as there is no other way
+      logical, intent(in) :: patient !! it may wander
       integer :: factors, pieces
-      real(dp) :: left
 
       call follow_path(problem, most, patient, solver, timers, x, state, found, factors, pieces)
+      call judge_path(factors, pieces)
+    end subroutine go_along
+
+    !> Whether the problem must have a solution.
+    logical function must_be_solved()
+      type(error_t), allocatable :: error
+
+      must_be_solved = problem%symmetric .and. problem%matrix%symmetric
+      if (must_be_solved) call factorise_beside(solver, problem%matrix, timers, must_be_solved, error)
+    end function must_be_solved
+
+    !> Follows the path from apart, and from its end, where rounding has come in, the one from there.
+    subroutine come_together(refined)
+      logical, intent(in) :: refined !! the directions are
+      integer :: factors, most, pieces
+      logical :: ended
+
+      most = merge(most_together, few_together, sure)*size(state)
+      call bring_together(problem, most, refined, solver, timers, x, state, ended, factors, pieces)
+      found = ended
+      call judge_path(factors, pieces)
+      if (ended .and. .not. found) call go_along(most_pieces, .true.)
+    end subroutine come_together
+
+    !> Counts what a path took, and tells whether its end is a solution.
+    subroutine judge_path(factors, pieces)
+      integer, intent(in) :: factors, pieces
+      real(dp) :: left
+
       work%factors = work%factors + factors
       work%pieces = work%pieces + pieces
       if (.not. found) return
       call forces_left(problem, x, state, left)
       found = left <= tolerance
-    end subroutine go_along
+    end subroutine judge_path
 
   end subroutine solve_springs
 
