@@ -15,6 +15,8 @@ module scree_contact_beginning
 
   !> Rounding of a gap over the largest coordinate: of three places, in the step and in the one before.
   real(dp), parameter :: round_off = 8*epsilon(1.0_dp)
+  !> Gap that numbers of a file leave between what lies on each other, over the length that a contact stands for.
+  real(dp), parameter :: of_a_file = 1e-4_dp
 
 contains
 
@@ -74,20 +76,28 @@ contains
     end do
   end subroutine begin_again
 
-  !> Closes the bonds that have no gap when a run begins: nothing that an iterate makes of their bodies opens them. What comes
-  !> together there strikes, as it does where nothing is bonded.
+  !> Closes the bonds that have no gap when a run begins, but for the rounding of a file, on which their springs rest: nothing that
+  !> an iterate makes of their bodies opens them. What has a gap is bonded no longer.
   pure subroutine close_bonds(try)
     type(contact_try_t), intent(inout) :: try
+    logical :: touches
     integer :: i, j, k
 
     do i = 1, size(try%contact)
-      associate (contact => try%contact(i), start => try%start(:, i))
+      associate (contact => try%contact(i), start => try%start(:, i), geometry => try%geometry(:, i))
+        touches = .false.
         do j = 1, contact%n_entrances
           k = merge(contact%active, 3 - contact%active, j == 1)
-          if (.not. contact%entrance(k)%bonded .or. start(k)%gap > try%rounding) cycle
-          contact%active = k
-          contact%entrance(k)%state = state_locked
-          exit
+          associate (entrance => contact%entrance(k))
+            entrance%bonded = entrance%bonded .and. start(k)%gap <= max(try%rounding, of_a_file*entrance%length)
+            if (touches .or. .not. entrance%bonded) cycle
+            touches = .true.
+            contact%active = k
+            entrance%state = state_locked
+            entrance%rest = entrance%rest + max(0.0_dp, start(k)%gap)
+            geometry(k)%gap = min(0.0_dp, geometry(k)%gap)
+            start(k)%gap = geometry(k)%gap
+          end associate
         end do
       end associate
     end do

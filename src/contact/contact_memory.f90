@@ -185,6 +185,7 @@ contains
       if (entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) &
         entrance%rest = min(0.0_dp, gap - min(0.0_dp, gap_at(survey, was%vertex, was%edge) - was%dilated - was%rest))
     end if
+    if (entrance%bonded .and. entrance%state /= state_open) return
     if (gap >= entrance%rest) entrance%rest = min(0.0_dp, gap) ! what has come out stays out
   end subroutine go_on
 

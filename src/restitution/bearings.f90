@@ -98,9 +98,19 @@ contains
     integer, intent(in) :: i
 
     associate (contact => try%contact(i))
-      has_closed = contact%entrance(contact%active)%state /= state_open .and. .not. any(try%start(:contact%n_entrances, i)%closed)
+      has_closed = contact%entrance(contact%active)%state /= state_open .and. .not. held_from_start(try, i)
     end associate
   end function has_closed
+
+  !> Whether contact i was closed when the step began, or is a bond that the step leaves whole, which held from the first.
+  pure logical function held_from_start(try, i)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+
+    associate (contact => try%contact(i))
+      held_from_start = any(try%start(:contact%n_entrances, i)%closed) .or. holds(contact%entrance(contact%active))
+    end associate
+  end function held_from_start
 
   !> Lists the contacts that bear at the beginning of the step or at its end, with their forces then, and all of blocks with a
   !> contact that has closed.
@@ -194,7 +204,7 @@ contains
     real(dp) :: approach, across(3, 2), borne(model%n_blocks), deformed, deformation(size(d)), resistance(2)
     integer :: i, k
 
-    stays = [(any(try%start(:try%contact(bearing(i)%contact)%n_entrances, bearing(i)%contact)%closed), i=1, size(bearing))]
+    stays = [(held_from_start(try, bearing(i)%contact), i=1, size(bearing))]
     open = pack([(i, i=1, size(bearing))], .not. stays)
     call set_up_problem(model, cache, state, d, try, bearing(open), bodies, problem)
     borne = try%block_weight
