@@ -87,7 +87,7 @@ contains
     logical, intent(in) :: refined             !! directions are, against rounding that turns the path round
     type(linear_solver_t), intent(inout) :: solver !! of matrices of the problem's pattern
     type(timers_t), intent(inout) :: timers
-    real(dp), intent(inout), contiguous :: x(:)            !! (n)
+    real(dp), intent(out), contiguous :: x(:)  !! (n)
     integer, intent(out) :: state(:)           !! (m) at the solution
     logical, intent(out) :: found
     integer, intent(out) :: factors            !! of matrices
@@ -177,8 +177,8 @@ contains
       path%start_force = 0.0_dp
       path%base_direction = 0.0_dp
       call measure(problem, path)
-      gap = max(tiny(gap), maxval(path%pressing/spring%stiffness, .not. spring%bonded))
-      beyond = max(tiny(beyond), maxval(abs(path%shear) - spring%friction*path%pressing - spring%cohesion, spring%bonded))
+      gap = max(0.0_dp, maxval(abs(path%pressing)/spring%stiffness, .not. spring%bonded))
+      beyond = max(0.0_dp, maxval(abs(path%shear) + spring%friction*abs(path%pressing), spring%bonded))
       do i = 1, size(spring)
         if (spring(i)%bonded) path%apart(2, i) = beyond*(1 + modulo(golden*i, 1.0_dp))
         if (.not. spring(i)%bonded) path%apart(1, i) = gap*spring(i)%stiffness*(1 + modulo(golden*i, 1.0_dp))
