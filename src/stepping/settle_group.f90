@@ -63,30 +63,26 @@ contains
     type(step_rule_t) :: rule
     type(term_t) :: term
     real(dp) :: unknown(size(model%elements%unknown, 1))
-    logical :: anew, kept
+    logical :: beside !! the iteration: its linearisation stays what it is
     integer :: k
 
+    beside = .false.
+    if (present(by_secant)) beside = by_secant
     rule = try%rule
-    anew = .not. try%iteration%linearisation%frozen
-    kept = .true.
-    if (present(by_secant)) then
-      rule%tangent = rule%tangent .and. .not. by_secant
-      anew = anew .or. by_secant
-      kept = .not. by_secant
-    end if
+    rule%tangent = rule%tangent .and. .not. beside
     call begin_equations(cache%equations, try%group%number)
     associate (group => try%group, last => try%iteration%linearisation)
-      if (anew) last%symmetric = .true.
+      if (.not. (last%frozen .or. beside)) last%symmetric = .true.
       do k = 1, size(group%member)
         associate (e => group%member(k))
           unknown = values_of(model%elements, e, try%d)
-          if (.not. anew) then
+          if (last%frozen .and. .not. beside) then
             term = last%term(k)
             term%force = term%force - matmul(term%matrix, unknown - last%at(:, k))
           else
             call add_element_effects(model, cache%element(e), state, e, unknown, rule, term)
-            last%symmetric = last%symmetric .and. term%symmetric
-            if (group%nested .and. kept) then
+            if (.not. beside) last%symmetric = last%symmetric .and. term%symmetric
+            if (group%nested .and. .not. beside) then
               last%term(k) = term
               last%at(:, k) = unknown
             end if
