@@ -69,10 +69,7 @@ contains
     logical :: goes_on
 
     call begin_path(problem, x, solver, timers, path, goes_on)
-    call cross_pieces(problem, most, patient, solver, timers, path, goes_on, found, pieces)
-    x = path%x
-    state = path%state
-    factors = path%factors
+    call cross_pieces(problem, most, patient, solver, timers, path, goes_on, x, state, found, factors, pieces)
   end subroutine follow_path
 
   !> Follows the path on which all springs come from apart: at t = 0 gaps are so much wider that nothing touches, and limits of the
@@ -97,14 +94,11 @@ contains
 
     path%refines = refined
     call begin_apart(problem, solver, timers, path, goes_on)
-    call cross_pieces(problem, most, .true., solver, timers, path, goes_on, found, pieces)
-    x = path%x
-    state = path%state
-    factors = path%factors
+    call cross_pieces(problem, most, .true., solver, timers, path, goes_on, x, state, found, factors, pieces)
   end subroutine bring_together
 
   !> Crosses the pieces of a path to a solution. Where it ends elsewhere, `found` is false.
-  subroutine cross_pieces(problem, most, patient, solver, timers, path, goes_on, found, pieces)
+  subroutine cross_pieces(problem, most, patient, solver, timers, path, goes_on, x, state, found, factors, pieces)
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: most                !! pieces to cross
     logical, intent(in) :: patient             !! it may wander
@@ -112,7 +106,10 @@ contains
     type(timers_t), intent(inout) :: timers
     type(path_t), intent(inout) :: path
     logical, intent(inout) :: goes_on
+    real(dp), intent(out), contiguous :: x(:)  !! (n) where it ends
+    integer, intent(out) :: state(:)           !! (m) there
     logical, intent(out) :: found
+    integer, intent(out) :: factors            !! of matrices
     integer, intent(out) :: pieces             !! crossed
     real(dp) :: way
     integer :: i, to
@@ -131,6 +128,9 @@ contains
       call cross(problem, path, i, to, solver, timers, goes_on)
     end do
     if (found) call end_path(problem, solver, path)
+    x = path%x
+    state = path%state
+    factors = path%factors
   end subroutine cross_pieces
 
   !> Begins the path near `x`.
@@ -283,15 +283,31 @@ contains
     type(friction_problem_t), intent(in) :: problem
     type(path_t), intent(in) :: path
     integer, intent(in) :: i, state
-    real(dp) :: force(2), limit
+    real(dp) :: force(2)
 
-    force = 0.0_dp
-    if (state == spring_open) return
-    force(1) = path%apart(1, i)
-    limit = problem%spring(i)%friction*path%apart(1, i) - path%apart(2, i)
-    if (state == spring_forth) force(2) = -limit
-    if (state == spring_back) force(2) = limit
+    associate (apart => path%apart(:, i))
+      force = forces_in(state, apart(1), 0.0_dp, problem%spring(i)%friction*apart(1) - apart(2))
+    end associate
   end function gain
+
+  !> Forces of a spring across and along in a state, or what they change by: of those as if closed and locked, and of the limit.
+  pure function forces_in(state, pressing, shear, limit) result(force)
+    integer, intent(in) :: state
+    real(dp), intent(in) :: pressing, shear, limit
+    real(dp) :: force(2)
+
+    force = [pressing, 0.0_dp]
+    select case (state)
+    case (spring_open)
+      force = 0.0_dp
+    case (spring_locked)
+      force(2) = shear
+    case (spring_forth)
+      force(2) = -limit
+    case (spring_back)
+      force(2) = limit
+    end select
+  end function forces_in
 
   !> What the forces of a spring change by: (force across or along, change across or along), force/length.
   pure function change_of_state(spring, state) result(change)
@@ -387,24 +403,14 @@ contains
     type(friction_problem_t), intent(in) :: problem
     type(path_t), intent(in) :: path
     real(dp) :: rest(size(path%x))
-    real(dp) :: force(2), limit
+    real(dp) :: limit
     integer :: i
 
     rest = path%start_force - times(problem%matrix, path%direction)
     do i = 1, size(path%state)
-      force = [path%pressing_rate(i), 0.0_dp]
+      if (path%state(i) == spring_open) cycle
       limit = problem%spring(i)%friction*path%pressing_rate(i) - path%apart(2, i)
-      select case (path%state(i))
-      case (spring_open)
-        cycle
-      case (spring_locked)
-        force(2) = path%shear_rate(i)
-      case (spring_forth)
-        force(2) = -limit
-      case (spring_back)
-        force(2) = limit
-      end select
-      call add_spring_force(problem, i, force, rest)
+      call add_spring_force(problem, i, forces_in(path%state(i), path%pressing_rate(i), path%shear_rate(i), limit), rest)
     end do
   end function left_by_direction
 
