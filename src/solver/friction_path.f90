@@ -343,22 +343,23 @@ contains
         more(2*k - 1:2*k) = gain(problem, path, s, path%state(s)) - gain(problem, path, s, path%base_state(s))
       end associate
     end do
-    change = path%base_direction + matmul(path%answer(:, :2*path%n_changed), more)
-    call answer_as_changed(problem, path, change, done)
-    path%direction = change
+    path%direction = path%base_direction
+    call answer_as_changed(problem, path, more, path%direction, done)
     call find_rates(problem, path)
     if (.not. (done .and. path%refines)) return
     call solve_with_factors(solver, left_by_direction(problem, path), change, error)
     done = .not. allocated(error)
-    if (done) call answer_as_changed(problem, path, change, done)
+    more = 0.0_dp
+    if (done) call answer_as_changed(problem, path, more, change, done)
     path%direction = path%direction + change
     call find_rates(problem, path)
   end subroutine find_direction
 
-  !> Takes what the matrix that has factors answers to forces to what that of the present piece does (Woodbury).
-  subroutine answer_as_changed(problem, path, answer, done)
+  !> Takes what the matrix that has factors answers to forces to what that of the present piece does, to more of them (Woodbury).
+  subroutine answer_as_changed(problem, path, more, answer, done)
     type(friction_problem_t), intent(in) :: problem
     type(path_t), intent(in) :: path
+    real(dp), intent(in) :: more(:)                  !! (2 n_changed) forces across and along the springs that have changed
     real(dp), intent(inout), contiguous :: answer(:) !! (n)
     logical, intent(out) :: done
     real(dp) :: change(2, 2)
@@ -372,7 +373,7 @@ contains
         associate (s => path%changed(k))
           change = change_of_state(problem%spring(s), path%state(s)) - change_of_state(problem%spring(s), path%base_state(s))
           A(2*k - 1:2*k, :) = matmul(change, path%influence(2*k - 1:2*k, :2*m))
-          force(2*k - 1:2*k, 1) = matmul(change, rates_of(problem, s, answer))
+          force(2*k - 1:2*k, 1) = more(2*k - 1:2*k) - matmul(change, rates_of(problem, s, answer))
         end associate
       end do
       do k = 1, 2*m
@@ -380,7 +381,7 @@ contains
       end do
       call dgesv(2*m, 1, A, 2*m, pivot, force, 2*m, info)
       done = info == 0
-      answer = answer - matmul(path%answer(:, :2*m), force(:, 1))
+      answer = answer + matmul(path%answer(:, :2*m), force(:, 1))
     end associate
   end subroutine answer_as_changed
 
