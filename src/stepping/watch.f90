@@ -27,8 +27,8 @@ module scree_watch
   !> Stress over stiffness that ends a run with small strain: what its law neglects of a strain is then half of it, energy is made
   !> and lost by as much, and blocks are driven through each other.
   real(dp), parameter :: nonsense_stress = 1.0_dp
-  !> Energy that comes from nothing, over all that the scene has to give.
-  real(dp), parameter :: suspicious_gain = 0.1_dp, nonsense_gain = 10.0_dp
+  !> Energy that has come from nothing after any one step, over all that the scene has to give.
+  real(dp), parameter :: suspicious_gain = 0.01_dp, nonsense_gain = 10.0_dp
   !> Strain, squared over two, whose energy in all blocks is too little to ask where it is from.
   real(dp), parameter :: faint_strain = 1e-10_dp
 
@@ -39,6 +39,7 @@ module scree_watch
     real(dp) :: height = 0.0_dp          !! energy of the whole weights when it looked last, likewise
     real(dp) :: given = 0.0_dp           !! by weights since the start, as much of them as acted, likewise
     real(dp) :: fallen = 0.0_dp          !! the most of that, likewise
+    real(dp) :: least = 0.0_dp           !! energy above what there was and was given, at least so far: what was lost, below 0
     logical :: area_warned = .false., energy_warned = .false., impact_warned = .false.
     logical, allocatable :: soft(:)      !! (n_elements) warned of that Green strain lost its stiffness
   end type watch_t
@@ -223,10 +224,11 @@ contains
       end do
     end subroutine watch_stiffness
 
-    !> Compares the energy with that at the start and what loads, ground and supports have given since.
+    !> Compares the energy, and what friction and the like have taken, with the least that it has been above that at the start and
+    !> what weights, loads, ground and supports have given since.
     subroutine watch_energy()
       type(trouble_t) :: trouble
-      real(dp) :: gain, height, own, most
+      real(dp) :: above, gain, height, own, most
       integer :: e
 
       height = energy_of_weights(model, cache)
@@ -235,7 +237,9 @@ contains
       watch%fallen = max(watch%fallen, watch%given)
       watch%energy = watch%energy + work
       watch%scale = watch%scale + abs(work)
-      gain = (energy_of(model, cache, state) - watch%given - watch%energy)/(watch%scale + watch%fallen)
+      above = energy_of(model, cache, state) - watch%given - watch%energy
+      watch%least = min(watch%least, above)
+      gain = (above - watch%least)/(watch%scale + watch%fallen)
       if (.not. gain > merge(nonsense_gain, suspicious_gain, watch%energy_warned)) return
       most = -1.0_dp
       do e = 1, model%n_elements
@@ -267,7 +271,7 @@ contains
 
   end subroutine watch_step
 
-  !> Energy but for that of the weights. Masses are those of the start, as are the weights: a mass that follows the area would bring
+  !> Energy but for that of the weights, and what friction, damping, bolts and sleep have taken of it. Masses are those of the start, as are the weights: a mass that follows the area would bring
   !> energy of its own, the more the farther the scene is from y = 0.
   pure real(dp) function energy_of(model, cache, state) result(energy)
     type(model_t), intent(in) :: model
@@ -276,7 +280,8 @@ contains
     integer :: e, k
 
     energy = state%books%strain + state%books%fixed_springs + state%books%contact_springs &
-             + state%books%sleeping_springs + state%books%bolts + state%books%held
+             + state%books%sleeping_springs + state%books%bolts + state%books%held &
+             + state%books%friction + state%books%damping + state%books%yield + state%books%asleep
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       energy = energy + kinetic_energy(cache%element(e)%mass_matrix, &
