@@ -155,6 +155,7 @@ contains
     call archive%part('watch%height', watch%height)
     call archive%part('watch%given', watch%given)
     call archive%part('watch%fallen', watch%fallen)
+    call archive%part('watch%least', watch%least)
     call archive%part('watch%area_warned', watch%area_warned)
     call archive%part('watch%energy_warned', watch%energy_warned)
     call archive%part('watch%impact_warned', watch%impact_warned)

@@ -271,8 +271,9 @@ contains
 
   end subroutine watch_step
 
-  !> Energy but for that of the weights, and what friction, damping, bolts and sleep have taken of it. Masses are those of the start, as are the weights: a mass that follows the area would bring
-  !> energy of its own, the more the farther the scene is from y = 0.
+  !> Energy but for that of the weights, and what friction, damping, bolts and sleep have taken of it. Masses are those of the
+  !> start, as are the weights: a mass that follows the area would bring energy of its own, the more the farther the scene is from
+  !> y = 0.
   pure real(dp) function energy_of(model, cache, state) result(energy)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
