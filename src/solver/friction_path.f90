@@ -343,8 +343,9 @@ contains
         more(2*k - 1:2*k) = gain(problem, path, s, path%state(s)) - gain(problem, path, s, path%base_state(s))
       end associate
     end do
-    path%direction = path%base_direction
-    call answer_as_changed(problem, path, more, path%direction, done)
+    change = path%base_direction
+    call answer_as_changed(problem, path, more, change, done)
+    path%direction = change
     call find_rates(problem, path)
     if (.not. (done .and. path%refines)) return
     call solve_with_factors(solver, left_by_direction(problem, path), change, error)
