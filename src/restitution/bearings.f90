@@ -6,22 +6,25 @@ module scree_bearings
   use scree_contacts, only: entrance_t, state_locked, state_open
   use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
-  use scree_impulses, only: impulse_problem_t, impulses_t, resistance_of, solve_compression, velocity_at
+  use scree_impulse_problem, only: impulse_problem_t, impulses_t, resistance_of, velocity_at
+  use scree_impulses, only: solve_compression
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_rigid_bodies, only: add_motion, find_bodies, held_blocks, modes_of, motion_of, rigid_bodies_t
+  use scree_rigid_bodies, only: add_motion, find_bodies, held_bodies, modes_of, motion_of, rigid_bodies_t
+  use scree_sets, only: root_of, unite
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: across_contact, any_closes, bearing_t, blow_t, blow_of_step, deformation_of, find_approaches, find_impulses, &
-            find_islands, find_strokes, force_of, holds, list_bearings, pair_of, set_least, set_up_problem, taking_part
+  public :: across_contact, any_closes, bearing_t, blow_t, blow_of_step, bonded_bodies, deformation_of, find_approaches, &
+            find_impulses, find_islands, find_strokes, force_of, list_bearings, pair_of, set_least, set_up_problem, &
+            taking_part
 
   !> A contact that bears at the beginning of the step or at its end.
   type :: bearing_t
     integer :: contact = 0                   !! of the try
     integer :: vertex = 0
-    integer :: block(2) = 0                  !! of vertex and edge
+    integer :: block(2) = 0                  !! that stand for the bodies of vertex and edge
     integer :: island = 0                    !! of contacts with bodies in common that are free to move; 0: no impact there
     real(dp) :: force(2) = 0.0_dp            !! across and along, at the end
     real(dp) :: before(2) = 0.0_dp           !! at the beginning
@@ -70,10 +73,12 @@ contains
     real(dp), intent(in) :: d(:)                 !! (n_unknowns) of the step
     type(contact_try_t), intent(in) :: try       !! as the step has left it
     type(bearing_t), allocatable :: bearing(:)
+    integer :: part_of(model%n_blocks)
 
     if (.not. any_closes(try)) return
-    call list_bearings(model, d, try, bearing)
-    call find_approaches(model, cache, state, rule, d, try, bearing)
+    part_of = bonded_bodies(model, try)
+    call list_bearings(model, part_of, d, try, bearing)
+    call find_approaches(model, cache, state, part_of, rule, d, try, bearing)
     associate (by_chance => bearing%strikes .and. bearing%swing < steps_in_swing*rule%dt)
       if (.not. any(by_chance)) return
       blow = blow_t(sum(bearing%energy, mask=by_chance), minval(bearing%swing, mask=by_chance))
@@ -112,31 +117,49 @@ contains
     end associate
   end function held_from_start
 
-  !> Lists the contacts that bear at the beginning of the step or at its end, with their forces then, and all of blocks with a
-  !> contact that has closed.
-  pure subroutine list_bearings(model, d, try, bearing)
+  !> Of each block the first of those that bonds hold it together with, which stands for their body.
+  pure function bonded_bodies(model, try) result(part_of)
     type(model_t), intent(in) :: model
+    type(contact_try_t), intent(in) :: try
+    integer :: part_of(model%n_blocks), block(2), i
+
+    part_of = [(i, i=1, model%n_blocks)]
+    do i = 1, size(try%contact)
+      if (.not. holds(try%contact(i)%entrance(try%contact(i)%active))) cycle
+      block = blocks_of(model, try, i)
+      call unite(part_of, block(1), block(2))
+    end do
+    part_of = [(root_of(part_of, i), i=1, model%n_blocks)]
+  end function bonded_bodies
+
+  !> Lists the contacts between bodies that bear at the beginning of the step or at its end, with their forces then, and all of
+  !> bodies with a contact that has closed.
+  pure subroutine list_bearings(model, part_of, d, try, bearing)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: part_of(:)            !! (n_blocks) of `bonded_bodies`
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
     type(contact_try_t), intent(in) :: try
     type(bearing_t), allocatable, intent(out) :: bearing(:)
     type(bearing_t) :: all_of_them(size(try%contact))
     logical :: met(model%n_blocks)
-    integer :: i, k
+    integer :: body(2), i, k
 
     met = .false.
     do i = 1, size(try%contact)
-      if (has_closed(try, i)) met(blocks_of(model, try, i)) = .true.
+      if (has_closed(try, i)) met(part_of(blocks_of(model, try, i))) = .true.
     end do
     k = 0
     do i = 1, size(try%contact)
       associate (contact => try%contact(i), law => try%law, entrance => try%contact(i)%entrance(try%contact(i)%active), &
                  start => try%start(try%contact(i)%active, i))
-        if (entrance%state == state_open .and. .not. start%closed .and. .not. any(met(blocks_of(model, try, i)))) cycle
+        body = part_of(blocks_of(model, try, i))
+        if (body(1) == body(2)) cycle
+        if (entrance%state == state_open .and. .not. start%closed .and. .not. any(met(body))) cycle
         k = k + 1
         associate (own => all_of_them(k))
           own%contact = i
           own%vertex = entrance%vertex
-          own%block = blocks_of(model, try, i)
+          own%block = body
           own%force = force_of(model, try, i, d)
           if (start%closed) then
             own%before(1) = max(0.0_dp, start%multiplier(1) - entrance%stiffness(1)/start%hardening*start%gap)
@@ -144,7 +167,6 @@ contains
                             *(start%share - entrance%anchor)*try%geometry(contact%active, i)%edge_length
             own%before(2) = sign(min(abs(own%before(2)), friction_of(law, entrance)*own%before(1)), own%before(2))
           end if
-          if (entrance%bonded) own%before = own%force ! a bond bears all that comes
         end associate
       end associate
     end do
@@ -187,10 +209,11 @@ contains
 
   !> Finds which contacts close with bodies that come together when the step begins, or are driven together within it, and when in
   !> the step: those that press, and those that would if the bodies did not deform, or within the next moment.
-  pure subroutine find_approaches(model, cache, state, rule, d, try, bearing)
+  pure subroutine find_approaches(model, cache, state, part_of, rule, d, try, bearing)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
+    integer, intent(in) :: part_of(:)            !! (n_blocks) of `bonded_bodies`
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
     type(contact_try_t), intent(in) :: try
@@ -206,14 +229,17 @@ contains
 
     stays = [(held_from_start(try, bearing(i)%contact), i=1, size(bearing))]
     open = pack([(i, i=1, size(bearing))], .not. stays)
-    call set_up_problem(model, cache, state, d, try, bearing(open), bodies, problem)
-    borne = try%block_weight
+    call set_up_problem(model, cache, state, part_of, d, try, bearing(open), bodies, problem)
+    borne = 0.0_dp
+    do i = 1, model%n_blocks
+      borne(part_of(i)) = borne(part_of(i)) + try%block_weight(i)
+    end do
     do i = 1, size(bearing)
       borne(bearing(i)%block) = max(borne(bearing(i)%block), bearing(i)%before(1))
     end do
-    where (held_blocks(model, state)) borne = huge(borne) ! what it bears is no load of a body that moves
+    where (held_bodies(model, state, part_of)) borne = huge(borne) ! what it bears is no load of a body that moves
     motion = motion_of(model, cache, state, bodies, state%velocity)
-    deformation = deformation_of(model, cache, state, d, bearing(open))
+    deformation = deformation_of(model, cache, state, part_of, d, bearing(open))
     do k = 1, size(open)
       associate (own => bearing(open(k)), active => try%contact(bearing(open(k))%contact)%active, &
                  stiffness => try%contact(bearing(open(k))%contact)%entrance(1)%stiffness)
@@ -243,17 +269,18 @@ contains
   end subroutine find_approaches
 
   !> Displacements of a step (n_unknowns) less those that the bodies of contacts make as rigid ones, however far they turn in it.
-  pure function deformation_of(model, cache, state, d, bearing) result(deformation)
+  pure function deformation_of(model, cache, state, part_of, d, bearing) result(deformation)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
+    integer, intent(in) :: part_of(:)            !! (n_blocks) of `bonded_bodies`
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
     type(bearing_t), intent(in) :: bearing(:)
     real(dp) :: deformation(size(d))
     type(rigid_bodies_t) :: bodies
 
     ! Half of the displacements of a turn by a is cos a/2 of the turn by a/2, and its tangent there is the secant of the whole.
-    call find_bodies(model, cache, state, 0.5_dp*moved_by(model, cache, d), taking_part(model, bearing), bodies)
+    call find_bodies(model, cache, state, 0.5_dp*moved_by(model, cache, d), taking_part(part_of, bearing), bodies)
     deformation = 0.0_dp
     call add_motion(model, cache, state, bodies, motion_of(model, cache, state, bodies, d), deformation)
     deformation = d - deformation
@@ -283,25 +310,28 @@ contains
     end do
   end function moved_by
 
-  !> Blocks of contacts (n_blocks).
-  pure function taking_part(model, bearing)
-    type(model_t), intent(in) :: model
+  !> Of the blocks of bodies with contacts the one that stands for the body, 0 for all others (n_blocks).
+  pure function taking_part(part_of, bearing) result(part)
+    integer, intent(in) :: part_of(:)            !! (n_blocks) of `bonded_bodies`
     type(bearing_t), intent(in) :: bearing(:)
-    logical :: taking_part(model%n_blocks)
+    integer :: part(size(part_of))
+    logical :: touches(size(part_of))
     integer :: i
 
-    taking_part = .false.
+    touches = .false.
     do i = 1, size(bearing)
-      taking_part(bearing(i)%block) = .true.
+      touches(bearing(i)%block) = .true.
     end do
+    part = merge(part_of, 0, touches(part_of))
   end function taking_part
 
   !> Finds how hard impacts strike contacts: impulses that end the approach of what closes, where contacts that press come no closer
   !> than they do without it. What loads or a swing press them with in the step is none of an impact.
-  pure subroutine find_strokes(model, cache, state, d, try, bearing)
+  subroutine find_strokes(model, cache, state, part_of, d, try, bearing)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
+    integer, intent(in) :: part_of(:)            !! (n_blocks) of `bonded_bodies`
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
     type(contact_try_t), intent(in) :: try
     type(bearing_t), intent(inout) :: bearing(:)
@@ -310,15 +340,14 @@ contains
     type(impulses_t) :: impulses
     real(dp), allocatable :: motion(:, :)
 
-    call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
+    call set_up_problem(model, cache, state, part_of, d, try, bearing, bodies, problem)
     motion = motion_of(model, cache, state, bodies, state%velocity)
     call set_least(bearing, motion, problem)
     call solve_compression(problem, motion, impulses)
     bearing%struck = impulses%P(1, :)
   end subroutine find_strokes
 
-  !> Sets the least velocity across that compression leaves: none of approach where contacts close, elsewhere what there was. Bonds
-  !> have none at all, as along.
+  !> Sets the least velocity across that compression leaves: none of approach where contacts close, elsewhere what there was.
   pure subroutine set_least(bearing, motion, problem)
     type(bearing_t), intent(in) :: bearing(:)
     real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies)
@@ -330,7 +359,6 @@ contains
       velocity = velocity_at(problem, motion, i)
       problem%least(i) = min(0.0_dp, velocity(1))
       if (bearing(i)%closes) problem%least(i) = 0.0_dp
-      if (problem%glued(i)) problem%least(i) = 0.0_dp
     end do
   end subroutine set_least
 
@@ -457,10 +485,11 @@ contains
   end function pair_of
 
   !> Bodies of contacts, and how these see their motion: with the rows of the end of the step, along which impulses have no torque.
-  pure subroutine set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
+  pure subroutine set_up_problem(model, cache, state, part_of, d, try, bearing, bodies, problem)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
+    integer, intent(in) :: part_of(:)            !! (n_blocks) of `bonded_bodies`
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
     type(contact_try_t), intent(in) :: try
     type(bearing_t), intent(in) :: bearing(:)
@@ -469,16 +498,16 @@ contains
     real(dp) :: modes(n, 3)
     integer :: i, side
 
-    call find_bodies(model, cache, state, moved_by(model, cache, d), taking_part(model, bearing), bodies)
+    call find_bodies(model, cache, state, moved_by(model, cache, d), taking_part(part_of, bearing), bodies)
     allocate (problem%body(2, size(bearing)), problem%row(3, 2, 2, size(bearing)), &
               problem%answer(3, 2, 2, size(bearing)), problem%friction(size(bearing)), &
-              problem%least(size(bearing)), problem%glued(size(bearing)))
+              problem%least(size(bearing)))
+    problem%mobility = bodies%mobility
     problem%least = 0.0_dp
     do i = 1, size(bearing)
       associate (contact => try%contact(bearing(i)%contact), pair => pair_of(try, bearing(i)%contact), &
                  geometry => try%geometry(try%contact(bearing(i)%contact)%active, bearing(i)%contact))
         problem%friction(i) = friction_of(try%law, contact%entrance(contact%active))
-        problem%glued(i) = holds(contact%entrance(contact%active))
         do side = 1, 2
           problem%body(side, i) = bodies%number(model%elements%block(pair(side)))
           modes = modes_of(model, cache, state, bodies, pair(side))

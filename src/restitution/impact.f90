@@ -18,8 +18,8 @@
 !> with p the rates that the impulse adds, v0 and v- those when the step began and before the impact, however far bodies turn in it.
 !> So a step with an impact makes no energy where the step itself makes none (doc/theory.md, section 4).
 module scree_impact
-  use scree_bearings, only: across_contact, any_closes, bearing_t, deformation_of, find_approaches, find_impulses, &
-                            find_islands, find_strokes, force_of, holds, list_bearings, pair_of, set_least, set_up_problem, &
+  use scree_bearings, only: across_contact, any_closes, bearing_t, bonded_bodies, deformation_of, find_approaches, find_impulses, &
+                            find_islands, find_strokes, force_of, list_bearings, pair_of, set_least, set_up_problem, &
                             taking_part, together
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, rows_along
@@ -28,11 +28,12 @@ module scree_impact
   use scree_coulomb_contact, only: friction_of
   use scree_effects, only: mean_share_of_weight
   use scree_element_term, only: step_rule_t
-  use scree_impulses, only: apply, energy_of, impulse_problem_t, impulses_t, restore, solve_compression, velocity_at
+  use scree_impulse_problem, only: apply, impulse_problem_t, impulses_t, takes_no_part, velocity_at
+  use scree_impulses, only: energy_of, restore, solve_compression
   use scree_integrator, only: end_rates
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_rigid_bodies, only: add_motion, find_bodies, held_blocks, modes_of, motion_of, motion_of_holders, rigid_bodies_t, &
+  use scree_rigid_bodies, only: add_motion, find_bodies, held_bodies, modes_of, motion_of, motion_of_holders, rigid_bodies_t, &
                                 take_deformation
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
@@ -43,24 +44,26 @@ module scree_impact
   !> An impact in a step.
   type :: impact_t
     type(bearing_t), allocatable :: bearing(:) !! none without an impact
+    integer, allocatable :: part_of(:)       !! (n_blocks) of `bonded_bodies` before it
     logical, allocatable :: among(:)         !! (n_elements) of bodies that it reaches
     real(dp), allocatable :: push(:)         !! (n_unknowns) added to the velocity when the step begins
     real(dp), allocatable :: change(:)       !! (n_unknowns) added to the velocity at its end
+    integer :: unsolved = 0                  !! a contact of the try whose impulses were not found; 0: none
     real(dp) :: friction = 0.0_dp            !! work that it took, force length per unit thickness
     real(dp) :: work = 0.0_dp                !! of what moves supports, that their bodies go on as they did, likewise
   end type impact_t
 
   !> An impact deforms bodies by at most so many times the depth to which it presses springs; what is more, loads have done.
   real(dp), parameter :: by_bodies = 4.0_dp
-  !> Least velocity across of what has no part in an impact: below all that there are, length/time.
-  real(dp), parameter :: free = -sqrt(huge(1.0_dp))
+
+  integer, parameter :: most_in_turn = 8 !! impacts of an island, one after the other in a step
 
   integer, parameter :: n = element_unknowns
 
 contains
 
   !> Finds the impacts of a step that has settled, and what it has to be made with again.
-  pure subroutine push_apart(model, cache, state, rule, d, try, impact)
+  subroutine push_apart(model, cache, state, rule, d, try, impact)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state           !! at the beginning of the step
@@ -72,12 +75,13 @@ contains
     integer :: i
 
     allocate (impact%bearing(0))
-    call list_bearings(model, d, try, bearing)
-    call find_approaches(model, cache, state, rule, d, try, bearing)
+    impact%part_of = bonded_bodies(model, try)
+    call list_bearings(model, impact%part_of, d, try, bearing)
+    call find_approaches(model, cache, state, impact%part_of, rule, d, try, bearing)
     if (.not. any(bearing%closes)) return
     if (.not. any(bearing%strikes)) return
-    call find_strokes(model, cache, state, d, try, bearing)
-    call find_islands(held_blocks(model, state), bearing)
+    call find_strokes(model, cache, state, impact%part_of, d, try, bearing)
+    call find_islands(held_bodies(model, state, impact%part_of), bearing)
     impact%bearing = pack(bearing, [(any(bearing%strikes .and. bearing%island == bearing(i)%island), i=1, size(bearing))] &
                           .and. bearing%island > 0)
     call find_impulses(rule, impact%bearing)
@@ -95,7 +99,7 @@ contains
   !> Pushes the bodies of an island when the step begins, and out by as much as its impact presses springs and bodies. What closes
   !> then presses only where it would go in, and what it reaches with what it bore and what loads press it with. Where loads alone
   !> bring bodies together it is no impact, and they are left to springs.
-  pure subroutine push_island(model, cache, state, rule, d, bearing, try, impact)
+  subroutine push_island(model, cache, state, rule, d, bearing, try, impact)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
@@ -112,7 +116,7 @@ contains
     real(dp) :: available, deeper, deepest, loss(size(bearing)), lost(2), rest, taken
     integer :: i
 
-    call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
+    call set_up_problem(model, cache, state, impact%part_of, d, try, bearing, bodies, problem)
     velocity = state%velocity
     acceleration = state%acceleration
     call end_rates(rule, d, velocity, acceleration)
@@ -132,6 +136,11 @@ contains
     call bear_until_met(problem, bearing, before)
     call set_least(bearing, before, problem)
     call compress_in_turn(bearing, before, problem, impulses)
+    if (.not. impulses%settled) then
+      impact%unsolved = bearing(1)%contact
+      bearing%island = 0
+      return
+    end if
     call find_energy(problem, bearing, of_step + before, try, impulses, taken, rest, available)
     do i = 1, size(bearing)
       available = available + dot_product(bearing(i)%impulse, velocity_at(problem, by_loads, i))
@@ -141,9 +150,9 @@ contains
       return
     end if
 
-    deformation = deformation_of(model, cache, state, d, bearing)
+    deformation = deformation_of(model, cache, state, impact%part_of, d, bearing)
     deepest = by_bodies*maxval(bearing%depth, mask=bearing%closes)
-    problem%least = merge(0.0_dp, free, bearing%force(1) > 0 .or. problem%glued)
+    problem%least = merge(0.0_dp, takes_no_part, bearing%force(1) > 0)
     do i = 1, size(bearing)
       associate (own => bearing(i))
         if (.not. own%reached) cycle
@@ -157,14 +166,12 @@ contains
     pushed = pushed + impulses%motion
     bearing%impulse(1) = bearing%impulse(1) + impulses%P(1, :) ! what it pushes out belongs to it
     call add_motion(model, cache, state, bodies, pushed, impact%push)
-    do i = 1, size(bodies%block)
-      impact%among(bodies%first(i):bodies%last(i)) = .true.
-    end do
+    impact%among(bodies%element) = .true.
   end subroutine push_island
 
   !> Finds the velocities after the impacts of a step that was made with what they push. Where bodies that others drive take more
   !> than there is, it is no impact.
-  pure subroutine rebound(model, cache, state, rule, d, try, impact, possible)
+  subroutine rebound(model, cache, state, rule, d, try, impact, possible)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state           !! at the beginning of the step
@@ -181,7 +188,7 @@ contains
     call end_rates(rule, d, velocity, acceleration)
     velocity = velocity - impact%push
     impact%change = -impact%push
-    call add_driven(model, cache, state, rule, d, try, impact%bearing)
+    call add_driven(model, cache, state, impact%part_of, rule, d, try, impact%bearing)
     do i = 1, size(impact%bearing)
       associate (own => impact%bearing(i))
         if (own%closes) own%stopped = rule%velocity_weight*rule%dt*force_of(model, try, own%contact, d)
@@ -196,10 +203,11 @@ contains
   end subroutine rebound
 
   !> Adds contacts to the impacts of a step that close only as these drive bodies against others, with all that those bear.
-  pure subroutine add_driven(model, cache, state, rule, d, try, bearing)
+  pure subroutine add_driven(model, cache, state, part_of, rule, d, try, bearing)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
+    integer, intent(in) :: part_of(:)            !! (n_blocks) of `bonded_bodies`
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
     type(contact_try_t), intent(in) :: try       !! of the step that was made with them
@@ -208,22 +216,22 @@ contains
     logical :: held(model%n_blocks), struck(model%n_blocks)
     integer :: i
 
-    call list_bearings(model, d, try, more)
+    call list_bearings(model, part_of, d, try, more)
     more = pack(more, [(.not. any(bearing%contact == more(i)%contact), i=1, size(more))])
-    call find_approaches(model, cache, state, rule, d, try, more)
-    held = held_blocks(model, state)
-    struck = taking_part(model, bearing) .and. .not. held
+    call find_approaches(model, cache, state, part_of, rule, d, try, more)
+    held = held_bodies(model, state, part_of)
+    struck = taking_part(part_of, bearing) > 0 .and. .not. held
     more%closes = more%closes .and. [(any(struck(more(i)%block)), i=1, size(more))]
     more%reached = more%closes
     if (.not. any(more%closes)) return
-    struck = (struck .or. taking_part(model, pack(more, more%closes))) .and. .not. held
+    struck = (struck .or. taking_part(part_of, pack(more, more%closes)) > 0) .and. .not. held
     more = pack(more, [(any(struck(more(i)%block)), i=1, size(more))])
     bearing = [bearing, more]
     call find_islands(held, bearing)
   end subroutine add_driven
 
   !> Finds the velocities after the impacts of one island.
-  pure subroutine rebound_island(model, cache, state, rule, d, velocity, bearing, try, impact, possible)
+  subroutine rebound_island(model, cache, state, rule, d, velocity, bearing, try, impact, possible)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
@@ -241,7 +249,7 @@ contains
     real(dp) :: available, e, rest, taken
     integer :: i
 
-    call set_up_problem(model, cache, state, d, try, bearing, bodies, problem)
+    call set_up_problem(model, cache, state, impact%part_of, d, try, bearing, bodies, problem)
     turn = turn_of_push(model, cache, state, bodies, impact%push)
     of_step = motion_of(model, cache, state, bodies, velocity) + turn
     without = of_step
@@ -263,6 +271,8 @@ contains
     end do
     possible = possible .and. available > 0
     call restore(problem, share_given_back(e, taken, rest, min(available, taken - rest)), impulses)
+    possible = possible .and. impulses%settled
+    if (.not. impulses%settled) impact%unsolved = bearing(1)%contact
     impact%work = impact%work + work_of_holders(problem, bearing, impulses, bodies, &
                                                 motion_of_holders(model, cache, state, bodies, velocity))
     impact%friction = impact%friction + work_of_friction(problem, before, impulses, taken - rest - available)
@@ -319,14 +329,12 @@ contains
     type(state_t), intent(in) :: state
     type(rigid_bodies_t), intent(in) :: bodies   !! where the step has brought them
     real(dp), intent(in) :: push(:)              !! (n_unknowns)
-    real(dp) :: turn(3, size(bodies%block))
+    real(dp) :: turn(3, size(bodies%held))
     type(rigid_bodies_t) :: at_start
-    logical :: takes_part(model%n_blocks)
 
     turn = 0.0_dp
     if (any(bodies%held .or. bodies%rolls .or. bodies%held_by(1, :) > 0)) return
-    takes_part = bodies%number > 0
-    call find_bodies(model, cache, state, 0*push, takes_part, at_start)
+    call find_bodies(model, cache, state, 0*push, bodies%part_of, at_start)
     turn(3, :) = (angular_momentum(bodies, motion_of(model, cache, state, bodies, push)) &
                   - angular_momentum(at_start, motion_of(model, cache, state, at_start, push)))/sum(bodies%mass(3, :))
   end function turn_of_push
@@ -367,19 +375,22 @@ contains
     type(model_t), intent(in) :: model
     type(rigid_bodies_t), intent(in) :: bodies
     type(step_rule_t), intent(in) :: rule
-    real(dp) :: motion(3, size(bodies%block))
+    real(dp) :: motion(3, size(bodies%held))
     integer :: b
 
     motion = 0.0_dp
     if (.not. allocated(model%effects%gravity)) return
-    do b = 1, size(bodies%block)
-      motion(:, b) = -bodies%mobility(:, 2, b)*sum(model%effects%gravity%weight(bodies%first(b):bodies%last(b)))
+    do b = 1, size(bodies%held)
+      associate (element => bodies%element(bodies%first(b):bodies%first(b + 1) - 1))
+        motion(:, b) = -bodies%mobility(:, 2, b)*sum(model%effects%gravity%weight(element))
+      end associate
     end do
     motion = rule%dt*mean_share_of_weight(model, rule)*motion
   end function velocity_by_weight
 
-  !> Compression of an island, one impact after the other: what closes later has no part in it yet.
-  pure subroutine compress_in_turn(bearing, motion, problem, impulses)
+  !> Compression of an island, one impact after the other: what closes later has no part in it yet. Where there are many the last
+  !> are one.
+  subroutine compress_in_turn(bearing, motion, problem, impulses)
     type(bearing_t), intent(in) :: bearing(:)
     real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies) before the first
     type(impulse_problem_t), intent(inout) :: problem
@@ -387,18 +398,20 @@ contains
     type(impulses_t) :: own
     logical :: ahead(size(bearing))
     real(dp) :: at, least(size(bearing))
+    integer :: k
 
     least = problem%least
     allocate (impulses%P(2, size(bearing)), source=0.0_dp)
     impulses%motion = motion
-    ahead = bearing%closes .and. .not. problem%glued ! a bond holds from the first
-    do
+    ahead = bearing%closes
+    do k = 1, most_in_turn
       at = minval(bearing%met_at, mask=ahead) + together
-      ahead = ahead .and. bearing%met_at > at
-      problem%least = merge(free, least, ahead)
+      ahead = ahead .and. bearing%met_at > at .and. k < most_in_turn
+      problem%least = merge(takes_no_part, least, ahead)
       call solve_compression(problem, impulses%motion, own)
       impulses%P = impulses%P + own%P
       impulses%motion = own%motion
+      impulses%settled = impulses%settled .and. own%settled
       if (.not. any(ahead)) exit
     end do
     problem%least = least
@@ -422,15 +435,15 @@ contains
     type(cache_t), intent(in) :: cache
     type(rigid_bodies_t), intent(in) :: bodies
     real(dp), intent(in) :: push(:), change(:)   !! (n_unknowns)
-    integer :: b, e
+    integer :: k
 
     work_on = 0.0_dp
-    do b = 1, size(bodies%block)
-      do e = bodies%first(b), bodies%last(b)
+    do k = 1, size(bodies%element)
+      associate (e => bodies%element(k))
         associate (ids => model%elements%unknown(:, e))
           work_on = work_on + dot_product(push(ids), matmul(cache%element(e)%mass_matrix, change(ids)))
         end associate
-      end do
+      end associate
     end do
   end function work_on
 
@@ -474,7 +487,7 @@ contains
     type(contact_try_t), intent(in) :: try
     type(bearing_t), intent(in) :: bearing(:)
     type(rigid_bodies_t), intent(in) :: bodies
-    real(dp) :: motion(3, size(bodies%block))
+    real(dp) :: motion(3, size(bodies%held))
     real(dp) :: along(2*n), force(2*n)           !! on the unknowns of the pair: of a unit along, times time
     integer :: b, i, pair(2), side
 
@@ -520,7 +533,7 @@ contains
     type(impact_t), intent(inout) :: impact
     type(contact_try_t), intent(inout) :: try
     type(gap_and_slip_t) :: now
-    logical :: meets(size(impact%bearing)), sticks
+    logical :: meets(size(impact%bearing))
     integer :: i
 
     meets = .true.
@@ -530,10 +543,9 @@ contains
         associate (entrance => contact%entrance(contact%active), geometry => try%geometry(contact%active, own%contact))
           now = gap_and_slip(model, try, own%contact, contact%active, d)
           meets(i) = now%gap < own%moment .or. (own%kept > 0 .and. .not. law%restitution > 0) ! plastic ones do not part
-          sticks = holds(entrance) .or. friction_of(law, entrance) > 0
           entrance%state = state_open
           if (.not. meets(i)) cycle
-          entrance%state = merge(state_locked, state_sliding, sticks)
+          entrance%state = merge(state_locked, state_sliding, friction_of(law, entrance) > 0)
           entrance%multiplier = 0.0_dp
           entrance%rest = entrance%rest + now%gap + own%kept/entrance%stiffness(1)
           entrance%anchor = entrance%anchor + now%slip/now%edge_length

@@ -16,99 +16,32 @@
 !> compression, and it takes more in restitution.
 !>
 !> Both phases are projected Gauss-Seidel, each contact brought to its own law in turn (Moreau 1988; Jean 1999), made faster by
-!> conjugate directions (Silcowitz, Niebe & Erleben 2010). It always ends: impulses of its last sweep are feasible, and what an
-!> approach is wrong by then is met again in the next step.
+!> conjugate directions (Silcowitz, Niebe & Erleben 2010). Where these sweeps take too long, as in piles, impulses are those of
+!> stiff springs (`stiff_impulses`). Impulses that neither finds say so (`settled`).
 module scree_impulses
+  use scree_impulse_problem, only: apply, impulse_problem_t, impulses_t, push, resistance_of, velocity_along, velocity_at
   use scree_kinds, only: dp
+  use scree_stiff_impulses, only: press_by_springs
   implicit none
   private
-  public :: apply, energy_of, impulse_problem_t, impulses_t, resistance_of, restore, solve_compression, velocity_at
+  public :: energy_of, restore, solve_compression
 
   !> Share of the fastest approach that velocities may be wrong by.
   real(dp), parameter :: met = 1e-12_dp
+  !> And after few sweeps: in piles what is left is many times that.
+  real(dp), parameter :: nearly_met = 1e-8_dp
+  !> Share of the velocities that cancel in an approach: what is slower is found no better than this would be.
+  real(dp), parameter :: sensed = 1e-3_dp
   !> A body has not moved by what changes velocities by less than this share.
   real(dp), parameter :: unfelt = 1e-2_dp*met
-  !> Sweeps before impulses are taken as they are.
-  integer, parameter :: most_sweeps = 200
-
-  !> Who meets, and how.
-  type :: impulse_problem_t
-    integer, allocatable :: body(:, :)         !! (2, n) of each contact
-    real(dp), allocatable :: row(:, :, :, :)   !! (3, 2, 2, n) of the motion of either body, for velocity across and along
-    real(dp), allocatable :: answer(:, :, :, :) !! (3, 2, 2, n) change of the motion of either body by a unit of impulse
-    real(dp), allocatable :: friction(:)       !! (n)
-    real(dp), allocatable :: least(:)          !! (n) b, velocity across that compression leaves at least, length/time
-    logical, allocatable :: glued(:)           !! (n) a bond holds both ways
-  end type impulse_problem_t
-
-  !> Impulses of the contacts, and the motion of the bodies with them.
-  type :: impulses_t
-    real(dp), allocatable :: P(:, :)           !! (2, n) across and along, force time
-    real(dp), allocatable :: motion(:, :)      !! (3, n_bodies)
-  end type impulses_t
+  !> Share of it that stiff springs may leave: more is no solution.
+  real(dp), parameter :: solved = 1e-3_dp
+  integer, parameter :: most_sweeps = 50
 
 contains
 
-  !> Velocities across and along contact i.
-  pure function velocity_at(problem, motion, i) result(velocity)
-    type(impulse_problem_t), intent(in) :: problem
-    real(dp), intent(in) :: motion(:, :)       !! (3, n_bodies)
-    integer, intent(in) :: i
-    real(dp) :: velocity(2)
-    integer :: k
-
-    do k = 1, 2
-      velocity(k) = along(problem%row(:, :, k, i), motion, problem%body(:, i))
-    end do
-  end function velocity_at
-
-  !> Velocity along the row of two bodies.
-  pure real(dp) function along(row, motion, body)
-    real(dp), intent(in) :: row(3, 2)
-    real(dp), intent(in) :: motion(:, :)       !! (3, n_bodies)
-    integer, intent(in) :: body(2)
-    integer :: side
-
-    along = 0.0_dp
-    do side = 1, 2
-      associate (b => body(side))
-        along = along + row(1, side)*motion(1, b) + row(2, side)*motion(2, b) + row(3, side)*motion(3, b)
-      end associate
-    end do
-  end function along
-
-  !> Changes the motion by an impulse of contact i, across or along.
-  pure subroutine push(problem, i, k, impulse, motion)
-    type(impulse_problem_t), intent(in) :: problem
-    integer, intent(in) :: i, k                !! k: 1 across, 2 along
-    real(dp), intent(in) :: impulse            !! force time
-    real(dp), intent(inout) :: motion(:, :)    !! (3, n_bodies)
-    integer :: side
-
-    do side = 1, 2
-      associate (b => problem%body(side, i))
-        motion(1, b) = motion(1, b) + impulse*problem%answer(1, side, k, i)
-        motion(2, b) = motion(2, b) + impulse*problem%answer(2, side, k, i)
-        motion(3, b) = motion(3, b) + impulse*problem%answer(3, side, k, i)
-      end associate
-    end do
-  end subroutine push
-
-  !> Changes the motion by an impulse of contact i.
-  pure subroutine apply(problem, i, impulse, motion)
-    type(impulse_problem_t), intent(in) :: problem
-    integer, intent(in) :: i
-    real(dp), intent(in) :: impulse(2)         !! across and along, force time
-    real(dp), intent(inout) :: motion(:, :)    !! (3, n_bodies)
-    integer :: k
-
-    do k = 1, 2
-      call push(problem, i, k, impulse(k), motion)
-    end do
-  end subroutine apply
-
   !> Compression: impulses that end every approach.
-  pure subroutine solve_compression(problem, motion, compressed)
+  subroutine solve_compression(problem, motion, compressed)
     type(impulse_problem_t), intent(in) :: problem
     real(dp), intent(in) :: motion(:, :)       !! (3, n_bodies) before the impact
     type(impulses_t), intent(out) :: compressed
@@ -142,7 +75,7 @@ contains
   end subroutine energy_of
 
   !> Restitution: at least the share `s` of the impulses of compression across, once more.
-  pure subroutine restore(problem, s, impulses)
+  subroutine restore(problem, s, impulses)
     type(impulse_problem_t), intent(in) :: problem
     real(dp), intent(in) :: s
     type(impulses_t), intent(inout) :: impulses !! of compression, then of both phases
@@ -160,32 +93,55 @@ contains
     call relax(problem, least, again)
     impulses%P = impulses%P + again%P
     impulses%motion = again%motion
+    impulses%settled = impulses%settled .and. again%settled
   end subroutine restore
 
-  !> Lets all contacts come to their laws by sweeps in conjugate directions. A contact both of whose bodies have not moved since it
-  !> came to its law is left out of a sweep, as most are where an impact is local.
-  pure subroutine relax(problem, floor, impulses)
+  !> Lets all contacts come to their laws: by sweeps, and where few do not do by stiff springs. Where these do not come near either,
+  !> impulses are those of the sweeps.
+  subroutine relax(problem, floor, impulses)
     type(impulse_problem_t), intent(in) :: problem
     real(dp), intent(in) :: floor(:)           !! (n) least impulse across, force time
     type(impulses_t), intent(inout) :: impulses
-    real(dp), dimension(2, size(floor)) :: before, change, direction
-    logical :: moved(size(impulses%motion, 2)), moves(size(impulses%motion, 2)) !! bodies, in the last sweep and in this
-    real(dp) :: resistance(2, size(floor))     !! velocity that a unit of impulse makes
-    real(dp) :: fastest, wrong, length, length_before, share
-    integer :: i, sweep
+    type(impulses_t) :: pressed
+    real(dp) :: fastest, left, resistance(2, size(floor)), velocity(2)
+    integer :: i
 
     if (size(floor) == 0) return
     fastest = 0.0_dp
     do i = 1, size(floor)
       resistance(:, i) = resistance_of(problem, i)
-      associate (velocity => velocity_at(problem, impulses%motion, i))
-        fastest = max(fastest, problem%least(i) - velocity(1), resistance(1, i)*floor(i))
-      end associate
+      velocity = velocity_at(problem, impulses%motion, i)
+      fastest = max(fastest, problem%least(i) - velocity(1), resistance(1, i)*floor(i), &
+                    sensed*sum(abs(problem%row(:, :, 1, i)*impulses%motion(:, problem%body(:, i)))))
     end do
+    call sweep(problem, floor, resistance, fastest, impulses, left)
+    if (left <= nearly_met*fastest) return
+    pressed = impulses
+    call press_by_springs(problem, floor, fastest, pressed, left)
+    impulses%settled = left <= solved*fastest
+    if (.not. impulses%settled) return
+    impulses%P = pressed%P
+    impulses%motion = pressed%motion
+  end subroutine relax
+
+  !> Brings contacts to their laws one after the other, in conjugate directions. A contact both of whose bodies have not moved since
+  !> it came to its law is left out of a sweep, as most are where an impact is local.
+  pure subroutine sweep(problem, floor, resistance, fastest, impulses, wrong)
+    type(impulse_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: floor(:)           !! (n) least impulse across, force time
+    real(dp), intent(in) :: resistance(:, :)   !! (2, n) velocity that a unit of impulse makes
+    real(dp), intent(in) :: fastest            !! approach, length/time
+    type(impulses_t), intent(inout) :: impulses
+    real(dp), intent(out) :: wrong             !! velocity that the last one changed most
+    real(dp), dimension(2, size(floor)) :: before, change, direction
+    logical :: moved(size(impulses%motion, 2)), moves(size(impulses%motion, 2)) !! bodies, in the last sweep and in this
+    real(dp) :: length, length_before, share
+    integer :: i, k
+
     direction = 0.0_dp
     length_before = 0.0_dp
     moves = .true.
-    do sweep = 1, most_sweeps
+    do k = 1, most_sweeps
       before = impulses%P
       moved = moves
       moves = .false.
@@ -201,10 +157,10 @@ contains
       if (wrong <= met*fastest) return
       length = sum(resistance*change**2)
       share = 0.0_dp
-      if (sweep > 1 .and. length < length_before) share = length/length_before
+      if (k > 1 .and. length < length_before) share = length/length_before
       length_before = length
       direction = share*direction
-      if (share > 0 .and. sweep < most_sweeps) then
+      if (share > 0 .and. k < most_sweeps) then
         do i = 1, size(floor)
           if (.not. any(resistance(:, i)*abs(direction(:, i)) > 0)) cycle
           impulses%P(:, i) = impulses%P(:, i) + direction(:, i)
@@ -214,7 +170,7 @@ contains
       end if
       direction = direction + change
     end do
-  end subroutine relax
+  end subroutine sweep
 
   !> Marks the bodies that an impulse of contact i moves.
   pure subroutine mark_moved(problem, i, moves)
@@ -228,16 +184,6 @@ contains
     end do
   end subroutine mark_moved
 
-  !> Velocity across, and along, that a unit of impulse there makes.
-  pure function resistance_of(problem, i) result(resistance)
-    type(impulse_problem_t), intent(in) :: problem
-    integer, intent(in) :: i
-    real(dp) :: resistance(2)
-    integer :: k
-
-    resistance = [(sum(problem%row(:, :, k, i)*problem%answer(:, :, k, i)), k=1, 2)]
-  end function resistance_of
-
   !> Brings contact i to its law: no approach, then friction.
   pure subroutine settle_contact(problem, i, floor, resistance, impulses)
     type(impulse_problem_t), intent(in) :: problem
@@ -248,15 +194,13 @@ contains
 
     associate (body => problem%body(:, i), P => impulses%P(:, i))
       if (resistance(1) > 0) then
-        new = P(1) + (problem%least(i) - along(problem%row(:, :, 1, i), impulses%motion, body))/resistance(1)
-        if (.not. problem%glued(i)) new = max(new, floor)
+        new = max(floor, P(1) + (problem%least(i) - velocity_along(problem%row(:, :, 1, i), impulses%motion, body))/resistance(1))
         call push(problem, i, 1, new - P(1), impulses%motion)
         P(1) = new
       end if
       limit = problem%friction(i)*max(P(1), 0.0_dp)
-      if (problem%glued(i)) limit = huge(limit)
       if (resistance(2) > 0 .and. (limit > 0 .or. abs(P(2)) > 0)) then
-        new = max(-limit, min(limit, P(2) - along(problem%row(:, :, 2, i), impulses%motion, body)/resistance(2)))
+        new = max(-limit, min(limit, P(2) - velocity_along(problem%row(:, :, 2, i), impulses%motion, body)/resistance(2)))
         call push(problem, i, 2, new - P(2), impulses%motion)
         P(2) = new
       end if

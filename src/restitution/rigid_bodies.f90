@@ -10,10 +10,13 @@
 !>
 !>     q = q0 + P (R^T M v - R^T M R q0),   P (R^T M R) P = P,
 !>
-!> and w has what it shears and turns by at once, which no impulse changes. A body of many manifold elements moves as one.
+!> and w has what it shears and turns by at once, which no impulse changes. A body of many manifold elements moves as one, and so do
+!> blocks that bonds hold together: `part_of` tells of each block which stands for its body, the first of
+!> those.
 module scree_rigid_bodies
   use scree_effects, only: supports_move
   use scree_fixed_point, only: is_roller
+  use scree_grouping, only: sort_into
   use scree_interpolation, only: displacement_matrix, rigid_modes
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -21,13 +24,14 @@ module scree_rigid_bodies
   use scree_system, only: element_unknowns, fixed_point
   implicit none
   private
-  public :: add_motion, find_bodies, held_blocks, modes_of, motion_of, motion_of_holders, rigid_bodies_t, take_deformation
+  public :: add_motion, find_bodies, held_bodies, modes_of, motion_of, motion_of_holders, rigid_bodies_t, take_deformation
 
   !> Bodies in the configuration that contacts of a step act in.
   type :: rigid_bodies_t
-    integer, allocatable :: block(:)            !! (n)
-    integer, allocatable :: number(:)           !! (n_blocks) of the body that a block is, 0: none
-    integer, allocatable :: first(:), last(:)   !! (n) elements of the body
+    integer, allocatable :: part_of(:)          !! (n_blocks) the block that stands for the body; 0: it takes no part
+    integer, allocatable :: number(:)           !! (n_blocks) of the body that a block is part of, 0: none
+    integer, allocatable :: first(:)            !! (n + 1) body b has element(first(b):first(b+1)-1)
+    integer, allocatable :: element(:)
     integer, allocatable :: held_by(:, :)       !! (2, n) fixed points in different places, 0: none
     logical, allocatable :: rolls(:)            !! (n) on lines of &support
     logical, allocatable :: held(:)             !! (n) it has no motion of its own
@@ -49,62 +53,67 @@ contains
   !>
   !> A body with a fixed point turns about it, and one with two of them does not move, whether they are exact or springs. One on
   !> supports has the motions that these leave it.
-  pure subroutine find_bodies(model, cache, state, moved, takes_part, bodies)
+  pure subroutine find_bodies(model, cache, state, moved, part_of, bodies)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state        !! at the beginning of the step
     real(dp), intent(in) :: moved(:)          !! (n_unknowns) displacement to where contacts act
-    logical, intent(in) :: takes_part(:)      !! (n_blocks)
+    integer, intent(in) :: part_of(:)         !! (n_blocks) the block that stands for the body; 0: it takes no part
     type(rigid_bodies_t), intent(out) :: bodies
-    integer :: b, e, n
+    integer :: b, i, k, n
 
-    bodies%block = pack([(b, b=1, model%n_blocks)], takes_part)
-    n = size(bodies%block)
+    bodies%part_of = part_of
     bodies%moved = moved
-    allocate (bodies%number(model%n_blocks), source=0)
-    bodies%number(bodies%block) = [(b, b=1, n)]
-    allocate (bodies%first(n), bodies%last(n), source=0)
-    allocate (bodies%centre(2, n), bodies%mass(3, n), bodies%mobility(3, 3, n), source=0.0_dp)
-    do e = 1, model%n_elements
-      b = bodies%number(model%elements%block(e))
-      if (b == 0) cycle
-      if (bodies%first(b) == 0) bodies%first(b) = e
-      bodies%last(b) = e
-      associate (own => cache%element(e), d => moved(model%elements%unknown(:, e)))
-        bodies%mass(1:2, b) = bodies%mass(1:2, b) + own%mass
-        bodies%centre(:, b) = bodies%centre(:, b) + own%mass*(own%kinematics%centroid + matmul(own%kinematics%at_centroid, d))
-      end associate
+    allocate (bodies%number(size(part_of)), source=0)
+    n = 0
+    do i = 1, size(part_of)
+      if (part_of(i) == i) then
+        n = n + 1
+        bodies%number(i) = n
+      else if (part_of(i) > 0) then
+        bodies%number(i) = bodies%number(part_of(i))
+      end if
     end do
+    call sort_into(bodies%number(model%elements%block), n, bodies%first, bodies%element)
+    allocate (bodies%centre(2, n), bodies%mass(3, n), bodies%mobility(3, 3, n), source=0.0_dp)
     do b = 1, n
-      bodies%centre(:, b) = bodies%centre(:, b)/bodies%mass(1, b)
-      do e = bodies%first(b), bodies%last(b)
-        associate (turn => modes_of(model, cache, state, bodies, e))
-          bodies%mass(3, b) = bodies%mass(3, b) + dot_product(turn(:, 3), matmul(cache%element(e)%mass_matrix, turn(:, 3)))
+      do k = bodies%first(b), bodies%first(b + 1) - 1
+        associate (own => cache%element(bodies%element(k)), d => moved(model%elements%unknown(:, bodies%element(k))))
+          bodies%mass(1:2, b) = bodies%mass(1:2, b) + own%mass
+          bodies%centre(:, b) = bodies%centre(:, b) + own%mass*(own%kinematics%centroid + matmul(own%kinematics%at_centroid, d))
         end associate
       end do
-      bodies%mobility(1, 1, b) = 1/bodies%mass(1, b)
-      bodies%mobility(2, 2, b) = 1/bodies%mass(2, b)
-      bodies%mobility(3, 3, b) = 1/bodies%mass(3, b)
+      bodies%centre(:, b) = bodies%centre(:, b)/bodies%mass(1, b)
+      do k = bodies%first(b), bodies%first(b + 1) - 1
+        associate (turn => modes_of(model, cache, state, bodies, bodies%element(k)))
+          bodies%mass(3, b) = bodies%mass(3, b) + &
+                              dot_product(turn(:, 3), matmul(cache%element(bodies%element(k))%mass_matrix, turn(:, 3)))
+        end associate
+      end do
+      do k = 1, 3
+        bodies%mobility(k, k, b) = 1/bodies%mass(k, b)
+      end do
     end do
     call hold(model, cache, state, bodies)
   end subroutine find_bodies
 
-  !> Blocks that fixed points in two places, or supports, leave no motion.
-  pure function held_blocks(model, state) result(held)
+  !> Blocks of bodies that fixed points in two places, or supports, leave no motion.
+  pure function held_bodies(model, state, part_of) result(held)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    logical :: held(model%n_blocks), rolls(model%n_blocks)
+    integer, intent(in) :: part_of(:)         !! (n_blocks) the block that stands for the body
+    logical :: held(size(part_of)), rolls(size(part_of))
     integer, allocatable :: support(:)
     real(dp), allocatable :: position(:, :)
     real(dp) :: mobility(3, 3), motion(3), size_of_it
-    integer :: b, by(2, model%n_blocks), left
+    integer :: b, by(2, size(part_of)), left
 
-    by = holding_points(model, state)
+    by = holding_points(model, state, part_of)
     held = by(2, :) > 0
-    rolls = rolling_blocks(model)
-    do b = 1, model%n_blocks
+    rolls = rolling_bodies(model, part_of)
+    do b = 1, size(part_of)
       if (held(b) .or. .not. rolls(b)) cycle
-      support = supports_of(model, b)
+      support = supports_of(model, part_of, b)
       position = state%point(:, model%effects%fixed_point%point(support))
       size_of_it = maxval(norm2(position - spread(position(:, 1), 2, size(support)), 1))
       mobility = reshape([1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1/size_of_it**2], [3, 3])
@@ -112,32 +121,38 @@ contains
       call obey(support_rows(model, support, position, position(:, 1)), mobility, motion, left)
       held(b) = left == 0
     end do
-  end function held_blocks
+    do b = 1, size(part_of)
+      if (part_of(b) > 0) held(b) = held(part_of(b))
+    end do
+  end function held_bodies
 
-  !> Blocks on lines of &support.
-  pure function rolling_blocks(model) result(rolls)
+  !> Which blocks stand for bodies on lines of &support.
+  pure function rolling_bodies(model, part_of) result(rolls)
     type(model_t), intent(in) :: model
-    logical :: rolls(model%n_blocks)
+    integer, intent(in) :: part_of(:)         !! (n_blocks)
+    logical :: rolls(size(part_of))
     integer :: i
 
     rolls = .false.
     if (.not. allocated(model%effects%fixed_point)) return
     associate (held => model%effects%fixed_point)
       do i = 1, size(held%point)
-        if (is_roller(held, i)) rolls(model%elements%block(model%points%element(held%point(i)))) = .true.
+        associate (b => part_of(model%elements%block(model%points%element(held%point(i)))))
+          if (b > 0 .and. is_roller(held, i)) rolls(b) = .true.
+        end associate
       end do
     end associate
-  end function rolling_blocks
+  end function rolling_bodies
 
-  !> Fixed points and ends of supports of a block, numbers among those that are held.
-  pure function supports_of(model, b) result(support)
+  !> Fixed points and ends of supports of the body that block `b` stands for, numbers among those that are held.
+  pure function supports_of(model, part_of, b) result(support)
     type(model_t), intent(in) :: model
-    integer, intent(in) :: b                  !! block
+    integer, intent(in) :: part_of(:), b      !! (n_blocks)
     integer, allocatable :: support(:)
     integer :: i
 
     associate (point => model%effects%fixed_point%point)
-      support = pack([(i, i=1, size(point))], model%elements%block(model%points%element(point)) == b)
+      support = pack([(i, i=1, size(point))], part_of(model%elements%block(model%points%element(point))) == b)
     end associate
   end function supports_of
 
@@ -212,16 +227,18 @@ contains
     end do
   end function places_of
 
-  !> Two fixed points of each block in different places; 0 where there are none.
-  pure function holding_points(model, state) result(by)
+  !> Two fixed points of each body in different places, at the block that stands for it; 0 where there are none.
+  pure function holding_points(model, state, part_of) result(by)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    integer :: by(2, model%n_blocks), b, i
+    integer, intent(in) :: part_of(:)         !! (n_blocks)
+    integer :: by(2, size(part_of)), b, i
 
     by = 0
     do i = 1, size(model%points%element)
       if (model%points%kind(i) /= fixed_point) cycle
-      b = model%elements%block(model%points%element(i))
+      b = part_of(model%elements%block(model%points%element(i)))
+      if (b == 0) cycle
       if (by(1, b) == 0) then
         by(1, b) = i
       else if (by(2, b) == 0 .and. norm2(state%point(:, i) - state%point(:, by(1, b))) > 0) then
@@ -237,18 +254,19 @@ contains
     type(state_t), intent(in) :: state
     type(rigid_bodies_t), intent(inout) :: bodies
     real(dp) :: motion(3), turn(3)
-    integer, allocatable :: support(:)
-    integer :: b, by(2, model%n_blocks), k, left
-    logical :: rolls(model%n_blocks)
+    integer, allocatable :: stands(:), support(:)
+    integer :: b, by(2, size(bodies%part_of)), k, left
+    logical :: rolls(size(bodies%part_of))
 
-    by = holding_points(model, state)
-    bodies%held_by = by(:, bodies%block)
-    rolls = rolling_blocks(model)
-    bodies%rolls = rolls(bodies%block)
+    stands = standing_for(bodies)
+    by = holding_points(model, state, bodies%part_of)
+    bodies%held_by = by(:, stands)
+    rolls = rolling_bodies(model, bodies%part_of)
+    bodies%rolls = rolls(stands)
     bodies%held = bodies%held_by(2, :) > 0
-    do b = 1, size(bodies%block)
+    do b = 1, size(bodies%held)
       if (bodies%rolls(b)) then
-        support = supports_of(model, bodies%block(b))
+        support = supports_of(model, bodies%part_of, stands(b))
         motion = 0.0_dp
         call obey(support_rows(model, support, places_of(model, cache, state, bodies, support), bodies%centre(:, b)), &
                   bodies%mobility(:, :, b), motion, left)
@@ -266,6 +284,15 @@ contains
       end if
     end do
   end subroutine hold
+
+  !> The blocks that stand for the bodies.
+  pure function standing_for(bodies) result(block)
+    type(rigid_bodies_t), intent(in) :: bodies
+    integer, allocatable :: block(:)
+    integer :: i
+
+    block = pack(bodies%part_of, bodies%part_of == [(i, i=1, size(bodies%part_of))])
+  end function standing_for
 
   !> What unknowns, or their rates, move a point by.
   pure function moved_point(model, cache, state, i, unknown) result(moved)
@@ -302,14 +329,15 @@ contains
     type(state_t), intent(in) :: state
     type(rigid_bodies_t), intent(in) :: bodies
     real(dp), intent(in) :: rates(:)          !! (n_unknowns)
-    real(dp) :: motion(3, size(bodies%block)), momentum(3)
-    integer :: b, e
+    real(dp) :: motion(3, size(bodies%held)), momentum(3)
+    integer :: b, e, k
 
     motion = motion_of_holders(model, cache, state, bodies, rates)
-    do b = 1, size(bodies%block)
+    do b = 1, size(bodies%held)
       if (bodies%held(b)) cycle
       momentum = 0.0_dp
-      do e = bodies%first(b), bodies%last(b)
+      do k = bodies%first(b), bodies%first(b + 1) - 1
+        e = bodies%element(k)
         momentum = momentum + matmul(matmul(cache%element(e)%mass_matrix, rates(model%elements%unknown(:, e))), &
                                      modes_of(model, cache, state, bodies, e))
       end do
@@ -328,12 +356,12 @@ contains
     type(state_t), intent(in) :: state
     type(rigid_bodies_t), intent(in) :: bodies
     real(dp), intent(in) :: rates(:)          !! (n_unknowns)
-    real(dp) :: motion(3, size(bodies%block))
+    real(dp) :: motion(3, size(bodies%held))
     integer :: b
 
     motion = 0.0_dp
     if (.not. supports_move(model)) return
-    do b = 1, size(bodies%block)
+    do b = 1, size(bodies%held)
       if (bodies%rolls(b)) then
         motion(:, b) = motion_of_supports(model, cache, state, bodies, b, rates)
       else if (bodies%held(b)) then
@@ -377,10 +405,11 @@ contains
     real(dp), intent(in) :: rates(:)          !! (n_unknowns)
     real(dp) :: mobility(3, 3), motion(3), moving(2)
     real(dp), allocatable :: rate(:), row(:, :)
-    integer, allocatable :: support(:)
+    integer, allocatable :: stands(:), support(:)
     integer :: i, left
 
-    support = supports_of(model, bodies%block(b))
+    stands = standing_for(bodies)
+    support = supports_of(model, bodies%part_of, stands(b))
     row = support_rows(model, support, places_of(model, cache, state, bodies, support), bodies%centre(:, b))
     allocate (rate(size(row, 2)))
     do i = 1, size(support)
@@ -402,11 +431,12 @@ contains
     real(dp), intent(in) :: motion(:, :)      !! (3, n)
     real(dp), intent(inout) :: rates(:)       !! (n_unknowns)
     real(dp) :: before(size(rates))
-    integer :: b, e
+    integer :: b, e, k
 
     before = rates
-    do b = 1, size(bodies%block)
-      do e = bodies%first(b), bodies%last(b)
+    do b = 1, size(bodies%held)
+      do k = bodies%first(b), bodies%first(b + 1) - 1
+        e = bodies%element(k)
         associate (ids => model%elements%unknown(:, e))
           rates(ids) = before(ids) + matmul(modes_of(model, cache, state, bodies, e), motion(:, b)) ! elements share covers
         end associate
@@ -427,9 +457,9 @@ contains
     real(dp), intent(inout) :: change(:)      !! (n_unknowns) of the rates
     integer :: b
 
-    do b = 1, size(bodies%block)
-      if (bodies%last(b) > bodies%first(b) .or. bodies%held_by(1, b) > 0 .or. bodies%rolls(b)) cycle
-      associate (e => bodies%first(b), ids => model%elements%unknown(:, bodies%first(b)))
+    do b = 1, size(bodies%held)
+      if (bodies%first(b + 1) > bodies%first(b) + 1 .or. bodies%held_by(1, b) > 0 .or. bodies%rolls(b)) cycle
+      associate (e => bodies%element(bodies%first(b)), ids => model%elements%unknown(:, bodies%element(bodies%first(b))))
         change(ids) = change(ids) - share*(rates(ids) - matmul(modes_of(model, cache, state, bodies, e), motion(:, b)))
       end associate
     end do

@@ -3,14 +3,16 @@ module scree_contact_blame
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_rules, only: gaps_and_slips
   use scree_contact_try, only: states_of
+  use scree_contacts, only: contact_t
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_state, only: state_t
   use scree_step_try, only: cut_by_contacts, reject, try_t
   use scree_text, only: number_text
+  use scree_trouble, only: trouble_t
   implicit none
   private
-  public :: reject_contacts
+  public :: blame_contact, reject_contacts
 
 contains
 
@@ -39,13 +41,21 @@ contains
     call reject(try%outcome, cut_by_contacts, 'contacts did not settle in '//number_text(try%outcome%iterations)// &
                 ' open-close iterations, '//number_text(try%contacts%changes)//' still change', &
                 'another contact.stiffness, contact.viscosity, or a smaller step.least', 0)
-    if (worst == 0) return
-    associate (entrance => try%contacts%contact(worst)%entrance(try%contacts%contact(worst)%active), &
-               outlines => model%outlines, trouble => try%outcome%trouble)
+    if (worst > 0) call blame_contact(model, state, try%contacts%contact(worst), try%outcome%trouble)
+  end subroutine reject_contacts
+
+  !> Tells the place of a trouble by a contact.
+  pure subroutine blame_contact(model, state, contact, trouble)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(contact_t), intent(in) :: contact
+    type(trouble_t), intent(inout) :: trouble
+
+    associate (entrance => contact%entrance(contact%active), outlines => model%outlines)
       trouble%element = outlines%element(entrance%vertex)
       trouble%against = outlines%element(entrance%edge)
       trouble%position = state%vertex(:, outlines%start(entrance%vertex))
     end associate
-  end subroutine reject_contacts
+  end subroutine blame_contact
 
 end module scree_contact_blame

@@ -4,6 +4,7 @@ module scree_time_stepper
   use scree_constraints, only: constraints_t, complete_unknowns
   use scree_contact_acceptance, only: accept_contacts, accept_no_contact
   use scree_contact_beginning, only: begin_again, begin_contacts
+  use scree_contact_blame, only: blame_contact
   use scree_contact_detection, only: find_contacts
   use scree_contact_forces, only: work_of_contacts
   use scree_contact_rules, only: goes_on_after_cut, settles_as_one, steps_decide_impacts
@@ -34,7 +35,7 @@ module scree_time_stepper
   use scree_step_try, only: begin_outcome, outcome_t, remedy_shorter, remedy_stiffer, remedy_wider, try_t
   use scree_text, only: rounded_text
   use scree_timers, only: begin_phase, phase_check, phase_restitution, phase_search, phase_update
-  use scree_trouble, only: words_of
+  use scree_trouble, only: new_trouble, words_of
   use scree_update, only: update_state
   implicit none
   private
@@ -326,7 +327,10 @@ contains
     again = try
     again%smooth = .false.
     call push_apart(model, cache, state, try%rule, try%d, again%contacts, again%impact)
-    if (size(again%impact%bearing) == 0) return
+    if (size(again%impact%bearing) == 0) then
+      call tell_unsolved(model, state, again, try)
+      return
+    end if
     pushed = state
     pushed%velocity = pushed%velocity + again%impact%push
     call settle_try(model, cache, pushed, again)
@@ -351,7 +355,21 @@ contains
       try%outcome%judged = again%outcome%judged
       if (allocated(try%green)) call take_choice(model, try%green, cache)
     end if
+    call tell_unsolved(model, state, again, try)
   end subroutine make_impact
+
+  !> Tells of an impact that is left to springs as its impulses were not found.
+  subroutine tell_unsolved(model, state, again, try)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(try_t), intent(in) :: again             !! the try with the impact
+    type(try_t), intent(inout) :: try
+
+    if (again%impact%unsolved == 0) return
+    try%outcome%impact = new_trouble('bodies jam, and impulses that part them were not found', &
+                                     'a smaller step.size, or less friction')
+    call blame_contact(model, state, again%contacts%contact(again%impact%unsolved), try%outcome%impact)
+  end subroutine tell_unsolved
 
   !> Makes the next try shorter, where that is what the rejected one asks for.
   !>
