@@ -7,7 +7,7 @@ module scree_simulation
   use scree_carry_over, only: carry_over, take_homes
   use scree_check_scene, only: warn_of_model
   use scree_critical_step, only: find_largest_step
-  use scree_effects, only: refresh_elements
+  use scree_effects, only: refresh_elements, steady_from
   use scree_equilibrium, only: is_balanced, words_of_balance
   use scree_errors, only: error_t, fail, status_signal
   use scree_initial_overlaps, only: refuse_overlaps
@@ -188,18 +188,31 @@ contains
       if (.not. allocated(run%summary)) return
       if (.not. allocated(run%summary%balance)) return
       associate (balance => run%summary%balance)
-        if (is_balanced(run%model%settings, balance)) return
+        if (is_at_rest(run)) return
         status = unsettled
         if (balance%moves) status = moving
         status = status//': '
         if (run%n_stages > 1) status = status//words_of_stage(run)//': '
-        status = status//words_of_balance(balance)
+        if (is_balanced(run%model%settings, balance)) then
+          status = status//'loads or supports change until time '//rounded_text(run%state%stage%begins + steady_from(run%model))// &
+                   ', after the last step; try more steps (step.end_time, step.count, n5)'
+        else
+          status = status//words_of_balance(balance)
+        end if
       end associate
       return
     end if
     status = 'stopped: '//error%message
     if (error%status > status_signal) status = 'interrupted'
   end function status_of
+
+  !> Whether a static run, or a stage of one, has ended in equilibrium: with all its loads, where it asks for that.
+  pure logical function is_at_rest(run)
+    type(run_t), intent(in) :: run
+
+    is_at_rest = is_balanced(run%model%settings, run%summary%balance)
+    if (run%model%settings%balance > 0) is_at_rest = is_at_rest .and. run%state%time >= steady_from(run%model)
+  end function is_at_rest
 
   !> The stage in words.
   pure function words_of_stage(run) result(words)
@@ -348,7 +361,7 @@ contains
 
     verdict = 'complete'
     if (.not. allocated(run%summary%balance)) return
-    if (.not. is_balanced(run%model%settings, run%summary%balance)) verdict = unsettled
+    if (.not. is_at_rest(run)) verdict = unsettled
   end function verdict_of
 
   !> The time loop. A run that fails or is stopped ends with a frame of its last step.

@@ -46,6 +46,16 @@ def test_a_block_that_slides_is_said_to(tmp_path):
     assert "balance: not in equilibrium: block 2 at (" in lines and "ended: not in equilibrium at time 0.8 of 0.8" in lines
 
 
+@pytest.mark.parametrize("stage", ["", "&stage name='later' /\n"])
+def test_a_run_whose_steps_end_before_its_loads_have_grown_is_not_complete(stage, tmp_path):
+    """It was, with half the weight on, and a stage after it was left out."""
+    said, warned, r = summary(tmp_path, *decks(tmp_path, steps=50, groups=f"&step balance=1e-3 /\n&gravity ramp=2 /\n{stage}"))
+    assert said["status"].startswith("not in equilibrium") and "change until time 2, after the last step" in said["status"]
+    assert r.history.time[-1] == pytest.approx(1) and "step.end_time" in warned
+    said, _, _ = summary(tmp_path, *decks(tmp_path, steps=200, groups=f"&step balance=1e-3 /\n&gravity ramp=2 /\n{stage}"))
+    assert said["status"] == "complete"
+
+
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("groups", ["", "&method strain='green' /", "&method model='nmm' /\n&cover edge={0!r} /",
                                     "&method preset='shi' /", "&contact method='augmented' /"])
