@@ -6,6 +6,7 @@ module scree_contact_acceptance
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_law_t, contact_memory_t, contact_t, state_locked, state_open, state_sliding
   use scree_joint_closure, only: closing_energy
+  use scree_joint_stiffness, only: is_hard
   use scree_kinds, only: dp
   use scree_model, only: model_t
   implicit none
@@ -140,11 +141,11 @@ contains
       contact%force = [sum(force%across), force%along]
       contact%entrance(k)%pressing = max(0.0_dp, contact%force(1))
       slip = now(k)%slip
-      if (law%penetration < huge(1.0_dp)) contact%entrance(k)%multiplier = held
+      if (is_hard(law, contact)) contact%entrance(k)%multiplier = held
       if (contact%entrance(k)%state == state_sliding) &
         call remember_slide(law, force, now(k), holds, contact%entrance(k), slip, closed%work)
       call remember_overlap(law, contact, now, closed%gap, strained)
-      if (law%penetration < huge(1.0_dp)) contact%entrance(k)%multiplier = held + contact%entrance(k)%stiffness*[strained, slip]
+      if (is_hard(law, contact)) contact%entrance(k)%multiplier = held + contact%entrance(k)%stiffness*[strained, slip]
     end associate
     contact%pressed = max(0.0_dp, -closed%gap)
     closed%energy = 0.5_dp*dot_product(contact%entrance(contact%active)%stiffness, [strained, slip]**2)

@@ -8,7 +8,7 @@ module scree_joint_stiffness
   use scree_kinds, only: dp
   implicit none
   private
-  public :: bonded_length, measure_contact, stiffen_contact
+  public :: bonded_length, is_hard, measure_contact, stiffen_contact
 
   !> Of an edge: a vertex so near to its end is at it, and faces the edge beyond, too.
   real(dp), parameter :: at_end = 1e-3_dp
@@ -51,6 +51,19 @@ contains
       contact%entrance(k)%stiffness = stiffness
     end do
   end subroutine stiffen_contact
+
+  !> Whether multipliers hold a contact: none of its joints has a stiffness of its own, and is to give way as that has it.
+  pure logical function is_hard(law, contact)
+    type(contact_law_t), intent(in) :: law
+    type(contact_t), intent(in) :: contact
+    integer :: k
+
+    is_hard = law%penetration < huge(law%penetration)
+    if (.not. (is_hard .and. allocated(law%joint_stiffness))) return
+    do k = 1, contact%n_entrances
+      if (law%joint_stiffness(1, contact%entrance(k)%joint) > 0) is_hard = .false.
+    end do
+  end function is_hard
 
   !> Gives the entrances of a contact whose friction follows their stress the length that they stand for. Bonds keep theirs.
   pure subroutine measure_contact(outlines, position, law, contact)

@@ -12,6 +12,7 @@ module scree_open_close
   use scree_contact_try, only: contact_try_t, count_states, row_across
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: act_on, bond, friction_of
+  use scree_joint_stiffness, only: is_hard
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_system, only: element_unknowns
@@ -191,7 +192,7 @@ contains
     if (try%law%penetration >= huge(try%law%penetration)) return
     do i = try%first, try%last
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
-        if (entrance%state == state_open) cycle
+        if (entrance%state == state_open .or. .not. is_hard(try%law, try%contact(i))) cycle
         now = gaps_and_slips(model, try, i, d)
         call press(try, i, now, force)
         held(:, i) = force_to_hold(try, i, now, force)
@@ -206,7 +207,7 @@ contains
     if (enough) return
     do i = try%first, try%last
       associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
-        if (entrance%state /= state_open) entrance%multiplier = held(:, i)
+        if (entrance%state /= state_open .and. is_hard(try%law, try%contact(i))) entrance%multiplier = held(:, i)
       end associate
     end do
     if (left > shrinking*try%left) call harden(try)
@@ -244,6 +245,7 @@ contains
     integer :: i, k
 
     do i = try%first, try%last
+      if (.not. is_hard(try%law, try%contact(i))) cycle
       do k = 1, 2
         try%start(k, i)%hardening = harder*try%start(k, i)%hardening
         try%contact(i)%entrance(k)%stiffness = harder*try%contact(i)%entrance(k)%stiffness
