@@ -8,7 +8,7 @@
 !> moment and three forces of strain over its size, of manifold elements two forces of each cover. What is out of balance is the sum
 !> of their magnitudes, two by two: the resultant of a rigid body that accelerates, whatever the mesh, and more where it bends. Its
 !> share is of what acts on the body, its weight and its loads; where it has none, of what acts on the scene; where nothing does, of
-!> the elastic forces and contacts that balance on all bodies. A body that falls freely has a share of 1, one that slides down a
+!> the elastic forces and contacts that balance on all bodies, and of those of a strain that is nothing. A body that falls freely has a share of 1, one that slides down a
 !> plane sin a - cos a tan phi.
 !>
 !> A run that is to end in equilibrium chooses its steps. What holds a body takes up what is out of balance: if that went from r0 to
@@ -45,6 +45,8 @@ module scree_equilibrium
   !> Share out of balance that is called equilibrium where a scene asks for none.
   real(dp), parameter :: usual = 1e-3_dp
 
+  !> Strain that is nothing.
+  real(dp), parameter :: no_strain = 1e-12_dp
   !> Most that a step may be larger than the one before, and the least share of it.
   real(dp), parameter :: most_growth = 3.0_dp, least_growth = 0.1_dp
   !> Of its size, what a body that nothing holds may move by in a step.
@@ -249,12 +251,13 @@ contains
     type(state_t), intent(in) :: state
     real(dp), intent(out) :: left(:), acts(:)      !! (n_blocks) force per unit thickness
     logical :: counted(model%n_unknowns), held(model%n_elements)
-    real(dp) :: balancing
+    real(dp) :: balancing, stiffness
     integer :: e, group, i, k
 
     left = 0.0_dp
     acts = 0.0_dp
     balancing = 0.0_dp
+    stiffness = 0.0_dp
     counted = .false.
     held = .false.
     do group = 1, cache%equations%n_groups
@@ -263,6 +266,7 @@ contains
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       associate (ids => cache%equations%unknown(:, e), span => cache%equations%span, b => model%elements%block(e))
+        stiffness = stiffness + cache%element(e)%elasticity(1, 1)*sqrt(cache%element(e)%kinematics%area)
         acts(b) = acts(b) + load_on_element(model, cache%element(e), state, e, rule_at(state))
         if (held(e)) cycle
         do i = 1, size(ids), 2 ! unknowns come in twos, those of a cover together
@@ -273,7 +277,7 @@ contains
         end do
       end associate
     end do
-    if (.not. any(acts > 0)) acts = balancing
+    if (.not. any(acts > 0)) acts = balancing + no_strain*stiffness
     where (.not. acts > 0) acts = sum(acts)
   end subroutine forces_of_bodies
 
