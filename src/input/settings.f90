@@ -315,8 +315,8 @@ contains
                              default='those of the deck'), s%joint_c)
     call row%reals(setting_t('joints', 'tensile_strength', 'likewise the tensile strength', 'force/length^2', 0.0_dp, &
                              default='those of the deck'), s%joint_t)
-    call row%reals(setting_t('joints', 'kn', 'stiffness across a joint, one number for each joint material, which multipliers '// &
-                             'leave it; 0: that of contact', 'force/length^3', 0.0_dp), s%joint_kn)
+    call row%reals(setting_t('joints', 'kn', 'stiffness across a joint, with multipliers too, one for each '// &
+                             'material; 0: that of contact', 'force/length^3', 0.0_dp), s%joint_kn)
     call row%reals(setting_t('joints', 'ks', 'likewise along a joint; without it kn over contact.shear_ratio', &
                              'force/length^3', 0.0_dp), s%joint_ks)
     call row%reals(setting_t('joints', 'residual_phi', 'friction angle that sliding leaves, one for each material', 'degree', &

@@ -8,8 +8,8 @@
 !> moment and three forces of strain over its size, of manifold elements two forces of each cover. What is out of balance is the sum
 !> of their magnitudes, two by two: the resultant of a rigid body that accelerates, whatever the mesh, and more where it bends. Its
 !> share is of what acts on the body, its weight and its loads; where it has none, of what acts on the scene; where nothing does, of
-!> the elastic forces and contacts that balance on all bodies, and of those of a strain that is nothing. A body that falls freely has a share of 1, one that slides down a
-!> plane sin a - cos a tan phi.
+!> the elastic forces and contacts that balance on all bodies, and of those of a strain that is nothing. A body that falls freely
+!> has a share of 1, one that slides down a plane sin a - cos a tan phi.
 !>
 !> A run that is to end in equilibrium chooses its steps. What holds a body takes up what is out of balance: if that went from r0 to
 !> r1 while the body moved by w (root mean square), it goes on by w r1/(r0 - r1) until it is nothing, were forces linear, in steps
