@@ -14,6 +14,7 @@ module scree_joint_stiffness
   real(dp), parameter :: at_end = 1e-3_dp
   !> Of the shorter edge: a corner that meets an edge beside its end, or another corner, stands for so much.
   real(dp), parameter :: least = 0.05_dp
+  real(dp), parameter :: the_same = 1e-9_dp !! stiffness, to a share of it
   !> How fast an edge of a corner counts less as it turns from facing the contact's edge, while the other faces it better.
   integer, parameter :: turned_away = 8
 
@@ -52,17 +53,14 @@ contains
     end do
   end subroutine stiffen_contact
 
-  !> Whether multipliers hold a contact: none of its joints has a stiffness of its own, and is to give way as that has it.
-  pure logical function is_hard(law, contact)
+  !> Whether multipliers hold a contact: it has the stiffness of contact, not of a joint with its own, which is to give way by that.
+  pure logical function is_hard(law, stiffness)
     type(contact_law_t), intent(in) :: law
-    type(contact_t), intent(in) :: contact
-    integer :: k
+    real(dp), intent(in) :: stiffness          !! across it, before it was made harder in the step; force/length
 
     is_hard = law%penetration < huge(law%penetration)
-    if (.not. (is_hard .and. allocated(law%joint_stiffness))) return
-    do k = 1, contact%n_entrances
-      if (law%joint_stiffness(1, contact%entrance(k)%joint) > 0) is_hard = .false.
-    end do
+    if (is_hard .and. allocated(law%joint_stiffness)) &
+      is_hard = abs(stiffness - law%normal_stiffness) <= the_same*law%normal_stiffness
   end function is_hard
 
   !> Gives the entrances of a contact whose friction follows their stress the length that they stand for. Bonds keep theirs.

@@ -192,7 +192,7 @@ contains
     if (try%law%penetration >= huge(try%law%penetration)) return
     do i = try%first, try%last
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
-        if (entrance%state == state_open .or. .not. is_hard(try%law, try%contact(i))) cycle
+        if (entrance%state == state_open .or. .not. is_held(try, i)) cycle
         now = gaps_and_slips(model, try, i, d)
         call press(try, i, now, force)
         held(:, i) = force_to_hold(try, i, now, force)
@@ -207,12 +207,20 @@ contains
     if (enough) return
     do i = try%first, try%last
       associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
-        if (entrance%state /= state_open .and. is_hard(try%law, try%contact(i))) entrance%multiplier = held(:, i)
+        if (entrance%state /= state_open .and. is_held(try, i)) entrance%multiplier = held(:, i)
       end associate
     end do
     if (left > shrinking*try%left) call harden(try)
     try%left = left
   end subroutine hold_contacts
+
+  !> Whether multipliers hold contact i.
+  pure logical function is_held(try, i)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+
+    is_held = is_hard(try%law, try%contact(i)%entrance(1)%stiffness(1)/try%start(1, i)%hardening)
+  end function is_held
 
   !> Slip of a closed contact that there would not be between hard bodies: that of a locked one from its anchor; of a sliding one
   !> that was closed, what it went in the step with its friction, which would do work.
@@ -245,7 +253,7 @@ contains
     integer :: i, k
 
     do i = try%first, try%last
-      if (.not. is_hard(try%law, try%contact(i))) cycle
+      if (.not. is_held(try, i)) cycle
       do k = 1, 2
         try%start(k, i)%hardening = harder*try%start(k, i)%hardening
         try%contact(i)%entrance(k)%stiffness = harder*try%contact(i)%entrance(k)%stiffness

@@ -6,6 +6,7 @@ module scree_bearings
   use scree_contacts, only: entrance_t, state_locked, state_open
   use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
+  use scree_grouping, only: sort_into
   use scree_impulse_problem, only: impulse_problem_t, impulses_t, resistance_of, velocity_at
   use scree_impulses, only: solve_compression
   use scree_kinds, only: dp
@@ -58,6 +59,9 @@ module scree_bearings
   !> Impacts within this share of the step of the first of them are one, also where the step ends between them.
   real(dp), parameter, public :: together = 1e-6_dp
 
+  !> Bonds in one place are no farther from each other than this share of the shorter.
+  real(dp), parameter :: of_a_bond = 1e-2_dp
+
   real(dp), parameter :: full_turn = 8*atan(1.0_dp)
   integer, parameter :: n = element_unknowns
 
@@ -76,7 +80,7 @@ contains
     integer :: part_of(model%n_blocks)
 
     if (.not. any_closes(try)) return
-    part_of = bonded_bodies(model, try)
+    part_of = bonded_bodies(model, state, try)
     call list_bearings(model, part_of, d, try, bearing)
     call find_approaches(model, cache, state, part_of, rule, d, try, bearing)
     associate (by_chance => bearing%strikes .and. bearing%swing < steps_in_swing*rule%dt)
@@ -117,20 +121,48 @@ contains
     end associate
   end function held_from_start
 
-  !> Of each block the first of those that bonds hold it together with, which stands for their body.
-  pure function bonded_bodies(model, try) result(part_of)
+  !> Of each block the first of those that bonds hold it together with, which stands for their body. Two blocks that bonds hold in
+  !> one place alone turn about that, and are bodies of their own.
+  pure function bonded_bodies(model, state, try) result(part_of)
     type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state           !! at the beginning of the step
     type(contact_try_t), intent(in) :: try
-    integer :: part_of(model%n_blocks), block(2), i
+    integer :: part_of(model%n_blocks)
+    integer, dimension(size(try%contact)) :: lower, upper
+    integer, allocatable :: bond(:), first(:)
+    integer :: b, i, k
 
     part_of = [(i, i=1, model%n_blocks)]
+    lower = 0
     do i = 1, size(try%contact)
       if (.not. holds(try%contact(i)%entrance(try%contact(i)%active))) cycle
-      block = blocks_of(model, try, i)
-      call unite(part_of, block(1), block(2))
+      lower(i) = minval(blocks_of(model, try, i))
+      upper(i) = maxval(blocks_of(model, try, i))
+    end do
+    call sort_into(lower, model%n_blocks, first, bond)
+    do b = 1, model%n_blocks
+      do i = first(b), first(b + 1) - 1
+        do k = first(b), i - 1
+          if (upper(bond(k)) == upper(bond(i)) .and. are_apart(model, state, try, bond(k), bond(i))) &
+            call unite(part_of, b, upper(bond(i)))
+        end do
+      end do
     end do
     part_of = [(root_of(part_of, i), i=1, model%n_blocks)]
   end function bonded_bodies
+
+  !> Whether two bonds are in different places.
+  pure logical function are_apart(model, state, try, i, j)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i, j                  !! contacts
+
+    associate (a => try%contact(i)%entrance(try%contact(i)%active), b => try%contact(j)%entrance(try%contact(j)%active), &
+               start => model%outlines%start)
+      are_apart = norm2(state%vertex(:, start(a%vertex)) - state%vertex(:, start(b%vertex))) > of_a_bond*min(a%length, b%length)
+    end associate
+  end function are_apart
 
   !> Lists the contacts between bodies that bear at the beginning of the step or at its end, with their forces then, and all of
   !> bodies with a contact that has closed.

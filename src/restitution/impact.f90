@@ -75,7 +75,7 @@ contains
     integer :: i
 
     allocate (impact%bearing(0))
-    impact%part_of = bonded_bodies(model, try)
+    impact%part_of = bonded_bodies(model, state, try)
     call list_bearings(model, impact%part_of, d, try, bearing)
     call find_approaches(model, cache, state, impact%part_of, rule, d, try, bearing)
     if (.not. any(bearing%closes)) return
@@ -388,25 +388,37 @@ contains
     motion = rule%dt*mean_share_of_weight(model, rule)*motion
   end function velocity_by_weight
 
-  !> Compression of an island, one impact after the other: what closes later has no part in it yet. Where there are many the last
-  !> are one.
+  !> Compression of an island, one impact after the other: what closes later has no part in it yet. What closes between
+  !> the same two bodies, or one and what does not move, is one impact, and where there are many the last are.
   subroutine compress_in_turn(bearing, motion, problem, impulses)
     type(bearing_t), intent(in) :: bearing(:)
     real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies) before the first
     type(impulse_problem_t), intent(inout) :: problem
     type(impulses_t), intent(out) :: impulses    !! of all, with the motion after the last
     type(impulses_t) :: own
-    logical :: ahead(size(bearing))
+    logical :: ahead(size(bearing)), now(size(bearing))
+    integer :: pair(2, size(bearing))           ! bodies that meet, the lower first; 0: it does not move
     real(dp) :: at, least(size(bearing))
-    integer :: k
+    integer :: i, k
 
     least = problem%least
     allocate (impulses%P(2, size(bearing)), source=0.0_dp)
     impulses%motion = motion
     ahead = bearing%closes
+    do i = 1, size(bearing)
+      associate (body => problem%body(:, i))
+        pair(:, i) = merge(body, 0, [(any(abs(problem%mobility(:, :, body(k))) > 0), k=1, 2)])
+        pair(:, i) = [minval(pair(:, i)), maxval(pair(:, i))]
+      end associate
+    end do
     do k = 1, most_in_turn
       at = minval(bearing%met_at, mask=ahead) + together
-      ahead = ahead .and. bearing%met_at > at .and. k < most_in_turn
+      now = ahead .and. bearing%met_at <= at
+      do i = 1, size(bearing)
+        if (.not. (now(i) .and. bearing(i)%met_at <= at)) cycle
+        now = now .or. (ahead .and. pair(1, :) == pair(1, i) .and. pair(2, :) == pair(2, i))
+      end do
+      ahead = ahead .and. .not. now .and. k < most_in_turn
       problem%least = merge(takes_no_part, least, ahead)
       call solve_compression(problem, impulses%motion, own)
       impulses%P = impulses%P + own%P

@@ -110,6 +110,43 @@ def test_a_square_that_strikes_two_that_are_bonded_gives_them_two_thirds(gap, tm
     check_books(r)
 
 
+def tilted(angle, corners):
+    return np.array(corners) @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]) + (0, 1.3e-3)
+
+
+@pytest.mark.parametrize("restitution", [0, 1])
+@pytest.mark.parametrize("angle", [2e-5, 2e-4])
+@pytest.mark.parametrize("parts", ["one", "corners", "bonded"])
+def test_a_block_that_lands_nearly_flat_meets_the_floor_at_once(parts, angle, restitution, tmp_path):
+    """With its two corners, with three more between them, and of four blocks in a bonded row. What is between was struck alone, between the
+    ends, and with a restitution of 0 a tenth to a third of the energy was left, as a turn."""
+    at = [0, 0.25, 0.5, 0.75, 1]
+    blocks = {"one": [box(0, 1, 0, 0.25)], "corners": [[*[(x, 0) for x in at], (1, 0.25), (0, 0.25)]],
+              "bonded": [box(a, b, 0, 0.25) for a, b in zip(at, at[1:])]}[parts]
+    r = run(tmp_path, [tilted(angle, block) for block in blocks], [(0, -1)] * len(blocks), [f"&contact restitution={restitution} /"], steps=8,
+            joint="0 1e9 1e9", on_floor=True, young=1e11)
+    assert r.bodies.velocity[-1, 1:, 1] == pytest.approx(restitution, abs=0.01)
+    check_books(r)
+
+
+def test_what_a_bond_holds_in_one_place_turns_about_it(tmp_path):
+    """A tower of which one corner has come loose from the floor, and turns about the other at 0.3 rad/s, is struck by a square at 2 m/s:
+    about that corner they keep their angular momentum. Held as a rock it stopped the square dead, and turned on as it did."""
+    tower, square = box(0, 0.5, 0, 2), box(-0.53, -0.03, 1.2, 1.7)
+    (tmp_path / "a.blk").write_text(block_file("hinge", [(1, FLOOR), (2, tower), (3, square)], [
+        (x, y, 1) for x in (-3.96, 3.96) for y in (-0.995, -0.005)]))
+    rock = f"{DENSITY} 0 1e9 .25{' 0' * 6}"
+    (tmp_path / "a.ana").write_text("\n".join([
+        "1 60 3 1 .05 .001", f"{rock} 0 0 0", f"{rock} 0.3 0.075 -0.3", f"{rock} 2 0 0", "0 1e6 1e5", "&deck geometry='a.blk', dialect='short' /",
+        "&method strain='green' /", "&contact restitution=0 /", "&output every=1 /", ""]))
+    r = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5")
+    tower, square = r.bodies.velocity[-1, 1:, 0]  # of their centres, 1 and 1.45 m above it
+    inertia, mass = DENSITY * (0.5**2 + 2**2) / 3, DENSITY * 0.5**2
+    assert inertia * tower + mass * 1.45 * square == pytest.approx(inertia * 0.3 + mass * 1.45 * 2, rel=0.01)
+    assert tower == pytest.approx(0.59, abs=0.02)
+    check_books(r)
+
+
 @pytest.mark.parametrize("restitution", [0, 0.5, 1])
 @pytest.mark.parametrize("wide, high", [(1, 60), (4, 15)])
 def test_a_pile_that_falls_leaves_as_one(wide, high, restitution, tmp_path):
