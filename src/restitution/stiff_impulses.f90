@@ -8,7 +8,7 @@
 module scree_stiff_impulses
   use scree_friction_problem, only: add_spring_force, closed_forces, friction_problem_t, keep_rows_of_forces, obey_law, &
                                     place_springs
-  use scree_friction_solver, only: effort_quick, friction_work_t, solve_friction
+  use scree_friction_solver, only: effort_all, effort_quick, friction_work_t, solve_friction
   use scree_impulse_problem, only: apply, impulse_problem_t, impulses_t, resistance_of, takes_no_part, velocity_at
   use scree_kinds, only: dp
   use scree_sparse_matrix, only: build_pattern
@@ -24,6 +24,8 @@ module scree_stiff_impulses
   !> stiffer springs is found; and of what was left before, where another round does not help. Rounds.
   real(dp), parameter :: tolerance = 1e-7_dp, enough = 1e-10_dp, good = 1e-6_dp, shrinking = 0.5_dp
   integer, parameter :: most_rounds = 10
+  !> Contacts up to which a solution may take all that there is.
+  integer, parameter :: few_contacts = 200
   !> Velocities that a body is held in: its mobility there is below this share of what it was.
   real(dp), parameter :: narrow = 1e-10_dp
 
@@ -45,7 +47,7 @@ contains
     real(dp) :: stiffness, highest
     logical :: solved
     integer, allocatable :: contact(:), state(:)
-    integer :: i, round
+    integer :: effort, i, round
 
     contact = springs_of(problem, floor)
     left = huge(left)
@@ -53,11 +55,12 @@ contains
     call place(problem, contact, springs)
     force = forces_so_far(problem, contact, floor, impulses%P)
     allocate (state(size(contact)))
+    effort = merge(effort_all, effort_quick, size(contact) <= few_contacts)
     stiffness = first_stiffness
     highest = most_stiffness
     do round = 1, most_rounds
       call set_springs(problem, contact, floor, impulses%motion, force, stiffness, springs)
-      call solve_friction(springs, .true., tolerance, timers, y, state, solved, work, effort_quick)
+      call solve_friction(springs, .true., tolerance, timers, y, state, solved, work, effort)
       if (.not. solved) then ! it is too stiff for that
         if (left <= good*fastest) exit
         highest = stiffness/stiffer

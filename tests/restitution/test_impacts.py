@@ -160,6 +160,16 @@ def test_a_wall_that_a_block_falls_on_takes_the_impact_whatever_its_joints(mode,
         assert kinetic[-20:].max() < 1e-2 * kinetic.max()
 
 
+@pytest.mark.parametrize("courses, phi", [(5, 40), (5, 45), (6, 40)])
+def test_a_rough_wall_that_is_struck_does_not_jam(courses, phi, tmp_path):
+    """Its impulses are there to be found, if by the path from apart alone: the first was left to springs, as if its blocks jammed."""
+    wall = running_bond(courses)[1:]
+    top, middle = max(block[:, 1].max() for block in wall), np.mean([block[:, 0].mean() for block in wall])
+    blocks = [box(-6, 20, -1, 0), *wall, box(middle - 0.4, middle + 0.5, top + 0.02, top + 0.92)]
+    _, said = run_saying(tmp_path, blocks, "&contact restitution=0 /", 2.5e-3, 0.1, [(-5.9, -0.9, 1), (19.9, -0.9, 1)], phi=phi)
+    assert "left to springs" not in said
+
+
 def square(low, width=0.5, skew=0.0):
     """Box at x = 0, its bottom from `low` at the left to `low + skew` at the right."""
     return np.array([(0, low), (width, low + skew), (width, low + 1), (0, low + 1)])
