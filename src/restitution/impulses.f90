@@ -117,7 +117,7 @@ contains
     call sweep(problem, floor, resistance, fastest, impulses, left)
     if (left <= nearly_met*fastest) return
     pressed = impulses
-    call press_by_springs(problem, floor, fastest, pressed, left)
+    call press_by_springs(problem, floor, resistance, fastest, pressed, left)
     impulses%settled = left <= solved*fastest
     if (.not. impulses%settled) return
     impulses%P = pressed%P

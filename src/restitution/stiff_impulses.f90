@@ -9,7 +9,7 @@ module scree_stiff_impulses
   use scree_friction_problem, only: add_spring_force, closed_forces, friction_problem_t, keep_rows_of_forces, obey_law, &
                                     place_springs
   use scree_friction_solver, only: effort_all, effort_quick, friction_work_t, solve_friction
-  use scree_impulse_problem, only: apply, impulse_problem_t, impulses_t, resistance_of, takes_no_part, velocity_at
+  use scree_impulse_problem, only: apply, impulse_problem_t, impulses_t, takes_no_part, velocity_at
   use scree_kinds, only: dp
   use scree_sparse_matrix, only: build_pattern
   use scree_timers, only: timers_t
@@ -33,9 +33,10 @@ contains
 
   !> Brings impulses to the laws of their contacts, and tells how fast these still approach: huge where there is no solution that
   !> they could be told by.
-  subroutine press_by_springs(problem, floor, fastest, impulses, left)
+  subroutine press_by_springs(problem, floor, resistance, fastest, impulses, left)
     type(impulse_problem_t), intent(in) :: problem
     real(dp), intent(in) :: floor(:)             !! (n) least impulse across, force time
+    real(dp), intent(in) :: resistance(:, :)     !! (2, n) velocity that a unit of impulse makes
     real(dp), intent(in) :: fastest              !! approach, length/time
     type(impulses_t), intent(inout) :: impulses
     real(dp), intent(out) :: left                !! of approaches, length/time
@@ -49,17 +50,17 @@ contains
     integer, allocatable :: contact(:), state(:)
     integer :: effort, i, round
 
-    contact = springs_of(problem, floor)
+    contact = springs_of(problem, floor, resistance)
     left = huge(left)
     if (size(contact) == 0) return
     call place(problem, contact, springs)
-    force = forces_so_far(problem, contact, floor, impulses%P)
+    force = forces_so_far(problem, contact, floor, impulses%P, springs)
     allocate (state(size(contact)))
     effort = merge(effort_all, effort_quick, size(contact) <= few_contacts)
     stiffness = first_stiffness
     highest = most_stiffness
     do round = 1, most_rounds
-      call set_springs(problem, contact, floor, impulses%motion, force, stiffness, springs)
+      call set_springs(problem, contact, floor, resistance, impulses%motion, force, stiffness, springs)
       call solve_friction(springs, .true., tolerance, timers, y, state, solved, work, effort)
       if (.not. solved) then ! it is too stiff for that
         if (left <= good*fastest) exit
@@ -92,26 +93,21 @@ contains
       associate (c => contact(i))
         impulses%P(:, c) = impulses%P(:, c) + change
         call apply(problem, c, change, impulses%motion)
-        left = max(left, maxval(resistance_of(problem, c)*abs(change))/stiffness)
+        left = max(left, maxval(resistance(:, c)*abs(change))/stiffness)
       end associate
     end subroutine take
 
   end subroutine press_by_springs
 
   !> The contact of each spring: one for what may press, and another for the friction of what presses at least, where there is any.
-  pure function springs_of(problem, floor) result(contact)
+  pure function springs_of(problem, floor, resistance) result(contact)
     type(impulse_problem_t), intent(in) :: problem
     real(dp), intent(in) :: floor(:)             !! (n) force time
+    real(dp), intent(in) :: resistance(:, :)     !! (2, n)
     integer, allocatable :: contact(:)
-    real(dp) :: resistance(2)
-    logical :: acts(size(floor))
     integer :: i
 
-    do i = 1, size(floor)
-      resistance = resistance_of(problem, i)
-      acts(i) = resistance(1) > 0 .and. problem%least(i) > takes_no_part
-    end do
-    contact = pack([(i, i=1, size(floor))], acts)
+    contact = pack([(i, i=1, size(floor))], resistance(1, :) > 0 .and. problem%least > takes_no_part)
     contact = [contact, pack(contact, problem%friction(contact)*floor(contact) > 0)]
   end function springs_of
 
@@ -122,21 +118,31 @@ contains
     type(friction_problem_t), intent(out) :: springs
     real(dp) :: root(3, 3, size(problem%mobility, 3))
     integer :: before(size(problem%mobility, 3)) !! unknowns before those of a body
+    logical :: meets(size(before)), presses(size(problem%friction)) !! bodies; contacts that have the first of their springs
     integer, allocatable :: rows(:, :)
     integer :: b, i, k, n, side
 
+    meets = .false.
+    do i = 1, size(contact)
+      meets(problem%body(:, contact(i))) = .true.
+    end do
     n = 0
     do b = 1, size(before)
       root(:, :, b) = root_of(problem%mobility(:, :, b))
       before(b) = n
-      if (any(problem%body(:, contact) == b) .and. any(abs(root(:, :, b)) > 0)) n = n + 3
+      if (meets(b) .and. any(abs(root(:, :, b)) > 0)) n = n + 3
       if (n == before(b)) before(b) = -1
     end do
     call place_springs(springs, size(contact), 6)
     allocate (rows(6, size(contact)), source=0)
     springs%length = 0
+    presses = .false.
     do i = 1, size(contact)
-      associate (c => contact(i), w => springs%length(i), first => findloc(contact, contact(i), 1) == i)
+      associate (c => contact(i), w => springs%length(i), spring => springs%spring(i))
+        spring%slot = i
+        spring%bonded = presses(c)
+        if (.not. presses(c)) spring%friction = problem%friction(c)
+        presses(c) = .true.
         do side = 1, 2
           b = problem%body(side, c)
           if (before(b) < 0) cycle
@@ -144,13 +150,10 @@ contains
             w = w + 1
             rows(w, i) = before(b) + k
             springs%row(w, i) = before(b) + k
-            if (first) springs%normal(w, i) = dot_product(root(:, k, b), problem%row(:, side, 1, c))
+            if (.not. spring%bonded) springs%normal(w, i) = dot_product(root(:, k, b), problem%row(:, side, 1, c))
             springs%shear(w, i) = dot_product(root(:, k, b), problem%row(:, side, 2, c))
           end do
         end do
-        springs%spring(i)%slot = i
-        springs%spring(i)%bonded = .not. first
-        if (first) springs%spring(i)%friction = problem%friction(c)
       end associate
     end do
     call keep_rows_of_forces(springs)
@@ -185,46 +188,47 @@ contains
   end function root_of
 
   !> Forces of the springs by the impulses so far: of shear what friction of the first has not goes to the second.
-  pure function forces_so_far(problem, contact, floor, P) result(force)
+  pure function forces_so_far(problem, contact, floor, P, springs) result(force)
     type(impulse_problem_t), intent(in) :: problem
     integer, intent(in) :: contact(:)
     real(dp), intent(in) :: floor(:), P(:, :)    !! (n), (2, n)
-    real(dp) :: force(2, size(contact)), limit
-    integer :: i, first
+    type(friction_problem_t), intent(in) :: springs
+    real(dp) :: force(2, size(contact)), limit, shear(size(floor))
+    integer :: i
 
     force = 0.0_dp
     do i = 1, size(contact)
       associate (c => contact(i))
-        first = findloc(contact, c, 1)
-        if (first == i) then
+        if (springs%spring(i)%bonded) then
+          force(2, i) = P(2, c) - shear(c)
+        else
           limit = problem%friction(c)*max(0.0_dp, P(1, c) - floor(c))
           force(:, i) = [P(1, c) - floor(c), max(-limit, min(limit, P(2, c)))]
-        else
-          force(2, i) = P(2, c) - force(2, first)
+          shear(c) = force(2, i)
         end if
       end associate
     end do
   end function forces_so_far
 
   !> Sets springs that have their forces so far, but for what contacts approach and slide by, in a motion.
-  pure subroutine set_springs(problem, contact, floor, motion, force, stiffness, springs)
+  pure subroutine set_springs(problem, contact, floor, resistance, motion, force, stiffness, springs)
     type(impulse_problem_t), intent(in) :: problem
     integer, intent(in) :: contact(:)
     real(dp), intent(in) :: floor(:)             !! (n)
+    real(dp), intent(in) :: resistance(:, :)     !! (2, n)
     real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies)
     real(dp), intent(in) :: force(:, :)          !! (2, size(contact))
     real(dp), intent(in) :: stiffness            !! over what the bodies of each answer with
     type(friction_problem_t), intent(inout) :: springs
-    real(dp) :: out_of_balance(size(springs%force)), resistance(2), velocity(2)
+    real(dp) :: out_of_balance(size(springs%force)), velocity(2)
     integer :: i
 
     out_of_balance = 0.0_dp
     do i = 1, size(contact)
       velocity = velocity_at(problem, motion, contact(i))
-      resistance = resistance_of(problem, contact(i))
       associate (spring => springs%spring(i), c => contact(i))
-        spring%stiffness = stiffness/resistance(1)
-        spring%shear_stiffness = stiffness/max(resistance(2), sqrt(tiny(1.0_dp)))
+        spring%stiffness = stiffness/resistance(1, c)
+        spring%shear_stiffness = stiffness/max(resistance(2, c), sqrt(tiny(1.0_dp)))
         spring%shear = force(2, i) - spring%shear_stiffness*velocity(2)
         if (spring%bonded) then
           spring%cohesion = problem%friction(c)*floor(c)
