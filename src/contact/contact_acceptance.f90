@@ -141,11 +141,11 @@ contains
       contact%force = [sum(force%across), force%along]
       contact%entrance(k)%pressing = max(0.0_dp, contact%force(1))
       slip = now(k)%slip
-      if (is_hard(law, contact%entrance(k)%stiffness(1))) contact%entrance(k)%multiplier = held
+      if (is_hard(law, contact%entrance(k))) contact%entrance(k)%multiplier = held
       if (contact%entrance(k)%state == state_sliding) &
         call remember_slide(law, force, now(k), holds, contact%entrance(k), slip, closed%work)
       call remember_overlap(law, contact, now, closed%gap, strained)
-      if (is_hard(law, contact%entrance(k)%stiffness(1))) &
+      if (is_hard(law, contact%entrance(k))) &
         contact%entrance(k)%multiplier = held + contact%entrance(k)%stiffness*[strained, slip]
     end associate
     contact%pressed = max(0.0_dp, -closed%gap)

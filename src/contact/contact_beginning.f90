@@ -1,11 +1,12 @@
 !> The contacts as a step finds them (Shi's df07).
 module scree_contact_beginning
-  use scree_contact_rules, only: begin_contact, decides_outside, place
+  use scree_contact_rules, only: begin_contact, bonds_by_length, decides_outside, keeps_stiffness, place
   use scree_contact_try, only: contact_try_t
-  use scree_contacts, only: outlines_t, state_locked
+  use scree_contacts, only: entrance_t, outlines_t, state_locked
   use scree_effects, only: weights_of_blocks
   use scree_element_term, only: step_rule_t
-  use scree_joint_stiffness, only: bonded_length, measure_contact, stiffen_contact
+  use scree_joint_stiffness, only: bonded_entrance, bonded_length, mean_of_bonds, measure_contact, stiffen_contact, &
+                                    take_stiffness
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t, step_of_run
@@ -28,6 +29,8 @@ contains
     type(step_rule_t), intent(in) :: rule
     type(contact_try_t), intent(inout) :: try     !! with the contacts that were found
     real(dp) :: at_rest(model%n_unknowns)
+    real(dp) :: bonds                             ! length that one stands for on the mean
+    type(entrance_t) :: active
     logical :: first_of_run
     integer :: i
 
@@ -39,11 +42,6 @@ contains
     try%count = 0
     try%changes = 0
     first_of_run = step_of_run(state) == 0
-    if (first_of_run) call bond_contacts(model%outlines, state%vertex, try)
-    do i = 1, size(try%contact)
-      call stiffen_contact(model%outlines, state%vertex, try%law, try%contact(i))
-      if (allocated(try%law%roughness)) call measure_contact(model%outlines, state%vertex, try%law, try%contact(i))
-    end do
     if (allocated(try%geometry)) deallocate (try%geometry, try%start, try%now)
     if (allocated(try%edge)) deallocate (try%edge)
     if (allocated(try%acting)) deallocate (try%acting)
@@ -55,7 +53,17 @@ contains
     try%rounding = round_off*maxval(abs(state%vertex))
     at_rest = 0.0_dp
     call place(model, cache, state, at_rest, try)
+    if (first_of_run) call bond_contacts(model%outlines, state%vertex, try)
+    bonds = 0.0_dp
+    if (first_of_run .and. bonds_by_length(try%law)) bonds = mean_of_bonds(try%law, try%contact)
     do i = 1, size(try%contact)
+      if (keeps_stiffness(try%law, try%contact(i))) then
+        active = try%contact(i)%entrance(try%contact(i)%active)
+        call take_stiffness(active, try%contact(i))
+      else
+        call stiffen_contact(model%outlines, state%vertex, try%law, bonds, try%contact(i))
+      end if
+      if (allocated(try%law%roughness)) call measure_contact(model%outlines, state%vertex, try%law, try%contact(i))
       call begin_contact(first_of_run, i, try)
     end do
     if (first_of_run .and. decides_outside(try%law)) call close_bonds(try)
@@ -76,34 +84,26 @@ contains
     end do
   end subroutine begin_again
 
-  !> Closes the bonds that have no gap when a run begins, but for the rounding of a file, on which their springs rest: nothing that
-  !> an iterate makes of their bodies opens them. What has a gap is bonded no longer.
+  !> Closes bonds, whose springs rest on what a file has rounded: nothing that an iterate makes of their bodies opens them.
   pure subroutine close_bonds(try)
     type(contact_try_t), intent(inout) :: try
-    logical :: touches
-    integer :: i, j, k
+    integer :: i, k
 
     do i = 1, size(try%contact)
-      associate (contact => try%contact(i), start => try%start(:, i), geometry => try%geometry(:, i))
-        touches = .false.
-        do j = 1, contact%n_entrances
-          k = merge(contact%active, 3 - contact%active, j == 1)
-          associate (entrance => contact%entrance(k))
-            entrance%bonded = entrance%bonded .and. start(k)%gap <= max(try%rounding, of_a_file*entrance%length)
-            if (touches .or. .not. entrance%bonded) cycle
-            touches = .true.
-            contact%active = k
-            entrance%state = state_locked
-            entrance%rest = entrance%rest + max(0.0_dp, start(k)%gap)
-            geometry(k)%gap = min(0.0_dp, geometry(k)%gap)
-            start(k)%gap = geometry(k)%gap
-          end associate
-        end do
+      k = bonded_entrance(try%contact(i))
+      if (k == 0) cycle
+      associate (contact => try%contact(i), entrance => try%contact(i)%entrance(k), start => try%start(k, i), &
+                 geometry => try%geometry(k, i))
+        contact%active = k
+        entrance%state = state_locked
+        entrance%rest = entrance%rest + max(0.0_dp, start%gap)
+        geometry%gap = min(0.0_dp, geometry%gap)
+        start%gap = geometry%gap
       end associate
     end do
   end subroutine close_bonds
 
-  !> Bonds the contacts of joints with cohesion or strength.
+  !> Bonds the contacts of joints with cohesion or strength that have no gap, but for the rounding of a file.
   pure subroutine bond_contacts(outlines, position, try)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
@@ -113,9 +113,11 @@ contains
     do i = 1, size(try%contact)
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k), joint => outlines%joint(try%contact(i)%entrance(k)%edge))
-          if (try%law%cohesion(joint) > 0 .or. try%law%strength(joint) > 0) &
-            entrance%length = bonded_length(outlines, position, entrance)
+          if (.not. (try%law%cohesion(joint) > 0 .or. try%law%strength(joint) > 0)) cycle
+          entrance%length = bonded_length(outlines, position, entrance)
           entrance%bonded = entrance%length > 0
+          if (decides_outside(try%law)) entrance%bonded = entrance%bonded .and. &
+                                                          try%geometry(k, i)%gap <= max(try%rounding, of_a_file*entrance%length)
         end associate
       end do
     end do

@@ -7,6 +7,7 @@ module scree_contact_memory
   use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
   use scree_corners, only: along_edge, gap_at, pi, survey_t, turn
+  use scree_joint_stiffness, only: take_stiffness
   use scree_kinds, only: dp
   implicit none
   private
@@ -228,36 +229,35 @@ contains
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(contact_t), intent(inout) :: contact
-    real(dp) :: gap, pressed, stiffness(2)
-    integer :: k
+    real(dp) :: gap, pressed
+    integer :: heir
 
     associate (entrance => contact%entrance(contact%active))
       if (entrance%state /= state_open .or. acted_before(past, entrance%vertex, entrance%edge)) return
       gap = gap_at(survey, entrance%vertex, entrance%edge)
       entrance%rest = min(0.0_dp, gap)
       if (gap >= 0) return
-      call find_pressed_beside(block, survey, past, entrance, pressed, stiffness)
-      if (.not. pressed > 0) return
+      call find_pressed_beside(block, survey, past, entrance, pressed, heir)
+      if (heir == 0) return
       entrance%rest = min(0.0_dp, gap + pressed)
     end associate
     contact%inherits = pressed
-    do k = 1, 2
-      contact%entrance(k)%stiffness = stiffness
-    end do
+    call take_stiffness(past%contact(heir)%entrance(past%contact(heir)%active), contact)
   end subroutine rest_inside
 
-  !> Overlap and stiffness of the spring by which the vertex of an entrance pressed most on other bodies than that of its edge when
+  !> Overlap and contact of the spring by which the vertex of an entrance pressed most on other bodies than that of its edge when
   !> the step before ended, across edges that face as its own does, within 45 degrees.
-  pure subroutine find_pressed_beside(block, survey, past, entrance, pressed, stiffness)
+  pure subroutine find_pressed_beside(block, survey, past, entrance, pressed, by)
     integer, intent(in) :: block(:)            !! of the edges
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(entrance_t), intent(in) :: entrance
-    real(dp), intent(out) :: pressed, stiffness(2)
+    real(dp), intent(out) :: pressed
+    integer, intent(out) :: by             !! contact; 0: none pressed
     integer :: k
 
     pressed = 0.0_dp
-    stiffness = 0.0_dp
+    by = 0
     associate (i => entrance%vertex, entrances => past%entrances)
       do k = entrances%first(i), entrances%first(i + 1) - 1
         associate (was => past%contact((entrances%number(k) + 1)/2), other => entrances%edge(k))
@@ -265,7 +265,7 @@ contains
           if (block(other) == block(entrance%edge)) cycle
           if (abs(turn(survey%corner(other)%from - survey%corner(entrance%edge)%from)) > pi/4) cycle
           pressed = was%pressed
-          stiffness = was%entrance(was%active)%stiffness
+          by = (entrances%number(k) + 1)/2
         end associate
       end do
     end associate
@@ -314,10 +314,7 @@ contains
     end do
     if (overlap <= contact%inherits) return
     contact%inherits = overlap
-    if (heir == 0) return
-    do k = 1, 2
-      contact%entrance(k)%stiffness = past%contact(heir)%entrance(1)%stiffness
-    end do
+    if (heir > 0) call take_stiffness(past%contact(heir)%entrance(past%contact(heir)%active), contact)
   end subroutine inherit_by_line
 
   !> The contact of an encounter as Shi's programs hand it on (df05, df06). Two corners have no friction: they slide at most.

@@ -33,7 +33,8 @@ module scree_contact_rules
   ! pair
   public :: corners_turn, deepest_search, looks_as_far_as_it_moves, looks_at_all, meet, pair, rests_inside, set_reach
   ! place
-  public :: begin_contact, gap_and_slip, gaps_and_slips, measure_again, measure_contact, measure_contacts, place, put_anchors
+  public :: begin_contact, bonds_by_length, gap_and_slip, gaps_and_slips, keeps_stiffness, measure_again, measure_contact, &
+            measure_contacts, place, put_anchors
   ! press
   public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
@@ -607,6 +608,29 @@ contains
       decides_outside = .true.
     end select
   end function decides_outside
+
+  !> Whether there are bonds, as stiff as what they stand for is long, so that they pull by the same stress. Shi's are as stiff as
+  !> any contact.
+  pure logical function bonds_by_length(law)
+    type(contact_law_t), intent(in) :: law
+
+    select case (law%rules)
+    case (rules_shi)
+      bonds_by_length = .false.
+    case default
+      bonds_by_length = any(law%cohesion > 0) .or. any(law%strength > 0)
+    end select
+  end function bonds_by_length
+
+  !> Whether a contact keeps the stiffness with which it closed, or that it inherits, as contacts differ: a loaded spring whose
+  !> stiffness changes would make energy.
+  pure logical function keeps_stiffness(law, contact)
+    type(contact_law_t), intent(in) :: law
+    type(contact_t), intent(in) :: contact
+
+    keeps_stiffness = contact%entrance(contact%active)%state /= state_open .or. contact%inherits > 0
+    if (keeps_stiffness) keeps_stiffness = allocated(law%joint_stiffness) .or. bonds_by_length(law)
+  end function keeps_stiffness
 
   !> Whether a step that is tried again begins with the contacts in the states that the try before left (Shi), else as the step
   !> found them.

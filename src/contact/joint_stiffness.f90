@@ -4,64 +4,120 @@
 !> for half of that length. So the lengths of all contacts of a joint add up to its own, however many they are.
 module scree_joint_stiffness
   use scree_contact_geometry, only: frame_of_edge
-  use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, parallel, state_open
+  use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, parallel
   use scree_kinds, only: dp
   implicit none
   private
-  public :: bonded_length, is_hard, measure_contact, stiffen_contact
+  public :: bonded_entrance, bonded_length, is_hard, mean_of_bonds, measure_contact, stiffen_contact, take_stiffness
 
   !> Of an edge: a vertex so near to its end is at it, and faces the edge beyond, too.
   real(dp), parameter :: at_end = 1e-3_dp
   !> Of the shorter edge: a corner that meets an edge beside its end, or another corner, stands for so much.
   real(dp), parameter :: least = 0.05_dp
-  real(dp), parameter :: the_same = 1e-9_dp !! stiffness, to a share of it
+  !> Of the mean of bonds: one is as stiff as if it stood for so much. Softer ones take steps more solutions.
+  real(dp), parameter :: least_bond = 0.1_dp
   !> How fast an edge of a corner counts less as it turns from facing the contact's edge, while the other faces it better.
   integer, parameter :: turned_away = 8
 
 contains
 
   !> Gives a contact its stiffness across and along: the stiffer one of its lines, by their joints, of which those without a
-  !> stiffness have that of contact. Where any joint has one of its own a contact keeps that with which it closed, or that it
-  !> inherits: a loaded spring whose stiffness changes would make energy.
-  pure subroutine stiffen_contact(outlines, position, law, contact)
+  !> stiffness have that of contact; of a bond, that of its line, by the length that it stands for.
+  pure subroutine stiffen_contact(outlines, position, law, bonds, contact)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
     type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: bonds              !! that a bond with the stiffness of contact stands for; 0: each has that; length
     type(contact_t), intent(inout) :: contact
-    real(dp) :: stiffness(2), own(2)
-    integer :: k
+    real(dp) :: own(2), stiffness(2)
+    logical :: gives_way
+    integer :: bond, k
 
-    stiffness = [law%normal_stiffness, law%shear_stiffness]
-    if (allocated(law%joint_stiffness)) then
-      associate (active => contact%entrance(contact%active))
-        if (active%state /= state_open .or. contact%inherits > 0) then
-          stiffness = active%stiffness
-        else
-          do k = 1, contact%n_entrances
-            own = [law%normal_stiffness, law%shear_stiffness]
-            associate (entrance => contact%entrance(k))
-              if (law%joint_stiffness(1, entrance%joint) > 0) &
-                own = law%joint_stiffness(:, entrance%joint)*length_of_contact(outlines, position, entrance)
-            end associate
-            if (k == 1 .or. own(1) > stiffness(1)) stiffness = own
-          end do
+    bond = bonded_entrance(contact)
+    stiffness = 0.0_dp
+    gives_way = .false.
+    do k = 1, contact%n_entrances
+      if (bond > 0 .and. k /= bond) cycle
+      associate (entrance => contact%entrance(k))
+        own = [law%normal_stiffness, law%shear_stiffness]
+        if (has_its_own(law, entrance)) then
+          own = law%joint_stiffness(:, entrance%joint)*length_of_contact(outlines, position, entrance)
+        else if (bond > 0 .and. bonds > 0) then
+          own = max(entrance%length/bonds, least_bond)*own
+        end if
+        if (own(1) > stiffness(1)) then
+          stiffness = own
+          gives_way = has_its_own(law, entrance)
         end if
       end associate
-    end if
-    do k = 1, 2
-      contact%entrance(k)%stiffness = stiffness
     end do
+    call set_stiffness(stiffness, gives_way, contact)
   end subroutine stiffen_contact
 
-  !> Whether multipliers hold a contact: it has the stiffness of contact, not of a joint with its own, which is to give way by that.
-  pure logical function is_hard(law, stiffness)
-    type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: stiffness          !! across it, before it was made harder in the step; force/length
+  !> Gives both entrances of a contact the stiffness of one, of this contact or of one before.
+  pure subroutine take_stiffness(from, contact)
+    type(entrance_t), intent(in) :: from
+    type(contact_t), intent(inout) :: contact
 
-    is_hard = law%penetration < huge(law%penetration)
-    if (is_hard .and. allocated(law%joint_stiffness)) &
-      is_hard = abs(stiffness - law%normal_stiffness) <= the_same*law%normal_stiffness
+    call set_stiffness(from%stiffness, from%gives_way, contact)
+  end subroutine take_stiffness
+
+  !> Gives both entrances of a contact a stiffness.
+  pure subroutine set_stiffness(stiffness, gives_way, contact)
+    real(dp), intent(in) :: stiffness(2)       !! across and along, force/length
+    logical, intent(in) :: gives_way           !! it is that of a joint of its own
+    type(contact_t), intent(inout) :: contact
+    integer :: k
+
+    do k = 1, 2
+      contact%entrance(k)%stiffness = stiffness
+      contact%entrance(k)%gives_way = gives_way
+    end do
+  end subroutine set_stiffness
+
+  !> The entrance by which a contact is bonded; 0: none.
+  pure integer function bonded_entrance(contact) result(k)
+    type(contact_t), intent(in) :: contact
+
+    k = contact%active
+    if (.not. contact%entrance(k)%bonded) k = 3 - k
+    if (.not. contact%entrance(k)%bonded) k = 0
+  end function bonded_entrance
+
+  !> Whether the joint of an entrance has a stiffness of its own.
+  pure logical function has_its_own(law, entrance)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+
+    has_its_own = allocated(law%joint_stiffness)
+    if (has_its_own) has_its_own = law%joint_stiffness(1, entrance%joint) > 0
+  end function has_its_own
+
+  !> Whether multipliers hold a contact: it does not have the stiffness of a joint with its own, which is to give way by that.
+  pure logical function is_hard(law, entrance)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+
+    is_hard = law%penetration < huge(law%penetration) .and. .not. entrance%gives_way
   end function is_hard
+
+  !> Length that a bond without a stiffness of its own stands for on the mean; 0 where there is none.
+  pure real(dp) function mean_of_bonds(law, contact) result(length)
+    type(contact_law_t), intent(in) :: law
+    type(contact_t), intent(in) :: contact(:)
+    integer :: i, k, n
+
+    length = 0.0_dp
+    n = 0
+    do i = 1, size(contact)
+      k = bonded_entrance(contact(i))
+      if (k == 0) cycle
+      if (has_its_own(law, contact(i)%entrance(k))) cycle
+      length = length + contact(i)%entrance(k)%length
+      n = n + 1
+    end do
+    if (n > 0) length = length/n
+  end function mean_of_bonds
 
   !> Gives the entrances of a contact whose friction follows their stress the length that they stand for. Bonds keep theirs.
   pure subroutine measure_contact(outlines, position, law, contact)

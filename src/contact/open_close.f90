@@ -219,7 +219,7 @@ contains
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
 
-    is_held = is_hard(try%law, try%contact(i)%entrance(1)%stiffness(1)/try%start(1, i)%hardening)
+    is_held = is_hard(try%law, try%contact(i)%entrance(1))
   end function is_held
 
   !> Slip of a closed contact that there would not be between hard bodies: that of a locked one from its anchor; of a sliding one

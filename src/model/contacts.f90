@@ -44,6 +44,7 @@ module scree_contacts
     real(dp) :: rest = 0.0_dp            !! gap without force across; below 0 for a vertex that was found inside, length
     real(dp) :: multiplier(2) = 0.0_dp   !! forces across and along that the springs need not make up
     real(dp) :: stiffness(2) = 0.0_dp    !! across and along, of both entrances of a contact, force/length per unit thickness
+    logical :: gives_way = .false.       !! it has the stiffness of a joint of its own, by which multipliers do not hold it
     real(dp) :: length = 0.0_dp          !! of the joint that the contact stands for, where its strength asks for it
     real(dp) :: pressing = 0.0_dp        !! force across at the end of the last step
     logical :: bonded = .false.          !! cohesion and tensile strength are not lost

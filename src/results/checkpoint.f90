@@ -399,6 +399,7 @@ contains
       call archive%part('entrance%multiplier', entrance%multiplier(i))
       call archive%part('entrance%stiffness', entrance%stiffness(i))
     end do
+    call archive%part('entrance%gives_way', entrance%gives_way)
     call archive%part('entrance%length', entrance%length)
     call archive%part('entrance%pressing', entrance%pressing)
     call archive%part('entrance%bonded', entrance%bonded)

@@ -41,6 +41,30 @@ def test_a_block_hangs_by_the_strength_of_its_joint(mode, phi, tmp_path):
 
 
 @pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("contact", ["", "&contact method='augmented' /"])
+def test_bonds_of_all_lengths_are_pulled_by_the_same_stress(mode, contact, tmp_path):
+    """A block 3 wide hangs from one 0.5 wide and one 2.5: T l = W of both together is the limit, to 1 %."""
+    blocks = [box(0, 0, 0.5, 1), box(0.5, 0, 2.5, 1), box(0, -1, 3, 1)]
+    for share, falls in [(0.99, True), (1.01, False)]:
+        f = run(tmp_path, blocks, f"{MODES[mode]}\n{contact}", rock=(2.5, 2.5 * G, 1e9, 0.0), phi=30.0, strength=share * 2.5 * G, carried=0,
+                steps=40, dt=0.01, fixed=[(x, y, b) for b in (1, 2) for x, y in blocks[b - 1]], measured=[(1.5, -0.5, 3)], name=f"{share}")
+        assert (np.abs(f.measured_points.displacement).max() > 1e-3) == falls
+
+
+@pytest.mark.parametrize("edge", [0.25, 0.4, 0.7])
+@pytest.mark.parametrize("contact", ["", "&contact method='augmented' /"])
+def test_a_bonded_mesh_bears_its_strength(edge, contact, tmp_path):
+    """Two plates of manifold elements, 3 x 1, pulled apart by p: T = p is the limit, to 1 %, however the mesh cuts them."""
+    pull = 100.0
+    groups = (f"&method model='nmm' /\n&cover edge={edge} /\n&support both=0 -1 3 -1 /\n{contact}\n"
+              f"&boundary lines=0 1 3 1, traction=0 {pull} 0 {pull} /")
+    for share, falls in [(0.99, True), (1.01, False)]:
+        f = run(tmp_path, [box(0, -1, 3, 1), box(0, 0, 3, 1)], groups, rock=(2.5, 0.0, 1e7, 0.0), phi=30.0, cohesion=2 * pull,
+                strength=share * pull, carried=0, steps=12, measured=[(1.5, 0.5, 2)], name=f"{share}")
+        assert (np.abs(f.measured_points.displacement).max() > 2e-4) == falls
+
+
+@pytest.mark.parametrize("mode", MODES)
 def test_a_broken_bond_stays_broken(mode, tmp_path):
     """Weight 25, strength 25: a jerk of 60 tears a block off its floor. Back at rest it does not resist a pull of 30, as it else does."""
     blocks = [box(-2, -1, 5, 1), box(0, 0, 1, 1)]
