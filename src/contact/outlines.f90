@@ -10,15 +10,21 @@ module scree_outlines
   private
   public :: make_outlines
 
+  !> An edge that lines of the mesh leave of a side, over the edge beside it on that side, up to which it is part of that: contacts
+  !> are looked for as far as the edges about them are long, and such an edge tells nothing of its corner.
+  real(dp), parameter :: sliver = 1e-2_dp
+  real(dp), parameter :: straight = 1e-6_dp !! of an edge, up to which a vertex is on its line
+
 contains
 
-  !> Edges that are no line of the mesh, and which follows which around the body.
+  !> Edges that are no line of the mesh, and which follows which around the body. Slivers that the mesh leaves of a side are part of
+  !> the edge beside them.
   !>
   !> Where an edge ends, the outline goes on in the same element or, where a line of the mesh follows, in another: of the
   !> edges that follow a line of the mesh and begin at the same position, to the last bit, with the one that is met first when
   !> turning clockwise from the way back; in between lies the body. Errors: an edge after which the outline
   !> does not go on, the first one without `next`.
-  pure subroutine make_outlines(shape, vertex, block, outlines, error)
+  subroutine make_outlines(shape, vertex, block, outlines, error)
     type(regions_t), intent(in) :: shape    !! of the elements
     real(dp), intent(in) :: vertex(:, :)    !! (2, n_vertices) at the start, length
     integer, intent(in) :: block(:)         !! (n_elements)
@@ -49,9 +55,6 @@ contains
     outlines%block = block(outlines%element)
     outlines%finish = after(outlines%start)
     outlines%joint = shape%joint(outlines%start)
-    call group_by_block(outlines)
-    allocate (outlines%inside(2, 0))
-    allocate (outlines%fixed(n), outlines%gone(n), source=.false.)
 
     order = [(i, i=1, n)]
     x = vertex(1, outlines%start)
@@ -69,6 +72,10 @@ contains
       end if
       outlines%previous(outlines%next(i)) = i
     end do
+    call join_slivers(vertex, outlines)
+    call group_by_block(outlines)
+    allocate (outlines%inside(2, 0))
+    allocate (outlines%fixed(size(outlines%start)), outlines%gone(size(outlines%start)), source=.false.)
 
   contains
 
@@ -116,6 +123,79 @@ contains
     end function direction
 
   end subroutine make_outlines
+
+  !> Joins edges that are slivers of a side to the longer one of those beside them on that side, of another element; the shortest
+  !> may become beside a long one as others are joined to that.
+  subroutine join_slivers(vertex, outlines)
+    real(dp), intent(in) :: vertex(:, :)           !! (2, n_vertices) at the start, length
+    type(outlines_t), intent(inout) :: outlines
+    integer :: number(size(outlines%start))        ! of what is left; 0: joined
+    integer, allocatable :: left(:)
+    integer :: before, i, n
+
+    number = 1
+    do
+      before = count(number > 0)
+      do i = 1, size(number)
+        if (number(i) > 0) call join(i)
+      end do
+      if (count(number > 0) == before) exit
+    end do
+    left = pack([(i, i=1, size(number))], number > 0)
+    n = size(left)
+    number(left) = [(i, i=1, n)]
+    outlines%element = outlines%element(left)
+    outlines%block = outlines%block(left)
+    outlines%start = outlines%start(left)
+    outlines%finish = outlines%finish(left)
+    outlines%joint = outlines%joint(left)
+    outlines%next = number(outlines%next(left))
+    outlines%previous = number(outlines%previous(left))
+
+  contains
+
+    !> Joins edge i to one beside it, if it is a sliver of its side.
+    subroutine join(i)
+      integer, intent(in) :: i
+      integer :: beside(2)
+
+      beside = [outlines%previous(i), outlines%next(i)]
+      if (.not. is_sliver(i, beside(1))) beside(1) = 0
+      if (.not. is_sliver(i, beside(2))) beside(2) = 0
+      if (all(beside > 0)) beside(merge(1, 2, length_of(beside(1)) < length_of(beside(2)))) = 0
+      if (beside(1) > 0) then
+        outlines%finish(beside(1)) = outlines%finish(i)
+      else if (beside(2) > 0) then
+        outlines%start(beside(2)) = outlines%start(i)
+      else
+        return
+      end if
+      outlines%next(outlines%previous(i)) = outlines%next(i)
+      outlines%previous(outlines%next(i)) = outlines%previous(i)
+      number(i) = 0
+    end subroutine join
+
+    !> Whether an edge is a sliver of the side that the one beside it lies on.
+    pure logical function is_sliver(edge, beside)
+      integer, intent(in) :: edge, beside
+      real(dp) :: along(2), own(2)
+
+      is_sliver = .false.
+      if (outlines%element(edge) == outlines%element(beside) .or. outlines%joint(edge) /= outlines%joint(beside)) return
+      own = vertex(:, outlines%finish(edge)) - vertex(:, outlines%start(edge))
+      along = vertex(:, outlines%finish(beside)) - vertex(:, outlines%start(beside))
+      if (norm2(own) > sliver*norm2(along) .or. dot_product(own, along) < 0) return
+      is_sliver = abs(own(1)*along(2) - own(2)*along(1)) <= straight*norm2(along)**2
+    end function is_sliver
+
+    !> Length of an edge.
+    pure real(dp) function length_of(edge)
+      integer, intent(in) :: edge
+
+      length_of = norm2(vertex(:, outlines%finish(edge)) - vertex(:, outlines%start(edge)))
+    end function length_of
+
+  end subroutine join_slivers
 
   !> Lists the edges by blocks.
   pure subroutine group_by_block(outlines)

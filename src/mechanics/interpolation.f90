@@ -24,9 +24,13 @@ module scree_interpolation
 
   integer, parameter :: n = element_unknowns
 
+  !> Of its triangle: the size of an element that is less is that of so much, as its nodes go by rounding of what they are.
+  real(dp), parameter :: least_share = 1e-2_dp
+
   !> One element in the configuration at the beginning of a step.
   type :: kinematics_t
     real(dp) :: area = 0.0_dp              !! length^2
+    real(dp) :: size = 1.0_dp              !! root of the area, at least of a share of that of the mathematical triangle, length
     real(dp) :: centroid(2) = 0.0_dp       !! length
     real(dp) :: second(3) = 0.0_dp         !! integrals of X^2, Y^2, X Y about the centroid, length^4
     real(dp) :: at_centroid(2, n) = 0.0_dp !! T at the centroid
@@ -74,7 +78,8 @@ contains
     element%gradient(2, [3, 6]) = [1.0_dp, 0.5_dp]
     element%gradient(3, [3, 6]) = [-1.0_dp, 0.5_dp]
     element%gradient(4, 5) = 1.0_dp
-    element%span(3:) = sqrt(element%area)
+    element%size = sqrt(element%area)
+    element%span(3:) = element%size
   end subroutine interpolate_block
 
   !> A cell at its point, of which it has the mass and the area alone.
@@ -89,6 +94,7 @@ contains
     element%span = 1.0_dp ! of no consequence: its unknowns follow
     F = matmul(node, transpose(sampling%slope(:, :, e)))
     element%area = sampling%area(e)*(F(1, 1)*F(2, 2) - F(1, 2)*F(2, 1))
+    element%size = sqrt(element%area)
     element%centroid = matmul(node, sampling%value(:, e))
   end subroutine interpolate_cell
 
@@ -148,6 +154,7 @@ contains
     a = node(:, 2) - node(:, 1)
     b = node(:, 3) - node(:, 1)
     twice_area = a(1)*b(2) - a(2)*b(1)
+    element%size = sqrt(max(element%area, least_share*0.5_dp*abs(twice_area)))
     slope(:, 2) = [b(2), -b(1)]/twice_area
     slope(:, 3) = [-a(2), a(1)]/twice_area
     slope(:, 1) = -slope(:, 2) - slope(:, 3)

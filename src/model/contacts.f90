@@ -20,7 +20,7 @@ module scree_contacts
     integer, allocatable :: element(:)  !! (n) that carries vertex and edge
     integer, allocatable :: block(:)    !! (n)
     integer, allocatable :: start(:)    !! (n) vertex of the elements where edge i begins
-    integer, allocatable :: finish(:)   !! (n) vertex of the elements where it ends; of the same element
+    integer, allocatable :: finish(:)   !! (n) vertex of the elements where it ends; but for slivers of the same element
     integer, allocatable :: next(:)     !! (n) edge that begins where edge i ends
     integer, allocatable :: previous(:) !! (n)
     integer, allocatable :: joint(:)    !! (n) joint material of the edge

@@ -218,7 +218,7 @@ contains
     logical, intent(in) :: with_position
 
     change = maxval(abs(matmul(element%gradient, unknown)))
-    if (with_position) change = max(change, maxval(abs(matmul(element%at_centroid, unknown)))/sqrt(element%area))
+    if (with_position) change = max(change, maxval(abs(matmul(element%at_centroid, unknown)))/element%size)
   end function change_of
 
   !> Largest change of a component of theta since the last linearisation or problem, and its element; where bodies touch or are

@@ -81,7 +81,7 @@ contains
     end do
     do i = 1, size(pair, 2)
       associate (a => pair(1, i), b => pair(2, i))
-        apart = norm2(way(:, a) - way(:, b))/sqrt(min(cache%element(a)%kinematics%area, cache%element(b)%kinematics%area))
+        apart = norm2(way(:, a) - way(:, b))/min(cache%element(a)%kinematics%size, cache%element(b)%kinematics%size)
       end associate
       do side = 1, 2
         associate (e_of => pair(side, i))

@@ -1,0 +1,41 @@
+"""Blocks whose sides lie next to a line of the mathematical mesh, through the program, against those whose sides lie on it."""
+import numpy as np
+import pytest
+from test_blocks_touch import G, box, run
+
+OFFSETS = [(0, -1e-3), (0, -1e-5), (0, -1e-7), (0, -1e-12), (0, 1e-7), (-1e-7, -1e-7), (1e-8, 1e-6)]
+
+
+def stand(folder, offset, groups, **options):
+    """A block of 2 x 1 on a floor, a multiple of the mesh but for an offset; how far its middle went, and the results."""
+    x, y = offset
+    blocks = [np.array([[-1, -1], [3, -1], [3, y], [-1, y]]), box(x, y, 2, 1)]
+    groups += "\n&method model='nmm' /\n&cover edge=0.8, origin=0 0, angle=0, order=0 /\n&support both=-1 -1 3 -1 /"
+    f = run(folder, blocks, groups, rock=(2.5, 2.5 * G, 1e5, 0.2), phi=30.0, measured=[(1, 0.5, 2)], name=f"{x}_{y}", **options)
+    return f.measured_points.displacement[-1, 0], f
+
+
+@pytest.mark.parametrize("contact", ["", "&contact method='augmented' /"])
+@pytest.mark.parametrize("static", [False, True])
+def test_a_block_rests_as_one_on_the_mesh_does(contact, static, tmp_path):
+    """Within what the rock does differently over the offset, and in as many steps."""
+    options = {"carried": 0, "steps": 60} if static else {"steps": 200, "dt": 1e-3}
+    groups = contact + ("\n&step balance=1e-6 /" if static else "\n&damping mass=10 /")
+    on_it, flush = stand(tmp_path, (0, 0), groups, **options)
+    assert on_it[1] < -1e-4
+    for offset in OFFSETS:
+        beside, f = stand(tmp_path, offset, groups, **options)
+        np.testing.assert_allclose(beside, on_it, atol=(1e-4 + 2 * max(map(abs, offset))) * abs(on_it[1]))
+        assert f.history.rejected.sum() == 0 and len(f.history.time) <= len(flush.history.time) + 1
+
+
+def test_rounded_heights_let_blocks_slide(tmp_path):
+    """Two blocks that slide on each other and on a floor, two rows of nodes high to 9 digits: in the steps asked for."""
+    height = round(np.sqrt(3) / 2, 9)
+    blocks = [np.array([[-6, -1], [8, -1], [8, 0], [-6, 0]]), box(0, 0, 1.09375, height), box(0.046875, height, 0.8203125, height)]
+    f = run(tmp_path, blocks, "&method model='nmm' /\n&cover edge=0.5, origin=0 0, angle=0, order=0 /\n&support both=-6 -1 8 -1 /\n"
+            "&contact restitution=0 /", rock=(2500, 2500 * G, 4e9, 0.2), phi=20.0, material=[1, 2, 2],
+            velocity=((0, 0, 0), (2, 0, 0)), steps=60, measured=[(0.5, 0.5, 2)])
+    assert f.history.rejected.sum() == 0 and len(f.history.time) == 60
+    t = f.history.time[-1]
+    assert f.measured_points.displacement[-1, 0, 0] == pytest.approx(2 * t - G * np.tan(np.radians(20)) * t**2 / 2, rel=1e-2)
