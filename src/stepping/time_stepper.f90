@@ -91,7 +91,7 @@ contains
         if (may_strike(model, try%contacts)) call make_impact(model, cache, state, try)
       end if
       if (try%outcome%settled) exit tries
-      call mend(model, try, error)
+      call mend(model, state, try, error)
       if (allocated(error)) return
       if (try%outcome%rejected > 0 .and. stop_signal() > 0) return
     end do tries
@@ -132,7 +132,7 @@ contains
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt
     type(try_t), intent(out) :: try
-    real(dp) :: largest, longer
+    real(dp) :: largest
     integer :: e
 
     try%dt = dt
@@ -152,10 +152,17 @@ contains
     try%contacts%margin = state%contacts%margin
     try%contacts%swing = state%contacts%swing
     if (.not. (allocated(state%settling) .and. state%pace%last > 0)) return
-    longer = kept*max(1.0_dp, dt/state%pace%last)**2
-    try%contacts%margin = longer*try%contacts%margin
-    try%contacts%swing = longer*try%contacts%swing
+    call look_farther(kept*(dt/state%pace%last)**2, try)
   end subroutine begin_step
+
+  !> Lets a try look for contacts so many times as far beyond what velocities make.
+  subroutine look_farther(times, try)
+    real(dp), intent(in) :: times
+    type(try_t), intent(inout) :: try
+
+    try%contacts%margin = times*try%contacts%margin
+    try%contacts%swing = times*try%contacts%swing
+  end subroutine look_farther
 
   !> Weights of the step, who may touch, constraints and prediction.
   subroutine begin_try(model, cache, state, try, error)
@@ -374,8 +381,9 @@ contains
   !> Makes the next try shorter, where that is what the rejected one asks for.
   !>
   !> Errors: the step falls below its least size.
-  subroutine mend(model, try, error)
+  subroutine mend(model, state, try, error)
     type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
     type(error_t), allocatable, intent(out) :: error
 
@@ -385,6 +393,7 @@ contains
     try%outcome%cuts(try%outcome%reason) = try%outcome%cuts(try%outcome%reason) + 1
     if (try%remedy == remedy_stiffer) return
     try%dt = try%shorter*try%dt
+    if (allocated(state%settling)) call look_farther(try%shorter**2, try)
     try%contacts%goes_on = .false.
     if (allocated(try%contacts%leapt)) deallocate (try%contacts%leapt)
     if (try%dt < model%settings%least_step) &
