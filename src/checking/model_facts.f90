@@ -143,21 +143,30 @@ contains
   !> How much softer joints make a mass of blocks, and how far they close under its weight.
   !>
   !> A block of width w and a joint of stiffness K = kn w, or two contacts a face, are springs in series: E_mass/E = K/(E + K), the
-  !> same for all widths where K is that of contacts.
+  !> same for all widths where K is that of contacts. Under the stress s a joint that closes by c at most closes by s/(kn + s/c)
+  !> (Bandis 1983). Contacts that multipliers hold do not give way, and overlap by what these leave.
   pure subroutine soften(scene, model, facts)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(facts_t), intent(inout) :: facts
-    real(dp) :: kn(size(facts%joint_material)), width, young
+    real(dp) :: closure(size(facts%joint_material)), kn(size(facts%joint_material)), width, young
+    logical :: hard
 
     width = sqrt(facts%largest%area)
     if (facts%column%width > 0) width = facts%column%width
     kn = 0.0_dp
-    if (allocated(scene%settings%joint_kn)) kn = scene%settings%joint_kn(facts%joint_material)
-    facts%face_stiffness = minval(merge(kn*width, 2*model%effects%contact%normal_stiffness, kn > 0))
-    young = maxval(scene%block_material(facts%block_material)%young)
-    facts%modulus = facts%face_stiffness/(young + facts%face_stiffness)
-    facts%penetration = facts%column%stress*facts%column%width/facts%face_stiffness
+    closure = 0.0_dp
+    associate (law => model%effects%contact)
+      if (allocated(scene%settings%joint_kn)) kn = scene%settings%joint_kn(facts%joint_material)
+      if (allocated(law%closure)) closure = law%closure(facts%joint_material)
+      where (kn > 0 .and. closure > 0) kn = kn + facts%column%stress/closure
+      hard = law%penetration < huge(law%penetration)
+      facts%face_stiffness = minval(merge(kn*width, merge(huge(width), 2*law%normal_stiffness, hard), kn > 0))
+      young = maxval(scene%block_material(facts%block_material)%young)
+      facts%modulus = 1/(young/facts%face_stiffness + 1)
+      facts%penetration = facts%column%stress*facts%column%width/facts%face_stiffness
+      if (hard) facts%penetration = max(facts%penetration, law%penetration)
+    end associate
   end subroutine soften
 
   !> Smallest and largest block, shortest edge, slivers.

@@ -218,12 +218,23 @@ def test_slivers_are_warned_of(tmp_path):
         assert [slivers in line for line in warnings] == [True] * (slivers != "none")
 
 
-def test_the_overlap_of_contacts_is_what_a_static_run_finds(tmp_path):
-    """Within what a static run of 60 steps leaves of its way there."""
-    deck(tmp_path, carried=0, steps=60, dt=0.01, groups="&contact stiffness=1e9 /")
-    facts = check(tmp_path)[0]
+@pytest.mark.parametrize("groups", ["&contact stiffness=1e9 /", "&joints kn=1e9 /", "&joints kn=1e7, closure=1e-4 /"])
+def test_the_overlap_of_contacts_is_what_a_static_run_finds(groups, tmp_path):
+    """Within what a static run of 60 steps leaves of its way there; of a joint that stiffens by s/(kn + s/closure)."""
+    deck(tmp_path, carried=0, steps=60, dt=0.01, groups=groups)
+    facts, warnings = check(tmp_path)
     f = scree.run(tmp_path / "a.ana")
     assert first_number(facts["overlap of contacts there"]) == pytest.approx(f.history.overlap[-1], rel=1e-3)
+    assert not any("bear own weight" in line for line in warnings)
+
+
+def test_contacts_that_multipliers_hold_give_way_by_what_these_leave(tmp_path):
+    """However soft their springs are."""
+    deck(tmp_path, carried=0, steps=60, dt=0.01, groups="&contact method='augmented', stiffness=1e6, overlap=1e-6 /")
+    facts, warnings = check(tmp_path)
+    f = scree.run(tmp_path / "a.ana")
+    assert f.history.overlap.max() <= first_number(facts["overlap of contacts there"]) == 1e-6
+    assert "has 1 of the modulus" in facts["stiffness of contact"] and not any("bear own weight" in line for line in warnings)
 
 
 def test_soft_contact_is_warned_of(tmp_path):
