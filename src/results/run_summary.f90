@@ -149,28 +149,24 @@ contains
     summary%blows = blow_t(summary%blows%energy + report%blow%energy, min(summary%blows%swing, report%blow%swing))
     summary%ramped = summary%ramped + report%ramp
     summary%fallen = max(summary%fallen, summary%height_from + summary%ramped - state%books%gravity)
-    if (state%contacts%penetration > summary%overlap%value) call take_overlap(model, state, summary%overlap)
+    if (state%contacts%penetration > summary%overlap%value) &
+      call take_overlap(model, state, state%contacts%contact, summary%overlap)
+    if (allocated(state%sleep)) then
+      if (state%sleep%penetration > summary%overlap%value) call take_overlap(model, state, state%sleep%contact, summary%overlap)
+    end if
   end subroutine add_step
 
-  !> Takes the deepest overlap of a step.
-  subroutine take_overlap(model, state, overlap)
+  !> Takes the deepest overlap of a step, of contacts of what is awake or of what sleeps.
+  subroutine take_overlap(model, state, contact, overlap)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
+    type(contact_t), intent(in) :: contact(:)
     type(overlap_most_t), intent(inout) :: overlap
     type(contact_t) :: deepest
-    integer :: i
-    real(dp) :: most
 
-    overlap%value = state%contacts%penetration
+    deepest = contact(maxloc(contact%overlap, 1))
+    overlap%value = deepest%overlap
     overlap%time = time_of_run(state)
-    most = -huge(most)
-    do i = 1, size(state%contacts%contact)
-      associate (contact => state%contacts%contact(i))
-        if (contact%overlap <= most) cycle
-        most = contact%overlap
-        deepest = contact
-      end associate
-    end do
     associate (entrance => deepest%entrance(deepest%active), outlines => model%outlines)
       overlap%blocks = outlines%block([entrance%vertex, entrance%edge])
       overlap%position = state%vertex(:, outlines%start(entrance%vertex)) + model%origin

@@ -156,6 +156,16 @@ def test_a_run_that_goes_on_sums_up_its_last_part(tmp_path):
                                                          abs=1e-12 * np.abs(r.history.energy.gravity[-1]))
 
 
+def test_a_run_that_goes_on_asleep_has_the_overlap_of_what_sleeps(tmp_path):
+    decks = effects.on_ground(3, 2, 60.0).write(tmp_path, "x")
+    assert call("run", *decks, *words(["step.sleep=1e-3", "step.end_time=5"]), "-o", tmp_path / "r.h5", "--quiet").returncode == 0
+    done = call("run", "--restart", tmp_path / "r.h5", "--set", "step.end_time=6", "--quiet", "--summary", "json")
+    said, r = summary_of(done), read(tmp_path / "r.h5")
+    assert said["steps"]["taken"] > 0
+    deepest = r.history.overlap[-said["steps"]["taken"]:].max()
+    assert deepest > 0 and said["overlap"]["largest"] == deepest
+
+
 def test_a_screen_says_it_in_words_and_ends_with_the_file(tmp_path):
     done = call("run", ARC, "--set", "step.size=5e-4", "-o", tmp_path / "arc.h5")
     lines = done.stdout.splitlines()
