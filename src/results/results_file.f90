@@ -49,6 +49,7 @@ module scree_results_file
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
   integer(hsize_t), parameter :: closing_bytes = 131072 !! of what the run came to and cost, with its indices
   real, parameter :: longest_wait = 0.25     !! seconds between two times that rows are written
+  integer, parameter :: longest_turn = 2     !! seconds that others may take to create a file
   integer, parameter :: most_waiting = 2000000 !! numbers, beyond which they are written
   character(len=*), parameter :: point_fields(2) = [character(len=12) :: 'displacement', 'velocity']
   character(len=*), parameter :: cell_fields(3) = [character(len=12) :: 'stress_xx', 'stress_yy', 'stress_xy']
@@ -120,6 +121,8 @@ contains
       call fail(error, status_bad_input, path//': expected another name for the results, found that of a file beside them')
       return
     end if
+    call refuse_if_locked(path, error)
+    if (allocated(error)) return
     if (.not. may_replace(path)) call refuse_to_replace(path, 'a results file of scree', error)
     if (with_xdmf .and. .not. allocated(error)) then
       if (.not. may_replace_xdmf(xdmf_path(path))) call refuse_to_replace(xdmf_path(path), 'an XDMF side-car of scree', error)
@@ -128,6 +131,26 @@ contains
       if (.not. may_replace_classic(classic_path(path))) call refuse_to_replace(classic_path(path), 'a replay of scree', error)
     end if
   end subroutine check_targets
+
+  !> Error that a file of HDF5 cannot be opened: another program writes it, or it is damaged.
+  subroutine refuse_if_locked(path, error)
+    character(len=*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    integer(hid_t) :: file
+    integer :: status
+    logical :: is_hdf5
+
+    call begin_hdf5()
+    call h5fis_hdf5_f(path, is_hdf5, status)
+    if (status < 0 .or. .not. is_hdf5) return
+    call h5fopen_f(path, H5F_ACC_RDONLY_F, file, status)
+    if (status < 0) then
+      call fail(error, status_bad_input, path//': expected a new file or a results file to write over, found one that another '// &
+                'program writes, or that is damaged')
+    else
+      call h5fclose_f(file, status)
+    end if
+  end subroutine refuse_if_locked
 
   !> Whether results may take the place of a file: it holds nothing, or a status of scree's in HDF5.
   logical function may_replace(path)
@@ -204,14 +227,21 @@ contains
     call store_text(results, 'status', 'running', error, room=300)
   end subroutine open_results
 
-  !> Creates an empty file, whose heads and indices lie within pages.
+  !> Creates an empty file, whose heads and indices lie within pages. To empty one that is there takes its bytes from whoever writes
+  !> it, before HDF5 asks whether it is locked: so programs that begin at once do that one after the other.
   subroutine create_file(path, file, error)
     character(len=*), intent(in) :: path
     integer(hid_t), intent(inout) :: file    !! -1 where it cannot be written
     type(error_t), allocatable, intent(out) :: error
     integer(hid_t) :: access, creation
-    integer :: status
+    integer :: status, turn
 
+    call take_turn(path//'.lock', turn)
+    call refuse_if_locked(path, error)
+    if (allocated(error)) then
+      call give_turn(turn)
+      return
+    end if
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
     call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
     call h5pset_libver_bounds_f(access, H5F_LIBVER_V18_F, H5F_LIBVER_V110_F, status)
@@ -227,7 +257,37 @@ contains
     end if
     call h5pclose_f(creation, status)
     call h5pclose_f(access, status)
+    call give_turn(turn)
   end subroutine create_file
+
+  !> Waits until no other program has the file that says whose turn it is; not for ever, as one that was killed leaves it.
+  subroutine take_turn(path, turn)
+    character(len=*), intent(in) :: path
+    integer, intent(out) :: turn             !! unit of the file; 0: there is none, as where nothing can be written
+    integer(int64) :: began, now, rate
+    integer :: missed, status
+    logical :: there
+
+    call system_clock(began, rate)
+    missed = 0
+    do while (missed < 3) ! others may have had their turn in between
+      open (newunit=turn, file=path, status='new', iostat=status)
+      if (status == 0) return
+      inquire (file=path, exist=there)
+      missed = merge(0, missed + 1, there)
+      call system_clock(now)
+      if (now - began > longest_turn*rate) exit
+    end do
+    open (newunit=turn, file=path, iostat=status)
+    if (status /= 0) turn = 0
+  end subroutine take_turn
+
+  !> Lets others have their turn.
+  subroutine give_turn(turn)
+    integer, intent(in) :: turn              !! unit of the file; 0: there is none
+
+    if (turn /= 0) close (turn, status='delete')
+  end subroutine give_turn
 
   !> Datasets of the frames: the polygons once, places and fields to grow. After an error nothing more is made.
   subroutine make_frames(results, layout, with_ghosts, error)
@@ -579,7 +639,7 @@ contains
   !> Writes what the run came to, the costs and the status, and closes. Always closes; the first failure is the error.
   !>
   !> The status has its room in the file, so a full disk cannot keep it out: it says of a run that was complete that it stopped
-  !> there. A file that never came to the disk is taken away.
+  !> there. A file without a frame is taken away.
   subroutine close_results(results, status_text, summary, warning, cost, work, error)
     type(results_t), intent(inout) :: results
     character(len=*), intent(in) :: status_text  !! complete, cut, interrupted, or stopped: reason
@@ -591,7 +651,7 @@ contains
     type(error_t), allocatable :: status_error
     integer(hsize_t) :: length
     integer(c_int) :: code
-    integer :: status, unit
+    integer :: status
 
     if (results%file < 0) return
     call give_back(results%room, results%file, closing_bytes, error)
@@ -612,11 +672,10 @@ contains
     call h5fclose_f(results%file, status)
     if (.not. allocated(error)) call check_status(status, results%path//': cannot close', error)
     results%file = -1
-    if (.not. allocated(error)) then
+    if (results%n_counted == 0) then
+      call delete_file(results%path)
+    else if (.not. allocated(error)) then
       call h5close_f(status) ! after a failure it would try to write again
-    else if (results%room%reserved == 0 .and. status < 0) then
-      open (newunit=unit, file=results%path, iostat=status)
-      if (status == 0) close (unit, status='delete')
     else if (status < 0) then
       ! the failure may have cut the file shorter than its head says, and it would not open; a hole takes no space
       code = c_truncate(results%path//c_null_char, int(length + results%room%bytes, c_int64_t))
@@ -639,14 +698,22 @@ contains
   !> Closes a file that never took its place, and takes it away.
   subroutine abandon_results(results)
     type(results_t), intent(inout) :: results
-    integer :: status, unit
+    integer :: status
 
     if (results%file < 0) return
     call h5fclose_f(results%file, status)
     results%file = -1
-    open (newunit=unit, file=results%path, iostat=status)
-    if (status == 0) close (unit, status='delete')
+    call delete_file(results%path)
   end subroutine abandon_results
+
+  !> Takes a file away, if it is there.
+  subroutine delete_file(path)
+    character(len=*), intent(in) :: path
+    integer :: status, unit
+
+    open (newunit=unit, file=path, iostat=status)
+    if (status == 0) close (unit, status='delete')
+  end subroutine delete_file
 
   !> The tables of costs and of work.
   subroutine write_costs(file, cost, work, error)

@@ -147,6 +147,21 @@ def test_what_scree_wrote_is_written_anew(words, folder):
         assert done.returncode == 0, done.stderr
 
 
+def test_of_two_runs_that_begin_at_once_on_one_file_one_has_it(tmp_path):
+    """The other is refused, and what it would have emptied is whole."""
+    path = tmp_path / "r.h5"
+    env = {name: value for name, value in os.environ.items() if name != "HDF5_USE_FILE_LOCKING"}
+    for _ in range(8):  # the first time there is no file yet
+        runs = [subprocess.Popen([SCREE, "run", ROTATION / "t4.ana", "-o", path, "--quiet"],
+                                 stderr=subprocess.PIPE, text=True, env=env) for _ in range(2)]
+        said = [run.communicate(timeout=60)[1] for run in runs]
+        assert sorted(run.returncode for run in runs) in ([0, 2], [0, 0])  # one may end before the other begins
+        assert all(len(words.splitlines()) <= 1 for words in said)
+        with h5py.File(path) as f:
+            assert f["scene"].attrs["status"] == b"complete" and len(f["history/time"]) == 100
+    assert [file.name for file in tmp_path.iterdir()] == ["r.h5"]
+
+
 def test_results_of_a_run_that_died_are_written_anew(tmp_path):
     run, path = start(tmp_path)
     run.kill()
