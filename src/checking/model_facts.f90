@@ -165,7 +165,7 @@ contains
       young = maxval(scene%block_material(facts%block_material)%young)
       facts%modulus = 1/(young/facts%face_stiffness + 1)
       facts%penetration = facts%column%stress*facts%column%width/facts%face_stiffness
-      if (hard) facts%penetration = max(facts%penetration, law%penetration)
+      if (hard .and. facts%column%width > 0) facts%penetration = max(facts%penetration, law%penetration)
     end associate
   end subroutine soften
 
