@@ -120,7 +120,7 @@ contains
 
     do i = 1, size(contact)
       do k = 1, 2
-        contact(i)%entrance(k)%stiffness = contact(i)%entrance(k)%stiffness/hardening(k, i)
+        if (hardening(k, i) > 1) contact(i)%entrance(k)%stiffness = contact(i)%entrance(k)%stiffness/hardening(k, i)
       end do
     end do
   end subroutine soften

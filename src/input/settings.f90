@@ -255,7 +255,8 @@ contains
     associate (s => scene%settings)
       call row%choice(setting_t('contact', 'method', 'springs, springs and multipliers, or no contact between bodies', &
                                 choices='|penalty|augmented|none|'), s%contact, contact_penalty)
-      call row%real(setting_t('contact', 'stiffness', 'of a spring across a contact, per unit thickness', 'force/length', 0.0_dp, &
+      call row%real(setting_t('contact', 'stiffness', 'of a spring across a contact, per unit thickness; of a bond, by the '// &
+                              'length that it stands for', 'force/length', 0.0_dp, &
                               open=.true., default='g0 of the deck, or 5 times the largest E; 50 times with preset shi'), &
                     s%contact_stiffness, merge(scene%contact_stiffness, merge(50, 5, s%shi)*largest_modulus(scene), &
                                                scene%contact_stiffness > 0))
