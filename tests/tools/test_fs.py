@@ -56,6 +56,20 @@ def test_joints_may_be_named(tmp_path):
     assert stands < 1 / 0.99 < falls
 
 
+@pytest.mark.parametrize("steps", [1, 2, 3, 4, 6, 12, 200])
+def test_a_run_whose_steps_run_out_neither_stands_nor_falls(tmp_path, steps):
+    """With few steps there is no factor, with more the true one; never another."""
+    done = subprocess.run([SOURCE / "tools" / "fs", PLANE, "--set", f"step.count={steps}", "-o", "out"], cwd=tmp_path, capture_output=True, text=True)
+    undecided = [line for line in done.stdout.splitlines() if " undecided " in line]
+    if done.returncode == 0:
+        assert not undecided and float(done.stdout.splitlines()[-1].split()[3]) == pytest.approx(0.92096, rel=6e-3)
+    else:
+        assert done.returncode == 1 and len(undecided) == 1 and "factor of safety" not in done.stdout
+        factor = float(undecided[0].split()[0])
+        assert f"found one whose steps ran out before, with a factor of {factor:g}: try more steps (n5 of the deck); not in equilibrium" in done.stderr
+    assert (done.returncode == 0) == (steps > 6)
+
+
 @pytest.mark.parametrize("words, status, said", [
     ([PLANE, "--joints", "2"], 1, "expected joint materials of the scene, 1 to 1, found [2]"),
     ([PLANE, "--set", "joint(1).phi=0"], 1, "nothing to reduce"),

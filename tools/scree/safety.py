@@ -4,12 +4,13 @@
 
 tan phi, cohesion and tensile strength of the joint materials, all of them or those of --joints, are divided by a factor F, and the
 scene is run as a static one, from where it stands, until what is out of balance on each body is below a share of its weight and
-loads (--balance), or to its last step. It stands where it comes to that, it falls where it does not, or where the run fails. From F =
-1 on, F is doubled or halved until the scene stands with one factor and falls with another, and what is between is halved until
-both are within a share of each other (--within): then the factor of safety is between them. FOLDER, by default that of the deck with
--fs, holds fs.csv, the results of the last run that stands and of the first that falls, and mechanism.png, where the blocks of the latter
-have gone. A deck whose joints have other strength (&joints phi, residual_phi, jrc ...), or that has stages, is refused. Exit status 0; 1
-where nothing falls up to --most or stands down to its inverse, or a run is stopped; 2 for bad input.
+loads (--balance), or until a block moves on and on. It stands where it comes to the first, it falls where it comes to the second, or
+where the run fails. Where its steps run out before either it is undecided, and the search ends without a factor: give the deck more
+steps (n5). From F = 1 on, F is doubled or halved until the scene stands with one factor and falls with another, and what is between is
+halved until both are within a share of each other (--within): then the factor of safety is between them. FOLDER, by default that of
+the deck with -fs, holds fs.csv, the results of the last run that stands and of the last that falls, and mechanism.png, where the blocks
+of the latter have gone. A deck whose joints have other strength (&joints phi, residual_phi, jrc ...), or that has stages, is refused.
+Exit status 0; 1 where nothing falls up to --most or stands down to its inverse, or a run is undecided or stopped; 2 for bad input.
 """
 import csv
 import dataclasses
@@ -23,8 +24,7 @@ from .errors import ScreeError
 from .plot import draw_frames, open_shapes
 from .program import call, done_or_failed, with_settings
 
-STANDS = "complete"
-MOVES = ("moves", "not in equilibrium")  # how a static run ends that finds none
+STANDS, MOVES, UNDECIDED = "complete", "moves: ", "not in equilibrium: "  # how the status of a static run begins that ends
 STRENGTH = re.compile(r"^joint material (\d+).*\n  friction angle \(phi\): (\S+).*\n  cohesion \(c\): (\S+).*\n  tensile strength \(T\): (\S+)",
                       re.M)
 BESIDE = re.compile(r"^  (joints\.(?:phi|cohesion|tensile_strength|residual_phi|residual_c|jrc|dilation) = \S+)|^(stage \d+)", re.M)  # other strength
@@ -32,16 +32,22 @@ BESIDE = re.compile(r"^  (joints\.(?:phi|cohesion|tensile_strength|residual_phi|
 
 @dataclasses.dataclass
 class Trial:
-    """A run with a factor, and what it came to: share that is out of balance, body that is so most, largest displacement."""
+    """A run with a factor, and what it came to: whether the scene stands, None where it is undecided; share that is out of balance,
+    body that is so most, largest displacement."""
 
     factor: float
-    stands: bool
+    stands: bool | None
     steps: int = 0
     solves: int = 0
     share: float = math.nan
     block: int = 0
     displacement: float = math.nan
     said: str = ""
+
+    @property
+    def verdict(self):
+        """In a word, which the results of the run are called by, too."""
+        return {True: "stands", False: "falls", None: "undecided"}[self.stands]
 
 
 class Reduction:
@@ -72,7 +78,7 @@ class Reduction:
             yield f"joint({joint}).T={tension / factor!r}"
 
     def try_factor(self, factor):
-        """Runs the scene; its results are kept as those of the last one that stood, or fell."""
+        """Runs the scene; its results are kept as those of the last one that stood, fell, or was undecided."""
         partial = self.folder / "trial.h5"
         done = call("run", *self.decks, "-o", partial, "--quiet", "--summary", "json",
                     *with_settings([*self.settings, *self.reduced(factor)]), path=self.path)
@@ -80,17 +86,18 @@ class Reduction:
             done_or_failed(done)
         came_to = json.loads(done.stdout)
         status, balance = came_to["status"], came_to["balance"] or {}
-        stands = status == STANDS
+        stands = True if status == STANDS else None if status.startswith(UNDECIDED) else False
+        trial = Trial(factor, stands, came_to["steps"]["taken"], came_to["steps"]["solves"], balance.get("share", math.nan),
+                      balance.get("block", 0), came_to["displacement"]["largest"], "" if stands else status)
         if partial.exists():
-            partial.replace(self.folder / ("stands.h5" if stands else "falls.h5"))
-        return Trial(factor, stands, came_to["steps"]["taken"], came_to["steps"]["solves"], balance.get("share", math.nan),
-                     balance.get("block", 0), came_to["displacement"]["largest"], "" if stands else status)
+            partial.replace(self.folder / f"{trial.verdict}.h5")
+        return trial
 
 
 def search(try_factor, within, most):
     """Tries factors until one at which a scene stands and one at which it falls are near each other; all trials, in their order.
 
-    Raises ScreeError where it stands with all of them, or with none."""
+    Raises ScreeError where it stands with all of them, or with none. Who takes the trials ends the search at one that is undecided."""
     trials = [try_factor(1.0)]
     yield trials[0]
     step = 2.0 if trials[0].stands else 0.5
@@ -117,11 +124,14 @@ def bracket(trials):
 def find(reduction, within, most):
     """The factors between which a scene begins to fall, and the trials that tell; prints each."""
     trials = []
-    print(f"{'factor':>10}  {'':<7}{'steps':>7}{'solves':>8}{'out of balance':>16}{'block':>7}{'displacement':>14}", flush=True)
+    print(f"{'factor':>10}  {'':<9}{'steps':>7}{'solves':>8}{'out of balance':>16}{'block':>7}{'displacement':>14}", flush=True)
     for trial in search(reduction.try_factor, within, most):
         trials.append(trial)
-        print(f"{trial.factor:10.5f}  {'stands' if trial.stands else 'falls':<7}{trial.steps:7}{trial.solves:8}{trial.share:16.2e}"
+        print(f"{trial.factor:10.5f}  {trial.verdict:<9}{trial.steps:7}{trial.solves:8}{trial.share:16.2e}"
               f"{trial.block:7}{trial.displacement:14.3e}", flush=True)
+        if trial.stands is None:
+            raise ScreeError("expected runs that come to equilibrium or move on and on, found one whose steps ran out before, with a factor "
+                             f"of {trial.factor:g}: try more steps (n5 of the deck); {trial.said}")
         if not trial.stands and not trial.said.startswith(MOVES):
             print(f"            the run ended: {trial.said}")
     return *bracket(trials), trials
