@@ -1,5 +1,6 @@
 """tools/study: one scene with many numbers, also when it is killed, and elsewhere."""
 import csv
+import math
 import os
 import pathlib
 import signal
@@ -229,6 +230,31 @@ def test_samples_have_their_distributions_and_their_seed(tmp_path):
     assert [row[:4] for row in table.rows] == read_table(path).rows
 
 
+@pytest.mark.parametrize("least, most", [(38, None), (50, None), (60, 60.01), (None, 10), (None, 22), (29, 31), (31, 33), (25, 29), (None, 60)])
+def test_samples_of_a_tail_are_within_it(tmp_path, least, most):
+    """Each is in its part of equal probability; log Q(z) of the normal distribution, beyond 5 deviations, is -z^2/2 - log(z sqrt(2 pi))
+    + log(1 - 1/z^2 + 3/z^4 - 15/z^6 + 105/z^8)."""
+    number, ends = 40, {end: value for end, value in (("least", least), ("most", most)) if value is not None}
+    words = ",".join(f"{end}={value}" for end, value in {"mean": 30, "deviation": 1, **ends}.items())
+    (tmp_path / "t.toml").write_text(f'[sample]\nnumber={number}\n"a.b"={{{words}}}\n')
+    values = sorted(float(row[0]) for row in read_table(tmp_path / "t.toml").rows)
+    assert ends.get("least", -np.inf) <= values[0] and values[-1] <= ends.get("most", np.inf) and len(set(values)) == number
+
+    def beyond(x):
+        """The logarithm of the probability that lies farther out than x, which is beyond both ends or in the tail of one."""
+        z = abs(x - 30)
+        if z < 5:
+            return math.log(math.erfc(z / math.sqrt(2)) / 2)
+        return -z * z / 2 - math.log(z * math.sqrt(2 * math.pi)) + math.log(1 - 1 / z ** 2 + 3 / z ** 4 - 15 / z ** 6 + 105 / z ** 8)
+
+    tail = (least or 0) >= 30 or (most or 100) <= 30
+    if tail:
+        inner, outer = (least, most) if (least or 0) >= 30 else (most, least)
+        far = math.exp(beyond(outer) - beyond(inner)) if outer else 0.0
+        shares = sorted((math.exp(beyond(x) - beyond(inner)) - far) / (1 - far) for x in values)
+        assert all(k - 1e-3 <= number * share <= k + 1 + 1e-3 for k, share in enumerate(shares))
+
+
 def test_a_grid_meets_each_sample(tmp_path):
     (tmp_path / "t.toml").write_text('[grid]\n"a.x"=[1,2]\n"a.y"={from=1,to=100,count=3,scale="log"}\n'
                                      '[sample]\nnumber=5\n"b.z"={from=0,to=1}\n')
@@ -244,7 +270,11 @@ def test_a_grid_meets_each_sample(tmp_path):
     ('[grid]\n"a.b"=3\n', "doc/studies.md"),
     ('[grid]\n"a.b"={from=1,to=2,count=1}\n', "from 2"), ('[sample]\nnumber=3\n"a.b"={from=-1,to=2,scale="log"}\n', "above 0"),
     ('[sample]\nnumber=0\n"a.b"=[1]\n', "from 1"), ('[sample]\n"a.b"=[1]\n', "from 1"),
-    ('[sample]\nnumber=2\n"a.b"={mean=1,deviation=-1}\n', "sigma"),
+    ('[sample]\nnumber=2\n"a.b"={mean=1,deviation=-1}\n', "deviation is to be above 0"),
+    ('[sample]\nnumber=2\n"a.b"={mean=1,deviation=0}\n', "deviation is to be above 0"),
+    ('[sample]\nnumber=2\n"a.b"={mean=30,deviation=1,least=31,most=29}\n', "least below most"),
+    ('[sample]\nnumber=2\n"a.b"={mean=30,deviation=1,least=31,most=31}\n', "least below most"),
+    ('[sample]\nnumber=2\n"a.b"={mean=30,deviation=0.1,least=50}\n', "nothing is left"),
     ('[grid]\n"a.b"=[1]\n[sample]\nnumber=2\n"a.b"=[1]\n', "each once")])
 def test_a_bad_table_is_one_line(text, expected, tmp_path):
     (tmp_path / "t.toml").write_text(text)

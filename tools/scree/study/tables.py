@@ -2,6 +2,7 @@
 import csv
 import dataclasses
 import itertools
+import math
 import pathlib
 import random
 import statistics
@@ -10,6 +11,7 @@ import tomllib
 from ..errors import ScreeError
 
 KNOWN = ("deck", "geometry", "set", "grid", "sample", "quantities")
+LEAST_PROBABILITY = 1e-300  # 37 deviations from the mean
 
 
 class TableError(ScreeError):
@@ -108,10 +110,24 @@ def draw(name, what, number, seed):
         check_keys(name, what, {"from", "to"}, {"scale"})
         return [between(name, what, share) for share in shares]
     check_keys(name, what, {"mean", "deviation"}, {"least", "most"})
-    normal = statistics.NormalDist(what["mean"], what["deviation"])
-    least, most = (normal.cdf(what[end]) if end in what else bound for end, bound in (("least", 0.0), ("most", 1.0)))
-    shares = [min(max(least + share * (most - least), 1e-300), 1 - 2 ** -53) for share in shares]
-    return [normal.inv_cdf(share) for share in shares]  # cut off at the ends, not piled up there
+    return cut_normal(name, what, shares)
+
+
+def cut_normal(name, what, shares):
+    """What lies at shares of a normal distribution that is cut off at its ends, not piled up there. Where all of it lies above the mean
+    it is that of the other side: probabilities near 0 have digits, those near 1 have none."""
+    mean, deviation, least, most = what["mean"], what["deviation"], what.get("least", -math.inf), what.get("most", math.inf)
+    if not (math.isfinite(mean) and 0 < deviation < math.inf and least < most):
+        raise ValueError(f"{what} for {name}, whose deviation is to be above 0, and least below most")
+    low, high = (least - mean) / deviation, (most - mean) / deviation
+    side = -1 if low > 0 else 1
+    if side < 0:
+        low, high, shares = -high, -low, [1 - share for share in shares]
+    first, last = (math.erfc(-end / math.sqrt(2)) / 2 for end in (low, high))
+    if last < LEAST_PROBABILITY:
+        raise ValueError(f"{what} for {name}, of whose distribution nothing is left")
+    chosen = (min(max(first + share * (last - first), LEAST_PROBABILITY), 1 - 2 ** -53) for share in shares)
+    return [min(max(mean + side * deviation * statistics.NormalDist().inv_cdf(one), least), most) for one in chosen]
 
 
 def check_keys(name, what, needed, allowed):
