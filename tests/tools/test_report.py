@@ -116,6 +116,18 @@ def test_a_page_says_what_the_run_came_to(page):
     assert [phase for phase, *_ in facts.cost_rows(results)][0] in results.cost.phase[results.cost.share > 0.1]
 
 
+def test_a_page_says_what_is_of_the_part_since_a_restart(tmp_path):
+    results = slope(tmp_path)
+    assert facts.since_restart(results, Units()) == ""
+    assert scree.call("run", "--restart", results.path, "--set", "step.count=90", "--set", "step.end_time=0.45").returncode == 0
+    results = scree.read(results.path)
+    said = dict(facts.outcome_rows(results, Units()))["steps"]
+    assert len(results.history.time) == 90 and said.startswith("30 taken")  # the program knows of its part alone
+    assert subprocess.run([TOOL, results.path]).returncode == 0
+    text = results.path.with_suffix(".html").read_text()
+    assert "<h2>What it came to since the restart at time 0.3</h2>" in text and "<h2>Cost since the restart at time 0.3</h2>" in text
+
+
 def test_charts_keep_the_peaks_of_long_runs():
     t = np.linspace(0, 1, 50_000)
     values = np.where(np.arange(50_000) == 12_345, 7.0, np.sin(t))

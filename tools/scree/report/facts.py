@@ -13,6 +13,13 @@ def percent(share):
     return f"{100 * share:.3g} %"
 
 
+def since_restart(results, units):
+    """Words for what is known of the last part of a run alone; none of a run that was not restarted."""
+    said = results.summary
+    begun = said["time"]["from"] if said else 0
+    return f" since the restart at time {units.quantity(float(begun), 'time')}" if begun > 0 else ""
+
+
 def verdict(results, units):
     """How grave it is (good, look, bad), how the run ended, and remarks on what is worth a look."""
     status = results.scene.status
@@ -42,7 +49,7 @@ def remarks_on(results, units):
     if "error" in history and history.error.share.max() > SHARE:
         yield f"Steps are estimated to be off by up to {percent(history.error.share.max())} of the displacement."
     if summary and summary["energy"]["share_lost"] < -SHARE:
-        yield f"Energy was made: {percent(-summary['energy']['share_lost'])} of what there was to give."
+        yield f"Energy was made{since_restart(results, units)}: {percent(-summary['energy']['share_lost'])} of what there was to give."
     cut = int(history.rejected.sum())
     if cut > SHARE * len(history.time):
         yield f"{cut} tries of steps were cut, of {len(history.time)} steps taken."

@@ -103,16 +103,16 @@ def table(title, rows, numbers=()):
 
 def tables(results, units):
     """What the run came to, and what it was."""
-    warnings = results.warnings
+    warnings, since = results.warnings, facts.since_restart(results, units)
     cost = [(phase, f"{seconds:.3g} s", f"{calls} calls", share) for phase, seconds, share, calls in facts.cost_rows(results)]
     bars = "".join(f'<tr><td>{phase}</td><td class="number">{seconds}</td><td class="number">{calls}</td><td class="share">'
                    f'<div style="width:{100 * share:.1f}%"></div></td></tr>' for phase, seconds, calls, share in cost)
     return "\n".join([
-        '<div class="columns">', table("What it came to", facts.outcome_rows(results, units)),
+        '<div class="columns">', table(f"What it came to{since}", facts.outcome_rows(results, units)),
         table("Stages", facts.stage_rows(results, units)),
-        f"<div><h2>Warnings</h2>{listed(warnings)}</div>" if warnings else "",
+        f"<div><h2>Warnings{since}</h2>{listed(warnings)}</div>" if warnings else "",
         table("Energy at the end", facts.energy_rows(results, units), (1,)), table("Estimated error at the end", facts.error_rows(results, units), (1,)),
-        f"<div><h2>Cost</h2><table>{bars}</table></div>" if cost else "", table("Scene", facts.scene_rows(results)),
+        f"<div><h2>Cost{since}</h2><table>{bars}</table></div>" if cost else "", table("Scene", facts.scene_rows(results)),
         table("Effects, and why", list(zip(results.scene.effects, results.scene.effect_reasons))), "</div>"])
 
 
