@@ -7,7 +7,9 @@ import pytest
 import scree
 from scree import plot
 from scree.errors import PlotError
-from scree.histories import history_of, names_of_histories
+from scree.histories import histories_of, names_of_histories
+from scree.report import facts
+from scree.units import Units
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 SLOPE = SOURCE / "input" / "bench" / "slope" / "reg.geo"
@@ -23,34 +25,51 @@ def results(tmp_path_factory):
 
 
 def test_columns_have_the_values_of_the_file_and_names(results):
-    contacts = history_of(results, "contacts")
+    contacts, = histories_of(results, "contacts")
     assert contacts.names == ["open", "sliding", "locked"]
     np.testing.assert_array_equal(contacts.values, results.history.contacts)
-    rotation = history_of(results, "rotation")
+    rotation, = histories_of(results, "rotation")
     assert rotation.names[36] == "block 37" and rotation.dimension == "rad" and len(rotation.names) == 37
-    kinetic = history_of(results, "energy/kinetic")
+    kinetic, = histories_of(results, "energy/kinetic")
     assert kinetic.names == [""] and kinetic.values.shape == (10, 1)
-    moved = history_of(results, "measured_points/displacement")
+    moved, = histories_of(results, "measured_points/displacement")
     places = results.given_points("measured")
     assert moved.names[3] == f"point 2 at ({places[1, 0]:.4g}, {places[1, 1]:.4g}), y"
     np.testing.assert_array_equal(moved.values[:, 3], results.measured_points.displacement[:, 1, 1])
-    stress = history_of(results, "measured_points/stress")
+    stress, = histories_of(results, "measured_points/stress")
     assert stress.names[8].startswith("point 3 ") and stress.names[8].endswith("), xy")
     np.testing.assert_array_equal(stress.values[:, 8], results.measured_points.stress[:, 2, 2])
     for name in names_of_histories(results):
-        found = history_of(results, name)
-        assert found.values.shape == (10, len(found.names)) and found.description
+        for found in histories_of(results, name):
+            assert found.values.shape == (10, len(found.names)) and found.description
+
+
+def test_angular_momentum_has_a_unit_of_its_own(results):
+    """Decks in m and Pa: of a slice of a metre in mm, kPa and s momentum is 1 N s = 1e-3 kPa m2 s = 1e3 kPa mm2 s, and angular momentum
+    1 N m s = 1e-3 kPa m3 s = 1e6 kPa mm3 s."""
+    along, angular = histories_of(results, "momentum")
+    assert (along.names, angular.names) == (["x", "y"], ["angular"])
+    assert (along.dimension, angular.dimension) == ("mass*length/time", "mass*length^2/time")
+    np.testing.assert_array_equal(np.hstack([along.values, angular.values]), results.history.momentum)
+    units = Units("mm=1e-3,kPa=1e3,s")
+    figure = plot.draw_histories([results.path], ["momentum"], units)
+    assert [axis.get_ylabel() for axis in figure.axes] == ["[kPa mm$^2$ s]", "[kPa mm$^3$ s]"]
+    assert figure.axes[0].lines[1].get_ydata() == pytest.approx(1e3 * results.history.momentum[:, 1], rel=1e-12)
+    assert figure.axes[1].lines[0].get_ydata() == pytest.approx(1e6 * results.history.momentum[:, 2], rel=1e-12)
+    panels = [panel for panel in facts.charts(results, units) if "momentum" in panel["title"]]
+    assert [panel["title"].split("[")[1] for panel in panels] == ["kPa mm² s]", "kPa mm³ s]"]
+    assert panels[1]["series"][0]["values"][-1] == pytest.approx(1e6 * results.history.momentum[-1, 2], rel=1e-6)
 
 
 def test_a_model_alone_has_no_history(results, tmp_path):
     scree.call("cut", SLOPE, results.path.parent / "s.ana", "-o", tmp_path / "cut.h5")
     with pytest.raises(PlotError, match="expected steps, found none"):
-        history_of(scree.read(tmp_path / "cut.h5"), "area")
+        histories_of(scree.read(tmp_path / "cut.h5"), "area")
 
 
 def test_what_is_no_history_is_said(results):
     with pytest.raises(PlotError, match="expected one of the histories area, .*measured_points/velocity, found 'weather'"):
-        history_of(results, "weather")
+        histories_of(results, "weather")
 
 
 def test_curves_are_named(results):

@@ -1,11 +1,13 @@
 """Histories of a run as columns that have names: series of /history, and those of measured points."""
 import dataclasses
+import re
 
 import numpy as np
 
 from .errors import PlotError
 
 COLUMNS = {"contacts": ("open", "sliding", "locked"), "momentum": ("x", "y", "angular")}  # of series that are no blocks
+PANELS = {"momentum": {"x, y": slice(0, 2), "angular": slice(2, 3)}}  # columns of one dimension, where a series has several, in their order
 LINES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")  # of curves: Okabe and Ito (2008)
 PARTS = {2: ("x", "y"), 3: ("xx", "yy", "xy")}  # of vectors and stresses
 MEASURED = "measured_points/"
@@ -27,8 +29,9 @@ def names_of_histories(results):
     return [*results.history.series(), *(f"{MEASURED}{name}" for name in measured)]
 
 
-def history_of(results, name):
-    """A history by its name below /history, or measured_points/NAME; PlotError where there is none."""
+def histories_of(results, name):
+    """What a name below /history, or measured_points/NAME, stands for: one history, or one for each dimension that its columns have.
+    PlotError where there is none."""
     if name not in names_of_histories(results):
         raise PlotError(f"{results.path}: expected one of the histories {', '.join(names_of_histories(results))}, found '{name}'")
     group, own = (results.measured_points, name.removeprefix(MEASURED)) if name.startswith(MEASURED) else (results.history, name)
@@ -43,4 +46,9 @@ def history_of(results, name):
         names = [""]
     else:
         names = list(COLUMNS.get(name, ())) or [f"block {i + 1}" for i in range(values.shape[1])]
-    return History(values.reshape(len(values), -1), names, group.units(own).split(" ")[0], what)
+    values, units = values.reshape(len(values), -1), group.units(own)
+    if name not in PANELS:
+        return [History(values, names, units, what)]
+    dimensions = re.findall(r"(\S+) \(", units)  # as in mass*length/time (x, y), mass*length^2/time (about the origin)
+    return [History(values[:, columns], names[columns], dimension, f"{what}: {part}")
+            for (part, columns), dimension in zip(PANELS[name].items(), dimensions, strict=True)]

@@ -30,7 +30,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from .arguments import above_zero, parser_for, say
 from .errors import PlotError, ScreeError
-from .histories import LINES, history_of
+from .histories import LINES, histories_of
 from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
                        robust_limits, velocities)
 from .polygons import loops_of
@@ -547,19 +547,19 @@ def draw_shapes(axis, file, frame, values, with_joints, look):
 
 
 def draw_histories(paths, names, units=None):
-    """A panel a history, files as lines."""
+    """A panel a history, or each of its dimensions; files as lines."""
     units = units or Units()
     for path in paths:
         if kind_of(path) != "results":
             raise PlotError(f"{path}: expected results files with --history, found another")
     files = [read(path) for path in paths]
-    figure, axes = plt.subplots(len(names), 1, figsize=(7.5, 2.3 * len(names) + 0.6), squeeze=False, sharex=True,
+    panels = list(zip(*([found for name in names for found in histories_of(file, name)] for file in files)))
+    figure, axes = plt.subplots(len(panels), 1, figsize=(7.5, 2.3 * len(panels) + 0.6), squeeze=False, sharex=True,
                                 layout="constrained")
     time, of_time = units.of("time [time]")
-    for axis, name in zip(axes.flat, names):
+    for axis, panel in zip(axes.flat, panels):
         axis.set_prop_cycle(color=LINES)
-        for path, file in zip(paths, files):
-            found = history_of(file, name)
+        for path, file, found in zip(paths, files, panel):
             label, factor = units.of(f"[{found.dimension}]")
             for own, values in zip(found.names, found.values.T):
                 words = [pathlib.Path(path).stem] if len(paths) > 1 or not own else []

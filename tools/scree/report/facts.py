@@ -1,7 +1,7 @@
 """What a run came to, as rows and charts of a page."""
 import numpy as np
 
-from ..histories import COLUMNS, history_of, names_of_histories
+from ..histories import COLUMNS, histories_of, names_of_histories
 from ..units import number
 
 SHARE = 0.01      # of what is compared with: an error above it is worth a look
@@ -141,8 +141,9 @@ def charts(results, units):
         energies["gravity"] = energies["gravity"] - energies["gravity"][0]
     found = [chart(units, history.time, "energies, of gravity its change", history.units("energy/kinetic"), list(energies.items()))]
     for name in names_of_histories(results):
-        if name != "time" and not name.startswith("energy/"):
-            one = history_of(results, name)
+        if name == "time" or name.startswith("energy/"):
+            continue
+        for one in histories_of(results, name):
             chosen = np.argsort(-np.abs(one.values[-1]), kind="stable")[:MOST_LINES]
             found.append(chart(units, history.time, one.description, one.dimension,
                                [(one.names[i], one.values[:, i]) for i in (np.sort(chosen) if name in COLUMNS else chosen)]))
