@@ -5,9 +5,10 @@ import subprocess
 
 import numpy as np
 import pytest
-from scree import plot, rose
+from scree import block_files, plot, rose, tables, touching
 from scree.errors import PlotError
 from scree.units import Units
+from shapely.ops import unary_union
 
 SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
@@ -29,6 +30,28 @@ def test_lengths_are_those_of_the_joints_in_their_directions(edge, tmp_path):
     axis = rose.draw_rose(file, Units()).axes[0]
     heights = sum(np.array([bar.get_height() for bar in bars]) for bars in axis.containers)
     assert heights[:18] == pytest.approx(heights[18:]) and heights[:18].sum() == pytest.approx(100)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_of_edges_that_lie_in_part_against_others_these_parts_count(size, tmp_path):
+    """A wall of 5 courses of running bond on a longer base: below each course 5 of joint, between the blocks of one 4 or 5; and a block
+    beside it on the base, 1e-2 away, which has a joint with that alone."""
+    base, *blocks = block_files.running_bond(5)
+    blocks = [base, *blocks, block_files.box(5.01, 7, 0, 1)]
+    base[1:3, 0] = 6
+    (tmp_path / "wall.blk").write_text(block_files.on_base("Wall", [size * block for block in blocks]))
+    angle, length, _ = rose.joint_directions(plot.open_shapes(tmp_path / "wall.blk", SCREE, tmp_path))
+    assert length[angle == 0].sum() == pytest.approx((25 + 0.99) * size) and length[angle == 90].sum() == pytest.approx(22 * size)
+    assert length.sum() == pytest.approx(47.99 * size)
+
+
+@pytest.mark.parametrize("kind", ["dda", "nmm"])
+def test_joints_of_rock_cut_at_random_are_half_of_all_edges_but_those_of_its_outline(kind, tmp_path):
+    file = plot.open_shapes(touching.jointed_rock(tmp_path, kind, 3, 1), SCREE, tmp_path)
+    edges = file.edges(0)[0]
+    every = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).sum()
+    outline = unary_union([tables.shape_of(polygon).buffer(1e-6, join_style=2) for polygon in file.start]).length
+    assert rose.joint_directions(file)[1].sum() == pytest.approx((every - outline) / 2, rel=1e-4)
 
 
 def test_directions_about_level_are_one_sector():

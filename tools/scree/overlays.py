@@ -10,6 +10,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
 from .errors import PlotError
+from .polygons import boxes_that_meet
 from .units import Units
 
 SLIDING, LOCKED = 1, 2  # /contacts/state
@@ -25,7 +26,7 @@ CROSS = 0.07     # of a cross
 PARALLEL = 0.05  # sine of the most that an edge is turned from that of a contact on it; by more it touches with a corner
 BESIDE = 0.05    # of an edge and a contact on it, over the length of the edge
 CORNER = 0.3     # of a piece of joint at a corner, over the shortest edge of its block
-OUTSIDE = 1e-3   # of where one looks for a neighbour of an edge, over its length
+OUTSIDE = 1e-3   # of what lies against an edge, over the length of the shorter one; a shorter part is none
 
 
 class Common:
@@ -186,21 +187,48 @@ def draw_crosses(axis, file, frame, common):
     return entries
 
 
-def against_others(file):
-    """Whether each edge of a joint lies against another element at the start."""
+def parts_against_others(file):
+    """Parts of the edges of joints that lie against edges of other elements at the start: the edge (n), and from where to where along
+    it, in shares (n, 2)."""
     if not hasattr(file, "against"):
         edges, _, element = file.edges(0)
-        side = edges[:, 1] - edges[:, 0]
-        outside = edges.mean(1) + OUTSIDE * np.stack([side[:, 1], -side[:, 0]], axis=1)
-        order = np.argsort(outside[:, 0])
-        sorted_x, file.against = outside[order, 0], np.zeros(len(edges), bool)
-        for e, path in enumerate(file.outlines(0)):
-            low, high = file.start[e].min(0), file.start[e].max(0)
-            near = order[np.searchsorted(sorted_x, low[0]):np.searchsorted(sorted_x, high[0])]
-            near = near[(outside[near, 1] > low[1]) & (outside[near, 1] < high[1]) & (element[near] != e)]
-            if len(near):
-                file.against[near[path.contains_points(outside[near])]] = True
+        first = np.flatnonzero(np.diff(element, prepend=-1))  # edge of each element that has some
+        of_element = np.split(np.arange(len(edges)), first)[1:]
+        found, shares = [np.empty(0, int)], [np.empty((0, 2))]
+        for own, others in zip(of_element, neighbours(edges, first)):
+            others = np.concatenate([of_element[k] for k in others] or [own[:0]])
+            there, part = lying_against(edges[own], edges[others])
+            found.append(own[np.nonzero(there)[0]])
+            shares.append(part[there])
+        file.against = np.concatenate(found), np.concatenate(shares)
     return file.against
+
+
+def neighbours(edges, first):
+    """Of each element, by the first of its edges, those that its edges may lie against."""
+    if len(first) == 0:
+        return []
+    spare = OUTSIDE * np.maximum.reduceat(np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1), first)[:, None]
+    pairs = boxes_that_meet(np.minimum.reduceat(edges.min(1), first) - spare, np.maximum.reduceat(edges.max(1), first) + spare)
+    pairs = np.concatenate([pairs, pairs[:, ::-1]])
+    pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
+    return np.split(pairs[:, 1], np.searchsorted(pairs[:, 0], np.arange(1, len(first))))
+
+
+def lying_against(edges, others):
+    """Whether each of some edges (n, 2, 2) lies against each of others (m, 2, 2), which runs the other way, and from where to where
+    along it, in shares: (n, m) and (n, m, 2)."""
+    side = edges[:, 1] - edges[:, 0]
+    length, of_others = np.linalg.norm(side, axis=1)[:, None], np.linalg.norm(others[:, 1] - others[:, 0], axis=1)
+    off = others[:, ::-1] - edges[:, None, None, 0]
+    along = (off @ side[:, None, :, None])[..., 0] / length[..., None] ** 2
+    away = (off @ np.stack([side[:, 1], -side[:, 0]], axis=1)[:, None, :, None])[..., 0] / length[..., None]
+    run, rise = (np.diff(values, axis=2) for values in (along, away))
+    part = np.clip(along, 0, 1)
+    gap = np.abs(away[..., :1] + rise / np.where(run > 0, run, 1) * (part - along[..., :1])).max(2)
+    near = OUTSIDE * np.minimum(length, of_others)
+    there = (run[..., 0] > 0) & (gap <= near) & (np.abs(rise[..., 0]) <= PARALLEL * of_others)
+    return there & (np.diff(part, axis=2)[..., 0] * length > near), part
 
 
 def edges_of_contact(edges, place, normal):
@@ -240,8 +268,8 @@ def vertices_of_contacts(file, frame):
 
 def joint_states(file, frame):
     """Parts of joints (n, 2, 2) by state: slip where a contact on them slides, stick where those on them are locked: what two edges
-    have of each other, or a short piece at a corner that touches an edge alone. Open: edges without contact that lay against
-    another at the start. At the start itself contacts are not looked for yet: there are none of them."""
+    have of each other, or a short piece at a corner that touches an edge alone. Open: of edges without contact what lay against
+    others at the start. At the start itself contacts are not looked for yet: there are none of them."""
     results = results_of(file, "--joints state")
     contacts = results.contacts_of(frame)
     if contacts is None:
@@ -264,10 +292,18 @@ def joint_states(file, frame):
     for (a, b), now in found.items():
         shares = common_part(edges[b], edges[a])
         if shares is not None:
-            parts[now].append(drawn[b, 0] + shares[:, None] * (drawn[b, 1] - drawn[b, 0]))
-    against = against_others(file)[file.present(frame)[file.edges(0)[2]]]  # of the edges that are there
-    open_ = against & ~np.isin(np.arange(len(edges)), list(touched)) & (frame > 0)
-    return {"stick": as_segments(parts[LOCKED]), "slip": as_segments(parts[SLIDING]), "open": drawn[open_]}
+            parts[now].append(part_of(drawn[b], shares))
+    edge, shares = parts_against_others(file)
+    there = file.present(frame)[file.edges(0)[2]]
+    number = np.cumsum(there) - 1  # of the edges that are there
+    open_ = there[edge] & ~np.isin(number[edge], list(touched)) & (frame > 0)
+    return {"stick": as_segments(parts[LOCKED]), "slip": as_segments(parts[SLIDING]),
+            "open": as_segments([part_of(drawn[number[e]], own) for e, own in zip(edge[open_], shares[open_])])}
+
+
+def part_of(edge, shares):
+    """The ends of a part of an edge."""
+    return edge[0] + shares[:, None] * (edge[1] - edge[0])
 
 
 def as_segments(parts):

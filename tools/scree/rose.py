@@ -4,19 +4,19 @@ import numpy as np
 
 from .errors import PlotError
 from .histories import LINES
-from .overlays import against_others
+from .overlays import parts_against_others
 
 SECTOR = 10  # degrees
 
 
 def joint_directions(file):
     """Angle with x (n), in degrees from 0 to below 180, length and material of the joints between blocks at the start. What two
-    blocks have in common is an edge of both, and counts half for each."""
+    blocks have in common is a part of an edge of both, and counts half for each."""
     edges, material, _ = file.edges(0)
-    between = against_others(file)
-    side = edges[between, 1] - edges[between, 0]
+    edge, shares = parts_against_others(file)
+    side = (edges[edge, 1] - edges[edge, 0]) * (shares[:, 1:] - shares[:, :1])
     angle = np.degrees(np.arctan2(side[:, 1], side[:, 0])) % 180
-    return np.where(angle > 180 - 1e-9, 0.0, angle), np.linalg.norm(side, axis=1) / 2, material[between]
+    return np.where(angle > 180 - 1e-9, 0.0, angle), np.linalg.norm(side, axis=1) / 2, material[edge]
 
 
 def sectors(angle, length):

@@ -1,7 +1,7 @@
 """What the player of a page draws: shapes, motion, stress, velocity and contacts of all frames as arrays of whole numbers."""
 import numpy as np
 
-from ..overlays import against_others, all_corners, means, vertices_of_contacts
+from ..overlays import all_corners, means, parts_against_others, vertices_of_contacts
 from .packing import PLACES, POSITIONS, ROOTS, SHADES, quantised
 
 
@@ -27,9 +27,9 @@ def pack_frames(file, pack, units):
     pack.add("edges", every[ends].T)
     pack.add("edge_joint", joint)
     pack.add("edge_block", block[element])
-    against = np.zeros(len(joint), int)
-    against[joint > 0] = against_others(file)
-    pack.add("edge_against", against)
+    edge, shares = parts_against_others(file)
+    pack.add("against_edge", np.flatnonzero(joint > 0)[edge])
+    pack.add("against_shares", np.rint(shares * PLACES).T)
 
     of_vertex = np.zeros(len(start), int)
     of_vertex[every] = block[of_element]

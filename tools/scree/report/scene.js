@@ -3,7 +3,8 @@ class Scene {
   constructor(facts, array) {
     Object.assign(this, facts);
     this.frames = facts.times.length;
-    for (const name of ["corners", "count", "block", "material", "gone", "edge_joint", "edge_block", "edge_against"]) this[name] = array(name);
+    for (const name of ["corners", "count", "block", "material", "gone", "edge_joint", "edge_block", "against_edge"]) this[name] = array(name);
+    this.againstShares = Float64Array.from(array("against_shares"), q => q / 2 ** 30);
     const start = array("start"), edges = array("edges"), edgeCount = this.edge_joint.length;
     this.start = Float64Array.from(start, q => q * facts.size / 2 ** 30);
     this.vertices = start.length / 2;
@@ -135,7 +136,7 @@ class Scene {
   }
 
   /** What joints do, as overlays.py has it: parts as x1 y1 x2 y2. Slip and stick: what two edges have of each other, or a short
-   *  piece where a corner touches an edge; slip wins. Open: edges without contact that lay against another block at the start.
+   *  piece where a corner touches an edge; slip wins. Open: of edges without contact what lay against others at the start.
    *  Places are those as drawn. */
   jointParts(frame, drawn) {
     const places = this.positions(frame, 1); // who touches whom is asked of these
@@ -163,8 +164,12 @@ class Scene {
       }
     }
     addPairs();
-    for (let i = 0; i < touched.length && frame > 0; i++)
-      if (this.edge_against[i] && !touched[i] && this.isThere(frame, this.edge_block[i])) parts.open.push(...this.edgeOf(i, drawn));
+    const against = this.against_edge.length;
+    for (let i = 0; i < against && frame > 0; i++) {
+      const edge = this.against_edge[i];
+      if (!touched[edge] && this.isThere(frame, this.edge_block[edge]))
+        this.addPart(edge, this.againstShares[i], this.againstShares[against + i], drawn, parts.open);
+    }
     return parts;
   }
 
@@ -202,6 +207,11 @@ class Scene {
     const second = ((u2 - x1) * dx + (v2 - y1) * dy) / square;
     const low = Math.max(Math.min(first, second), 0), high = Math.min(Math.max(first, second), 1);
     if (low >= high) return;
+    this.addPart(edge, low, high, drawn, parts);
+  }
+
+  /** Adds a part of an edge, from where to where along it, in shares. */
+  addPart(edge, low, high, drawn, parts) {
     const [px, py, qx, qy] = this.edgeOf(edge, drawn);
     for (const share of [low, high]) parts.push(px + share * (qx - px), py + share * (qy - py));
   }
