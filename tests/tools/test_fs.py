@@ -70,6 +70,21 @@ def test_a_run_whose_steps_run_out_neither_stands_nor_falls(tmp_path, steps):
     assert (done.returncode == 0) == (steps > 6)
 
 
+def test_a_search_leaves_nothing_of_an_earlier_one(tmp_path):
+    """And the table of its runs, where it comes to no factor too."""
+    found(tmp_path, PLANE, "--within", "0.1")
+    (tmp_path / "out" / "mine.txt").write_text("no file of a search")
+    found(tmp_path, PLANE, "--set", "joint(1).phi=1", "--most", "4", status=1)
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"fs.csv", "falls.h5", "mine.txt"}
+    with (tmp_path / "out" / "fs.csv").open() as file:
+        assert [(float(line["factor"]), line["stands"]) for line in csv.DictReader(file)] == [(1, "False"), (0.5, "False"), (0.25, "False")]
+    found(tmp_path, PLANE, "--set", "step.count=1", status=1)
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"fs.csv", "undecided.h5", "mine.txt"}
+    with (tmp_path / "out" / "fs.csv").open() as file:
+        line, = csv.DictReader(file)
+    assert line["stands"] == "" and line["said"].startswith("not in equilibrium: ")
+
+
 @pytest.mark.parametrize("words, status, said", [
     ([PLANE, "--joints", "2"], 1, "expected joint materials of the scene, 1 to 1, found [2]"),
     ([PLANE, "--set", "joint(1).phi=0"], 1, "nothing to reduce"),

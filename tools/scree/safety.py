@@ -8,7 +8,7 @@ loads (--balance), or until a block moves on and on. It stands where it comes to
 where the run fails. Where its steps run out before either it is undecided, and the search ends without a factor: give the deck more
 steps (n5). From F = 1 on, F is doubled or halved until the scene stands with one factor and falls with another, and what is between is
 halved until both are within a share of each other (--within): then the factor of safety is between them. FOLDER, by default that of
-the deck with -fs, holds fs.csv, the results of the last run that stands and of the last that falls, and mechanism.png, where the blocks
+the deck with -fs, holds fs.csv with all runs, the results of the last run that stands and of the last that falls, and mechanism.png, where the blocks
 of the latter have gone. A deck whose joints have other strength (&joints phi, residual_phi, jrc ...), or that has stages, is refused.
 Exit status 0; 1 where nothing falls up to --most or stands down to its inverse, or a run is undecided or stopped; 2 for bad input.
 """
@@ -25,6 +25,9 @@ from .plot import draw_frames, open_shapes
 from .program import call, done_or_failed, with_settings
 
 STANDS, MOVES, UNDECIDED = "complete", "moves: ", "not in equilibrium: "  # how the status of a static run begins that ends
+VERDICTS = {True: "stands", False: "falls", None: "undecided"}  # by whether a scene stands; its results are called so
+TRIAL, TABLE, PICTURE = "trial.h5", "fs.csv", "mechanism.png"
+FILES = (TRIAL, TABLE, PICTURE, *(f"{verdict}.h5" for verdict in VERDICTS.values()))  # that a search writes
 STRENGTH = re.compile(r"^joint material (\d+).*\n  friction angle \(phi\): (\S+).*\n  cohesion \(c\): (\S+).*\n  tensile strength \(T\): (\S+)",
                       re.M)
 BESIDE = re.compile(r"^  (joints\.(?:phi|cohesion|tensile_strength|residual_phi|residual_c|jrc|dilation) = \S+)|^(stage \d+)", re.M)  # other strength
@@ -43,11 +46,6 @@ class Trial:
     block: int = 0
     displacement: float = math.nan
     said: str = ""
-
-    @property
-    def verdict(self):
-        """In a word, which the results of the run are called by, too."""
-        return {True: "stands", False: "falls", None: "undecided"}[self.stands]
 
 
 class Reduction:
@@ -68,6 +66,8 @@ class Reduction:
         if not any(max(strength) > 0 for strength in self.strength.values()):
             raise ScreeError("expected a joint with friction, cohesion or tensile strength, found none: there is nothing to reduce")
         folder.mkdir(parents=True, exist_ok=True)
+        for name in FILES:  # of an earlier search
+            (folder / name).unlink(missing_ok=True)
 
     def reduced(self, factor):
         """Settings of a run with strength over a factor."""
@@ -79,7 +79,7 @@ class Reduction:
 
     def try_factor(self, factor):
         """Runs the scene; its results are kept as those of the last one that stood, fell, or was undecided."""
-        partial = self.folder / "trial.h5"
+        partial = self.folder / TRIAL
         done = call("run", *self.decks, "-o", partial, "--quiet", "--summary", "json",
                     *with_settings([*self.settings, *self.reduced(factor)]), path=self.path)
         if done.returncode not in (0, 1):
@@ -87,11 +87,10 @@ class Reduction:
         came_to = json.loads(done.stdout)
         status, balance = came_to["status"], came_to["balance"] or {}
         stands = True if status == STANDS else None if status.startswith(UNDECIDED) else False
-        trial = Trial(factor, stands, came_to["steps"]["taken"], came_to["steps"]["solves"], balance.get("share", math.nan),
-                      balance.get("block", 0), came_to["displacement"]["largest"], "" if stands else status)
         if partial.exists():
-            partial.replace(self.folder / f"{trial.verdict}.h5")
-        return trial
+            partial.replace(self.folder / f"{VERDICTS[stands]}.h5")
+        return Trial(factor, stands, came_to["steps"]["taken"], came_to["steps"]["solves"], balance.get("share", math.nan),
+                     balance.get("block", 0), came_to["displacement"]["largest"], "" if stands else status)
 
 
 def search(try_factor, within, most):
@@ -122,19 +121,27 @@ def bracket(trials):
 
 
 def find(reduction, within, most):
-    """The factors between which a scene begins to fall, and the trials that tell; prints each."""
+    """The factors between which a scene begins to fall; prints each trial, and writes the table of all, whatever the search comes to."""
     trials = []
+    try:
+        show_all(search(reduction.try_factor, within, most), trials)
+    finally:
+        write_table(reduction.folder / TABLE, trials)
+    return bracket(trials)
+
+
+def show_all(search, trials):
+    """Prints the trials of a search as they are made, and adds them to a list. ScreeError at one that is undecided."""
     print(f"{'factor':>10}  {'':<9}{'steps':>7}{'solves':>8}{'out of balance':>16}{'block':>7}{'displacement':>14}", flush=True)
-    for trial in search(reduction.try_factor, within, most):
+    for trial in search:
         trials.append(trial)
-        print(f"{trial.factor:10.5f}  {trial.verdict:<9}{trial.steps:7}{trial.solves:8}{trial.share:16.2e}"
+        print(f"{trial.factor:10.5f}  {VERDICTS[trial.stands]:<9}{trial.steps:7}{trial.solves:8}{trial.share:16.2e}"
               f"{trial.block:7}{trial.displacement:14.3e}", flush=True)
         if trial.stands is None:
             raise ScreeError("expected runs that come to equilibrium or move on and on, found one whose steps ran out before, with a factor "
                              f"of {trial.factor:g}: try more steps (n5 of the deck); {trial.said}")
         if not trial.stands and not trial.said.startswith(MOVES):
             print(f"            the run ended: {trial.said}")
-    return *bracket(trials), trials
 
 
 def write_table(path, trials):
@@ -173,12 +180,11 @@ def main():
     folder = given.output or pathlib.Path(pathlib.Path(given.decks[-1]).stem + "-fs")
     try:
         reduction = Reduction(given.decks, given.set, given.joints, given.balance, folder, given.scree)
-        stands, falls, trials = find(reduction, given.within, given.most)
+        stands, falls = find(reduction, given.within, given.most)
     except ScreeError as problem:
         say(problem)
         return getattr(problem, "status", 1)
-    write_table(folder / "fs.csv", trials)
-    draw_frames([open_shapes(str(folder / "falls.h5"), given.scree, folder)], ["last"], "displacement").savefig(
-        folder / "mechanism.png", dpi=130)
-    print(f"factor of safety: {0.5 * (stands + falls):.4g} ({stands:.5g} stands, {falls:.5g} falls); {folder}/fs.csv, mechanism.png")
+    draw_frames([open_shapes(str(folder / f"{VERDICTS[False]}.h5"), given.scree, folder)], ["last"], "displacement").savefig(
+        folder / PICTURE, dpi=130)
+    print(f"factor of safety: {0.5 * (stands + falls):.4g} ({stands:.5g} stands, {falls:.5g} falls); {folder}/{TABLE}, {PICTURE}")
     return 0
