@@ -5,6 +5,8 @@ import pathlib
 import re
 import sys
 
+from .errors import ScreeError
+
 
 def command():
     """What the command is called: tools/plot in the sources, scree-plot where it is installed."""
@@ -22,6 +24,12 @@ def parser_for(page, kind=argparse.ArgumentParser):
 def say(problem):
     """Says on stderr what went wrong, or what is worth a warning."""
     print(f"{command()}: {problem}", file=sys.stderr)
+
+
+def check_ending(path, what, endings):
+    """ScreeError where the name of what is to be written has another ending than those that it may have: it may be that of a deck."""
+    if path.suffix.lower() not in endings:
+        raise ScreeError(f"{path}: expected {what} with the ending {' or '.join(endings)}, found '{path.suffix}'")
 
 
 def whole_from(least):

@@ -11,7 +11,7 @@ import pathlib
 import h5py
 import numpy as np
 
-from .arguments import parser_for, say
+from .arguments import check_ending, parser_for, say
 from .errors import PlotError, ScreeError
 from .results import read
 
@@ -32,10 +32,11 @@ def point_data(contacts):
 
 
 def write_contacts(results, path):
-    """Writes the contacts of all frames as an UnstructuredGrid of VTKHDF in time, a vertex each. PlotError: the run has no contacts,
-    or the file cannot be written."""
+    """Writes the contacts of all frames as an UnstructuredGrid of VTKHDF in time, a vertex each. ScreeError: the run has no contacts,
+    or no file can be written by that name."""
     if path.exists() and path.samefile(results.path):
         raise PlotError(f"{path}: expected another name for the contacts, found that of the results")
+    check_ending(path, "contacts", (".vtkhdf", ".hdf"))
     if "contacts" not in results:
         raise PlotError(f"{results.path}: expected a run with contacts, found one without")
     frames = [results.contacts_of(frame) for frame in range(results.n_frames)]

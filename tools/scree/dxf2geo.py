@@ -41,7 +41,8 @@ import ezdxf
 import numpy as np
 from ezdxf.math import Vec3
 
-from .arguments import parser_for, say
+from .arguments import check_ending, parser_for, say
+from .errors import ScreeError
 
 LINE_KINDS = ("boundary", "joint", "material", "tunnel", "stage")  # with a number each
 POINT_KINDS = ("load", "measured", "hole")
@@ -61,7 +62,7 @@ SPLINE_FRAME_VERTEX = 16
 Role = collections.namedtuple("Role", "kind number bolt", defaults=[None])  # number: of a material; bolt: e0 t0 f0 of a deck
 
 
-class MapError(Exception):
+class MapError(ScreeError):
     """One line for the user."""
 
 
@@ -679,6 +680,7 @@ def main():
         output = pathlib.Path(given.output or pathlib.Path(given.map).with_suffix(".geo"))
         if output.resolve() == pathlib.Path(given.map).resolve():
             raise MapError(f"{output}: expected another name than the map's for the deck (-o), found the same")
+        check_ending(output, "a deck", (".geo",))
         drawing = Drawing(given.map)
         deck = Deck(drawing, chosen_roles(given.layer, drawing), given.e0, given.sagitta, given.clip, given.least_area)
         try:
@@ -687,7 +689,7 @@ def main():
                 output.with_suffix(".stages").write_text(deck.stages(), encoding="utf-8")
         except OSError as error:
             raise MapError(f"{output}: cannot write the deck: {error.strerror}") from None
-    except MapError as error:
+    except ScreeError as error:
         say(error)
         return 2
     for line in deck.mapping():

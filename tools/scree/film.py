@@ -18,7 +18,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.animation import FFMpegWriter, PillowWriter
 
-from .arguments import above_zero, parser_for, say, whole_from
+from .arguments import above_zero, check_ending, parser_for, say, whole_from
 from .errors import PlotError, ScreeError
 from .plot import WHOLE, Frames, Panels, add_words_of_frames, extras_of, frames_of_stage, kind_of, look_of
 from .records import Bar
@@ -27,13 +27,12 @@ WRITERS = {".mp4": (FFMpegWriter, "ffmpeg"), ".gif": (PillowWriter, "python3-pil
 
 
 def writer_for(path, fps):
-    """What writes a film of that name; PlotError where its ending is not known or a program is missing."""
-    if path.suffix not in WRITERS:
-        raise PlotError(f"{path}: expected a film with the ending {' or '.join(WRITERS)}, found '{path.suffix}'")
-    kind, package = WRITERS[path.suffix]
+    """What writes a film of that name; ScreeError where its ending is not known or a program is missing."""
+    check_ending(path, "a film", WRITERS)
+    kind, package = WRITERS[path.suffix.lower()]
     if not kind.isAvailable():
         raise PlotError(f"{path}: expected {package} for a film of {path.suffix}, found none: apt-get install {package}, or give a "
-                        f"name with {' or '.join(ending for ending in WRITERS if ending != path.suffix)}")
+                        f"name with {' or '.join(ending for ending in WRITERS if ending != path.suffix.lower())}")
     return kind(fps=fps)
 
 

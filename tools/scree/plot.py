@@ -21,6 +21,7 @@ os.environ.setdefault("MPLBACKEND", "Agg")  # unless something else draws here, 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib import patheffects
+from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
@@ -28,7 +29,7 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 
-from .arguments import above_zero, parser_for, say
+from .arguments import above_zero, check_ending, parser_for, say
 from .errors import PlotError, ScreeError
 from .histories import LINES, histories_of
 from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
@@ -639,9 +640,11 @@ def main():
     moments.add_argument("--stage", nargs="+", metavar="STAGE", help="the last frame of stages, by number or name; or all")
     add_words_of_frames(parser)
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
-    parser.add_argument("-o", "--output", help="picture; default: the first file with .png")
+    parser.add_argument("-o", "--output", type=pathlib.Path, metavar="PICTURE", help="default: the first file with .png")
     given = parser.parse_args()
+    output = given.output or pathlib.Path(given.files[0]).with_suffix(".png")
     try:
+        check_ending(output, "a picture", [f".{kind}" for kind in FigureCanvasBase.get_supported_filetypes()])
         extras, look = extras_of(given), look_of(given)
         with tempfile.TemporaryDirectory() as folder:
             if given.history:
@@ -651,7 +654,6 @@ def main():
             else:
                 shapes = [open_shapes(path, given.scree, folder) for path in given.files]
                 figure = draw_frames(shapes, given.frames, given.field, extras, look, given.stage)
-        output = given.output or str(pathlib.Path(given.files[0]).with_suffix(".png"))
         try:
             figure.savefig(output, dpi=given.dpi, bbox_inches="tight", pad_inches=0.05)
         except (OSError, ValueError) as error:

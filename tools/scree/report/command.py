@@ -9,7 +9,7 @@ Needs Debian's python3-numpy, python3-h5py and python3-matplotlib.
 """
 import pathlib
 
-from ..arguments import parser_for, say
+from ..arguments import check_ending, parser_for, say
 from ..errors import PlotError, ScreeError
 from ..plot import Frames, add_units, kind_of
 from ..units import Units
@@ -24,6 +24,7 @@ def main():
     given = parser.parse_args()
     output = given.output or given.file.with_suffix(".html")
     try:
+        check_ending(output, "a page", (".html", ".htm"))
         if kind_of(given.file) != "results":
             raise PlotError(f"{given.file}: expected a results file, found another")
         text = page_of(Frames(given.file, given.file.stem), Units(given.units))

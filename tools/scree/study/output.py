@@ -4,6 +4,7 @@ import io
 
 import numpy as np
 
+from ..arguments import check_ending
 from ..errors import ScreeError
 from ..records import replace
 
@@ -52,11 +53,10 @@ FORMATS = {".csv": as_csv, ".parquet": as_parquet}
 
 def check_output(path):
     """ScreeError where a table cannot be written by that name: another ending, no folder, a package that is missing."""
-    if path.suffix not in FORMATS:
-        raise ScreeError(f"{path}: expected a table with the ending {' or '.join(FORMATS)}, found '{path.suffix}'")
+    check_ending(path, "a table", FORMATS)
     if not path.parent.is_dir():
         raise ScreeError(f"{path}: expected a folder that there is, found none")
-    if path.suffix == ".parquet":
+    if path.suffix.lower() == ".parquet":
         try:
             import pyarrow.parquet  # noqa: F401  here, as nothing else needs it
         except ImportError as problem:
@@ -67,6 +67,6 @@ def check_output(path):
 def write_table(path, header, lines):
     """Writes the table, whole or not at all."""
     try:
-        replace(path, FORMATS[path.suffix](header, lines))
+        replace(path, FORMATS[path.suffix.lower()](header, lines))
     except OSError as problem:
         raise ScreeError(f"{path}: cannot write the table: {problem.strerror}") from None
