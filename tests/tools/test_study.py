@@ -275,7 +275,11 @@ def test_a_grid_meets_each_sample(tmp_path):
     ('[sample]\nnumber=2\n"a.b"={mean=30,deviation=1,least=31,most=29}\n', "least below most"),
     ('[sample]\nnumber=2\n"a.b"={mean=30,deviation=1,least=31,most=31}\n', "least below most"),
     ('[sample]\nnumber=2\n"a.b"={mean=30,deviation=0.1,least=50}\n', "nothing is left"),
-    ('[grid]\n"a.b"=[1]\n[sample]\nnumber=2\n"a.b"=[1]\n', "each once")])
+    ('[grid]\n"a.b"=[1]\n[sample]\nnumber=2\n"a.b"=[1]\n', "each once"),
+    ('deck=3\n[grid]\n"a.b"=[1]\n', "a text for deck, found 3"), ('set="a.b=1"\n[grid]\n"a.b"=[1]\n', "a list of texts for set, found 'a.b=1'"),
+    ('set=[3]\n[grid]\n"a.b"=[1]\n', r"a list of texts for set, found \[3\]"), ('grid=[1]\n', r"a table for grid, found \[1\]"),
+    ('[grid]\n"a.b"=[1]\n[quantities]\nx="time"\n', "a dataset and places in it for x of .*, found 'time'"),
+    ('[sample]\nnumber=2\n"a.b"=[]\n', "doc/studies.md")])
 def test_a_bad_table_is_one_line(text, expected, tmp_path):
     (tmp_path / "t.toml").write_text(text)
     with pytest.raises(TableError, match=expected) as found:

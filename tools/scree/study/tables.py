@@ -10,7 +10,8 @@ import tomllib
 
 from ..errors import ScreeError
 
-KNOWN = ("deck", "geometry", "set", "grid", "sample", "quantities")
+KINDS = {"deck": str, "geometry": str, "set": list, "grid": dict, "sample": dict, "quantities": dict}  # of what a TOML file may have
+WORDS = {str: "a text", list: "a list of texts", dict: "a table"}
 LEAST_PROBABILITY = 1e-300  # 37 deviations from the mean
 
 
@@ -61,9 +62,14 @@ def from_toml(path, text):
         given = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
         raise TableError(f"{path}: expected TOML, found: {problem}") from None
-    unknown = [name for name in given if name not in KNOWN]
-    if unknown:
-        raise TableError(f"{path}: expected {', '.join(KNOWN)}, found {unknown[0]}")
+    for name, what in given.items():
+        if name not in KINDS:
+            raise TableError(f"{path}: expected {', '.join(KINDS)}, found {name}")
+        if not isinstance(what, KINDS[name]) or KINDS[name] is list and not all(isinstance(one, str) for one in what):
+            raise TableError(f"{path}: expected {WORDS[KINDS[name]]} for {name}, found {what!r}")
+    for name, what in given.get("quantities", {}).items():
+        if not (isinstance(what, list) and what and isinstance(what[0], str)):
+            raise TableError(f"{path}: expected a dataset and places in it for {name} of [quantities], found {what!r}")
     grid, sample = given.get("grid", {}), dict(given.get("sample", {}))
     try:
         number, seed = sample.pop("number", 0 if sample else 1), sample.pop("seed", 1)
@@ -72,7 +78,7 @@ def from_toml(path, text):
         drawn = list(zip(*(draw(name, what, number, f"{seed} {name}") for name, what in sample.items()))) or [()]
         values = itertools.product(*(points(name, what) for name, what in grid.items()))
         rows = [[text_of(value) for value in (*point, *one)] for point in values for one in drawn]
-    except (TypeError, ValueError, KeyError) as problem:
+    except (TypeError, ValueError, LookupError, ArithmeticError) as problem:
         raise TableError(f"{path}: expected lists, or tables of numbers as doc/studies.md has them, found: {problem}") from None
     names = [name for name in ("geometry", "deck") if name in given]
     return Table([*grid, *sample], rows, [path.parent / given[name] for name in names], given.get("set", []),
