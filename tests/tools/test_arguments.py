@@ -1,9 +1,12 @@
 """Words of command lines that several tools take: what is a number, what is not, and what is said then."""
 import argparse
+import contextlib
 import functools
 import os
 import pathlib
+import signal
 import subprocess
+import time
 
 import ezdxf
 import pytest
@@ -61,3 +64,53 @@ def test_no_deck_is_written_over(folder, tool, words, name):
     deck.write_text("a deck\n")
     said = one_line(folder, tool, *words, *([] if words[-1] == "--to" else ["-o"]), deck)
     assert " with the ending ." in said and said.endswith(f", found '{deck.suffix}'") and deck.read_text() == "a deck\n"
+
+
+@pytest.mark.parametrize("tool,words", [
+    ("fs", [SLIDE, "-o"]), ("study", ["phi.csv", SLIDE, "-o"]), ("cost_of_accuracy", [SLIDE, "--folder"]), ("validate", ["b1", "--keep"]),
+    ("paper", ["arc", "--keep"]), ("hard", ["H1", "--keep"])])
+def test_a_folder_that_cannot_be_made_is_refused(folder, tool, words):
+    for path in (folder / "map.dxf", folder / "map.dxf" / "below"):
+        said = one_line(folder, tool, *words, path)
+        assert "expected a folder to write into, found" in said and path.name in said
+
+
+@pytest.mark.parametrize("tool,words", [("fs", [SLIDE]), ("study", ["phi.csv", SLIDE]), ("plot", ["slide.h5"]), ("report", ["slide.h5"]),
+                                        ("dxf2geo", ["map.dxf"]), ("validate", ["b1"])])
+def test_a_full_disk_is_one_line(folder, tool, words):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([SOURCE / "tools" / tool, *words], cwd=folder, stdout=full, stderr=subprocess.PIPE, text=True)
+    lines = [line for line in done.stderr.splitlines() if not line.startswith("study: ")]  # but for how far it is
+    assert done.returncode == 2 and lines == [f"tools/{tool}: cannot go on: No space left on device"], done.stderr
+
+
+@pytest.mark.parametrize("tool,words", [("fs", [SLIDE]), ("gallery", ["slope", "arch", "--jobs", "1"]), ("film", ["long.h5", "-o", "film.gif"])])
+def test_ctrl_c_is_one_line(folder, tool, words):
+    """While a run goes on that does not end, or frames are drawn. What is half done is not left."""
+    endless, begun = folder / "endless", folder / "begun"
+    endless.write_text(f"#!/bin/sh\n[ $1 = run ] || exec {os.environ['SCREE']} \"$@\"\ntouch {begun}\nexec sleep 100\n")
+    endless.chmod(0o755)
+    begun.unlink(missing_ok=True)
+    if tool == "film":
+        scree.run(SLIDE, output=folder / "long.h5", settings=["step.count=400", "output.every=1"])
+    process = subprocess.Popen([SOURCE / "tools" / tool, *words], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                               env=os.environ | {"SCREE": str(endless)}, start_new_session=True)
+    if tool == "film":
+        assert process.stderr.readline() == "film: 41 of 401 frames\n"
+    else:
+        wait_for(begun, process)
+    for _ in range(3):  # again where it met Python in what passes over exceptions
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(3)
+            break
+    said = [line for line in process.communicate()[1].splitlines() if not line.startswith("film: ")]
+    assert process.returncode == 130 and said == [f"tools/{tool}: stopped"]
+    assert not list(folder.glob("film*")) and not list(folder.glob("*/trial.h5"))
+
+
+def wait_for(path, process):
+    until = time.monotonic() + 60
+    while not path.exists():
+        assert time.monotonic() < until and process.poll() is None
+        time.sleep(0.01)

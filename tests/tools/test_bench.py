@@ -226,7 +226,7 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path):
                             (["column", "--sizes", 50], "four times a square"),
                             (["wall", "--sizes", 2, "--end", 0.01, "--json", tmp_path / "none" / "it.json"], "cannot write")):
         done = bench(*words, "--scree", SCREE)
-        assert done.returncode == 1 and len(done.stderr.splitlines()) == 1 and expected in done.stderr, done.stderr
+        assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and expected in done.stderr, done.stderr
 
 
 @pytest.mark.parametrize("words, names", [

@@ -1,6 +1,7 @@
 """tools/contacts: what VTK reads of it is what /contacts has, frame by frame."""
 import os
 import pathlib
+import shutil
 import subprocess
 
 import h5py
@@ -93,7 +94,11 @@ def test_vtk_reads_the_contacts_of_each_frame(written):
 def test_what_has_no_contacts_is_one_line(written, tmp_path):
     fall = scree.run(SOURCE / "input/paper/rotation/t4.ana", output=tmp_path / "t4.h5", settings=["step.count=3"])
     results = written[0]
-    for words, said in (([fall.path], "without"), ([tmp_path / "none.h5"], "found"),
+    without = tmp_path / "without.h5"
+    shutil.copy(results.path, without)
+    with h5py.File(without, "r+") as file:
+        file["VTKHDF/Steps"].attrs["NSteps"] = 0  # as where the disk was full before the first frame
+    for words, said in (([fall.path], "without"), ([without], "expected a frame, found none"), ([tmp_path / "none.h5"], "found"),
                         ([results.path, "-o", tmp_path / "no" / "c.vtkhdf"], "cannot write"),
                         ([results.path, "-o", results.path], "that of the results")):
         done = subprocess.run([TOOL, *words], capture_output=True, text=True)

@@ -80,11 +80,11 @@ def test_an_mp4_is_what_ffmpeg_is_given(run, tmp_path):
     """By a program that keeps what it is given, in place of ffmpeg: raw frames of the size that it is told."""
     (tmp_path / "bin").mkdir()
     stand_in = tmp_path / "bin" / "ffmpeg"
-    stand_in.write_text('#!/bin/sh\n[ "$1" = -version ] && exit\nfor last; do :; done\necho "$@" > "$last.words"\ncat > "$last"\n')
+    stand_in.write_text('#!/bin/sh\n[ "$1" = -version ] && exit\nfor last; do :; done\necho "$@" > "$(dirname "$last")/words"\ncat > "$last"\n')
     stand_in.chmod(stand_in.stat().st_mode | stat.S_IEXEC)
     done = call(run, "-o", tmp_path / "f.mp4", "--dpi", "40", "--fps", "25", path=f"{tmp_path / 'bin'}:{os.environ['PATH']}")
     assert done.returncode == 0, done.stderr
-    words = (tmp_path / "f.mp4.words").read_text().split()
+    words = (tmp_path / "words").read_text().split()
     wide, tall = map(int, words[words.index("-s") + 1].split("x"))
     assert wide % 2 == tall % 2 == 0 and float(words[words.index("-r") + 1]) == 25  # H.264 wants even sizes
     assert (tmp_path / "f.mp4").stat().st_size == 11 * 4 * wide * tall

@@ -1,11 +1,17 @@
 """Command lines: what all commands have in common, and what their words may be, as types for argparse."""
 import argparse
+import contextlib
+import functools
 import math
+import os
 import pathlib
 import re
+import signal
 import sys
 
 from .errors import ScreeError
+
+BAD_INPUT, STOPPED = 2, 128 + signal.SIGINT  # exit statuses
 
 
 def command():
@@ -24,6 +30,36 @@ def parser_for(page, kind=argparse.ArgumentParser):
 def say(problem):
     """Says on stderr what went wrong, or what is worth a warning."""
     print(f"{command()}: {problem}", file=sys.stderr)
+
+
+def ends_in_a_line(main):
+    """A command, by its main, whatever it ends by: what is wrong with its input, what cannot be read or written, Ctrl-C."""
+    @functools.wraps(main)
+    def ending():
+        try:
+            status = main()
+            sys.stdout.flush()
+            return status
+        except ScreeError as problem:
+            say(problem)
+            return BAD_INPUT
+        except OSError as problem:
+            reason = problem.strerror or str(problem).splitlines()[0]
+            say(f"{problem.filename}: {reason}" if problem.filename else f"cannot go on: {reason}")
+            give_up_output()
+            return BAD_INPUT
+        except KeyboardInterrupt:
+            say("stopped")
+            return STOPPED
+    return ending
+
+
+def give_up_output():
+    """Drops what is left to print, so that a disk that is full is not said again as Python ends."""
+    with contextlib.suppress(OSError):
+        sys.stdout.flush()
+    with contextlib.suppress(OSError):  # where it is no file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def check_ending(path, what, endings):

@@ -21,7 +21,7 @@ import pathlib
 
 import numpy as np
 
-from .arguments import command, parser_for, say
+from .arguments import command, ends_in_a_line, parser_for
 from .errors import ScreeError
 from .results import read
 
@@ -314,6 +314,7 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{command()}: {message}\n")
 
 
+@ends_in_a_line
 def main():
     parser = parser_for(__doc__, Parser)
     parser.add_argument("run", type=pathlib.Path, metavar="RUN", help="a results file of scree")
@@ -325,9 +326,5 @@ def main():
     parser.add_argument("--stress-scale", type=positive, help="in place of the largest stress")
     parser.add_argument("--contacts", type=count, help="largest difference in the number of closed contacts; else not judged")
     given = parser.parse_args()
-    try:
-        reference = Folder(given.reference) if given.reference.is_dir() else Replay(given.reference)
-        return int(compare(Run(given.run, reference), reference, given))
-    except ScreeError as problem:
-        say(problem)
-        return 2
+    reference = Folder(given.reference) if given.reference.is_dir() else Replay(given.reference)
+    return int(compare(Run(given.run, reference), reference, given))

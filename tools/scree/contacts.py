@@ -11,8 +11,8 @@ import pathlib
 import h5py
 import numpy as np
 
-from .arguments import check_ending, parser_for, say
-from .errors import PlotError, ScreeError
+from .arguments import check_ending, ends_in_a_line, parser_for
+from .errors import PlotError
 from .results import read
 
 VTK_VERTEX = 1  # a cell of one point
@@ -39,6 +39,8 @@ def write_contacts(results, path):
     check_ending(path, "contacts", (".vtkhdf", ".hdf"))
     if "contacts" not in results:
         raise PlotError(f"{results.path}: expected a run with contacts, found one without")
+    if results.n_frames == 0:
+        raise PlotError(f"{results.path}: expected a frame, found none")
     frames = [results.contacts_of(frame) for frame in range(results.n_frames)]
     count = np.array([len(contacts) for contacts in frames])
     before = np.cumsum([0, *count[:-1]])
@@ -70,16 +72,13 @@ def write_contacts(results, path):
         raise PlotError(f"{path}: cannot write the contacts: {str(problem).splitlines()[0]}") from None
 
 
+@ends_in_a_line
 def main():
     parser = parser_for(__doc__)
     parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="CONTACTS", help="default: RESULTS-contacts.vtkhdf")
     given = parser.parse_args()
     output = given.output or given.file.with_name(f"{given.file.stem}-contacts.vtkhdf")
-    try:
-        write_contacts(read(given.file), output)
-    except ScreeError as error:
-        say(error)
-        return 2
+    write_contacts(read(given.file), output)
     print(output)
     return 0

@@ -41,7 +41,7 @@ import ezdxf
 import numpy as np
 from ezdxf.math import Vec3
 
-from .arguments import check_ending, parser_for, say
+from .arguments import check_ending, ends_in_a_line, parser_for, say
 from .errors import ScreeError
 
 LINE_KINDS = ("boundary", "joint", "material", "tunnel", "stage")  # with a number each
@@ -654,6 +654,7 @@ def counted(number, one, more=None):
     return f"{number} {one if number == 1 else more or one + 's'}"
 
 
+@ends_in_a_line
 @np.errstate(all="ignore")  # what is not finite is refused by name
 def main():
     parser = parser_for(__doc__)
@@ -668,30 +669,26 @@ def main():
     parser.add_argument("--least-area", type=float, default=0.0, metavar="A", help="of a block: a smaller one joins its neighbour")
     given = parser.parse_args()
     logging.disable()  # ezdxf's; what matters of it is said here
+    if not 0 <= given.e0 < 1:
+        raise MapError(f"--e0: expected at least 0 and below 1, found {given.e0}")
+    if given.sagitta is not None and not 0 < given.sagitta < math.inf:
+        raise MapError(f"--sagitta: expected a length above 0, found {given.sagitta}")
+    if given.clip and (len(given.clip) < 4 or len(given.clip) % 2 or not np.isfinite(given.clip).all()):
+        raise MapError(f"--clip: expected x and y of two corners or more, found {' '.join(map(repr, given.clip))}")
+    if not 0 <= given.least_area < math.inf:
+        raise MapError(f"--least-area: expected an area from 0, found {given.least_area}")
+    output = pathlib.Path(given.output or pathlib.Path(given.map).with_suffix(".geo"))
+    if output.resolve() == pathlib.Path(given.map).resolve():
+        raise MapError(f"{output}: expected another name than the map's for the deck (-o), found the same")
+    check_ending(output, "a deck", (".geo",))
+    drawing = Drawing(given.map)
+    deck = Deck(drawing, chosen_roles(given.layer, drawing), given.e0, given.sagitta, given.clip, given.least_area)
     try:
-        if not 0 <= given.e0 < 1:
-            raise MapError(f"--e0: expected at least 0 and below 1, found {given.e0}")
-        if given.sagitta is not None and not 0 < given.sagitta < math.inf:
-            raise MapError(f"--sagitta: expected a length above 0, found {given.sagitta}")
-        if given.clip and (len(given.clip) < 4 or len(given.clip) % 2 or not np.isfinite(given.clip).all()):
-            raise MapError(f"--clip: expected x and y of two corners or more, found {' '.join(map(repr, given.clip))}")
-        if not 0 <= given.least_area < math.inf:
-            raise MapError(f"--least-area: expected an area from 0, found {given.least_area}")
-        output = pathlib.Path(given.output or pathlib.Path(given.map).with_suffix(".geo"))
-        if output.resolve() == pathlib.Path(given.map).resolve():
-            raise MapError(f"{output}: expected another name than the map's for the deck (-o), found the same")
-        check_ending(output, "a deck", (".geo",))
-        drawing = Drawing(given.map)
-        deck = Deck(drawing, chosen_roles(given.layer, drawing), given.e0, given.sagitta, given.clip, given.least_area)
-        try:
-            output.write_text(deck.text(), encoding="utf-8")
-            if deck.removed:
-                output.with_suffix(".stages").write_text(deck.stages(), encoding="utf-8")
-        except OSError as error:
-            raise MapError(f"{output}: cannot write the deck: {error.strerror}") from None
-    except ScreeError as error:
-        say(error)
-        return 2
+        output.write_text(deck.text(), encoding="utf-8")
+        if deck.removed:
+            output.with_suffix(".stages").write_text(deck.stages(), encoding="utf-8")
+    except OSError as error:
+        raise MapError(f"{output}: cannot write the deck: {error.strerror}") from None
     for line in deck.mapping():
         print(line)
     for line in deck.warnings():

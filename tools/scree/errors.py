@@ -21,5 +21,9 @@ class RunFailed(ScreeError):
         self.status, self.said = status, said
 
 
+class NoFactor(ScreeError):
+    """A scene has no factor of safety that a search finds."""
+
+
 class PlotError(ScreeError):
     """What cannot be drawn."""

@@ -11,6 +11,7 @@ long: a run writes them at even times by output.interval.
 """
 import functools
 import pathlib
+import subprocess
 
 import matplotlib
 
@@ -18,8 +19,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.animation import FFMpegWriter, PillowWriter
 
-from .arguments import above_zero, check_ending, parser_for, say, whole_from
-from .errors import PlotError, ScreeError
+from .arguments import above_zero, check_ending, ends_in_a_line, parser_for, whole_from
+from .errors import PlotError
 from .plot import WHOLE, Frames, Panels, add_words_of_frames, extras_of, frames_of_stage, kind_of, look_of
 from .records import Bar
 
@@ -44,7 +45,7 @@ def clear(axis):
 
 
 def film(file, frames, path, fps, dpi, field, extras, look):
-    """Writes the film of frames of a file."""
+    """Writes the film of frames of a file, whole or not at all."""
     writer = writer_for(path, fps)
     panels = Panels([file], [(file, frame) for frame in frames], field, extras, look)
     figure, axes = panels.figure(1, 1, WHOLE)
@@ -55,22 +56,25 @@ def film(file, frames, path, fps, dpi, field, extras, look):
     axis.set_title(look.title(file, frames[-1]), fontsize=10)
     figure.canvas.draw()
     figure.set_layout_engine("none")  # as laid out once: the rest does not move
-    bar = Bar("film", len(frames), "frames")
+    bar, partial = Bar("film", len(frames), "frames"), path.with_name(f"{path.stem}.part{path.suffix}")
     try:
-        with writer.saving(figure, str(path), dpi):
+        with writer.saving(figure, str(partial), dpi):
             for frame in frames:
                 clear(axis)
                 panels.draw(axis, file, frame)
                 axis.set_title(look.title(file, frame, digits), fontsize=10)
                 writer.grab_frame()
                 bar.advance(f"frame {frame}")
-    except (OSError, ValueError) as problem:
+        partial.replace(path)
+    except (OSError, ValueError, subprocess.CalledProcessError) as problem:
         raise PlotError(f"{path}: cannot write the film: {problem}") from None
     finally:
         plt.close(figure)
+        partial.unlink(missing_ok=True)  # of a film that was stopped
     bar.end()
 
 
+@ends_in_a_line
 def main():
     parser = parser_for(__doc__)
     parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
@@ -83,15 +87,11 @@ def main():
     parser.set_defaults(dpi=120)
     given = parser.parse_args()
     output = given.output or given.file.with_suffix(".mp4" if FFMpegWriter.isAvailable() else ".gif")
-    try:
-        if kind_of(given.file) != "results":
-            raise PlotError(f"{given.file}: expected a results file, found another")
-        extras, look = extras_of(given), look_of(given)
-        file = Frames(given.file, given.file.stem)
-        frames = frames_of_stage(file, given.stage) if given.stage else range(len(file.times))
-        film(file, frames[::given.every], output, given.fps, given.dpi, given.field, extras, look)
-    except ScreeError as error:
-        say(error)
-        return 2
+    if kind_of(given.file) != "results":
+        raise PlotError(f"{given.file}: expected a results file, found another")
+    extras, look = extras_of(given), look_of(given)
+    file = Frames(given.file, given.file.stem)
+    frames = frames_of_stage(file, given.stage) if given.stage else range(len(file.times))
+    film(file, frames[::given.every], output, given.fps, given.dpi, given.field, extras, look)
     print(output)
     return 0

@@ -25,9 +25,10 @@ import time
 
 import numpy as np
 
-from .arguments import parser_for, say, whole_from
+from .arguments import ends_in_a_line, parser_for, whole_from
 from .errors import ScreeError
 from .program import TREE, program, work_folder
+from .records import stopped_at_once
 from .results import read
 
 EXAMPLES, PAGES, PICTURES = TREE / "input" / "examples", ("tutorial", "practice", "studies"), TREE / "doc" / "pictures"
@@ -231,6 +232,7 @@ def gallery_page(scenes):
     return "\n".join([INTRODUCTION, *(scene.markdown() for scene in scenes if isinstance(scene, Example))])
 
 
+@ends_in_a_line
 def main():
     parser = parser_for(__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME")
@@ -239,26 +241,22 @@ def main():
     parser.add_argument("--jobs", type=whole_from(1), default=len(os.sched_getaffinity(0)), metavar="N", help="scenes at once")
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
     given = parser.parse_args()
-    try:
-        path, scenes = program(given.scree), known()
-        unknown = [name for name in given.names if name not in scenes]
-        if unknown:
-            parser.error(f"expected names out of {', '.join(scenes)}, found {unknown[0]}")
-        chosen = [scenes[name] for name in given.names or scenes]
-        with work_folder(given.keep) as folder, concurrent.futures.ThreadPoolExecutor(given.jobs) as pool:
-            all_rows = []
-            for rows, seconds in pool.map(lambda scene: run_in_its_own(scene, folder, path), chosen):
-                show(rows, seconds)
-                all_rows += rows
-            if given.write:
-                for scene in chosen:
-                    for picture in scene.pictures:
-                        if (folder / scene.name / picture).exists():
-                            shutil.copy(folder / scene.name / picture, PICTURES / picture)
-                (TREE / "doc" / "gallery.md").write_text(gallery_page(scenes.values()))
-    except (ScreeError, OSError) as problem:
-        say(problem)
-        return 2
+    path, scenes = program(given.scree), known()
+    unknown = [name for name in given.names if name not in scenes]
+    if unknown:
+        parser.error(f"expected names out of {', '.join(scenes)}, found {unknown[0]}")
+    chosen = [scenes[name] for name in given.names or scenes]
+    with work_folder(given.keep) as folder, concurrent.futures.ThreadPoolExecutor(given.jobs) as pool, stopped_at_once(pool):
+        all_rows = []
+        for rows, seconds in pool.map(lambda scene: run_in_its_own(scene, folder, path), chosen):
+            show(rows, seconds)
+            all_rows += rows
+        if given.write:
+            for scene in chosen:
+                for picture in scene.pictures:
+                    if (folder / scene.name / picture).exists():
+                        shutil.copy(folder / scene.name / picture, PICTURES / picture)
+            (TREE / "doc" / "gallery.md").write_text(gallery_page(scenes.values()))
     off = [row for row in all_rows if not row.holds]
     print(f"{len(all_rows) - len(off)} of {len(all_rows)} as expected")
     return 1 if off else 0

@@ -14,8 +14,8 @@ import pathlib
 
 import numpy as np
 
-from .arguments import parser_for, say
-from .errors import ProgramMissing, RunFailed
+from .arguments import ends_in_a_line, parser_for, say
+from .errors import RunFailed
 from .program import Runner, input_folder, work_folder
 from .validation import arc
 
@@ -161,6 +161,7 @@ def sweep_arc(run):
     return misses
 
 
+@ends_in_a_line
 def main():
     parser = parser_for(__doc__)
     parser.add_argument("case", choices=["rotation", "arc"])
@@ -171,6 +172,6 @@ def main():
     try:
         with work_folder(given.keep) as folder:
             return 1 if case(Runner(folder, given.scree)) else 0
-    except (ProgramMissing, RunFailed) as problem:
+    except RunFailed as problem:
         say(problem)
-        return 2 if isinstance(problem, ProgramMissing) else 1
+        return 1

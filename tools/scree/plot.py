@@ -29,8 +29,8 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 
-from .arguments import above_zero, check_ending, parser_for, say
-from .errors import PlotError, ScreeError
+from .arguments import above_zero, check_ending, ends_in_a_line, parser_for
+from .errors import PlotError
 from .histories import LINES, histories_of
 from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
                        robust_limits, velocities)
@@ -630,6 +630,7 @@ def add_words_of_frames(parser):
     parser.add_argument("--dpi", type=float, default=150)
 
 
+@ends_in_a_line
 def main():
     parser = parser_for(__doc__)
     parser.add_argument("files", nargs="+", metavar="FILE")
@@ -643,23 +644,19 @@ def main():
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="PICTURE", help="default: the first file with .png")
     given = parser.parse_args()
     output = given.output or pathlib.Path(given.files[0]).with_suffix(".png")
+    check_ending(output, "a picture", [f".{kind}" for kind in FigureCanvasBase.get_supported_filetypes()])
+    extras, look = extras_of(given), look_of(given)
+    with tempfile.TemporaryDirectory() as folder:
+        if given.history:
+            figure = draw_histories(given.files, given.history, look.units)
+        elif given.rose:
+            figure = draw_rose(open_shapes(given.files[0], given.scree, folder), look.units)
+        else:
+            shapes = [open_shapes(path, given.scree, folder) for path in given.files]
+            figure = draw_frames(shapes, given.frames, given.field, extras, look, given.stage)
     try:
-        check_ending(output, "a picture", [f".{kind}" for kind in FigureCanvasBase.get_supported_filetypes()])
-        extras, look = extras_of(given), look_of(given)
-        with tempfile.TemporaryDirectory() as folder:
-            if given.history:
-                figure = draw_histories(given.files, given.history, look.units)
-            elif given.rose:
-                figure = draw_rose(open_shapes(given.files[0], given.scree, folder), look.units)
-            else:
-                shapes = [open_shapes(path, given.scree, folder) for path in given.files]
-                figure = draw_frames(shapes, given.frames, given.field, extras, look, given.stage)
-        try:
-            figure.savefig(output, dpi=given.dpi, bbox_inches="tight", pad_inches=0.05)
-        except (OSError, ValueError) as error:
-            raise PlotError(f"{output}: cannot write the picture: {error}") from None
-    except ScreeError as error:
-        say(error)
-        return 2
+        figure.savefig(output, dpi=given.dpi, bbox_inches="tight", pad_inches=0.05)
+    except (OSError, ValueError) as error:
+        raise PlotError(f"{output}: cannot write the picture: {error}") from None
     print(output)
     return 0

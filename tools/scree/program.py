@@ -12,7 +12,7 @@ import time
 import typing
 from collections.abc import Iterable, Iterator, Mapping
 
-from .errors import ProgramMissing, RunFailed
+from .errors import ProgramMissing, RunFailed, ScreeError
 from .results import Results, read
 
 StrPath = str | os.PathLike
@@ -95,12 +95,20 @@ def cut(*decks: StrPath, output: StrPath, path: StrPath | None = None, **options
     return pathlib.Path(output)
 
 
+def made_folder(path: StrPath) -> pathlib.Path:
+    """A folder to write into, made where it is not there; ScreeError where it cannot be."""
+    try:
+        pathlib.Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise ScreeError(f"{path}: expected a folder to write into, found: {problem.strerror}") from None
+    return pathlib.Path(path)
+
+
 @contextlib.contextmanager
 def work_folder(keep: StrPath | None = None) -> Iterator[pathlib.Path]:
     """A folder for runs: the one to keep, made where it is not there, or one that goes again."""
     if keep:
-        pathlib.Path(keep).mkdir(parents=True, exist_ok=True)
-        yield pathlib.Path(keep)
+        yield made_folder(keep)
     else:
         with tempfile.TemporaryDirectory() as folder:
             yield pathlib.Path(folder)

@@ -10,7 +10,7 @@ steps (n5). From F = 1 on, F is doubled or halved until the scene stands with on
 halved until both are within a share of each other (--within): then the factor of safety is between them. FOLDER, by default that of
 the deck with -fs, holds fs.csv with all runs, the results of the last run that stands and of the last that falls, and mechanism.png, where the blocks
 of the latter have gone. A deck whose joints have other strength (&joints phi, residual_phi, jrc ...), or that has stages, is refused.
-Exit status 0; 1 where nothing falls up to --most or stands down to its inverse, or a run is undecided or stopped; 2 for bad input.
+Exit status 0; 1 where nothing falls up to --most or stands down to its inverse, or a run is undecided; 2 for bad input.
 """
 import csv
 import dataclasses
@@ -19,10 +19,10 @@ import math
 import pathlib
 import re
 
-from .arguments import parser_for, say
-from .errors import ScreeError
+from .arguments import ends_in_a_line, parser_for, say
+from .errors import NoFactor, ScreeError
 from .plot import draw_frames, open_shapes
-from .program import call, done_or_failed, with_settings
+from .program import call, done_or_failed, made_folder, with_settings
 
 STANDS, MOVES, UNDECIDED = "complete", "moves: ", "not in equilibrium: "  # how the status of a static run begins that ends
 VERDICTS = {True: "stands", False: "falls", None: "undecided"}  # by whether a scene stands; its results are called so
@@ -65,9 +65,8 @@ class Reduction:
         self.strength = {joint: there[joint] for joint in (joints or there)}
         if not any(max(strength) > 0 for strength in self.strength.values()):
             raise ScreeError("expected a joint with friction, cohesion or tensile strength, found none: there is nothing to reduce")
-        folder.mkdir(parents=True, exist_ok=True)
         for name in FILES:  # of an earlier search
-            (folder / name).unlink(missing_ok=True)
+            (made_folder(folder) / name).unlink(missing_ok=True)
 
     def reduced(self, factor):
         """Settings of a run with strength over a factor."""
@@ -80,15 +79,18 @@ class Reduction:
     def try_factor(self, factor):
         """Runs the scene; its results are kept as those of the last one that stood, fell, or was undecided."""
         partial = self.folder / TRIAL
-        done = call("run", *self.decks, "-o", partial, "--quiet", "--summary", "json",
-                    *with_settings([*self.settings, *self.reduced(factor)]), path=self.path)
-        if done.returncode not in (0, 1):
-            done_or_failed(done)
-        came_to = json.loads(done.stdout)
-        status, balance = came_to["status"], came_to["balance"] or {}
-        stands = True if status == STANDS else None if status.startswith(UNDECIDED) else False
-        if partial.exists():
-            partial.replace(self.folder / f"{VERDICTS[stands]}.h5")
+        try:
+            done = call("run", *self.decks, "-o", partial, "--quiet", "--summary", "json",
+                        *with_settings([*self.settings, *self.reduced(factor)]), path=self.path)
+            if done.returncode not in (0, 1):
+                done_or_failed(done)
+            came_to = json.loads(done.stdout)
+            status, balance = came_to["status"], came_to["balance"] or {}
+            stands = True if status == STANDS else None if status.startswith(UNDECIDED) else False
+            if partial.exists():
+                partial.replace(self.folder / f"{VERDICTS[stands]}.h5")
+        finally:
+            partial.unlink(missing_ok=True)  # of a run that was stopped
         return Trial(factor, stands, came_to["steps"]["taken"], came_to["steps"]["solves"], balance.get("share", math.nan),
                      balance.get("block", 0), came_to["displacement"]["largest"], "" if stands else status)
 
@@ -96,15 +98,15 @@ class Reduction:
 def search(try_factor, within, most):
     """Tries factors until one at which a scene stands and one at which it falls are near each other; all trials, in their order.
 
-    Raises ScreeError where it stands with all of them, or with none. Who takes the trials ends the search at one that is undecided."""
+    Raises NoFactor where it stands with all of them, or with none. Who takes the trials ends the search at one that is undecided."""
     trials = [try_factor(1.0)]
     yield trials[0]
     step = 2.0 if trials[0].stands else 0.5
     while trials[-1].stands == trials[0].stands:
         factor = trials[-1].factor * step
         if not 1 / most <= factor <= most:
-            raise ScreeError(f"it stands with a factor of {trials[-1].factor:g}: strength does not decide" if trials[0].stands else
-                             f"it falls with a factor of {trials[-1].factor:g}: strength does not hold it")
+            raise NoFactor(f"it stands with a factor of {trials[-1].factor:g}: strength does not decide" if trials[0].stands else
+                           f"it falls with a factor of {trials[-1].factor:g}: strength does not hold it")
         trials.append(try_factor(factor))
         yield trials[-1]
     stands, falls = bracket(trials)
@@ -131,15 +133,15 @@ def find(reduction, within, most):
 
 
 def show_all(search, trials):
-    """Prints the trials of a search as they are made, and adds them to a list. ScreeError at one that is undecided."""
+    """Prints the trials of a search as they are made, and adds them to a list. NoFactor at one that is undecided."""
     print(f"{'factor':>10}  {'':<9}{'steps':>7}{'solves':>8}{'out of balance':>16}{'block':>7}{'displacement':>14}", flush=True)
     for trial in search:
         trials.append(trial)
         print(f"{trial.factor:10.5f}  {VERDICTS[trial.stands]:<9}{trial.steps:7}{trial.solves:8}{trial.share:16.2e}"
               f"{trial.block:7}{trial.displacement:14.3e}", flush=True)
         if trial.stands is None:
-            raise ScreeError("expected runs that come to equilibrium or move on and on, found one whose steps ran out before, with a factor "
-                             f"of {trial.factor:g}: try more steps (n5 of the deck); {trial.said}")
+            raise NoFactor("expected runs that come to equilibrium or move on and on, found one whose steps ran out before, with a factor "
+                           f"of {trial.factor:g}: try more steps (n5 of the deck); {trial.said}")
         if not trial.stands and not trial.said.startswith(MOVES):
             print(f"            the run ended: {trial.said}")
 
@@ -158,6 +160,7 @@ def above(least, word):
     return value
 
 
+@ends_in_a_line
 def main():
     def over_zero(word):
         return above(0.0, word)
@@ -178,12 +181,12 @@ def main():
     if len(given.decks) > 2:
         parser.error(f"expected at most a geometry and an analysis deck, found {' '.join(given.decks)}")
     folder = given.output or pathlib.Path(pathlib.Path(given.decks[-1]).stem + "-fs")
+    reduction = Reduction(given.decks, given.set, given.joints, given.balance, folder, given.scree)
     try:
-        reduction = Reduction(given.decks, given.set, given.joints, given.balance, folder, given.scree)
         stands, falls = find(reduction, given.within, given.most)
-    except ScreeError as problem:
+    except NoFactor as problem:
         say(problem)
-        return getattr(problem, "status", 1)
+        return 1
     draw_frames([open_shapes(str(folder / f"{VERDICTS[False]}.h5"), given.scree, folder)], ["last"], "displacement").savefig(
         folder / PICTURE, dpi=130)
     print(f"factor of safety: {0.5 * (stands + falls):.4g} ({stands:.5g} stands, {falls:.5g} falls); {folder}/{TABLE}, {PICTURE}")

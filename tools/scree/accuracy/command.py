@@ -34,7 +34,7 @@ import os
 import pathlib
 import sys
 
-from ..arguments import above_zero, parser_for, say, whole_from
+from ..arguments import STOPPED, above_zero, ends_in_a_line, parser_for, say, whole_from
 from ..errors import ScreeError
 from ..program import call, program, work_folder
 from ..records import explain
@@ -42,8 +42,6 @@ from .choices import COMPARED, CURES, DECK, INTEGRATORS, MULTIPLIERS, STRAINS, g
 from .runs import Study, run_all
 from .scenes import QUANTITIES, SHIPPED, own
 from .table import Findings, print_findings, write_csv, write_json
-
-STOPPED = 130  # exit status of a study that someone stopped
 
 
 def factor(word):
@@ -135,6 +133,7 @@ def study(given):
     print(f"\n{given.folder}/index.html has the diagrams, cost.csv and cost.json beside it all figures")
 
 
+@ends_in_a_line
 def main():
     given = arguments()
     if given.list:
@@ -142,9 +141,6 @@ def main():
         return 0
     try:
         study(given)
-    except ScreeError as problem:
-        say(problem)
-        return 1
     except KeyboardInterrupt:
         print(file=sys.stderr)
         say("stopped; the same command goes on")

@@ -11,7 +11,7 @@ import numpy as np
 from ..bench.effects import Counter
 from ..bench.processes import start
 from ..errors import RunFailed, ScreeError
-from ..program import with_settings
+from ..program import made_folder, with_settings
 from ..records import Bar, explain, files_of, hashed, replace, stopped_at_once
 from ..results import read
 from . import scenes
@@ -54,9 +54,7 @@ class Study:
 
     def __init__(self, scene, choices, settings, decks, kept, path):
         self.scene, self.path, self.settings = scene, path, settings
-        self.decks, self.kept = decks / scene.name, kept / scene.name / "runs"
-        for folder in (self.decks, self.kept):
-            folder.mkdir(parents=True, exist_ok=True)
+        self.decks, self.kept = made_folder(decks / scene.name), made_folder(kept / scene.name / "runs")
         self.program = hashed(path.read_bytes())
         decks, given = self.write(Choice())
         self.base = explain(decks, given, path)

@@ -60,8 +60,7 @@ of the scene without, and what it is to be at most. In the last scene so many sq
 import argparse
 
 from .. import touching
-from ..arguments import above_zero, parser_for, say, whole_from
-from ..errors import ScreeError
+from ..arguments import above_zero, ends_in_a_line, parser_for, whole_from
 from ..program import program, work_folder
 from . import peers, problems, settling
 from .contact import contact, rules
@@ -151,17 +150,14 @@ def add_others(cases, options):
     case.set_defaults(case=effects)
 
 
+@ends_in_a_line
 def main():
     parser = parser_for(__doc__)
     cases = parser.add_subparsers(required=True, metavar="CASE")
     add_settling(cases, many_blocks())
     add_others(cases, any_scree())
     given = parser.parse_args()
-    try:
-        given.scree = program(given.scree)
-        with work_folder(getattr(given, "keep", None)) as folder:
-            given.case(given, folder)
-    except ScreeError as problem:
-        say(problem)
-        return 1
+    given.scree = program(given.scree)
+    with work_folder(getattr(given, "keep", None)) as folder:
+        given.case(given, folder)
     return 0

@@ -14,10 +14,10 @@ import dataclasses
 import itertools
 import pathlib
 
-from ..arguments import parser_for, say
+from ..arguments import ends_in_a_line, parser_for
 from ..bench.processes import start
 from ..bench.tables import Table
-from ..errors import ResultsError, ScreeError
+from ..errors import ResultsError
 from ..program import program, with_settings, work_folder
 from ..results import read
 from . import judge, random_scenes
@@ -140,31 +140,28 @@ def arguments():
     return given
 
 
+@ends_in_a_line
 def main():
     given = arguments()
     if given.list:
         print("\n".join(f"{name:<16}{case.text}" for name, case in CASES.items()))
         return 0
     table, pictures = Table(COLUMNS), []
-    try:
-        path = program(given.scree)
-        with work_folder(given.keep) as folder:
-            if given.random:
-                numbers = range(given.first, given.first + given.random)
-                return 1 if run_random(numbers, folder, path, given.set, given.limit) else 0
-            for name, way in runs_of(given.case or CASES, ways(given)):
-                found, seconds, output = run(name, way, folder, path, given.set, given.limit)
-                table.add(row_of(name, way, found, seconds))
-                if output:
-                    pictures.append((name, way, found, output))
-            if given.sheet:
-                from .sheet import draw_sheet  # here, as matplotlib takes a second to begin
-                draw_sheet(pictures, given.sheet)
-        if given.json:
-            table.write(given.json)
-    except ScreeError as problem:
-        say(problem)
-        return 2
+    path = program(given.scree)
+    with work_folder(given.keep) as folder:
+        if given.random:
+            numbers = range(given.first, given.first + given.random)
+            return 1 if run_random(numbers, folder, path, given.set, given.limit) else 0
+        for name, way in runs_of(given.case or CASES, ways(given)):
+            found, seconds, output = run(name, way, folder, path, given.set, given.limit)
+            table.add(row_of(name, way, found, seconds))
+            if output:
+                pictures.append((name, way, found, output))
+        if given.sheet:
+            from .sheet import draw_sheet  # here, as matplotlib takes a second to begin
+            draw_sheet(pictures, given.sheet)
+    if given.json:
+        table.write(given.json)
     verdicts = [row["verdict"] for row in table.rows]
     print(", ".join(f"{verdicts.count(v)} {v}" for v in dict.fromkeys(verdicts)))
     return 0 if hold_good(table.rows) else 1

@@ -9,13 +9,14 @@ Needs Debian's python3-numpy, python3-h5py and python3-matplotlib.
 """
 import pathlib
 
-from ..arguments import check_ending, parser_for, say
-from ..errors import PlotError, ScreeError
+from ..arguments import check_ending, ends_in_a_line, parser_for
+from ..errors import PlotError
 from ..plot import Frames, add_units, kind_of
 from ..units import Units
 from .page import page_of
 
 
+@ends_in_a_line
 def main():
     parser = parser_for(__doc__)
     parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
@@ -23,17 +24,13 @@ def main():
     add_units(parser)
     given = parser.parse_args()
     output = given.output or given.file.with_suffix(".html")
+    check_ending(output, "a page", (".html", ".htm"))
+    if kind_of(given.file) != "results":
+        raise PlotError(f"{given.file}: expected a results file, found another")
+    text = page_of(Frames(given.file, given.file.stem), Units(given.units))
     try:
-        check_ending(output, "a page", (".html", ".htm"))
-        if kind_of(given.file) != "results":
-            raise PlotError(f"{given.file}: expected a results file, found another")
-        text = page_of(Frames(given.file, given.file.stem), Units(given.units))
-        try:
-            output.write_text(text, encoding="utf-8")
-        except OSError as problem:
-            raise PlotError(f"{output}: cannot write the page: {problem.strerror}") from None
-    except ScreeError as error:
-        say(error)
-        return 2
+        output.write_text(text, encoding="utf-8")
+    except OSError as problem:
+        raise PlotError(f"{output}: cannot write the page: {problem.strerror}") from None
     print(output)
     return 0

@@ -19,13 +19,12 @@ import shlex
 import signal
 import sys
 
-from ..arguments import parser_for, say, whole_from
+from ..arguments import STOPPED, ends_in_a_line, parser_for, say, whole_from
 from ..errors import ScreeError
 from .output import check_output, write_table
 from .runs import Study
 from .tables import read_table
 
-STOPPED = 128  # and the number of the signal: exit status
 MOST_PARTS = 1000  # of an array job, as Slurm takes by default
 
 SLURM = """#!/bin/bash
@@ -150,15 +149,13 @@ def work(given):
     return status
 
 
+@ends_in_a_line
 def main():
     given = arguments()
-    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(STOPPED + number))
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     try:
         return work(given)
-    except ScreeError as error:
-        say(error)
-        return 2
     except KeyboardInterrupt:
         with contextlib.suppress(OSError):
             say("stopped; the same command goes on")
-        return STOPPED + signal.SIGINT
+        return STOPPED

@@ -9,7 +9,7 @@ import time
 import numpy as np
 
 from ..errors import ScreeError
-from ..program import program, with_settings
+from ..program import made_folder, program, with_settings
 from ..records import Bar, explain, files_of, hashed, replace, stopped_at_once
 from ..results import read
 
@@ -30,7 +30,7 @@ class Study:
     def __init__(self, table, decks, settings, folder, path=None, keeps_results=False):
         self.table, self.decks, self.path = table, decks, program(path)
         self.settings, self.folder, self.keeps = [*table.settings, *settings], folder, keeps_results
-        (folder / "runs").mkdir(parents=True, exist_ok=True)
+        made_folder(folder / "runs")
         explain(decks, self.settings_of(table.rows[0]), self.path)  # a name or a deck that is wrong is said before any run
         self.lock, self.going, self.stopping = threading.Lock(), set(), False
         self.keys = self.all_keys()

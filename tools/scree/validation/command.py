@@ -8,8 +8,8 @@ Needs Debian's python3-numpy and python3-h5py.
 """
 import pathlib
 
-from ..arguments import parser_for, say
-from ..errors import ProgramMissing, RunFailed
+from ..arguments import ends_in_a_line, parser_for
+from ..errors import RunFailed
 from ..program import Runner, work_folder
 from . import elastic  # noqa: F401  (its cases join CASES)
 from .cases import CASES
@@ -46,6 +46,7 @@ def compare(names, run):
     return misses
 
 
+@ends_in_a_line
 def main():
     parser = parser_for(__doc__)
     parser.add_argument("case", nargs="*", help=f"of {' '.join(CASES)}")
@@ -57,9 +58,5 @@ def main():
     unknown = [name for name in given.case if name not in CASES]
     if unknown:
         parser.error(f"expected cases of {' '.join(CASES)}, found {' '.join(unknown)}")
-    try:
-        with work_folder(given.keep) as folder:
-            return 1 if compare(given.case or list(CASES), Runner(folder, given.scree, given.set)) else 0
-    except ProgramMissing as problem:
-        say(problem)
-        return 2
+    with work_folder(given.keep) as folder:
+        return 1 if compare(given.case or list(CASES), Runner(folder, given.scree, given.set)) else 0
