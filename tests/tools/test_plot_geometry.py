@@ -208,3 +208,11 @@ def test_errors_are_one_line_and_status_2(scene, tmp_path):
         done = subprocess.run([TOOL, "--scree", SCREE, *words, "-o", tmp_path / "p.png"], capture_output=True, text=True)
         assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and expected in done.stderr, (words, done.stderr)
         assert done.stderr.startswith("tools/plot: ") and not (tmp_path / "p.png").exists()
+
+
+def test_the_name_of_a_geometry_may_be_in_capitals(tmp_path):
+    """As the program takes it."""
+    (tmp_path / "MAP.GEO").write_text(GEOMETRY)
+    done = plot(tmp_path / "MAP.GEO")
+    assert done.returncode == 0 and done.stdout == f"{tmp_path / 'MAP.png'}\n", done.stderr
+    assert tool.kind_of("MAP.ANA") == "analysis" and tool.kind_of("RUN.H5") == "results"

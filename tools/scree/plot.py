@@ -295,11 +295,11 @@ class Frames(Shapes):
 
 
 def kind_of(path):
-    """geometry, analysis or results, by the name."""
-    path = pathlib.Path(path)
-    if path.suffix in (".geo", ".blk", ".blck") or path.name == "block.in":
+    """geometry, analysis or results, by the name, in capitals or not."""
+    name = pathlib.Path(str(path).lower())
+    if name.suffix in (".geo", ".blk", ".blck") or name.name == "block.in":
         return "geometry"
-    return "analysis" if path.suffix == ".ana" else "results"
+    return "analysis" if name.suffix == ".ana" else "results"
 
 
 def open_shapes(path, program, folder):
