@@ -4,6 +4,7 @@ import contextlib
 import functools
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import time
@@ -114,3 +115,14 @@ def wait_for(path, process):
     while not path.exists():
         assert time.monotonic() < until and process.poll() is None
         time.sleep(0.01)
+
+
+@pytest.mark.parametrize("tool", ["api", "check", "quickstart", "test"])
+def test_tools_of_the_sources_say_what_they_do(tmp_path, tool):
+    """And do nothing: they have no program but those that this takes."""
+    for name in ("dirname", "sed"):
+        (tmp_path / name).symlink_to(shutil.which(name))
+    for word in ("--help", "-h"):
+        done = subprocess.run([SOURCE / "tools" / tool, word], env={"PATH": str(tmp_path)}, capture_output=True, text=True)
+        opening = [line.removeprefix("#").removeprefix(" ") for line in (SOURCE / "tools" / tool).read_text().split("set -eu")[0].splitlines()[1:]]
+        assert done.returncode == 0 and done.stdout.splitlines() == opening and len(opening) > 1 and not done.stderr
