@@ -2,7 +2,7 @@
 module scree_command_line
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_scene, only: run_options_t
-  use scree_text, only: text_t
+  use scree_text, only: in_lower_case, text_t
   implicit none
   private
   public :: command_t, help, read_command_line
@@ -220,7 +220,7 @@ contains
       end if
       options%runs = command%verb == 'run'
       if (command%verb == 'cut') command%cuts_analysis = &
-        len(command%geometry) > 0 .or. index(analysis, '.ana', back=.true.) == max(1, len(analysis) - 3)
+        len(command%geometry) > 0 .or. index(in_lower_case(analysis), '.ana', back=.true.) == max(1, len(analysis) - 3)
       if (command%verb == 'cut' .and. .not. command%cuts_analysis .and. (size(command%settings) > 0 .or. options%with_xdmf)) then
         call fail(error, status_bad_input, 'expected --set and --xdmf with an analysis deck, found them with cut '//analysis)
       else if (command%cuts_analysis .and. len(options%results_path) == 0) then

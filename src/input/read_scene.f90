@@ -18,7 +18,7 @@ module scree_read_scene
   use scree_settings, only: fill_settings, set_word, store_settings
   use scree_stages, only: add_bolts_of_stage, begin_stage, end_of_stage_prefix, find_removed, parts_to_stages, stage_of
   use scree_system, only: fixed_point, load_point
-  use scree_text, only: number_text, real_of, text_t
+  use scree_text, only: in_lower_case, number_text, real_of, text_t
   implicit none
   private
   public :: read_geometry, read_scene
@@ -292,14 +292,14 @@ contains
     call store_settings(scene)
   end subroutine read_geometry
 
-  !> Whether a name is that of a block file.
+  !> Whether a name is that of a block file, in capitals or not.
   pure logical function is_block_file(name)
     character(len=*), intent(in) :: name
-    integer :: n
+    character(len=:), allocatable :: lower
 
-    n = len(name)
-    is_block_file = name(max(1, n - 3):) == '.blk' .or. name(max(1, n - 4):) == '.blck' .or. &
-                    name(index(name, '/', back=.true.) + 1:) == 'block.in'
+    lower = in_lower_case(name)
+    is_block_file = lower(max(1, len(lower) - 3):) == '.blk' .or. lower(max(1, len(lower) - 4):) == '.blck' .or. &
+                    lower(index(lower, '/', back=.true.) + 1:) == 'block.in'
   end function is_block_file
 
   !> Error where the geometry uses a material that the analysis deck does not have.

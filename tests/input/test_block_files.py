@@ -198,3 +198,13 @@ def test_the_costs_of_a_run_show_what_reading_took(tmp_path):
     f = scree.read(tmp_path / "r.h5")
     assert list(f.cost.phase) == ["read", "set-up", "search", "alone", "check", "update", "history", "frames", "other"]
     assert f.cost.calls[0] == 1 and f.cost.wall_seconds[0] > 0
+
+
+def test_names_may_be_in_capitals(tmp_path):
+    """As those of files that came by other systems."""
+    (tmp_path / "B.BLK").write_text(block_file("One", [(1, SQUARE)]))
+    (tmp_path / "B.ANA").write_text(analysis())
+    assert scree.call("check", "B.BLK", "B.ANA", cwd=tmp_path).returncode == 0
+    (tmp_path / "D.ANA").write_text(analysis(groups="&deck geometry='B.BLK' /\n"))
+    done = scree.call("cut", "D.ANA", "-o", "m.h5", cwd=tmp_path)
+    assert done.returncode == 0 and (tmp_path / "m.h5").exists(), done.stderr
