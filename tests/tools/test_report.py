@@ -246,7 +246,8 @@ def test_forces_of_contacts_are_those_of_the_results(shown):
     true = overlays.contact_forces(file, frame)
     assert len(found) == len(true) > 5
     largest = max(np.abs(overlays.contact_forces(file, k)).max(initial=0) for k in range(frame + 1))
-    np.testing.assert_allclose(found[np.lexsort(np.round(found / largest, 2).T)].sum(0), true.sum(0), atol=0.02 * largest)
+    kept = np.pi / 256 * np.linalg.norm(true, axis=1).sum() + np.sqrt(np.abs(true) * largest).sum() / 511  # of directions, of roots
+    np.testing.assert_allclose(found.sum(0), true.sum(0), atol=kept)
     np.testing.assert_allclose(np.sort(np.linalg.norm(found, axis=1)), np.sort(np.linalg.norm(true, axis=1)), atol=0.01 * largest)
 
 
