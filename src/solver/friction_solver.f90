@@ -158,11 +158,11 @@ contains
     end subroutine go_along
 
     !> Whether the problem must have a solution.
-    logical function must_be_solved()
+    logical function must_be_solved() result(must)
       type(error_t), allocatable :: error
 
-      must_be_solved = problem%symmetric .and. problem%matrix%symmetric
-      if (must_be_solved) call factorise_beside(solver, problem%matrix, timers, must_be_solved, error)
+      must = problem%symmetric .and. problem%matrix%symmetric
+      if (must) call factorise_beside(solver, problem%matrix, timers, must, error)
     end function must_be_solved
 
     !> Follows the path from apart, and from its end, where rounding has come in, the one from there.
