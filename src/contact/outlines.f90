@@ -14,6 +14,9 @@ module scree_outlines
   !> are looked for as far as the edges about them are long, and such an edge tells nothing of its corner.
   real(dp), parameter :: sliver = 1e-2_dp
   real(dp), parameter :: straight = 1e-6_dp !! of an edge, up to which a vertex is on its line
+  integer, parameter :: most_slivers = 8    !! in a row: where lines of the mesh meet they come by threes
+  !> Direction in which they are joined: along no axis, as rounding would tell then.
+  real(dp), parameter :: ahead(2) = [1.0_dp, 0.618_dp]
 
 contains
 
@@ -24,7 +27,7 @@ contains
   !> edges that follow a line of the mesh and begin at the same position, to the last bit, with the one that is met first when
   !> turning clockwise from the way back; in between lies the body. Errors: an edge after which the outline
   !> does not go on, the first one without `next`.
-  subroutine make_outlines(shape, vertex, block, outlines, error)
+  pure subroutine make_outlines(shape, vertex, block, outlines, error)
     type(regions_t), intent(in) :: shape    !! of the elements
     real(dp), intent(in) :: vertex(:, :)    !! (2, n_vertices) at the start, length
     integer, intent(in) :: block(:)         !! (n_elements)
@@ -124,26 +127,46 @@ contains
 
   end subroutine make_outlines
 
-  !> Joins edges that are slivers of a side to the longer one of those beside them on that side, of another element; the shortest
-  !> may become beside a long one as others are joined to that.
-  subroutine join_slivers(vertex, outlines)
+  !> Joins edges that are slivers of a side to the next one of another element that is not, beyond others that are: in one direction
+  !> of all sides, so that both sides of a joint keep the same vertices, and where a corner is there, in the other.
+  pure subroutine join_slivers(vertex, outlines)
     real(dp), intent(in) :: vertex(:, :)           !! (2, n_vertices) at the start, length
     type(outlines_t), intent(inout) :: outlines
-    integer :: number(size(outlines%start))        ! of what is left; 0: joined
+    logical :: to_next(size(outlines%start)), to_previous(size(outlines%start)) ! joined to the edge after it, before it
+    integer :: number(size(outlines%start))        ! of what is left
     integer, allocatable :: left(:)
-    integer :: before, i, n
+    integer :: i, n
 
-    number = 1
-    do
-      before = count(number > 0)
-      do i = 1, size(number)
-        if (number(i) > 0) call join(i)
-      end do
-      if (count(number > 0) == before) exit
+    do i = 1, size(number)
+      to_next(i) = ends_long(i, outlines%next)
+      to_previous(i) = ends_long(i, outlines%previous)
+      if (to_next(i) .and. to_previous(i)) then
+        to_next(i) = dot_product(along(i), ahead) > 0
+        to_previous(i) = .not. to_next(i)
+      end if
     end do
-    left = pack([(i, i=1, size(number))], number > 0)
+    left = pack([(i, i=1, size(number))], .not. (to_next .or. to_previous))
     n = size(left)
+    number = 0
     number(left) = [(i, i=1, n)]
+    do i = 1, n
+      associate (edge => left(i), next => outlines%next(left(i)), previous => outlines%previous(left(i)))
+        do while (to_previous(next))
+          outlines%finish(edge) = outlines%finish(next)
+          next = outlines%next(next)
+        end do
+        do while (to_next(previous))
+          outlines%start(edge) = outlines%start(previous)
+          previous = outlines%previous(previous)
+        end do
+        do while (number(next) == 0)
+          next = outlines%next(next)
+        end do
+        do while (number(previous) == 0)
+          previous = outlines%previous(previous)
+        end do
+      end associate
+    end do
     outlines%element = outlines%element(left)
     outlines%block = outlines%block(left)
     outlines%start = outlines%start(left)
@@ -154,46 +177,45 @@ contains
 
   contains
 
-    !> Joins edge i to one beside it, if it is a sliver of its side.
-    subroutine join(i)
-      integer, intent(in) :: i
-      integer :: beside(2)
-
-      beside = [outlines%previous(i), outlines%next(i)]
-      if (.not. is_sliver(i, beside(1))) beside(1) = 0
-      if (.not. is_sliver(i, beside(2))) beside(2) = 0
-      if (all(beside > 0)) beside(merge(1, 2, length_of(beside(1)) < length_of(beside(2)))) = 0
-      if (beside(1) > 0) then
-        outlines%finish(beside(1)) = outlines%finish(i)
-      else if (beside(2) > 0) then
-        outlines%start(beside(2)) = outlines%start(i)
-      else
-        return
-      end if
-      outlines%next(outlines%previous(i)) = outlines%next(i)
-      outlines%previous(outlines%next(i)) = outlines%previous(i)
-      number(i) = 0
-    end subroutine join
-
-    !> Whether an edge is a sliver of the side that the one beside it lies on.
-    pure logical function is_sliver(edge, beside)
-      integer, intent(in) :: edge, beside
-      real(dp) :: along(2), own(2)
-
-      is_sliver = .false.
-      if (outlines%element(edge) == outlines%element(beside) .or. outlines%joint(edge) /= outlines%joint(beside)) return
-      own = vertex(:, outlines%finish(edge)) - vertex(:, outlines%start(edge))
-      along = vertex(:, outlines%finish(beside)) - vertex(:, outlines%start(beside))
-      if (norm2(own) > sliver*norm2(along) .or. dot_product(own, along) < 0) return
-      is_sliver = abs(own(1)*along(2) - own(2)*along(1)) <= straight*norm2(along)**2
-    end function is_sliver
-
-    !> Length of an edge.
-    pure real(dp) function length_of(edge)
+    !> Whether an edge is a sliver of one of another element that follows one way around, beyond others that are.
+    pure logical function ends_long(edge, beside)
       integer, intent(in) :: edge
+      integer, intent(in) :: beside(:)             !! (n) edge that follows each
+      integer :: j, k
 
-      length_of = norm2(vertex(:, outlines%finish(edge)) - vertex(:, outlines%start(edge)))
-    end function length_of
+      ends_long = .false.
+      k = edge
+      do j = 1, most_slivers + 1
+        k = beside(k)
+        if (k == edge .or. outlines%joint(k) /= outlines%joint(edge) .or. .not. in_line(edge, k)) return
+        ends_long = norm2(along(edge)) <= sliver*norm2(along(k))
+        if (ends_long) exit
+      end do
+      if (ends_long) ends_long = outlines%element(edge) /= outlines%element(k)
+    end function ends_long
+
+    !> Whether an edge goes on in the direction of another: by as much as the longer one tells.
+    pure logical function in_line(a, b)
+      integer, intent(in) :: a, b
+
+      in_line = dot_product(along(a), along(b)) > 0
+      if (in_line) in_line = abs(cross(along(a), along(b))) <= straight*max(norm2(along(a)), norm2(along(b)))**2
+    end function in_line
+
+    !> From the start of an edge to its end, length.
+    pure function along(edge)
+      integer, intent(in) :: edge
+      real(dp) :: along(2)
+
+      along = vertex(:, outlines%finish(edge)) - vertex(:, outlines%start(edge))
+    end function along
+
+    !> Of two vectors.
+    pure real(dp) function cross(a, b)
+      real(dp), intent(in) :: a(2), b(2)
+
+      cross = a(1)*b(2) - a(2)*b(1)
+    end function cross
 
   end subroutine join_slivers
 

@@ -18,14 +18,14 @@ def stand(folder, offset, groups, **options):
 @pytest.mark.parametrize("contact", ["", "&contact method='augmented' /"])
 @pytest.mark.parametrize("static", [False, True])
 def test_a_block_rests_as_one_on_the_mesh_does(contact, static, tmp_path):
-    """Within what the rock does differently over the offset, and in as many steps."""
+    """Within what the rock does differently over the offset, and vertices at the other end of a sliver, and in as many steps."""
     options = {"carried": 0, "steps": 60} if static else {"steps": 200, "dt": 1e-3}
     groups = contact + ("\n&step balance=1e-6 /" if static else "\n&damping mass=10 /")
     on_it, flush = stand(tmp_path, (0, 0), groups, **options)
     assert on_it[1] < -1e-4
     for offset in OFFSETS:
         beside, f = stand(tmp_path, offset, groups, **options)
-        np.testing.assert_allclose(beside, on_it, atol=(1e-4 + 2 * max(map(abs, offset))) * abs(on_it[1]))
+        np.testing.assert_allclose(beside, on_it, atol=(1e-3 + 2 * max(map(abs, offset))) * abs(on_it[1]))
         assert f.history.rejected.sum() == 0 and len(f.history.time) <= len(flush.history.time) + 1
 
 
@@ -39,3 +39,14 @@ def test_rounded_heights_let_blocks_slide(tmp_path):
     assert f.history.rejected.sum() == 0 and len(f.history.time) == 60
     t = f.history.time[-1]
     assert f.measured_points.displacement[-1, 0, 0] == pytest.approx(2 * t - G * np.tan(np.radians(20)) * t**2 / 2, rel=1e-2)
+
+
+@pytest.mark.parametrize("origin", [(0.1, 0.05), (-0.002, -0.0006), (0.002, 0.0014), (0, 0.0005), (0.001, 0.0007), (0.003, 0.0021), (-0.005, -0.0015)])
+@pytest.mark.parametrize("angle", [0, 30])
+def test_a_joint_closes_evenly_whatever_slivers_lie_on_it(origin, angle, tmp_path):
+    """Two hard plates under a pressure p: by p/kn at both ends. Both sides of the joint keep the same vertices."""
+    groups = (f"&method model='nmm' /\n&cover edge=0.4, origin={origin[0]} {origin[1]}, angle={angle} /\n&support both=0 -1 3 -1 /\n"
+              "&boundary lines=0 1 3 1, traction=0 -1e3 0 -1e3 /\n&joints kn=1e6 /")
+    f = run(tmp_path, [box(0, -1, 3, 1), box(0, 0, 3, 1)], groups, rock=(2.5, 0.0, 1e10, 0.2), phi=30.0, carried=0, steps=40,
+            measured=[(0.1, 0.1, 2), (2.9, 0.1, 2)])
+    np.testing.assert_allclose(f.measured_points.displacement[-1, :, 1], -1e-3, rtol=1e-3)
