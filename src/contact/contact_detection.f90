@@ -26,6 +26,7 @@ module scree_contact_detection
   public :: find_contacts
 
   real(dp), parameter :: near_at_rest = 1e-3_dp   !! of the edges about, up to which contacts are looked for
+  real(dp), parameter :: beyond_depth = 1.2_dp    !! times the depth of a contact that there is
   real(dp), parameter :: flush = 1e-4_dp          !! of the edges about, up to which corners of blocks side by side are one
   real(dp), parameter :: on_it = 1e-9_dp          !! likewise, up to which a corner over a line lies on it
 
@@ -112,26 +113,30 @@ contains
       associate (about => search%bodies%about)
         survey%near(about) = reach_of(try%law, try%margin, memory%pressed, norm2(predicted(:, about), 1), survey%local(about))
       end associate
-      if (allocated(try%law%dilation)) call look_over_dilation()
+      call look_over_contacts()
     end subroutine look_as_far
 
-    !> Looks farther from vertices whose joints have dilated: their contacts last until they are apart by as much once more.
-    subroutine look_over_dilation()
-      real(dp) :: dilated(size(survey%near))
+    !> Looks farther from vertices of contacts that there are: over the depth to which springs of soft joints let them between short
+    !> edges; and over what their joints have dilated by, as contacts last until they are apart by as much once more.
+    subroutine look_over_contacts()
+      real(dp) :: deep(size(survey%near)), dilated(size(survey%near))
       integer :: i, k
 
+      deep = 0.0_dp
       dilated = 0.0_dp
       do k = 1, size(memory%contact)
         do i = 1, memory%contact(k)%n_entrances
           associate (entrance => memory%contact(k)%entrance(i))
             dilated(entrance%vertex) = max(dilated(entrance%vertex), 2*entrance%dilated)
+            if (entrance%state /= state_open) &
+              deep(entrance%vertex) = max(deep(entrance%vertex), beyond_depth*memory%contact(k)%overlap)
           end associate
         end do
       end do
-      associate (about => search%bodies%about)
-        survey%near(about) = survey%near(about) + dilated(about)
+      associate (about => search%bodies%about, near => survey%near)
+        near(about) = max(near(about), deep(about)) + dilated(about)
       end associate
-    end subroutine look_over_dilation
+    end subroutine look_over_contacts
 
     !> Contacts of vertex i near edge j: at one of its ends with the corner there, else over it.
     subroutine look_at(i, j)
