@@ -132,7 +132,7 @@ contains
     end if
   end subroutine check_targets
 
-  !> Error that a file of HDF5 cannot be opened: another program writes it, or it is damaged.
+  !> Error that a file of HDF5 cannot be opened to be written: another program has it open, reading or writing, or it is damaged.
   subroutine refuse_if_locked(path, error)
     character(len=*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
@@ -143,10 +143,10 @@ contains
     call begin_hdf5()
     call h5fis_hdf5_f(path, is_hdf5, status)
     if (status < 0 .or. .not. is_hdf5) return
-    call h5fopen_f(path, H5F_ACC_RDONLY_F, file, status)
+    call h5fopen_f(path, H5F_ACC_RDWR_F, file, status)
     if (status < 0) then
       call fail(error, status_bad_input, path//': expected a new file or a results file to write over, found one that another '// &
-                'program writes, or that is damaged')
+                'program has open, or that is damaged or protected')
     else
       call h5fclose_f(file, status)
     end if
