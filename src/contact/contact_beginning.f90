@@ -2,11 +2,10 @@
 module scree_contact_beginning
   use scree_contact_rules, only: begin_contact, bonds_by_length, decides_outside, keeps_stiffness, place
   use scree_contact_try, only: contact_try_t
-  use scree_contacts, only: entrance_t, outlines_t, state_locked
+  use scree_contacts, only: outlines_t, state_locked
   use scree_effects, only: weights_of_blocks
   use scree_element_term, only: step_rule_t
-  use scree_joint_stiffness, only: bonded_entrance, bonded_length, mean_of_bonds, measure_contact, stiffen_contact, &
-                                    take_stiffness
+  use scree_joint_stiffness, only: bonded_entrance, bonded_length, keep_stiffness, mean_of_bonds, measure_contact, stiffen_contact
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t, step_of_run
@@ -29,8 +28,7 @@ contains
     type(step_rule_t), intent(in) :: rule
     type(contact_try_t), intent(inout) :: try     !! with the contacts that were found
     real(dp) :: at_rest(model%n_unknowns)
-    real(dp) :: bonds                             ! length that one stands for on the mean
-    type(entrance_t) :: active
+    real(dp), allocatable :: bonds(:)             ! length that those about each stand for on the mean
     logical :: first_of_run
     integer :: i
 
@@ -54,14 +52,13 @@ contains
     at_rest = 0.0_dp
     call place(model, cache, state, at_rest, try)
     if (first_of_run) call bond_contacts(model%outlines, state%vertex, try)
-    bonds = 0.0_dp
-    if (first_of_run .and. bonds_by_length(try%law)) bonds = mean_of_bonds(try%law, try%contact)
+    bonds = [(0.0_dp, i=1, size(try%contact))]
+    if (first_of_run .and. bonds_by_length(try%law)) bonds = mean_of_bonds(model%outlines, try%law, try%contact)
     do i = 1, size(try%contact)
       if (keeps_stiffness(try%law, try%contact(i))) then
-        active = try%contact(i)%entrance(try%contact(i)%active)
-        call take_stiffness(active, try%contact(i))
+        call keep_stiffness(try%contact(i))
       else
-        call stiffen_contact(model%outlines, state%vertex, try%law, bonds, try%contact(i))
+        call stiffen_contact(model%outlines, state%vertex, try%law, bonds(i), try%contact(i))
       end if
       if (allocated(try%law%roughness)) call measure_contact(model%outlines, state%vertex, try%law, try%contact(i))
       call begin_contact(first_of_run, i, try)

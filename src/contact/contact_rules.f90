@@ -622,14 +622,14 @@ contains
     end select
   end function bonds_by_length
 
-  !> Whether a contact keeps the stiffness with which it closed, or that it inherits, as contacts differ: a loaded spring whose
-  !> stiffness changes would make energy.
+  !> Whether a contact keeps the stiffness with which it closed, or that it inherits: a loaded spring whose stiffness changes would
+  !> make energy. Shi's changes from step to step.
   pure logical function keeps_stiffness(law, contact)
     type(contact_law_t), intent(in) :: law
     type(contact_t), intent(in) :: contact
 
     keeps_stiffness = contact%entrance(contact%active)%state /= state_open .or. contact%inherits > 0
-    if (keeps_stiffness) keeps_stiffness = allocated(law%joint_stiffness) .or. bonds_by_length(law)
+    if (stiffness_adapts(law)) keeps_stiffness = .false.
   end function keeps_stiffness
 
   !> Whether a step that is tried again begins with the contacts in the states that the try before left (Shi), else as the step

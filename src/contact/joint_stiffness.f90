@@ -6,16 +6,18 @@ module scree_joint_stiffness
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, parallel
   use scree_kinds, only: dp
+  use scree_sets, only: root_of, unite
   implicit none
   private
-  public :: bonded_entrance, bonded_length, is_hard, mean_of_bonds, measure_contact, stiffen_contact, take_stiffness
+  public :: bonded_entrance, bonded_length, change_stiffness, is_hard, keep_stiffness, mean_of_bonds, measure_contact, &
+            stiffen_contact, take_stiffness
 
   !> Of an edge: a vertex so near to its end is at it, and faces the edge beyond, too.
   real(dp), parameter :: at_end = 1e-3_dp
   !> Of the shorter edge: a corner that meets an edge beside its end, or another corner, stands for so much.
   real(dp), parameter :: least = 0.05_dp
   !> Of the mean of bonds: one is as stiff as if it stood for so much. Softer ones take steps more solutions.
-  real(dp), parameter :: least_bond = 0.1_dp
+  real(dp), parameter :: least_bond = 0.01_dp
   !> How fast an edge of a corner counts less as it turns from facing the contact's edge, while the other faces it better.
   integer, parameter :: turned_away = 8
 
@@ -88,9 +90,10 @@ contains
   pure logical function has_its_own(law, entrance)
     type(contact_law_t), intent(in) :: law
     type(entrance_t), intent(in) :: entrance
+    real(dp) :: stiffness(2)
 
-    has_its_own = allocated(law%joint_stiffness)
-    if (has_its_own) has_its_own = law%joint_stiffness(1, entrance%joint) > 0
+    stiffness = stiffness_of(law, entrance%joint)
+    has_its_own = stiffness(1) > 0
   end function has_its_own
 
   !> Whether multipliers hold a contact: it does not have the stiffness of a joint with its own, which is to give way by that.
@@ -101,23 +104,90 @@ contains
     is_hard = law%penetration < huge(law%penetration) .and. .not. entrance%gives_way
   end function is_hard
 
-  !> Length that a bond without a stiffness of its own stands for on the mean; 0 where there is none.
-  pure real(dp) function mean_of_bonds(law, contact) result(length)
+  !> Length that bonds without a stiffness of their own stand for on the mean, for each contact: of those that hold the same blocks
+  !> together, through whatever can move; 0 where there is none.
+  pure function mean_of_bonds(outlines, law, contact) result(length)
+    type(outlines_t), intent(in) :: outlines
     type(contact_law_t), intent(in) :: law
     type(contact_t), intent(in) :: contact(:)
-    integer :: i, k, n
+    real(dp) :: length(size(contact))
+    real(dp) :: total(maxval(outlines%block))      ! of the bonds of a set of blocks, by its first, length
+    integer :: n(size(total)), root(size(total)), set(size(contact)) ! set of the bond of a contact; 0: there is none
+    integer :: bond, i
 
-    length = 0.0_dp
+    root = [(i, i=1, size(root))]
+    set = 0
+    do i = 1, size(contact)
+      bond = bonded_entrance(contact(i))
+      if (bond == 0) cycle
+      associate (entrance => contact(i)%entrance(bond), block => outlines%block, fixed => outlines%fixed)
+        if (has_its_own(law, entrance)) cycle
+        set(i) = block(merge(entrance%edge, entrance%vertex, fixed(entrance%vertex)))
+        if (.not. (fixed(entrance%vertex) .or. fixed(entrance%edge))) call unite(root, block(entrance%vertex), block(entrance%edge))
+      end associate
+    end do
+    total = 0.0_dp
     n = 0
     do i = 1, size(contact)
-      k = bonded_entrance(contact(i))
-      if (k == 0) cycle
-      if (has_its_own(law, contact(i)%entrance(k))) cycle
-      length = length + contact(i)%entrance(k)%length
-      n = n + 1
+      if (set(i) == 0) cycle
+      set(i) = root_of(root, set(i))
+      total(set(i)) = total(set(i)) + contact(i)%entrance(bonded_entrance(contact(i)))%length
+      n(set(i)) = n(set(i)) + 1
     end do
-    if (n > 0) length = length/n
+    length = 0.0_dp
+    do i = 1, size(contact)
+      if (set(i) > 0) length(i) = total(set(i))/n(set(i))
+    end do
   end function mean_of_bonds
+
+  !> Gives both entrances of a contact the stiffness of the one that acts.
+  pure subroutine keep_stiffness(contact)
+    type(contact_t), intent(inout) :: contact
+    type(entrance_t) :: active
+
+    active = contact%entrance(contact%active)
+    call take_stiffness(active, contact)
+  end subroutine keep_stiffness
+
+  !> Gives a closed contact the stiffness that it has by another law, as a stage may have: by its joints, where theirs is another,
+  !> and else as many times what it has as that of contact becomes. The energy of its springs goes with it.
+  pure subroutine change_stiffness(outlines, position, before, law, contact)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
+    type(contact_law_t), intent(in) :: before, law
+    type(contact_t), intent(inout) :: contact
+    real(dp) :: stiffness(2), was
+    logical :: another
+    integer :: k
+
+    associate (active => contact%entrance(contact%active))
+      stiffness = active%stiffness
+      was = stiffness(1)
+      another = .false.
+      do k = 1, contact%n_entrances
+        associate (joint => contact%entrance(k)%joint)
+          another = another .or. any(abs(stiffness_of(law, joint) - stiffness_of(before, joint)) > 0)
+        end associate
+      end do
+      if (another) then
+        call stiffen_contact(outlines, position, law, 0.0_dp, contact)
+      else if (.not. active%gives_way) then
+        stiffness = stiffness*[law%normal_stiffness/before%normal_stiffness, law%shear_stiffness/before%shear_stiffness]
+        call set_stiffness(stiffness, .false., contact)
+      end if
+      if (was > 0) contact%energy = contact%energy*(active%stiffness(1)/was)
+    end associate
+  end subroutine change_stiffness
+
+  !> Stiffness of a joint across and along it; 0: it has none of its own, force/length^3.
+  pure function stiffness_of(law, joint) result(stiffness)
+    type(contact_law_t), intent(in) :: law
+    integer, intent(in) :: joint
+    real(dp) :: stiffness(2)
+
+    stiffness = 0.0_dp
+    if (allocated(law%joint_stiffness)) stiffness = law%joint_stiffness(:, joint)
+  end function stiffness_of
 
   !> Gives the entrances of a contact whose friction follows their stress the length that they stand for. Bonds keep theirs.
   pure subroutine measure_contact(outlines, position, law, contact)

@@ -6,9 +6,10 @@
 !> the start and x_0, X_0 those of a vertex of the element, at x_0 + F (X - X_0).
 module scree_carry_over
   use scree_bolt, only: begin_bolt
-  use scree_contacts, only: contact_t
+  use scree_contacts, only: contact_t, state_open
   use scree_grouping, only: sort_into
   use scree_idle_points, only: are_idle, place_now
+  use scree_joint_stiffness, only: change_stiffness
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_scene, only: reset_both, reset_displacements, reset_velocities
@@ -44,18 +45,14 @@ contains
     call carry_velocities(model_before, before, model, state)
     call carry_points(model_before, before, model, state)
     call take_homes(state, model)
-    call carry_contacts(before, model, state)
+    call carry_contacts(model_before, before, model, state)
     if (allocated(state%bolts)) call carry_bolts(before, pretension, model, state)
     if (allocated(before%reference)) call carry_reference(before%reference, model, state)
     if (any(model%settings%reset == [reset_displacements, reset_both])) then
       state%reference = reference_t(state%vertex, state%point)
       state%rotation = 0.0_dp
     end if
-    associate (memory => state%contacts)
-      state%books = before%books
-      state%books%sleeping_springs = 0.0_dp
-      if (allocated(memory%contact)) state%books%contact_springs = sum(memory%contact%energy)
-    end associate
+    state%books = before%books
   end subroutine carry_over
 
   !> Holds points where they are to be held by the state.
@@ -139,12 +136,14 @@ contains
 
   end subroutine carry_points
 
-  !> What contacts remember, those of what slept too; but of what is gone.
-  pure subroutine carry_contacts(before, model, state)
+  !> What contacts remember, those of what slept too; but of what is gone. Closed ones have the stiffness of the stage.
+  pure subroutine carry_contacts(model_before, before, model, state)
+    type(model_t), intent(in) :: model_before
     type(state_t), intent(in) :: before
     type(model_t), intent(in) :: model
     type(state_t), intent(inout) :: state
     real(dp) :: stiffness(2)
+    integer :: i
 
     if (.not. allocated(before%contacts%contact)) return
     stiffness = state%contacts%stiffness
@@ -158,6 +157,11 @@ contains
       memory%contact = pack(memory%contact, are_there(model, memory%contact))
       memory%inside = reshape(pack(memory%inside, spread(.not. any(parts_gone(memory%inside), 1), 1, 2)), &
                               [2, count(.not. any(parts_gone(memory%inside), 1))])
+      if (.not. allocated(model%effects%contact) .or. model%settings%adapts_stiffness) return
+      do i = 1, size(memory%contact)
+        if (memory%contact(i)%entrance(memory%contact(i)%active)%state == state_open) cycle
+        call change_stiffness(model%outlines, state%vertex, model_before%effects%contact, model%effects%contact, memory%contact(i))
+      end do
     end associate
 
   contains

@@ -51,7 +51,16 @@ def test_bonds_of_all_lengths_are_pulled_by_the_same_stress(mode, contact, tmp_p
         assert (np.abs(f.measured_points.displacement).max() > 1e-3) == falls
 
 
-@pytest.mark.parametrize("edge", [0.25, 0.4, 0.7])
+@pytest.mark.parametrize("far", [10, 60, 200])
+def test_bonds_elsewhere_do_not_matter(far, tmp_path):
+    """The same beside a pair of bonded plates that is far away and as long as that."""
+    blocks = [box(0, 0, 0.5, 1), box(0.5, 0, 2.5, 1), box(0, -1, 3, 1), box(100, 0, far, 1), box(100, -1, far, 1)]
+    f = run(tmp_path, blocks, rock=(2.5, 2.5 * G, 1e9, 0.0), phi=30.0, strength=1.01 * 2.5 * G, carried=0, steps=40, dt=0.01,
+            fixed=[(x, y, b) for b in (1, 2, 4) for x, y in blocks[b - 1]], measured=[(1.5, -0.5, 3)])
+    assert np.abs(f.measured_points.displacement).max() < 1e-6
+
+
+@pytest.mark.parametrize("edge", [0.25, 0.37, 0.4, 0.55, 0.7])
 @pytest.mark.parametrize("contact", ["", "&contact method='augmented' /"])
 def test_a_bonded_mesh_bears_its_strength(edge, contact, tmp_path):
     """Two plates of manifold elements, 3 x 1, pulled apart by p: T = p is the limit, to 1 %, however the mesh cuts them."""

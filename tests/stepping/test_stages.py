@@ -226,3 +226,29 @@ def test_a_bad_stage_is_refused_in_a_line_before_the_run(name, tmp_path):
 def test_a_stage_that_there_is_not_is_refused_on_the_command_line(option):
     done = call("check", DECKS / "s4-bolted-later" / "unbolted.ana", "--set", option)
     assert done.returncode == 2 and f"--set {option}: expected a s" in done.stderr
+
+
+@pytest.mark.parametrize("first, second, stiffness", [("&contact stiffness=1e9 /", "&contact stiffness=1e10 /", 2e10),
+                                                      ("&joints kn=1e8 1e8 /", "&joints kn=1e9 1e9 /", 1e9)])
+@pytest.mark.parametrize("cohesion", [0, 1e3])
+def test_closed_contacts_have_the_stiffness_of_the_stage(first, second, stiffness, cohesion, tmp_path):
+    """A block of weight W sinks by W/k of each stage; what its springs hold then is in the books. A second joint material has cohesion, that
+    touches nothing."""
+    decks = scene(tmp_path, TOWER[:2], held(GROUND, 1), f"{first}\n&stage name='b' /\n{second}", steps=60)
+    (tmp_path / "x.ana").write_text((tmp_path / "x.ana").read_text().replace("60 2 1 0.05", "60 2 2 0.05").replace("30.0 0 0\n", f"30.0 0 0\n30.0 {cohesion} 0\n"))
+    _, r = run(tmp_path, decks)
+    overlap = r.history.overlap
+    assert overlap[-1] == pytest.approx(24525 / stiffness, rel=1e-3) and overlap[59] == pytest.approx(10 * overlap[-1], rel=1e-3)
+    assert r.history.energy.stages[-1] == pytest.approx(9 * 24525 * overlap[59] / 2, rel=1e-2)
+    assert np.diff(r.history.energy.dissipated).min() > -1e-9 * 24525
+
+
+def test_bonds_stay_as_stiff_where_a_stage_takes_their_strength(tmp_path):
+    """A block on feet of 0.2 and 2.8, bonded, stays where it is when they are no longer."""
+    blocks = [GROUND, box(0, 0.2, 0, 1), box(0.2, 3, 0, 1), box(0, 3, 1, 2)]
+    decks = scene(tmp_path, blocks, [*held(GROUND, 1), *held(blocks[1], 2), *held(blocks[2], 3)],
+                  "&stage name='b', kind='dynamic' /\n&joints cohesion=0, tensile_strength=0 /\n&step end_time=0.1 /", steps=60, measured=[(1.5, 1.5, 4)])
+    (tmp_path / "x.ana").write_text((tmp_path / "x.ana").read_text().replace("30.0 0 0\n", "30.0 1e6 1e6\n"))
+    _, r = run(tmp_path, decks)
+    u = r.measured_points.displacement[:, 0]
+    assert np.ptp(u[-1] - u[60]) < 1e-12 and np.diff(r.history.energy.dissipated).min() > -1e-9 * 24525
