@@ -132,40 +132,40 @@ contains
   pure subroutine join_slivers(vertex, outlines)
     real(dp), intent(in) :: vertex(:, :)           !! (2, n_vertices) at the start, length
     type(outlines_t), intent(inout) :: outlines
-    logical :: to_next(size(outlines%start)), to_previous(size(outlines%start)) ! joined to the edge after it, before it
-    integer :: number(size(outlines%start))        ! of what is left
+    logical, dimension(size(outlines%start)) :: is_sliver, to_previous ! joined to the edge before it, else after it
+    integer :: number(size(outlines%start))        ! of what is left; 0: joined
     integer, allocatable :: left(:)
-    integer :: i, n
+    logical :: on_side(2)                          ! an edge that is none is before a sliver, after it
+    integer :: begins, i, k, n
 
     do i = 1, size(number)
-      to_next(i) = ends_long(i, outlines%next)
-      to_previous(i) = ends_long(i, outlines%previous)
-      if (to_next(i) .and. to_previous(i)) then
-        to_next(i) = dot_product(along(i), ahead) > 0
-        to_previous(i) = .not. to_next(i)
-      end if
+      is_sliver(i) = ends_long(i, outlines%previous) .or. ends_long(i, outlines%next)
     end do
-    left = pack([(i, i=1, size(number))], .not. (to_next .or. to_previous))
+    number = 1
+    to_previous = .false.
+    do i = 1, size(number)
+      if (.not. is_sliver(i)) cycle
+      on_side = [has_on_side(i, outlines%previous), has_on_side(i, outlines%next)]
+      if (any(on_side)) number(i) = 0
+      to_previous(i) = on_side(1)
+      if (all(on_side)) to_previous(i) = dot_product(along(i), ahead) < 0
+    end do
+    left = pack([(i, i=1, size(number))], number > 0)
     n = size(left)
-    number = 0
     number(left) = [(i, i=1, n)]
     do i = 1, n
-      associate (edge => left(i), next => outlines%next(left(i)), previous => outlines%previous(left(i)))
-        do while (to_previous(next))
-          outlines%finish(edge) = outlines%finish(next)
-          next = outlines%next(next)
-        end do
-        do while (to_next(previous))
-          outlines%start(edge) = outlines%start(previous)
-          previous = outlines%previous(previous)
-        end do
-        do while (number(next) == 0)
-          next = outlines%next(next)
-        end do
-        do while (number(previous) == 0)
-          previous = outlines%previous(previous)
-        end do
-      end associate
+      k = outlines%next(left(i))
+      do while (number(k) == 0 .and. to_previous(k))
+        outlines%finish(left(i)) = outlines%finish(k)
+        k = outlines%next(k)
+      end do
+      begins = outlines%start(k)
+      do while (number(k) == 0)
+        k = outlines%next(k)
+      end do
+      outlines%start(k) = begins
+      outlines%next(left(i)) = k
+      outlines%previous(k) = left(i)
     end do
     outlines%element = outlines%element(left)
     outlines%block = outlines%block(left)
@@ -177,7 +177,7 @@ contains
 
   contains
 
-    !> Whether an edge is a sliver of one of another element that follows one way around, beyond others that are.
+    !> Whether an edge is a sliver of one of another element that follows one way around, beyond others.
     pure logical function ends_long(edge, beside)
       integer, intent(in) :: edge
       integer, intent(in) :: beside(:)             !! (n) edge that follows each
@@ -187,20 +187,33 @@ contains
       k = edge
       do j = 1, most_slivers + 1
         k = beside(k)
-        if (k == edge .or. outlines%joint(k) /= outlines%joint(edge) .or. .not. in_line(edge, k)) return
-        ends_long = norm2(along(edge)) <= sliver*norm2(along(k))
-        if (ends_long) exit
+        if (.not. on_the_same_side(edge, k)) return
+        ends_long = norm2(along(edge)) <= sliver*norm2(along(k)) .and. outlines%element(edge) /= outlines%element(k)
+        if (ends_long) return
       end do
-      if (ends_long) ends_long = outlines%element(edge) /= outlines%element(k)
     end function ends_long
 
-    !> Whether an edge goes on in the direction of another: by as much as the longer one tells.
-    pure logical function in_line(a, b)
+    !> Whether an edge that is no sliver follows a sliver one way around on its side, beyond others.
+    pure logical function has_on_side(edge, beside)
+      integer, intent(in) :: edge
+      integer, intent(in) :: beside(:)             !! (n) edge that follows each
+      integer :: k
+
+      k = beside(edge)
+      do while (is_sliver(k) .and. on_the_same_side(edge, k))
+        k = beside(k)
+      end do
+      has_on_side = .not. is_sliver(k) .and. on_the_same_side(edge, k)
+    end function has_on_side
+
+    !> Whether two edges are of one joint material, and on one line, to what the longer one tells.
+    pure logical function on_the_same_side(a, b)
       integer, intent(in) :: a, b
 
-      in_line = dot_product(along(a), along(b)) > 0
-      if (in_line) in_line = abs(cross(along(a), along(b))) <= straight*max(norm2(along(a)), norm2(along(b)))**2
-    end function in_line
+      on_the_same_side = a /= b .and. outlines%joint(a) == outlines%joint(b) .and. dot_product(along(a), along(b)) > 0
+      if (on_the_same_side) &
+        on_the_same_side = abs(cross(along(a), along(b))) <= straight*max(norm2(along(a)), norm2(along(b)))**2
+    end function on_the_same_side
 
     !> From the start of an edge to its end, length.
     pure function along(edge)
