@@ -113,30 +113,39 @@ contains
       associate (about => search%bodies%about)
         survey%near(about) = reach_of(try%law, try%margin, memory%pressed, norm2(predicted(:, about), 1), survey%local(about))
       end associate
-      call look_over_contacts()
+      call look_over_depth()
+      if (allocated(try%law%dilation)) call look_over_dilation()
     end subroutine look_as_far
 
-    !> Looks farther from vertices of contacts that there are: over the depth to which springs of soft joints let them between short
-    !> edges; and over what their joints have dilated by, as contacts last until they are apart by as much once more.
-    subroutine look_over_contacts()
-      real(dp) :: deep(size(survey%near)), dilated(size(survey%near))
+    !> Looks farther from vertices of closed contacts: over the depth to which springs of soft joints let them between short edges.
+    subroutine look_over_depth()
+      integer :: k
+
+      do k = 1, size(memory%contact)
+        associate (contact => memory%contact(k), entrance => memory%contact(k)%entrance(memory%contact(k)%active))
+          if (entrance%state == state_open) cycle
+          survey%near(entrance%vertex) = max(survey%near(entrance%vertex), beyond_depth*contact%overlap)
+        end associate
+      end do
+    end subroutine look_over_depth
+
+    !> Looks farther from vertices whose joints have dilated: their contacts last until they are apart by as much once more.
+    subroutine look_over_dilation()
+      real(dp) :: dilated(size(survey%near))
       integer :: i, k
 
-      deep = 0.0_dp
       dilated = 0.0_dp
       do k = 1, size(memory%contact)
         do i = 1, memory%contact(k)%n_entrances
           associate (entrance => memory%contact(k)%entrance(i))
             dilated(entrance%vertex) = max(dilated(entrance%vertex), 2*entrance%dilated)
-            if (entrance%state /= state_open) &
-              deep(entrance%vertex) = max(deep(entrance%vertex), beyond_depth*memory%contact(k)%overlap)
           end associate
         end do
       end do
-      associate (about => search%bodies%about, near => survey%near)
-        near(about) = max(near(about), deep(about)) + dilated(about)
+      associate (about => search%bodies%about)
+        survey%near(about) = survey%near(about) + dilated(about)
       end associate
-    end subroutine look_over_contacts
+    end subroutine look_over_dilation
 
     !> Contacts of vertex i near edge j: at one of its ends with the corner there, else over it.
     subroutine look_at(i, j)

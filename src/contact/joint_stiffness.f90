@@ -143,10 +143,11 @@ contains
   !> Gives both entrances of a contact the stiffness of the one that acts.
   pure subroutine keep_stiffness(contact)
     type(contact_t), intent(inout) :: contact
-    type(entrance_t) :: active
+    integer :: other
 
-    active = contact%entrance(contact%active)
-    call take_stiffness(active, contact)
+    other = 3 - contact%active
+    contact%entrance(other)%stiffness = contact%entrance(contact%active)%stiffness
+    contact%entrance(other)%gives_way = contact%entrance(contact%active)%gives_way
   end subroutine keep_stiffness
 
   !> Gives a closed contact the stiffness that it has by another law, as a stage may have: by its joints, where theirs is another,

@@ -55,10 +55,8 @@ contains
     real(dp) :: before                            !! energy
 
     before = stored_energy(state%books)
-    if (state%stage%number > 1) then ! all are awake, and some may be gone or have another stiffness
-      state%books%sleeping_springs = 0.0_dp
-      if (allocated(state%contacts%contact)) state%books%contact_springs = sum(state%contacts%contact%energy)
-    end if
+    state%books%sleeping_springs = 0.0_dp ! all are awake, and some may be gone or have another stiffness
+    if (allocated(state%contacts%contact)) state%books%contact_springs = sum(state%contacts%contact%energy)
     state%pace%size = model%settings%step_size
     if (model%settings%aim > 0) state%pace%size = max(model%settings%least_step, first_share*model%settings%step_size)
     state%pace%last = state%pace%size
