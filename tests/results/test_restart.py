@@ -1,4 +1,5 @@
 """A run that is stopped or killed at any moment and gone on with has the same bits as one that never stopped."""
+import contextlib
 import os
 import pathlib
 import random
@@ -53,9 +54,9 @@ SCENES = {
          "boundary.pressure=3 1", "boundary.ramp=5", "gravity.ramp=4", "water.table=0 1 3 0", "water.unit_weight=2", "output.every=2"]),
     "rough joints that wear": lambda folder: ([SOURCE / "input/validation/b1-slide/slope30-phi28.ana"],
                                               ["joints.jrc=8", "joints.jcs=1e8", "joints.residual_phi=20", "joints.residual_slip=0.05",
-                                               "joint(1).phi=20", "joints.residual_c=100", "output.every=20"]),
-    "joints that dilate": lambda folder: ([SOURCE / "input/validation/j2-dilation/ride.ana"], ["method.strain=green", "output.every=20"]),
-    "joints that stiffen": lambda folder: ([SOURCE / "input/validation/j3-closure/bounces.ana"], ["step.count=60", "output.every=20"]),
+                                               "joint(1).phi=20", "joints.residual_c=100", "output.every=5"]),
+    "joints that dilate": lambda folder: ([SOURCE / "input/validation/j2-dilation/ride.ana"], ["method.strain=green", "output.every=2"]),
+    "joints that stiffen": lambda folder: ([SOURCE / "input/validation/j3-closure/bounces.ana"], ["output.every=5"]),
     "waves that come in and go out": lambda folder: ([SOURCE / "input/validation/w1-wave/s-free.ana"],
                                                      ["method.strain=auto", "cover.edge=1", "step.count=60", "output.every=5"]),
     "stages": lambda folder: ([SOURCE / "tests/data/stages/stages.ana"], []),
@@ -82,13 +83,20 @@ def differing(a, b, but=()):
     return sorted(a.keys() ^ b.keys()) + [name for name in a.keys() & b.keys() if a[name].tobytes() != b[name].tobytes()]
 
 
-def stop(number, decks, settings, path, seconds, pause, end):
-    """Starts a run and sends a signal; False where that ended before, had no checkpoint yet, or has one of its end."""
+@contextlib.contextmanager
+def writing(decks, settings, path):
+    """A run that has just begun to write its file."""
     path.unlink(missing_ok=True)
-    with subprocess.Popen([SCREE, "run", *decks, "-o", path, "--quiet", *words(settings)], stderr=subprocess.PIPE) as run:
+    with subprocess.Popen([SCREE, "run", *decks, "-o", path, "--quiet", *words(settings)], stderr=subprocess.PIPE, text=True) as run:
         while run.poll() is None and not path.exists():
-            time.sleep(1e-3)
-        time.sleep(pause * seconds)
+            time.sleep(1e-4)
+        yield run
+
+
+def stop(number, decks, settings, path, pause, end):
+    """Starts a run and sends a signal; False where that ended before, had no checkpoint yet, or has one of its end."""
+    with writing(decks, settings, path) as run:
+        time.sleep(pause)
         run.send_signal(number)
         run.communicate()
     if run.returncode == 0 or not path.exists():
@@ -106,9 +114,9 @@ def stop(number, decks, settings, path, seconds, pause, end):
 
 
 def stopped(number, decks, settings, path, seconds, moments, end):
-    """Stops a run at a random moment, until that is one with something to go on from."""
+    """Stops a run at a random moment of the seconds that it writes, until that is one with something to go on from."""
     for _ in range(100):
-        if stop(number, decks, settings, path, seconds, moments.uniform(0.0, 0.9), end):
+        if stop(number, decks, settings, path, moments.uniform(0.0, seconds), end):
             return
     raise AssertionError("no moment to stop this run at")
 
@@ -121,10 +129,11 @@ def test_a_run_goes_on_with_the_same_bits(name, tmp_path):
     decks, settings = SCENES[name](tmp_path / "decks")
     settings = [*settings, "output.checkpoint=2"]
     whole, path, moments = tmp_path / "whole.h5", tmp_path / "part.h5", random.Random(14)
-    begun = time.monotonic()
-    done = call("run", *decks, "-o", whole, "--quiet", *words(settings))
+    with writing(decks, settings, whole) as run:
+        begun = time.monotonic()
+        said = run.communicate()[1]
     seconds = time.monotonic() - begun
-    assert done.returncode == 0, done.stderr
+    assert run.returncode == 0, said
     end = read(whole).times[-1]
     for moment in range(MOMENTS):
         number = (signal.SIGKILL, signal.SIGTERM)[moment % 2]
