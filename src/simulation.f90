@@ -18,7 +18,8 @@ module scree_simulation
   use scree_prediction, only: enough, note_step, probe_t
   use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, stays_short, tell, warn
   use scree_restart, only: leave_past, open_past, past_t, resume_output, take_past
-  use scree_results_file, only: abandon_results, check_targets
+  use scree_results_file, only: abandon_results
+  use scree_results_target, only: check_targets
   use scree_run_records, only: note_kinds
   use scree_run_summary, only: add_step, begin_stage, begin_summary, end_stage, sum_up, summary_t
   use scree_run_output, only: begin_output, end_output, put_frame, put_problems, put_rest, put_step, run_output_t

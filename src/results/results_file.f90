@@ -10,19 +10,19 @@ module scree_results_file
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_fortran_env, only: int64
-  use scree_classic_output, only: classic_output_t, classic_path, may_replace_classic
+  use scree_classic_output, only: classic_output_t
   use scree_disk_room, only: disk_room_t, give_back, hold_again
-  use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
-  use scree_files, only: holds_something, refuse_to_replace
+  use scree_errors, only: error_t, fail, status_run_failed
   use scree_hdf5_reading, only: begin_hdf5
-  use scree_hdf5_writing, only: check_status, create_rows, fixed_rows, flush_file, grow_in_place, keep_within_pages, write_text, &
-                                write_whole, write_words
+  use scree_hdf5_writing, only: check_status, create_rows, fixed_rows, flush_file, grow_in_place, write_text, write_whole, &
+                                write_words
   use scree_interruption, only: ignore_size_limit
   use scree_kinds, only: dp
+  use scree_results_target, only: create_file
   use scree_row_series, only: add_row, bytes_to_write, more_series, rows_with_waiting, series_t, write_waiting
   use scree_text, only: same_length, text_t
   use scree_timers, only: cost_t
-  use scree_xdmf, only: add_xdmf_frame, begin_xdmf, may_replace_xdmf, xdmf_path, xdmf_t
+  use scree_xdmf, only: add_xdmf_frame, begin_xdmf, xdmf_t
   implicit none
   private
 
@@ -41,15 +41,14 @@ module scree_results_file
     end function c_rename
   end interface
 
-  public :: abandon_results, add_frame, check_targets, close_results, count_frames, declare_series, layout_t, make_room, &
-            open_results, put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, work_row_t, &
-            write_rows, write_where_due
+  public :: abandon_results, add_frame, close_results, count_frames, declare_series, layout_t, make_room, open_results, &
+            put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, work_row_t, write_rows, &
+            write_where_due
 
   integer, parameter :: vtk_polygon = 7
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
   integer(hsize_t), parameter :: closing_bytes = 131072 !! of what the run came to and cost, with its indices
   real, parameter :: longest_wait = 0.25     !! seconds between two times that rows are written
-  integer, parameter :: longest_turn = 2     !! seconds that others may take to create a file
   integer, parameter :: most_waiting = 2000000 !! numbers, beyond which they are written
   character(len=*), parameter :: point_fields(2) = [character(len=12) :: 'displacement', 'velocity']
   character(len=*), parameter :: cell_fields(3) = [character(len=12) :: 'stress_xx', 'stress_yy', 'stress_xy']
@@ -104,68 +103,6 @@ module scree_results_file
   end type results_t
 
 contains
-
-  !> Error where a file that would be written over is none that a run or a model was written to, or the names are one.
-  subroutine check_targets(path, with_xdmf, with_classic, error)
-    character(len=*), intent(in) :: path
-    logical, intent(in) :: with_xdmf, with_classic
-    type(error_t), allocatable, intent(out) :: error
-    logical :: there
-
-    inquire (file=path//'/.', exist=there)
-    if (there) then
-      call fail(error, status_bad_input, path//': expected a file for the results, found a directory')
-      return
-    end if
-    if ((with_xdmf .and. xdmf_path(path) == path) .or. (with_classic .and. classic_path(path) == path)) then
-      call fail(error, status_bad_input, path//': expected another name for the results, found that of a file beside them')
-      return
-    end if
-    call refuse_if_locked(path, error)
-    if (allocated(error)) return
-    if (.not. may_replace(path)) call refuse_to_replace(path, 'a results file of scree', error)
-    if (with_xdmf .and. .not. allocated(error)) then
-      if (.not. may_replace_xdmf(xdmf_path(path))) call refuse_to_replace(xdmf_path(path), 'an XDMF side-car of scree', error)
-    end if
-    if (with_classic .and. .not. allocated(error)) then
-      if (.not. may_replace_classic(classic_path(path))) call refuse_to_replace(classic_path(path), 'a replay of scree', error)
-    end if
-  end subroutine check_targets
-
-  !> Error that a file of HDF5 cannot be opened to be written: another program has it open, reading or writing, or it is damaged.
-  subroutine refuse_if_locked(path, error)
-    character(len=*), intent(in) :: path
-    type(error_t), allocatable, intent(out) :: error
-    integer(hid_t) :: file
-    integer :: status
-    logical :: is_hdf5
-
-    call begin_hdf5()
-    call h5fis_hdf5_f(path, is_hdf5, status)
-    if (status < 0 .or. .not. is_hdf5) return
-    call h5fopen_f(path, H5F_ACC_RDWR_F, file, status)
-    if (status < 0) then
-      call fail(error, status_bad_input, path//': expected a new file or a results file to write over, found one that another '// &
-                'program has open, or that is damaged or protected')
-    else
-      call h5fclose_f(file, status)
-    end if
-  end subroutine refuse_if_locked
-
-  !> Whether results may take the place of a file: it holds nothing, or a status of scree's in HDF5.
-  logical function may_replace(path)
-    character(len=*), intent(in) :: path
-    integer(hid_t) :: file
-    integer :: status
-
-    may_replace = .not. holds_something(path)
-    if (may_replace) return
-    call begin_hdf5()
-    call h5fopen_f(path, H5F_ACC_RDONLY_F, file, status)
-    if (status < 0) return
-    call h5aexists_by_name_f(file, '/scene', 'status', may_replace, status)
-    call h5fclose_f(file, status)
-  end function may_replace
 
   !> Makes the file and what never changes in it.
   !>
@@ -226,68 +163,6 @@ contains
     call h5gclose_f(group, status)
     call store_text(results, 'status', 'running', error, room=300)
   end subroutine open_results
-
-  !> Creates an empty file, whose heads and indices lie within pages. To empty one that is there takes its bytes from whoever writes
-  !> it, before HDF5 asks whether it is locked: so programs that begin at once do that one after the other.
-  subroutine create_file(path, file, error)
-    character(len=*), intent(in) :: path
-    integer(hid_t), intent(inout) :: file    !! -1 where it cannot be written
-    type(error_t), allocatable, intent(out) :: error
-    integer(hid_t) :: access, creation
-    integer :: status, turn
-
-    call take_turn(path//'.lock', turn)
-    call refuse_if_locked(path, error)
-    if (allocated(error)) then
-      call give_turn(turn)
-      return
-    end if
-    call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
-    call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
-    call h5pset_libver_bounds_f(access, H5F_LIBVER_V18_F, H5F_LIBVER_V110_F, status)
-    call h5pcreate_f(H5P_FILE_CREATE_F, creation, status)
-    call keep_within_pages(creation, error)
-    if (.not. allocated(error)) then
-      call h5fcreate_f(path, H5F_ACC_TRUNC_F, file, status, creation, access)
-      if (status < 0) then
-        call check_status(status, path//': expected a file that can be written for the results, found', error)
-        error%status = status_bad_input
-        file = -1
-      end if
-    end if
-    call h5pclose_f(creation, status)
-    call h5pclose_f(access, status)
-    call give_turn(turn)
-  end subroutine create_file
-
-  !> Waits until no other program has the file that says whose turn it is; not for ever, as one that was killed leaves it.
-  subroutine take_turn(path, turn)
-    character(len=*), intent(in) :: path
-    integer, intent(out) :: turn             !! unit of the file; 0: there is none, as where nothing can be written
-    integer(int64) :: began, now, rate
-    integer :: missed, status
-    logical :: there
-
-    call system_clock(began, rate)
-    missed = 0
-    do while (missed < 3) ! others may have had their turn in between
-      open (newunit=turn, file=path, status='new', iostat=status)
-      if (status == 0) return
-      inquire (file=path, exist=there)
-      missed = merge(0, missed + 1, there)
-      call system_clock(now)
-      if (now - began > longest_turn*rate) exit
-    end do
-    open (newunit=turn, file=path, iostat=status)
-    if (status /= 0) turn = 0
-  end subroutine take_turn
-
-  !> Lets others have their turn.
-  subroutine give_turn(turn)
-    integer, intent(in) :: turn              !! unit of the file; 0: there is none
-
-    if (turn /= 0) close (turn, status='delete')
-  end subroutine give_turn
 
   !> Datasets of the frames: the polygons once, places and fields to grow. After an error nothing more is made.
   subroutine make_frames(results, layout, with_ghosts, error)
