@@ -135,7 +135,7 @@ contains
     end associate
   end subroutine check_dilation
 
-  !> Error where a list is not one number for each block material.
+  !> Error where a list is not one number for each block material, or the one that stands for all has no mass.
   subroutine check_materials(scene, error)
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
@@ -147,6 +147,10 @@ contains
       call check_list(scene, 'materials.young', s%young, n, 'block', error)
       if (.not. allocated(error)) call check_list(scene, 'materials.poisson', s%poisson, n, 'block', error)
       if (.not. allocated(error)) call check_list(scene, 'materials.unit_weight', s%unit_weight, n, 'block', error)
+      if (allocated(error) .or. n == 0 .or. .not. s%chooses_step) return
+      if (.not. scene%block_material(1)%density > 0) &
+        call fail(error, status_bad_input, given_at(scene%words, 'step.control')//': expected a density of block material 1 '// &
+                  'above 0 with step.control=''shi'', which chooses by its mass, found 0')
     end associate
   end subroutine check_materials
 

@@ -76,9 +76,12 @@ contains
       tries = tries + 1
       ends_at_blow = late > again
       state = began
-      state%pace%size = report%dt*max(shrinks, safety/again)
       latest = latest_blow(step, late)*report%dt
-      if (ends_at_blow) state%pace%size = step%struck_at(maxloc(step%blow, dim=1))*report%dt + latest
+      if (ends_at_blow) then
+        state%pace%size = step%struck_at(maxloc(step%blow, dim=1))*report%dt + latest
+      else
+        state%pace%size = report%dt*max(shrinks, safety/again)
+      end if
       call rebuild_cache(model, state, cache)
       if (allocated(awake)) deallocate (awake)
     end do

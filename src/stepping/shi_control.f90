@@ -55,13 +55,22 @@ contains
       time = min(longest, 2*distance/(speed + sqrt(speed**2 + 2*acceleration*distance)))
   end function time_to_move
 
-  !> Mass of a block of mean area, of material 1; per unit thickness.
+  !> Mass of a block of mean area, of material 1; per unit thickness. Areas are those of the blocks that have a mass.
   pure real(dp) function block_mass(scene, model)
     type(scene_t), intent(in) :: scene
     class(system_t), intent(in) :: model
+    logical :: has_mass(model%n_blocks)
+    real(dp) :: area
+    integer :: e
 
-    block_mass = sum(model%elements%mass/scene%block_material(model%elements%material)%density)/model%n_blocks &
-                 *scene%block_material(1)%density
+    has_mass = .false.
+    area = 0.0_dp
+    do e = 1, size(model%elements%mass)
+      if (.not. model%elements%mass(e) > 0) cycle
+      has_mass(model%elements%block(e)) = .true.
+      area = area + model%elements%mass(e)/scene%block_material(model%elements%material(e))%density
+    end do
+    block_mass = area/count(has_mass)*scene%block_material(1)%density
   end function block_mass
 
   !> Largest force of a load point at any time.

@@ -104,7 +104,7 @@ contains
       state%pace%frames = int(state%time/settings%frame_spacing + met)
     else if (state%pace%frames*settings%frame_interval > state%time .or. &
              (state%pace%frames + 1)*settings%frame_interval <= state%time) then
-      state%pace%frames = int(state%time/settings%frame_interval)
+      state%pace%frames = int(state%time/settings%frame_interval + met)
     end if
   end subroutine resume_pace
 

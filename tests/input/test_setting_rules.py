@@ -136,3 +136,12 @@ def test_the_command_line_does_not_win_over_a_contradiction(tmp_path):
 def test_defaults_break_no_rule(settings, tmp_path):
     deck(tmp_path, settings)
     assert check(tmp_path).returncode == 0, check(tmp_path).stderr
+
+
+def test_who_chooses_steps_by_the_mass_of_the_first_material_needs_one(tmp_path):
+    """Its blocks stand for all; others may have no mass."""
+    deck(tmp_path, ["step.control=shi"])
+    assert check(tmp_path).returncode == 0
+    done = check(tmp_path, "--set", "material(1).density=0")
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1, done.stderr
+    assert "a.ana:4: expected a density of block material 1 above 0 with step.control='shi'" in done.stderr, done.stderr

@@ -208,6 +208,17 @@ def test_frames_go_on_at_their_times_when_the_end_moves(stopped_run):
     assert np.abs(later / 0.1 - np.round(later / 0.1))[:-1].max() < 1e-9 and later[0] - stop <= 0.1 + 1e-12
 
 
+def test_a_restart_at_a_frame_of_its_own_makes_no_step_of_round_off(tmp_path):
+    """Time 0.7 is a frame every 0.35 and every 0.1: 7 times 0.1 is beyond it by round-off."""
+    deck = SOURCE / "input/validation/b7-bounce/restitution0.5.ana"
+    first = ["--set", "output.interval=0.35", "--set", "step.end_time=0.7"]
+    assert call("run", deck, "-o", "part.h5", "--quiet", *first, cwd=tmp_path).returncode == 0
+    done = call("run", "--restart", "part.h5", "--quiet", "--set", "output.interval=0.1", "--set", "step.end_time=0.9", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    r = read(tmp_path / "part.h5")
+    assert np.diff(r.history.time).min() > 1e-6 and np.abs(r.times[-2:] - [0.8, 0.9]).max() < 1e-12
+
+
 def test_a_checkpoint_that_was_not_finished_is_passed_over(stopped_run):
     """As where a run was killed while it wrote one: the one before is gone on from, to the same bits."""
     assert call("run", "arc", "--quiet", "--set", "step.count=60", "--set", "output.checkpoint=2", "--set", "output.every=10",
