@@ -4,7 +4,7 @@ module scree_outlines
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp
   use scree_regions, only: region_count, regions_t
-  use scree_sorting, only: sort_by
+  use scree_sorting, only: sort_by, sort_into
   use scree_text, only: number_text
   implicit none
   private
@@ -76,7 +76,7 @@ contains
       outlines%previous(outlines%next(i)) = i
     end do
     call join_slivers(vertex, outlines)
-    call group_by_block(outlines)
+    call sort_into(outlines%block, maxval(outlines%block), outlines%first, outlines%of_block)
     allocate (outlines%inside(2, 0))
     allocate (outlines%fixed(size(outlines%start)), outlines%gone(size(outlines%start)), source=.false.)
 
@@ -231,26 +231,5 @@ contains
     end function cross
 
   end subroutine join_slivers
-
-  !> Lists the edges by blocks.
-  pure subroutine group_by_block(outlines)
-    type(outlines_t), intent(inout) :: outlines
-    integer :: b, i
-
-    allocate (outlines%first(maxval(outlines%block) + 1), source=0)
-    allocate (outlines%of_block(size(outlines%block)))
-    do i = 1, size(outlines%block)
-      outlines%first(outlines%block(i)) = outlines%first(outlines%block(i)) + 1
-    end do
-    outlines%first(1) = outlines%first(1) + 1
-    do b = 2, size(outlines%first)
-      outlines%first(b) = outlines%first(b) + outlines%first(b - 1)
-    end do
-    do i = size(outlines%block), 1, -1
-      b = outlines%block(i)
-      outlines%first(b) = outlines%first(b) - 1
-      outlines%of_block(outlines%first(b)) = i
-    end do
-  end subroutine group_by_block
 
 end module scree_outlines

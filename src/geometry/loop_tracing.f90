@@ -11,7 +11,7 @@ module scree_loop_tracing
   use scree_polygon, only: twice_area
   use scree_predicates, only: orientation
   use scree_regions, only: regions_t
-  use scree_sorting, only: sort_by
+  use scree_sorting, only: sort_by, sort_into
   implicit none
   private
   public :: trace_regions
@@ -160,25 +160,10 @@ contains
     type(graph_t), intent(in) :: graph
     integer, allocatable, intent(out) :: first(:)     !! (n_nodes+1)
     integer, allocatable, intent(out) :: half(:)      !! (2 n_pieces)
-    integer :: filled(size(graph%position, 2)), h, i
+    integer :: h, i
 
-    allocate (first(size(graph%position, 2) + 1), half(2*size(graph%line)))
-    first = 0
-    do h = 1, size(half)
-      i = origin_of(graph, h)
-      first(i + 1) = first(i + 1) + 1
-    end do
-    first(1) = 1
-    do i = 2, size(first)
-      first(i) = first(i) + first(i - 1)
-    end do
-    filled = first(:size(filled))
-    do h = 1, size(half)
-      i = origin_of(graph, h)
-      half(filled(i)) = h
-      filled(i) = filled(i) + 1
-    end do
-    do i = 1, size(filled)
+    call sort_into([(origin_of(graph, h), h=1, 2*size(graph%line))], size(graph%position, 2), first, half)
+    do i = 1, size(graph%position, 2)
       call sort_around(half(first(i):first(i + 1) - 1))
     end do
 

@@ -6,13 +6,13 @@ module scree_bearings
   use scree_contacts, only: entrance_t, state_locked, state_open
   use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
-  use scree_grouping, only: sort_into
   use scree_impulse_problem, only: impulse_problem_t, impulses_t, resistance_of, velocity_at
   use scree_impulses, only: solve_compression
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_rigid_bodies, only: add_motion, find_bodies, held_bodies, modes_of, motion_of, rigid_bodies_t
   use scree_sets, only: root_of, unite
+  use scree_sorting, only: sort_into
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
   implicit none

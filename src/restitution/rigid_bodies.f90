@@ -16,10 +16,10 @@
 module scree_rigid_bodies
   use scree_effects, only: supports_move
   use scree_fixed_point, only: is_roller
-  use scree_grouping, only: sort_into
   use scree_interpolation, only: displacement_matrix, rigid_modes
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
+  use scree_sorting, only: sort_into
   use scree_state, only: state_t
   use scree_system, only: element_unknowns, fixed_point
   implicit none

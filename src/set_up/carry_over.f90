@@ -7,12 +7,12 @@
 module scree_carry_over
   use scree_bolt, only: begin_bolt
   use scree_contacts, only: contact_t, state_open
-  use scree_grouping, only: sort_into
   use scree_idle_points, only: are_idle, place_now
   use scree_joint_stiffness, only: change_stiffness
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_scene, only: reset_both, reset_displacements, reset_velocities
+  use scree_sorting, only: sort_into
   use scree_state, only: bolt_absent, reference_t, stage_clock_t, state_t, step_of_run, time_of_run
   use scree_system, only: bolt_end, roller_end
   use scree_time_table, only: value_at

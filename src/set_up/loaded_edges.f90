@@ -4,11 +4,11 @@ module scree_loaded_edges
   use scree_edge_load, only: edge_load_t
   use scree_edges_on_lines, only: add_point, piece_t, pieces_on_line, pieces_under_water
   use scree_errors, only: error_t, fail, status_bad_input
-  use scree_grouping, only: sort_into
   use scree_kinds, only: dp
   use scree_material, only: elasticity
   use scree_scene, only: scene_t, time_table_t
   use scree_setting_table, only: given_at
+  use scree_sorting, only: sort_into
   use scree_state, only: state_t
   use scree_system, only: absorber_end, edge_end, roller_end, system_t
   use scree_text, only: number_text

@@ -5,7 +5,6 @@ module scree_make_effects
   use scree_contact_rules, only: looks_at_all
   use scree_contacts, only: shi_law_t
   use scree_cover_input, only: cover_quality_t
-  use scree_grouping, only: sort_into
   use scree_interpolation, only: kinematics_of, kinematics_t
   use scree_kinds, only: dp
   use scree_material, only: elasticity
@@ -15,6 +14,7 @@ module scree_make_effects
                          scheme_bathe, scheme_central_difference, scheme_energy_decaying, scheme_energy_momentum, &
                          scheme_generalized_alpha, settings_t, strain_auto, strain_green, strain_rotation, time_table_t
   use scree_setting_table, only: index_of
+  use scree_sorting, only: sort_into
   use scree_state, only: state_t
   use scree_system, only: absorber_end, edge_end, fixed_point, load_point, measured_point, roller_end, system_t
   use scree_text, only: number_text, real_text
@@ -405,26 +405,11 @@ contains
     integer, allocatable, intent(out) :: first(:)     !! (n_elements+1)
     integer, allocatable, intent(out) :: point(:)
     type(time_table_t), allocatable, intent(out) :: table(:)
-    integer :: e, i, at
+    integer, allocatable :: place(:)
 
-    allocate (first(system%n_elements + 1), source=0)
-    do i = 1, size(points)
-      e = system%points%element(points(i))
-      first(e + 1) = first(e + 1) + 1
-    end do
-    first(1) = 1
-    do e = 1, system%n_elements
-      first(e + 1) = first(e + 1) + first(e)
-    end do
-    allocate (point(size(points)), table(size(points)))
-    do i = size(points), 1, -1
-      e = system%points%element(points(i))
-      at = first(e + 1) - 1
-      first(e + 1) = at
-      point(at) = points(i)
-      table(at) = tables(i)
-    end do
-    first = [first(2:), size(points) + 1]
+    call sort_into(system%points%element(points), system%n_elements, first, place)
+    point = points(place)
+    table = tables(place)
   end subroutine by_element
 
   !> Numbers of Shi's rules of contact: shares of the model, half of whose size he calls w0. The search has its own distances where

@@ -11,11 +11,11 @@ module scree_equations
   use scree_element_term, only: pair_term_t, term_t
   use scree_errors, only: error_t
   use scree_friction_problem, only: friction_problem_t, place_springs
-  use scree_grouping, only: find_groups, sort_into
+  use scree_grouping, only: find_groups
   use scree_kinds, only: dp
   use scree_linear_solver, only: add_work, dense_matrix, largest_dense, linear_solver_t, release_solver, &
                                  small_matrix_t, solve, solve_with_kept_factor, solver_work_t
-  use scree_sorting, only: sort_by
+  use scree_sorting, only: sort_by, sort_into
   use scree_sparse_matrix, only: add_element, build_pattern, clear_matrix, diagonal, sparse_matrix_t
   use scree_system, only: element_unknowns, elements_t
   use scree_timers, only: timers_t

@@ -4,7 +4,7 @@ module scree_grouping
   use scree_system, only: elements_t
   implicit none
   private
-  public :: find_groups, sort_into
+  public :: find_groups
 
 contains
 
@@ -58,29 +58,5 @@ contains
       group_of(e) = group_of(root(e))
     end do
   end subroutine find_groups
-
-  !> Sorts things into boxes: box b has thing(first(b):first(b+1)-1), in their order.
-  pure subroutine sort_into(box, n_boxes, first, thing)
-    integer, intent(in) :: box(:)             !! of each thing, 0: none
-    integer, intent(in) :: n_boxes
-    integer, allocatable, intent(out) :: first(:), thing(:)
-    integer :: filled(n_boxes), i
-
-    allocate (first(n_boxes + 1), source=0)
-    do i = 1, size(box)
-      if (box(i) > 0) first(box(i) + 1) = first(box(i) + 1) + 1
-    end do
-    first(1) = 1
-    do i = 1, n_boxes
-      first(i + 1) = first(i) + first(i + 1)
-    end do
-    filled = first(:n_boxes)
-    allocate (thing(first(n_boxes + 1) - 1))
-    do i = 1, size(box)
-      if (box(i) == 0) cycle
-      thing(filled(box(i))) = i
-      filled(box(i)) = filled(box(i)) + 1
-    end do
-  end subroutine sort_into
 
 end module scree_grouping

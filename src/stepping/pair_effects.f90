@@ -9,10 +9,10 @@ module scree_pair_effects
   use scree_contact_try, only: contact_try_t
   use scree_element_term, only: add_force, clear_pair_term, pair_term_t, step_rule_t, term_t
   use scree_equations, only: add_pair, equations_t, pairs_of_group
-  use scree_grouping, only: sort_into
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_pairs, only: list_pairs, number_of_pair
+  use scree_sorting, only: sort_into
   use scree_state, only: state_t
   use scree_system, only: element_unknowns, values_of
   implicit none

@@ -1,9 +1,9 @@
-!> Sorting.
+!> Sorting, by numbers and into boxes.
 module scree_sorting
   use scree_kinds, only: dp
   implicit none
   private
-  public :: order_of_pairs, sort_by
+  public :: order_of_pairs, sort_by, sort_into
 
   integer, parameter :: sparse = 8 !! times as many numbers as items, beyond which counting them takes longer than comparing items
 
@@ -69,9 +69,8 @@ contains
   pure subroutine sort_by_number(number, list)
     integer, intent(in) :: number(:)    !! from 1, of each item
     integer, intent(inout) :: list(:)
-    integer, allocatable :: first(:), sorted(:)
+    integer, allocatable :: first(:), place(:)
     real(dp), allocatable :: key(:)
-    integer :: i
 
     if (size(list) == 0) return
     if (maxval(number) > sparse*size(number)) then
@@ -79,22 +78,32 @@ contains
       call sort_by(key, list)
       return
     end if
-    allocate (first(maxval(number) + 1), source=0)
-    do i = 1, size(list)
-      first(number(list(i)) + 1) = first(number(list(i)) + 1) + 1
+    call sort_into(number(list), maxval(number), first, place)
+    list = list(place)
+  end subroutine sort_by_number
+
+  !> Sorts things into boxes: box b has thing(first(b):first(b+1)-1), in their order.
+  pure subroutine sort_into(box, n_boxes, first, thing)
+    integer, intent(in) :: box(:)             !! of each thing, 0: none
+    integer, intent(in) :: n_boxes
+    integer, allocatable, intent(out) :: first(:), thing(:)
+    integer :: filled(n_boxes), i
+
+    allocate (first(n_boxes + 1), source=0)
+    do i = 1, size(box)
+      if (box(i) > 0) first(box(i) + 1) = first(box(i) + 1) + 1
     end do
     first(1) = 1
-    do i = 2, size(first)
-      first(i) = first(i) + first(i - 1)
+    do i = 1, n_boxes
+      first(i + 1) = first(i) + first(i + 1)
     end do
-    allocate (sorted(size(list)))
-    do i = 1, size(list)
-      associate (at => first(number(list(i))))
-        sorted(at) = list(i)
-        at = at + 1
-      end associate
+    filled = first(:n_boxes)
+    allocate (thing(first(n_boxes + 1) - 1))
+    do i = 1, size(box)
+      if (box(i) == 0) cycle
+      thing(filled(box(i))) = i
+      filled(box(i)) = filled(box(i)) + 1
     end do
-    list = sorted
-  end subroutine sort_by_number
+  end subroutine sort_into
 
 end module scree_sorting
