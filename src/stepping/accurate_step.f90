@@ -12,6 +12,7 @@ module scree_accurate_step
   use scree_cache, only: rebuild_cache
   use scree_deviation, only: estimate_step, order_of, remembered_time, step_error_t, way_of_run
   use scree_errors, only: error_t
+  use scree_interruption, only: stop_signal
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_scene, only: settings_t
@@ -33,6 +34,8 @@ module scree_accurate_step
   real(dp), parameter :: integral = 0.3_dp, proportional = 0.4_dp, shrinks = 0.2_dp, grows = 1.25_dp
   !> Over what a step may add, that has it made again, and what is aimed at then.
   real(dp), parameter :: refused = 4.0_dp, safety = 0.9_dp
+  !> A step that would be shorter by no more than this share of it is not made again.
+  real(dp), parameter :: in_vain = 1e-6_dp
   !> A step over a period that it resolves to an accuracy of 1 with a scheme of order 2: sqrt(12)/(2 pi), rounded.
   real(dp), parameter :: resolved = 0.5_dp
 
@@ -51,7 +54,7 @@ contains
     type(state_t) :: began
     type(motion_t) :: before, after
     type(step_error_t) :: step
-    real(dp) :: again, excess, late, latest, way
+    real(dp) :: again, excess, late, latest, shorter, way
     integer :: tries
     logical :: ends_at_blow
 
@@ -73,17 +76,23 @@ contains
       late = excess_of_blow(model%settings, step, way)
       if ((again**order_of(model%settings) <= refused .and. late <= 1) .or. &
           shrinks*report%dt < least_size(model%settings, began)) exit
-      tries = tries + 1
       ends_at_blow = late > again
-      state = began
       latest = latest_blow(step, late)*report%dt
       if (ends_at_blow) then
-        state%pace%size = step%struck_at(maxloc(step%blow, dim=1))*report%dt + latest
+        shorter = step%struck_at(maxloc(step%blow, dim=1))*report%dt + latest
       else
-        state%pace%size = report%dt*max(shrinks, safety/again)
+        shorter = report%dt*max(shrinks, safety/again)
       end if
+      if (.not. shorter < (1 - in_vain)*report%dt) exit ! it ends at the blow as it is
+      tries = tries + 1
+      state = began
+      state%pace%size = shorter
       call rebuild_cache(model, state, cache)
       if (allocated(awake)) deallocate (awake)
+      if (stop_signal() > 0) then
+        state%pace = began%pace
+        return
+      end if
     end do
     if (ends_at_blow) then
       state%pace%size = max(least_size(model%settings, state), latest) ! what it starts, as lifting off, is as short
