@@ -28,6 +28,7 @@ module scree_contact_detection
   real(dp), parameter :: near_at_rest = 1e-3_dp   !! of the edges about, up to which contacts are looked for
   real(dp), parameter :: beyond_depth = 1.2_dp    !! times the depth of a contact that there is
   real(dp), parameter :: flush = 1e-4_dp          !! of the edges about, up to which corners of blocks side by side are one
+  real(dp), parameter :: most_flush = 1e-2_dp     !! likewise, of blocks that springs let sink
   real(dp), parameter :: on_it = 1e-9_dp          !! likewise, up to which a corner over a line lies on it
 
 contains
@@ -302,7 +303,8 @@ contains
         if (try%nearby(2, k) /= i) return
         associate (c => try%nearby(1, k), block => outlines%block, local => survey%local)
           if (any(block(c) == block([i, j]))) cycle
-          if (norm2(survey%start(:, c) - survey%start(:, j)) > flush*min(local(c), local(j))) cycle
+          if (norm2(survey%start(:, c) - survey%start(:, j)) > min(most_flush*min(local(c), local(j)), &
+                                                                   flush*min(local(c), local(j)) + 2*memory%pressed)) cycle
           if (norm2(predicted(:, c) - predicted(:, j)) > near_at_rest*min(local(c), local(j))) cycle ! it slides by
           associate (own => survey%corner(j), cover => survey%corner(c))
             covered(1) = covered(1) .or. abs(turn(cover%from + cover%angle - own%from)) < parallel

@@ -19,6 +19,8 @@ module scree_coulomb_contact
 
   !> Steepest friction of a joint under little stress, rad (Barton 1973).
   real(dp), parameter :: steepest = 70*acos(-1.0_dp)/180
+  !> Two lines are crossed at once within this share of the step, and of the way across them.
+  real(dp), parameter :: at_once = 1e-6_dp
 
 contains
 
@@ -178,14 +180,19 @@ contains
     end associate
   end function entrance_that_acts
 
-  !> Which of two lines, both crossed at the end of the step, was crossed last: there the vertices entered.
+  !> Which of two lines, both crossed at the end of the step, was crossed last: there the vertices entered. Of two that are crossed
+  !> at once, as where four corners meet, that which is crossed less: the other is closed by what lies flush with it.
   pure integer function crossed_last(from, to)
     real(dp), intent(in) :: from(2), to(2) !! gaps at the beginning and at the end of the step, length
+    real(dp) :: met(2)                     !! share of the step at which each was crossed; 0: before
 
-    if (maxval(from) > 0) then
-      crossed_last = maxloc(max(from, 0.0_dp)/(max(from, 0.0_dp) + abs(to) + tiny(to)), 1)
-    else
+    met = max(from, 0.0_dp)/(max(from, 0.0_dp) + abs(to) + tiny(to))
+    if (abs(met(2) - met(1)) > at_once) then
+      crossed_last = maxloc(met, 1)
+    else if (maxval(met) <= at_once .and. abs(from(2) - from(1)) > at_once*maxval(abs(to))) then
       crossed_last = maxloc(from, 1)
+    else
+      crossed_last = maxloc(to, 1)
     end if
   end function crossed_last
 
