@@ -58,7 +58,7 @@ contains
       if (keeps_stiffness(try%law, try%contact(i))) then
         call keep_stiffness(try%contact(i))
       else
-        call stiffen_contact(model%outlines, state%vertex, try%law, bonds(i), try%contact(i))
+        call stiffen_contact(model%outlines, state%vertex, try%law, first_of_run, bonds(i), try%contact(i))
       end if
       if (allocated(try%law%roughness)) call measure_contact(model%outlines, state%vertex, try%law, try%contact(i))
       call begin_contact(first_of_run, i, try)

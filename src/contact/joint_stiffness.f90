@@ -5,6 +5,7 @@
 module scree_joint_stiffness
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, parallel
+  use scree_joint_closure, only: closing_energy
   use scree_kinds, only: dp
   use scree_sets, only: root_of, unite
   implicit none
@@ -16,6 +17,8 @@ module scree_joint_stiffness
   real(dp), parameter :: at_end = 1e-3_dp
   !> Of the shorter edge: a corner that meets an edge beside its end, or another corner, stands for so much.
   real(dp), parameter :: least = 0.05_dp
+  !> The same of edges that lie on each other from the start: what comes later may slide on, and keeps what it stands for then.
+  real(dp), parameter :: least_as_drawn = 1e-3_dp
   !> Of the mean of bonds: one is as stiff as if it stood for so much. Softer ones take steps more solutions.
   real(dp), parameter :: least_bond = 0.01_dp
   !> How fast an edge of a corner counts less as it turns from facing the contact's edge, while the other faces it better.
@@ -25,10 +28,11 @@ contains
 
   !> Gives a contact its stiffness across and along: the stiffer one of its lines, by their joints, of which those without a
   !> stiffness have that of contact; of a bond, that of its line, by the length that it stands for.
-  pure subroutine stiffen_contact(outlines, position, law, bonds, contact)
+  pure subroutine stiffen_contact(outlines, position, law, as_drawn, bonds, contact)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
     type(contact_law_t), intent(in) :: law
+    logical, intent(in) :: as_drawn            !! the blocks lie where the scene has them
     real(dp), intent(in) :: bonds              !! that a bond with the stiffness of contact stands for; 0: each has that; length
     type(contact_t), intent(inout) :: contact
     real(dp) :: own(2), stiffness(2)
@@ -43,7 +47,7 @@ contains
       associate (entrance => contact%entrance(k))
         own = [law%normal_stiffness, law%shear_stiffness]
         if (has_its_own(law, entrance)) then
-          own = law%joint_stiffness(:, entrance%joint)*length_of_contact(outlines, position, entrance)
+          own = law%joint_stiffness(:, entrance%joint)*length_of_contact(outlines, position, as_drawn, entrance)
         else if (bond > 0 .and. bonds > 0) then
           own = max(entrance%length/bonds, least_bond)*own
         end if
@@ -152,18 +156,19 @@ contains
 
   !> Gives a closed contact the stiffness that it has by another law, as a stage may have: by its joints, where theirs is another,
   !> and else as many times what it has as that of contact becomes. The energy of its springs goes with it.
-  pure subroutine change_stiffness(outlines, position, before, law, contact)
+  pure subroutine change_stiffness(outlines, position, before, law, bonds, contact)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
     type(contact_law_t), intent(in) :: before, law
+    real(dp), intent(in) :: bonds              !! of `mean_of_bonds` by the other law, length
     type(contact_t), intent(inout) :: contact
-    real(dp) :: stiffness(2), was
+    type(entrance_t) :: was
+    real(dp) :: across, along
     logical :: another
     integer :: k
 
     associate (active => contact%entrance(contact%active))
-      stiffness = active%stiffness
-      was = stiffness(1)
+      was = active
       another = .false.
       do k = 1, contact%n_entrances
         associate (joint => contact%entrance(k)%joint)
@@ -171,12 +176,19 @@ contains
         end associate
       end do
       if (another) then
-        call stiffen_contact(outlines, position, law, 0.0_dp, contact)
+        call stiffen_contact(outlines, position, law, .true., bonds, contact)
       else if (.not. active%gives_way) then
-        stiffness = stiffness*[law%normal_stiffness/before%normal_stiffness, law%shear_stiffness/before%shear_stiffness]
-        call set_stiffness(stiffness, .false., contact)
+        call set_stiffness(was%stiffness*[law%normal_stiffness/before%normal_stiffness, &
+                                          law%shear_stiffness/before%shear_stiffness], .false., contact)
       end if
-      if (was > 0) contact%energy = contact%energy*(active%stiffness(1)/was)
+      if (.not. all(was%stiffness > 0)) return
+      across = contact%energy
+      if (allocated(before%closure)) across = across - closing_energy(before, was, contact%pressed)
+      along = 0.0_dp
+      if (.not. is_hard(before, was)) along = min(across, 0.5_dp*contact%force(2)**2/was%stiffness(2))
+      across = (across - along)*(active%stiffness(1)/was%stiffness(1))
+      if (allocated(law%closure)) across = across + closing_energy(law, active, contact%pressed)
+      contact%energy = across + along*(active%stiffness(2)/was%stiffness(2))
     end associate
   end subroutine change_stiffness
 
@@ -201,7 +213,7 @@ contains
     do k = 1, contact%n_entrances
       associate (entrance => contact%entrance(k))
         if (.not. entrance%bonded .and. any(law%roughness(:, entrance%joint) > 0)) &
-          entrance%length = length_of_contact(outlines, position, entrance)
+          entrance%length = length_of_contact(outlines, position, .false., entrance)
       end associate
     end do
   end subroutine measure_contact
@@ -210,19 +222,19 @@ contains
   !>
   !> Where no edge at the vertex is parallel to that one, a corner, it is half of what their shadows on it have in common with it,
   !> and that edge counts that faces it better.
-  pure real(dp) function length_of_contact(outlines, position, entrance) result(length)
+  pure real(dp) function length_of_contact(outlines, position, as_drawn, entrance) result(length)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
+    logical, intent(in) :: as_drawn            !! the blocks lie where the scene has them
     type(entrance_t), intent(in) :: entrance
     real(dp) :: common(2), facing(2), shorter
 
     call face(outlines, position, entrance, common, facing, shorter)
     if (any(facing >= cos(parallel))) then
-      length = 0.5_dp*sum(common, facing >= cos(parallel))
+      length = max(0.5_dp*sum(common, facing >= cos(parallel)), merge(least_as_drawn, least, as_drawn)*shorter)
     else
-      length = 0.5_dp*sum(common*(facing/maxval(facing))**turned_away, facing > 0)
+      length = max(0.5_dp*sum(common*(facing/maxval(facing))**turned_away, facing > 0), least*shorter)
     end if
-    length = max(length, least*shorter)
   end function length_of_contact
 
   !> Length of a bonded joint that a contact stands for: 0 where no edge at its vertex is parallel to its own.

@@ -8,7 +8,7 @@ module scree_carry_over
   use scree_bolt, only: begin_bolt
   use scree_contacts, only: contact_t, state_open
   use scree_idle_points, only: are_idle, place_now
-  use scree_joint_stiffness, only: change_stiffness
+  use scree_joint_stiffness, only: change_stiffness, mean_of_bonds
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_scene, only: reset_both, reset_displacements, reset_velocities
@@ -142,6 +142,7 @@ contains
     type(state_t), intent(in) :: before
     type(model_t), intent(in) :: model
     type(state_t), intent(inout) :: state
+    real(dp), allocatable :: bonds(:)
     real(dp) :: stiffness(2)
     integer :: i
 
@@ -158,9 +159,11 @@ contains
       memory%inside = reshape(pack(memory%inside, spread(.not. any(parts_gone(memory%inside), 1), 1, 2)), &
                               [2, count(.not. any(parts_gone(memory%inside), 1))])
       if (.not. allocated(model%effects%contact) .or. model%settings%adapts_stiffness) return
+      bonds = mean_of_bonds(model%outlines, model%effects%contact, memory%contact)
       do i = 1, size(memory%contact)
         if (memory%contact(i)%entrance(memory%contact(i)%active)%state == state_open) cycle
-        call change_stiffness(model%outlines, state%vertex, model_before%effects%contact, model%effects%contact, memory%contact(i))
+        call change_stiffness(model%outlines, state%vertex, model_before%effects%contact, model%effects%contact, bonds(i), &
+                              memory%contact(i))
       end do
     end associate
 

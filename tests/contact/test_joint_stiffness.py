@@ -71,6 +71,14 @@ def test_the_number_of_contacts_does_not_matter(below, above, mode, tmp_path):
     assert sunk[1] == pytest.approx(25000.0 / KN + 25000.0 / (4 * E), rel=1e-3)
 
 
+@pytest.mark.parametrize("width", [0.01, 0.04, 0.2])
+def test_narrow_joints_between_long_edges_are_no_stiffer(width, tmp_path):
+    """A column of 1 that is narrow: its joint gives p/kn under the stress p, and its middle, of constant strain, p/4E more."""
+    blocks = [box(-1, -1, 3, 1), box(0, 0, width, 1)]
+    sunk, _ = column(tmp_path, blocks, joints())
+    assert sunk[1] == pytest.approx(25000.0 / KN + 25000.0 / (4 * E), rel=3e-3)
+
+
 @pytest.mark.parametrize("edge", [0.17, 0.25, 0.6])
 @pytest.mark.parametrize("strain", ["small", "green"])
 def test_the_mesh_does_not_matter(strain, edge, tmp_path):

@@ -243,6 +243,33 @@ def test_closed_contacts_have_the_stiffness_of_the_stage(first, second, stiffnes
     assert np.diff(r.history.energy.dissipated).min() > -1e-9 * 24525
 
 
+@pytest.mark.parametrize("second", ["kn=none", "kn=7.1e9, ks=7.1e9"])
+def test_bonds_of_all_lengths_share_a_load_where_a_stage_changes_their_stiffness(second, tmp_path):
+    """A block 3 wide hangs from one 0.5 wide and one 2.5: their bonds bear 250 and 1250 of 3000 each, before and after."""
+    blocks = [box(0, 0.5, 0, 1), box(0.5, 3, 0, 1), box(0, 3, -1, 0)]
+    decks = scene(tmp_path, blocks, [*held(blocks[0], 1), *held(blocks[1], 2)],
+                  f"&joints kn=7e9, ks=7e9 /\n&step balance=1e-7 /\n&stage name='b' /\n&joints {second}{', ks=none' * (second == 'kn=none')} /", steps=300)
+    (tmp_path / "x.ana").write_text((tmp_path / "x.ana").read_text().replace("30.0 0 0\n", f"30.0 1e6 {24525 / 0.9!r}\n"))
+    said, r = run(tmp_path, decks)
+    assert said["status"] == "complete"
+    contacts = r.contacts_of(-1)
+    for hanger, width in ((1, 0.5), (2, 2.5)):
+        of_it = (contacts.blocks == hanger).any(axis=1) & (contacts.blocks == 3).any(axis=1)
+        assert contacts.force[of_it, 0].sum() == pytest.approx(-24525 * width, rel=1e-2)
+
+
+@pytest.mark.parametrize("first, second", [("closure=2e-4", "closure=1.2e-4"), ("kn=1e8, ks=1e8", "kn=1e8, ks=1e9")])
+def test_what_springs_hold_as_a_stage_changes_them_is_in_the_books(first, second, tmp_path):
+    """A block at rest under a push along: nothing dissipates less than nothing, and what its springs hold more is the stage's."""
+    decks = scene(tmp_path, TOWER[:2], held(GROUND, 1), f"&joints {first}{', kn=1e8, ks=1e8' * ('kn' not in first)} /\n"
+                  "&acceleration table=0 -2 0  0.1 -2 0 /\n&step balance=1e-6 /\n"
+                  f"&stage name='b', kind='dynamic' /\n&joints {second} /\n&step size=1e-4, count=50 /", steps=200)
+    said, r = run(tmp_path, decks)
+    energy, held_more = r.history.energy, r.history.energy.stages[-1]
+    assert said["status"] == "complete" and len(said["stages"]) == 2
+    assert np.diff(energy.dissipated).min() > -1e-9 * 24525 and held_more > 1e-6 * energy.contact[-1]
+
+
 def test_bonds_stay_as_stiff_where_a_stage_takes_their_strength(tmp_path):
     """A block on feet of 0.2 and 2.8, bonded, stays where it is when they are no longer."""
     blocks = [GROUND, box(0, 0.2, 0, 1), box(0.2, 3, 0, 1), box(0, 3, 1, 2)]
