@@ -3,6 +3,7 @@ import csv
 import math
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import time
@@ -145,7 +146,7 @@ def test_a_table_of_lines_and_results_that_are_kept(folder):
     assert "1 made now" in study(folder, "runs.csv", "slide.ana", "--set", "step.count=20", "--keep", "-o", "kept").stdout
 
 
-def test_a_file_that_the_table_names_counts_with_what_it_says(folder):
+def test_a_geometry_that_the_table_names_counts_with_what_it_says(folder):
     for name in ("slope30", "slope45"):
         (folder / f"{name}.blk").write_text((SLIDE.parent / f"{name}.blk").read_text())
     (folder / "runs.csv").write_text("deck.geometry\nslope30.blk\nslope45.blk\n")
@@ -156,6 +157,37 @@ def test_a_file_that_the_table_names_counts_with_what_it_says(folder):
     assert moved == pytest.approx([9.81 * (np.sin(a) - np.cos(a) * np.tan(phi)) * t ** 2 / 2 for a in np.radians([30, 45])], rel=1e-3)
     (folder / "slope45.blk").write_text((folder / "slope45.blk").read_text() + "! another\n")
     assert "1 made now" in study(folder, *words).stdout
+
+
+PEER = 'PEER\n"Somewhere"\nACCELERATION IN UNITS OF G\nNPTS= 3, DT= .01 SEC\n 0.1 0.2 0.1\n'
+MOVES = "0 0 0\n1 1 0\n"
+NAMED = {  # by setting: a case, a file, or the text of one, and more of it, ending, settings beside it
+    "cover.mesh": ("s1-kirsch/k2-coarse.ana", "quarter8.msh", " ", "msh", []),
+    "acceleration.file": ("b1-slide/slope30.ana", MOVES, "2 0 0\n", "txt", []),
+    "acceleration.vertical": ("b1-slide/slope30.ana", PEER, " ", "at2", ["acceleration.file=along.at2", "acceleration.scale=9.81"]),
+    "absorbing.file": ("w1-wave/p-free.ana", "p-wave.txt", "9 0 0\n", "txt", []),
+    "stage(2).acceleration.file": ("b1-slide/slope30.ana", MOVES, "2 0 0\n", "txt", [])}
+
+
+@pytest.mark.parametrize("by_table", [True, False])
+@pytest.mark.parametrize("name", NAMED)
+def test_a_file_that_the_table_or_a_setting_names_counts_with_what_it_says(name, by_table, tmp_path):
+    """Of two runs that a table gives a file each, one is made anew where its file is another; all where a setting of all names it."""
+    case, text, more, ending, beside = NAMED[name]
+    case = SOURCE / "input" / "validation" / case
+    shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True)
+    if name.startswith("stage"):
+        (tmp_path / case.name).write_text(case.read_text() + "&stage name='shaken' /\n")
+    files = [tmp_path / f"the {number}.{ending}" for number in (1, 2)]
+    for file in (*files, tmp_path / "along.at2"):
+        file.write_text((case.parent / text).read_text() if (case.parent / text).is_file() else text)
+    (tmp_path / "runs.csv").write_text(f"{name}\n{files[0].name}\n{files[1].name}\n" if by_table else "step.count\n1\n2\n")
+    settings = [*beside, *(["step.count=1"] if by_table else [f"{name}={files[1].name}"])]
+    words = ["runs.csv", case.name, *(word for setting in settings for word in ("--set", setting))]
+    assert "2 made now" in study(tmp_path, *words).stdout and "expected" not in (tmp_path / "runs" / "table.csv").read_text()
+    assert "0 made now" in study(tmp_path, *words).stdout
+    files[1].write_text(files[1].read_text() + more)
+    assert f"{1 if by_table else 2} made now" in study(tmp_path, *words).stdout
 
 
 def test_runs_that_end_before_are_lines_too(folder):

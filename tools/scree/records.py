@@ -7,13 +7,17 @@ import sys
 
 from .program import call, done_or_failed, with_settings
 
+NAME_FILES = ("deck.geometry", "cover.mesh", "acceleration.file", "acceleration.vertical", "absorbing.file")  # settings that name a file
+
 
 def explain(decks, settings, path):
-    """The settings of a scene with more of them, and the numbers of the decks that these give, by name, and where its geometry is;
-    RunFailed where the program refuses them."""
+    """The settings of a scene with more of them, the files that its stages name, and the numbers of the decks that these give, by name,
+    and where its geometry is; RunFailed where the program refuses them."""
     said = done_or_failed(call("explain", *decks, *with_settings(settings), path=path)).stdout
     asked = dict(re.findall(r"^  (\w+\.\w+) = (.*?)(?: \[\S*\])?  \(.*\)$", said, re.M))
     given = dict(re.findall(r"^  given: --set (.*?)=(.*)$", said, re.M))
+    for number, changes in re.findall(r"^stage (\d+) (.*)$", said, re.M):
+        asked |= {f"stage({number}).{name}": value for name, value in re.findall(r"; (\w+\.\w+) = ([^;]*)", changes) if names_a_file(name)}
     return {**given, **asked, "deck.geometry": re.search(r"^geometry: (.*)$", said, re.M)[1]}
 
 
@@ -25,11 +29,16 @@ def hashed(*parts):
     return digest.hexdigest()[:20]
 
 
+def names_a_file(name):
+    """Whether a setting, of the scene or of a stage, names a file."""
+    return re.sub(r"^stage\(\d+\)\.", "", name) in NAME_FILES
+
+
 def files_of(decks, asked):
     """What decks and the files that their settings name say."""
     folder = decks[-1].parent
-    beside = [folder / asked[name] for name in ("cover.mesh", "acceleration.file") if name in asked]
-    paths = dict.fromkeys(path.resolve() for path in [*decks, pathlib.Path(asked["deck.geometry"]), *beside])
+    named = [pathlib.Path(value) if name == "deck.geometry" else folder / value for name, value in asked.items() if names_a_file(name)]
+    paths = dict.fromkeys(path.resolve() for path in [*decks, *named])
     return [path.read_bytes() for path in paths if path.is_file()]
 
 

@@ -10,10 +10,9 @@ import numpy as np
 
 from ..errors import ScreeError
 from ..program import made_folder, program, with_settings
-from ..records import Bar, explain, files_of, hashed, replace, stopped_at_once
+from ..records import Bar, explain, files_of, hashed, names_a_file, replace, stopped_at_once
 from ..results import read
 
-NAME_FILES = ("deck.geometry", "cover.mesh", "acceleration.file")  # settings that name a file
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_THREAD_LIMIT": "1"}  # where as many runs as processors go on at once
 DONE, FAILED, BAD_INPUT = 0, 1, 2  # exit statuses of a run that came to something
 
@@ -40,7 +39,7 @@ class Study:
 
     def all_keys(self):
         """The key of each run. Files are looked at once, unless the table names them."""
-        names_files = any(name in NAME_FILES for name in self.table.names)
+        names_files = any(names_a_file(name) for name in self.table.names)
         program_key, quantities = hashed(self.path.read_bytes()), sorted(self.table.quantities.items())
         keys, files = [], None
         for row in self.table.rows:
