@@ -132,9 +132,9 @@ def test_charts_keep_the_peaks_of_long_runs():
     t = np.linspace(0, 1, 50_000)
     values = np.where(np.arange(50_000) == 12_345, 7.0, np.sin(t))
     made = facts.chart(Units(), t, "x", "1", [("a", values), ("b", -values)])
-    assert len(made["times"]) < 5 * facts.BINS and max(made["series"][0]["values"]) == 7 == -min(made["series"][1]["values"])
-    assert made["times"][0] == 0 and made["times"][-1] == 1
-    assert len(facts.chart(Units(), t[:600], "x", "1", [("a", values[:600])])["times"]) == 600
+    assert len(made["steps"]) < 5 * facts.BINS and max(made["series"][0]["values"]) == 7 == -min(made["series"][1]["values"])
+    assert made["steps"][0] == 0 and made["steps"][-1] == 1
+    assert len(facts.chart(Units(), t[:600], "x", "1", [("a", values[:600])])["steps"]) == 600
 
 
 def test_remarks_are_on_what_is_off(tmp_path):

@@ -9,6 +9,10 @@ import scree
 from PIL import Image
 from scree import plot
 from scree.errors import PlotError
+from scree.report import facts
+from scree.report.frames import pack_frames
+from scree.report.packing import Pack
+from scree.units import Units
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 TOOLS = SOURCE / "tools"
@@ -99,3 +103,20 @@ def test_a_model_as_set_up_and_a_static_run_have_no_time(tmp_path):
     still = scree.run(SOURCE / "input/validation/b1-slide/slope30.ana", output=tmp_path / "still.h5",
                       settings=["deck.k01=0", "joint(1).phi=35", "step.balance=1e-6"])
     assert plot.Look().title(plot.Frames(still.path, "s"), still.n_frames - 1) == f"step {len(still.history.time)}"
+
+
+def test_histories_of_a_static_run_are_drawn_along_its_steps(run, slide, tmp_path):
+    """Those of a run that has dynamic stages, too, along its time, and files together along time where it passes in one of them."""
+    still = scree.run(SOURCE / "input/validation/b1-slide/slope30.ana", output=tmp_path / "still.h5",
+                      settings=["deck.k01=0", "joint(1).phi=35", "step.count=20", "output.every=5"])
+    units, steps = Units("mm=1e-3,kPa=1e3,ms=1e-3"), np.arange(1, 21)
+    for files, label, along in (([still], "step", steps), ([run], "time [ms]", 1e3 * run.history.time),
+                                ([still, slide], "time [ms]", 1e3 * still.history.time)):
+        axis, = plot.draw_histories([file.path for file in files], ["energy/kinetic"], units).axes
+        assert axis.get_xlabel() == label
+        np.testing.assert_allclose(axis.lines[0].get_xdata(), along, rtol=1e-12)
+    assert all(chart["steps"] == list(steps) for chart in facts.charts(still, units))
+    assert pack_frames(plot.Frames(still.path, "still"), Pack(), units)["steps"] == [0, 5, 10, 15, 20]
+    for file, label in ((still, "step"), (run, "time [ms]")):
+        subprocess.run([TOOLS / "report", file.path, "-o", tmp_path / "page.html", "--units", "mm=1e-3,kPa=1e3,ms=1e-3"], check=True)
+        assert f"Along the axis: {label}. Click" in (tmp_path / "page.html").read_text()

@@ -29,6 +29,18 @@ def names_of_histories(results):
     return [*results.history.series(), *(f"{MEASURED}{name}" for name in measured)]
 
 
+def is_static(results):
+    """Whether all stages of a run are static: no time passes, its steps count."""
+    return all(results.is_static(int(frame)) for frame in np.unique(results.frame_stages, return_index=True)[1])
+
+
+def axis_of(results, units, static):
+    """What histories are drawn along, in words, and where each step is there: at its number in a static run, else at its time."""
+    label, factor = ("step", 1.0) if static else units.of("time [time]")
+    steps = np.arange(1, len(results.history.time) + 1) if static else results.history.time
+    return label, steps / factor
+
+
 def histories_of(results, name):
     """What a name below /history, or measured_points/NAME, stands for: one history, or one for each dimension that its columns have.
     PlotError where there is none."""

@@ -31,7 +31,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from .arguments import above_zero, check_ending, ends_in_a_line, parser_for
 from .errors import PlotError
-from .histories import LINES, histories_of
+from .histories import LINES, axis_of, histories_of, is_static
 from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
                        robust_limits, velocities)
 from .polygons import loops_of
@@ -557,21 +557,22 @@ def draw_histories(paths, names, units=None):
     panels = list(zip(*([found for name in names for found in histories_of(file, name)] for file in files)))
     figure, axes = plt.subplots(len(panels), 1, figsize=(7.5, 2.3 * len(panels) + 0.6), squeeze=False, sharex=True,
                                 layout="constrained")
-    time, of_time = units.of("time [time]")
+    static = all(map(is_static, files))
     for axis, panel in zip(axes.flat, panels):
         axis.set_prop_cycle(color=LINES)
         for path, file, found in zip(paths, files, panel):
+            along, steps = axis_of(file, units, static)
             label, factor = units.of(f"[{found.dimension}]")
             for own, values in zip(found.names, found.values.T):
                 words = [pathlib.Path(path).stem] if len(paths) > 1 or not own else []
-                axis.plot(file.history.time / of_time, values / factor, linewidth=1.2, label=", ".join([*words, *([own] if own else [])]))
+                axis.plot(steps, values / factor, linewidth=1.2, label=", ".join([*words, *([own] if own else [])]))
         axis.set_title(found.description, fontsize=10, loc="left")
         axis.set_ylabel(label, fontsize=9)
         axis.grid(True, linewidth=0.4, color="0.85")
         axis.margins(x=0)
         if 1 < len(axis.lines) <= MOST_NAMES:
             axis.legend(fontsize=8, frameon=False, ncols=3)
-    axes.flat[-1].set_xlabel(time)
+    axes.flat[-1].set_xlabel(along)
     return figure
 
 

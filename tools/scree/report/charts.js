@@ -1,7 +1,7 @@
 const MARGIN = {left: 62, right: 10, top: 8, bottom: 24};
 
-/** Draws a panel of histories into an element of the page; what it returns moves the line that marks a time. */
-function drawChart(box, {title, times, series}, clicked) {
+/** Draws a panel of histories into an element of the page; what it returns moves the line that marks a frame. */
+function drawChart(box, {title, steps, series}, clicked) {
   box.innerHTML = `<h3></h3><div class="plot"><canvas></canvas><div class="now"></div></div><p class="legend"></p>`;
   box.querySelector("h3").textContent = title;
   const canvas = box.querySelector("canvas"), now = box.querySelector(".now"), legend = box.querySelector(".legend");
@@ -9,7 +9,7 @@ function drawChart(box, {title, times, series}, clicked) {
   canvas.width = wide * ratio;
   canvas.height = tall * ratio;
   pen.scale(ratio, ratio);
-  const right = wide - MARGIN.right, bottom = tall - MARGIN.bottom, xs = ends([times]), ys = ends(series.map(one => one.values));
+  const right = wide - MARGIN.right, bottom = tall - MARGIN.bottom, xs = ends([steps]), ys = ends(series.map(one => one.values));
   const toX = t => MARGIN.left + (t - xs[0]) / (xs[1] - xs[0]) * (right - MARGIN.left);
   const toY = value => bottom - (value - ys[0]) / (ys[1] - ys[0]) * (bottom - MARGIN.top);
   pen.font = "11px system-ui, sans-serif";
@@ -30,11 +30,11 @@ function drawChart(box, {title, times, series}, clicked) {
   series.forEach((one, i) => {
     pen.strokeStyle = LOOK.lines[i % LOOK.lines.length];
     pen.lineWidth = 1.4;
-    line(pen, one.values.map((value, k) => [toX(times[k]), toY(value)]));
+    line(pen, one.values.map((value, k) => [toX(steps[k]), toY(value)]));
     if (series.length > 1) legend.append(entry(one.name, LOOK.lines[i % LOOK.lines.length], 2));
   });
   canvas.addEventListener("click", event => clicked(xs[0] + (event.offsetX - MARGIN.left) / (right - MARGIN.left) * (xs[1] - xs[0])));
-  return time => { now.style.left = `${toX(time)}px`; };
+  return step => { now.style.left = `${toX(step)}px`; };
 }
 
 /** Least and largest number of lists, apart in any case. */

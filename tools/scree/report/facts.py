@@ -1,7 +1,7 @@
 """What a run came to, as rows and charts of a page."""
 import numpy as np
 
-from ..histories import COLUMNS, histories_of, names_of_histories
+from ..histories import COLUMNS, axis_of, histories_of, is_static, names_of_histories
 from ..units import number
 
 SHARE = 0.01      # of what is compared with: an error above it is worth a look
@@ -136,30 +136,31 @@ def charts(results, units):
     history = results.history
     if not len(history.time):
         return []
+    _, steps = axis_of(results, units, is_static(results))
     energies = {name: history.energy[name] for name in history.energy}
     if "gravity" in energies:  # its zero is that of y
         energies["gravity"] = energies["gravity"] - energies["gravity"][0]
-    found = [chart(units, history.time, "energies, of gravity its change", history.units("energy/kinetic"), list(energies.items()))]
+    found = [chart(units, steps, "energies, of gravity its change", history.units("energy/kinetic"), list(energies.items()))]
     for name in names_of_histories(results):
         if name == "time" or name.startswith("energy/"):
             continue
         for one in histories_of(results, name):
             chosen = np.argsort(-np.abs(one.values[-1]), kind="stable")[:MOST_LINES]
-            found.append(chart(units, history.time, one.description, one.dimension,
+            found.append(chart(units, steps, one.description, one.dimension,
                                [(one.names[i], one.values[:, i]) for i in (np.sort(chosen) if name in COLUMNS else chosen)]))
     return found
 
 
-def chart(units, times, title, dimension, series):
-    """A panel with as few places in time as show what there is: in each bin the least and the largest of each series."""
+def chart(units, steps, title, dimension, series):
+    """A panel with as few steps, of where they are along its axis, as show what there is: in each bin the least and the largest of each series."""
     unit, factor = units.words(f"[{dimension}]")
-    n = len(times)
+    n = len(steps)
     rows = np.arange(n)
     if n > 2 * BINS:
         bins = np.array_split(rows, BINS)
         rows = np.unique([0, n - 1, *(b[0] + i for _, values in series for b in bins
                                       for i in (int(values[b].argmin()), int(values[b].argmax())))])
-    return {"title": f"{title} {unit}", "times": rounded(times[rows] / units.of("[time]")[1]),
+    return {"title": f"{title} {unit}", "steps": rounded(steps[rows]),
             "series": [{"name": name, "values": rounded(np.asarray(values, float)[rows] / factor)} for name, values in series]}
 
 

@@ -1,12 +1,14 @@
 """What the player of a page draws: shapes, motion, stress, velocity and contacts of all frames as arrays of whole numbers."""
 import numpy as np
 
+from ..histories import axis_of, is_static
 from ..overlays import all_corners, means, parts_against_others, vertices_of_contacts
 from .packing import PLACES, POSITIONS, ROOTS, SHADES, quantised
 
 
 def pack_frames(file, pack, units):
-    """Adds what the frames of a results file have to a pack; returns what the player needs besides, times in the units.
+    """Adds what the frames of a results file have to a pack; returns what the player needs besides, also where frames are along the axis
+    of charts.
 
     Places are those at the start, moved by the displacement of each frame. That is kept to 1/16382 of the largest of its block,
     stress and velocity to 1/4094 of the largest of their element, forces of contacts by their roots.
@@ -43,7 +45,8 @@ def pack_frames(file, pack, units):
     speed = np.stack([means(file, k, results.velocity(k)) for k in range(n_frames)], axis=2)
     velocity, velocity_factor = quantised(speed, SHADES, (1, 2))
     pack.add("velocity", velocity)
-    return {"origin": low.tolist(), "size": size, "times": digits(file.times / units.of("[time]")[1]),
+    _, steps = axis_of(results, units, is_static(results))
+    return {"origin": low.tolist(), "size": size, "steps": digits(np.append(0, steps)[results.frame_steps]),
             "moments": [file.moment(k, units) for k in range(n_frames)], "since": [file.since(k) for k in range(n_frames)], "blocks": blocks.tolist(),
             "motion_factor": digits(factor), "stress_factor": digits(stress_factor), "velocity_factor": digits(velocity_factor),
             "points": points_of(file), "bolts": bolts_of(file), "force_factor": pack_contacts(file, block, pack)}

@@ -10,7 +10,7 @@ async function begin() {
     const box = document.createElement("section");
     box.className = "chart";
     byId("charts").append(box);
-    return drawChart(box, chart, time => show(nearestFrame(scene.times, time)));
+    return drawChart(box, chart, step => show(nearestFrame(scene.steps, step)));
   });
   let pointed = -1, playing = 0;
 
@@ -18,7 +18,7 @@ async function begin() {
     player.frame = frame;
     byId("frame").value = frame;
     byId("time").textContent = `${scene.moments[frame]}, frame ${frame} of ${scene.frames - 1}`;
-    for (const mark of marks) mark(scene.times[frame]);
+    for (const mark of marks) mark(scene.steps[frame]);
     player.draw();
     say();
   }
@@ -84,8 +84,8 @@ async function begin() {
   redraw();
 }
 
-function nearestFrame(times, time) {
-  return times.reduce((best, t, k) => Math.abs(t - time) < Math.abs(times[best] - time) ? k : best, 0);
+function nearestFrame(steps, step) {
+  return steps.reduce((best, one, k) => Math.abs(one - step) < Math.abs(steps[best] - step) ? k : best, 0);
 }
 
 /** The bar of colours with its ends. */

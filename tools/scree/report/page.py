@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from .. import overlays
-from ..histories import LINES
+from ..histories import LINES, axis_of, is_static
 from ..overlays import Common, lengths_of, principal_values
 from ..plot import BOLTS, FIELDS, POINTS, Look, limits_of, paler
 from . import facts
@@ -29,7 +29,7 @@ def page_of(file, units):
         "name": html.escape(file.name), "level": level, "verdict": html.escape(words), "remarks": listed(remarks),
         "fields": "".join(f"<option>{name}</option>" for name in FIELDS), "tables": tables(results, units), "decks": decks(results),
         "style": own("style.css"), "facts": as_json({"scene": scene, "arrays": pack.directory, "charts": facts.charts(results, units)}),
-        "frames": pack.text(),
+        "frames": pack.text(), "along": html.escape(axis_of(results, units, is_static(results))[0]),
         "scripts": f"const LOOK = {as_json(look)};\n" + "".join(own(name) for name in SCRIPTS)}
     first, *pieces = own("page.html").split("{{")
     return first + "".join(parts[name] + rest for name, rest in (piece.split("}}", 1) for piece in pieces))

@@ -2,7 +2,7 @@
 class Scene {
   constructor(facts, array) {
     Object.assign(this, facts);
-    this.frames = facts.times.length;
+    this.frames = facts.steps.length;
     for (const name of ["corners", "count", "block", "material", "gone", "edge_joint", "edge_block", "against_edge"]) this[name] = array(name);
     this.againstShares = Float64Array.from(array("against_shares"), q => q / 2 ** 30);
     const start = array("start"), edges = array("edges"), edgeCount = this.edge_joint.length;
