@@ -22,7 +22,7 @@ SLIDE = SOURCE / "input" / "validation" / "b1-slide" / "slope30.ana"
 def folder(tmp_path_factory):
     """With results, a map and a table of a study."""
     folder = tmp_path_factory.mktemp("tools")
-    scree.run(SLIDE, output=folder / "slide.h5", settings=["step.count=5"])
+    scree.run(SLIDE, output=folder / "slide.h5", settings=["step.count=5", "output.every=1"], words=["--classic-output"])
     drawing = ezdxf.new()
     for start, end in (((0, 0), (4, 0)), ((4, 0), (0, 3)), ((0, 3), (0, 0))):
         drawing.modelspace().add_line(start, end)
@@ -83,6 +83,18 @@ def test_a_full_disk_is_one_line(folder, tool, words):
         done = subprocess.run([SOURCE / "tools" / tool, *words], cwd=folder, stdout=full, stderr=subprocess.PIPE, text=True)
     lines = [line for line in done.stderr.splitlines() if not line.startswith("study: ")]  # but for how far it is
     assert done.returncode == 2 and lines == [f"tools/{tool}: cannot go on: No space left on device"], done.stderr
+
+
+@pytest.mark.parametrize("tool,words", [("fs", [SLIDE]), ("study", ["phi.csv", SLIDE]), ("plot", ["slide.h5"]), ("validate", ["b1"]),
+                                        ("compare_shi", ["slide.h5", "slide.replay"])])
+def test_who_reads_may_stop_without_a_word(folder, tool, words):
+    """As `head` does; what is written is written, and the exit status is that of others that a pipe ends."""
+    reads, writes = os.pipe()
+    os.close(reads)
+    with os.fdopen(writes, "w") as pipe:
+        done = subprocess.run([SOURCE / "tools" / tool, *words], cwd=folder, stdout=pipe, stderr=subprocess.PIPE, text=True)
+    lines = [line for line in done.stderr.splitlines() if not line.startswith("study: ")]  # but for how far it is
+    assert done.returncode == 141 and not lines, done.stderr
 
 
 @pytest.mark.parametrize("tool,words", [("fs", [SLIDE]), ("gallery", ["slope", "arch", "--jobs", "1"]), ("film", ["long.h5", "-o", "film.gif"])])

@@ -11,7 +11,7 @@ import sys
 
 from .errors import ScreeError
 
-BAD_INPUT, STOPPED = 2, 128 + signal.SIGINT  # exit statuses
+BAD_INPUT, STOPPED, READ_ENOUGH = 2, 128 + signal.SIGINT, 128 + signal.SIGPIPE  # exit statuses
 
 
 def command():
@@ -33,7 +33,8 @@ def say(problem):
 
 
 def ends_in_a_line(main):
-    """A command, by its main, whatever it ends by: what is wrong with its input, what cannot be read or written, Ctrl-C."""
+    """A command, by its main, whatever it ends by: what is wrong with its input, what cannot be read or written, a pipe that
+    nobody reads any more, Ctrl-C."""
     @functools.wraps(main)
     def ending():
         try:
@@ -43,6 +44,9 @@ def ends_in_a_line(main):
         except ScreeError as problem:
             say(problem)
             return BAD_INPUT
+        except BrokenPipeError:  # who reads has read enough
+            give_up_output()
+            return READ_ENOUGH
         except OSError as problem:
             reason = problem.strerror or str(problem).splitlines()[0]
             say(f"{problem.filename}: {reason}" if problem.filename else f"cannot go on: {reason}")
@@ -55,7 +59,7 @@ def ends_in_a_line(main):
 
 
 def give_up_output():
-    """Drops what is left to print, so that a disk that is full is not said again as Python ends."""
+    """Drops what is left to print, so that a disk that is full, or a pipe that nobody reads, is not said again as Python ends."""
     with contextlib.suppress(OSError):
         sys.stdout.flush()
     with contextlib.suppress(OSError):  # where it is no file
