@@ -300,7 +300,14 @@ def test_a_grid_meets_each_sample(tmp_path):
     ("[grid\n", "expected TOML"),
     ('[grid]\n"x"=[1]\n', "names for --set"), ('[grid]\n"a.b"={from=1,to=2}\n', "doc/studies.md"),
     ('[grid]\n"a.b"=3\n', "doc/studies.md"),
-    ('[grid]\n"a.b"={from=1,to=2,count=1}\n', "from 2"), ('[sample]\nnumber=3\n"a.b"={from=-1,to=2,scale="log"}\n', "above 0"),
+    ('[grid]\n"a.b"={from=1,to=2,count=1}\n', "from 2"),
+    ('[grid]\n"a.b"={from=1,to=2,count=2.5}\n', "found: count 2.5 of a.b, which is to be a whole number"),
+    ('[grid]\n"a.b"={from="a",to=2,count=2}\n', "found: {'from': 'a', 'to': 2, 'count': 2} for a.b"),
+    ('[grid]\n"a.b"={from=true,to=2,count=2}\n', "found: {'from': True, .* for a.b"),
+    ('[grid]\n"a.b"=30\n', "found: 30 for a.b"), ('[grid]\n"a.b"="x"\n', "found: 'x' for a.b"), ('[grid]\n"a.b"=[]\n', r"found: \[\] for a.b"),
+    ('[grid]\na.b=[1]\n', r"found: {'b': \[1\]} for a"), ('[sample]\nnumber=2\n"a.b"={}\n', "found: {} for a.b"),
+    ('[sample]\nnumber=2\n"a.b"=30\n', "found: 30 for a.b"), ('[sample]\nnumber=2\n"a.b"={mean=1,deviation=[2]}\n', "'deviation': .* for a.b"),
+    ('[sample]\nnumber=3\n"a.b"={from=-1,to=2,scale="log"}\n', "above 0"),
     ('[sample]\nnumber=0\n"a.b"=[1]\n', "from 1"), ('[sample]\n"a.b"=[1]\n', "from 1"),
     ('[sample]\nnumber=2\n"a.b"={mean=1,deviation=-1}\n', "deviation is to be above 0"),
     ('[sample]\nnumber=2\n"a.b"={mean=1,deviation=0}\n', "deviation is to be above 0"),
@@ -311,7 +318,7 @@ def test_a_grid_meets_each_sample(tmp_path):
     ('deck=3\n[grid]\n"a.b"=[1]\n', "a text for deck, found 3"), ('set="a.b=1"\n[grid]\n"a.b"=[1]\n', "a list of texts for set, found 'a.b=1'"),
     ('set=[3]\n[grid]\n"a.b"=[1]\n', r"a list of texts for set, found \[3\]"), ('grid=[1]\n', r"a table for grid, found \[1\]"),
     ('[grid]\n"a.b"=[1]\n[quantities]\nx="time"\n', "a dataset and places in it for x of .*, found 'time'"),
-    ('[sample]\nnumber=2\n"a.b"=[]\n', "doc/studies.md")])
+    ('[sample]\nnumber=2\n"a.b"=[]\n', r"found: \[\] for a.b")])
 def test_a_bad_table_is_one_line(text, expected, tmp_path):
     (tmp_path / "t.toml").write_text(text)
     with pytest.raises(TableError, match=expected) as found:

@@ -78,7 +78,7 @@ def from_toml(path, text):
         drawn = list(zip(*(draw(name, what, number, f"{seed} {name}") for name, what in sample.items()))) or [()]
         values = itertools.product(*(points(name, what) for name, what in grid.items()))
         rows = [[text_of(value) for value in (*point, *one)] for point in values for one in drawn]
-    except (TypeError, ValueError, LookupError, ArithmeticError) as problem:
+    except (ValueError, ArithmeticError) as problem:
         raise TableError(f"{path}: expected lists, or tables of numbers as doc/studies.md has them, found: {problem}") from None
     names = [name for name in ("geometry", "deck") if name in given]
     return Table([*grid, *sample], rows, [path.parent / given[name] for name in names], given.get("set", []),
@@ -94,11 +94,12 @@ def text_of(value):
 
 def points(name, what):
     """The values of a name in a grid: a list, or so many from one to another, evenly or by equal ratios."""
+    check_kind(name, what)
     if isinstance(what, list):
         return what
     check_keys(name, what, {"from", "to", "count"}, {"scale"})
-    if what["count"] < 2:  # noqa: PLR2004  the ends
-        raise ValueError(f"count {what['count']} of {name}, which is to be from 2")
+    if not isinstance(what["count"], int) or what["count"] < 2:  # noqa: PLR2004  the ends
+        raise ValueError(f"count {what['count']} of {name}, which is to be a whole number from 2")
     return [between(name, what, i / (what["count"] - 1)) for i in range(what["count"])]
 
 
@@ -107,6 +108,7 @@ def draw(name, what, number, seed):
 
     The random numbers are those that Python promises not to change: a seed gives the same values anywhere. Each name has its own.
     """
+    check_kind(name, what)
     chance = random.Random(seed)
     order = sorted(range(number), key=[chance.random() for _ in range(number)].__getitem__)
     shares = [(part + chance.random()) / number for part in order]
@@ -134,6 +136,13 @@ def cut_normal(name, what, shares):
         raise ValueError(f"{what} for {name}, of whose distribution nothing is left")
     chosen = (min(max(first + share * (last - first), LEAST_PROBABILITY), 1 - 2 ** -53) for share in shares)
     return [min(max(mean + side * deviation * statistics.NormalDist().inv_cdf(one), least), most) for one in chosen]
+
+
+def check_kind(name, what):
+    """That it is a list with entries, or a table of numbers but for its scale."""
+    numbers = [value for key, value in what.items() if key != "scale"] if isinstance(what, dict) else []
+    if not (what if isinstance(what, list) else numbers) or not all(type(number) in (int, float) for number in numbers):
+        raise ValueError(f"{what!r} for {name}")
 
 
 def check_keys(name, what, needed, allowed):
