@@ -287,11 +287,27 @@ def test_samples_of_a_tail_are_within_it(tmp_path, least, most):
         assert all(k - 1e-3 <= number * share <= k + 1 + 1e-3 for k, share in enumerate(shares))
 
 
+@pytest.mark.parametrize("words, values", [
+    ("from=200,to=300,count=3", ["200", "250", "300"]), ("from=1,to=1000,count=4,scale='log'", ["1", "10", "100", "1000"]),
+    ("from=0,to=49,count=50", [str(k) for k in range(50)]), ("from=3,to=-3,count=3", ["3", "0", "-3"]),
+    ("from=1,to=2,count=3", ["1", "1.5", "2"]), ("from=1.0,to=3,count=3", ["1.0", "2.0", "3.0"])])
+def test_what_lies_between_whole_numbers_is_whole_where_it_can_be(tmp_path, words, values):
+    """As counts of steps have to be."""
+    (tmp_path / "t.toml").write_text(f'[grid]\n"a.b"={{{words}}}\n')
+    assert read_table(tmp_path / "t.toml").rows == [[value] for value in values]
+
+
+def test_a_range_of_counts_is_run(folder):
+    (folder / "counts.toml").write_text('deck = "slide.ana"\n[grid]\n"step.count" = { from = 2, to = 6, count = 3 }\n')
+    study(folder, "counts.toml")
+    assert [row["steps.taken"] for row in table_of(folder, "counts")] == ["2", "4", "6"]
+
+
 def test_a_grid_meets_each_sample(tmp_path):
     (tmp_path / "t.toml").write_text('[grid]\n"a.x"=[1,2]\n"a.y"={from=1,to=100,count=3,scale="log"}\n'
                                      '[sample]\nnumber=5\n"b.z"={from=0,to=1}\n')
     rows = read_table(tmp_path / "t.toml").rows
-    assert len(rows) == 30 and [row[:2] for row in rows[::5]][:3] == [["1", "1.0"], ["1", "10.0"], ["1", "100.0"]]
+    assert len(rows) == 30 and [row[:2] for row in rows[::5]][:3] == [["1", "1"], ["1", "10"], ["1", "100"]]
     assert [row[2] for row in rows[:5]] == [row[2] for row in rows[5:10]]
 
 

@@ -12,6 +12,7 @@ from ..errors import ScreeError
 
 KINDS = {"deck": str, "geometry": str, "set": list, "grid": dict, "sample": dict, "quantities": dict}  # of what a TOML file may have
 WORDS = {str: "a text", list: "a list of texts", dict: "a table"}
+ROUNDING = 1e-13  # of what lies between two numbers, over its size
 LEAST_PROBABILITY = 1e-300  # 37 deviations from the mean
 
 
@@ -151,10 +152,13 @@ def check_keys(name, what, needed, allowed):
 
 
 def between(name, what, share):
-    """What lies at a share of the way."""
+    """What lies at a share of the way; a whole number where both ends are written so, and it is one but for rounding."""
     low, high = what["from"], what["to"]
     if what.get("scale") != "log":
-        return low + share * (high - low)
-    if min(low, high) <= 0:
+        value = low + share * (high - low)
+    elif min(low, high) <= 0:
         raise ValueError(f"{what} for {name}: a scale of log needs numbers above 0")
-    return low * (high / low) ** share
+    else:
+        value = low * (high / low) ** share
+    whole = isinstance(low, int) and isinstance(high, int) and math.isclose(value, round(value), rel_tol=ROUNDING)
+    return round(value) if whole else value
