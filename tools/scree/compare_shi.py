@@ -178,12 +178,19 @@ def lengths(vectors):
     return np.hypot(vectors[..., 0], vectors[..., 1])
 
 
+def nearest(ascending, values):
+    """Where what is nearest to each value lies in numbers that ascend."""
+    after = np.searchsorted(ascending, values)
+    before, after = np.maximum(after - 1, 0), np.minimum(after, len(ascending) - 1)
+    return np.where(values - ascending[before] <= ascending[after] - values, before, after)
+
+
 def match(run, reference, given):
     """Frames that both have: those of the run, those of the reference; and whether the run ends before the reference."""
     if given.match == "time":
         if reference.times is None:
             raise CompareError(f"{given.reference}: expected times for --match time, found a replay, which has none")
-        near = np.abs(run.times[:, None] - reference.times).argmin(0)
+        near = nearest(run.times, reference.times)
         allowed = SAME_TIME * max(run.times[-1], reference.times[-1])
         of_reference = np.flatnonzero(np.abs(run.times[near] - reference.times) <= allowed)
         return near[of_reference], of_reference, run.times[-1] < reference.times[-1] - allowed
