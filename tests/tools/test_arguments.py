@@ -1,7 +1,6 @@
 """Words of command lines that several tools take: what is a number, what is not, and what is said then."""
 import argparse
 import contextlib
-import functools
 import os
 import pathlib
 import shutil
@@ -12,7 +11,7 @@ import time
 import ezdxf
 import pytest
 import scree
-from scree.arguments import above_zero, whole_from
+from scree.arguments import above, above_zero, whole_from
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 SLIDE = SOURCE / "input" / "validation" / "b1-slide" / "slope30.ana"
@@ -47,7 +46,8 @@ def test_numbers_are_taken():
 @pytest.mark.parametrize("kind,words,said", [
     (whole_from(1), ("0", "-1", "1.5", "x", "", "1e3", "²"), "a whole number from 1"), (whole_from(2), ("1",), "from 2"),
     (above_zero, ("0", "-1", "nan", "inf", "x", ""), "a number above 0, found"),
-    (functools.partial(above_zero, below=1000), ("1000", "0"), "above 0 and below 1000")])
+    (above(0, below=1000), ("1000", "0"), "above 0 and below 1000"),
+    (above(1), ("1", "0.5", "inf"), "a number above 1, found")])
 def test_what_is_no_such_number_is_refused(kind, words, said):
     for word in words:
         with pytest.raises(argparse.ArgumentTypeError, match=said) as refused:

@@ -273,7 +273,8 @@ def test_what_is_wrong_is_said_in_one_line(stack, fall, tmp_path):
             ([stack, reference], "expected 6 blocks"), ([tmp_path / "other.h5", reference], "another HDF5 file"),
             ([tmp_path / "none.h5", reference], "expected a results file"), ([replay, reference], "expected a results file"),
             ([coarse, reference], "output.every=1"), ([stack, replay, "--match", "time"], "expected times"),
-            ([fall, reference, "--tolerance", "0"], "--tolerance"), ([fall], "REFERENCE")):
+            ([fall, reference, "--tolerance", "0"], "--tolerance: expected a number above 0, found '0'"),
+            ([stack, replay, "--every", "0"], "--every: expected a whole number from 1, found '0'"), ([fall], "REFERENCE")):
         done = compare(*words)
         assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and expected in done.stderr, (words, done.stderr)
         assert done.stderr.startswith("tools/compare_shi: ") and not done.stdout

@@ -91,7 +91,8 @@ def test_a_search_leaves_nothing_of_an_earlier_one(tmp_path):
     ([PLANE, "--set", "joint(1).phi=1", "--most", "4"], 1, "it falls with a factor of 0.25: strength does not hold it"),
     ([PLANE, "--set", "joints.phi=30"], 2, "found joints.phi = 30: a factor would not divide it"),
     ([CASES / "s4-bolted-later" / "bolted.ana"], 2, "found stage 2: a factor would not divide it"),
-    ([PLANE, "--within", "0"], 2, "invalid"),
+    ([PLANE, "--within", "0"], 2, "--within: expected a number above 0, found '0'"),
+    ([PLANE, "--most", "1"], 2, "--most: expected a number above 1, found '1'"),
     (["nothing.ana"], 2, "nothing.ana")])
 def test_what_has_no_factor_is_said(tmp_path, words, status, said):
     assert said in found(tmp_path, *words, status=status)[0]

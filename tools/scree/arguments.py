@@ -81,13 +81,18 @@ def whole_from(least):
     return checked
 
 
-def above_zero(word, below=math.inf):
-    """A number above 0, such as a time or a length."""
-    try:
-        value = float(word)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < below:
-        limit = f" and below {below:g}" if below < math.inf else ""
-        raise argparse.ArgumentTypeError(f"expected a number above 0{limit}, found '{word}'")
-    return value
+def above(least, below=math.inf):
+    """A number above the least, and below another."""
+    def checked(word):
+        try:
+            value = float(word)
+        except ValueError:
+            value = math.nan
+        if not least < value < below:
+            limit = f" and below {below:g}" if below < math.inf else ""
+            raise argparse.ArgumentTypeError(f"expected a number above {least:g}{limit}, found '{word}'")
+        return value
+    return checked
+
+
+above_zero = above(0)  # such as a time or a length

@@ -21,7 +21,7 @@ import pathlib
 
 import numpy as np
 
-from .arguments import command, ends_in_a_line, parser_for
+from .arguments import above_zero, command, ends_in_a_line, parser_for, whole_from
 from .errors import ScreeError
 from .results import read
 
@@ -302,20 +302,6 @@ def compare(run, reference, given):
     return failed or ends_early
 
 
-def positive(text):
-    value = float(text)
-    if not value > 0:
-        raise ValueError
-    return value
-
-
-def count(text):
-    value = int(text)
-    if value < 0:
-        raise ValueError
-    return value
-
-
 class Parser(argparse.ArgumentParser):
     def error(self, message):
         self.exit(2, f"{command()}: {message}\n")
@@ -326,12 +312,12 @@ def main():
     parser = parser_for(__doc__, Parser)
     parser.add_argument("run", type=pathlib.Path, metavar="RUN", help="a results file of scree")
     parser.add_argument("reference", type=pathlib.Path, metavar="REFERENCE", help="a replay, or a folder of CSV files")
-    parser.add_argument("--tolerance", type=positive, default=1e-6, help="share of the scales; 1e-6 without it")
+    parser.add_argument("--tolerance", type=above_zero, default=1e-6, help="share of the scales; 1e-6 without it")
     parser.add_argument("--match", choices=["step", "time"], default="step", help="what frames have in common")
-    parser.add_argument("--every", type=count, help="steps between the frames of a replay; without it they are those of the run")
-    parser.add_argument("--length-scale", type=positive, help="in place of the largest travel")
-    parser.add_argument("--stress-scale", type=positive, help="in place of the largest stress")
-    parser.add_argument("--contacts", type=count, help="largest difference in the number of closed contacts; else not judged")
+    parser.add_argument("--every", type=whole_from(1), metavar="N", help="steps between the frames of a replay; without it they are those of the run")
+    parser.add_argument("--length-scale", type=above_zero, help="in place of the largest travel")
+    parser.add_argument("--stress-scale", type=above_zero, help="in place of the largest stress")
+    parser.add_argument("--contacts", type=whole_from(0), metavar="N", help="largest difference in the number of closed contacts; else not judged")
     given = parser.parse_args()
     reference = Folder(given.reference) if given.reference.is_dir() else Replay(given.reference)
     return int(compare(Run(given.run, reference), reference, given))

@@ -9,7 +9,6 @@ Colours and scales are those of all its frames, so that they do not change on th
 Debian's python3-pil, which matplotlib brings along. Each frame is shown as
 long: a run writes them at even times by output.interval.
 """
-import functools
 import pathlib
 import subprocess
 
@@ -19,7 +18,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.animation import FFMpegWriter, PillowWriter
 
-from .arguments import above_zero, check_ending, ends_in_a_line, parser_for, whole_from
+from .arguments import above, check_ending, ends_in_a_line, parser_for, whole_from
 from .errors import PlotError
 from .plot import WHOLE, Frames, Panels, add_words_of_frames, extras_of, frames_of_stage, kind_of, look_of
 from .records import Bar
@@ -80,7 +79,7 @@ def main():
     parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="FILM",
                         help="default: the file with .mp4, or .gif without ffmpeg")
-    parser.add_argument("--fps", type=functools.partial(above_zero, below=1000), default=20.0, help="frames in a second")
+    parser.add_argument("--fps", type=above(0, below=1000), default=20.0, help="frames in a second")
     parser.add_argument("--every", type=whole_from(1), default=1, metavar="N", help="each Nth frame")
     parser.add_argument("--stage", metavar="STAGE", help="the frames of a stage alone, by number or name")
     add_words_of_frames(parser)

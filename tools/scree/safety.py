@@ -19,7 +19,7 @@ import math
 import pathlib
 import re
 
-from .arguments import ends_in_a_line, parser_for, say
+from .arguments import above, above_zero, ends_in_a_line, parser_for, say
 from .errors import NoFactor, ScreeError
 from .plot import draw_frames, open_shapes
 from .program import call, done_or_failed, made_folder, with_settings
@@ -153,27 +153,14 @@ def write_table(path, trials):
         writer.writerows(dataclasses.astuple(trial) for trial in trials)
 
 
-def above(least, word):
-    value = float(word)
-    if not least < value < math.inf:
-        raise ValueError(f"above {least}")
-    return value
-
-
 @ends_in_a_line
 def main():
-    def over_zero(word):
-        return above(0.0, word)
-
-    def over_one(word):
-        return above(1.0, word)
-
     parser = parser_for(__doc__)
     parser.add_argument("decks", nargs="+", metavar="DECK")
     parser.add_argument("--joints", nargs="+", type=int, default=[], metavar="N", help="joint materials to weaken; default: all")
-    parser.add_argument("--balance", type=over_zero, default=1e-4, help="share out of balance with which it stands")
-    parser.add_argument("--within", type=over_zero, default=5e-3, help="share between the factors in the end")
-    parser.add_argument("--most", type=over_one, default=16.0, help="largest factor, and inverse of the smallest")
+    parser.add_argument("--balance", type=above_zero, default=1e-4, help="share out of balance with which it stands")
+    parser.add_argument("--within", type=above_zero, default=5e-3, help="share between the factors in the end")
+    parser.add_argument("--most", type=above(1), default=16.0, help="largest factor, and inverse of the smallest")
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE", help="a setting of every run")
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="FOLDER")
