@@ -326,6 +326,13 @@ def test_the_tool_says_what_is_wrong(tmp_path):
     assert done.returncode == 1 and done.stdout.count("out of order  MISS") == 2
 
 
+@pytest.mark.parametrize("setting", ["x", "contact.nothing=1", "step.size=-1", "cover.edge=1", "joint(5).phi=3"])
+def test_a_setting_that_a_case_cannot_have_is_one_line(setting):
+    done = subprocess.run([SOURCE / "tools" / "validate", "b1", "m6", "--set", setting], capture_output=True, text=True)
+    line, = done.stderr.splitlines()
+    assert done.returncode == 2 and line.startswith("tools/validate: b1: --set") and ": expected " in line and "MISS" not in done.stdout
+
+
 def test_a_setting_reaches_every_run_and_solves_are_counted():
     done = subprocess.run([SOURCE / "tools" / "validate", "b3"], capture_output=True, text=True)
     assert done.returncode == 0 and int(re.search(r"(\d+) solves", done.stdout)[1]) > 0

@@ -3,13 +3,13 @@
     tools/validate [CASE ...] [--set GROUP.NAME=VALUE] [--scree PROGRAM] [--keep FOLDER]
 
 Without a case, all of them. A setting is for every run. doc/validation.md describes the cases and where the answers are from. Exit
-status 0 when every tolerance is met, 1 on a miss or a run that fails, 2 when the program is missing.
+status 0 when every tolerance is met, 1 on a miss or a run that fails, 2 when the program is missing or a case cannot have a setting.
 Needs Debian's python3-numpy and python3-h5py.
 """
 import pathlib
 
-from ..arguments import ends_in_a_line, parser_for
-from ..errors import RunFailed
+from ..arguments import BAD_INPUT, ends_in_a_line, parser_for
+from ..errors import RunFailed, ScreeError
 from ..program import Runner, work_folder
 from . import elastic  # noqa: F401  (its cases join CASES)
 from .cases import CASES
@@ -32,6 +32,8 @@ def compare(names, run):
             except StopIteration:
                 break
             except RunFailed as failed:
+                if failed.status == BAD_INPUT and str(failed).startswith("--set"):
+                    raise ScreeError(f"{name}: {failed}") from None
                 print(f"{name:<5}{failed}  MISS")
                 misses += 1
                 break
