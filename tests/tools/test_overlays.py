@@ -229,7 +229,10 @@ def test_what_cannot_be_drawn_is_one_line(slides, tmp_path):
             ([tmp_path / "s.geo", "--vectors"], "results file for --vectors"), ([tmp_path / "s.geo", "--crosses"], "for --crosses"),
             ([tmp_path / "s.ana", "--joints", "state"], "run with contacts"),
             ([slides / "slips.h5", "--range", "2", "1"], "LOW HIGH"), ([slides / "slips.h5", "--range", "a"], "LOW HIGH"),
+            ([slides / "slips.h5", "--range", "0", "inf"], "LOW HIGH, finite, or full, found 0 inf"),
             ([slides / "slips.h5", "--window", "1", "0", "0", "1"], "X1 below X2"),
+            ([slides / "slips.h5", "--window", "0", "0", "inf", "1"], "X1 below X2"),
+            ([slides / "slips.h5", "--window", "100", "100", "101", "101"], "a part of what is drawn, which is from ("),
             ([slides / "slips.h5", "--dpi", "0"], "from 10 to 2000")):
         done = subprocess.run([TOOL, *words, "--scree", SCREE, "-o", tmp_path / "p.png"], capture_output=True, text=True)
         assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and expected in done.stderr, done.stderr

@@ -430,14 +430,18 @@ def limits_of(values, field, look):
 
 def window_of(files, slots, extras, look):
     """Corners of what is drawn, (2, 2)."""
-    if look.window:
-        return np.array(look.window).reshape(2, 2)
     corners = [np.vstack(file.polygons(frame)) for file, frame in slots]
     if draw_covers in extras:
         corners += [file.covers(frame)[0] for file, frame in slots]
     corners += [file.bolts(frame)[0].reshape(-1, 2) for file, frame in slots]
     every = np.vstack(corners + [np.vstack(file.start) for file in files])
     low, high = every.min(0), every.max(0)
+    if look.window:
+        window = np.array(look.window).reshape(2, 2)
+        if (window[1] < low).any() or (window[0] > high).any():
+            raise PlotError("--window: expected a part of what is drawn, which is from ({:.6g}, {:.6g}) to ({:.6g}, {:.6g}), found {}".format(
+                *low, *high, look.window))
+        return window
     size = max((high - low).max(), 1e-300)
     spare = np.maximum(0.05 * size, (LEAST_SIDE * size - (high - low)) / 2)
     return np.array([low - spare, high + spare])
@@ -595,9 +599,9 @@ def look_of(given):
             low, high = given_range = [float(word) for word in given_range]
         except ValueError:
             low, high = 0.0, 0.0
-        if not low < high:
-            raise PlotError(f"--range: expected LOW HIGH or full, found {' '.join(given.range)}")
-    if given.window and not (given.window[0] < given.window[2] and given.window[1] < given.window[3]):
+        if not -np.inf < low < high < np.inf:
+            raise PlotError(f"--range: expected LOW HIGH, finite, or full, found {' '.join(given.range)}")
+    if given.window and not (np.isfinite(given.window).all() and given.window[0] < given.window[2] and given.window[1] < given.window[3]):
         raise PlotError(f"--window: expected X1 Y1 X2 Y2 with X1 below X2 and Y1 below Y2, found {given.window}")
     if not 10 <= given.dpi <= 2000:
         raise PlotError(f"--dpi: expected a number from 10 to 2000, found {given.dpi:g}")
