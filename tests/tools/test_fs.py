@@ -85,6 +85,13 @@ def test_a_search_leaves_nothing_of_an_earlier_one(tmp_path):
     assert line["stands"] == "" and line["said"].startswith("not in equilibrium: ")
 
 
+def test_a_scene_without_joint_materials_has_none_to_reduce(tmp_path):
+    deck = (CASES / "e2-spin" / "spin.ana").read_text().replace("\n1 1  ", "\n1 0  ").replace("30 0 0 ", "! 30 0 0 ")
+    (tmp_path / "spin.ana").write_text(deck.replace("square.geo", str(CASES / "e2-spin" / "square.geo")))
+    for words in ([], ["--joints", "1"]):
+        assert found(tmp_path, "spin.ana", *words, status=2)[0] == "tools/fs: expected a scene with joint materials, found none\n"
+
+
 @pytest.mark.parametrize("words, status, said", [
     ([PLANE, "--joints", "2"], 2, "expected joint materials of the scene, 1 to 1, found [2]"),
     ([PLANE, "--set", "joint(1).phi=0"], 2, "nothing to reduce"),

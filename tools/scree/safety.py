@@ -60,8 +60,10 @@ class Reduction:
                              f"of the deck, found {beside[1] or beside[2]}: a factor would not divide it")
         there = {int(number): tuple(map(float, strength)) for number, *strength in STRENGTH.findall(said)}
         unknown = [joint for joint in joints if joint not in there]
-        if unknown or not there:
-            raise ScreeError(f"expected joint materials of the scene, 1 to {len(there)}, found {unknown or 'none'}")
+        if not there:
+            raise ScreeError("expected a scene with joint materials, found none")
+        if unknown:
+            raise ScreeError(f"expected joint materials of the scene, 1 to {len(there)}, found {unknown}")
         self.strength = {joint: there[joint] for joint in (joints or there)}
         if not any(max(strength) > 0 for strength in self.strength.values()):
             raise ScreeError("expected a joint with friction, cohesion or tensile strength, found none: there is nothing to reduce")
