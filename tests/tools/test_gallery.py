@@ -136,6 +136,16 @@ def test_a_page_is_held_to_what_it_quotes(quoted, holds, tmp_path):
     assert [row.holds for row in rows] == [holds]
 
 
+@pytest.mark.parametrize("quoted, printed, holds", [("a 1", "a 1", False), (None, "a 1", False), (None, "", False), ("scree: no", "scree: no", True),
+                                                    ("a 1\nscree: no", "a 1\nscree: no", True), ("scree: yes", "scree: no", False)])
+def test_a_command_of_a_page_fails_only_where_an_error_is_quoted(quoted, printed, holds, tmp_path):
+    """Also where all that is quoted was printed before it failed."""
+    text = f"```text\n{quoted}\n```\n" if quoted else ""
+    (tmp_path / "page.md").write_text(f"```sh\nprintf '{printed}'; exit 3\n```\n{text}")
+    row, = gallery.run_in_its_own(gallery.Page(tmp_path / "page.md"), tmp_path / "run", os.environ["SCREE"])[0]
+    assert row.holds == holds and (quoted == "scree: yes" or holds or row.wrong == f"exit status 3{printed and ': '}{printed}")
+
+
 def test_the_command_says_what_is_off():
     done = subprocess.run([SOURCE / "tools" / "gallery", "rockfall", "tunnel"], capture_output=True, text=True)
     assert done.returncode == 0 and done.stdout.endswith("5 of 5 as expected\n"), done.stdout + done.stderr

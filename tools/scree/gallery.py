@@ -9,7 +9,7 @@ opening comment says what it shows, the commands to give (indented), and after `
     factor of safety = 1.1984 within 0.5 %: why               what the commands print after these words
 
 On a page the commands are in blocks ```sh, each followed by a block ```text where it quotes what they print: its lines are found
-in that order, with numbers that agree to 1 %. Commands run in a folder of their own, with the folders of the tree in it. --write
+in that order, with numbers that agree to 1 %; a command fails where it quotes an error (scree: ...), nowhere else. Commands run in a folder of their own, with the folders of the tree in it. --write
 makes doc/gallery.md of the examples, and puts the pictures that examples and pages make into doc/pictures. Exit status 1 where a
 number is off, or a command fails.
 """
@@ -39,6 +39,7 @@ those of [the tutorial](tutorial.md), and holds the numbers against what is expe
 """
 EXPECTED = re.compile(r"(?P<what>.+?) = (?P<value>\S+) within (?P<within>\S+?)(?P<share> %)?: (?P<why>.+)")
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
+ERROR = "scree: "     # how a line begins that a page quotes of a command that is to fail
 QUOTED = 0.01       # share by which a number that a page quotes may differ
 INDENT = "    "
 
@@ -115,7 +116,7 @@ class Example:
         for command in self.commands:
             status, output = give(command, folder)
             if status:
-                return [Outcome(self.name, command, wrong=f"exit status {status}: {output.strip().splitlines()[-1]}")]
+                return [Outcome(self.name, command, wrong=how_it_failed(status, output))]
             said.append(output)
         return [Outcome(self.name, one.what, one.value, self.number(one.what, folder, "\n".join(said)), one.within)
                 for one in self.expected]
@@ -168,8 +169,8 @@ class Page:
             status, output = give(commands, folder)
             first = commands.strip().splitlines()[0]
             missing = next_missing(quoted, output)
-            if status and not quoted:
-                rows.append(Outcome(self.name, first, wrong=f"exit status {status}: {output.strip().splitlines()[-1]}"))
+            if status and not missing and not any(line.startswith(ERROR) for line in quoted):
+                rows.append(Outcome(self.name, first, wrong=how_it_failed(status, output)))
             elif missing:
                 rows.append(Outcome(self.name, first, wrong=f"expected the line '{missing}', found:\n{output}"))
             else:
@@ -181,6 +182,11 @@ def give(commands, folder):
     """Gives commands to a shell in a folder: the exit status of the first that fails, or 0; what all printed."""
     done = subprocess.run(["sh", "-e"], input=commands, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     return done.returncode, done.stdout
+
+
+def how_it_failed(status, output):
+    """The exit status of a command, and the last line that it printed, if any."""
+    return ": ".join([f"exit status {status}", *output.strip().splitlines()[-1:]])
 
 
 def agree(quoted, line):
