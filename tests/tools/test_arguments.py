@@ -85,8 +85,8 @@ def test_a_full_disk_is_one_line(folder, tool, words):
     assert done.returncode == 2 and lines == [f"tools/{tool}: cannot go on: No space left on device"], done.stderr
 
 
-@pytest.mark.parametrize("tool,words", [("fs", [SLIDE]), ("study", ["phi.csv", SLIDE]), ("plot", ["slide.h5"]), ("validate", ["b1"]),
-                                        ("compare_shi", ["slide.h5", "slide.replay"])])
+@pytest.mark.parametrize("tool,words", [("fs", [SLIDE]), ("study", ["phi.csv", SLIDE]), ("plot", ["slide.h5"]),
+                                        ("validate", ["b1"]), ("compare_shi", ["slide.h5", "slide.replay"])])
 def test_who_reads_may_stop_without_a_word(folder, tool, words):
     """As `head` does; what is written is written, and the exit status is that of others that a pipe ends."""
     reads, writes = os.pipe()

@@ -136,8 +136,9 @@ def test_a_page_is_held_to_what_it_quotes(quoted, holds, tmp_path):
     assert [row.holds for row in rows] == [holds]
 
 
-@pytest.mark.parametrize("quoted, printed, holds", [("a 1", "a 1", False), (None, "a 1", False), (None, "", False), ("scree: no", "scree: no", True),
-                                                    ("a 1\nscree: no", "a 1\nscree: no", True), ("scree: yes", "scree: no", False)])
+@pytest.mark.parametrize("quoted, printed, holds", [("a 1", "a 1", False), (None, "a 1", False), (None, "", False),
+                                                    ("scree: no", "scree: no", True), ("a 1\nscree: no", "a 1\nscree: no", True),
+                                                    ("scree: yes", "scree: no", False)])
 def test_a_command_of_a_page_fails_only_where_an_error_is_quoted(quoted, printed, holds, tmp_path):
     """Also where all that is quoted was printed before it failed."""
     text = f"```text\n{quoted}\n```\n" if quoted else ""

@@ -118,5 +118,6 @@ def test_histories_of_a_static_run_are_drawn_along_its_steps(run, slide, tmp_pat
     assert all(chart["steps"] == list(steps) for chart in facts.charts(still, units))
     assert pack_frames(plot.Frames(still.path, "still"), Pack(), units)["steps"] == [0, 5, 10, 15, 20]
     for file, label in ((still, "step"), (run, "time [ms]")):
-        subprocess.run([TOOLS / "report", file.path, "-o", tmp_path / "page.html", "--units", "mm=1e-3,kPa=1e3,ms=1e-3"], check=True)
+        words = [file.path, "-o", tmp_path / "page.html", "--units", "mm=1e-3,kPa=1e3,ms=1e-3"]
+        subprocess.run([TOOLS / "report", *words], check=True)
         assert f"Along the axis: {label}. Click" in (tmp_path / "page.html").read_text()

@@ -172,7 +172,7 @@ NAMED = {  # by setting: a case, a file, or the text of one, and more of it, end
 @pytest.mark.parametrize("by_table", [True, False])
 @pytest.mark.parametrize("name", NAMED)
 def test_a_file_that_the_table_or_a_setting_names_counts_with_what_it_says(name, by_table, tmp_path):
-    """Of two runs that a table gives a file each, one is made anew where its file is another; all where a setting of all names it."""
+    """Of two runs that a table gives a file each, one is made anew where its file changes; both where a setting of both names it."""
     case, text, more, ending, beside = NAMED[name]
     case = SOURCE / "input" / "validation" / case
     shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True)
@@ -320,9 +320,11 @@ def test_a_grid_meets_each_sample(tmp_path):
     ('[grid]\n"a.b"={from=1,to=2,count=2.5}\n', "found: count 2.5 of a.b, which is to be a whole number"),
     ('[grid]\n"a.b"={from="a",to=2,count=2}\n', "found: {'from': 'a', 'to': 2, 'count': 2} for a.b"),
     ('[grid]\n"a.b"={from=true,to=2,count=2}\n', "found: {'from': True, .* for a.b"),
-    ('[grid]\n"a.b"=30\n', "found: 30 for a.b"), ('[grid]\n"a.b"="x"\n', "found: 'x' for a.b"), ('[grid]\n"a.b"=[]\n', r"found: \[\] for a.b"),
+    ('[grid]\n"a.b"=30\n', "found: 30 for a.b"), ('[grid]\n"a.b"="x"\n', "found: 'x' for a.b"),
+    ('[grid]\n"a.b"=[]\n', r"found: \[\] for a.b"),
     ('[grid]\na.b=[1]\n', r"found: {'b': \[1\]} for a"), ('[sample]\nnumber=2\n"a.b"={}\n', "found: {} for a.b"),
-    ('[sample]\nnumber=2\n"a.b"=30\n', "found: 30 for a.b"), ('[sample]\nnumber=2\n"a.b"={mean=1,deviation=[2]}\n', "'deviation': .* for a.b"),
+    ('[sample]\nnumber=2\n"a.b"=30\n', "found: 30 for a.b"),
+    ('[sample]\nnumber=2\n"a.b"={mean=1,deviation=[2]}\n', "'deviation': .* for a.b"),
     ('[sample]\nnumber=3\n"a.b"={from=-1,to=2,scale="log"}\n', "above 0"),
     ('[sample]\nnumber=0\n"a.b"=[1]\n', "from 1"), ('[sample]\n"a.b"=[1]\n', "from 1"),
     ('[sample]\nnumber=2\n"a.b"={mean=1,deviation=-1}\n', "deviation is to be above 0"),

@@ -330,7 +330,8 @@ def test_the_tool_says_what_is_wrong(tmp_path):
 def test_a_setting_that_a_case_cannot_have_is_one_line(setting):
     done = subprocess.run([SOURCE / "tools" / "validate", "b1", "m6", "--set", setting], capture_output=True, text=True)
     line, = done.stderr.splitlines()
-    assert done.returncode == 2 and line.startswith("tools/validate: b1: --set") and ": expected " in line and "MISS" not in done.stdout
+    assert done.returncode == 2 and line.startswith("tools/validate: b1: --set") and ": expected " in line
+    assert "MISS" not in done.stdout
 
 
 def test_a_setting_reaches_every_run_and_solves_are_counted():

@@ -314,10 +314,12 @@ def main():
     parser.add_argument("reference", type=pathlib.Path, metavar="REFERENCE", help="a replay, or a folder of CSV files")
     parser.add_argument("--tolerance", type=above_zero, default=1e-6, help="share of the scales; 1e-6 without it")
     parser.add_argument("--match", choices=["step", "time"], default="step", help="what frames have in common")
-    parser.add_argument("--every", type=whole_from(1), metavar="N", help="steps between the frames of a replay; without it they are those of the run")
+    parser.add_argument("--every", type=whole_from(1), metavar="N",
+                        help="steps between the frames of a replay; without it they are those of the run")
     parser.add_argument("--length-scale", type=above_zero, help="in place of the largest travel")
     parser.add_argument("--stress-scale", type=above_zero, help="in place of the largest stress")
-    parser.add_argument("--contacts", type=whole_from(0), metavar="N", help="largest difference in the number of closed contacts; else not judged")
+    parser.add_argument("--contacts", type=whole_from(0), metavar="N",
+                        help="largest difference in the number of closed contacts; else not judged")
     given = parser.parse_args()
     reference = Folder(given.reference) if given.reference.is_dir() else Replay(given.reference)
     return int(compare(Run(given.run, reference), reference, given))

@@ -439,8 +439,8 @@ def window_of(files, slots, extras, look):
     if look.window:
         window = np.array(look.window).reshape(2, 2)
         if (window[1] < low).any() or (window[0] > high).any():
-            raise PlotError("--window: expected a part of what is drawn, which is from ({:.6g}, {:.6g}) to ({:.6g}, {:.6g}), found {}".format(
-                *low, *high, look.window))
+            extent = " to ".join(f"({x:.6g}, {y:.6g})" for x, y in (low, high))
+            raise PlotError(f"--window: expected a part of what is drawn, which is from {extent}, found {look.window}")
         return window
     size = max((high - low).max(), 1e-300)
     spare = np.maximum(0.05 * size, (LEAST_SIDE * size - (high - low)) / 2)
@@ -601,7 +601,7 @@ def look_of(given):
             low, high = 0.0, 0.0
         if not -np.inf < low < high < np.inf:
             raise PlotError(f"--range: expected LOW HIGH, finite, or full, found {' '.join(given.range)}")
-    if given.window and not (np.isfinite(given.window).all() and given.window[0] < given.window[2] and given.window[1] < given.window[3]):
+    if given.window and not (np.isfinite(given.window).all() and np.less(given.window[:2], given.window[2:]).all()):
         raise PlotError(f"--window: expected X1 Y1 X2 Y2 with X1 below X2 and Y1 below Y2, found {given.window}")
     if not 10 <= given.dpi <= 2000:
         raise PlotError(f"--dpi: expected a number from 10 to 2000, found {given.dpi:g}")

@@ -7,17 +7,18 @@ import sys
 
 from .program import call, done_or_failed, with_settings
 
-NAME_FILES = ("deck.geometry", "cover.mesh", "acceleration.file", "acceleration.vertical", "absorbing.file")  # settings that name a file
+NAME_FILES = ("deck.geometry", "cover.mesh", "acceleration.file", "acceleration.vertical", "absorbing.file")  # settings
 
 
 def explain(decks, settings, path):
-    """The settings of a scene with more of them, the files that its stages name, and the numbers of the decks that these give, by name,
-    and where its geometry is; RunFailed where the program refuses them."""
+    """The settings of a scene with more of them, the files that its stages name, and the numbers of the decks that these give, by
+    name, and where its geometry is; RunFailed where the program refuses them."""
     said = done_or_failed(call("explain", *decks, *with_settings(settings), path=path)).stdout
     asked = dict(re.findall(r"^  (\w+\.\w+) = (.*?)(?: \[\S*\])?  \(.*\)$", said, re.M))
     given = dict(re.findall(r"^  given: --set (.*?)=(.*)$", said, re.M))
     for number, changes in re.findall(r"^stage (\d+) (.*)$", said, re.M):
-        asked |= {f"stage({number}).{name}": value for name, value in re.findall(r"; (\w+\.\w+) = ([^;]*)", changes) if names_a_file(name)}
+        changed = re.findall(r"; (\w+\.\w+) = ([^;]*)", changes)
+        asked |= {f"stage({number}).{name}": value for name, value in changed if names_a_file(name)}
     return {**given, **asked, "deck.geometry": re.search(r"^geometry: (.*)$", said, re.M)[1]}
 
 
@@ -37,8 +38,8 @@ def names_a_file(name):
 def files_of(decks, asked):
     """What decks and the files that their settings name say."""
     folder = decks[-1].parent
-    named = [pathlib.Path(value) if name == "deck.geometry" else folder / value for name, value in asked.items() if names_a_file(name)]
-    paths = dict.fromkeys(path.resolve() for path in [*decks, *named])
+    beside = [folder / value for name, value in asked.items() if names_a_file(name) and name != "deck.geometry"]
+    paths = dict.fromkeys(path.resolve() for path in [*decks, pathlib.Path(asked["deck.geometry"]), *beside])
     return [path.read_bytes() for path in paths if path.is_file()]
 
 

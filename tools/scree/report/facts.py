@@ -152,7 +152,8 @@ def charts(results, units):
 
 
 def chart(units, steps, title, dimension, series):
-    """A panel with as few steps, of where they are along its axis, as show what there is: in each bin the least and the largest of each series."""
+    """A panel with as few steps, by where they are along its axis, as show what there is: in each bin the least and the largest of
+    each series."""
     unit, factor = units.words(f"[{dimension}]")
     n = len(steps)
     rows = np.arange(n)

@@ -7,8 +7,8 @@ from .packing import PLACES, POSITIONS, ROOTS, SHADES, quantised
 
 
 def pack_frames(file, pack, units):
-    """Adds what the frames of a results file have to a pack; returns what the player needs besides, also where frames are along the axis
-    of charts.
+    """Adds what the frames of a results file have to a pack; returns what the player needs besides, also where frames are along the
+    axis of charts.
 
     Places are those at the start, moved by the displacement of each frame. That is kept to 1/16382 of the largest of its block,
     stress and velocity to 1/4094 of the largest of their element, forces of contacts by their roots.

@@ -3,7 +3,8 @@
     tools/validate [CASE ...] [--set GROUP.NAME=VALUE] [--scree PROGRAM] [--keep FOLDER]
 
 Without a case, all of them. A setting is for every run. doc/validation.md describes the cases and where the answers are from. Exit
-status 0 when every tolerance is met, 1 on a miss or a run that fails, 2 when the program is missing or a case cannot have a setting.
+status 0 when every tolerance is met, 1 on a miss or a run that fails, 2 when the program is missing or a case
+cannot have a setting.
 Needs Debian's python3-numpy and python3-h5py.
 """
 import pathlib
