@@ -2,8 +2,8 @@
 
     tools/gallery [NAME ...] [--write] [--keep FOLDER] [--jobs N] [--scree PROGRAM]
 
-A name is that of an example, or of a page (tutorial, practice, studies); without any all are run. An example is an analysis deck whose
-opening comment says what it shows, the commands to give (indented), and after `Expect:` the numbers to expect:
+A name is that of an example, or of a page (tutorial, practice, results, studies); without any all are run. An example is an
+analysis deck whose opening comment says what it shows, the commands to give (indented), and after `Expect:` the numbers to expect:
 
     history/rotation[-1, 2] = 1.5708 within 0.001: why        of the results of the deck; `largest` for an index: the largest there
     factor of safety = 1.1984 within 0.5 %: why               what the commands print after these words
@@ -31,7 +31,7 @@ from .program import TREE, program, work_folder
 from .records import stopped_at_once
 from .results import read
 
-EXAMPLES, PAGES, PICTURES = TREE / "input" / "examples", ("tutorial", "practice", "studies"), TREE / "doc" / "pictures"
+EXAMPLES, PAGES, PICTURES = TREE / "input" / "examples", ("tutorial", "practice", "results", "studies"), TREE / "doc" / "pictures"
 INTRODUCTION = """# Gallery
 
 What `input/examples` has, as its decks say it; their commands are given in the folder of scree. `tools/gallery` runs them and
