@@ -9,7 +9,7 @@ module scree_joints
   use scree_joints_deck, only: joints_t, read_joints_deck
   use scree_kinds, only: dp
   use scree_progress, only: progress_t, set_up_progress, tell
-  use scree_rock_outline, only: boundary_lines, hole_points, outline_t, rock_t
+  use scree_rock_outline, only: boundary_lines, hole_points, rock_t
   use scree_scene, only: line_t, scene_t
   use scree_text, only: number_text, real_text
   implicit none

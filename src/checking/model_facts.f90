@@ -11,7 +11,7 @@ module scree_model_facts
   use scree_effects, only: refresh_elements
   use scree_errors, only: error_t
   use scree_initial_contacts, only: free_lengths, initial_contacts, reached_from
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
   use scree_own_weight, only: column_t, worst_column
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
@@ -211,7 +211,7 @@ contains
   pure real(dp) function angle_between(a, b) result(angle)
     real(dp), intent(in) :: a(2), b(2)
 
-    angle = modulo(atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b)), 2*acos(-1.0_dp))
+    angle = modulo(atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b)), 2*pi)
   end function angle_between
 
   !> What the initial stress pushes free edges with, beyond what loads and supports on them bear when the run begins.

@@ -6,9 +6,9 @@ module scree_contact_memory
   use scree_contact_pairs, only: entrances_t, has_same_entrances, list_entrances, place_of_pair
   use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
-  use scree_corners, only: along_edge, gap_at, pi, survey_t, turn
+  use scree_corners, only: along_edge, gap_at, survey_t, turn
   use scree_joint_stiffness, only: take_stiffness
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   implicit none
   private
   public :: acted_before, contact_as_shi, contact_over_edges, inherit, let_one_go_on, past_t, recall_contacts

@@ -6,7 +6,7 @@ module scree_contact_search
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_search_t, outlines_t, parallel
   use scree_interpolation, only: displacement_matrix
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
   use scree_polygon, only: distance_to_segment
   use scree_sorting, only: order_of_pairs
@@ -18,7 +18,7 @@ module scree_contact_search
 
   !> Room to move of a vertex that goes fast: so many times as far as pairs are near, up to a share of the edges about.
   real(dp), parameter :: steps = 4.0_dp, spare = 0.25_dp
-  real(dp), parameter :: most_turning = acos(-1.0_dp)/6 !! of a corner in a step, rad
+  real(dp), parameter :: most_turning = pi/6 !! of a corner in a step, rad
 
 contains
 

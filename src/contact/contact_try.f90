@@ -2,13 +2,13 @@
 module scree_contact_try
   use scree_contact_geometry, only: acting_rows_t, entrance_geometry_t
   use scree_contact_quantities, only: entrance_start_t, gap_and_slip_t
-  use scree_contacts, only: contact_law_t, contact_t, state_open
+  use scree_contacts, only: contact_law_t, contact_t, count_states, state_open
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: contact_try_t, count_states, edges_stay, follow_motion, of_elements, row_across, states_of, take_all, take_island
+  public :: contact_try_t, edges_stay, follow_motion, of_elements, row_across, states_of, take_all, take_island
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -71,21 +71,8 @@ contains
 
     try%first = 1
     try%last = size(try%contact)
-    call count_states(try)
+    try%count = count_states(try%contact)
   end subroutine take_all
-
-  !> Counts the contacts that settle together which are open, sliding and locked.
-  pure subroutine count_states(try)
-    type(contact_try_t), intent(inout) :: try
-    integer :: i
-
-    try%count = 0
-    do i = try%first, try%last
-      associate (state => try%contact(i)%entrance(try%contact(i)%active)%state)
-        try%count(1 + state) = try%count(1 + state) + 1
-      end associate
-    end do
-  end subroutine count_states
 
   !> States of the entrances of the contacts that are settled together.
   pure function states_of(try) result(states)

@@ -5,8 +5,8 @@
 !> is a half plane, edges are parallel and one line is enough. A convex corner in a hollow one can meet either edge.
 module scree_corner_meeting
   use scree_contacts, only: parallel
-  use scree_corners, only: corner_t, edges_lead_away, pi, turn
-  use scree_kinds, only: dp
+  use scree_corners, only: corner_t, edges_lead_away, turn
+  use scree_kinds, only: dp, pi
   implicit none
   private
   public :: encounter_of_edge, encounter_t, line_t, meet_as_shi, meet_by_entrances, meeting_t

@@ -2,12 +2,11 @@
 module scree_corners
   use scree_contact_geometry, only: gap_of
   use scree_contacts, only: outlines_t, parallel
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   implicit none
   private
   public :: along_edge, corner_t, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn
 
-  real(dp), parameter, public :: pi = acos(-1.0_dp)
   real(dp), parameter :: no_corner = 1e-9_dp !! an angle below is that of the end of a crack, a whole turn
 
   !> Corner at a vertex, seen from inside: from its edge counter-clockwise to the one before. Without default values: in each step

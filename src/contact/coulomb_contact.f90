@@ -11,14 +11,14 @@
 module scree_coulomb_contact
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   implicit none
   private
   public :: act_on, add_friction, anchor_where_crossed, bond, friction_of, judge_closed, judge_coulomb, press_springs, set_state, &
             slide_coulomb
 
   !> Steepest friction of a joint under little stress, rad (Barton 1973).
-  real(dp), parameter :: steepest = 70*acos(-1.0_dp)/180
+  real(dp), parameter :: steepest = 70*pi/180
   !> Two lines are crossed at once within this share of the step, and of the way across them.
   real(dp), parameter :: at_once = 1e-6_dp
 

@@ -9,8 +9,9 @@ module scree_open_close
   use scree_contact_rules, only: anchor_what_closes, decides_outside, force_to_hold, forgives_faint_forces, gaps_and_slips, &
                                  judge, measure_again, measure_contact, measure_contacts, press, press_across, pressing_of, &
                                  put_anchors
-  use scree_contact_try, only: contact_try_t, count_states, row_across
-  use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
+  use scree_contact_try, only: contact_try_t, row_across
+  use scree_contacts, only: blocks_of, contact_law_t, contact_t, count_states, entrance_t, state_locked, state_open, &
+                            state_sliding
   use scree_coulomb_contact, only: act_on, bond, friction_of
   use scree_joint_stiffness, only: is_hard
   use scree_kinds, only: dp
@@ -51,7 +52,7 @@ contains
       call judge(i, force(i), try)
       call measure_again(model, d, i, before, try)
     end do
-    call count_states(try)
+    try%count = count_states(try%contact(try%first:try%last))
   end subroutine judge_contacts
 
   !> Judges the contacts of a prediction. It only closes: what was closed is taken to stay as it was, and what closes to be locked,
@@ -77,7 +78,7 @@ contains
         end associate
       end associate
     end do
-    call count_states(try)
+    try%count = count_states(try%contact(try%first:try%last))
   end subroutine judge_prediction
 
   !> Puts the anchors of open contacts where a prediction takes their vertices over the edge, to stay there in the step: what later
@@ -114,7 +115,7 @@ contains
     integer :: body(2, try%first:try%last), i
 
     do i = try%first, try%last
-      body(:, i) = bodies_of(model%outlines%block, try%contact(i))
+      body(:, i) = blocks_of(model%outlines, try%contact(i)%entrance(1))
       try%largest(body(:, i)) = try%block_weight(body(:, i))
     end do
     do i = try%first, try%last
@@ -154,15 +155,6 @@ contains
     end associate
     rounding_of = round_off*cancelled
   end function rounding_of
-
-  !> Blocks of a contact.
-  pure function bodies_of(block, contact) result(body)
-    integer, intent(in) :: block(:) !! of the edges
-    type(contact_t), intent(in) :: contact
-    integer :: body(2)
-
-    body = block([contact%entrance(1)%vertex, contact%entrance(1)%edge])
-  end function bodies_of
 
   !> Whether a joint has any shear strength.
   pure logical function can_lock(law, entrance)
@@ -340,7 +332,7 @@ contains
         contact%entrance%bonded = .false.
       end associate
     end do
-    call count_states(try)
+    try%count = count_states(try%contact(try%first:try%last))
   end subroutine break_bonds
 
 end module scree_open_close

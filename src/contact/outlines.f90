@@ -2,7 +2,7 @@
 module scree_outlines
   use scree_contacts, only: outlines_t
   use scree_errors, only: error_t, fail, status_run_failed
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   use scree_regions, only: region_count, regions_t
   use scree_sorting, only: sort_by, sort_into
   use scree_text, only: number_text
@@ -85,7 +85,6 @@ contains
     !> The edge that the outline goes on with in another element after edge i; 0 where there is none.
     pure integer function edge_after(i)
       integer, intent(in) :: i
-      real(dp), parameter :: whole_turn = 2*acos(-1.0_dp)
       real(dp), parameter :: other_side = 1e-9_dp !! of a crack, which leads back: turn below, rad
       real(dp) :: back, least, turn
       integer :: high, j, low, middle
@@ -109,8 +108,8 @@ contains
           j = order(middle)
           if (outlines%block(j) /= outlines%block(i) .or. number(before(outlines%start(j))) > 0) cycle
           if (abs(vertex(2, outlines%start(j)) - position(2)) > 0) cycle
-          turn = modulo(back - direction(vertex(:, outlines%finish(j)) - position), whole_turn)
-          if (turn < other_side) turn = whole_turn ! no corner is as sharp
+          turn = modulo(back - direction(vertex(:, outlines%finish(j)) - position), 2*pi)
+          if (turn < other_side) turn = 2*pi ! no corner is as sharp
           if (turn > least) cycle
           least = turn
           edge_after = j

@@ -5,7 +5,7 @@ module scree_shi_contact
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, shi_law_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: bond
   use scree_interpolation, only: displacement_matrix
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
@@ -16,7 +16,7 @@ module scree_shi_contact
   integer, parameter :: n = element_unknowns
 
   !> Friction up to which a slider that turns back does not lock (Shi: 0.9 degrees).
-  real(dp), parameter :: smooth = tan(0.9_dp*acos(-1.0_dp)/180)
+  real(dp), parameter :: smooth = tan(0.9_dp*pi/180)
   !> Softening of the stiffness after a step, at most.
   real(dp), parameter :: softening = 3.0_dp
 

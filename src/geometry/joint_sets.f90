@@ -4,7 +4,7 @@
 !> line the first trace, are those of a process that has gone on for ever: the interval that covers the edge is drawn
 !> with a probability in proportion to its length, and the edge lies anywhere in it. So the means hold from the edge on.
 module scree_joint_sets
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   use scree_random_numbers, only: next_uniform, random_t, split_random
   use scree_rock_outline, only: clip_line, rock_t
   use scree_scene, only: line_t
@@ -146,7 +146,7 @@ contains
   pure function direction(dip)
     real(dp), intent(in) :: dip
     real(dp) :: direction(2)
-    real(dp), parameter :: degree = acos(-1.0_dp)/180
+    real(dp), parameter :: degree = pi/180
 
     direction = [cos(dip*degree), sin(dip*degree)]
   end function direction

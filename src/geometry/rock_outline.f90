@@ -7,7 +7,6 @@ module scree_rock_outline
   use scree_kinds, only: dp
   use scree_polygon, only: holds, inner_place
   use scree_scene, only: line_t, point_t
-  use scree_simplex_integration, only: moments_t, polygon_moments
   implicit none
   private
   public :: add_line, boundary_lines, clip_line, close_slope, crosses_itself, has_rock_at, hole_points, make_rock, &

@@ -4,7 +4,7 @@
 module scree_geometry_deck
   use scree_bolt_records, only: bolt_text, read_bolts
   use scree_deck_options, only: begin_thing
-  use scree_deck_text, only: deck_t, expect, expect_end, next_count, next_index, next_real, next_reals
+  use scree_deck_text, only: deck_t, expect_end, next_count, next_index, next_real, next_reals
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_groups_of_places, only: groups_text
   use scree_kinds, only: dp

@@ -3,7 +3,7 @@ module scree_joints_deck
   use scree_deck_text, only: count_numbers, deck_t, in_quotes, read_deck
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_joint_sets, only: bounds_of, expected_traces, joint_set_t
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   use scree_named_groups, only: given_word, group_begins, group_ends, groups_end, groups_t, name_has_value, next_known_item, &
                                 refuse_second, start_groups
   use scree_rock_outline, only: close_slope, crosses_itself, has_rock_at, make_rock, meets_rock, outline_t, &
@@ -394,7 +394,6 @@ contains
     type(group_t), intent(in) :: group
     real(dp), allocatable, intent(out) :: corner(:, :)
     type(error_t), allocatable, intent(out) :: error
-    real(dp), parameter :: full_turn = 2*acos(-1.0_dp)
     real(dp) :: angle
     integer :: k
 
@@ -408,7 +407,7 @@ contains
     if (allocated(error)) return
     allocate (corner(2, group%sides))
     do k = 1, group%sides
-      angle = full_turn*(k - 1)/group%sides
+      angle = 2*pi*(k - 1)/group%sides
       corner(:, k) = group%centre + group%radius*[cos(angle), sin(angle)]
     end do
   end subroutine take_circle

@@ -10,7 +10,7 @@ module scree_settings
   use scree_kinds, only: dp
   use scree_scene, only: &
     contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, iterate_newton, &
-    mass_constant, mass_follows_area, model_dda, model_nmm, plane_stress, problems_none, reset_none, rotation_linear, scene_t, &
+    mass_constant, mass_follows_area, model_dda, plane_stress, problems_none, reset_none, rotation_linear, scene_t, &
     scheme_bathe, scheme_central_difference, &
     scheme_energy_decaying, scheme_energy_momentum, scheme_generalized_alpha, scheme_newmark, settings_t, &
     start_dissipative, start_zero, strain_auto, strain_green, strain_rotation, strain_small, test_theta, &

@@ -13,7 +13,7 @@ module scree_effects
   use scree_kinds, only: dp
   use scree_mass_damping, only: add_mass_damping, damped_energy
   use scree_material, only: push_elasticity_forward
-  use scree_model, only: cache_t, effects_t, element_cache_t, model_t
+  use scree_model, only: cache_t, element_cache_t, model_t
   use scree_point_load, only: add_point_loads, size_of_point_loads, work_of_point_loads
   use scree_state, only: state_t
   use scree_stiffness, only: add_small_strain

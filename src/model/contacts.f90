@@ -1,13 +1,13 @@
 !> Who touches whom, and how: what contact knows of outlines, contacts and joints.
 module scree_contacts
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: body_search_t, contact_law_t, contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, overlap_t, &
-            shi_law_t
+  public :: blocks_of, body_search_t, contact_law_t, contact_memory_t, contact_search_t, contact_t, count_states, entrance_t, &
+            outlines_t, overlap_t, shi_law_t
 
   !> Edges whose directions differ by less are parallel, rad (Shi: h1).
-  real(dp), parameter, public :: parallel = 3*acos(-1.0_dp)/180
+  real(dp), parameter, public :: parallel = 3*pi/180
 
   !> Whose rules contacts follow.
   integer, parameter, public :: rules_coulomb = 1, rules_conserving = 2, rules_shi = 3
@@ -150,5 +150,30 @@ module scree_contacts
     real(dp) :: leap = 0.25_dp              !! of the edges about, that a vertex may move beyond what its velocity makes
     type(shi_law_t) :: shi
   end type contact_law_t
+
+contains
+
+  !> Blocks of the vertex and of the edge of an entrance.
+  pure function blocks_of(outlines, entrance) result(block)
+    type(outlines_t), intent(in) :: outlines
+    type(entrance_t), intent(in) :: entrance
+    integer :: block(2)
+
+    block = outlines%block([entrance%vertex, entrance%edge])
+  end function blocks_of
+
+  !> How many contacts are open, sliding, locked.
+  pure function count_states(contact) result(number)
+    type(contact_t), intent(in) :: contact(:)
+    integer :: number(3)
+    integer :: i
+
+    number = 0
+    do i = 1, size(contact)
+      associate (state => contact(i)%entrance(contact(i)%active)%state)
+        number(state + 1) = number(state + 1) + 1
+      end associate
+    end do
+  end function count_states
 
 end module scree_contacts

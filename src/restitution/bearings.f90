@@ -3,12 +3,12 @@ module scree_bearings
   use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, gaps_and_slips, press
   use scree_contact_try, only: contact_try_t, of_elements, row_across
-  use scree_contacts, only: entrance_t, state_locked, state_open
+  use scree_contacts, only: blocks_of, entrance_t, state_locked, state_open
   use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
   use scree_impulse_problem, only: impulse_problem_t, impulses_t, resistance_of, velocity_at
   use scree_impulses, only: solve_compression
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
   use scree_rigid_bodies, only: add_motion, find_bodies, held_bodies, modes_of, motion_of, rigid_bodies_t
   use scree_sets, only: root_of, unite
@@ -62,7 +62,6 @@ module scree_bearings
   !> Bonds in one place are no farther from each other than this share of the shorter.
   real(dp), parameter :: of_a_bond = 1e-2_dp
 
-  real(dp), parameter :: full_turn = 8*atan(1.0_dp)
   integer, parameter :: n = element_unknowns
 
 contains
@@ -135,9 +134,11 @@ contains
     part_of = [(i, i=1, model%n_blocks)]
     lower = 0
     do i = 1, size(try%contact)
-      if (.not. holds(try%contact(i)%entrance(try%contact(i)%active))) cycle
-      lower(i) = minval(blocks_of(model, try, i))
-      upper(i) = maxval(blocks_of(model, try, i))
+      associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
+        if (.not. holds(entrance)) cycle
+        lower(i) = minval(blocks_of(model%outlines, entrance))
+        upper(i) = maxval(blocks_of(model%outlines, entrance))
+      end associate
     end do
     call sort_into(lower, model%n_blocks, first, bond)
     do b = 1, model%n_blocks
@@ -178,13 +179,13 @@ contains
 
     met = .false.
     do i = 1, size(try%contact)
-      if (has_closed(try, i)) met(part_of(blocks_of(model, try, i))) = .true.
+      if (has_closed(try, i)) met(part_of(blocks_of(model%outlines, try%contact(i)%entrance(1)))) = .true.
     end do
     k = 0
     do i = 1, size(try%contact)
       associate (contact => try%contact(i), law => try%law, entrance => try%contact(i)%entrance(try%contact(i)%active), &
                  start => try%start(try%contact(i)%active, i))
-        body = part_of(blocks_of(model, try, i))
+        body = part_of(blocks_of(model%outlines, entrance))
         if (body(1) == body(2)) cycle
         if (entrance%state == state_open .and. .not. start%closed .and. .not. any(met(body))) cycle
         k = k + 1
@@ -204,18 +205,6 @@ contains
     end do
     bearing = all_of_them(:k)
   end subroutine list_bearings
-
-  !> Blocks of vertex and edge of contact i.
-  pure function blocks_of(model, try, i) result(block)
-    type(model_t), intent(in) :: model
-    type(contact_try_t), intent(in) :: try
-    integer, intent(in) :: i
-    integer :: block(2)
-
-    associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
-      block = model%outlines%block([entrance%vertex, entrance%edge])
-    end associate
-  end function blocks_of
 
   !> Whether a bond holds: one that yields or has failed in the step slides, or is open.
   pure logical function holds(entrance)
@@ -256,7 +245,7 @@ contains
     logical :: stays(size(bearing))
     real(dp), allocatable :: motion(:, :)
     integer, allocatable :: open(:)
-    real(dp) :: approach, across(3, 2), borne(model%n_blocks), deformed, deformation(size(d)), resistance(2)
+    real(dp) :: approach, across(3, 2), borne(model%n_blocks), deformed, deformation(size(d)), fastest, resistance(2)
     integer :: i, k
 
     stays = [(held_from_start(try, bearing(i)%contact), i=1, size(bearing))]
@@ -271,6 +260,7 @@ contains
     end do
     where (held_bodies(model, state, part_of)) borne = huge(borne) ! what it bears is no load of a body that moves
     motion = motion_of(model, cache, state, bodies, state%velocity)
+    fastest = maxval(abs(motion(:2, :)))
     deformation = deformation_of(model, cache, state, part_of, d, bearing(open))
     do k = 1, size(open)
       associate (own => bearing(open(k)), active => try%contact(bearing(open(k))%contact)%active, &
@@ -281,7 +271,7 @@ contains
         deformed = across_contact(model, try, own%contact, deformation)
         if (.not. approach > round_off*sum(abs(across))) then ! others may drive its bodies together within the step
           approach = (try%start(active, own%contact)%gap - (now%gap - deformed))/rule%dt
-          if (.not. approach > together*maxval(abs(motion(:2, :)))) approach = 0.0_dp
+          if (.not. approach > together*fastest) approach = 0.0_dp
         end if
         own%moment = together*approach*rule%dt
         own%closes = (own%force(1) > 0 .or. now%gap < deformed + own%moment) .and. approach > 0
@@ -289,7 +279,7 @@ contains
         resistance = resistance_of(problem, k)
         if (resistance(1) > 0) then ! of two that are held there is nothing to swing
           own%energy = 0.5_dp*approach**2/resistance(1)
-          own%swing = full_turn/sqrt(resistance(1)*stiffness(1))
+          own%swing = 2*pi/sqrt(resistance(1)*stiffness(1))
           own%depth = approach/sqrt(resistance(1)*stiffness(1))
         end if
         own%strikes = own%closes .and. approach > minval(borne(own%block))*sqrt(resistance(1)/stiffness(1))

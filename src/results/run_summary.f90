@@ -1,7 +1,7 @@
 !> What a run came to: gathered in its steps, summed up at its end. Every number is one that the run has for its results too.
 module scree_run_summary
   use scree_bearings, only: blow_t
-  use scree_contacts, only: contact_t
+  use scree_contacts, only: blocks_of, contact_t
   use scree_deviation, only: share_off
   use scree_energy, only: dissipated_energy, stored_energy
   use scree_equilibrium, only: balance_t, tolerance_of
@@ -168,7 +168,7 @@ contains
     overlap%value = deepest%overlap
     overlap%time = time_of_run(state)
     associate (entrance => deepest%entrance(deepest%active), outlines => model%outlines)
-      overlap%blocks = outlines%block([entrance%vertex, entrance%edge])
+      overlap%blocks = blocks_of(outlines, entrance)
       overlap%position = state%vertex(:, outlines%start(entrance%vertex)) + model%origin
     end associate
   end subroutine take_overlap

@@ -6,7 +6,7 @@ module scree_make_effects
   use scree_contacts, only: shi_law_t
   use scree_cover_input, only: cover_quality_t
   use scree_interpolation, only: kinematics_of, kinematics_t
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   use scree_material, only: elasticity
   use scree_model, only: effects_t
   use scree_pairs, only: list_pairs, pair_of
@@ -250,7 +250,7 @@ contains
 
     !> Contact, where there is more than one block, or a joint in one under a mesh that may close.
     subroutine let_touch()
-      real(dp), parameter :: degree = acos(-1.0_dp)/180
+      real(dp), parameter :: degree = pi/180
 
       associate (s => scene%settings, joint => scene%joint_material)
         if (s%contact == contact_none) return
@@ -301,7 +301,7 @@ contains
       type(settings_t), intent(in) :: s
       integer, intent(in) :: n_joints
       real(dp) :: roughness(3, n_joints + 1)
-      real(dp), parameter :: degree = acos(-1.0_dp)/180
+      real(dp), parameter :: degree = pi/180
 
       roughness = 0.0_dp
       if (allocated(s%jrc)) roughness(1, :n_joints) = s%jrc*degree

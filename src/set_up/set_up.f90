@@ -12,7 +12,7 @@ module scree_set_up
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_fixed_bodies, only: leave_out_fixed
   use scree_interpolation, only: kinematics_of, kinematics_t, rigid_velocity
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, pi
   use scree_make_effects, only: make_effects
   use scree_outlines, only: make_outlines
   use scree_loaded_edges, only: absorb_on_edges, hold_edges, load_carriers, load_edges
@@ -309,7 +309,7 @@ contains
                     real_text(s%cover_edge))
           return
         end if
-        call regular_mesh(s%cover_edge, s%cover_origin - system%origin, s%cover_angle*(acos(-1.0_dp)/180), low, high, mesh)
+        call regular_mesh(s%cover_edge, s%cover_origin - system%origin, s%cover_angle*(pi/180), low, high, mesh)
       end if
       moved = blocks
       moved%vertex = state%vertex

@@ -139,7 +139,7 @@ contains
 
   end subroutine factorise_by_klu
 
-  !> Solves A x = b with the factors of the last matrix. Errors: none.
+  !> Solves A x = b with the factors of the last matrix. Errors: the library refuses.
   subroutine solve_by_klu(self, b, x, error)
     class(klu_t), intent(inout) :: self
     real(dp), intent(in), target, contiguous :: b(:)

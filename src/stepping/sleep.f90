@@ -7,7 +7,7 @@
 !> touches nothing that moves.
 module scree_sleep
   use scree_absorbing_edge, only: size_of_wave
-  use scree_contacts, only: contact_search_t, contact_t
+  use scree_contacts, only: blocks_of, contact_search_t, count_states
   use scree_effects, only: is_held_without_contact
   use scree_energy, only: books_of_fixed, close_books
   use scree_equations, only: forget_groups
@@ -113,7 +113,7 @@ contains
     wakes = .false.
     wakes(state%sleep%island(block)) = .true.
     associate (sleep => state%sleep, memory => state%contacts, of_block => model%outlines%block)
-      moves = [(any(wakes(sleep%island(blocks_of(model, sleep%contact(i))))), i=1, size(sleep%contact))]
+      moves = [(any(wakes(sleep%island(blocks_of(model%outlines, sleep%contact(i)%entrance(1))))), i=1, size(sleep%contact))]
       memory%contact = [memory%contact, pack(sleep%contact, moves)]
       sleep%contact = pack(sleep%contact, .not. moves)
       moves = [(any(wakes(sleep%island(of_block(sleep%inside(:, i))))), i=1, size(sleep%inside, 2))]
@@ -170,7 +170,7 @@ contains
       end associate
     end do
     associate (sleep => state%sleep, memory => state%contacts, of_block => model%outlines%block)
-      moves = [(any(sleep%island(blocks_of(model, memory%contact(i))) > 0), i=1, size(memory%contact))]
+      moves = [(any(sleep%island(blocks_of(model%outlines, memory%contact(i)%entrance(1))) > 0), i=1, size(memory%contact))]
       sleep%contact = [sleep%contact, pack(memory%contact, moves)]
       memory%contact = pack(memory%contact, .not. moves)
       moves = [(any(sleep%island(of_block(memory%inside(:, i))) > 0), i=1, size(memory%inside, 2))]
@@ -260,7 +260,7 @@ contains
       associate (entrance => state%contacts%contact(i)%entrance(1))
         if (model%outlines%fixed(entrance%vertex) .or. model%outlines%fixed(entrance%edge)) cycle
       end associate
-      joined = blocks_of(model, state%contacts%contact(i))
+      joined = blocks_of(model%outlines, state%contacts%contact(i)%entrance(1))
       call unite(island, joined(1), joined(2))
     end do
     if (allocated(model%effects%bolt)) then
@@ -393,29 +393,6 @@ contains
     state%books%contact_springs = sum(state%contacts%contact%energy)
     state%books%sleeping_springs = sum(state%sleep%contact%energy)
   end subroutine sum_up_contacts
-
-  !> The two blocks of a contact.
-  pure function blocks_of(model, contact) result(block)
-    type(model_t), intent(in) :: model
-    type(contact_t), intent(in) :: contact
-    integer :: block(2)
-
-    block = model%outlines%block([contact%entrance(1)%vertex, contact%entrance(1)%edge])
-  end function blocks_of
-
-  !> How many contacts are open, sliding, locked.
-  pure function count_states(contact) result(number)
-    type(contact_t), intent(in) :: contact(:)
-    integer :: number(3)
-    integer :: i
-
-    number = 0
-    do i = 1, size(contact)
-      associate (state => contact(i)%entrance(contact(i)%active)%state)
-        number(state + 1) = number(state + 1) + 1
-      end associate
-    end do
-  end function count_states
 
   !> Some columns of a list of pairs.
   pure function columns(list, which)

@@ -11,6 +11,7 @@ module scree_time_stepper
   use scree_body_search, only: draw_circles, list_all, move_circles, searches
   use scree_contact_search, only: predict_ways
   use scree_contact_try, only: contact_try_t, follow_motion
+  use scree_contacts, only: blocks_of
   use scree_critical_step, only: find_largest_step
   use scree_effects, only: mean_share_of_weight, refresh_elements, supports_move, supports_move_exactly, work_of_ramp
   use scree_energy, only: close_books, loss_of_step, work_of_step
@@ -264,9 +265,7 @@ contains
     integer :: blocks(2*size(try%contacts%contact)), i
 
     do i = 1, size(try%contacts%contact)
-      associate (entrance => try%contacts%contact(i)%entrance(1))
-        blocks(2*i - 1:2*i) = model%outlines%block([entrance%vertex, entrance%edge])
-      end associate
+      blocks(2*i - 1:2*i) = blocks_of(model%outlines, try%contacts%contact(i)%entrance(1))
     end do
     if (any(state%sleep%island(blocks) > 0)) reached = pack(blocks, state%sleep%island(blocks) > 0)
   end subroutine find_sleepers
