@@ -294,7 +294,7 @@ contains
           if (sleep%island(b) == 0) cycle
           change = norm2(mean_over(effects%point_load%table(i), state%time, to) &
                          - value_at(effects%point_load%table(i), sleep%since(b)))
-          is_disturbed(b) = is_disturbed(b) .or. change > share*sum(effects%gravity%weight, of_element == b)
+          is_disturbed(b) = is_disturbed(b) .or. change > share*sum(abs(effects%gravity%weight), of_element == b)
         end do
       end if
       if (allocated(effects%fixed_point)) then
@@ -330,7 +330,7 @@ contains
         if (allocated(effects%absorbing_edge)) &
           change = change + size_of_wave(effects%absorbing_edge, e, state%point, &
                                          change_of(effects%absorbing_edge%wave, state%sleep%since(b)))
-        is_shaken(b) = is_shaken(b) .or. change > effects%sleep*effects%gravity%weight(e)
+        is_shaken(b) = is_shaken(b) .or. change > effects%sleep*abs(effects%gravity%weight(e))
       end associate
     end do
 
