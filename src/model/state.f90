@@ -100,6 +100,7 @@ module scree_state
     real(dp) :: step = 0.0_dp                  !! largest error of the last step, length
     real(dp) :: excess = 1.0_dp                !! size of the last step over that which the accuracy asked for
     integer :: rough = 0                       !! blocks whose contacts opened or closed in the last step
+    logical :: lost = .false.                  !! a block was off by more than all have gone, and than it is large
   end type deviation_t
 
   !> Positions, motion, stress and the memory of contacts at one time.

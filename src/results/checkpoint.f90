@@ -348,6 +348,7 @@ contains
     call archive%part('deviation%step', own%step)
     call archive%part('deviation%excess', own%excess)
     call archive%part('deviation%rough', own%rough)
+    call archive%part('deviation%lost', own%lost)
     if (archive%reading .and. allocated(own%place)) call move_alloc(own, deviation)
   end subroutine visit_deviation
 

@@ -134,6 +134,9 @@ contains
       call estimate_block(model, before, after, b, changed(b), strike(b), span, state%deviation, step)
       state%deviation%way = max(state%deviation%way, displacement(after, state%deviation, b))
     end do
+    associate (own => state%deviation)
+      own%lost = own%lost .or. any(error_of_blocks(own) > max(own%way, after%gyration))
+    end associate
     state%deviation%rough = count(changed(model%free_block))
     state%deviation%step = maxval(step%at_end)
 
@@ -209,7 +212,7 @@ contains
     type(defect_t), intent(inout) :: own
     type(step_error_t), intent(inout) :: step
     real(dp), dimension(3) :: added, aside, by_late, carried, end_velocity, moved
-    real(dp) :: at, earlier, harder, late, turned
+    real(dp) :: at, earlier, faster, harder, late, turned
 
     at = strike%at/strike%speed
     late = span%dt - at
@@ -224,7 +227,8 @@ contains
         u = u + by_late
         return
       end if
-      earlier = (strike%ahead + at*strike%faster)/strike%speed
+      faster = within(strike%faster/strike%speed, 1.0_dp) ! errors that are not small do not multiply from blow to blow
+      earlier = within(strike%ahead/strike%speed + at*faster, span%time)
       harder = strike%gain/strike%speed
       by_late = by_late + late*harder*added/(1 + model%effects%contact%restitution) &
                 + turned*added/max(tiny(late), sum(added**2))
@@ -232,7 +236,7 @@ contains
       moved(3) = before%gyration(b)*(after%rotation(b) - before%rotation(b))
       aside = moved - at*(before%velocity(:, b) + 0.5_dp*at*a) - late*(end_velocity - by_late - 0.5_dp*late*a)
       carried = e + at*u + added*earlier + aside
-      u = u + added*strike%faster/strike%speed
+      u = u + added*faster
       carried = carried + late*u
       u = u + by_late + (late - earlier)*a - earlier*harder*added
       own%place = carried - e - span%dt*u
@@ -241,6 +245,13 @@ contains
       step%struck_at(b) = at/span%dt
     end associate
   end subroutine take_blow
+
+  !> A number, or the bound of its size that it is beyond.
+  pure real(dp) function within(number, bound)
+    real(dp), intent(in) :: number, bound
+
+    within = max(-bound, min(bound, number))
+  end function within
 
   !> What is wrong with a step of one block, as far as the motion at its ends tells; remembers its acceleration.
   pure function defect_of(model, before, after, b, changed, span, deviation) result(own)
@@ -447,13 +458,15 @@ contains
           *maxval(norm2(motion%velocity, 1))
   end function way_of_run
 
-  !> How far the run is estimated to be off, a share of the displacement of the scene: of growth and of the places, the larger.
+  !> How far the run is estimated to be off, a share of the displacement of the scene: of growth and of the places, the larger; all
+  !> of it where a block was off by more than that on the way, as nobody knows what it met then.
   pure real(dp) function share_off(model, cache, deviation) result(share)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(deviation_t), intent(in) :: deviation
 
     share = max(maxval(error_of_blocks(deviation))/scale_of(model, cache, deviation), maxval(abs(deviation%growth)))
+    if (deviation%lost) share = max(share, 1.0_dp)
   end function share_off
 
   !> Estimated error of the place of each block, length.

@@ -83,7 +83,8 @@ contains
     real(dp), allocatable :: numbers(:)
 
     numbers = [own%from, own%place, own%motion, own%acceleration, own%restoring, own%slow, own%pace]
-    numbers = [numbers, own%growth, own%impact, own%late, own%way, own%step, own%excess, real(own%rough, dp)]
+    numbers = [numbers, own%growth, own%impact, own%late, own%way, own%step, own%excess, real(own%rough, dp), &
+               merge(1.0_dp, 0.0_dp, own%lost)]
   end function numbers_of_deviation
 
   !> Likewise of a matrix whose factor is kept.
