@@ -30,6 +30,7 @@ module scree_contact_detection
   real(dp), parameter :: flush = 1e-4_dp          !! of the edges about, up to which corners of blocks side by side are one
   real(dp), parameter :: most_flush = 1e-2_dp     !! likewise, of blocks that springs let sink
   real(dp), parameter :: on_it = 1e-9_dp          !! likewise, up to which a corner over a line lies on it
+  integer, parameter :: both_lines = 3            !! of a contact, that something lies flush with
 
 contains
 
@@ -197,12 +198,17 @@ contains
     subroutine meet_tips(i, j, meeting)
       integer, intent(in) :: i, j
       type(meeting_t), intent(inout) :: meeting
-      integer :: before, k
+      integer :: before, had, k, line
 
       before = n_found
       do k = 1, meeting%n
-        if (may_rest) meeting%encounter(k)%covered = covered_line(i, j, meeting%encounter(k))
+        line = 0
+        if (may_rest) line = covered_line(i, j, meeting%encounter(k))
+        if (line /= both_lines) meeting%encounter(k)%covered = line
+        had = n_found
         call add(meeting%encounter(k))
+        if (line /= both_lines .or. n_found == had) cycle
+        if (all(found(n_found)%entrance%state == state_open)) n_found = had ! what lies flush bears, and the tips nothing
       end do
       if (n_found > before + 1) call let_one_bear(before)
       if (.not. corners_turn(try%law)) return
@@ -259,7 +265,7 @@ contains
     !> overlap with that block, on which it slides. It would be caught by a side that nothing can get at. 0 where there is none.
     !>
     !> Over the joint itself that block lies flush with both lines, and the corner may be on the other one; then it is the line that
-    !> it is about to cross, and farther than the other one.
+    !> it is about to cross, and farther than the other one; both where it goes no farther than springs give, as where blocks rest.
     pure integer function covered_line(i, j, encounter) result(line)
       integer, intent(in) :: i, j
       type(encounter_t), intent(in) :: encounter
@@ -274,6 +280,7 @@ contains
       if (all(covered)) then
         on_line = on_it*min(survey%local(i), survey%local(j))
         ahead = [(gap_ahead(encounter%line(k)%vertex(1), encounter%line(k)%edge(1)), k=1, 2)]
+        if (maxval(abs(ahead - gap)) <= give_of(i, j)) line = both_lines
         do k = 1, 2
           if (gap(3 - k) < on_line .and. gap(k) > -on_line .and. ahead(k) < min(0.0_dp, ahead(3 - k)) - on_line) line = k
         end do
@@ -303,8 +310,7 @@ contains
         if (try%nearby(2, k) /= i) return
         associate (c => try%nearby(1, k), block => outlines%block, local => survey%local)
           if (any(block(c) == block([i, j]))) cycle
-          if (norm2(survey%start(:, c) - survey%start(:, j)) > min(most_flush*min(local(c), local(j)), &
-                                                                   flush*min(local(c), local(j)) + 2*memory%pressed)) cycle
+          if (norm2(survey%start(:, c) - survey%start(:, j)) > give_of(c, j)) cycle
           if (norm2(predicted(:, c) - predicted(:, j)) > near_at_rest*min(local(c), local(j))) cycle ! it slides by
           associate (own => survey%corner(j), cover => survey%corner(c))
             covered(1) = covered(1) .or. abs(turn(cover%from + cover%angle - own%from)) < parallel
@@ -313,6 +319,15 @@ contains
         end associate
       end do
     end function covered_edges
+
+    !> How far the corners of blocks that lie flush may be apart, as springs let them sink.
+    pure real(dp) function give_of(i, j)
+      integer, intent(in) :: i, j
+
+      associate (local => min(survey%local(i), survey%local(j)))
+        give_of = min(most_flush*local, flush*local + 2*memory%pressed)
+      end associate
+    end function give_of
 
     !> First pair nearby with edge i, by bisection.
     pure integer function first_at_edge(i) result(low)

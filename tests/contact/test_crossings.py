@@ -34,3 +34,21 @@ def test_columns_of_blocks_bear_their_own_weight(carried, tmp_path):
             carried=carried, steps=300, dt=0.01, fixed=[(x, y, 1) for x, y in blocks[0]])
     above = 5.5 - np.repeat(np.arange(6), 6)
     np.testing.assert_allclose(f.stress(-1)[1:, 1], -2500 * G * above, rtol=5e-3)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("way", [-1, 1])
+@pytest.mark.parametrize("off", [0.0, 1e-9, 1e-6, 1e-5, -1e-6])
+@pytest.mark.parametrize("dt", [0.005, 0.001])
+def test_a_block_whose_corner_stands_on_a_joint_slides(mode, way, off, dt, tmp_path):
+    """On two blocks that lie flush, by g (sin a - cos a tan phi) t^2/2 either way, however near the joint its lower corner is. It hung on
+    the side of the block beside it, which nothing can get at."""
+    angle, phi = np.radians(12), 10.0
+    blocks = [box(-4, -0.5, 4, 0.5), box(0, -0.5, 6, 0.5), box(off, 0, 0.6, 0.4)]
+    if way > 0:
+        blocks = [np.array([(-x, y) for x, y in b[::-1]]) for b in blocks]
+    push = f"0 {-way * G * np.sin(angle)!r} {G * np.cos(angle)!r}"
+    f = run(tmp_path, blocks, f"{MODES[mode]}\n&support both=-6 -0.5 6 -0.5 /\n&acceleration table={push} 1e6 {push[2:]} /",
+            rock=(2500, 0, 1e9, 0.2), phi=phi, steps=round(0.5 / dt), dt=dt, measured=[(*blocks[2].mean(0), 3)])
+    expected = G * (np.sin(angle) - np.cos(angle) * np.tan(np.radians(phi))) * 0.5**2 / 2
+    assert way * f.measured_points.displacement[-1, 0, 0] == pytest.approx(expected, rel=2e-2)
