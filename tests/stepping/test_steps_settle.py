@@ -86,7 +86,7 @@ def test_jointed_rock_that_nothing_holds_falls_as_one(strain, tmp_path):
     way = results.bodies.centroid[-1] - results.bodies.centroid[0]
     fall = 0.5 * 25506 / 2600 * results.history.time[-1] ** 2
     assert len(way) == 697
-    assert np.ptp(way, axis=0).max() < 1e-12
+    assert np.ptp(way, axis=0).max() < 1e-10 * fall
     assert way[:, 1].mean() == pytest.approx(-fall, rel=1e-3)
 
 
