@@ -16,7 +16,7 @@ TOLERANCE = 1e-8  # of the largest force, as a step asks for
 def run(tmp_path_factory):
     """Runs a small column that collapses, whose contacts run in circles, with settings; returns its results file."""
     folder = tmp_path_factory.mktemp("column")
-    decks = scenes.column(16, end=0.1).write(folder, 0.005)
+    decks = scenes.column(16, end=0.3).write(folder, 0.005)
 
     def run(name, *settings):
         scree.run(*decks, output=folder / f"{name}.h5", settings=settings)
