@@ -1,11 +1,11 @@
 """Words of command lines that several tools take: what is a number, what is not, and what is said then."""
 import argparse
-import contextlib
 import os
 import pathlib
 import shutil
 import signal
 import subprocess
+import sys
 import time
 
 import ezdxf
@@ -112,14 +112,18 @@ def test_ctrl_c_is_one_line(folder, tool, words):
         assert process.stderr.readline() == "film: 41 of 401 frames\n"
     else:
         wait_for(begun, process)
-    for _ in range(3):  # again where it met Python in what passes over exceptions
-        os.killpg(process.pid, signal.SIGINT)  # as a terminal does
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(3)
-            break
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     said = [line for line in process.communicate()[1].splitlines() if not line.startswith("film: ")]
     assert process.returncode == 130 and said == [f"tools/{tool}: stopped"]
     assert not list(folder.glob("film*")) and not list(folder.glob("*/trial.h5"))
+
+
+def test_ctrl_c_where_python_passes_over_exceptions_comes_again():
+    """As while it frees what a picture had."""
+    main = ("import signal, time\nfrom scree.arguments import ends_in_a_line\nclass Freed:\n def __del__(self):\n  signal.raise_signal(signal.SIGINT)\n"
+            "@ends_in_a_line\ndef main():\n freed = Freed()\n del freed\n time.sleep(60)\nraise SystemExit(main())")
+    done = subprocess.run([sys.executable, "-c", main], capture_output=True, text=True, timeout=50)
+    assert done.returncode == 130 and len(done.stderr.splitlines()) == 1 and done.stderr.endswith(": stopped\n"), done.stderr
 
 
 def wait_for(path, process):

@@ -1,4 +1,5 @@
 """Command lines: what all commands have in common, and what their words may be, as types for argparse."""
+import _thread
 import argparse
 import contextlib
 import functools
@@ -8,6 +9,7 @@ import pathlib
 import re
 import signal
 import sys
+import threading
 
 from .errors import ScreeError
 
@@ -37,6 +39,7 @@ def ends_in_a_line(main):
     nobody reads any more, Ctrl-C."""
     @functools.wraps(main)
     def ending():
+        sys.unraisablehook = interrupt_again
         try:
             status = main()
             sys.stdout.flush()
@@ -56,6 +59,14 @@ def ends_in_a_line(main):
             say("stopped")
             return STOPPED
     return ending
+
+
+def interrupt_again(passed_over):
+    """Ctrl-C that met Python where it passes over exceptions, as while it frees a figure, comes again a moment later."""
+    if passed_over.exc_type is KeyboardInterrupt:
+        threading.Timer(0.05, _thread.interrupt_main).start()
+    else:
+        sys.__unraisablehook__(passed_over)
 
 
 def give_up_output():
