@@ -1,5 +1,4 @@
 """Command lines: what all commands have in common, and what their words may be, as types for argparse."""
-import _thread
 import argparse
 import contextlib
 import functools
@@ -64,7 +63,7 @@ def ends_in_a_line(main):
 def interrupt_again(passed_over):
     """Ctrl-C that met Python where it passes over exceptions, as while it frees a figure, comes again a moment later."""
     if passed_over.exc_type is KeyboardInterrupt:
-        threading.Timer(0.05, _thread.interrupt_main).start()
+        threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGINT)).start()
     else:
         sys.__unraisablehook__(passed_over)
 
