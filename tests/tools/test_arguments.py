@@ -122,7 +122,8 @@ def test_ctrl_c_where_python_passes_over_exceptions_comes_again():
     """As while it frees what a picture had."""
     main = ("import signal, time\nfrom scree.arguments import ends_in_a_line\nclass Freed:\n def __del__(self):\n  signal.raise_signal(signal.SIGINT)\n"
             "@ends_in_a_line\ndef main():\n freed = Freed()\n del freed\n time.sleep(60)\nraise SystemExit(main())")
-    done = subprocess.run([sys.executable, "-c", main], capture_output=True, text=True, timeout=50)
+    done = subprocess.run([sys.executable, "-c", main], capture_output=True, text=True, timeout=50,
+                          env=os.environ | {"PYTHONPATH": str(SOURCE / "tools")})
     assert done.returncode == 130 and len(done.stderr.splitlines()) == 1 and done.stderr.endswith(": stopped\n"), done.stderr
 
 
