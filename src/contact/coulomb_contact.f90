@@ -181,7 +181,7 @@ contains
   end function entrance_that_acts
 
   !> Which of two lines, both crossed at the end of the step, was crossed last: there the vertices entered. Of two that are crossed
-  !> at once, as where four corners meet, that which is crossed less: the other is closed by what lies flush with it.
+  !> at once, as by corners that touch tip to tip, that which is crossed less.
   pure integer function crossed_last(from, to)
     real(dp), intent(in) :: from(2), to(2) !! gaps at the beginning and at the end of the step, length
     real(dp) :: met(2)                     !! share of the step at which each was crossed; 0: before

@@ -17,8 +17,9 @@ module scree_joint_stiffness
   real(dp), parameter :: at_end = 1e-3_dp
   !> Of the shorter edge: a corner that meets an edge beside its end, or another corner, stands for so much.
   real(dp), parameter :: least = 0.05_dp
-  !> The same of edges that lie on each other from the start: what comes later may slide on, and keeps what it stands for then.
-  real(dp), parameter :: least_as_drawn = 1e-3_dp
+  !> The same of edges that lie on each other from the start of the run, or of a stage that changes their stiffness: what comes
+  !> later may slide on, and keeps what it stands for then.
+  real(dp), parameter :: least_from_start = 1e-3_dp
   !> Of the mean of bonds: one is as stiff as if it stood for so much. Softer ones take steps more solutions.
   real(dp), parameter :: least_bond = 0.01_dp
   !> How fast an edge of a corner counts less as it turns from facing the contact's edge, while the other faces it better.
@@ -28,11 +29,11 @@ contains
 
   !> Gives a contact its stiffness across and along: the stiffer one of its lines, by their joints, of which those without a
   !> stiffness have that of contact; of a bond, that of its line, by the length that it stands for.
-  pure subroutine stiffen_contact(outlines, position, law, as_drawn, bonds, contact)
+  pure subroutine stiffen_contact(outlines, position, law, from_start, bonds, contact)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
     type(contact_law_t), intent(in) :: law
-    logical, intent(in) :: as_drawn            !! the blocks lie where the scene has them
+    logical, intent(in) :: from_start          !! of the run, or of a stage
     real(dp), intent(in) :: bonds              !! that a bond with the stiffness of contact stands for; 0: each has that; length
     type(contact_t), intent(inout) :: contact
     real(dp) :: own(2), stiffness(2)
@@ -47,7 +48,7 @@ contains
       associate (entrance => contact%entrance(k))
         own = [law%normal_stiffness, law%shear_stiffness]
         if (has_its_own(law, entrance)) then
-          own = law%joint_stiffness(:, entrance%joint)*length_of_contact(outlines, position, as_drawn, entrance)
+          own = law%joint_stiffness(:, entrance%joint)*length_of_contact(outlines, position, from_start, entrance)
         else if (bond > 0 .and. bonds > 0) then
           own = max(entrance%length/bonds, least_bond)*own
         end if
@@ -222,16 +223,16 @@ contains
   !>
   !> Where no edge at the vertex is parallel to that one, a corner, it is half of what their shadows on it have in common with it,
   !> and that edge counts that faces it better.
-  pure real(dp) function length_of_contact(outlines, position, as_drawn, entrance) result(length)
+  pure real(dp) function length_of_contact(outlines, position, from_start, entrance) result(length)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
-    logical, intent(in) :: as_drawn            !! the blocks lie where the scene has them
+    logical, intent(in) :: from_start          !! of the run, or of a stage
     type(entrance_t), intent(in) :: entrance
     real(dp) :: common(2), facing(2), shorter
 
     call face(outlines, position, entrance, common, facing, shorter)
     if (any(facing >= cos(parallel))) then
-      length = max(0.5_dp*sum(common, facing >= cos(parallel)), merge(least_as_drawn, least, as_drawn)*shorter)
+      length = max(0.5_dp*sum(common, facing >= cos(parallel)), merge(least_from_start, least, from_start)*shorter)
     else
       length = max(0.5_dp*sum(common*(facing/maxval(facing))**turned_away, facing > 0), least*shorter)
     end if

@@ -129,7 +129,7 @@ def test_small_strain_makes_no_more_area_than_was_asked(tmp_path, accuracy):
     assert r.history.error.growth[-1] == pytest.approx(growth, rel=0.05)
 
 
-def falling(folder, boxes, end, *groups):
+def falling(folder, boxes, end):
     """A run of boxes that fall on the first, and on each other, and bounce with all of their speed."""
     lines = [f"{x0!r} {y0!r} {x1!r} {y1!r} 1" for a, b, c, d in boxes
              for (x0, y0), (x1, y1) in zip([(a, b), (c, b), (c, d), (a, d)], [(c, b), (c, d), (a, d), (a, b)])]
