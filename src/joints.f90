@@ -3,7 +3,7 @@ module scree_joints
   use scree_block_input, only: blocks_t, joined_text, make_blocks, scale_of_lines
   use scree_deck_text, only: read_text
   use scree_errors, only: error_t, fail, status_bad_input
-  use scree_files, only: holds_something, refuse_to_replace, same_file
+  use scree_files, only: holds_something, is_directory, refuse_to_replace, same_file
   use scree_geometry_deck, only: write_geometry_deck
   use scree_joint_sets, only: draw_joints
   use scree_joints_deck, only: joints_t, read_joints_deck
@@ -34,14 +34,12 @@ contains
     type(line_t), allocatable :: boundary(:), traces(:)
     real(dp) :: shortest
     character(len=:), allocatable :: counts
-    logical :: there
 
     if (same_file(geometry_path, deck_path)) then
       call fail(error, status_bad_input, geometry_path//': expected another file for the geometry, found the deck of joint sets')
       return
     end if
-    inquire (file=geometry_path//'/.', exist=there)
-    if (there) then
+    if (is_directory(geometry_path)) then
       call fail(error, status_bad_input, geometry_path//': expected a file for the geometry, found a directory')
       return
     end if

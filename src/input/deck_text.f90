@@ -9,6 +9,7 @@ module scree_deck_text
   use scree_deck_options, only: deck_options_t, find_option
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_file_bytes, only: read_bytes
+  use scree_files, only: is_directory
   use scree_kinds, only: dp, i8
   use scree_text, only: number_text, real_of, real_text
   implicit none
@@ -72,8 +73,7 @@ contains
     integer :: begin, i, line, n
     logical :: there
 
-    inquire (file=name//'/.', exist=there)
-    if (there) then
+    if (is_directory(name)) then
       call fail(error, status_bad_input, name//': expected a deck, found a directory')
       return
     end if

@@ -6,7 +6,7 @@ module scree_results_target
   use, intrinsic :: iso_fortran_env, only: int64
   use scree_classic_output, only: classic_path, may_replace_classic
   use scree_errors, only: error_t, fail, status_bad_input
-  use scree_files, only: holds_something, refuse_to_replace
+  use scree_files, only: holds_something, is_directory, refuse_to_replace
   use scree_hdf5_reading, only: begin_hdf5
   use scree_hdf5_writing, only: check_status, keep_within_pages
   use scree_xdmf, only: may_replace_xdmf, xdmf_path
@@ -23,10 +23,8 @@ contains
     character(len=*), intent(in) :: path
     logical, intent(in) :: with_xdmf, with_classic
     type(error_t), allocatable, intent(out) :: error
-    logical :: there
 
-    inquire (file=path//'/.', exist=there)
-    if (there) then
+    if (is_directory(path)) then
       call fail(error, status_bad_input, path//': expected a file for the results, found a directory')
       return
     end if

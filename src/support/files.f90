@@ -4,7 +4,7 @@ module scree_files
   use scree_errors, only: error_t, fail, status_bad_input
   implicit none
   private
-  public :: beginning_of, check_size, holds_something, refuse_to_replace, same_file
+  public :: beginning_of, check_size, holds_something, is_directory, refuse_to_replace, same_file
 
 contains
 
@@ -12,12 +12,18 @@ contains
   logical function holds_something(path)
     character(len=*), intent(in) :: path
     integer(int64) :: size_
-    logical :: directory, there
+    logical :: there
 
     inquire (file=path, exist=there, size=size_)
-    inquire (file=path//'/.', exist=directory)
-    holds_something = there .and. size_ > 0 .and. .not. directory
+    holds_something = there .and. size_ > 0 .and. .not. is_directory(path)
   end function holds_something
+
+  !> Whether a name is of a directory.
+  logical function is_directory(path)
+    character(len=*), intent(in) :: path
+
+    inquire (file=path//'/.', exist=is_directory)
+  end function is_directory
 
   !> Whether two names, by whatever way or link, are of one file that holds something.
   logical function same_file(a, b)
