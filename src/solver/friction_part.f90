@@ -3,14 +3,14 @@
 !> The part has a solution where the whole has one by the theorem (doc/theory.md, section 4): its matrix is a principal one of a
 !> matrix that is definite.
 module scree_friction_part
-  use scree_friction_problem, only: friction_problem_t, place_springs, spring_elsewhere
+  use scree_friction_problem, only: acts_on, friction_problem_t, place_springs, spring_elsewhere, unknowns_about
   use scree_friction_solver, only: effort_quick, friction_work_t, solve_friction
   use scree_kinds, only: dp
   use scree_sparse_matrix, only: on_fewer_rows
   use scree_timers, only: begin_phase, phase_friction, timers_t
   implicit none
   private
-  public :: part_about, part_of, solve_about
+  public :: part_of, solve_about
 
   !> Share of the unknowns that are settled apart from the others, at most.
   real(dp), parameter :: largest_part = 0.25_dp
@@ -35,7 +35,7 @@ contains
     integer, allocatable :: list(:), own_state(:)
     real(dp), allocatable :: own(:)
 
-    is_part = part_about(problem, about, reach)
+    is_part = unknowns_about(problem, about, reach)
     state = spring_elsewhere
     found = count(is_part) <= largest_part*size(is_part)
     if (.not. found) return
@@ -48,29 +48,6 @@ contains
     x = unpack(own, is_part, x)
   end subroutine solve_about
 
-  !> Unknowns that some springs act on, and `reach` times those that the matrix has room to couple with them.
-  pure function part_about(problem, is_seed, reach) result(is_part)
-    type(friction_problem_t), intent(in) :: problem
-    logical, intent(in) :: is_seed(:)            !! (m) springs
-    integer, intent(in) :: reach
-    logical :: is_part(size(problem%force))      !! (n) unknowns
-    logical :: before(size(problem%force))
-    integer :: i, j
-
-    is_part = .false.
-    do i = 1, size(is_seed)
-      if (is_seed(i)) is_part(problem%row(:problem%length(i), i)) = .true.
-    end do
-    associate (matrix => problem%matrix)
-      do i = 1, reach
-        before = is_part
-        do j = 1, matrix%n
-          if (before(j)) is_part(matrix%row(matrix%first(j) + 1:matrix%first(j + 1)) + 1) = .true.
-        end do
-      end do
-    end associate
-  end function part_about
-
   !> The problem of some of the unknowns, with the springs that act on them.
   pure subroutine part_of(problem, is_part, list, part)
     type(friction_problem_t), intent(in) :: problem
@@ -78,17 +55,13 @@ contains
     integer, allocatable, intent(out) :: list(:) !! springs of the part, by their numbers in the problem
     type(friction_problem_t), intent(out) :: part
     integer :: number(size(is_part)), i, k, w
-    logical :: acts(size(problem%spring))
 
     w = 0
     do i = 1, size(is_part)
       if (is_part(i)) w = w + 1
       number(i) = w
     end do
-    do i = 1, size(acts)
-      acts(i) = any(is_part(problem%row(:problem%length(i), i)))
-    end do
-    list = pack([(i, i=1, size(acts))], acts)
+    list = pack([(i, i=1, size(problem%spring))], acts_on(problem, is_part))
     part%matrix = on_fewer_rows(problem%matrix, is_part)
     part%symmetric = problem%symmetric
     part%force = pack(problem%force, is_part)

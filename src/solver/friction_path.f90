@@ -35,6 +35,7 @@ module scree_friction_path
     real(dp) :: t = 0.0_dp
     real(dp) :: sense = 1.0_dp                      !! of t
     integer, allocatable :: state(:)                !! (m)
+    logical, allocatable :: turned(:)               !! (m) t turned back where they changed
     real(dp), allocatable :: pressing(:), shear(:)  !! (m) forces as if closed and locked
     real(dp), allocatable :: pressing_rate(:), shear_rate(:) !! (m) by t
     real(dp), allocatable :: start_force(:)         !! (n) F(x0)
@@ -53,8 +54,9 @@ module scree_friction_path
 
 contains
 
-  !> Follows the path from `x` to a solution. Where it ends elsewhere, `found` is false and `x` and `state` mean nothing.
-  subroutine follow_path(problem, most, patient, solver, timers, x, state, found, factors, pieces)
+  !> Follows the path from `x` to a solution. Where it ends elsewhere, `found` is false and `x` and `state` mean nothing; `turned`
+  !> tells what it is that leads it back.
+  subroutine follow_path(problem, most, patient, solver, timers, x, state, found, factors, pieces, turned)
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: most                !! pieces to cross
     logical, intent(in) :: patient             !! it may wander
@@ -65,26 +67,30 @@ contains
     logical, intent(out) :: found
     integer, intent(out) :: factors            !! of matrices
     integer, intent(out) :: pieces             !! crossed
+    logical, intent(out) :: turned(:)          !! (m) springs where t turned back as they changed
     type(path_t) :: path
     logical :: goes_on
 
     call begin_path(problem, x, solver, timers, path, goes_on)
     call cross_pieces(problem, most, patient, solver, timers, path, goes_on, x, state, found, factors, pieces)
+    turned = path%turned
   end subroutine follow_path
 
-  !> Follows the path on which all springs come from apart: at t = 0 gaps are so much wider that nothing touches, and limits of the
-  !> shear of bonds so much higher that none yields, and t takes that back.
+  !> Follows the path on which springs come from apart: at t = 0 their gaps are so much wider that none of them presses, and limits
+  !> of the shear of their bonds so much higher that none yields, and t takes that back.
   !>
-  !> Where A is positive definite and forces act along the rows of changes it leads to a solution: what solves the problem of any t
-  !> is bounded, and before t = 0 there is nothing but the start, so the path cannot end or come back there (doc/theory.md). What
-  !> gaps are wider by differs from spring to spring, as no two are to meet their faces at once.
-  subroutine bring_together(problem, most, refined, solver, timers, x, state, found, factors, pieces)
+  !> Where all come, A is positive definite and forces act along the rows of changes it leads to a solution: what solves the problem
+  !> of any t is bounded, and before t = 0 there is nothing but the start, so the path cannot end or come back there
+  !> (doc/theory.md). What gaps are wider by differs from spring to spring, as no two are to meet their faces at once. Bonds come
+  !> with all springs alone.
+  subroutine bring_together(problem, is_apart, most, refined, solver, timers, x, state, found, factors, pieces)
     type(friction_problem_t), intent(in) :: problem
+    logical, intent(in) :: is_apart(:)         !! (m) these springs
     integer, intent(in) :: most                !! pieces to cross
     logical, intent(in) :: refined             !! directions are, against rounding that turns the path round
     type(linear_solver_t), intent(inout) :: solver !! of matrices of the problem's pattern
     type(timers_t), intent(inout) :: timers
-    real(dp), intent(out), contiguous :: x(:)  !! (n)
+    real(dp), intent(inout), contiguous :: x(:) !! (n) where the others settle, then the solution
     integer, intent(out) :: state(:)           !! (m) at the solution
     logical, intent(out) :: found
     integer, intent(out) :: factors            !! of matrices
@@ -93,7 +99,7 @@ contains
     logical :: goes_on
 
     path%refines = refined
-    call begin_apart(problem, solver, timers, path, goes_on)
+    call begin_apart(problem, is_apart, x, solver, timers, path, goes_on)
     call cross_pieces(problem, most, .true., solver, timers, path, goes_on, x, state, found, factors, pieces)
   end subroutine bring_together
 
@@ -153,33 +159,39 @@ contains
     if (goes_on) call find_direction(problem, solver, path, goes_on)
   end subroutine begin_path
 
-  !> Begins the path from apart: where forces balance without contact, and bonds hold any shear.
-  subroutine begin_apart(problem, solver, timers, path, goes_on)
+  !> Begins the path from apart: where forces balance without some contacts, and some bonds hold any shear.
+  subroutine begin_apart(problem, is_apart, x, solver, timers, path, goes_on)
     type(friction_problem_t), intent(in) :: problem
+    logical, intent(in) :: is_apart(:)          !! (m) these springs
+    real(dp), intent(in), contiguous :: x(:)    !! (n) where the others settle
     type(linear_solver_t), intent(inout) :: solver
     type(timers_t), intent(inout) :: timers
     type(path_t), intent(inout) :: path
     logical, intent(out) :: goes_on
-    real(dp) :: beyond, gap
+    real(dp) :: beyond, gap, limit
     integer :: i
 
     call allocate_path(size(problem%force), size(problem%spring), path)
     associate (spring => problem%spring)
-      path%state = merge(spring_locked, spring_open, spring%bonded)
-      path%x = 0.0_dp*problem%force
-      path%start_force = problem%force
+      path%x = x
+      call find_rest(problem, x, path%state, path%start_force)
+      where (is_apart) path%state = merge(spring_locked, spring_open, spring%bonded)
+      call measure(problem, path)
+      path%start_force = problem%force - times(problem%matrix, x)
       do i = 1, size(spring)
-        if (spring(i)%bonded) call add_spring_force(problem, i, [spring(i)%pressing, spring(i)%shear], path%start_force)
+        limit = spring(i)%friction*path%pressing(i) + spring(i)%cohesion
+        call add_spring_force(problem, i, forces_in(path%state(i), path%pressing(i), path%shear(i), limit), path%start_force)
       end do
       call rebase(problem, path, solver, timers, goes_on)
       if (.not. goes_on) return
-      path%x = path%base_direction
+      path%x = path%x + path%base_direction
       path%start_force = 0.0_dp
       path%base_direction = 0.0_dp
       call measure(problem, path)
-      gap = max(0.0_dp, maxval(abs(path%pressing)/spring%stiffness, .not. spring%bonded))
-      beyond = max(0.0_dp, maxval(abs(path%shear) + spring%friction*abs(path%pressing), spring%bonded))
+      gap = max(0.0_dp, maxval(abs(path%pressing)/spring%stiffness, is_apart .and. .not. spring%bonded))
+      beyond = max(0.0_dp, maxval(abs(path%shear) + spring%friction*abs(path%pressing), is_apart .and. spring%bonded))
       do i = 1, size(spring)
+        if (.not. is_apart(i)) cycle
         if (spring(i)%bonded) path%apart(2, i) = beyond*(1 + modulo(golden*i, 1.0_dp))
         if (.not. spring(i)%bonded) path%apart(1, i) = gap*spring(i)%stiffness*(1 + modulo(golden*i, 1.0_dp))
       end do
@@ -196,6 +208,7 @@ contains
     allocate (path%pressing(m), path%shear(m), path%pressing_rate(m), path%shear_rate(m), path%state(m), &
               path%answer(n, 2*most_changed), path%influence(2*most_changed, 2*most_changed), path%start_force(n))
     allocate (path%apart(2, m), source=0.0_dp)
+    allocate (path%turned(m), source=.false.)
   end subroutine allocate_path
 
   !> Forces of the springs as if closed and locked, where the path is.
@@ -523,6 +536,7 @@ contains
     call faces_of(problem%spring(i), path%state(i), path%pressing(i), path%shear(i), path%pressing_rate(i), path%shear_rate(i), &
                   (1 - path%t)*path%apart(2, i), -path%apart(2, i), left, rate, behind)
     k = max(1, findloc(behind == from, .true., 1))
+    path%turned(i) = path%turned(i) .or. rate(k)*path%sense < 0
     path%sense = sign(1.0_dp, rate(k))
   end subroutine cross
 

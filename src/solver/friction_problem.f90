@@ -13,8 +13,8 @@ module scree_friction_problem
   use scree_sparse_matrix, only: add_element, on_fewer_places, sparse_matrix_t, times
   implicit none
   private
-  public :: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, keep_rows_of_forces, obey_law, &
-            of_springs, place_springs, posed_problem_t, rates_of, spring_t
+  public :: acts_on, add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, keep_rows_of_forces, obey_law, &
+            of_springs, place_springs, posed_problem_t, rates_of, spring_t, unknowns_about
 
   !> State of a spring: open; sliding along its row or back; locked; or bonded and pulled, without friction.
   integer, parameter, public :: spring_open = 0, spring_forth = 1, spring_back = 2, spring_locked = 3, spring_pulled = 4
@@ -196,6 +196,41 @@ contains
     few%normal_change = problem%normal_change(:, list)
     few%shear_change = problem%shear_change(:, list)
   end function of_springs
+
+  !> Unknowns that some springs act on, and `reach` times those that the matrix has room to couple with them.
+  pure function unknowns_about(problem, is_seed, reach) result(is_about)
+    type(friction_problem_t), intent(in) :: problem
+    logical, intent(in) :: is_seed(:)            !! (m) springs
+    integer, intent(in) :: reach
+    logical :: is_about(size(problem%force))      !! (n) unknowns
+    logical :: before(size(problem%force))
+    integer :: i, j
+
+    is_about = .false.
+    do i = 1, size(is_seed)
+      if (is_seed(i)) is_about(problem%row(:problem%length(i), i)) = .true.
+    end do
+    associate (matrix => problem%matrix)
+      do i = 1, reach
+        before = is_about
+        do j = 1, matrix%n
+          if (before(j)) is_about(matrix%row(matrix%first(j) + 1:matrix%first(j + 1)) + 1) = .true.
+        end do
+      end do
+    end associate
+  end function unknowns_about
+
+  !> Whether each spring acts on any of some unknowns.
+  pure function acts_on(problem, unknown) result(acts)
+    type(friction_problem_t), intent(in) :: problem
+    logical, intent(in) :: unknown(:)            !! (n)
+    logical :: acts(size(problem%spring))
+    integer :: i
+
+    do i = 1, size(acts)
+      acts(i) = any(unknown(problem%row(:problem%length(i), i)))
+    end do
+  end function acts_on
 
   !> Gives the problem room for m springs with rows up to w unknowns.
   pure subroutine place_springs(problem, m, w)

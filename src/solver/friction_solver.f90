@@ -1,13 +1,14 @@
 !> Solution of a friction problem by what settles it where Newton's iteration runs in circles.
 !>
 !> The interior is quick, but may end at a fold of its way; the path goes round folds, one spring at a time, and is short from
-!> there, and from near the solution. Where it is not, the way inside goes on to its end. Where neither gets through all springs are
-!> brought together from apart, which is sure where there must be a solution.
+!> there, and from near the solution. Where it is not, the way inside goes on to its end, and begins once more elsewhere. Where none
+!> gets through springs are brought together from apart: those about the ones at which the path turned back, and then all, which is
+!> sure where there must be a solution.
 module scree_friction_solver
   use scree_errors, only: error_t
   use scree_friction_interior, only: begin_inside, go_inside, inside_t
   use scree_friction_path, only: bring_together, follow_path
-  use scree_friction_problem, only: closed_forces, forces_left, friction_problem_t, of_springs
+  use scree_friction_problem, only: acts_on, closed_forces, forces_left, friction_problem_t, of_springs, unknowns_about
   use scree_kinds, only: dp
   use scree_linear_solver, only: factorise_beside, linear_solver_t, release_solver
   use scree_timers, only: timers_t
@@ -24,8 +25,8 @@ module scree_friction_solver
     integer :: pieces = 0  !! of paths
   end type friction_work_t
 
-  !> What the interior begins with over the largest force.
-  real(dp), parameter :: at_first = 0.3_dp
+  !> What the interior begins with over the largest force: where the way from the first has a fold, that from another may have none.
+  real(dp), parameter :: at_first(*) = [0.3_dp, 0.03_dp, 3e-3_dp, 3e-4_dp]
   !> Shares of the largest force that it leaves before the path is tried from there, and pieces that may cost no more than the rest
   !> of the way inside does, which goes on where they do not do.
   real(dp), parameter :: leaves(*) = [1e-4_dp, 1e-6_dp, 0.0_dp]
@@ -36,6 +37,8 @@ module scree_friction_solver
   integer, parameter :: most_additions = 5
   !> Pieces that a path from near the solution may cross, and one from where rounding left that from apart.
   integer, parameter :: most_near = 300, most_pieces = 600
+  !> How far from where the path turned back springs are taken apart, in unknowns that the matrix couples.
+  integer, parameter :: farthest_apart = 3
   !> Pieces of the path from apart for each spring, where there must be a solution and where there may be none. Those that came to
   !> one took 1 to 3, and up to 21.
   integer, parameter :: most_together = 30, few_together = 4
@@ -106,7 +109,7 @@ contains
   end subroutine solve_friction
 
   !> Solves a friction problem of springs all of which may press.
-  subroutine solve_springs(problem, near, tolerance, effort, timers, x, state, found, work)
+  recursive subroutine solve_springs(problem, near, tolerance, effort, timers, x, state, found, work)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: near                !! x is near the solution
     real(dp), intent(in) :: tolerance
@@ -119,10 +122,18 @@ contains
     type(inside_t) :: inside
     type(linear_solver_t) :: solver            ! all matrices have one pattern, and one analysis
     logical :: sure                            ! there is a solution
+    logical :: turned(size(state))             ! springs at which the last path turned back
+    real(dp) :: nearest(size(x)), least        ! where the interior left least, and that
+    integer :: k
 
     found = .false.
+    least = huge(least)
     if (near) call go_along(most_near, .false.)
-    if (.not. found .and. effort /= effort_path) call go_through()
+    do k = 1, merge(size(at_first), 1, effort == effort_all)
+      if (found .or. effort == effort_path) exit
+      call go_through(at_first(k))
+    end do
+    if (.not. found .and. effort == effort_all) call loosen_folds()
     if (.not. found .and. effort == effort_all) then
       sure = must_be_solved()
       call come_together(refined=.false.)
@@ -133,7 +144,9 @@ contains
   contains
 
     !> Goes through the interior, and from near its end along the path.
-    subroutine go_through()
+    subroutine go_through(at_first)
+      real(dp), intent(in) :: at_first !! what it begins with over the largest force
+      real(dp) :: left
       integer :: k
 
       call begin_inside(problem, at_first, 0.0_dp*problem%force, inside)
@@ -145,7 +158,35 @@ contains
         if (found) exit
       end do
       work%factors = work%factors + inside%factors
+      if (found) return
+      call forces_left(problem, inside%x, state, left)
+      if (left < least) nearest = inside%x
+      least = min(least, left)
     end subroutine go_through
+
+    !> Takes apart the springs at which the path from where the interior left least turns back, and those of their bodies, settles
+    !> the others, and brings these together; or more of them about.
+    subroutine loosen_folds()
+      logical :: about(size(state)), is_apart(size(state)), settled
+      integer, allocatable :: others(:), their_state(:)
+      integer :: i, reach
+
+      x = nearest
+      call go_along(most_near, .false.)
+      if (found) return
+      about = turned
+      do reach = 0, farthest_apart
+        is_apart = acts_on(problem, unknowns_about(problem, about, reach)) .and. .not. problem%spring%bonded
+        if (.not. any(is_apart) .or. all(is_apart)) return
+        others = pack([(i, i=1, size(state))], .not. is_apart)
+        if (allocated(their_state)) deallocate (their_state)
+        allocate (their_state(size(others)))
+        x = nearest
+        call solve_springs(of_springs(problem, others), .true., tolerance, effort_quick, timers, x, their_state, settled, work)
+        if (settled) call come_from_apart(is_apart, most_together*count(is_apart), refined=.false.)
+        if (found) return
+      end do
+    end subroutine loosen_folds
 
     !> Follows the path from where x is.
     subroutine go_along(most, patient)
@@ -153,7 +194,7 @@ contains
       logical, intent(in) :: patient !! it may wander
       integer :: factors, pieces
 
-      call follow_path(problem, most, patient, solver, timers, x, state, found, factors, pieces)
+      call follow_path(problem, most, patient, solver, timers, x, state, found, factors, pieces, turned)
       call judge_path(factors, pieces)
     end subroutine go_along
 
@@ -165,18 +206,28 @@ contains
       if (must) call factorise_beside(solver, problem%matrix, timers, must, error)
     end function must_be_solved
 
-    !> Follows the path from apart, and from its end, where rounding has come in, the one from there.
+    !> Follows the path of all springs from apart, and from its end, where rounding has come in, the one from there.
     subroutine come_together(refined)
       logical, intent(in) :: refined !! the directions are
-      integer :: factors, most, pieces
       logical :: ended
 
-      most = merge(most_together, few_together, sure)*size(state)
-      call bring_together(problem, most, refined, solver, timers, x, state, ended, factors, pieces)
-      found = ended
-      call judge_path(factors, pieces)
+      x = 0.0_dp
+      call come_from_apart(spread(.true., 1, size(state)), merge(most_together, few_together, sure)*size(state), refined, ended)
       if (ended .and. .not. found) call go_along(most_pieces, .true.)
     end subroutine come_together
+
+    !> Follows the path of some springs from apart.
+    subroutine come_from_apart(is_apart, most, refined, ended)
+      logical, intent(in) :: is_apart(:)       !! (m)
+      integer, intent(in) :: most              !! pieces
+      logical, intent(in) :: refined           !! the directions are
+      logical, intent(out), optional :: ended  !! it came to its end, if not to the solution
+      integer :: factors, pieces
+
+      call bring_together(problem, is_apart, most, refined, solver, timers, x, state, found, factors, pieces)
+      if (present(ended)) ended = found
+      call judge_path(factors, pieces)
+    end subroutine come_from_apart
 
     !> Counts what a path took, and tells whether its end is a solution.
     subroutine judge_path(factors, pieces)
