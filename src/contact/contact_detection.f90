@@ -26,7 +26,7 @@ module scree_contact_detection
   public :: find_contacts
 
   real(dp), parameter :: near_at_rest = 1e-3_dp   !! of the edges about, up to which contacts are looked for
-  real(dp), parameter :: beyond_depth = 1.2_dp    !! times the depth of a contact that there is
+  real(dp), parameter :: beyond_depth = 1.2_dp    !! times the depth or gap of a contact that there is
   real(dp), parameter :: flush = 1e-4_dp          !! of the edges about, up to which corners of blocks side by side are one
   real(dp), parameter :: most_flush = 1e-2_dp     !! likewise, of blocks that springs let sink
   real(dp), parameter :: on_it = 1e-9_dp          !! likewise, up to which a corner over a line lies on it
@@ -119,14 +119,17 @@ contains
       if (allocated(try%law%dilation)) call look_over_dilation()
     end subroutine look_as_far
 
-    !> Looks farther from vertices of closed contacts: over the depth to which springs of soft joints let them between short edges.
+    !> Looks farther from vertices of closed contacts: over the depth to which springs of soft joints let them between short edges,
+    !> and over the gap to which they pull bonds.
     subroutine look_over_depth()
+      real(dp) :: gap
       integer :: k
 
       do k = 1, size(memory%contact)
-        associate (contact => memory%contact(k), entrance => memory%contact(k)%entrance(memory%contact(k)%active))
+        associate (entrance => memory%contact(k)%entrance(memory%contact(k)%active))
           if (entrance%state == state_open) cycle
-          survey%near(entrance%vertex) = max(survey%near(entrance%vertex), beyond_depth*contact%overlap)
+          gap = gap_at(survey, entrance%vertex, entrance%edge)
+          survey%near(entrance%vertex) = max(survey%near(entrance%vertex), beyond_depth*abs(gap))
         end associate
       end do
     end subroutine look_over_depth
