@@ -247,12 +247,16 @@ contains
     end subroutine let_one_bear
 
     !> Contacts of vertex i over the edges at vertex j, where the two are near each other only as they move. An entrance line takes
-    !> one of two edges that face each other as they lie when the step begins; in a step in which they turn both may be met.
+    !> one of two edges that face each other as they lie when the step begins; in a step in which they turn both may be met. Not one
+    !> that a third block lies flush with, into which springs let a corner sink that slides on it.
     subroutine meet_where_turned(i, j)
       integer, intent(in) :: i, j
+      logical :: covered(2)
 
-      if (is_well_over(i, j)) call meet_edge(i, j)
-      if (is_well_over(i, outlines%previous(j))) call meet_edge(i, outlines%previous(j))
+      covered = .false.
+      if (may_rest) covered = covered_edges(i, j)
+      if (is_well_over(i, j) .and. .not. covered(1)) call meet_edge(i, j)
+      if (is_well_over(i, outlines%previous(j)) .and. .not. covered(2)) call meet_edge(i, outlines%previous(j))
     end subroutine meet_where_turned
 
     !> Whether the foot of vertex i on edge j is farther from the ends of the edge than corners at rest are near each other.
