@@ -37,11 +37,12 @@ module scree_friction_solver
   integer, parameter :: most_additions = 5
   !> Pieces that a path from near the solution may cross, and one from where rounding left that from apart.
   integer, parameter :: most_near = 300, most_pieces = 600
-  !> How far from where the path turned back springs are taken apart, in unknowns that the matrix couples.
-  integer, parameter :: farthest_apart = 3
+  !> Times that springs at which the path turned back, or more about them, are taken apart.
+  integer, parameter :: most_loosened = 8
   !> Pieces of the path from apart for each spring, where there must be a solution and where there may be none. Those that came to
   !> one took 1 to 3, and up to 21.
   integer, parameter :: most_together = 30, few_together = 4
+  integer, parameter :: most_in_all = 20000 !! pieces of it: of many springs they take seconds, and a step in two parts is cheaper
 
 contains
 
@@ -165,28 +166,51 @@ contains
     end subroutine go_through
 
     !> Takes apart the springs at which the path from where the interior left least turns back, and those of their bodies, settles
-    !> the others, and brings these together; or more of them about.
+    !> the others, and brings these together. Where the others turn back elsewhere, those are taken apart, too; else more about.
     subroutine loosen_folds()
-      logical :: about(size(state)), is_apart(size(state)), settled
-      integer, allocatable :: others(:), their_state(:)
+      logical :: about(size(state)), folds(size(state)), is_apart(size(state)), settled
       integer :: i, reach
 
       x = nearest
-      call go_along(most_near, .false.)
+      call go_along(most_pieces, .true.)
       if (found) return
       about = turned
-      do reach = 0, farthest_apart
+      reach = 0
+      do i = 1, most_loosened
         is_apart = acts_on(problem, unknowns_about(problem, about, reach)) .and. .not. problem%spring%bonded
         if (.not. any(is_apart) .or. all(is_apart)) return
-        others = pack([(i, i=1, size(state))], .not. is_apart)
-        if (allocated(their_state)) deallocate (their_state)
-        allocate (their_state(size(others)))
-        x = nearest
-        call solve_springs(of_springs(problem, others), .true., tolerance, effort_quick, timers, x, their_state, settled, work)
-        if (settled) call come_from_apart(is_apart, most_together*count(is_apart), refined=.false.)
-        if (found) return
+        call settle_others(is_apart, settled, folds)
+        if (settled) then
+          call come_from_apart(is_apart, most_together*count(is_apart), refined=.false.)
+          if (found) return
+        end if
+        if (settled .or. all(about .or. .not. folds)) reach = reach + 1
+        about = about .or. folds
       end do
     end subroutine loosen_folds
+
+    !> Settles springs but those that are apart, from where the interior left least, and tells at which the path turned back.
+    subroutine settle_others(is_apart, settled, folds)
+      logical, intent(in) :: is_apart(:)       !! (m)
+      logical, intent(out) :: settled, folds(:) !! (m)
+      type(friction_problem_t) :: few
+      type(linear_solver_t) :: own
+      integer :: factors, i, pieces
+      integer, allocatable :: others(:), their_state(:)
+      logical, allocatable :: theirs(:)
+
+      others = pack([(i, i=1, size(state))], .not. is_apart)
+      allocate (their_state(size(others)), theirs(size(others)))
+      few = of_springs(problem, others)
+      x = nearest
+      call follow_path(few, most_pieces, .true., own, timers, x, their_state, settled, factors, pieces, theirs)
+      call release_solver(own)
+      work%factors = work%factors + factors
+      work%pieces = work%pieces + pieces
+      folds = unpack(theirs, .not. is_apart, .false.)
+      if (.not. settled) &
+        call solve_springs(few, .false., tolerance, effort_quick, timers, x, their_state, settled, work)
+    end subroutine settle_others
 
     !> Follows the path from where x is.
     subroutine go_along(most, patient)
@@ -209,10 +233,12 @@ contains
     !> Follows the path of all springs from apart, and from its end, where rounding has come in, the one from there.
     subroutine come_together(refined)
       logical, intent(in) :: refined !! the directions are
+      integer :: most
       logical :: ended
 
       x = 0.0_dp
-      call come_from_apart(spread(.true., 1, size(state)), merge(most_together, few_together, sure)*size(state), refined, ended)
+      most = min(most_in_all, merge(most_together, few_together, sure)*size(state))
+      call come_from_apart(spread(.true., 1, size(state)), most, refined, ended)
       if (ended .and. .not. found) call go_along(most_pieces, .true.)
     end subroutine come_together
 
