@@ -17,10 +17,11 @@ module scree_body_search
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: draw_circles, list_all, list_unclear, move_circles, reach_of, room, searches
+  public :: beyond_way, draw_circles, list_all, list_unclear, move_circles, reach_of, room, searches
 
   real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, beyond whose ends their line is looked at for overlaps
   real(dp), parameter :: at_rest = 1e-3_dp        !! of the edges about, that is near at rest
+  real(dp), parameter :: beyond_way = 1.2_dp      !! times the way by its velocity that a vertex may go
   real(dp), parameter :: room = 0.02_dp           !! of the edges about, that is looked at beyond the reach of contacts
   real(dp), parameter :: spare = 0.25_dp          !! of the longest edge of a body, that it may go before circles are drawn anew
   real(dp), parameter :: steps = 20.0_dp          !! that it may make at its velocity until then, likewise
@@ -49,7 +50,7 @@ contains
     real(dp), intent(in) :: leap                 !! of the edges about, that a vertex may move beyond what its velocity makes
     real(dp), intent(in) :: margin, pressed, way, local !! length
 
-    near = 1.2_dp*way + min(margin, leap*local) + at_rest*local + min(pressed/sin(parallel), deepest*local)
+    near = beyond_way*way + min(margin, leap*local) + at_rest*local + min(pressed/sin(parallel), deepest*local)
   end function reach_in_motion
 
   !> Whether bodies are looked for before their vertices are; else all vertices are looked at in each step.

@@ -10,7 +10,7 @@
 !> in contact with it only if it entered there.
 module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
-  use scree_body_search, only: list_all, reach_of
+  use scree_body_search, only: beyond_way, list_all, reach_of
   use scree_contact_memory, only: acted_before, let_one_go_on, past_t, recall_contacts
   use scree_contact_pairs, only: drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
@@ -19,7 +19,8 @@ module scree_contact_detection
   use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, parallel, state_open
   use scree_corner_meeting, only: encounter_of_edge, encounter_t, meeting_t
   use scree_corners, only: along_edge, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn
-  use scree_kinds, only: dp
+  use scree_joint_stiffness, only: at_end
+  use scree_kinds, only: dp, pi
   implicit none
   private
   public :: find_contacts
@@ -188,12 +189,48 @@ contains
         call meet_tips(i, j, meeting)
         return
       end if
+      if (meeting%flat .and. .not. may_pass(i, j)) then
+        call meet_face(i, j)
+        call meet_face(j, i)
+        return
+      end if
       do k = 1, meeting%n
         call add(meeting%encounter(k))
       end do
       if (meeting%beside(1)) call meet_sides(i, j)
       if (meeting%beside(2)) call meet_sides(j, i)
     end subroutine meet_corners
+
+    !> Whether two corners that lie flat on each other may pass each other in the step, by how they move towards each other: however
+    !> fast both go together. Vertices within a face may only as they slide, as its line goes on beyond them, or are at one place.
+    pure logical function may_pass(i, j)
+      integer, intent(in) :: i, j
+      real(dp) :: shortest, way
+
+      way = norm2(predicted(:, j) - predicted(:, i))
+      if (is_straight(i) .and. is_straight(j)) then
+        shortest = minval(survey%length([i, outlines%previous(i), j, outlines%previous(j)]))
+        may_pass = abs(along_edge(survey, i, j)) <= at_end*shortest + beyond_way*way
+      else
+        way = way - norm2(predicted(:, i)) - norm2(predicted(:, j))
+        may_pass = norm2(survey%start(:, j) - survey%start(:, i)) <= survey%near(i) + survey%near(j) + beyond_way*way
+      end if
+    end function may_pass
+
+    !> Whether the edges at a vertex are parallel.
+    pure logical function is_straight(i)
+      integer, intent(in) :: i
+
+      is_straight = abs(survey%corner(i)%angle - pi) <= parallel
+    end function is_straight
+
+    !> Contacts of vertex i over the edges at vertex j, where it may not pass another end of theirs either.
+    subroutine meet_face(i, j)
+      integer, intent(in) :: i, j
+
+      if (.not. may_pass(i, outlines%next(j))) call meet_edge(i, j)
+      if (.not. may_pass(i, outlines%previous(j))) call meet_edge(i, outlines%previous(j))
+    end subroutine meet_face
 
     !> Contacts of two corners tip to tip, of which each may get over both edges of the other.
     subroutine meet_tips(i, j, meeting)

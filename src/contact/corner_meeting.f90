@@ -33,6 +33,7 @@ module scree_corner_meeting
   type :: meeting_t
     integer :: n = 0
     type(encounter_t) :: encounter(3)
+    logical :: flat = .false.      !! their edges lie on each other: the region closed to them is a half plane
     logical :: beside(2) = .false. !! the first corner may meet the sides of the second; the second those of the first
   end type meeting_t
 
@@ -82,6 +83,7 @@ contains
     else if (width >= pi - parallel) then
       upon = on_lines(a, b, between, parallel)
       meeting%n = 1
+      meeting%flat = .true.
       meeting%encounter(1)%line(1) = line_of([a%vertex, b%vertex, a%vertex, b%vertex], [b%vertex, a%vertex, b%before, a%before], &
                                              reshape(upon, [4]))
     else

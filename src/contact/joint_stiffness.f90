@@ -13,8 +13,8 @@ module scree_joint_stiffness
   public :: bonded_entrance, bonded_length, change_stiffness, is_hard, keep_stiffness, mean_of_bonds, measure_contact, &
             stiffen_contact, take_stiffness
 
-  !> Of an edge: a vertex so near to its end is at it, and faces the edge beyond, too.
-  real(dp), parameter :: at_end = 1e-3_dp
+  !> Of the edges about: a vertex so near to the end of an edge is at it, and faces the edge beyond, too.
+  real(dp), parameter, public :: at_end = 1e-3_dp
   !> Of the shorter edge: a corner that meets an edge beside its end, or another corner, stands for so much.
   real(dp), parameter :: least = 0.05_dp
   !> The same of edges that lie on each other from the start of the run, or of a stage that changes their stiffness: what comes
@@ -257,15 +257,18 @@ contains
     real(dp), intent(out) :: common(2)         !! of the edge that begins at the vertex and the one that ends there, length
     real(dp), intent(out) :: facing(2)         !! cosine of the angle by which each is turned from facing the edge
     real(dp), intent(out) :: shorter           !! of the edge and the longer one at the vertex, length
-    real(dp) :: t(2), normal(2), own(2), length, longer, at, ends(2), from, to
+    real(dp) :: t(2), normal(2), own(2), length, longer, shortest, at, ends(2), from, to, beside
     integer :: edge, i
 
     call frame_of_edge(position(:, outlines%start(entrance%edge)), position(:, outlines%finish(entrance%edge)), t, normal, length)
     at = dot_product(t, position(:, outlines%start(entrance%vertex)) - position(:, outlines%start(entrance%edge)))
+    shortest = min(length, length_of(entrance%vertex), length_of(outlines%previous(entrance%vertex)))
     from = 0.0_dp
     to = length
-    if (at < at_end*length) from = -going_on(outlines%previous(entrance%edge))
-    if (at > (1 - at_end)*length) to = length + going_on(outlines%next(entrance%edge))
+    beside = going_on(outlines%previous(entrance%edge))
+    if (at < at_end*min(shortest, beside)) from = -beside
+    beside = going_on(outlines%next(entrance%edge))
+    if (length - at < at_end*min(shortest, beside)) to = length + beside
     longer = 0.0_dp
     do i = 1, 2
       edge = merge(entrance%vertex, outlines%previous(entrance%vertex), i == 1)
@@ -279,6 +282,13 @@ contains
     shorter = min(length, longer)
 
   contains
+
+    !> Length of an edge.
+    pure real(dp) function length_of(edge)
+      integer, intent(in) :: edge
+
+      length_of = norm2(position(:, outlines%finish(edge)) - position(:, outlines%start(edge)))
+    end function length_of
 
     !> Length of an edge beside that of the entrance, where it goes on in its direction, else 0.
     pure real(dp) function going_on(beside)

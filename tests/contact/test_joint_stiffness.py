@@ -71,6 +71,34 @@ def test_the_number_of_contacts_does_not_matter(below, above, mode, tmp_path):
     assert sunk[1] == pytest.approx(25000.0 / KN + 25000.0 / (4 * E), rel=1e-3)
 
 
+@pytest.mark.parametrize("contact", [joints(), joints(1e7, 1e7)])
+@pytest.mark.parametrize("apart", [0.0, 1e-5, 1e-3, 2e-3, 0.01, 0.03, 0.1])
+@pytest.mark.parametrize("n", [1, 2, 5, 11])
+def test_vertices_that_change_nothing_do_not_matter(n, apart, contact, tmp_path):
+    """On both faces of a joint, a little apart: from 1e-3 of their edges on each has a contact. Up to some hundredths two had one, which
+    stood for what one of them stands for: the joint gave up to twice as much."""
+    at = np.linspace(0, 3, n + 2)[1:-1]
+    floor = np.array([[0, -1], [3, -1], [3, 0], *((x, 0) for x in at[::-1]), [0, 0]])
+    block = np.array([[0, 0], *((x + apart, 0) for x in at), [3, 0], [3, 1], [0, 1]])
+    sunk, f = column(tmp_path, [floor, block], contact, steps=200)
+    kn = KN if contact == joints() else 1e7
+    assert sunk[1] == pytest.approx(25000.0 / kn + 25000.0 / (4 * E), rel=3e-3)
+    assert f.history.contacts[-1, 1:].sum() == 2 + n * (1 + (apart > 0.99e-3 * 3 / (n + 1)))
+
+
+@pytest.mark.parametrize("edge", [0.25, 0.1])
+@pytest.mark.parametrize("speed", [0.0, 7.0, 20.0])
+def test_what_moves_as_one_closes_as_at_rest(speed, edge, tmp_path):
+    """Meshes that are pressed together in flight: with a step of half of their edges and more vertices counted as corners that may meet
+    as far as they went, and the joint had four times its contacts, and gave less than half."""
+    groups = (f"&method model='nmm', strain='green' /\n&cover edge={edge} /{joints(1e7, 1e7)}\n"
+              "&boundary lines=0 1 3 1 3 -1 0 -1, traction=0 -1e4 0 -1e4 0 1e4 0 1e4, ramp=0.2 /")
+    f = run(tmp_path, [box(0, -1, 3, 1), box(0, 0, 3, 1)], groups, rock=(2500.0, 0.0, E, 0.0), phi=30.0, steps=50, velocity=((0, speed, 0),))
+    y = f.bodies.centroid[:, :, 1]
+    assert (y[0, 1] - y[0, 0]) - (y[-1, 1] - y[-1, 0]) == pytest.approx(1.0634e-3, rel=1e-3)
+    assert f.history.contacts[-1, 1:].sum() == 3 / edge + 1
+
+
 @pytest.mark.parametrize("width", [0.01, 0.04, 0.2])
 def test_narrow_joints_between_long_edges_are_no_stiffer(width, tmp_path):
     """A column of 1 that is narrow: its joint gives p/kn under the stress p, and its middle, of constant strain, p/4E more."""
