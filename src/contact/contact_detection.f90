@@ -11,6 +11,7 @@
 module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
   use scree_body_search, only: beyond_way, list_all, reach_of
+  use scree_contact_geometry, only: gap_of
   use scree_contact_memory, only: acted_before, let_one_go_on, past_t, recall_contacts
   use scree_contact_pairs, only: drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
@@ -29,6 +30,7 @@ module scree_contact_detection
   real(dp), parameter :: beyond_depth = 1.2_dp    !! times the depth or gap of a contact that there is
   real(dp), parameter :: flush = 1e-4_dp          !! of the edges about, up to which corners of blocks side by side are one
   real(dp), parameter :: most_flush = 1e-2_dp     !! likewise, of blocks that springs let sink
+  real(dp), parameter :: on_it = 1e-9_dp          !! likewise, up to which a corner over a line lies on it
   integer, parameter :: both_lines = 3            !! of a contact, that something lies flush with
 
 contains
@@ -239,9 +241,9 @@ contains
       integer :: before, had, k, line
 
       before = n_found
-      line = 0
-      if (may_rest) line = covered_line(i, j)
       do k = 1, meeting%n
+        line = 0
+        if (may_rest) line = covered_line(i, j, meeting%encounter(k))
         if (line /= both_lines) meeting%encounter(k)%covered = line
         had = n_found
         call add(meeting%encounter(k))
@@ -303,18 +305,43 @@ contains
       is_well_over = min(at, survey%length(j) - at) > near_at_rest*survey%local(i)
     end function is_well_over
 
-    !> The entrance line of edges that a third block lies flush with: a corner would be in that block first, on which it slides, and
-    !> be caught by a side that nothing can get at. 0 where there is none, both where four corners meet or a corner is at a joint.
-    pure integer function covered_line(i, j) result(line)
+    !> The entrance line of edges that a third block lies flush with, where a corner is behind the other line already: by its
+    !> overlap with that block, on which it slides. It would be caught by a side that nothing can get at. 0 where there is none.
+    !>
+    !> Over the joint itself that block lies flush with both lines, and the corner may be on the other one; then it is the line that
+    !> it is about to cross, and farther than the other one; both where it goes no farther than springs give, as where blocks rest.
+    pure integer function covered_line(i, j, encounter) result(line)
       integer, intent(in) :: i, j
+      type(encounter_t), intent(in) :: encounter
       logical :: covered(2) !! edges that begin at the corners, edges that end there
+      real(dp) :: ahead(2), gap(2), on_line
+      integer :: k
 
-      covered = covered_edges(i, j) .or. covered_edges(j, i)
       line = 0
-      if (covered(1)) line = 1
-      if (covered(2)) line = 2
-      if (all(covered)) line = both_lines
+      covered = covered_edges(i, j) .or. covered_edges(j, i)
+      if (.not. any(covered)) return
+      gap = [(gap_at(survey, encounter%line(k)%vertex(1), encounter%line(k)%edge(1)), k=1, 2)]
+      if (all(covered)) then
+        on_line = on_it*min(survey%local(i), survey%local(j))
+        ahead = [(gap_ahead(encounter%line(k)%vertex(1), encounter%line(k)%edge(1)), k=1, 2)]
+        if (maxval(abs(ahead - gap)) <= give_of(i, j)) line = both_lines
+        do k = 1, 2
+          if (gap(3 - k) < on_line .and. gap(k) > -on_line .and. ahead(k) < min(0.0_dp, ahead(3 - k)) - on_line) line = k
+        end do
+      else
+        line = merge(1, 2, covered(1))
+      end if
     end function covered_line
+
+    !> Gap of vertex i over the line of edge j where their velocities take them in the step.
+    pure real(dp) function gap_ahead(i, j)
+      integer, intent(in) :: i, j
+
+      associate (next => outlines%next(j))
+        gap_ahead = gap_of(survey%start(:, i) + predicted(:, i), survey%start(:, j) + predicted(:, j), &
+                           survey%finish(:, j) + predicted(:, next))
+      end associate
+    end function gap_ahead
 
     !> Whether a third block lies flush with the edge that begins at corner j, and with that which ends there, by a corner near i.
     pure function covered_edges(i, j) result(covered)
