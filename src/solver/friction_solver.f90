@@ -128,6 +128,7 @@ contains
     integer :: k
 
     found = .false.
+    nearest = x
     least = huge(least)
     if (near) call go_along(most_near, .false.)
     do k = 1, merge(size(at_first), 1, effort == effort_all)
