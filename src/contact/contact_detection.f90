@@ -288,12 +288,13 @@ contains
     !> that a third block lies flush with, into which springs let a corner sink that slides on it.
     subroutine meet_where_turned(i, j)
       integer, intent(in) :: i, j
-      logical :: covered(2)
+      logical :: meets(2) !! the edge that begins at j, and that which ends there
 
-      covered = .false.
-      if (may_rest) covered = covered_edges(i, j)
-      if (is_well_over(i, j) .and. .not. covered(1)) call meet_edge(i, j)
-      if (is_well_over(i, outlines%previous(j)) .and. .not. covered(2)) call meet_edge(i, outlines%previous(j))
+      meets = [is_well_over(i, j), is_well_over(i, outlines%previous(j))]
+      if (.not. any(meets)) return
+      if (may_rest) meets = meets .and. .not. covered_edges(i, j)
+      if (meets(1)) call meet_edge(i, j)
+      if (meets(2)) call meet_edge(i, outlines%previous(j))
     end subroutine meet_where_turned
 
     !> Whether the foot of vertex i on edge j is farther from the ends of the edge than corners at rest are near each other.
