@@ -202,7 +202,7 @@ contains
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: is_seed(:)            !! (m) springs
     integer, intent(in) :: reach
-    logical :: is_about(size(problem%force))      !! (n) unknowns
+    logical :: is_about(size(problem%force))     !! (n) unknowns
     logical :: before(size(problem%force))
     integer :: i, j
 

@@ -135,23 +135,25 @@ contains
       if (found .or. effort == effort_path) exit
       call go_through(at_first(k))
     end do
-    if (.not. found .and. effort == effort_all) call loosen_folds()
-    if (.not. found .and. effort == effort_all) then
-      sure = must_be_solved()
-      call come_together(refined=.false.)
-      if (sure .and. .not. found) call come_together(refined=.true.)
+    if (effort == effort_all) then
+      if (.not. found) call loosen_folds()
+      if (.not. found) then
+        sure = must_be_solved()
+        call come_together(refined=.false.)
+        if (sure .and. .not. found) call come_together(refined=.true.)
+      end if
     end if
     call release_solver(solver)
 
   contains
 
     !> Goes through the interior, and from near its end along the path.
-    subroutine go_through(at_first)
-      real(dp), intent(in) :: at_first !! what it begins with over the largest force
+    subroutine go_through(first)
+      real(dp), intent(in) :: first !! what it begins with over the largest force
       real(dp) :: left
       integer :: k
 
-      call begin_inside(problem, at_first, 0.0_dp*problem%force, inside)
+      call begin_inside(problem, first, 0.0_dp*problem%force, inside)
       do k = 1, size(leaves)
         call go_inside(problem, max(tolerance, leaves(k)), solver, timers, inside, state, found)
         x = inside%x
