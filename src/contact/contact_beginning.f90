@@ -111,7 +111,7 @@ contains
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k), joint => outlines%joint(try%contact(i)%entrance(k)%edge))
           if (.not. (try%law%cohesion(joint) > 0 .or. try%law%strength(joint) > 0)) cycle
-          entrance%length = bonded_length(outlines, position, entrance)
+          entrance%length = bonded_length(outlines, position, try%contact(i)%shared, entrance)
           entrance%bonded = entrance%length > 0
           if (decides_outside(try%law)) entrance%bonded = entrance%bonded .and. &
                                                           try%geometry(k, i)%gap <= max(try%rounding, of_a_file*entrance%length)

@@ -12,15 +12,15 @@ module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
   use scree_body_search, only: beyond_way, list_all, reach_of
   use scree_contact_geometry, only: gap_of
-  use scree_contact_memory, only: acted_before, let_one_go_on, past_t, recall_contacts
+  use scree_contact_memory, only: acted_before, faces_of, let_one_go_on, past_t, recall_contacts, slides
   use scree_contact_pairs, only: drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
   use scree_contact_search, only: find_nearby, most_turning
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, parallel, state_open
   use scree_corner_meeting, only: encounter_of_edge, encounter_t, meeting_t
-  use scree_corners, only: along_edge, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn
-  use scree_joint_stiffness, only: at_end
+  use scree_corners, only: along_edge, edges_lead_away, find_corners, gap_at, slip_at, survey_edges, survey_t, tilt, turn
+  use scree_joint_stiffness, only: at_end, follow_slip
   use scree_kinds, only: dp, pi
   implicit none
   private
@@ -54,6 +54,7 @@ contains
 
     if (.not. allocated(search%bodies%vertex)) call list_all(outlines, search%bodies)
     call survey_edges(outlines, position, search%bodies%farther, search%bodies%about, survey)
+    survey%way = predicted
     call find_corners(outlines%previous, search%bodies%about, survey)
     call look_around()
     call recall_contacts(outlines, memory, past)
@@ -66,10 +67,11 @@ contains
     end do
     do k = 1, size(memory%inside, 2)
       if (is_inside(memory%inside(1, k), memory%inside(2, k))) &
-        call add(encounter_of_edge(memory%inside(1, k), memory%inside(2, k)))
+        call add(encounter_of_edge(memory%inside(1, k), edges_along(memory%inside(1, k), memory%inside(2, k))))
     end do
     call drop_repeats(size(outlines%start), found, n_found)
-    call let_one_go_on(survey, past, found(:n_found))
+    call let_one_go_on(outlines, survey, past, found(:n_found))
+    if (allocated(try%law%joint_stiffness)) call follow_faces()
     try%contact = found(:n_found)
     try%inside = pairs_inside(found(:n_found), survey%local)
     call move_alloc(survey%near, try%near)
@@ -177,7 +179,7 @@ contains
       if (gap > survey%near(i) + max(survey%near(j), survey%near(outlines%next(j)))) return
       if (gap < -depth) return
       if (.not. edges_lead_away(survey%corner(i), survey%corner(j)%from, tilt(survey, i, j))) return
-      call add(encounter_of_edge(i, j))
+      call add(encounter_of_edge(i, [j]))
     end subroutine meet_edge
 
     !> Contacts of two corners that are near each other.
@@ -430,6 +432,48 @@ contains
       call overlap_of_bodies(outlines, position, outlines%block(i), outlines%block(j), overlap)
       is_inside = any(overlap%corner%vertex == i)
     end function is_inside
+
+    !> Lets contacts of joints with a stiffness of their own follow what slides.
+    subroutine follow_faces()
+      real(dp) :: pressed(2, size(outlines%start)) ! two largest overlaps by which each edge pressed on what slides, length
+      logical :: is_borne                          ! others press on the faces of a contact, by half as much at least
+      integer :: k
+
+      pressed = 0.0_dp
+      do k = 1, size(past%contact)
+        if (.not. slides(past%contact(k))) cycle
+        associate (own => past%contact(k)%pressed, faces => faces_of(outlines, survey, past%contact(k)))
+          pressed(2, faces) = max(pressed(2, faces), min(pressed(1, faces), own))
+          pressed(1, faces) = max(pressed(1, faces), own)
+        end associate
+      end do
+      do k = 1, n_found
+        associate (vertex => found(k)%entrance(1)%vertex, edge => found(k)%entrance(1)%edge, from => found(k)%entrance(1)%from)
+          if (found(k)%entrance(1)%state == state_open .or. from == 0) cycle
+          associate (was => past%contact((from + 1)/2), slip => slip_at(survey, outlines%next(edge), vertex, edge))
+            if (.not. slides(was)) cycle
+            associate (others => pressed(:, faces_of(outlines, survey, was)))
+              is_borne = any(merge(others(2, :), others(1, :), others(1, :) <= was%pressed) >= 0.5_dp*was%pressed)
+            end associate
+            call follow_slip(outlines, position, try%law, slip, is_borne, was, found(k))
+          end associate
+        end associate
+      end do
+    end subroutine follow_faces
+
+    !> The edge that vertex i is inside of, and where its foot is beyond an end of edge j that which goes on there in its direction.
+    pure function edges_along(i, j) result(edge)
+      integer, intent(in) :: i, j
+      integer, allocatable :: edge(:)
+      integer :: beside
+      real(dp) :: at
+
+      edge = [j]
+      at = along_edge(survey, i, j)
+      if (at >= 0 .and. at <= survey%length(j)) return
+      beside = merge(outlines%previous(j), outlines%next(j), at < 0)
+      if (is_straight(merge(j, beside, at < 0))) edge = [beside, j]
+    end function edges_along
 
   end subroutine find_contacts
 

@@ -4,16 +4,18 @@
 !> line goes on with its state, anchor, rest and bond.
 module scree_contact_memory
   use scree_contact_pairs, only: entrances_t, has_same_entrances, list_entrances, place_of_pair
-  use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
+  use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, parallel, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
   use scree_corners, only: along_edge, gap_at, survey_t, turn
   use scree_joint_stiffness, only: take_stiffness
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: acted_before, contact_as_shi, contact_over_edges, inherit, let_one_go_on, past_t, recall_contacts
+  public :: acted_before, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, recall_contacts, slides
 
   real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
+  real(dp), parameter :: far = 10.0_dp            !! times the overlap of a spring: what has slid as much slides on
+  real(dp), parameter :: deeper = 2.0_dp          !! times that of others, that a joint overlaps by at the end of a tilted face
 
   !> The contacts of the step before, to be looked up.
   type :: past_t
@@ -32,6 +34,58 @@ contains
     past%contact = memory%contact
     call list_entrances(past%contact, size(outlines%start), past%entrances)
   end subroutine recall_contacts
+
+  !> Whether a contact has slid farther than as its spring gives way: not one of what lands, which slips a little, too.
+  pure logical function slides(contact)
+    type(contact_t), intent(in) :: contact
+
+    slides = has_slid(contact%entrance(contact%active), contact%pressed)
+  end function slides
+
+  !> Likewise of the entrance that acts.
+  pure logical function has_slid(entrance, pressed)
+    type(entrance_t), intent(in) :: entrance
+    real(dp), intent(in) :: pressed !! overlap of its spring, length
+
+    has_slid = entrance%state /= state_open .and. .not. entrance%bonded .and. entrance%slid > far*pressed
+  end function has_slid
+
+  !> Edges that lie on each other at a contact: that of its entrance, and at its vertex those parallel to it. None where there is
+  !> none of these.
+  pure function faces_of(outlines, survey, contact) result(faces)
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    type(contact_t), intent(in) :: contact
+    integer, allocatable :: faces(:)
+
+    faces = faces_of_entrance(outlines, survey, contact%entrance(contact%active))
+  end function faces_of
+
+  !> Likewise at an entrance.
+  pure function faces_of_entrance(outlines, survey, entrance) result(faces)
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    type(entrance_t), intent(in) :: entrance
+    integer, allocatable :: faces(:)
+
+    associate (own => entrance%vertex, before => outlines%previous(entrance%vertex), edge => entrance%edge)
+      faces = pack([own, before], [lie_flat(survey, own, edge), lie_flat(survey, before, edge)])
+      if (size(faces) > 0) faces = [faces, edge]
+    end associate
+  end function faces_of_entrance
+
+  !> Whether two edges are looked at, and one runs against the other.
+  pure logical function lie_flat(survey, a, b)
+    type(survey_t), intent(in) :: survey
+    integer, intent(in) :: a, b
+
+    lie_flat = .false.
+    associate (length => survey%length)
+      if (.not. min(length(a), length(b)) > 0) return
+      lie_flat = dot_product(survey%finish(:, a) - survey%start(:, a), survey%start(:, b) - survey%finish(:, b)) &
+                 >= cos(parallel)*length(a)*length(b)
+    end associate
+  end function lie_flat
 
   !> Number of the entrance of a pair of vertex and edge; 0 where there was none. Where several contacts had it, of one that was
   !> closed there.
@@ -85,12 +139,13 @@ contains
 
     contact%n_entrances = encounter%n_lines
     contact%covered = encounter%covered
+    contact%shared = encounter%shared
     do k = 1, contact%n_entrances
       call find_best_entrance(outlines, survey, past, encounter%line(k), contact%entrance(k))
       if (contact%entrance(k)%vertex == 0) return
     end do
     contact%active = entrance_ahead(survey, contact)
-    call rest_inside(outlines%block, survey, past, contact)
+    call rest_inside(outlines, survey, past, contact)
   end subroutine contact_over_edges
 
   !> The pair of a line whose entrance was closed before, or else the one whose vertex lies best within its edge. It goes on as it
@@ -135,8 +190,9 @@ contains
   end subroutine find_best_entrance
 
   !> Lets one contact alone go on from an entrance of the step before: that of the same pair, or else the first. Vertices at both
-  !> ends of an edge so short that another vertex slides off it may each take its place; the others rest where they are.
-  pure subroutine let_one_go_on(survey, past, contact)
+  !> ends of an edge so short that another vertex slides off it may each take its place; the others begin anew.
+  pure subroutine let_one_go_on(outlines, survey, past, contact)
+    type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(contact_t), intent(inout) :: contact(:)
@@ -165,26 +221,28 @@ contains
         new%edge = entrance%edge
         new%joint = entrance%joint
         new%anchor = along_edge(survey, new%vertex, new%edge)/survey%length(new%edge)
-        new%rest = min(0.0_dp, gap_at(survey, new%vertex, new%edge))
+        new%rest = rest_of(outlines, survey, past, 1, new)
         entrance = new
       end associate
     end do
   end subroutine let_one_go_on
 
-  !> Lets an entrance go on where another was: with the same slip, and its spring pressed by as much.
+  !> Lets an entrance go on where another was: with the same slip, and its spring pressed by as much, or where a joint with a
+  !> stiffness of its own slides by what its faces overlap by there.
   pure subroutine go_on(survey, was, entrance)
     type(survey_t), intent(in) :: survey
     type(entrance_t), intent(in) :: was
     type(entrance_t), intent(inout) :: entrance
-    real(dp) :: gap, slip
+    real(dp) :: gap, overlap, slip
 
     call recall(was, entrance)
     gap = gap_at(survey, entrance%vertex, entrance%edge) - entrance%dilated
     if (entrance%state /= state_open) then
       slip = along_edge(survey, was%vertex, was%edge) - was%anchor*survey%length(was%edge)
       entrance%anchor = entrance%anchor - slip/survey%length(entrance%edge)
-      if (entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) &
-        entrance%rest = min(0.0_dp, gap - min(0.0_dp, gap_at(survey, was%vertex, was%edge) - was%dilated - was%rest))
+      overlap = max(0.0_dp, was%rest + was%dilated - gap_at(survey, was%vertex, was%edge))
+      if ((entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) .and. .not. (was%gives_way .and. has_slid(was, overlap))) &
+        entrance%rest = min(0.0_dp, gap + overlap)
     end if
     if (entrance%bonded .and. entrance%state /= state_open) return
     if (gap >= entrance%rest) entrance%rest = min(0.0_dp, gap) ! what has come out stays out
@@ -221,11 +279,12 @@ contains
     end associate
   end function entrance_ahead
 
-  !> Lets the spring of a contact that is found inside rest there, so that it brings no energy. Where its vertex pressed on another
-  !> body, from which it slides to this one, it is as stiff as the spring there, and pressed as much from the beginning: it takes
-  !> over from that. A vertex that bore nothing, as the node of a mesh within a face, has nothing to hand on.
-  pure subroutine rest_inside(block, survey, past, contact)
-    integer, intent(in) :: block(:)            !! of the edges
+  !> Lets the spring of a contact that is found inside rest there, so that it brings no energy. But what slides between faces of
+  !> which one pressed on others already is pressed as if it had been there: others leave these faces at their other end. And where
+  !> its vertex pressed on another body, from which it slides to this one, it is as stiff as the spring there, and pressed as much:
+  !> it takes over from that.
+  pure subroutine rest_inside(outlines, survey, past, contact)
+    type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(contact_t), intent(inout) :: contact
@@ -235,15 +294,62 @@ contains
     associate (entrance => contact%entrance(contact%active))
       if (entrance%state /= state_open .or. acted_before(past, entrance%vertex, entrance%edge)) return
       gap = gap_at(survey, entrance%vertex, entrance%edge)
-      entrance%rest = min(0.0_dp, gap)
-      if (gap >= 0) return
-      call find_pressed_beside(block, survey, past, entrance, pressed, heir)
+      entrance%rest = rest_of(outlines, survey, past, contact%n_entrances, entrance)
+      if (entrance%rest >= 0 .or. entrance%rest > gap) return
+      call find_pressed_beside(outlines%block, survey, past, entrance, pressed, heir)
       if (heir == 0) return
       entrance%rest = min(0.0_dp, gap + pressed)
     end associate
     contact%inherits = pressed
     call take_stiffness(past%contact(heir)%entrance(past%contact(heir)%active), contact)
   end subroutine rest_inside
+
+  !> Gap at which the spring of a new entrance rests: 0, or where its vertex is inside there, but for what presses between its faces
+  !> already. A corner of two entrances is not between them.
+  pure real(dp) function rest_of(outlines, survey, past, n_entrances, entrance) result(rest)
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: n_entrances         !! of its contact
+    type(entrance_t), intent(in) :: entrance
+
+    rest = min(0.0_dp, gap_at(survey, entrance%vertex, entrance%edge))
+    if (rest >= 0 .or. n_entrances > 1) return
+    rest = min(0.0_dp, rest + pressed_between(outlines, survey, past, entrance))
+  end function rest_of
+
+  !> Largest overlap by which what slides on one of the faces of an entrance pressed when the step before ended: between the same
+  !> blocks, and by joints with a stiffness of their own between any, where what begins is short.
+  pure real(dp) function pressed_between(outlines, survey, past, entrance) result(pressed)
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    type(entrance_t), intent(in) :: entrance
+    integer, allocatable :: faces(:)
+    real(dp) :: most
+    integer :: k, m
+
+    pressed = 0.0_dp
+    faces = faces_of_entrance(outlines, survey, entrance)
+    if (size(faces) == 0) return
+    do k = 1, size(past%contact)
+      associate (was => past%contact(k), other => past%contact(k)%entrance(past%contact(k)%active), block => outlines%block)
+        most = merge(deeper*was%pressed, was%pressed, other%gives_way)
+        if (.not. (most > pressed .and. slides(was))) cycle
+        if (.not. (other%gives_way .or. same_two(block([entrance%vertex, entrance%edge]), block([other%vertex, other%edge])))) cycle
+        associate (others => faces_of(outlines, survey, was))
+          if (any([(any(faces == others(m)), m=1, size(others))])) pressed = most
+        end associate
+      end associate
+    end do
+  end function pressed_between
+
+  !> Whether two pairs of blocks are the same.
+  pure logical function same_two(a, b)
+    integer, intent(in) :: a(2), b(2)
+
+    same_two = all(a == b) .or. all(a == b(2:1:-1))
+  end function same_two
 
   !> Overlap and contact of the spring by which the vertex of an entrance pressed most on other bodies than that of its edge when
   !> the step before ended, across edges that face as its own does, within 45 degrees.
@@ -292,11 +398,12 @@ contains
     type(past_t), intent(in) :: past
     type(line_t), intent(in) :: line
     type(contact_t), intent(inout) :: contact
-    real(dp) :: overlap
+    real(dp) :: gap, overlap
     integer :: before, heir, k
 
     associate (active => contact%entrance(contact%active))
-      overlap = merge(0.0_dp, -1.0_dp, active%state == state_open .and. gap_at(survey, active%vertex, active%edge) < 0)
+      gap = gap_at(survey, active%vertex, active%edge)
+      overlap = merge(0.0_dp, -1.0_dp, active%state == state_open .and. gap < 0 .and. gap >= active%rest)
     end associate
     heir = 0
     do k = 1, line%n

@@ -26,6 +26,7 @@ module scree_corner_meeting
   type :: encounter_t
     integer :: n_lines = 1
     type(line_t) :: line(2)
+    logical :: shared = .false. !! both corners have it, as they lie flat on each other
     integer :: covered = 0 !! line of edges that a third block lies flush with: none enters by it; 0: neither
   end type encounter_t
 
@@ -84,6 +85,7 @@ contains
       upon = on_lines(a, b, between, parallel)
       meeting%n = 1
       meeting%flat = .true.
+      meeting%encounter(1)%shared = .true.
       meeting%encounter(1)%line(1) = line_of([a%vertex, b%vertex, a%vertex, b%vertex], [b%vertex, a%vertex, b%before, a%before], &
                                              reshape(upon, [4]))
     else
@@ -179,12 +181,12 @@ contains
     if (edges_lead_away(a, b%into, parallel)) call add_edge(a%vertex, b%before, meeting)
   end subroutine meet_edges_that_fit
 
-  !> A contact of a vertex at an edge.
+  !> A contact of a vertex at an edge, or at one of some in a line.
   pure function encounter_of_edge(vertex, edge) result(encounter)
-    integer, intent(in) :: vertex, edge
+    integer, intent(in) :: vertex, edge(:)
     type(encounter_t) :: encounter
 
-    encounter%line(1) = line_of([vertex], [edge], [.true.])
+    encounter%line(1) = line_of(spread(vertex, 1, size(edge)), edge, spread(.true., 1, size(edge)))
   end function encounter_of_edge
 
   !> Adds a contact of a vertex at an edge.

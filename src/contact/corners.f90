@@ -5,7 +5,7 @@ module scree_corners
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: along_edge, corner_t, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn
+  public :: along_edge, corner_t, edges_lead_away, find_corners, gap_at, slip_at, survey_edges, survey_t, tilt, turn
 
   real(dp), parameter :: no_corner = 1e-9_dp !! an angle below is that of the end of a crack, a whole turn
 
@@ -23,9 +23,10 @@ module scree_corners
   type :: survey_t
     real(dp), allocatable :: start(:, :)  !! (2, n) where each edge begins, length
     real(dp), allocatable :: finish(:, :) !! (2, n) where it ends, length
-    real(dp), allocatable :: length(:)    !! (n) of each edge
+    real(dp), allocatable :: length(:)    !! (n) of each edge, 0 of one that is not listed
     real(dp), allocatable :: local(:)     !! (n) shorter edge at each vertex and at what is near it, length
     real(dp), allocatable :: near(:)      !! (n) how far each vertex may move in the step, length
+    real(dp), allocatable :: way(:, :)    !! (2, n) by which the velocity of each vertex takes it in the step, length
     real(dp), allocatable :: turning(:)   !! (n) how far the corner at each vertex may turn in the step, rad
     type(corner_t), allocatable :: corner(:)
   end type survey_t
@@ -43,6 +44,7 @@ contains
     associate (n => size(outlines%start))
       allocate (survey%start(2, n), survey%finish(2, n), survey%length(n), survey%local(n), survey%near(n), survey%turning(n))
     end associate
+    survey%length = 0.0_dp
     do k = 1, size(edge)
       i = edge(k)
       survey%start(:, i) = position(:, outlines%start(i))
@@ -116,6 +118,19 @@ contains
 
     gap_at = gap_of(survey%start(:, i), survey%start(:, j), survey%finish(:, j))
   end function gap_at
+
+  !> Way that the velocities let vertex i slide along edge j in the step, length.
+  pure real(dp) function slip_at(survey, next, i, j) result(slip)
+    type(survey_t), intent(in) :: survey
+    integer, intent(in) :: next            !! edge after j
+    integer, intent(in) :: i, j
+    real(dp) :: share, t(2), way(2)
+
+    share = along_edge(survey, i, j)/survey%length(j)
+    t = (survey%finish(:, j) - survey%start(:, j))/survey%length(j)
+    way = survey%way(:, i) - (1 - share)*survey%way(:, j) - share*survey%way(:, next)
+    slip = abs(dot_product(way, t))
+  end function slip_at
 
   !> The same angle between -pi and pi.
   pure real(dp) function turn(angle)

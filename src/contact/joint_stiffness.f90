@@ -1,7 +1,8 @@
 !> How stiff a contact is: joint stiffness (force/length^3) times the length of the joint that the contact stands for.
 !>
 !> Edges that lie on each other have a length in common, and two ends of it, each a vertex at an edge: each of these contacts stands
-!> for half of that length. So the lengths of all contacts of a joint add up to its own, however many they are.
+!> for half of that length. So the lengths of all contacts of a joint add up to its own, however many they are. As the faces slide
+!> over each other the lengths follow: what a contact loses at the end of a face another wins at the beginning of the next.
 module scree_joint_stiffness
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, parallel
@@ -10,15 +11,15 @@ module scree_joint_stiffness
   use scree_sets, only: root_of, unite
   implicit none
   private
-  public :: bonded_entrance, bonded_length, change_stiffness, is_hard, keep_stiffness, mean_of_bonds, measure_contact, &
-            stiffen_contact, take_stiffness
+  public :: bonded_entrance, bonded_length, change_stiffness, follow_slip, is_hard, keep_stiffness, mean_of_bonds, &
+            measure_contact, stiffen_contact, take_stiffness
 
   !> Of the edges about: a vertex so near to the end of an edge is at it, and faces the edge beyond, too.
   real(dp), parameter, public :: at_end = 1e-3_dp
   !> Of the shorter edge: a corner that meets an edge beside its end, or another corner, stands for so much.
   real(dp), parameter :: least = 0.05_dp
-  !> The same of edges that lie on each other from the start of the run, or of a stage that changes their stiffness: what comes
-  !> later may slide on, and keeps what it stands for then.
+  !> The same of edges that lie on each other from the start of the run, or of a stage that changes their stiffness. What comes
+  !> later would sink as deep as its beginning is short, and win energy as it slides on.
   real(dp), parameter :: least_from_start = 1e-3_dp
   !> Of the mean of bonds: one is as stiff as if it stood for so much. Softer ones take steps more solutions.
   real(dp), parameter :: least_bond = 0.01_dp
@@ -48,7 +49,7 @@ contains
       associate (entrance => contact%entrance(k))
         own = [law%normal_stiffness, law%shear_stiffness]
         if (has_its_own(law, entrance)) then
-          own = law%joint_stiffness(:, entrance%joint)*length_of_contact(outlines, position, from_start, entrance)
+          own = law%joint_stiffness(:, entrance%joint)*length_of_contact(outlines, position, contact%shared, from_start, entrance)
         else if (bond > 0 .and. bonds > 0) then
           own = max(entrance%length/bonds, least_bond)*own
         end if
@@ -155,6 +156,38 @@ contains
     contact%entrance(other)%gives_way = contact%entrance(contact%active)%gives_way
   end subroutine keep_stiffness
 
+  !> Gives a closed contact of a vertex over an edge, whose joint has a stiffness of its own and which slides, that of the length
+  !> which it stands for now. Faces that lie on each other change it by no more than both ends of a face slide, but for what it
+  !> begins or ceases to stand for beside another vertex. One beside which nothing else bears loses none, and a corner wins what it
+  !> stands for as its faces turn off, at the energy that it has. Bonds keep theirs.
+  pure subroutine follow_slip(outlines, position, law, slip, is_borne, was, contact)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: slip               !! in a step, length
+    logical, intent(in) :: is_borne            !! others press on its faces, too
+    type(contact_t), intent(in) :: was         !! the contact that it goes on from
+    type(contact_t), intent(inout) :: contact
+    real(dp) :: common(2), facing(2), shorter, length, now
+
+    associate (entrance => contact%entrance(1))
+      if (contact%n_entrances > 1 .or. entrance%bonded .or. .not. (entrance%gives_way .and. has_its_own(law, entrance))) return
+      call face(outlines, position, contact%shared, entrance, common, facing, shorter)
+      associate (own => law%joint_stiffness(:, entrance%joint))
+        now = entrance%stiffness(1)/own(1)
+        if (any(facing >= cos(parallel))) then
+          length = max(0.5_dp*sum(common, facing >= cos(parallel)), min(now, least*shorter))
+          if (contact%shared .eqv. was%shared) length = min(now + 2*slip, max(now - 2*slip, length))
+          if (.not. is_borne) length = max(now, length)
+        else
+          length = max(now, length_of_contact(outlines, position, contact%shared, .false., entrance))
+          entrance%rest = entrance%rest - (1 - sqrt(now/length))*was%pressed
+        end if
+        call set_stiffness(own*length, .true., contact)
+      end associate
+    end associate
+  end subroutine follow_slip
+
   !> Gives a closed contact the stiffness that it has by another law, as a stage may have: by its joints, where theirs is another,
   !> and else as many times what it has as that of contact becomes. The energy of its springs goes with it.
   pure subroutine change_stiffness(outlines, position, before, law, bonds, contact)
@@ -214,23 +247,24 @@ contains
     do k = 1, contact%n_entrances
       associate (entrance => contact%entrance(k))
         if (.not. entrance%bonded .and. any(law%roughness(:, entrance%joint) > 0)) &
-          entrance%length = length_of_contact(outlines, position, .false., entrance)
+          entrance%length = length_of_contact(outlines, position, contact%shared, .false., entrance)
       end associate
     end do
   end subroutine measure_contact
 
   !> Length of the joint that a contact stands for: half of what the edges at its vertex have in common with its edge.
   !>
-  !> Where no edge at the vertex is parallel to that one, a corner, it is half of what their shadows on it have in common with it,
-  !> and that edge counts that faces it better.
-  pure real(dp) function length_of_contact(outlines, position, from_start, entrance) result(length)
+  !> Where no edge at the vertex is parallel to that one, a corner, it is half of what the shadows of its sides have in common with
+  !> the side of that edge, however many edges these have, and that side counts that faces it better.
+  pure real(dp) function length_of_contact(outlines, position, shared, from_start, entrance) result(length)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
+    logical, intent(in) :: shared              !! the vertex at the nearer end of the edge has the contact, too, however far
     logical, intent(in) :: from_start          !! of the run, or of a stage
     type(entrance_t), intent(in) :: entrance
     real(dp) :: common(2), facing(2), shorter
 
-    call face(outlines, position, entrance, common, facing, shorter)
+    call face(outlines, position, shared, entrance, common, facing, shorter)
     if (any(facing >= cos(parallel))) then
       length = max(0.5_dp*sum(common, facing >= cos(parallel)), merge(least_from_start, least, from_start)*shorter)
     else
@@ -239,64 +273,95 @@ contains
   end function length_of_contact
 
   !> Length of a bonded joint that a contact stands for: 0 where no edge at its vertex is parallel to its own.
-  pure real(dp) function bonded_length(outlines, position, entrance) result(length)
+  pure real(dp) function bonded_length(outlines, position, shared, entrance) result(length)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
+    logical, intent(in) :: shared              !! the vertex at the nearer end of the edge has the contact, too, however far
     type(entrance_t), intent(in) :: entrance
     real(dp) :: common(2), facing(2), shorter
 
-    call face(outlines, position, entrance, common, facing, shorter)
+    call face(outlines, position, shared, entrance, common, facing, shorter)
     length = 0.5_dp*sum(common, facing >= cos(parallel))
   end function bonded_length
 
-  !> What each of the two edges at the vertex of an entrance has in common with its edge, seen across it.
-  pure subroutine face(outlines, position, entrance, common, facing, shorter)
+  !> What each of the two edges at the vertex of an entrance has in common with its edge, seen across it; of a corner, the sides.
+  pure subroutine face(outlines, position, shared, entrance, common, facing, shorter)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
+    logical, intent(in) :: shared              !! the vertex at the nearer end of the edge has the contact, too, however far
     type(entrance_t), intent(in) :: entrance
     real(dp), intent(out) :: common(2)         !! of the edge that begins at the vertex and the one that ends there, length
     real(dp), intent(out) :: facing(2)         !! cosine of the angle by which each is turned from facing the edge
     real(dp), intent(out) :: shorter           !! of the edge and the longer one at the vertex, length
-    real(dp) :: t(2), normal(2), own(2), length, longer, shortest, at, ends(2), from, to, beside
-    integer :: edge, i
+    real(dp) :: t(2), normal(2), way(2), length, shortest, at, ends(2), from, to, beside
+    real(dp) :: own(2, 2)                      ! of the vertex's edges, from it on
+    integer :: i
 
     call frame_of_edge(position(:, outlines%start(entrance%edge)), position(:, outlines%finish(entrance%edge)), t, normal, length)
     at = dot_product(t, position(:, outlines%start(entrance%vertex)) - position(:, outlines%start(entrance%edge)))
-    shortest = min(length, length_of(entrance%vertex), length_of(outlines%previous(entrance%vertex)))
-    from = 0.0_dp
-    to = length
-    beside = going_on(outlines%previous(entrance%edge))
-    if (at < at_end*min(shortest, beside)) from = -beside
-    beside = going_on(outlines%next(entrance%edge))
-    if (length - at < at_end*min(shortest, beside)) to = length + beside
-    longer = 0.0_dp
     do i = 1, 2
-      edge = merge(entrance%vertex, outlines%previous(entrance%vertex), i == 1)
-      own = position(:, outlines%finish(edge)) - position(:, outlines%start(edge))
-      longer = max(longer, norm2(own))
-      facing(i) = -dot_product(own, t)/norm2(own)
-      at = dot_product(t, position(:, outlines%start(edge)) - position(:, outlines%start(entrance%edge)))
-      ends = [at + dot_product(t, own), at]
+      way = way_along(merge(entrance%vertex, outlines%previous(entrance%vertex), i == 1))
+      facing(i) = -dot_product(way, t)/norm2(way)
+    end do
+    if (any(facing >= cos(parallel))) then
+      shortest = min(length, norm2(way_along(entrance%vertex)), norm2(way_along(outlines%previous(entrance%vertex))))
+      from = 0.0_dp
+      to = length
+      beside = going_on(outlines%previous(entrance%edge))
+      if (at < merge(0.5_dp*length, at_end*min(shortest, beside), shared)) from = -beside
+      beside = going_on(outlines%next(entrance%edge))
+      if (length - at < merge(0.5_dp*length, at_end*min(shortest, beside), shared)) to = length + beside
+      own(:, 1) = way_along(entrance%vertex)
+      own(:, 2) = -way_along(outlines%previous(entrance%vertex))
+    else
+      from = dot_product(t, side_from(entrance%edge, outlines%previous)) + length
+      to = dot_product(t, side_from(entrance%edge, outlines%next))
+      own(:, 1) = side_from(entrance%vertex, outlines%next)
+      own(:, 2) = side_from(outlines%previous(entrance%vertex), outlines%previous)
+    end if
+    do i = 1, 2
+      ends = at + [min(0.0_dp, dot_product(t, own(:, i))), max(0.0_dp, dot_product(t, own(:, i)))]
       common(i) = max(0.0_dp, min(to, ends(2)) - max(from, ends(1)))
     end do
-    shorter = min(length, longer)
+    shorter = min(to - from, maxval(norm2(own, 1)))
+    if (any(facing >= cos(parallel))) shorter = min(length, maxval(norm2(own, 1)))
 
   contains
 
-    !> Length of an edge.
-    pure real(dp) function length_of(edge)
+    !> From the start of an edge to its end.
+    pure function way_along(edge)
       integer, intent(in) :: edge
+      real(dp) :: way_along(2)
 
-      length_of = norm2(position(:, outlines%finish(edge)) - position(:, outlines%start(edge)))
-    end function length_of
+      way_along = position(:, outlines%finish(edge)) - position(:, outlines%start(edge))
+    end function way_along
+
+    !> From one end of an edge to where the side ends that it lies in, over edges that go on in its direction: from its start
+    !> forward, or from its end back.
+    pure function side_from(edge, following) result(way)
+      integer, intent(in) :: edge
+      integer, intent(in) :: following(:)          !! edge after each, or before
+      real(dp) :: way(2), more(2)
+      integer :: k
+
+      way = way_along(edge)
+      k = following(edge)
+      do while (k /= edge)
+        more = way_along(k)
+        if (dot_product(more, way) < cos(parallel)*norm2(more)*norm2(way)) exit
+        way = way + more
+        k = following(k)
+      end do
+      if (following(edge) == outlines%previous(edge)) way = -way
+    end function side_from
 
     !> Length of an edge beside that of the entrance, where it goes on in its direction, else 0.
     pure real(dp) function going_on(beside)
       integer, intent(in) :: beside
-      real(dp) :: way(2)
 
-      way = position(:, outlines%finish(beside)) - position(:, outlines%start(beside))
-      going_on = merge(norm2(way), 0.0_dp, dot_product(way, t) >= cos(parallel)*norm2(way))
+      associate (way => way_along(beside))
+        going_on = merge(norm2(way), 0.0_dp, dot_product(way, t) >= cos(parallel)*norm2(way))
+      end associate
     end function going_on
 
   end subroutine face

@@ -61,6 +61,7 @@ module scree_contacts
     integer :: n_entrances = 1
     integer :: active = 1               !! entrance that acts
     integer :: covered = 0              !! entrance by edges that a third block lies flush with: none enters by it; 0: neither
+    logical :: shared = .false.         !! two vertices that lie flat on each other have it, and one apart has none
     real(dp) :: force(2) = 0.0_dp       !! at the end of the last step, pressing and along the edge, per unit thickness
     real(dp) :: pressed = 0.0_dp        !! overlap of its spring then, length
     real(dp) :: overlap = 0.0_dp        !! then, with what it rests at; of an open one as far as it rests inside, length

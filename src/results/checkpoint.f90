@@ -369,6 +369,7 @@ contains
     call archive%part('contact%n_entrances', contact%n_entrances)
     call archive%part('contact%active', contact%active)
     call archive%part('contact%covered', contact%covered)
+    call archive%part('contact%shared', contact%shared)
     do i = 1, 2
       call archive%part('contact%force', contact%force(i))
     end do

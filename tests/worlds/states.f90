@@ -129,8 +129,9 @@ contains
     integer, allocatable :: numbers(:)
 
     associate (entrance => contact%entrance(:contact%n_entrances))
-      numbers = [contact%n_entrances, contact%active, contact%covered, entrance%vertex, entrance%edge, entrance%joint, &
-                 entrance%pair, entrance%state, merge(1, 0, entrance%bonded), merge(1, 0, entrance%gives_way)]
+      numbers = [contact%n_entrances, contact%active, contact%covered, merge(1, 0, contact%shared), &
+                 entrance%vertex, entrance%edge, entrance%joint, entrance%pair, entrance%state, &
+                 merge(1, 0, entrance%bonded), merge(1, 0, entrance%gives_way)]
     end associate
   end function whole_numbers_of
 
