@@ -19,7 +19,7 @@ module scree_contact_detection
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, parallel, state_open
   use scree_corner_meeting, only: encounter_of_edge, encounter_t, meeting_t
-  use scree_corners, only: along_edge, edges_lead_away, find_corners, gap_at, slip_at, survey_edges, survey_t, tilt, turn
+  use scree_corners, only: along_edge, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn, way_at
   use scree_joint_stiffness, only: at_end, follow_slip
   use scree_kinds, only: dp, pi
   implicit none
@@ -450,12 +450,12 @@ contains
       do k = 1, n_found
         associate (vertex => found(k)%entrance(1)%vertex, edge => found(k)%entrance(1)%edge, from => found(k)%entrance(1)%from)
           if (found(k)%entrance(1)%state == state_open .or. from == 0) cycle
-          associate (was => past%contact((from + 1)/2), slip => slip_at(survey, outlines%next(edge), vertex, edge))
+          associate (was => past%contact((from + 1)/2), way => way_at(survey, outlines%next(edge), vertex, edge))
             if (.not. slides(was)) cycle
             associate (others => pressed(:, faces_of(outlines, survey, was)))
               is_borne = any(merge(others(2, :), others(1, :), others(1, :) <= was%pressed) >= 0.5_dp*was%pressed)
             end associate
-            call follow_slip(outlines, position, try%law, slip, is_borne, was, found(k))
+            call follow_slip(outlines, position, try%law, abs(way(1)), is_borne, was, found(k))
           end associate
         end associate
       end do

@@ -6,7 +6,7 @@ module scree_contact_memory
   use scree_contact_pairs, only: entrances_t, has_same_entrances, list_entrances, place_of_pair
   use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, parallel, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
-  use scree_corners, only: along_edge, gap_at, survey_t, turn
+  use scree_corners, only: along_edge, gap_at, survey_t, turn, way_at
   use scree_joint_stiffness, only: take_stiffness
   use scree_kinds, only: dp, pi
   implicit none
@@ -15,6 +15,7 @@ module scree_contact_memory
 
   real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
   real(dp), parameter :: far = 10.0_dp            !! times the overlap of a spring: what has slid as much slides on
+  real(dp), parameter :: landing = 0.3_dp         !! of its way along: what goes farther across lands, or turns, and does not slide
   real(dp), parameter :: deeper = 2.0_dp          !! times that of others, that a joint overlaps by at the end of a tilted face
 
   !> The contacts of the step before, to be looked up.
@@ -185,7 +186,7 @@ contains
     end do
     if (best%vertex == 0) return
     best%joint = outlines%joint(best%edge)
-    if (known > 0) call go_on(survey, past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)), best)
+    if (known > 0) call go_on(outlines, survey, past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)), best)
     best%from = known
   end subroutine find_best_entrance
 
@@ -229,7 +230,8 @@ contains
 
   !> Lets an entrance go on where another was: with the same slip, and its spring pressed by as much, or where a joint with a
   !> stiffness of its own slides by what its faces overlap by there.
-  pure subroutine go_on(survey, was, entrance)
+  pure subroutine go_on(outlines, survey, was, entrance)
+    type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(entrance_t), intent(in) :: was
     type(entrance_t), intent(inout) :: entrance
@@ -241,8 +243,10 @@ contains
       slip = along_edge(survey, was%vertex, was%edge) - was%anchor*survey%length(was%edge)
       entrance%anchor = entrance%anchor - slip/survey%length(entrance%edge)
       overlap = max(0.0_dp, was%rest + was%dilated - gap_at(survey, was%vertex, was%edge))
-      if ((entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) .and. .not. (was%gives_way .and. has_slid(was, overlap))) &
-        entrance%rest = min(0.0_dp, gap + overlap)
+      if (entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) then
+        if (.not. (was%gives_way .and. has_slid(was, overlap) .and. entrance%rest - gap <= deeper*overlap .and. &
+                   size(faces_of_entrance(outlines, survey, entrance)) > 0)) entrance%rest = min(0.0_dp, gap + overlap)
+      end if
     end if
     if (entrance%bonded .and. entrance%state /= state_open) return
     if (gap >= entrance%rest) entrance%rest = min(0.0_dp, gap) ! what has come out stays out
@@ -304,18 +308,20 @@ contains
     call take_stiffness(past%contact(heir)%entrance(past%contact(heir)%active), contact)
   end subroutine rest_inside
 
-  !> Gap at which the spring of a new entrance rests: 0, or where its vertex is inside there, but for what presses between its faces
-  !> already. A corner of two entrances is not between them.
+  !> Gap at which the spring of a new entrance rests: 0, or where its vertex is inside there, but for what presses between its
+  !> faces already, if it slides there. A corner of two entrances is not between them.
   pure real(dp) function rest_of(outlines, survey, past, n_entrances, entrance) result(rest)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     integer, intent(in) :: n_entrances         !! of its contact
     type(entrance_t), intent(in) :: entrance
+    real(dp) :: way(2)
 
     rest = min(0.0_dp, gap_at(survey, entrance%vertex, entrance%edge))
     if (rest >= 0 .or. n_entrances > 1) return
-    rest = min(0.0_dp, rest + pressed_between(outlines, survey, past, entrance))
+    way = abs(way_at(survey, outlines%next(entrance%edge), entrance%vertex, entrance%edge))
+    if (way(2) <= landing*way(1)) rest = min(0.0_dp, rest + pressed_between(outlines, survey, past, entrance))
   end function rest_of
 
   !> Largest overlap by which what slides on one of the faces of an entrance pressed when the step before ended: between the same

@@ -5,7 +5,7 @@ module scree_corners
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: along_edge, corner_t, edges_lead_away, find_corners, gap_at, slip_at, survey_edges, survey_t, tilt, turn
+  public :: along_edge, corner_t, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn, way_at
 
   real(dp), parameter :: no_corner = 1e-9_dp !! an angle below is that of the end of a crack, a whole turn
 
@@ -43,6 +43,7 @@ contains
 
     associate (n => size(outlines%start))
       allocate (survey%start(2, n), survey%finish(2, n), survey%length(n), survey%local(n), survey%near(n), survey%turning(n))
+      allocate (survey%way(2, n), source=0.0_dp)
     end associate
     survey%length = 0.0_dp
     do k = 1, size(edge)
@@ -119,18 +120,18 @@ contains
     gap_at = gap_of(survey%start(:, i), survey%start(:, j), survey%finish(:, j))
   end function gap_at
 
-  !> Way that the velocities let vertex i slide along edge j in the step, length.
-  pure real(dp) function slip_at(survey, next, i, j) result(slip)
+  !> Way of vertex i along edge j and across it that the velocities make in the step, length.
+  pure function way_at(survey, next, i, j) result(along)
     type(survey_t), intent(in) :: survey
     integer, intent(in) :: next            !! edge after j
     integer, intent(in) :: i, j
-    real(dp) :: share, t(2), way(2)
+    real(dp) :: along(2), share, t(2), way(2)
 
     share = along_edge(survey, i, j)/survey%length(j)
     t = (survey%finish(:, j) - survey%start(:, j))/survey%length(j)
     way = survey%way(:, i) - (1 - share)*survey%way(:, j) - share*survey%way(:, next)
-    slip = abs(dot_product(way, t))
-  end function slip_at
+    along = [dot_product(way, t), t(2)*way(1) - t(1)*way(2)]
+  end function way_at
 
   !> The same angle between -pi and pi.
   pure real(dp) function turn(angle)

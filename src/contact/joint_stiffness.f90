@@ -23,6 +23,10 @@ module scree_joint_stiffness
   real(dp), parameter :: least_from_start = 1e-3_dp
   !> Of the mean of bonds: one is as stiff as if it stood for so much. Softer ones take steps more solutions.
   real(dp), parameter :: least_bond = 0.01_dp
+  !> Times the length that a contact has: what it has as it begins to stand for what another vertex did, whose contact goes, too.
+  real(dp), parameter :: most_shared = 2.0_dp
+  !> In a step, times the length that it has: what a contact that bears alone wins beside what it slides.
+  real(dp), parameter :: most_won = 1.1_dp
   !> How fast an edge of a corner counts less as it turns from facing the contact's edge, while the other faces it better.
   integer, parameter :: turned_away = 8
 
@@ -157,15 +161,15 @@ contains
   end subroutine keep_stiffness
 
   !> Gives a closed contact of a vertex over an edge, whose joint has a stiffness of its own and which slides, that of the length
-  !> which it stands for now. Faces that lie on each other change it by no more than both ends of a face slide, but for what it
-  !> begins or ceases to stand for beside another vertex. One beside which nothing else bears loses none, and a corner wins what it
-  !> stands for as its faces turn off, at the energy that it has. Bonds keep theirs.
+  !> which it stands for now. Where others press on its faces, too, their sliding changes it by no more than both ends of a face
+  !> slide, but for what it begins or ceases to stand for beside another vertex. One that bears alone, as a corner does whose faces
+  !> turn off, loses none, and wins some at the energy that it has. Bonds keep theirs.
   pure subroutine follow_slip(outlines, position, law, slip, is_borne, was, contact)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: slip               !! in a step, length
-    logical, intent(in) :: is_borne            !! others press on its faces, too
+    logical, intent(in) :: is_borne            !! others press on its faces
     type(contact_t), intent(in) :: was         !! the contact that it goes on from
     type(contact_t), intent(inout) :: contact
     real(dp) :: common(2), facing(2), shorter, length, now
@@ -175,18 +179,36 @@ contains
       call face(outlines, position, contact%shared, entrance, common, facing, shorter)
       associate (own => law%joint_stiffness(:, entrance%joint))
         now = entrance%stiffness(1)/own(1)
-        if (any(facing >= cos(parallel))) then
+        if (is_borne .and. any(facing >= cos(parallel))) then
           length = max(0.5_dp*sum(common, facing >= cos(parallel)), min(now, least*shorter))
-          if (contact%shared .eqv. was%shared) length = min(now + 2*slip, max(now - 2*slip, length))
-          if (.not. is_borne) length = max(now, length)
+          if (contact%shared .eqv. was%shared) length = max(now - 2*slip, length)
+          length = min(merge(1.0_dp, most_shared, contact%shared .eqv. was%shared)*now + 2*slip, length)
         else
-          length = max(now, length_of_contact(outlines, position, contact%shared, .false., entrance))
-          entrance%rest = entrance%rest - (1 - sqrt(now/length))*was%pressed
+          length = length_of_contact(outlines, position, contact%shared, .false., entrance)
+          length = max(now, min(most_won*now + 2*slip, length))
+          call keep_energy(outlines, position, sqrt(now/length), was%pressed, entrance)
         end if
         call set_stiffness(own*length, .true., contact)
       end associate
     end associate
   end subroutine follow_slip
+
+  !> Lets the springs of an entrance rest so that they are strained by a share of what they were.
+  pure subroutine keep_energy(outlines, position, share, pressed, entrance)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
+    real(dp), intent(in) :: share
+    real(dp), intent(in) :: pressed            !! overlap of the spring across, length
+    type(entrance_t), intent(inout) :: entrance
+    real(dp) :: t(2), normal(2), length, at
+
+    associate (start => position(:, outlines%start(entrance%edge)))
+      call frame_of_edge(start, position(:, outlines%finish(entrance%edge)), t, normal, length)
+      at = dot_product(t, position(:, outlines%start(entrance%vertex)) - start)/length
+    end associate
+    entrance%rest = entrance%rest - (1 - share)*pressed
+    entrance%anchor = at - share*(at - entrance%anchor)
+  end subroutine keep_energy
 
   !> Gives a closed contact the stiffness that it has by another law, as a stage may have: by its joints, where theirs is another,
   !> and else as many times what it has as that of contact becomes. The energy of its springs goes with it.
