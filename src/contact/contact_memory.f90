@@ -15,6 +15,7 @@ module scree_contact_memory
 
   real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
   real(dp), parameter :: far = 10.0_dp            !! times the overlap of a spring: what has slid as much slides on
+  real(dp), parameter :: in_line = 2e-2_dp         !! angle up to which faces that slide and press tilt, rad
   real(dp), parameter :: landing = 0.3_dp         !! of its way along: what goes farther across lands, or turns, and does not slide
   real(dp), parameter :: deeper = 2.0_dp          !! times that of others, that a joint overlaps by at the end of a tilted face
 
@@ -59,32 +60,34 @@ contains
     type(contact_t), intent(in) :: contact
     integer, allocatable :: faces(:)
 
-    faces = faces_of_entrance(outlines, survey, contact%entrance(contact%active))
+    faces = faces_of_entrance(outlines, survey, parallel, contact%entrance(contact%active))
   end function faces_of
 
   !> Likewise at an entrance.
-  pure function faces_of_entrance(outlines, survey, entrance) result(faces)
+  pure function faces_of_entrance(outlines, survey, flat, entrance) result(faces)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
+    real(dp), intent(in) :: flat    !! angle up to which edges lie on each other, rad
     type(entrance_t), intent(in) :: entrance
     integer, allocatable :: faces(:)
 
     associate (own => entrance%vertex, before => outlines%previous(entrance%vertex), edge => entrance%edge)
-      faces = pack([own, before], [lie_flat(survey, own, edge), lie_flat(survey, before, edge)])
+      faces = pack([own, before], [lie_flat(survey, flat, own, edge), lie_flat(survey, flat, before, edge)])
       if (size(faces) > 0) faces = [faces, edge]
     end associate
   end function faces_of_entrance
 
   !> Whether two edges are looked at, and one runs against the other.
-  pure logical function lie_flat(survey, a, b)
+  pure logical function lie_flat(survey, flat, a, b)
     type(survey_t), intent(in) :: survey
+    real(dp), intent(in) :: flat    !! up to this angle, rad
     integer, intent(in) :: a, b
 
     lie_flat = .false.
     associate (length => survey%length)
       if (.not. min(length(a), length(b)) > 0) return
       lie_flat = dot_product(survey%finish(:, a) - survey%start(:, a), survey%start(:, b) - survey%finish(:, b)) &
-                 >= cos(parallel)*length(a)*length(b)
+                 >= cos(flat)*length(a)*length(b)
     end associate
   end function lie_flat
 
@@ -245,7 +248,7 @@ contains
       overlap = max(0.0_dp, was%rest + was%dilated - gap_at(survey, was%vertex, was%edge))
       if (entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) then
         if (.not. (was%gives_way .and. has_slid(was, overlap) .and. entrance%rest - gap <= deeper*overlap .and. &
-                   size(faces_of_entrance(outlines, survey, entrance)) > 0)) entrance%rest = min(0.0_dp, gap + overlap)
+                   size(faces_of_entrance(outlines, survey, in_line, entrance)) > 0)) entrance%rest = min(0.0_dp, gap + overlap)
       end if
     end if
     if (entrance%bonded .and. entrance%state /= state_open) return
@@ -336,7 +339,7 @@ contains
     integer :: k, m
 
     pressed = 0.0_dp
-    faces = faces_of_entrance(outlines, survey, entrance)
+    faces = faces_of_entrance(outlines, survey, in_line, entrance)
     if (size(faces) == 0) return
     do k = 1, size(past%contact)
       associate (was => past%contact(k), other => past%contact(k)%entrance(past%contact(k)%active), block => outlines%block)

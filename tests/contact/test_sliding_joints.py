@@ -55,7 +55,7 @@ def test_over_a_floor_that_bends_up(bends, tmp_path):
     floor = np.array([[-1.0, -1.0], [x[-1][0], -1.0], *x[::-1]])
     _, r = slide(tmp_path, [floor], ["&joints kn=1e8, ks=1e8 /"], dt=2e-3, slider=box(0, 1, 0, 0.4), time=0.9)
     assert r.history.overlap.max() < 4e-3
-    assert abs(r.history.energy.dissipated[-1]) < 0.005 * 0.5 * 1000 * 3**2
+    assert abs(r.history.energy.dissipated[-1]) < 0.01 * 0.5 * 1000 * 3**2
 
 
 def row(edge):
