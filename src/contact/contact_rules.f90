@@ -81,24 +81,14 @@ contains
   pure logical function judges_anew(law)
     type(contact_law_t), intent(in) :: law
 
-    select case (law%rules)
-    case (rules_shi)
-      judges_anew = .false.
-    case default
-      judges_anew = .true.
-    end select
+    judges_anew = law%rules /= rules_shi
   end function judges_anew
 
   !> Whether all contacts are iterated as often as those that settle last; else islands are apart.
   pure logical function settles_as_one(law)
     type(contact_law_t), intent(in) :: law
 
-    select case (law%rules)
-    case (rules_shi)
-      settles_as_one = .true.
-    case default
-      settles_as_one = .false.
-    end select
+    settles_as_one = law%rules == rules_shi
   end function settles_as_one
 
   !> Whether the phase of a step decides what springs give back of an impact: not of those that conserve energy. Of runs by Shi's
@@ -106,24 +96,14 @@ contains
   pure logical function steps_decide_impacts(law)
     type(contact_law_t), intent(in) :: law
 
-    select case (law%rules)
-    case (rules_conserving, rules_shi)
-      steps_decide_impacts = .false.
-    case default
-      steps_decide_impacts = .true.
-    end select
+    steps_decide_impacts = all(law%rules /= [rules_conserving, rules_shi])
   end function steps_decide_impacts
 
   !> Whether the search sees as far as vertices move in the step, and a step may outrun it; else it sees to a set gap.
   pure logical function looks_as_far_as_it_moves(law)
     type(contact_law_t), intent(in) :: law
 
-    select case (law%rules)
-    case (rules_shi)
-      looks_as_far_as_it_moves = .not. law%shi%search_gap > 0
-    case default
-      looks_as_far_as_it_moves = .true.
-    end select
+    looks_as_far_as_it_moves = .not. (law%rules == rules_shi .and. law%shi%search_gap > 0)
   end function looks_as_far_as_it_moves
 
   !> Whether each step looks at all vertices, wherever they are.
@@ -159,24 +139,14 @@ contains
   pure logical function corners_turn(law)
     type(contact_law_t), intent(in) :: law
 
-    select case (law%rules)
-    case (rules_shi)
-      corners_turn = .false.
-    case default
-      corners_turn = .true.
-    end select
+    corners_turn = law%rules /= rules_shi
   end function corners_turn
 
   !> Whether what is found inside rests there without force; else springs press what overlaps when a run begins.
   pure logical function rests_inside(law)
     type(contact_law_t), intent(in) :: law
 
-    select case (law%rules)
-    case (rules_shi)
-      rests_inside = .false.
-    case default
-      rests_inside = .true.
-    end select
+    rests_inside = law%rules /= rules_shi
   end function rests_inside
 
   !> How the corners at vertices i and j can meet.
@@ -537,12 +507,7 @@ contains
   pure logical function forgives_faint_forces(law)
     type(contact_law_t), intent(in) :: law
 
-    select case (law%rules)
-    case (rules_shi)
-      forgives_faint_forces = .false.
-    case default
-      forgives_faint_forces = .true.
-    end select
+    forgives_faint_forces = law%rules /= rules_shi
   end function forgives_faint_forces
 
   !> Judges contact i, as it was measured: which entrance acts, and its state.
@@ -601,12 +566,7 @@ contains
   pure logical function decides_outside(law)
     type(contact_law_t), intent(in) :: law
 
-    select case (law%rules)
-    case (rules_shi)
-      decides_outside = .false.
-    case default
-      decides_outside = .true.
-    end select
+    decides_outside = law%rules /= rules_shi
   end function decides_outside
 
   !> Whether there are bonds, as stiff as what they stand for is long, so that they pull by the same stress. Shi's are as stiff as
@@ -637,12 +597,7 @@ contains
   pure logical function goes_on_after_cut(law)
     type(contact_law_t), intent(in) :: law
 
-    select case (law%rules)
-    case (rules_shi)
-      goes_on_after_cut = law%shi%search_gap > 0
-    case default
-      goes_on_after_cut = .false.
-    end select
+    goes_on_after_cut = law%rules == rules_shi .and. law%shi%search_gap > 0
   end function goes_on_after_cut
 
   !> What an entrance remembers of sliding in an accepted step: anchor, bond, and the slip that its spring keeps.
@@ -686,24 +641,14 @@ contains
   pure logical function may_make_energy(rules)
     integer, intent(in) :: rules
 
-    select case (rules)
-    case (rules_shi)
-      may_make_energy = .true.
-    case default
-      may_make_energy = .false.
-    end select
+    may_make_energy = rules == rules_shi
   end function may_make_energy
 
   !> Whether the stiffness follows gaps and overlaps from step to step (Shi: spri).
   pure logical function stiffness_adapts(law)
     type(contact_law_t), intent(in) :: law
 
-    select case (law%rules)
-    case (rules_shi)
-      stiffness_adapts = law%shi%allowed_gap > 0
-    case default
-      stiffness_adapts = .false.
-    end select
+    stiffness_adapts = law%rules == rules_shi .and. law%shi%allowed_gap > 0
   end function stiffness_adapts
 
   !> Stiffness across and along after a step with this largest gap and overlap of a closed contact.
