@@ -30,6 +30,14 @@ module scree_joint_stiffness
   !> How fast an edge of a corner counts less as it turns from facing the contact's edge, while the other faces it better.
   integer, parameter :: turned_away = 8
 
+  !> What the two edges at the vertex of an entrance, that which begins there and that which ends there, have to do with its edge.
+  type :: faces_t
+    logical :: flat(2)   !! they lie on it
+    real(dp) :: common(2) !! in common with it, seen across it, length; of a corner, none of whose edges lies on it, the sides
+    real(dp) :: facing(2) !! cosine of the angle by which each is turned from facing it
+    real(dp) :: shorter  !! of it and the longer one at the vertex, length
+  end type faces_t
+
 contains
 
   !> Gives a contact its stiffness across and along: the stiffer one of its lines, by their joints, of which those without a
@@ -172,19 +180,20 @@ contains
     logical, intent(in) :: is_borne            !! others press on its faces
     type(contact_t), intent(in) :: was         !! the contact that it goes on from
     type(contact_t), intent(inout) :: contact
-    real(dp) :: common(2), facing(2), shorter, length, now
+    type(faces_t) :: faces
+    real(dp) :: length, now
 
     associate (entrance => contact%entrance(1))
       if (contact%n_entrances > 1 .or. entrance%bonded .or. .not. (entrance%gives_way .and. has_its_own(law, entrance))) return
-      call face(outlines, position, contact%shared, entrance, common, facing, shorter)
+      faces = faces_at(outlines, position, contact%shared, entrance)
       associate (own => law%joint_stiffness(:, entrance%joint))
         now = entrance%stiffness(1)/own(1)
-        if (is_borne .and. any(facing >= cos(parallel))) then
-          length = max(0.5_dp*sum(common, facing >= cos(parallel)), min(now, least*shorter))
+        if (is_borne .and. any(faces%flat)) then
+          length = max(0.5_dp*sum(faces%common, faces%flat), min(now, least*faces%shorter))
           if (contact%shared .eqv. was%shared) length = max(now - 2*slip, length)
           length = min(merge(1.0_dp, most_shared, contact%shared .eqv. was%shared)*now + 2*slip, length)
         else
-          length = length_of_contact(outlines, position, contact%shared, .false., entrance)
+          length = length_by_faces(faces, .false.)
           length = max(now, min(most_won*now + 2*slip, length))
           call keep_energy(outlines, position, sqrt(now/length), was%pressed, entrance)
         end if
@@ -284,15 +293,23 @@ contains
     logical, intent(in) :: shared              !! the vertex at the nearer end of the edge has the contact, too, however far
     logical, intent(in) :: from_start          !! of the run, or of a stage
     type(entrance_t), intent(in) :: entrance
-    real(dp) :: common(2), facing(2), shorter
 
-    call face(outlines, position, shared, entrance, common, facing, shorter)
-    if (any(facing >= cos(parallel))) then
-      length = max(0.5_dp*sum(common, facing >= cos(parallel)), merge(least_from_start, least, from_start)*shorter)
-    else
-      length = max(0.5_dp*sum(common*(facing/maxval(facing))**turned_away, facing > 0), least*shorter)
-    end if
+    length = length_by_faces(faces_at(outlines, position, shared, entrance), from_start)
   end function length_of_contact
+
+  !> Likewise, where the faces are known.
+  pure real(dp) function length_by_faces(faces, from_start) result(length)
+    type(faces_t), intent(in) :: faces
+    logical, intent(in) :: from_start          !! of the run, or of a stage
+
+    associate (common => faces%common, facing => faces%facing)
+      if (any(faces%flat)) then
+        length = max(0.5_dp*sum(common, faces%flat), merge(least_from_start, least, from_start)*faces%shorter)
+      else
+        length = max(0.5_dp*sum(common*(facing/maxval(facing))**turned_away, facing > 0), least*faces%shorter)
+      end if
+    end associate
+  end function length_by_faces
 
   !> Length of a bonded joint that a contact stands for: 0 where no edge at its vertex is parallel to its own.
   pure real(dp) function bonded_length(outlines, position, shared, entrance) result(length)
@@ -300,21 +317,18 @@ contains
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
     logical, intent(in) :: shared              !! the vertex at the nearer end of the edge has the contact, too, however far
     type(entrance_t), intent(in) :: entrance
-    real(dp) :: common(2), facing(2), shorter
+    type(faces_t) :: faces
 
-    call face(outlines, position, shared, entrance, common, facing, shorter)
-    length = 0.5_dp*sum(common, facing >= cos(parallel))
+    faces = faces_at(outlines, position, shared, entrance)
+    length = 0.5_dp*sum(faces%common, faces%flat)
   end function bonded_length
 
-  !> What each of the two edges at the vertex of an entrance has in common with its edge, seen across it; of a corner, the sides.
-  pure subroutine face(outlines, position, shared, entrance, common, facing, shorter)
+  !> Measures the edges at the vertex of an entrance against its edge.
+  pure type(faces_t) function faces_at(outlines, position, shared, entrance) result(faces)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
     logical, intent(in) :: shared              !! the vertex at the nearer end of the edge has the contact, too, however far
     type(entrance_t), intent(in) :: entrance
-    real(dp), intent(out) :: common(2)         !! of the edge that begins at the vertex and the one that ends there, length
-    real(dp), intent(out) :: facing(2)         !! cosine of the angle by which each is turned from facing the edge
-    real(dp), intent(out) :: shorter           !! of the edge and the longer one at the vertex, length
     real(dp) :: t(2), normal(2), way(2), length, shortest, at, ends(2), from, to, beside
     real(dp) :: own(2, 2)                      ! of the vertex's edges, from it on
     integer :: i
@@ -323,9 +337,10 @@ contains
     at = dot_product(t, position(:, outlines%start(entrance%vertex)) - position(:, outlines%start(entrance%edge)))
     do i = 1, 2
       way = way_along(merge(entrance%vertex, outlines%previous(entrance%vertex), i == 1))
-      facing(i) = -dot_product(way, t)/norm2(way)
+      faces%facing(i) = -dot_product(way, t)/norm2(way)
     end do
-    if (any(facing >= cos(parallel))) then
+    faces%flat = faces%facing >= cos(parallel)
+    if (any(faces%flat)) then
       shortest = min(length, norm2(way_along(entrance%vertex)), norm2(way_along(outlines%previous(entrance%vertex))))
       from = 0.0_dp
       to = length
@@ -343,10 +358,9 @@ contains
     end if
     do i = 1, 2
       ends = at + [min(0.0_dp, dot_product(t, own(:, i))), max(0.0_dp, dot_product(t, own(:, i)))]
-      common(i) = max(0.0_dp, min(to, ends(2)) - max(from, ends(1)))
+      faces%common(i) = max(0.0_dp, min(to, ends(2)) - max(from, ends(1)))
     end do
-    shorter = min(to - from, maxval(norm2(own, 1)))
-    if (any(facing >= cos(parallel))) shorter = min(length, maxval(norm2(own, 1)))
+    faces%shorter = min(merge(length, to - from, any(faces%flat)), maxval(norm2(own, 1)))
 
   contains
 
@@ -386,6 +400,6 @@ contains
       end associate
     end function going_on
 
-  end subroutine face
+  end function faces_at
 
 end module scree_joint_stiffness
