@@ -450,12 +450,13 @@ contains
       do k = 1, n_found
         associate (vertex => found(k)%entrance(1)%vertex, edge => found(k)%entrance(1)%edge, from => found(k)%entrance(1)%from)
           if (found(k)%entrance(1)%state == state_open .or. from == 0) cycle
-          associate (was => past%contact((from + 1)/2), way => way_at(survey, outlines%next(edge), vertex, edge))
+          associate (was => past%contact((from + 1)/2))
             if (.not. slides(was)) cycle
-            associate (others => pressed(:, faces_of(outlines, survey, was)))
+            associate (others => pressed(:, faces_of(outlines, survey, was)), &
+                       way => way_at(survey, outlines%next(edge), vertex, edge))
               is_borne = any(merge(others(2, :), others(1, :), others(1, :) <= was%pressed) >= 0.5_dp*was%pressed)
+              call follow_slip(outlines, position, try%law, abs(way(1)), is_borne, was, found(k))
             end associate
-            call follow_slip(outlines, position, try%law, abs(way(1)), is_borne, was, found(k))
           end associate
         end associate
       end do

@@ -15,7 +15,7 @@ module scree_contact_memory
 
   real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
   real(dp), parameter :: far = 10.0_dp            !! times the overlap of a spring: what has slid as much slides on
-  real(dp), parameter :: in_line = 2e-2_dp         !! angle up to which faces that slide and press tilt, rad
+  real(dp), parameter :: in_line = 2e-2_dp        !! angle up to which faces that slide and press tilt, rad
   real(dp), parameter :: landing = 0.3_dp         !! of its way along: what goes farther across lands, or turns, and does not slide
   real(dp), parameter :: deeper = 2.0_dp          !! times that of others, that a joint overlaps by at the end of a tilted face
 
@@ -225,7 +225,7 @@ contains
         new%edge = entrance%edge
         new%joint = entrance%joint
         new%anchor = along_edge(survey, new%vertex, new%edge)/survey%length(new%edge)
-        new%rest = rest_of(outlines, survey, past, 1, new)
+        new%rest = rest_of(outlines, survey, past, new)
         entrance = new
       end associate
     end do
@@ -301,7 +301,8 @@ contains
     associate (entrance => contact%entrance(contact%active))
       if (entrance%state /= state_open .or. acted_before(past, entrance%vertex, entrance%edge)) return
       gap = gap_at(survey, entrance%vertex, entrance%edge)
-      entrance%rest = rest_of(outlines, survey, past, contact%n_entrances, entrance)
+      entrance%rest = min(0.0_dp, gap)
+      if (contact%n_entrances == 1) entrance%rest = rest_of(outlines, survey, past, entrance)
       if (entrance%rest >= 0 .or. entrance%rest > gap) return
       call find_pressed_beside(outlines%block, survey, past, entrance, pressed, heir)
       if (heir == 0) return
@@ -311,18 +312,17 @@ contains
     call take_stiffness(past%contact(heir)%entrance(past%contact(heir)%active), contact)
   end subroutine rest_inside
 
-  !> Gap at which the spring of a new entrance rests: 0, or where its vertex is inside there, but for what presses between its
-  !> faces already, if it slides there. A corner of two entrances is not between them.
-  pure real(dp) function rest_of(outlines, survey, past, n_entrances, entrance) result(rest)
+  !> Gap at which the spring of a contact of one new entrance rests: 0, or where its vertex is inside there, but for what presses
+  !> between its faces already, if it slides there. A corner of two entrances is not between them.
+  pure real(dp) function rest_of(outlines, survey, past, entrance) result(rest)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
-    integer, intent(in) :: n_entrances         !! of its contact
     type(entrance_t), intent(in) :: entrance
     real(dp) :: way(2)
 
     rest = min(0.0_dp, gap_at(survey, entrance%vertex, entrance%edge))
-    if (rest >= 0 .or. n_entrances > 1) return
+    if (rest >= 0) return
     way = abs(way_at(survey, outlines%next(entrance%edge), entrance%vertex, entrance%edge))
     if (way(2) <= landing*way(1)) rest = min(0.0_dp, rest + pressed_between(outlines, survey, past, entrance))
   end function rest_of
