@@ -82,22 +82,24 @@ contains
     integer, intent(inout) :: n_contacts
     type(entrances_t) :: entrances
     logical :: keep(n_contacts)
-    integer :: k, vertex
+    integer :: k, m, vertex
 
     call list_entrances(contact(:n_contacts), n, entrances)
     keep = .true.
     do vertex = 1, n
       do k = entrances%first(vertex) + 1, entrances%first(vertex + 1) - 1
-        if (entrances%edge(k) > entrances%edge(k - 1)) cycle
-        associate (a => (entrances%number(k - 1) + 1)/2, b => (entrances%number(k) + 1)/2)
-          if (contact(b)%n_entrances == 1) then
-            keep(b) = .false.
-          else if (contact(a)%n_entrances == 1) then
-            keep(a) = .false.
-          else if (has_same_entrances(contact(a), contact(b))) then
-            keep(max(a, b)) = .false.
-          end if
-        end associate
+        do m = k - 1, entrances%first(vertex), -1
+          if (entrances%edge(m) < entrances%edge(k)) exit
+          associate (a => (entrances%number(m) + 1)/2, b => (entrances%number(k) + 1)/2)
+            if (contact(b)%n_entrances == 1) then
+              keep(b) = .false.
+            else if (contact(a)%n_entrances == 1) then
+              keep(a) = .false.
+            else if (has_same_entrances(contact(a), contact(b))) then
+              keep(max(a, b)) = .false.
+            end if
+          end associate
+        end do
       end do
     end do
     if (all(keep)) return

@@ -1,4 +1,4 @@
-"""Two corners that overlap, and turn past the angle up to which their edges are taken for parallel: one load, on one line or the other."""
+"""Corners that overlap, and turn past the angle up to which their edges are taken for parallel: one load, on one line or the other."""
 import math
 
 import numpy as np
@@ -25,3 +25,20 @@ def test_corners_that_turn_past_parallel_gain_nothing(E, dt, steps, velocity, st
     energy = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5").history.energy
     assert energy.contact.max() > 0.01 * energy.kinetic[0]
     assert np.diff(energy.dissipated, prepend=0).min() > -1e-9 * energy.kinetic[0]
+
+
+@pytest.mark.parametrize("sides, friction", [(20, 0), (30, 0), (30, 20)])
+def test_what_rests_behind_a_line_is_met_once(sides, friction, tmp_path):
+    """Two wheels of many sides, each held at its middle, turn against each other. A corner that was found inside and rests there is
+    looked for each step; as its edges turned past parallel it was met as often as it had been, pressed twice, then three times, and
+    made up to ten times the energy of the wheels."""
+    angles = math.pi / sides * (1 + 2 * np.arange(sides))
+    wheel = 0.5 * np.column_stack([np.cos(angles), np.sin(angles)])
+    apart = np.array([2 * 0.5 * math.cos(math.pi / sides) + 0.001, 0])
+    (tmp_path / "a.blk").write_text(block_file("wheels", [(1, wheel), (2, wheel + apart)], [(0, 0, 1), (*apart, 2)]))
+    (tmp_path / "a.ana").write_text("\n".join([
+        "1 5000 2 1 0.05 0.0002", f"2500 0 1e10 0.2 {'0 ' * 8} 2", f"2500 0 1e10 0.2 {'0 ' * 8} -2", f"{friction} 0 0",
+        "&deck geometry='a.blk', dialect='short' /", "&joints kn=5e8, ks=5e8 /", ""]))
+    energy = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5").history.energy
+    assert energy.contact.max() > 0.01 * energy.kinetic[0]
+    assert np.diff(energy.dissipated, prepend=0).min() > -1e-7 * energy.kinetic[0]
