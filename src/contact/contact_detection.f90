@@ -117,6 +117,7 @@ contains
 
       associate (about => search%bodies%about)
         survey%near(about) = reach_of(try%law, try%margin, memory%pressed, norm2(predicted(:, about), 1), survey%local(about))
+        survey%still(about) = reach_of(try%law, 0.0_dp, memory%pressed, spread(0.0_dp, 1, size(about)), survey%local(about))
       end associate
       call look_over_depth()
       if (allocated(try%law%dilation)) call look_over_dilation()
@@ -133,6 +134,7 @@ contains
           if (entrance%state == state_open) cycle
           gap = gap_at(survey, entrance%vertex, entrance%edge)
           survey%near(entrance%vertex) = max(survey%near(entrance%vertex), beyond_depth*abs(gap))
+          survey%still(entrance%vertex) = max(survey%still(entrance%vertex), beyond_depth*abs(gap))
         end associate
       end do
     end subroutine look_over_depth
@@ -152,6 +154,7 @@ contains
       end do
       associate (about => search%bodies%about)
         survey%near(about) = survey%near(about) + dilated(about)
+        survey%still(about) = survey%still(about) + dilated(about)
       end associate
     end subroutine look_over_dilation
 
@@ -206,18 +209,18 @@ contains
     end subroutine meet_corners
 
     !> Whether two corners that lie flat on each other may pass each other in the step, by how they move towards each other: however
-    !> fast both go together. Vertices within a face may only as they slide, as its line goes on beyond them, or are at one place.
+    !> fast both go together, and however far beyond that contacts are looked for. Vertices within a face may only as they slide, as
+    !> its line goes on beyond them, or are at one place.
     pure logical function may_pass(i, j)
       integer, intent(in) :: i, j
       real(dp) :: shortest, way
 
-      way = norm2(predicted(:, j) - predicted(:, i))
+      way = beyond_way*norm2(predicted(:, j) - predicted(:, i))
       if (is_straight(i) .and. is_straight(j)) then
         shortest = minval(survey%length([i, outlines%previous(i), j, outlines%previous(j)]))
-        may_pass = abs(along_edge(survey, i, j)) <= at_end*shortest + beyond_way*way
+        may_pass = abs(along_edge(survey, i, j)) <= at_end*shortest + way
       else
-        way = way - norm2(predicted(:, i)) - norm2(predicted(:, j))
-        may_pass = norm2(survey%start(:, j) - survey%start(:, i)) <= survey%near(i) + survey%near(j) + beyond_way*way
+        may_pass = norm2(survey%start(:, j) - survey%start(:, i)) <= survey%still(i) + survey%still(j) + way
       end if
     end function may_pass
 

@@ -26,6 +26,7 @@ module scree_corners
     real(dp), allocatable :: length(:)    !! (n) of each edge, 0 of one that is not listed
     real(dp), allocatable :: local(:)     !! (n) shorter edge at each vertex and at what is near it, length
     real(dp), allocatable :: near(:)      !! (n) how far each vertex may move in the step, length
+    real(dp), allocatable :: still(:)     !! (n) how far contacts of it are looked for that is at rest, length
     real(dp), allocatable :: way(:, :)    !! (2, n) by which the velocity of each vertex takes it in the step, length
     real(dp), allocatable :: turning(:)   !! (n) how far the corner at each vertex may turn in the step, rad
     type(corner_t), allocatable :: corner(:)
@@ -42,7 +43,8 @@ contains
     integer :: i, k
 
     associate (n => size(outlines%start))
-      allocate (survey%start(2, n), survey%finish(2, n), survey%length(n), survey%local(n), survey%near(n), survey%turning(n))
+      allocate (survey%start(2, n), survey%finish(2, n), survey%length(n), survey%local(n), survey%near(n), survey%still(n))
+      allocate (survey%turning(n))
       allocate (survey%way(2, n), source=0.0_dp)
     end associate
     survey%length = 0.0_dp

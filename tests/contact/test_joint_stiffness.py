@@ -99,6 +99,20 @@ def test_what_moves_as_one_closes_as_at_rest(speed, edge, tmp_path):
     assert f.history.contacts[-1, 1:].sum() == 3 / edge + 1
 
 
+@pytest.mark.parametrize("below, above", [([0.66], [0.84]), ([0.66], []), ([0.9], [1.1])])
+@pytest.mark.parametrize("kn", [1e9, 1e10])
+@pytest.mark.parametrize("pressure", [1e5, 1e6])
+def test_long_static_steps_have_the_contacts_of_short_ones(pressure, kn, below, above, tmp_path):
+    """A block of 1 m under pressure, whose corner is 0.16 m from a vertex of the floor: however long the steps on the way to the
+    balance are, and however far contacts are looked for, both stay apart. They had one contact; the joint gave 1.1 times p/kn."""
+    floor = np.array([(0, -0.5), (2, -0.5), (2, 0), *((x, 0) for x in below), (0, 0)])
+    block = np.array([(0.5, 0), *((x, 0) for x in above), (1.5, 0), (1.5, 0.5), (0.5, 0.5)])
+    group = f"&step balance=1e-8 /\n&boundary lines=0.5 0.5 1.5 0.5, pressure={pressure}, {pressure} /"
+    sunk, _ = column(tmp_path, [floor, block], f"\n{group}{joints(kn, kn)}", young=1e10, steps=300, dt=0.01)
+    weight = 25000.0 * 0.5
+    assert sunk[1] == pytest.approx((pressure + weight) / kn + (pressure + weight / 2) / 4e10, rel=1e-3)
+
+
 @pytest.mark.parametrize("width", [0.01, 0.04, 0.2])
 def test_narrow_joints_between_long_edges_are_no_stiffer(width, tmp_path):
     """A column of 1 that is narrow: its joint gives p/kn under the stress p, and its middle, of constant strain, p/4E more."""
