@@ -18,7 +18,7 @@ module scree_contact_detection
   use scree_contact_search, only: find_nearby, most_turning
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, parallel, state_open
-  use scree_corner_meeting, only: encounter_of_edge, encounter_t, meeting_t
+  use scree_corner_meeting, only: encounter_of_edge, encounter_t, line_t, meeting_t
   use scree_corners, only: along_edge, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn, way_at
   use scree_joint_stiffness, only: at_end, follow_slip
   use scree_kinds, only: dp, pi
@@ -320,11 +320,14 @@ contains
       integer, intent(in) :: i, j
       type(encounter_t), intent(in) :: encounter
       logical :: covered(2) !! edges that begin at the corners, edges that end there
+      logical :: own(2)     !! those of them that are at corner j
       real(dp) :: ahead(2), gap(2), on_line
+      logical :: on_cover   !! the vertex of one is still over the block that covers the other's edge, where it presses
       integer :: k
 
       line = 0
-      covered = covered_edges(i, j) .or. covered_edges(j, i)
+      own = covered_edges(i, j)
+      covered = own .or. covered_edges(j, i)
       if (.not. any(covered)) return
       gap = [(gap_at(survey, encounter%line(k)%vertex(1), encounter%line(k)%edge(1)), k=1, 2)]
       if (all(covered)) then
@@ -336,8 +339,25 @@ contains
         end do
       else
         line = merge(1, 2, covered(1))
+        if (own(line)) then
+          on_cover = stands_before(i, j, encounter%line(line), line)
+        else
+          on_cover = stands_before(j, i, encounter%line(line), line)
+        end if
+        if (on_cover .and. gap(3 - line) < 0) line = both_lines
       end if
     end function covered_line
+
+    !> Whether vertex i has not got to the edge that begins at corner j (1) or ends there (2), while an entrance line of these
+    !> corners that is not that edge's is the side of the region before it.
+    pure logical function stands_before(i, j, entrance_line, side)
+      integer, intent(in) :: i, j, side
+      type(line_t), intent(in) :: entrance_line
+      integer :: edge
+
+      edge = merge(j, outlines%previous(j), side == 1)
+      stands_before = gap_at(survey, i, edge) > 0 .and. all(entrance_line%edge(:entrance_line%n) /= edge)
+    end function stands_before
 
     !> Gap of vertex i over the line of edge j where their velocities take them in the step.
     pure real(dp) function gap_ahead(i, j)
