@@ -109,8 +109,8 @@ contains
 
     do i = 1, size(try%contact)
       do k = 1, try%contact(i)%n_entrances
-        associate (entrance => try%contact(i)%entrance(k), joint => outlines%joint(try%contact(i)%entrance(k)%edge))
-          if (.not. (try%law%cohesion(joint) > 0 .or. try%law%strength(joint) > 0)) cycle
+        associate (entrance => try%contact(i)%entrance(k))
+          if (.not. (try%law%cohesion(entrance%joint) > 0 .or. try%law%strength(entrance%joint) > 0)) cycle
           entrance%length = bonded_length(outlines, position, try%contact(i)%shared, entrance)
           entrance%bonded = entrance%length > 0
           if (decides_outside(try%law)) entrance%bonded = entrance%bonded .and. &

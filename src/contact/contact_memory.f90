@@ -77,6 +77,20 @@ contains
     end associate
   end function faces_of_entrance
 
+  !> Joint material of an entrance: that of its edge, or of the edges at its vertex that lie on it, whose number is the largest. So
+  !> it does not matter which of two faces has the vertex.
+  pure integer function joint_of(outlines, survey, entrance) result(joint)
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    type(entrance_t), intent(in) :: entrance
+
+    associate (own => entrance%vertex, before => outlines%previous(entrance%vertex), edge => entrance%edge)
+      joint = outlines%joint(edge)
+      if (outlines%joint(own) > joint .and. lie_flat(survey, parallel, own, edge)) joint = outlines%joint(own)
+      if (outlines%joint(before) > joint .and. lie_flat(survey, parallel, before, edge)) joint = outlines%joint(before)
+    end associate
+  end function joint_of
+
   !> Whether two edges are looked at, and one runs against the other.
   pure logical function lie_flat(survey, flat, a, b)
     type(survey_t), intent(in) :: survey
@@ -188,7 +202,7 @@ contains
       end associate
     end do
     if (best%vertex == 0) return
-    best%joint = outlines%joint(best%edge)
+    best%joint = joint_of(outlines, survey, best)
     if (known > 0) call go_on(outlines, survey, past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)), best)
     best%from = known
   end subroutine find_best_entrance
