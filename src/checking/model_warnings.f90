@@ -5,7 +5,8 @@ module scree_model_warnings
   use scree_kinds, only: dp
   use scree_likely_units, only: doubt_of_stiffness, doubt_of_weight
   use scree_model_facts, only: facts_t, list_text, n_sides, side_name
-  use scree_scene, only: contact_none, scene_t, scheme_bathe, scheme_generalized_alpha, strain_small
+  use scree_scene, only: contact_none, scene_t, scheme_bathe, scheme_generalized_alpha, scheme_newmark, &
+                         strain_small
   use scree_text, only: number_text, short_text, text_t
   implicit none
   private
@@ -65,6 +66,9 @@ contains
       if (scene%settings%scheme == scheme_bathe) call add(another_scheme//'''bathe'': its impacts make energy')
       if (scene%settings%scheme == scheme_generalized_alpha) &
         call add(another_scheme//'''generalized_alpha'': its impacts make energy')
+      if (lets_friction_ring(scene)) &
+        call add('expected integrator.beta above 0.5 in a dynamic run of small strain with friction, found 0.5: '// &
+                 'contact that rings while it rubs can make energy without bound')
     end if
     if (any(facts%side%force > 0)) &
       call add('expected support where the initial stress pushes, found free edges '//side_text(facts))
@@ -101,5 +105,17 @@ contains
     end do
     text = text(3:)
   end function side_text
+
+  !> Whether the integrator damps nothing of what is stiff, so that the load of sliding contacts swings for ever: with
+  !> friction, that is not symmetric, more and more.
+  pure logical function lets_friction_ring(scene)
+    type(scene_t), intent(in) :: scene
+
+    associate (s => scene%settings)
+      lets_friction_ring = s%scheme == scheme_newmark .and. .not. (s%beta > 0.5_dp .or. s%gamma >= 0.5_dp) .and. &
+                           s%strain == strain_small .and. scene%carried > 0 .and. .not. may_make_energy(s%rules) .and. &
+                           any(scene%joint_material%friction_angle > 0)
+    end associate
+  end function lets_friction_ring
 
 end module scree_model_warnings

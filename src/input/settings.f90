@@ -324,7 +324,8 @@ contains
                              0.0_dp, most=89.0_dp), s%worn_angle)
     call row%reals(setting_t('joints', 'residual_slip', 'slip over which the angle falls to that; 0: it does not', 'length', &
                              0.0_dp), s%worn_slip)
-    call row%reals(setting_t('joints', 'residual_c', 'cohesion of what is not bonded any more, one for each material', &
+    call row%reals(setting_t('joints', 'residual_c', &
+                             'cohesion of what is not bonded any more, a material each; with friction 70 degrees at most', &
                              'force/length^2', 0.0_dp), s%worn_cohesion)
     call row%reals(setting_t('joints', 'jrc', 'roughness coefficient of Barton, one for each material; 0: smooth', '1', 0.0_dp, &
                              most=30.0_dp), s%jrc)

@@ -269,6 +269,15 @@ def test_friction_that_lags_is_warned_of_where_it_makes_energy(tmp_path):
         assert any("Shi's contact" in line for line in check(tmp_path)[1]) == warned
 
 
+@pytest.mark.parametrize("phi, groups, warned", [
+    (30.0, "&integrator beta=0.5 /\n&method strain='small' /", True), (0.0, "&integrator beta=0.5 /\n&method strain='small' /", False),
+    (30.0, "&integrator beta=0.5 /", False), (30.0, "&integrator beta=0.52 /\n&method strain='small' /", False),
+    (30.0, "&integrator beta=0.5, gamma=0.5 /\n&method strain='small' /", False)])
+def test_contact_that_rings_while_it_rubs_is_warned_of(phi, groups, warned, tmp_path):
+    deck(tmp_path, phi=phi, groups=groups, carried=1)
+    assert any("rings while it rubs" in line for line in check(tmp_path)[1]) == warned
+
+
 def test_strict_makes_warnings_errors(tmp_path):
     deck(tmp_path, phi=0.5)
     done = scree.call("check", "a.ana", "--strict", cwd=tmp_path)
