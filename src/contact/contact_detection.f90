@@ -12,7 +12,7 @@ module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
   use scree_body_search, only: beyond_way, list_all, reach_of
   use scree_contact_geometry, only: gap_of
-  use scree_contact_memory, only: acted_before, faces_of, let_one_go_on, past_t, recall_contacts, slides
+  use scree_contact_memory, only: acted_before, faces_of, let_one_go_on, past_t, recall_contacts, slides, stood_for_both
   use scree_contact_pairs, only: drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
   use scree_contact_search, only: find_nearby, most_turning
@@ -196,7 +196,7 @@ contains
         call meet_tips(i, j, meeting)
         return
       end if
-      if (meeting%flat .and. .not. may_pass(i, j)) then
+      if (meeting%flat .and. .not. (may_pass(i, j) .or. stay_together(i, j))) then
         call meet_face(i, j)
         call meet_face(j, i)
         return
@@ -223,6 +223,16 @@ contains
         may_pass = norm2(survey%start(:, j) - survey%start(:, i)) <= survey%still(i) + survey%still(j) + way
       end if
     end function may_pass
+
+    !> Whether two corners that lie flat on each other go on with the one contact that stood for both, as the springs along their
+    !> joint give way.
+    pure logical function stay_together(i, j)
+      integer, intent(in) :: i, j
+
+      stay_together = .false.
+      if (abs(along_edge(survey, i, j)) <= 0.5_dp*min(survey%local(i), survey%local(j))) &
+        stay_together = stood_for_both(outlines, past, i, j)
+    end function stay_together
 
     !> Whether the edges at a vertex are parallel.
     pure logical function is_straight(i)

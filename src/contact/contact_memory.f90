@@ -11,7 +11,8 @@ module scree_contact_memory
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: acted_before, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, recall_contacts, slides
+  public :: acted_before, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, recall_contacts, slides, &
+            stood_for_both
 
   real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
   real(dp), parameter :: far = 10.0_dp            !! times the overlap of a spring: what has slid as much slides on
@@ -144,6 +145,24 @@ contains
     acted_before = .false.
     if (before > 0) acted_before = past%contact((before + 1)/2)%active == 2 - modulo(before, 2)
   end function acted_before
+
+  !> Whether one contact stood for two vertices that lie flat on each other when the step before ended, closed, and has not slid.
+  pure logical function stood_for_both(outlines, past, i, j)
+    type(outlines_t), intent(in) :: outlines
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: i, j     !! vertices
+    integer :: before(4), k
+
+    before = [entrance_before(past, i, j), entrance_before(past, i, outlines%previous(j)), &
+              entrance_before(past, j, i), entrance_before(past, j, outlines%previous(i))]
+    stood_for_both = .false.
+    do k = 1, size(before)
+      if (before(k) == 0) cycle
+      associate (was => past%contact((before(k) + 1)/2))
+        stood_for_both = stood_for_both .or. (was%shared .and. is_closed(past, before(k)) .and. .not. slides(was))
+      end associate
+    end do
+  end function stood_for_both
 
   !> The contact of an encounter, each of its lines at the pair that fits best. Without a vertex where an element would touch
   !> itself.
