@@ -354,7 +354,7 @@ contains
         else
           on_cover = stands_before(j, i, encounter%line(line), line)
         end if
-        if (on_cover .and. gap(3 - line) < 0) line = both_lines
+        if (on_cover .and. gap(3 - line) < 0 .and. encounter%line(3 - line)%n == 1) line = both_lines ! not flat on the row
       end if
     end function covered_line
 

@@ -89,3 +89,21 @@ def test_what_rolls_over_a_row_makes_no_energy(sides, kn, x, strain, tmp_path):
     energy = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5").history.energy
     assert energy.contact.max() > 1e-3 * energy.kinetic[0]
     assert np.diff(energy.dissipated, prepend=0).min() > -1e-6 * energy.kinetic[0]
+
+
+@pytest.mark.parametrize("sides, speed", [(5, 10), (6, 5), (8, 2), (12, 10)])
+def test_obtuse_corners_slide_on(sides, speed, tmp_path):
+    """A smooth polygon that lies on one of its sides slides over the joints of a flush row."""
+    blocks = [(1, box(0.5 * i, 0.5 * (i + 1), -0.5, 0)) for i in range(12)]
+    held = [(0.5 * (i + a), -0.5 * b, i + 1) for i in range(12) for a in (0, 1) for b in (0, 1)]
+    angles = 2 * np.pi * np.arange(sides) / sides - np.pi / 2 - np.pi / sides
+    slider = 0.5 * np.column_stack([np.cos(angles), np.sin(angles)])
+    slider += (1.5, -slider[:, 1].min())
+    steps = int(2 / speed / 1e-3)
+    (tmp_path / "a.blk").write_text(block_file("row and slider", [*blocks, (2, slider)], held))
+    (tmp_path / "a.ana").write_text("\n".join([
+        f"1 {steps} 2 1 0.05 0.001", f"2500 25000 1e10 0.2 {'0 ' * 9}", f"2500 25000 1e10 0.2 {'0 ' * 6} {speed} 0 0", "0 0 0",
+        "&deck geometry='a.blk', dialect='short' /", "&joints kn=1e9, ks=1e9 /", ""]))
+    centroid = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5").bodies.centroid[:, -1]
+    assert centroid[-1, 0] - centroid[0, 0] == pytest.approx(speed * steps * 1e-3, rel=1e-3)
+    assert abs(centroid[:, 1] - centroid[0, 1]).max() < 1e-3
