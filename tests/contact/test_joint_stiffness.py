@@ -147,23 +147,6 @@ def test_of_two_faces_the_larger_number_is_the_material(width, floor, block, mod
     assert centroid[0, 1, 1] - centroid[-1, 1, 1] == pytest.approx(weight / (KN * length), rel=0.02)
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
-def test_an_edge_beside_a_joint_is_none_of_its_faces(mirrored, tmp_path):
-    """A block of material 1 that begins where its floor changes from material 2 to 1: the joint has material 1 alone."""
-    floor, on_it = np.array([(0, -1), (2, -1), (2, 0), (1, 0), (0, 0)]), box(1, 0, 1, 1)
-    floor_materials = [1, 1, 1, 2, 1]
-    if mirrored:
-        floor, on_it = np.array([(0, -1), (2, -1), (2, 0), (1, 0), (0, 0)]), box(0, 0, 1, 1)
-        floor_materials = [1, 1, 2, 1, 1]
-    (tmp_path / "a.blk").write_text(block_file("change", [(1, floor, floor_materials), (1, on_it, [1] * 4)], [(*x, 1) for x in floor]))
-    (tmp_path / "a.ana").write_text("\n".join([
-        "0 60 1 2 0.05 1", f"2500 25000 1e10 0 {'0 ' * 9}", "30 0 0", "30 0 0", "&deck geometry='a.blk', dialect='short' /",
-        "&joints kn=1e9 1e8, ks=1e9 1e8 /", ""]))
-    f = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5")
-    assert f.bodies.centroid[0, 1, 1] - f.bodies.centroid[-1, 1, 1] == pytest.approx(25000 / 1e9, rel=0.03)
-    assert abs(f.history.rotation[-1, 1]) < 1e-7
-
-
 @pytest.mark.parametrize("width", [0.01, 0.04, 0.2])
 def test_narrow_joints_between_long_edges_are_no_stiffer(width, tmp_path):
     """A column of 1 that is narrow: its joint gives p/kn under the stress p, and its middle, of constant strain, p/4E more."""
