@@ -5,8 +5,7 @@ module scree_model_warnings
   use scree_kinds, only: dp
   use scree_likely_units, only: doubt_of_stiffness, doubt_of_weight
   use scree_model_facts, only: facts_t, list_text, n_sides, side_name
-  use scree_scene, only: contact_none, scene_t, scheme_bathe, scheme_generalized_alpha, scheme_newmark, &
-                         strain_small
+  use scree_scene, only: contact_none, scene_t, scheme_bathe, scheme_generalized_alpha, scheme_newmark, strain_small
   use scree_text, only: number_text, short_text, text_t
   implicit none
   private

@@ -349,11 +349,7 @@ contains
         end do
       else
         line = merge(1, 2, covered(1))
-        if (own(line)) then
-          on_cover = stands_before(i, j, encounter%line(line), line)
-        else
-          on_cover = stands_before(j, i, encounter%line(line), line)
-        end if
+        on_cover = stands_before(merge(i, j, own(line)), merge(j, i, own(line)), encounter%line(line), line)
         if (on_cover .and. gap(3 - line) < 0 .and. encounter%line(3 - line)%n == 1) line = both_lines ! not flat on the row
       end if
     end function covered_line

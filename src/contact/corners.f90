@@ -43,8 +43,8 @@ contains
     integer :: i, k
 
     associate (n => size(outlines%start))
-      allocate (survey%start(2, n), survey%finish(2, n), survey%length(n), survey%local(n), survey%near(n), survey%still(n))
-      allocate (survey%turning(n))
+      allocate (survey%start(2, n), survey%finish(2, n), survey%length(n), survey%local(n), survey%near(n))
+      allocate (survey%still(n), survey%turning(n))
       allocate (survey%way(2, n), source=0.0_dp)
     end associate
     survey%length = 0.0_dp
