@@ -71,22 +71,28 @@ def test_what_springs_let_sink_is_not_caught(velocity, dt, sinks, height, tmp_pa
     assert abs(end[0] / velocity - 1) < 3e-3
 
 
+def move(folder, sides, radius, turned, left, velocity, *, n, width, kn, dt, steps, strain="auto"):
+    """A regular polygon, smooth, on n blocks that are held: its velocity and turn begin as given."""
+    blocks = [(1, box(width * i, width * (i + 1), -0.5, 0)) for i in range(n)]
+    held = [(width * (i + a), -0.5 * b, i + 1) for i in range(n) for a in (0, 1) for b in (0, 1)]
+    angles = 2 * np.pi * np.arange(sides) / sides - np.pi / 2 - turned
+    body = radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    body += (left, -body[:, 1].min())
+    (folder / "a.blk").write_text(block_file("row and polygon", [*blocks, (2, body)], held))
+    (folder / "a.ana").write_text("\n".join([
+        f"1 {steps} 2 1 0.05 {dt}", f"2500 25000 1e10 0.2 {'0 ' * 9}", f"2500 25000 1e10 0.2 {'0 ' * 6} {velocity}", "0 0 0",
+        "&deck geometry='a.blk', dialect='short' /", f"&method strain='{strain}' /", f"&joints kn={kn!r}, ks={kn!r} /", ""]))
+    return scree.run(folder / "a.ana", output=folder / "a.h5")
+
+
 @pytest.mark.parametrize("strain", ["auto", "green"])
 @pytest.mark.parametrize("sides, kn, x", [(4, 1e9, 2.06), (8, 1e8, 2.03), (8, 1e9, 2.15), (12, 1e8, 2.0), (12, 1e9, 2.09), (20, 1e8, 2.03), (20, 1e9, 2.12),
                                           (20, 1e10, 2.06)])
 def test_what_rolls_over_a_row_makes_no_energy(sides, kn, x, strain, tmp_path):
     """A corner that springs let sink brings the edge behind it to the corner of the next block of the row. Across that edge the corner
     is behind the line of the row, and pressed at once by all that it had sunk: up to half of its energy was made, in 50 of 216 runs."""
-    blocks = [(1, box(0.17 * i, 0.17 * (i + 1), -0.5, 0)) for i in range(30)]
-    held = [(0.17 * (i + a), -0.5 * b, i + 1) for i in range(30) for a in (0, 1) for b in (0, 1)]
-    angles = 2 * np.pi * np.arange(sides) / sides - np.pi / 2
-    wheel = 0.4 * np.column_stack([np.cos(angles), np.sin(angles)])
-    wheel += (x, -wheel[:, 1].min())
-    (tmp_path / "a.blk").write_text(block_file("row and wheel", [*blocks, (2, wheel)], held))
-    (tmp_path / "a.ana").write_text("\n".join([
-        "1 1200 2 1 0.05 0.0005", f"2500 25000 1e10 0.2 {'0 ' * 9}", f"2500 25000 1e10 0.2 {'0 ' * 6} 0.5 0 -1.25", "0 0 0",
-        "&deck geometry='a.blk', dialect='short' /", f"&method strain='{strain}' /", f"&joints kn={kn!r}, ks={kn!r} /", ""]))
-    energy = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5").history.energy
+    r = move(tmp_path, sides, 0.4, 0, x, "0.5 0 -1.25", n=30, width=0.17, kn=kn, dt=0.0005, steps=1200, strain=strain)
+    energy = r.history.energy
     assert energy.contact.max() > 1e-3 * energy.kinetic[0]
     assert np.diff(energy.dissipated, prepend=0).min() > -1e-6 * energy.kinetic[0]
 
@@ -94,16 +100,8 @@ def test_what_rolls_over_a_row_makes_no_energy(sides, kn, x, strain, tmp_path):
 @pytest.mark.parametrize("sides, speed", [(5, 10), (6, 5), (8, 2), (12, 10)])
 def test_obtuse_corners_slide_on(sides, speed, tmp_path):
     """A smooth polygon that lies on one of its sides slides over the joints of a flush row."""
-    blocks = [(1, box(0.5 * i, 0.5 * (i + 1), -0.5, 0)) for i in range(12)]
-    held = [(0.5 * (i + a), -0.5 * b, i + 1) for i in range(12) for a in (0, 1) for b in (0, 1)]
-    angles = 2 * np.pi * np.arange(sides) / sides - np.pi / 2 - np.pi / sides
-    slider = 0.5 * np.column_stack([np.cos(angles), np.sin(angles)])
-    slider += (1.5, -slider[:, 1].min())
     steps = int(2 / speed / 1e-3)
-    (tmp_path / "a.blk").write_text(block_file("row and slider", [*blocks, (2, slider)], held))
-    (tmp_path / "a.ana").write_text("\n".join([
-        f"1 {steps} 2 1 0.05 0.001", f"2500 25000 1e10 0.2 {'0 ' * 9}", f"2500 25000 1e10 0.2 {'0 ' * 6} {speed} 0 0", "0 0 0",
-        "&deck geometry='a.blk', dialect='short' /", "&joints kn=1e9, ks=1e9 /", ""]))
-    centroid = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5").bodies.centroid[:, -1]
+    r = move(tmp_path, sides, 0.5, np.pi / sides, 1.5, f"{speed} 0 0", n=12, width=0.5, kn=1e9, dt=0.001, steps=steps)
+    centroid = r.bodies.centroid[:, -1]
     assert centroid[-1, 0] - centroid[0, 0] == pytest.approx(speed * steps * 1e-3, rel=1e-3)
     assert abs(centroid[:, 1] - centroid[0, 1]).max() < 1e-3
