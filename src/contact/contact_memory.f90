@@ -7,7 +7,7 @@ module scree_contact_memory
   use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, parallel, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
   use scree_corners, only: along_edge, gap_at, survey_t, turn, way_at
-  use scree_joint_stiffness, only: take_stiffness
+  use scree_joint_stiffness, only: at_end, take_stiffness
   use scree_kinds, only: dp, pi
   implicit none
   private
@@ -78,17 +78,25 @@ contains
     end associate
   end function faces_of_entrance
 
-  !> Joint material of an entrance: that of its edge, or of the edges at its vertex that lie on it, whose number is the largest. So
-  !> it does not matter which of two faces has the vertex.
+  !> Joint material of an entrance: the largest number of the edges that lie on each other before its vertex and behind it, along
+  !> its edge, so that it does not matter which of two faces has the vertex; where none do, that of its edge.
   pure integer function joint_of(outlines, survey, entrance) result(joint)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(entrance_t), intent(in) :: entrance
+    real(dp) :: at
+    integer :: k, lies(2, 2) ! (edge at the vertex and that which it lies on, if it does, on either side of the vertex)
 
-    associate (own => entrance%vertex, before => outlines%previous(entrance%vertex), edge => entrance%edge)
-      joint = outlines%joint(edge)
-      if (outlines%joint(own) > joint .and. lie_flat(survey, parallel, own, edge)) joint = outlines%joint(own)
-      if (outlines%joint(before) > joint .and. lie_flat(survey, parallel, before, edge)) joint = outlines%joint(before)
+    associate (own => entrance%vertex, edge => entrance%edge, length => survey%length(entrance%edge))
+      at = along_edge(survey, own, edge)
+      lies(:, 1) = [own, merge(edge, outlines%previous(edge), at > at_end*length)]
+      lies(:, 2) = [outlines%previous(own), merge(edge, outlines%next(edge), at < (1 - at_end)*length)]
+      joint = 0
+      do k = 1, 2
+        if (lie_flat(survey, parallel, lies(1, k), edge) .and. lie_flat(survey, parallel, lies(1, k), lies(2, k))) &
+          joint = max(joint, maxval(outlines%joint(lies(:, k))))
+      end do
+      if (joint == 0) joint = outlines%joint(edge)
     end associate
   end function joint_of
 

@@ -147,6 +147,30 @@ def test_of_two_faces_the_larger_number_is_the_material(width, floor, block, mod
     assert centroid[0, 1, 1] - centroid[-1, 1, 1] == pytest.approx(weight / (KN * length), rel=0.02)
 
 
+FLOORS = {
+    "changes at its right end": ([(0, -1), (2, -1), (2, 0), (1, 0), (0, 0)], [1, 1, 2, 1, 1], 0),
+    "changes at its left end": ([(0, -1), (2, -1), (2, 0), (1, 0), (0, 0)], [1, 1, 1, 2, 1], 1),
+    "a riser at its right end": ([(0, -1), (2, -1), (2, 2), (1, 2), (1, 0), (0, 0)], [1, 1, 2, 2, 1, 1], 0),
+    "a riser at its left end": ([(0, -1), (2, -1), (2, 0), (1, 0), (1, 2), (0, 2)], [1, 1, 1, 2, 2, 2], 1),
+}
+
+
+@pytest.mark.parametrize("floor", FLOORS)
+def test_an_edge_beside_a_joint_is_none_of_its_faces(floor, tmp_path):
+    """A block of material 1, but for its side at a riser, on a face of material 1 between edges of material 2: its joint has material 1.
+    The block hardly presses on the riser."""
+    outline, materials, left = FLOORS[floor]
+    faces = [1, 2 if "riser" in floor and left == 0 else 1, 1, 2 if "riser" in floor and left == 1 else 1]
+    (tmp_path / "a.blk").write_text(block_file(floor, [(1, np.array(outline), materials), (1, box(left, 0, 1, 1), faces)],
+                                               [(*x, 1) for x in outline]))
+    (tmp_path / "a.ana").write_text("\n".join([
+        "0 60 1 2 0.05 1", f"2500 25000 1e10 0 {'0 ' * 9}", "30 0 0", "0 0 0", "&deck geometry='a.blk', dialect='short' /",
+        "&joints kn=1e9 1e8, ks=1e9 1e8 /", ""]))
+    f = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5")
+    assert f.bodies.centroid[0, 1, 1] - f.bodies.centroid[-1, 1, 1] == pytest.approx(25000 / 1e9, rel=0.03)
+    assert abs(f.history.rotation[-1, 1]) < 1e-7
+
+
 @pytest.mark.parametrize("width", [0.01, 0.04, 0.2])
 def test_narrow_joints_between_long_edges_are_no_stiffer(width, tmp_path):
     """A column of 1 that is narrow: its joint gives p/kn under the stress p, and its middle, of constant strain, p/4E more."""
