@@ -209,7 +209,7 @@ contains
     end if
     call cut_lines(ends, scene%n_boundary, scene%least_distance*scale, graph, error)
     if (allocated(error)) return
-    call trace_regions(graph, scene%lines%material, blocks%shape, blocks%vertex, line, beside)
+    call trace_regions(graph, spread(scene%lines(graph%line)%material, 1, 2), blocks%shape, blocks%vertex, line, beside)
     if (region_count(blocks%shape) == 0) then
       call wrong(scene, scene%lines(1)%deck_line, 'lines that enclose a block', number_text(size(scene%lines))// &
                  ' lines that enclose nothing', error)
@@ -246,7 +246,7 @@ contains
     end do
     call join_small_regions(scene%settings%least_block_area, area, held, scene%n_boundary, beside, graph, blocks%n_joined)
     if (blocks%n_joined > 0) &
-      call trace_regions(graph, scene%lines%material, blocks%shape, blocks%vertex, line, beside)
+      call trace_regions(graph, spread(scene%lines(graph%line)%material, 1, 2), blocks%shape, blocks%vertex, line, beside)
   end subroutine join_small_blocks
 
   !> Polygons of a block file as blocks. Errors: those that bound no block.

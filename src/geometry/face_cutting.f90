@@ -41,14 +41,17 @@ contains
     type(graph_t) :: graph
     type(moments_t) :: moments
     real(dp), allocatable :: ends(:, :, :), area(:)
-    integer, allocatable :: beside(:, :), line(:), material(:), kept(:)
+    integer, allocatable :: beside(:, :), line(:), joint(:), material(:, :), kept(:)
     integer :: b, f, i, n_joints
 
     uncovered = 0
     n_joints = size(blocks%vertex, 2) + size(blocks%crack, 3)
-    call gather_lines(blocks, mesh, ends, material)
+    call gather_lines(blocks, mesh, ends, joint)
     call cut_lines(ends, 0, 0.0_dp, graph, error)
     if (allocated(error)) return
+    allocate (material(2, size(graph%line)))
+    material(1, :) = joint(graph%line)
+    material(2, :) = joint(merge(graph%against, graph%line, graph%against <= n_joints)) ! either block has its own
     call trace_regions(graph, material, faces%shape, faces%vertex, line, beside)
     kept = pack([(i, i=1, size(graph%line))], graph%line > n_joints .and. minval(beside, 1) > 0 .and. &
                 beside(1, :) /= beside(2, :))
@@ -67,17 +70,17 @@ contains
   end subroutine cut_faces
 
   !> The edges of blocks, the cracks in them, and the lines of the mesh, in this order.
-  pure subroutine gather_lines(blocks, mesh, ends, material)
+  pure subroutine gather_lines(blocks, mesh, ends, joint)
     type(blocks_t), intent(in) :: blocks
     type(mesh_t), intent(in) :: mesh
     real(dp), allocatable, intent(out) :: ends(:, :, :)    !! (xy, end, n), length
-    integer, allocatable, intent(out) :: material(:)       !! (n) joint materials, 0 of the mesh
+    integer, allocatable, intent(out) :: joint(:)          !! (n) their materials, 0 of the mesh
     integer, allocatable :: edge(:, :)
     integer :: i, k, n, n_joints, next
 
     edge = mesh_edges(mesh)
     n_joints = size(blocks%vertex, 2) + size(blocks%crack, 3)
-    allocate (ends(2, 2, n_joints + size(edge, 2)), material(n_joints + size(edge, 2)))
+    allocate (ends(2, 2, n_joints + size(edge, 2)), joint(n_joints + size(edge, 2)))
     n = 0
     associate (shape => blocks%shape)
       do i = 1, size(shape%first_vertex) - 1
@@ -86,16 +89,16 @@ contains
           if (next == shape%first_vertex(i + 1)) next = shape%first_vertex(i)
           n = n + 1
           ends(:, :, n) = blocks%vertex(:, [k, next])
-          material(n) = shape%joint(k)
+          joint(n) = shape%joint(k)
         end do
       end do
     end associate
     ends(:, :, n + 1:n_joints) = blocks%crack
-    material(n + 1:n_joints) = blocks%crack_joint
+    joint(n + 1:n_joints) = blocks%crack_joint
     do i = 1, size(edge, 2)
       ends(:, :, n_joints + i) = mesh%node(:, edge(:, i))
     end do
-    material(n_joints + 1:) = 0
+    joint(n_joints + 1:) = 0
   end subroutine gather_lines
 
   !> Finds the block of each face, 0 outside of all: faces connected across the mesh lie in one, that of the largest of them.

@@ -24,7 +24,8 @@ module scree_line_cutting
   type :: graph_t
     real(dp), allocatable :: position(:, :)   !! (2, n_nodes), length
     integer, allocatable :: ends(:, :)     !! (2, n_pieces) nodes
-    integer, allocatable :: line(:)        !! (n_pieces) line that a piece is of; the first of those that coincide
+    integer, allocatable :: line(:)        !! (n_pieces) line that a piece is of, and runs along; the first of those that coincide
+    integer, allocatable :: against(:)     !! (n_pieces) the first of these that runs the other way; `line` where none does
     real(dp) :: nearest = 0.0_dp           !! e as used, length
     real(dp) :: rounding = 0.0_dp          !! the least e: what lies nearer to a line is on it, length
   end type graph_t
@@ -113,6 +114,7 @@ contains
     call merge_shared_ends(met, graph, into)
     call make_room(nodes, 2*size(node))
     graph%line = pack([(i, i=1, size(ends, 3))], into(node(1, :)) /= into(node(2, :)))
+    graph%against = graph%line
     graph%ends = reshape([(into(node(:, graph%line(i))), i=1, size(graph%line))], [2, size(graph%line)])
     allocate (number(met%n), source=0)
     do i = 1, size(graph%line)
@@ -507,7 +509,7 @@ contains
     type(splits_t), intent(in) :: splits
     type(graph_t), intent(inout) :: graph
     integer :: first(size(graph%line) + 1), order(splits%n), i, k, n
-    integer, allocatable :: ends(:, :), line(:), chain(:)
+    integer, allocatable :: ends(:, :), piece(:), line(:), against(:), chain(:)
     real(dp), allocatable :: along(:)
 
     first = 0
@@ -528,7 +530,7 @@ contains
     end do
     first = [1, first(:size(first) - 1)]
 
-    allocate (ends(2, size(graph%line) + splits%n), line(size(graph%line) + splits%n))
+    allocate (ends(2, size(graph%line) + splits%n), piece(size(graph%line) + splits%n))
     n = 0
     do i = 1, size(graph%line)
       associate (a => graph%ends(1, i), b => graph%ends(2, i))
@@ -544,11 +546,13 @@ contains
           if (chain(k) == chain(k + 1)) cycle
           n = n + 1
           ends(:, n) = chain(k:k + 1)
-          line(n) = graph%line(i)
+          piece(n) = i
         end do
       end associate
     end do
-    call drop_doubles(nodes%n, ends(:, :n), line(:n), graph)
+    line = graph%line(piece(:n))
+    against = graph%against(piece(:n))
+    call drop_doubles(nodes%n, ends(:, :n), line, against, graph)
   end subroutine split_pieces
 
   !> Whether a step of a chain is not shorter than the straight between its ends.
@@ -567,32 +571,34 @@ contains
     end associate
   end function grows
 
-  !> Keeps, of the pieces between two nodes, the one of the first line.
-  subroutine drop_doubles(n_nodes, ends, line, graph)
-    integer, intent(in) :: n_nodes, ends(:, :), line(:)
+  !> Keeps, of the pieces between two nodes, the one of the first line, with the first line that runs the other way.
+  subroutine drop_doubles(n_nodes, ends, line, against, graph)
+    integer, intent(in) :: n_nodes, ends(:, :), line(:), against(:)
     type(graph_t), intent(inout) :: graph
-    integer :: head(n_nodes), before(size(line)), i, k, low, n
-    integer, allocatable :: kept_ends(:, :), kept_line(:)
+    integer :: head(n_nodes), before(size(line)), other(size(line)), i, k, low
+    logical :: keep(size(line))
 
-    allocate (kept_ends(2, size(line)), kept_line(size(line)))
     head = 0
-    n = 0
+    other = against
     do i = 1, size(line) ! in the order of lines
       low = minval(ends(:, i))
       k = head(low)
       do while (k > 0)
-        if (sum(kept_ends(:, k)) == sum(ends(:, i)) .and. any(kept_ends(:, k) == low)) exit
+        if (sum(ends(:, k)) == sum(ends(:, i)) .and. any(ends(:, k) == low)) exit
         k = before(k)
       end do
-      if (k > 0) cycle
-      n = n + 1
-      kept_ends(:, n) = ends(:, i)
-      kept_line(n) = line(i)
-      before(n) = head(low)
-      head(low) = n
+      keep(i) = k == 0
+      if (keep(i)) then
+        before(i) = head(low)
+        head(low) = i
+      else if (other(k) == line(k)) then
+        if (ends(1, i) /= ends(1, k)) other(k) = line(i)
+        if (ends(1, i) == ends(1, k) .and. against(i) /= line(i)) other(k) = against(i)
+      end if
     end do
-    graph%ends = kept_ends(:, :n)
-    graph%line = kept_line(:n)
+    graph%ends = reshape(pack(ends, spread(keep, 1, 2)), [2, count(keep)])
+    graph%line = pack(line, keep)
+    graph%against = pack(other, keep)
   end subroutine drop_doubles
 
 end module scree_line_cutting

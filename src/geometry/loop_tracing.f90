@@ -38,7 +38,7 @@ contains
   !> the material on both sides of it is one.
   subroutine trace_regions(graph, material, shape, vertex, line, beside)
     type(graph_t), intent(in) :: graph
-    integer, intent(in) :: material(:)                     !! (n_lines)
+    integer, intent(in) :: material(:, :)                  !! (2, n_pieces) of the side on the left of each, and on its right
     type(regions_t), intent(out) :: shape                  !! its joint is the material
     real(dp), allocatable, intent(out) :: vertex(:, :)     !! (2, n_vertices), length
     integer, allocatable, intent(out) :: line(:)           !! (n_vertices) line of the edge to the next vertex
@@ -56,6 +56,7 @@ contains
     if (size(kept) < size(graph%line)) then
       enclosing%ends = graph%ends(:, kept)
       enclosing%line = graph%line(kept)
+      enclosing%against = graph%against(kept)
       call trace_cycles(enclosing, loops, cycle_of)
       region = regions_of(enclosing, loops, cycle_of)
     end if
@@ -69,7 +70,7 @@ contains
     now(0) = 0
     beside = reshape(now(before), [2, size(graph%line)])
     region = region(loops%cycle(:loops%n))
-    call keep_corners(enclosing, loops, region, material, shape, vertex, line)
+    call keep_corners(enclosing, loops, region, material(:, kept), shape, vertex, line)
   end subroutine trace_regions
 
   !> Node that a half-edge leaves: piece p has the half-edges 2p-1, from its first end, and 2p, from its second.
@@ -373,7 +374,7 @@ contains
   subroutine keep_corners(graph, loops, region, material, shape, vertex, line)
     type(graph_t), intent(in) :: graph
     type(loops_t), intent(in) :: loops
-    integer, intent(in) :: region(:), material(:)
+    integer, intent(in) :: region(:), material(:, :)
     type(regions_t), intent(out) :: shape
     real(dp), allocatable, intent(out) :: vertex(:, :)
     integer, allocatable, intent(out) :: line(:)
@@ -397,7 +398,7 @@ contains
         first(region(i)) = first(region(i)) + 1
       end do
     end do
-    allocate (vertex(2, size(loops%half)), line(size(loops%half)))
+    allocate (vertex(2, size(loops%half)), line(size(loops%half)), shape%joint(size(loops%half)))
     allocate (shape%first_vertex(shape%first_loop(n_regions + 1)))
     twice = .false. ! nodes at which a region touches itself stay corners
     at_node = 0
@@ -414,7 +415,7 @@ contains
     end do
     vertex = vertex(:, :n_vertices)
     line = line(:n_vertices)
-    shape%joint = material(line)
+    shape%joint = shape%joint(:n_vertices)
 
   contains
 
@@ -452,7 +453,7 @@ contains
           if (.not. dropped(after)) exit
         end do
         if (twice(origin_of(graph, half(j)))) cycle
-        if (material(graph%line((half(before) + 1)/2)) /= material(graph%line((half(j) + 1)/2))) cycle
+        if (material_at(half(before)) /= material_at(half(j))) cycle
         dropped(j) = is_straight(graph%position(:, origin_of(graph, half(before))), graph%position(:, origin_of(graph, half(j))), &
                                  graph%position(:, origin_of(graph, half(after))))
         if (dropped(j)) left = left - 1
@@ -462,8 +463,16 @@ contains
         n_vertices = n_vertices + 1
         vertex(:, n_vertices) = graph%position(:, origin_of(graph, half(j)))
         line(n_vertices) = graph%line((half(j) + 1)/2)
+        shape%joint(n_vertices) = material_at(half(j))
       end do
     end subroutine take_loop
+
+    !> Material of a half-edge: that of the side on its left.
+    pure integer function material_at(half)
+      integer, intent(in) :: half
+
+      material_at = material(2 - modulo(half, 2), (half + 1)/2)
+    end function material_at
 
     !> Whether b lies between a and c on their line, to rounding.
     pure logical function is_straight(a, b, c)

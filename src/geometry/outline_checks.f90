@@ -93,7 +93,7 @@ contains
     call cut_lines(ends, 0, near, graph, error)
     is_wrong = allocated(error)
     if (is_wrong) return
-    call trace_regions(graph, [(1, k=1, size(vertex, 2))], shape, corner, line, beside)
+    call trace_regions(graph, reshape([(1, k=1, 2*size(graph%line))], [2, size(graph%line)]), shape, corner, line, beside)
     areas = 0
     do r = 1, region_count(shape)
       associate (polygon => corner(:, first_vertex_of(shape, r):last_vertex_of(shape, r)))

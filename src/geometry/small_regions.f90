@@ -54,6 +54,7 @@ contains
     kept = pack([(i, i=1, size(length))], beside(1, :) == beside(2, :) .or. into(beside(1, :)) /= into(beside(2, :)))
     graph%ends = graph%ends(:, kept)
     graph%line = graph%line(kept)
+    graph%against = graph%against(kept)
   end subroutine join_small_regions
 
   !> The neighbour of a region with the longest edge between the two, of those alike the first; 0 where it has none.
