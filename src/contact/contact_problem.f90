@@ -70,9 +70,15 @@ contains
           entrance%state = state_open
         case (spring_locked)
           entrance%state = state_locked
-        case (spring_forth, spring_back, spring_pulled)
+        case (spring_forth)
           entrance%state = state_sliding
-          entrance%direction = merge(1.0_dp, -1.0_dp, state(i - try%first + 1) == spring_forth)
+          entrance%direction = 1.0_dp
+        case (spring_back)
+          entrance%state = state_sliding
+          entrance%direction = -1.0_dp
+        case (spring_pulled)
+          entrance%state = state_sliding
+          entrance%direction = 0.0_dp
         end select
       end associate
     end do

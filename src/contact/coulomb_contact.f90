@@ -111,7 +111,8 @@ contains
     end do
   end subroutine press_springs
 
-  !> Adds the friction of a sliding contact that presses with the forces of the same solution. A bond that is pulled has none.
+  !> Adds the friction of a sliding contact that presses with the forces of the same solution. A bond that is pulled by more than it
+  !> rubs by has none: its direction is 0.
   pure subroutine add_friction(law, entrance, force)
     type(contact_law_t), intent(in) :: law
     type(entrance_t), intent(in) :: entrance       !! that acts
@@ -124,11 +125,6 @@ contains
     force%along = -entrance%direction*force%along
     force%along_by_gap = -entrance%direction*force%along_by_gap
     force%along_by_slip = -entrance%direction*friction*force%across_by_slip
-    if (entrance%bonded .and. entrance%direction*force%along > 0) then
-      force%along = 0.0_dp
-      force%along_by_gap = 0.0_dp
-      force%along_by_slip = 0.0_dp
-    end if
   end subroutine add_friction
 
   !> Judges a contact: which entrance acts, and in which state it is.
@@ -141,6 +137,7 @@ contains
     real(dp), intent(in) :: doubt          !! force that changes no state
     type(contact_t), intent(inout) :: contact
     integer, intent(inout) :: changes      !! of states, counted on
+    real(dp) :: direction
     integer :: k, state
 
     k = 1
@@ -148,9 +145,14 @@ contains
     if (lines_stay) k = contact%active
     call act_on(k, contact, changes)
     state = state_open
-    if (is_closed(contact%entrance(k), force%across(k), doubt)) &
-      call judge_closed(law, lines_stay, start(k), now(k), force%across(k), doubt, contact%entrance(k), state)
-    call set_state(state, abs(force%across(k)) > doubt, contact%entrance(k), changes)
+    associate (entrance => contact%entrance(k))
+      direction = entrance%direction
+      if (is_closed(entrance, force%across(k), doubt)) &
+        call judge_closed(law, lines_stay, start(k), now(k), force%across(k), doubt, entrance, state)
+      if (entrance%state == state_sliding .and. state == state_sliding .and. &
+          (abs(direction) > 0 .neqv. abs(entrance%direction) > 0)) changes = changes + 1
+      call set_state(state, abs(force%across(k)) > doubt, entrance, changes)
+    end associate
   end subroutine judge_coulomb
 
   !> Which of the two entrances of a corner acts: the one that is crossed least, or was crossed last; of two that are crossed not
@@ -257,17 +259,22 @@ contains
     slip = along - entrance%anchor*now%edge_length
   end subroutine anchor_where_crossed
 
-  !> Whether a closed entrance slides or is locked, and which way it slides, by the normal force of the same solution.
+  !> Whether a closed entrance slides or is locked, and which way it slides, by the normal force of the same solution: neither where
+  !> it is a bond that is pulled by more than it rubs by.
   pure subroutine judge_friction(law, slip, pressing, doubt, entrance, state)
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: slip            !! length
     real(dp), intent(in) :: pressing, doubt !! force
     type(entrance_t), intent(inout) :: entrance
     integer, intent(out) :: state
-    real(dp) :: limit, shear
+    real(dp) :: limit, rubs_by, shear
+    logical :: pulled
 
     shear = entrance%multiplier(2) - entrance%stiffness(2)*slip
-    limit = max(0.0_dp, friction_of(law, entrance)*pressing + bond(entrance, law%cohesion(entrance%joint)))
+    rubs_by = friction_of(law, entrance)*pressing + bond(entrance, law%cohesion(entrance%joint))
+    limit = max(0.0_dp, rubs_by)
+    pulled = entrance%bonded .and. rubs_by < 0
+    if (entrance%state == state_sliding .and. abs(rubs_by) <= doubt) pulled = .not. abs(entrance%direction) > 0
     if (entrance%state == state_sliding .and. limit > doubt .and. entrance%direction*shear > 0) then
       state = state_locked ! it turned back; whether it slides there the next iteration tells
     else if (entrance%state /= state_open .and. abs(abs(shear) - limit) <= doubt) then
@@ -275,7 +282,7 @@ contains
     else
       state = merge(state_locked, state_sliding, abs(shear) < limit)
     end if
-    if (state == state_sliding) entrance%direction = sign(1.0_dp, -shear)
+    if (state == state_sliding) entrance%direction = merge(0.0_dp, sign(1.0_dp, -shear), pulled)
   end subroutine judge_friction
 
   !> Gives an entrance its state. A change counts where it closes or opens by more than a faint force, and between sliding and

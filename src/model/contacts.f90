@@ -39,7 +39,7 @@ module scree_contacts
     integer :: pair = 0                  !! number of the pair of elements that vertex and edge belong to
     integer :: from = 0                  !! number of the entrance of the step before that it goes on from; 0: it is new
     integer :: state = state_open
-    real(dp) :: direction = 1.0_dp       !! of sliding: 1 along the edge, -1 back
+    real(dp) :: direction = 1.0_dp       !! of sliding: 1 along the edge, -1 back, 0 of a bond pulled by more than it rubs by
     real(dp) :: anchor = 0.0_dp          !! share of the edge at which the shear spring holds the vertex
     real(dp) :: rest = 0.0_dp            !! gap without force across; below 0 for a vertex that was found inside, length
     real(dp) :: multiplier(2) = 0.0_dp   !! forces across and along that the springs need not make up
