@@ -185,7 +185,7 @@ contains
 
     associate (entrance => contact%entrance(1))
       if (contact%n_entrances > 1 .or. entrance%bonded .or. .not. (entrance%gives_way .and. has_its_own(law, entrance))) return
-      faces = faces_at(outlines, position, contact%shared, entrance)
+      faces = faces_at(outlines, position, contact%shared, .false., entrance)
       associate (own => law%joint_stiffness(:, entrance%joint))
         now = entrance%stiffness(1)/own(1)
         if (is_borne .and. any(faces%flat)) then
@@ -294,7 +294,7 @@ contains
     logical, intent(in) :: from_start          !! of the run, or of a stage
     type(entrance_t), intent(in) :: entrance
 
-    length = length_by_faces(faces_at(outlines, position, shared, entrance), from_start)
+    length = length_by_faces(faces_at(outlines, position, shared, from_start, entrance), from_start)
   end function length_of_contact
 
   !> Likewise, where the faces are known.
@@ -319,15 +319,16 @@ contains
     type(entrance_t), intent(in) :: entrance
     type(faces_t) :: faces
 
-    faces = faces_at(outlines, position, shared, entrance)
+    faces = faces_at(outlines, position, shared, .true., entrance)
     length = 0.5_dp*sum(faces%common, faces%flat)
   end function bonded_length
 
   !> Measures the edges at the vertex of an entrance against its edge.
-  pure type(faces_t) function faces_at(outlines, position, shared, entrance) result(faces)
+  pure type(faces_t) function faces_at(outlines, position, shared, from_start, entrance) result(faces)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
     logical, intent(in) :: shared              !! the vertex at the nearer end of the edge has the contact, too, however far
+    logical, intent(in) :: from_start          !! of the run, or of a stage
     type(entrance_t), intent(in) :: entrance
     real(dp) :: t(2), normal(2), way(2), length, shortest, at, ends(2), from, to, beside
     real(dp) :: own(2, 2)                      ! of the vertex's edges, from it on
@@ -342,6 +343,7 @@ contains
     faces%flat = faces%facing >= cos(parallel)
     if (any(faces%flat)) then
       shortest = min(length, norm2(way_along(entrance%vertex)), norm2(way_along(outlines%previous(entrance%vertex))))
+      if (from_start) shortest = 0.0_dp ! the vertex at the end has a contact of its own
       from = 0.0_dp
       to = length
       beside = going_on(outlines%previous(entrance%edge))

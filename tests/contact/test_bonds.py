@@ -224,3 +224,16 @@ def test_a_bond_that_slides_from_the_first_step_rubs_by_its_forces(size, velocit
         change = 2500.0 * size[0] * size[1] * (f.bodies.velocity[frame, 1, 0] - f.bodies.velocity[frame - 1, 1, 0]) / dt
         assert change == pytest.approx(braking, rel=1e-4)
         assert abs(change) > 1e3
+
+
+@pytest.mark.parametrize("beyond", [1e-5, 1e-4, 3e-4])
+@pytest.mark.parametrize("share, slides", [(0.95, True), (1.05, False)])
+def test_a_short_edge_elsewhere_adds_no_strength(beyond, share, slides, tmp_path):
+    """A block of 1 m whose corner is a little beyond a vertex of its floor, and which has an edge of 20 mm at its other end. That
+    made both corners look no farther, so that they had a contact each, of which each stood for both: it held 1.15 c l."""
+    block = np.array([(0, 0), (0.5, 0), (1, 0), (1, 0.5), (0, 0.5), (0, 0.02)])
+    floor = np.array([(-2, -1), (3, -1), (3, 0), (1 - beyond, 0), (-2, 0)])
+    load = 1e4 / 1250 / share
+    f = run(tmp_path, [floor, block], f"&acceleration table=0 {-load} 0  1e9 {-load} 0 /", rock=(2500.0, 25000.0, 1e9, 0.0), cohesion=1e4,
+            strength=1e5, carried=0, steps=60, dt=0.01, fixed=[(*x, 1) for x in floor])
+    assert (f.bodies.centroid[-1, 1, 0] - f.bodies.centroid[0, 1, 0] > 1e-3) == slides
