@@ -188,9 +188,9 @@ contains
     if (allocated(error)) return
     call constrain_equations(cache%equations, constraints)
     call recall_factored(cache%equations, state%factored)
-    call predict(model, cache, state, try%rule, try%contacts%pair, try%predicted, try%smooth)
-    call complete_unknowns(constraints, try%predicted, homogeneous=.false.)
-    if (.not. try%contacts%goes_on) try%d = try%predicted
+    if (try%contacts%goes_on) return
+    call predict(model, cache, state, try%rule, try%contacts%pair, try%d, try%smooth)
+    call complete_unknowns(constraints, try%d, homogeneous=.false.)
   end subroutine begin_try
 
   !> Contacts of a try, and all pairs of elements that something acts between.
