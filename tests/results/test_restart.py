@@ -114,9 +114,10 @@ def stop(number, decks, settings, path, pause, end):
 
 
 def stopped(number, decks, settings, path, seconds, moments, end):
-    """Stops a run at a random moment of the seconds that it writes, until that is one with something to go on from."""
-    for _ in range(100):
-        if stop(number, decks, settings, path, moments.uniform(0.0, seconds), end):
+    """Stops a run at a random moment of the seconds that it writes, until that is one with something to go on from. Or of fewer, in
+    turn, as they are many where the machine stood still while they were measured."""
+    for i in range(100):
+        if stop(number, decks, settings, path, moments.uniform(0.0, seconds / 2**(i % 6)), end):
             return
     raise AssertionError("no moment to stop this run at")
 
