@@ -14,7 +14,6 @@ module scree_contact_memory
   public :: acted_before, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, recall_contacts, slides, &
             stood_for_both
 
-  real(dp), parameter :: beyond = 1e-3_dp         !! of an edge, that a contact with it lasts past its end
   real(dp), parameter :: far = 10.0_dp            !! times the overlap of a spring: what has slid as much slides on
   real(dp), parameter :: in_line = 2e-2_dp        !! angle up to which faces that slide and press tilt, rad
   real(dp), parameter :: landing = 0.3_dp         !! of its way along: what goes farther across lands, or turns, and does not slide
@@ -193,8 +192,9 @@ contains
     call rest_inside(outlines, survey, past, contact)
   end subroutine contact_over_edges
 
-  !> The pair of a line whose entrance was closed before, or else the one whose vertex lies best within its edge. It goes on as it
-  !> was, or where it was not closed as another pair of the line that was.
+  !> The pair of a line whose entrance was closed before and whose vertex is still within its edge, or no farther past its end than
+  !> the two overlapped; or else the one whose vertex lies best within its edge. It goes on as it was, or where it was not closed as
+  !> another pair of the line that was.
   pure subroutine find_best_entrance(outlines, survey, past, line, best)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
@@ -217,7 +217,7 @@ contains
         was_closed = .false.
         if (before > 0) then
           was_closed = is_closed(past, before)
-          if (inside >= -beyond*length) inside = merge(huge(inside), 0.5_dp*huge(inside), was_closed)
+          if (inside >= -past%contact((before + 1)/2)%overlap) inside = merge(huge(inside), 0.5_dp*huge(inside), was_closed)
         end if
         if (known == 0 .or. (was_closed .and. (inside > most .or. .not. goes_on))) known = before ! its own, where it goes on
         if (inside <= most) cycle
