@@ -2,11 +2,12 @@
 module scree_face_cutting
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
   use scree_block_input, only: blocks_t
+  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_segments, set_up_grid
   use scree_errors, only: error_t
   use scree_kinds, only: dp
-  use scree_line_cutting, only: cut_lines, graph_t
+  use scree_line_cutting, only: cut_lines, drop_perpendicular, graph_t
   use scree_loop_tracing, only: trace_regions
-  use scree_mathematical_mesh, only: mesh_edges, mesh_regions
+  use scree_mathematical_mesh, only: mesh_edges, mesh_regions, shortest_edge
   use scree_mesh, only: mesh_t
   use scree_polygon, only: inner_place
   use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
@@ -16,6 +17,10 @@ module scree_face_cutting
   implicit none
   private
   public :: cut_faces, faces_t
+
+  !> Of the shortest edge of the mesh: a node that lies so near to a joint is on it. Those far from the origin of a regular mesh are
+  !> rounded, and those of a file.
+  real(dp), parameter :: beside = 1e-9_dp
 
   !> Elements as the cut makes them.
   type :: faces_t
@@ -75,6 +80,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     real(dp), allocatable, intent(out) :: ends(:, :, :)    !! (xy, end, n), length
     integer, allocatable, intent(out) :: joint(:)          !! (n) their materials, 0 of the mesh
+    real(dp), allocatable :: node(:, :)
     integer, allocatable :: edge(:, :)
     integer :: i, k, n, n_joints, next
 
@@ -95,11 +101,47 @@ contains
     end associate
     ends(:, :, n + 1:n_joints) = blocks%crack
     joint(n + 1:n_joints) = blocks%crack_joint
+    node = brought_onto(ends(:, :, :n_joints), beside*shortest_edge(mesh), mesh%node)
     do i = 1, size(edge, 2)
-      ends(:, :, n_joints + i) = mesh%node(:, edge(:, i))
+      ends(:, :, n_joints + i) = node(:, edge(:, i))
     end do
     joint(n_joints + 1:) = 0
   end subroutine gather_lines
+
+  !> Nodes, where they lie beside a line on its end or the foot on it.
+  pure function brought_onto(ends, reach, node) result(on)
+    real(dp), intent(in) :: ends(:, :, :)    !! (xy, end, n) of the lines, length
+    real(dp), intent(in) :: reach            !! of a node, length
+    real(dp), intent(in) :: node(:, :)       !! (2, n_nodes)
+    real(dp) :: on(2, size(node, 2))
+    type(cell_grid_t) :: grid
+    real(dp) :: distance, foot(2), nearest, position(2, 2*size(ends, 3))
+    integer :: at, i, k, line, range(2, 2)
+
+    on = node
+    position = reshape(ends, shape(position))
+    call set_up_grid(grid, position, size(ends, 3))
+    call place_segments(grid, position, reshape([(i, i=1, size(position, 2))], [2, size(ends, 3)]), 2*reach)
+    do i = 1, size(node, 2)
+      range = cells_of_box(grid, node(:, i), node(:, i)) ! the lists of the grid have the margin
+      nearest = reach
+      associate (cell => number_of_cell(grid, range(1, 1), range(2, 1)))
+        do at = grid%first(cell), grid%first(cell + 1) - 1
+          line = grid%item(at)
+          call drop_perpendicular(ends(:, 1, line), ends(:, 2, line), node(:, i), foot, distance)
+          if (distance <= nearest) then
+            nearest = distance
+            on(:, i) = foot
+          end if
+        end do
+        do at = grid%first(cell), grid%first(cell + 1) - 1
+          do k = 1, 2
+            if (norm2(node(:, i) - ends(:, k, grid%item(at))) <= reach) on(:, i) = ends(:, k, grid%item(at))
+          end do
+        end do
+      end associate
+    end do
+  end function brought_onto
 
   !> Finds the block of each face, 0 outside of all: faces connected across the mesh lie in one, that of the largest of them.
   subroutine find_blocks(blocks, area, faces)

@@ -14,7 +14,7 @@ module scree_line_cutting
   use scree_sorting, only: sort_by
   implicit none
   private
-  public :: cut_lines, graph_t
+  public :: cut_lines, drop_perpendicular, graph_t
 
   real(dp), parameter :: node_share = 1.25_dp                !! of e: distance at which two nodes are one
   real(dp), parameter :: least_share = 64*epsilon(1.0_dp)    !! of the extent: e is never less, as crossings are rounded
