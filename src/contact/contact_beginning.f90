@@ -1,8 +1,9 @@
 !> The contacts as a step finds them (Shi's df07).
 module scree_contact_beginning
+  use scree_contact_pairs, only: entrances_t, has_same_entrances, list_entrances
   use scree_contact_rules, only: begin_contact, bonds_by_length, decides_outside, keeps_stiffness, place
   use scree_contact_try, only: contact_try_t
-  use scree_contacts, only: outlines_t, state_locked
+  use scree_contacts, only: entrance_t, outlines_t, state_locked
   use scree_effects, only: weights_of_blocks
   use scree_element_term, only: step_rule_t
   use scree_joint_stiffness, only: bonded_entrance, bonded_length, keep_stiffness, mean_of_bonds, measure_contact, stiffen_contact
@@ -11,7 +12,7 @@ module scree_contact_beginning
   use scree_state, only: state_t, step_of_run
   implicit none
   private
-  public :: begin_again, begin_contacts
+  public :: begin_again, begin_contacts, go_on_from
 
   !> Rounding of a gap over the largest coordinate: of three places, in the step and in the one before.
   real(dp), parameter :: round_off = 8*epsilon(1.0_dp)
@@ -80,6 +81,40 @@ contains
       end do
     end do
   end subroutine begin_again
+
+  !> Lets the contacts of a step that is made anew with a wider search go on as the try before left them, each that was there.
+  pure subroutine go_on_from(before, n, try)
+    type(contact_try_t), intent(in) :: before
+    integer, intent(in) :: n                      !! vertices of the outlines
+    type(contact_try_t), intent(inout) :: try
+    type(entrances_t) :: entrances
+    integer :: i, j, place
+
+    call list_entrances(before%contact, n, entrances)
+    do i = 1, size(try%contact)
+      associate (contact => try%contact(i), vertex => try%contact(i)%entrance(1)%vertex)
+        do place = entrances%first(vertex), entrances%first(vertex + 1) - 1
+          j = (entrances%number(place) + 1)/2
+          associate (was => before%contact(j))
+            if (.not. has_same_entrances(was, contact)) cycle
+            if ((was%shared .neqv. contact%shared) .or. was%covered /= contact%covered) cycle
+            contact%active = was%active
+            contact%entrance = going_on(was%entrance, contact%entrance%pair)
+            try%start(:, i) = before%start(:, j)
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine go_on_from
+
+  !> An entrance as it was, of a pair that has another number now.
+  elemental type(entrance_t) function going_on(was, pair) result(entrance)
+    type(entrance_t), intent(in) :: was
+    integer, intent(in) :: pair
+
+    entrance = was
+    entrance%pair = pair
+  end function going_on
 
   !> Closes bonds, whose springs rest on what a file has rounded: nothing that an iterate makes of their bodies opens them.
   pure subroutine close_bonds(try)

@@ -95,7 +95,7 @@ contains
     if (.not. decides_outside(try%law)) return
     do i = try%first, try%last
       associate (k => try%contact(i)%active)
-        if (try%contact(i)%entrance(k)%state /= state_open .or. .not. try%now(k, i)%gap < 0) cycle
+        if (try%contact(i)%entrance(k)%state /= state_open .or. try%start(k, i)%anchored .or. .not. try%now(k, i)%gap < 0) cycle
         before = try%contact(i)%entrance%anchor
         now = try%now(:, i)
         call anchor_what_closes(try, i, now)

@@ -226,6 +226,10 @@ contains
         allocate (iteration%linearisation%term(size(group%member)))
         iteration%linearisation%at = iteration%sound
       end if
+      if (try%contacts%goes_on) then ! what only this try found closes where it would without a try before
+        if (.not. group%linear) call place(model, cache, state, try%predicted, try%contacts)
+        call meet_at_prediction(model, try%predicted, try%contacts)
+      end if
       if (.not. group%linear) call place(model, cache, state, try%d, try%contacts)
       group%open_close = iteration_rules(try%contacts%law)
       group%open_close%linear_springs = group%open_close%linear_springs .and. .not. group%linear

@@ -41,6 +41,7 @@ module scree_step_try
     type(step_rule_t) :: rule            !! with the operator of the iteration
     logical, allocatable :: green(:)     !! of the elements that can move: Green strain, else small; where the step chooses
     real(dp), allocatable :: d(:)        !! (n_unknowns) displacement of the step
+    real(dp), allocatable :: predicted(:) !! (n_unknowns) what that would be without contact
     logical, allocatable :: smooth(:)    !! (n_elements) they begin with their acceleration
     type(impact_t) :: impact             !! at its end
     type(contact_try_t) :: contacts

@@ -3,7 +3,7 @@ module scree_time_stepper
   use scree_bolt, only: accept_bolts
   use scree_constraints, only: constraints_t, complete_unknowns
   use scree_contact_acceptance, only: accept_contacts, accept_no_contact
-  use scree_contact_beginning, only: begin_again, begin_contacts
+  use scree_contact_beginning, only: begin_again, begin_contacts, go_on_from
   use scree_contact_blame, only: blame_contact
   use scree_contact_detection, only: find_contacts
   use scree_contact_forces, only: work_of_contacts
@@ -188,9 +188,9 @@ contains
     if (allocated(error)) return
     call constrain_equations(cache%equations, constraints)
     call recall_factored(cache%equations, state%factored)
-    if (try%contacts%goes_on) return
-    call predict(model, cache, state, try%rule, try%contacts%pair, try%d, try%smooth)
-    call complete_unknowns(constraints, try%d, homogeneous=.false.)
+    call predict(model, cache, state, try%rule, try%contacts%pair, try%predicted, try%smooth)
+    call complete_unknowns(constraints, try%predicted, homogeneous=.false.)
+    if (.not. try%contacts%goes_on) try%d = try%predicted
   end subroutine begin_try
 
   !> Contacts of a try, and all pairs of elements that something acts between.
@@ -200,6 +200,7 @@ contains
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
 
+    type(contact_try_t) :: before !! contacts of the try before
     logical :: one_island, touching
 
     if (.not. couples_pairs(model)) return
@@ -210,6 +211,7 @@ contains
       one_island = settles_as_one(model%effects%contact)
     end if
     if (touching) then
+      if (try%contacts%goes_on) before = try%contacts
       call look_for_contacts(model, cache, state, try)
       call list_coupled_pairs(model, state, try%contacts)
     else
@@ -220,6 +222,7 @@ contains
     if (.not. touching) return
     call order_contacts(cache%equations, try%contacts)
     call begin_contacts(model, cache, state, try%rule, try%contacts)
+    if (try%contacts%goes_on) call go_on_from(before, size(model%outlines%start), try%contacts)
   end subroutine begin_pairs
 
   !> Whether any bodies are near each other in a try, or have been in the step before.
