@@ -12,7 +12,8 @@ module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
   use scree_body_search, only: beyond_way, list_all, reach_of
   use scree_contact_geometry, only: gap_of
-  use scree_contact_memory, only: acted_before, faces_of, let_one_go_on, past_t, recall_contacts, slides, stood_for_both
+  use scree_contact_memory, only: acted_before, faces_of, let_one_go_on, past_t, pressed_before, recall_contacts, slides, &
+                                   stood_for_both
   use scree_contact_pairs, only: drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
   use scree_contact_search, only: find_nearby, most_turning
@@ -31,6 +32,7 @@ module scree_contact_detection
   real(dp), parameter :: flush = 1e-4_dp          !! of the edges about, up to which corners of blocks side by side are one
   real(dp), parameter :: most_flush = 1e-2_dp     !! likewise, of blocks that springs let sink
   real(dp), parameter :: on_it = 1e-9_dp          !! likewise, up to which a corner over a line lies on it
+  real(dp), parameter :: turns = 3e-2_dp          !! angle in a step, by more than which one line does not keep two corners out, rad
   integer, parameter :: both_lines = 3            !! of a contact, that something lies flush with
 
 contains
@@ -189,17 +191,20 @@ contains
     subroutine meet_corners(i, j)
       integer, intent(in) :: i, j
       type(meeting_t) :: meeting
-      integer :: k
+      integer :: had, k
 
       meeting = meet(try%law, survey, i, j)
       if (meeting%encounter(1)%n_lines == 2) then
         call meet_tips(i, j, meeting)
         return
       end if
-      if (meeting%flat .and. .not. (may_pass(i, j) .or. stay_together(i, j))) then
+      if (meeting%flat .and. .not. (pass_as_one(i, j) .or. stay_together(i, j))) then
+        had = n_found
         call meet_face(i, j)
         call meet_face(j, i)
-        return
+        associate (line => meeting%encounter(1)%line(1))
+          if (n_found > had .or. .not. (are_opposite(line) .or. slid_off(line))) return
+        end associate
       end if
       do k = 1, meeting%n
         call add(meeting%encounter(k))
@@ -207,6 +212,37 @@ contains
       if (meeting%beside(1)) call meet_sides(i, j)
       if (meeting%beside(2)) call meet_sides(j, i)
     end subroutine meet_corners
+
+    !> Whether the corners of a line lie opposite each other, each past the end of the edges at the other by no more than the tilt of
+    !> the two, which takes them for parallel, makes of the gap between them: neither is over an edge of the other.
+    pure logical function are_opposite(line) result(opposite)
+      type(line_t), intent(in) :: line
+      real(dp) :: past_end(line%n)
+      integer :: k
+
+      past_end = [(way_past_end(line, k), k=1, line%n)]
+      opposite = all(past_end > 0) .and. &
+                 any([(past_end(k) <= parallel*abs(gap_at(survey, line%vertex(k), line%edge(k))), k=1, line%n)])
+    end function are_opposite
+
+    !> Whether a corner of a line was over an edge of the other and pressed, and is past the end of that there.
+    pure logical function slid_off(line)
+      type(line_t), intent(in) :: line
+      integer :: k
+
+      slid_off = any([(way_past_end(line, k) > 0 .and. pressed_before(past, line%vertex(k), line%edge(k)), k=1, line%n)])
+    end function slid_off
+
+    !> How far the foot of the vertex of pair k of a line is past the end of its edge at the other corner, length.
+    pure real(dp) function way_past_end(line, k) result(way)
+      type(line_t), intent(in) :: line
+      integer, intent(in) :: k
+
+      associate (vertex => line%vertex(k), edge => line%edge(k))
+        way = along_edge(survey, vertex, edge) - survey%length(edge)
+        if (any(line%vertex(:line%n) == edge)) way = -along_edge(survey, vertex, edge) ! it begins at that corner
+      end associate
+    end function way_past_end
 
     !> Whether two corners that lie flat on each other may pass each other in the step, by how they move towards each other: however
     !> fast both go together, and however far beyond that contacts are looked for. Vertices within a face may only as they slide, as
@@ -223,6 +259,17 @@ contains
         may_pass = norm2(survey%start(:, j) - survey%start(:, i)) <= survey%still(i) + survey%still(j) + way
       end if
     end function may_pass
+
+    !> Whether two corners that lie flat on each other may pass each other across one line. It does not keep both out where they turn
+    !> in the step, and one is well over an edge at the other.
+    pure logical function pass_as_one(i, j)
+      integer, intent(in) :: i, j
+
+      pass_as_one = may_pass(i, j)
+      if (.not. pass_as_one .or. tilt(survey, i, j) - parallel <= turns) return
+      pass_as_one = .not. (is_well_over(i, j) .or. is_well_over(i, outlines%previous(j)) .or. &
+                           is_well_over(j, i) .or. is_well_over(j, outlines%previous(i)))
+    end function pass_as_one
 
     !> Whether two corners that lie flat on each other go on with the one contact that stood for both, as the springs along their
     !> joint give way.
@@ -245,8 +292,8 @@ contains
     subroutine meet_face(i, j)
       integer, intent(in) :: i, j
 
-      if (.not. may_pass(i, outlines%next(j))) call meet_edge(i, j)
-      if (.not. may_pass(i, outlines%previous(j))) call meet_edge(i, outlines%previous(j))
+      if (.not. pass_as_one(i, outlines%next(j))) call meet_edge(i, j)
+      if (.not. pass_as_one(i, outlines%previous(j))) call meet_edge(i, outlines%previous(j))
     end subroutine meet_face
 
     !> Contacts of two corners tip to tip, of which each may get over both edges of the other.

@@ -11,8 +11,8 @@ module scree_contact_memory
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: acted_before, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, recall_contacts, slides, &
-            stood_for_both
+  public :: acted_before, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, pressed_before, &
+            recall_contacts, slides, stood_for_both
 
   real(dp), parameter :: far = 10.0_dp            !! times the overlap of a spring: what has slid as much slides on
   real(dp), parameter :: in_line = 2e-2_dp        !! angle up to which faces that slide and press tilt, rad
@@ -152,6 +152,17 @@ contains
     acted_before = .false.
     if (before > 0) acted_before = past%contact((before + 1)/2)%active == 2 - modulo(before, 2)
   end function acted_before
+
+  !> Whether a pair was closed when the step before ended.
+  pure logical function pressed_before(past, vertex, edge)
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: vertex, edge
+    integer :: before
+
+    before = entrance_before(past, vertex, edge)
+    pressed_before = .false.
+    if (before > 0) pressed_before = is_closed(past, before)
+  end function pressed_before
 
   !> Whether one contact stood for two vertices that lie flat on each other when the step before ended, closed, and has not slid.
   pure logical function stood_for_both(outlines, past, i, j)
