@@ -14,6 +14,8 @@ module scree_contact_memory
   public :: acted_before, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, pressed_before, &
             recall_contacts, slides, stood_for_both
 
+  real(dp), parameter :: rest_at_end = 1e-6_dp    !! of an edge, past its end, that what rests there goes by rounding
+  real(dp), parameter :: most_beyond = 5e-4_dp    !! of the edges at a vertex, past the end of an edge, up to which a pair lasts
   real(dp), parameter :: far = 10.0_dp            !! times the overlap of a spring: what has slid as much slides on
   real(dp), parameter :: in_line = 2e-2_dp        !! angle up to which faces that slide and press tilt, rad
   real(dp), parameter :: landing = 0.3_dp         !! of its way along: what goes farther across lands, or turns, and does not slide
@@ -203,9 +205,9 @@ contains
     call rest_inside(outlines, survey, past, contact)
   end subroutine contact_over_edges
 
-  !> The pair of a line whose entrance was closed before and whose vertex is still within its edge, or no farther past its end than
-  !> the two overlapped; or else the one whose vertex lies best within its edge. It goes on as it was, or where it was not closed as
-  !> another pair of the line that was.
+  !> The pair of a line whose entrance was closed before and whose vertex is still within its edge, or hardly past its end; or else
+  !> the one whose vertex lies best within its edge. It goes on as it was, or where it was not closed as another pair of the line
+  !> that was.
   pure subroutine find_best_entrance(outlines, survey, past, line, best)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
@@ -228,7 +230,8 @@ contains
         was_closed = .false.
         if (before > 0) then
           was_closed = is_closed(past, before)
-          if (inside >= -past%contact((before + 1)/2)%overlap) inside = merge(huge(inside), 0.5_dp*huge(inside), was_closed)
+          if (inside >= -beyond(past%contact((before + 1)/2)%overlap, length, survey%local(line%vertex(k)))) &
+            inside = merge(huge(inside), 0.5_dp*huge(inside), was_closed)
         end if
         if (known == 0 .or. (was_closed .and. (inside > most .or. .not. goes_on))) known = before ! its own, where it goes on
         if (inside <= most) cycle
@@ -244,6 +247,16 @@ contains
     if (known > 0) call go_on(outlines, survey, past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)), best)
     best%from = known
   end subroutine find_best_entrance
+
+  !> How far past the end of its edge a pair lasts: as far as the two overlapped, or rounding takes a corner that rests there, but
+  !> not to where the vertex counts as well over the next edge.
+  pure real(dp) function beyond(overlap, length, local)
+    real(dp), intent(in) :: overlap
+    real(dp), intent(in) :: length !! of the edge
+    real(dp), intent(in) :: local  !! shorter edge at the vertex, length
+
+    beyond = min(max(overlap, rest_at_end*length), most_beyond*local)
+  end function beyond
 
   !> Lets one contact alone go on from an entrance of the step before: that of the same pair, or else the first. Vertices at both
   !> ends of an edge so short that another vertex slides off it may each take its place; the others begin anew.
