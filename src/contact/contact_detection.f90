@@ -213,8 +213,8 @@ contains
       if (meeting%beside(2)) call meet_sides(j, i)
     end subroutine meet_corners
 
-    !> Whether the corners of a line lie opposite each other, each past the end of the edges at the other by no more than the tilt of
-    !> the two, which takes them for parallel, makes of the gap between them: neither is over an edge of the other.
+    !> Whether the corners of a line lie opposite each other, each past the end of the edges at the other by no more than the tilt
+    !> of the two, which takes them for parallel, makes of the gap between them: neither is over an edge of the other.
     pure logical function are_opposite(line) result(opposite)
       type(line_t), intent(in) :: line
       real(dp) :: past_end(line%n)
@@ -260,8 +260,8 @@ contains
       end if
     end function may_pass
 
-    !> Whether two corners that lie flat on each other may pass each other across one line. It does not keep both out where they turn
-    !> in the step, and one is well over an edge at the other.
+    !> Whether two corners that lie flat on each other may pass each other across one line. It does not keep both out where they
+    !> turn in the step, and one is well over an edge at the other.
     pure logical function pass_as_one(i, j)
       integer, intent(in) :: i, j
 

@@ -14,7 +14,7 @@ module scree_contact_memory
   public :: acted_before, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, pressed_before, &
             recall_contacts, slides, stood_for_both
 
-  real(dp), parameter :: rest_at_end = 1e-6_dp    !! of an edge, past its end, that what rests there goes by rounding
+  real(dp), parameter :: rest_at_end = 1e-12_dp   !! of an edge, past its end, that what rests there goes by rounding
   real(dp), parameter :: most_beyond = 5e-4_dp    !! of the edges at a vertex, past the end of an edge, up to which a pair lasts
   real(dp), parameter :: far = 10.0_dp            !! times the overlap of a spring: what has slid as much slides on
   real(dp), parameter :: in_line = 2e-2_dp        !! angle up to which faces that slide and press tilt, rad
