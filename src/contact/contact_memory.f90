@@ -139,9 +139,10 @@ contains
   !> Whether an entrance of the step before was closed at its end.
   pure logical function is_closed(past, number)
     type(past_t), intent(in) :: past
-    integer, intent(in) :: number !! of the entrance: two for each contact
+    integer, intent(in) :: number !! of the entrance: two for each contact; 0: none
 
-    is_closed = past%contact((number + 1)/2)%entrance(2 - modulo(number, 2))%state /= state_open
+    is_closed = .false.
+    if (number > 0) is_closed = past%contact((number + 1)/2)%entrance(2 - modulo(number, 2))%state /= state_open
   end function is_closed
 
   !> Whether the entrance of a pair of vertex and edge was there and acted.
@@ -159,11 +160,8 @@ contains
   pure logical function pressed_before(past, vertex, edge)
     type(past_t), intent(in) :: past
     integer, intent(in) :: vertex, edge
-    integer :: before
 
-    before = entrance_before(past, vertex, edge)
-    pressed_before = .false.
-    if (before > 0) pressed_before = is_closed(past, before)
+    pressed_before = is_closed(past, entrance_before(past, vertex, edge))
   end function pressed_before
 
   !> Whether one contact stood for two vertices that lie flat on each other when the step before ended, closed, and has not slid.
@@ -227,9 +225,8 @@ contains
         at = along_edge(survey, line%vertex(k), line%edge(k))
         inside = min(at, length - at)
         before = entrance_before(past, line%vertex(k), line%edge(k))
-        was_closed = .false.
+        was_closed = is_closed(past, before)
         if (before > 0) then
-          was_closed = is_closed(past, before)
           if (inside >= -beyond(past%contact((before + 1)/2)%overlap, length, survey%local(line%vertex(k)))) &
             inside = merge(huge(inside), 0.5_dp*huge(inside), was_closed)
         end if

@@ -199,7 +199,6 @@ contains
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
-
     type(contact_try_t) :: before !! contacts of the try before
     logical :: one_island, touching
 
