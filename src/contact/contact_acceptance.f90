@@ -78,8 +78,7 @@ contains
           entrance%bonded = .false.
           entrance%multiplier = 0.0_dp
           pulled = pulled_open(try, contact, now)
-          if (entrance%rest < 0 .or. pulled) &
-            contact%overlap = max(0.0_dp, -(entrance%rest + entrance%dilated + now(contact%active)%gap))
+          if (entrance%rest < 0 .or. pulled) contact%overlap = overlap_of(contact, now)
           if (pulled) then
             contact%energy = 0.5_dp*entrance%stiffness(1)*now(contact%active)%gap**2
             if (allocated(try%law%closure)) &
@@ -101,6 +100,16 @@ contains
     end do
     memory%stiffness = stiffness_after(try%law, memory%gap, memory%penetration)
   end subroutine accept_contacts
+
+  !> Overlap at a contact that is open: across all of its lines.
+  pure real(dp) function overlap_of(contact, now) result(overlap)
+    type(contact_t), intent(in) :: contact
+    type(gap_and_slip_t), intent(in) :: now(:)
+
+    associate (n => contact%n_entrances)
+      overlap = max(0.0_dp, -maxval(contact%entrance(:n)%rest + contact%entrance(:n)%dilated + now(:n)%gap))
+    end associate
+  end function overlap_of
 
   !> Whether a dashpot has opened a contact in which the vertex is still behind the edge: it pulls by as much as the spring presses,
   !> which so has its energy still, and presses again where the body comes back.

@@ -34,6 +34,7 @@ module scree_contact_detection
   real(dp), parameter :: on_it = 1e-9_dp          !! likewise, up to which a corner over a line lies on it
   real(dp), parameter :: turns = 3e-2_dp          !! angle in a step, by more than which one line does not keep two corners out, rad
   integer, parameter :: both_lines = 3            !! of a contact, that something lies flush with
+  integer, parameter :: beside_it = 4             !! what lies flush with one of them has the vertex over it still
 
 contains
 
@@ -306,17 +307,30 @@ contains
       do k = 1, meeting%n
         line = 0
         if (may_rest) line = covered_line(i, j, meeting%encounter(k))
-        if (line /= both_lines) meeting%encounter(k)%covered = line
+        if (line < both_lines) meeting%encounter(k)%covered = line
         had = n_found
         call add(meeting%encounter(k))
-        if (line /= both_lines .or. n_found == had) cycle
-        if (all(found(n_found)%entrance%state == state_open)) n_found = had ! what lies flush bears, and the tips nothing
+        if (line < both_lines .or. n_found == had) cycle
+        if (any(found(n_found)%entrance%state /= state_open)) cycle
+        if (line == beside_it) n_found = had ! what lies flush bears, and the tips nothing
+        if (line == both_lines) call let_give(give_of(i, j), found(n_found))
       end do
       if (n_found > before + 1) call let_one_bear(before)
       if (.not. corners_turn(try%law)) return
       call meet_where_turned(i, j)
       call meet_where_turned(j, i)
     end subroutine meet_tips
+
+    !> Lets a contact of two tips between which others lie flush bear nothing up to where springs let these sink, or where it is.
+    subroutine let_give(give, contact)
+      real(dp), intent(in) :: give
+      type(contact_t), intent(inout) :: contact
+
+      associate (ahead => contact%entrance(contact%active))
+        contact%entrance%rest = -give
+        ahead%rest = min(ahead%rest, gap_at(survey, ahead%vertex, ahead%edge))
+      end associate
+    end subroutine let_give
 
     !> Lets one of the contacts of two tips, those after the first so many, bear what they bear: one that is closed, or else the
     !> first. The others are open, and where they would begin across both of their lines they are left out.
@@ -397,7 +411,7 @@ contains
       else
         line = merge(1, 2, covered(1))
         on_cover = stands_before(merge(i, j, own(line)), merge(j, i, own(line)), encounter%line(line), line)
-        if (on_cover .and. gap(3 - line) < 0 .and. encounter%line(3 - line)%n == 1) line = both_lines ! not flat on the row
+        if (on_cover .and. gap(3 - line) < 0 .and. encounter%line(3 - line)%n == 1) line = beside_it ! not flat on the row
       end if
     end function covered_line
 
