@@ -17,6 +17,7 @@ module scree_body_overlap
 
   real(dp), parameter, public :: still_outside = 1e-9_dp !! of a body or an edge: overlap that is none
   real(dp), parameter :: no_depth = 0.1_dp               !! of rounding: a vertex of a piece of some area is behind an edge by more
+  real(dp), parameter :: hardly = 10.0_dp               !! of rounding: a vertex of a piece without area is at an edge up to this
   real(dp), parameter :: as_deep = 1e-3_dp               !! of a depth: one that exceeds it by less is the same
 
   !> A corner of the common area of two bodies.
@@ -246,7 +247,12 @@ contains
     at = findloc(overlap%corner%vertex, vertex, 1)
     if (at == 0) return
     associate (piece => overlap%corner(at)%piece)
-      if (.not. has_area(overlap, piece)) return
+      if (.not. has_area(overlap, piece)) then ! it is at the edge
+        associate (x => position(:, outlines%start(vertex)))
+          entered = gap_of(x, position(:, outlines%start(edge)), position(:, outlines%finish(edge))) >= -hardly*overlap%rounding
+        end associate
+        return
+      end if
       out = ways_out(outlines, position, overlap, piece)
       depth = depth_across(outlines, position, overlap, piece, edge)
       do k = 1, size(out)
