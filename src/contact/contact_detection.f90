@@ -13,13 +13,13 @@ module scree_contact_detection
   use scree_body_search, only: beyond_way, list_all, reach_of
   use scree_contact_geometry, only: gap_of
   use scree_contact_memory, only: acted_before, faces_of, let_one_go_on, past_t, pressed_before, recall_contacts, slides, &
-                                   stood_for_both
+                                   stood_for_both, were_bonded
   use scree_contact_pairs, only: drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
   use scree_contact_search, only: find_nearby, most_turning
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, parallel, state_open
-  use scree_corner_meeting, only: encounter_of_edge, encounter_t, line_t, meeting_t
+  use scree_corner_meeting, only: encounter_of_edge, encounter_t, is_hollow, line_t, meeting_t
   use scree_corners, only: along_edge, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn, way_at
   use scree_joint_stiffness, only: at_end, follow_slip
   use scree_kinds, only: dp, pi
@@ -193,8 +193,11 @@ contains
       integer, intent(in) :: i, j
       type(meeting_t) :: meeting
       integer :: had, k
+      logical :: stood
 
-      meeting = meet(try%law, survey, i, j)
+      stood = is_hollow(survey%corner(i)) .or. is_hollow(survey%corner(j))
+      if (stood) stood = stood_for_both(outlines, past, i, j) .or. were_bonded(outlines, past, i, j)
+      meeting = meet(try%law, survey, i, j, stood)
       if (meeting%encounter(1)%n_lines == 2) then
         call meet_tips(i, j, meeting)
         return

@@ -12,7 +12,7 @@ module scree_contact_memory
   implicit none
   private
   public :: acted_before, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, pressed_before, &
-            recall_contacts, slides, stood_for_both
+            recall_contacts, slides, stood_for_both, were_bonded
 
   real(dp), parameter :: rest_at_end = 1e-12_dp   !! of an edge, past its end, that what rests there goes by rounding
   real(dp), parameter :: most_beyond = 5e-4_dp    !! of the edges at a vertex, past the end of an edge, up to which a pair lasts
@@ -171,8 +171,7 @@ contains
     integer, intent(in) :: i, j     !! vertices
     integer :: before(4), k
 
-    before = [entrance_before(past, i, j), entrance_before(past, i, outlines%previous(j)), &
-              entrance_before(past, j, i), entrance_before(past, j, outlines%previous(i))]
+    before = entrances_between(outlines, past, i, j)
     stood_for_both = .false.
     do k = 1, size(before)
       if (before(k) == 0) cycle
@@ -181,6 +180,32 @@ contains
       end associate
     end do
   end function stood_for_both
+
+  !> Whether a bond held two vertices to the edges at the other one when the step before ended.
+  pure logical function were_bonded(outlines, past, i, j)
+    type(outlines_t), intent(in) :: outlines
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: i, j     !! vertices
+    integer :: before(4), k
+
+    before = entrances_between(outlines, past, i, j)
+    were_bonded = .false.
+    do k = 1, size(before)
+      if (.not. is_closed(past, before(k))) cycle
+      were_bonded = were_bonded .or. past%contact((before(k) + 1)/2)%entrance(2 - modulo(before(k), 2))%bonded
+    end do
+  end function were_bonded
+
+  !> Numbers of the entrances of two vertices at the edges at the other one; 0 where there was none.
+  pure function entrances_between(outlines, past, i, j) result(before)
+    type(outlines_t), intent(in) :: outlines
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: i, j     !! vertices
+    integer :: before(4)
+
+    before = [entrance_before(past, i, j), entrance_before(past, i, outlines%previous(j)), &
+              entrance_before(past, j, i), entrance_before(past, j, outlines%previous(i))]
+  end function entrances_between
 
   !> The contact of an encounter, each of its lines at the pair that fits best. Without a vertex where an element would touch
   !> itself.

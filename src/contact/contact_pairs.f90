@@ -1,6 +1,6 @@
 !> Contacts by their pairs of a vertex and an edge, and the pairs of elements that they act between.
 module scree_contact_pairs
-  use scree_contacts, only: contact_t
+  use scree_contacts, only: contact_t, state_open
   use scree_pairs, only: pair_of
   implicit none
   private
@@ -75,7 +75,7 @@ contains
   end function place_of_pair
 
   !> Drops contacts of one entrance that another contact has too, as of an edge so short that both its ends are near, and those that
-  !> another is the same as.
+  !> another is the same as. Of two of one entrance that stays which goes on from the step before.
   pure subroutine drop_repeats(n, contact, n_contacts)
     integer, intent(in) :: n                          !! vertices of the outlines
     type(contact_t), intent(inout) :: contact(:)
@@ -91,7 +91,7 @@ contains
         do m = k - 1, entrances%first(vertex), -1
           if (entrances%edge(m) < entrances%edge(k)) exit
           associate (a => (entrances%number(m) + 1)/2, b => (entrances%number(k) + 1)/2)
-            if (contact(b)%n_entrances == 1) then
+            if (contact(b)%n_entrances == 1 .and. .not. goes_on_alone(contact(b), contact(a))) then
               keep(b) = .false.
             else if (contact(a)%n_entrances == 1) then
               keep(a) = .false.
@@ -106,6 +106,13 @@ contains
     n_contacts = count(keep)
     contact(:n_contacts) = pack(contact(:size(keep)), keep)
   end subroutine drop_repeats
+
+  !> Whether a contact goes on closed from the step before, and another one of its pair, of one entrance too, does not.
+  pure logical function goes_on_alone(contact, other)
+    type(contact_t), intent(in) :: contact, other
+
+    goes_on_alone = other%n_entrances == 1 .and. contact%entrance(1)%state /= state_open .and. other%entrance(1)%state == state_open
+  end function goes_on_alone
 
   !> Whether two contacts are made of the same pairs of vertex and edge.
   pure logical function has_same_entrances(a, b) result(same)

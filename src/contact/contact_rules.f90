@@ -150,16 +150,17 @@ contains
   end function rests_inside
 
   !> How the corners at vertices i and j can meet.
-  pure type(meeting_t) function meet(law, survey, i, j)
+  pure type(meeting_t) function meet(law, survey, i, j, stood)
     type(contact_law_t), intent(in) :: law
     type(survey_t), intent(in) :: survey
     integer, intent(in) :: i, j
+    logical, intent(in) :: stood !! one contact stood for both
 
     select case (law%rules)
     case (rules_shi)
       meet = meet_as_shi(survey%corner(i), survey%corner(j))
     case default
-      meet = meet_by_entrances(survey%corner(i), survey%corner(j), tilt(survey, i, j))
+      meet = meet_by_entrances(survey%corner(i), survey%corner(j), tilt(survey, i, j), stood)
     end select
   end function meet
 

@@ -9,11 +9,12 @@ module scree_corner_meeting
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: encounter_of_edge, encounter_t, line_t, meet_as_shi, meet_by_entrances, meeting_t
+  public :: encounter_of_edge, encounter_t, is_hollow, line_t, meet_as_shi, meet_by_entrances, meeting_t
 
   real(dp), parameter :: nearly = 0.3_dp*parallel !! edges that differ by less: those at the more upright corner act (Shi: 0.3 h1)
   real(dp), parameter :: turned = 1e-3_dp         !! corners that turn by more in a step have the lines of both its ends, rad
   real(dp), parameter :: flat = 1e-3_dp           !! a corner that is hollow by less is none, rad
+  real(dp), parameter :: most_bent = 0.5_dp       !! likewise, of two for which one contact stood as they lay flat, or bonds, rad
 
   !> An entrance line: pairs of a vertex and an edge, of which the best is taken.
   type :: line_t
@@ -40,17 +41,21 @@ module scree_corner_meeting
 
 contains
 
-  !> How corners a and b meet across entrance lines, where `tilt` is how far they may turn towards each other in the step.
-  pure function meet_by_entrances(a, b, tilt) result(meeting)
+  !> How corners a and b meet across entrance lines, where `tilt` is how far they may turn towards each other in the step. A hollow
+  !> corner may be met at either edge; but nodes of two meshes go on to lie flat on each other where the joint between them bends.
+  pure function meet_by_entrances(a, b, tilt, stood) result(meeting)
     type(corner_t), intent(in) :: a, b
     real(dp), intent(in) :: tilt !! rad
+    logical, intent(in) :: stood !! one contact stood for both, or a bond held them, and goes on to, however far the joint bends
     type(meeting_t) :: meeting
     real(dp) :: between
+    logical :: bends !! the joint between them, at which they lie flat on each other
 
     between = angle_between(a, b)
-    if (max(a%angle, b%angle) <= pi + flat) then
-      meeting = meet_convex(a, b, between, tilt)
-    else if (b%angle > pi + flat .and. a%angle <= pi + parallel) then
+    bends = stood .and. (is_hollow(a) .or. is_hollow(b)) .and. fits_on(a, b, between, tilt)
+    if (max(a%angle, b%angle) <= pi + merge(most_bent, flat, bends)) then
+      meeting = meet_convex(a, b, between, tilt, merge(most_bent, parallel, bends))
+    else if (is_hollow(b) .and. a%angle <= pi + parallel) then
       meeting = meet_hollow(a, b, abs(between), tilt)
     else
       meeting = meet_hollow(b, a, abs(between), tilt)
@@ -65,14 +70,31 @@ contains
     angle_between = turn(a%from + a%angle/2 + pi - b%from - b%angle/2)
   end function angle_between
 
+  !> Whether a corner is hollow, more than a straight face is.
+  pure logical function is_hollow(corner)
+    type(corner_t), intent(in) :: corner
+
+    is_hollow = corner%angle > pi + flat
+  end function is_hollow
+
+  !> Whether edges of corners a and b lie on each other, or may in the step.
+  pure logical function fits_on(a, b, between, tilt)
+    type(corner_t), intent(in) :: a, b
+    real(dp), intent(in) :: between, tilt !! rad
+    real(dp) :: width
+
+    width = abs(between) + (a%angle + b%angle)/2
+    fits_on = width >= pi - parallel .and. width <= pi + tilt
+  end function fits_on
+
   !> How two convex corners meet. Those that cannot meet tip to tip may meet each other's sides.
   !>
   !> Of two nearly parallel edges the one that reaches farther out bounds the region that is closed to a tip; the line of the other
   !> lies in it. Where turning in the step may change which one that is, each has an encounter: the tip is in the region if it is
   !> behind the lines of any of them.
-  pure function meet_convex(a, b, between, tilt) result(meeting)
+  pure function meet_convex(a, b, between, tilt, bent) result(meeting)
     type(corner_t), intent(in) :: a, b
-    real(dp), intent(in) :: between, tilt !! rad
+    real(dp), intent(in) :: between, tilt, bent !! rad
     type(meeting_t) :: meeting
     logical :: upon(2, 2) ! (vertex, side) which vertices have the entrance line on either side
     real(dp) :: turning, width
@@ -82,7 +104,7 @@ contains
     if (width > pi + tilt) then
       meeting%beside = .true.
     else if (width >= pi - parallel) then
-      upon = on_lines(a, b, between, parallel)
+      upon = on_lines(a, b, between, bent)
       meeting%n = 1
       meeting%flat = .true.
       meeting%encounter(1)%shared = .true.
@@ -149,8 +171,8 @@ contains
 
     between = angle_between(a, b)
     width = abs(between) + (a%angle + b%angle)/2
-    if (max(a%angle, b%angle) > pi + flat) then
-      if (a%angle <= pi + flat) then
+    if (is_hollow(a) .or. is_hollow(b)) then
+      if (.not. is_hollow(a)) then
         call meet_edges_that_fit(a, b, meeting)
       else
         call meet_edges_that_fit(b, a, meeting)
