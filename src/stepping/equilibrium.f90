@@ -13,10 +13,10 @@
 !>
 !> A run that is to end in equilibrium chooses its steps. What holds a body takes up what is out of balance: if that went from r0 to
 !> r1 while the body moved by w (root mean square), it goes on by w r1/(r0 - r1) until it is nothing, were forces linear, in steps
-!> of any size. So a body that would not go farther than a small share of its size, or that a fixed point holds, asks for no small
-!> steps; another goes by at most that share in one, as the way goes with the square of the step. One that would go on by more
-!> than its size, by its own force and by those on all bodies, and in such steps in a row has gone by a hundredth of it, moves:
-!> there is no equilibrium nearby. Where the others still settle they may come to hold it.
+!> of any size. So a body that would not go farther than a small share of its size, or that fixed points or supports hold in both
+!> directions, asks for no small steps; another goes by at most that share in one, as the way goes with the square of the step. One
+!> that would go on by more than its size, by its own force and by those on all bodies, and in such steps in a row has gone by a
+!> hundredth of it, moves: there is no equilibrium nearby. Where the others still settle they may come to hold it.
 module scree_equilibrium
   use scree_constraints, only: constraints_t
   use scree_contact_beginning, only: begin_contacts
@@ -26,6 +26,7 @@ module scree_equilibrium
   use scree_element_term, only: step_rule_t, term_t
   use scree_equations, only: add_equations, begin_equations, constrain_equations, is_island, members, wholly_held
   use scree_errors, only: error_t
+  use scree_fixed_point, only: is_roller
   use scree_inertia, only: kinetic_energy
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -34,7 +35,7 @@ module scree_equilibrium
   use scree_state, only: state_t
   use scree_step_constraints, only: constraints_of_step
   use scree_step_try, only: try_t
-  use scree_system, only: element_unknowns, fixed_point, values_of
+  use scree_system, only: element_unknowns, values_of
   use scree_text, only: number_text, short_text
   implicit none
   private
@@ -55,6 +56,9 @@ module scree_equilibrium
   real(dp), parameter :: leaps = 0.5_dp
   !> Of its size, what a body goes that moves, and what it would go on by.
   real(dp), parameter :: gone = 0.01_dp, goes_on = 1.0_dp
+
+  !> Share of the square of the number of rollers of a body, above which they hold it in both directions.
+  real(dp), parameter :: across = 1e-6_dp
 
   !> How far a state is from equilibrium: of the body that is farthest, or that moves on and on.
   type :: balance_t
@@ -133,8 +137,7 @@ contains
     integer :: b, k
 
     way = ways_of(model, cache, try%d)
-    held = .false.
-    held(model%elements%block(pack(model%points%element, model%points%kind == fixed_point))) = .true.
+    held = held_both_ways(model)
     associate (own => state%settling)
       own%steady = state%time >= steady_from(model)
       first = .not. own%unbalanced < huge(left)
@@ -159,6 +162,32 @@ contains
       own%unbalanced = maxval([0.0_dp, share(model%free_block)])
     end associate
   end subroutine take_in
+
+  !> Which bodies fixed points and supports hold in both directions.
+  pure function held_both_ways(model) result(held)
+    type(model_t), intent(in) :: model
+    logical :: held(model%n_blocks)
+    real(dp) :: spread_of(3, model%n_blocks) ! sums of nx nx, ny ny, nx ny of the directions n in which rollers hold each body
+    integer :: i
+
+    held = .false.
+    if (.not. allocated(model%effects%fixed_point)) return
+    spread_of = 0.0_dp
+    associate (holds => model%effects%fixed_point)
+      do i = 1, size(holds%point)
+        associate (b => model%elements%block(model%points%element(holds%point(i))))
+          if (is_roller(holds, i)) then
+            associate (n => holds%direction(:, i))
+              spread_of(:, b) = spread_of(:, b) + [n(1)**2, n(2)**2, n(1)*n(2)]
+            end associate
+          else
+            held(b) = .true.
+          end if
+        end associate
+      end do
+    end associate
+    held = held .or. spread_of(1, :)*spread_of(2, :) - spread_of(3, :)**2 > across*(spread_of(1, :) + spread_of(2, :))**2
+  end function held_both_ways
 
   !> How far a body is to go on, were forces linear: it went a way while the share out of balance went from one value to another.
   pure real(dp) function way_left(way, from, to)
