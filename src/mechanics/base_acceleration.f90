@@ -8,7 +8,7 @@ module scree_base_acceleration
   use scree_time_table, only: mean_over
   implicit none
   private
-  public :: add_base_acceleration, base_acceleration_t, size_of_base, work_of_base
+  public :: add_base_acceleration, base_acceleration_t, force_of_base, work_of_base
 
   !> Called for when the ground accelerates at some time.
   type :: base_acceleration_t
@@ -25,17 +25,18 @@ contains
     type(kinematics_t), intent(in) :: element
     type(term_t), intent(inout) :: term
 
-    call add_force(term, -mass*matmul(mean_over(self%record, rule%load_from, rule%load_to), element%at_centroid))
+    call add_force(term, matmul(force_of_base(self, mass, rule), element%at_centroid))
   end subroutine add_base_acceleration
 
-  !> Magnitude of the inertia force of one element, per unit thickness.
-  pure real(dp) function size_of_base(self, mass, rule)
+  !> Inertia force -m a of one element in a step, per unit thickness.
+  pure function force_of_base(self, mass, rule) result(force)
     type(base_acceleration_t), intent(in) :: self
     real(dp), intent(in) :: mass !! mass/length
     type(step_rule_t), intent(in) :: rule
+    real(dp) :: force(2)
 
-    size_of_base = mass*norm2(mean_over(self%record, rule%load_from, rule%load_to))
-  end function size_of_base
+    force = -mass*mean_over(self%record, rule%load_from, rule%load_to)
+  end function force_of_base
 
   !> Work of the inertia force of one element in a step, force per unit thickness times length.
   pure real(dp) function work_of_base(self, mass, rule, element, unknown)

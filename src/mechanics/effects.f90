@@ -1,7 +1,7 @@
 !> The effects of a scene. This file is the only one that asks which are present.
 module scree_effects
   use scree_absorbing_edge, only: absorbed_energy, absorb_velocity, add_absorbing_edges, size_of_wave, work_of_wave
-  use scree_base_acceleration, only: add_base_acceleration, size_of_base, work_of_base
+  use scree_base_acceleration, only: add_base_acceleration, force_of_base, work_of_base
   use scree_bolt, only: add_bolts_of_element, bolt_energy, work_between
   use scree_edge_load, only: add_edge_loads, size_of_edge_loads, work_of_edge_loads
   use scree_element_term, only: add_force, step_rule_t, term_t
@@ -165,7 +165,7 @@ contains
     load = 0.0_dp
     associate (effects => model%effects)
       if (allocated(effects%gravity)) load = load + abs(own%mass_ratio*effects%gravity%weight(e))
-      if (allocated(effects%base_acceleration)) load = load + size_of_base(effects%base_acceleration, own%mass, rule)
+      if (allocated(effects%base_acceleration)) load = load + norm2(force_of_base(effects%base_acceleration, own%mass, rule))
       if (allocated(effects%point_load)) load = load + size_of_point_loads(effects%point_load, e, rule)
       if (allocated(effects%edge_load)) load = load + size_of_edge_loads(effects%edge_load, e, state%point)
       if (allocated(effects%absorbing_edge)) &
@@ -380,23 +380,32 @@ contains
     if (allocated(model%effects%bolt)) energy = bolt_energy(model%effects%bolt, state%bolts, state%point)
   end function energy_of_bolts
 
-  !> Weights of the blocks in a step, force per unit thickness; none where nothing has weight.
+  !> Weights of the blocks in a step, with the inertia that a ground which accelerates gives them, force per unit thickness; none
+  !> where nothing has weight.
   pure function weights_of_blocks(model, rule) result(weights)
     type(model_t), intent(in) :: model
     type(step_rule_t), intent(in) :: rule
     real(dp) :: weights(model%n_blocks)
+    real(dp) :: force(2, model%n_blocks)
     integer :: e
 
-    weights = 0.0_dp
-    if (.not. allocated(model%effects%gravity)) return
-    associate (gravity => model%effects%gravity)
+    force = 0.0_dp
+    if (allocated(model%effects%gravity)) then
       do e = 1, model%n_elements
-        associate (own => weights(model%elements%block(e)))
-          own = own + gravity%weight(e)
+        associate (own => force(2, model%elements%block(e)))
+          own = own - model%effects%gravity%weight(e)
         end associate
       end do
-      weights = mean_share_of_weight(model, rule)*weights
-    end associate
+      force = mean_share_of_weight(model, rule)*force
+    end if
+    if (allocated(model%effects%base_acceleration)) then
+      do e = 1, model%n_elements
+        associate (own => force(:, model%elements%block(e)))
+          own = own + force_of_base(model%effects%base_acceleration, model%elements%mass(e), rule)
+        end associate
+      end do
+    end if
+    weights = hypot(force(1, :), force(2, :))
   end function weights_of_blocks
 
 end module scree_effects

@@ -18,7 +18,8 @@
 !> with p the rates that the impulse adds, v0 and v- those when the step began and before the impact, however far bodies turn in it.
 !> So a step with an impact makes no energy where the step itself makes none (doc/theory.md, section 4).
 module scree_impact
-  use scree_bearings, only: across_contact, any_closes, bearing_t, bonded_bodies, deformation_of, find_approaches, find_impulses, &
+  use scree_base_acceleration, only: force_of_base
+  use scree_bearings, only: across_contact, bearing_t, bonded_bodies, deformation_of, find_approaches, find_impulses, &
                             find_islands, find_strokes, force_of, list_bearings, pair_of, set_least, set_up_problem, &
                             taking_part, together
   use scree_contact_quantities, only: gap_and_slip_t
@@ -39,7 +40,7 @@ module scree_impact
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: any_closes, impact_t, push_apart, rebound
+  public :: impact_t, push_apart, rebound
 
   !> An impact in a step.
   type :: impact_t
@@ -370,22 +371,32 @@ contains
     comes_by_itself = .false.
   end function comes_by_itself
 
-  !> Motion that weight makes in a step of bodies in flight, of those that are held in part by what that leaves of it.
+  !> Motion that weight, and the acceleration of the ground, make in a step of bodies in flight, of those that are held in part by
+  !> what that leaves of it.
   pure function velocity_by_weight(model, bodies, rule) result(motion)
     type(model_t), intent(in) :: model
     type(rigid_bodies_t), intent(in) :: bodies
     type(step_rule_t), intent(in) :: rule
     real(dp) :: motion(3, size(bodies%held))
+    real(dp) :: force(2, size(bodies%held))
     integer :: b
 
-    motion = 0.0_dp
-    if (.not. allocated(model%effects%gravity)) return
+    force = 0.0_dp
+    if (allocated(model%effects%gravity)) then
+      do b = 1, size(bodies%held)
+        associate (element => bodies%element(bodies%first(b):bodies%first(b + 1) - 1))
+          force(2, b) = -mean_share_of_weight(model, rule)*sum(model%effects%gravity%weight(element))
+        end associate
+      end do
+    end if
+    if (allocated(model%effects%base_acceleration)) then
+      do b = 1, size(bodies%held)
+        force(:, b) = force(:, b) + force_of_base(model%effects%base_acceleration, bodies%mass(1, b), rule)
+      end do
+    end if
     do b = 1, size(bodies%held)
-      associate (element => bodies%element(bodies%first(b):bodies%first(b + 1) - 1))
-        motion(:, b) = -bodies%mobility(:, 2, b)*sum(model%effects%gravity%weight(element))
-      end associate
+      motion(:, b) = rule%dt*matmul(bodies%mobility(:, :2, b), force(:, b))
     end do
-    motion = rule%dt*mean_share_of_weight(model, rule)*motion
   end function velocity_by_weight
 
   !> Compression of an island, one impact after the other: what closes later has no part in it yet. What closes between
