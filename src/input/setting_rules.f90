@@ -44,6 +44,7 @@ module scree_setting_rules
     setting_rule_t('cover.order', '1', 'integrator.scheme', '|newmark|energy_momentum|energy_decaying|', .false., &
                    'cells have no matrix of mass that explicit steps could take for that of their covers'), &
     setting_rule_t('cover.order', '1', 'step.accuracy', is_not_given, .false., 'the error of a step is that of linear fields'), &
+    setting_rule_t('cover.order', '1', 'output.error', '|none|', .false., 'the error of a step is that of linear fields'), &
     setting_rule_t('cover.order', '1', 'boundary.pressure', is_not_given, .false., 'pressure takes edges for straight'), &
     setting_rule_t('cover.order', '1', 'water.table', is_not_given, .false., 'pressure takes edges for straight'), &
     setting_rule_t('cover.order', '1', 'absorbing.lines', is_not_given, .false., 'waves leave by edges that stay straight'), &
