@@ -17,7 +17,7 @@ module scree_results_file
   use scree_hdf5_writing, only: check_status, create_rows, fixed_rows, flush_file, grow_in_place, write_text, write_whole, &
                                 write_words
   use scree_interruption, only: ignore_size_limit
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, i8
   use scree_results_target, only: create_file
   use scree_row_series, only: add_row, bytes_to_write, more_series, rows_with_waiting, series_t, write_waiting
   use scree_text, only: same_length, text_t
@@ -308,7 +308,7 @@ contains
   end subroutine put_series
 
   !> Rows of a series, with those that wait.
-  pure integer function rows_of_series(results, handle)
+  pure integer(i8) function rows_of_series(results, handle)
     type(results_t), intent(in) :: results
     integer, intent(in) :: handle
 

@@ -4,7 +4,7 @@ module scree_row_series
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_hdf5_writing, only: append_rows, bytes_to_append, rows_t
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, i8
   implicit none
   private
   public :: add_row, bytes_to_write, more_series, rows_with_waiting, series_t, write_waiting
@@ -51,10 +51,10 @@ contains
   end subroutine add_row
 
   !> Rows, with those that wait.
-  pure integer function rows_with_waiting(series) result(n)
+  pure integer(i8) function rows_with_waiting(series) result(n)
     type(series_t), intent(in) :: series
 
-    n = int(series%rows%n_rows) + series%n/max(1, series%width)
+    n = int(series%rows%n_rows, i8) + series%n/max(1, series%width)
   end function rows_with_waiting
 
   !> Space that the rows that wait may take in the file.
