@@ -74,7 +74,7 @@ contains
     call set_stiffness(stiffness, gives_way, contact)
   end subroutine stiffen_contact
 
-  !> Gives both entrances of a contact the stiffness of one, of this contact or of one before.
+  !> Gives both entrances of a contact the stiffness of one of a contact before.
   pure subroutine take_stiffness(from, contact)
     type(entrance_t), intent(in) :: from
     type(contact_t), intent(inout) :: contact

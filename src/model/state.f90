@@ -79,7 +79,7 @@ module scree_state
   type :: bolt_memory_t
     real(dp), allocatable :: rest(:)           !! (n_bolts) length without force, or opening of a crossing of a grouted one
     real(dp), allocatable :: across(:)         !! (n_bolts) its slip without force, length
-    integer, allocatable :: state(:)           !! (n_bolts) `bolt_elastic`, `bolt_yielded`, `bolt_broken`
+    integer, allocatable :: state(:)           !! (n_bolts) `bolt_elastic`, `bolt_yielded`, `bolt_broken`, `bolt_absent`
   end type bolt_memory_t
 
   !> How far the run is estimated to be off, by what the steps so far have made of it. Of a block x, y and the rotation times its

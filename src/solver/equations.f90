@@ -58,7 +58,7 @@ module scree_equations
     type(reduction_t), allocatable :: reduction(:) !! (n_elements)
     type(reduction_t), allocatable :: cover_reduction(:) !! (n_elements) of the covers that cells follow; where there are cells
     type(reduction_t), allocatable :: pair_reduction(:) !! (n_pairs)
-    logical :: reduced = .false.             !! both are of these groups, and of no constraint that may change
+    logical :: reduced = .false.             !! all three are of these groups, and of no constraint that may change
     integer, allocatable :: row(:)           !! (n_unknowns) zero between uses
     real(dp), allocatable :: force(:)        !! (n_unknowns) out of balance, zero at slaves
     real(dp), allocatable :: scale(:)        !! (n_unknowns) magnitudes of the forces that balance
