@@ -10,8 +10,7 @@ module scree_open_close
                                  judge, measure_again, measure_contact, measure_contacts, press, press_across, pressing_of, &
                                  put_anchors
   use scree_contact_try, only: contact_try_t, row_across
-  use scree_contacts, only: blocks_of, contact_law_t, contact_t, count_states, entrance_t, state_locked, state_open, &
-                            state_sliding
+  use scree_contacts, only: blocks_of, contact_law_t, count_states, entrance_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: act_on, bond, friction_of
   use scree_joint_stiffness, only: is_hard
   use scree_kinds, only: dp

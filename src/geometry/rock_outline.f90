@@ -9,8 +9,8 @@ module scree_rock_outline
   use scree_scene, only: line_t, point_t
   implicit none
   private
-  public :: add_line, boundary_lines, clip_line, close_slope, crosses_itself, has_rock_at, hole_points, make_rock, &
-            meets_rock, outline_t, reaches_into_window, rock_t, rounded
+  public :: boundary_lines, clip_line, close_slope, crosses_itself, has_rock_at, hole_points, make_rock, meets_rock, outline_t, &
+            reaches_into_window, rock_t, rounded
 
   integer, parameter, public :: window_outline = 1, tunnel_outline = 2, slope_outline = 3
 

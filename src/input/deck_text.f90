@@ -17,8 +17,8 @@ module scree_deck_text
   public :: beyond_arithmetic, count_numbers, deck_t, expect, expect_end, find_words, in_quotes, next_count, next_index, &
             next_real, next_reals, next_word, numbers_left, read_deck, read_text, word_is_real, word_is_whole
 
-  real(dp), parameter, public :: largest_number = 1e20_dp   !! magnitude, of every real number
-  real(dp), parameter, public :: smallest_number = 1e-20_dp !! of one that may not be negative, unless it is 0
+  real(dp), parameter :: largest_number = 1e20_dp   !! magnitude, of every real number
+  real(dp), parameter :: smallest_number = 1e-20_dp !! of one that may not be negative, unless it is 0
 
   !> What a deck with decimal commas is told beside its error: they made two numbers of one.
   character(len=*), parameter, public :: comma_remark = ' (a comma parts two numbers; the decimal sign is a point)'

@@ -14,7 +14,7 @@ module scree_setting_table
             known_groups, put_word, setting_t
 
   integer, parameter, public :: kind_text = 1, kind_choice = 2, kind_real = 3, kind_whole = 4, kind_reals = 5
-  real(dp), parameter, public :: boundless = huge(1.0_dp)
+  real(dp), parameter :: boundless = huge(1.0_dp)
 
   !> What is known of one name.
   type :: setting_t

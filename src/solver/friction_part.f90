@@ -10,7 +10,7 @@ module scree_friction_part
   use scree_timers, only: begin_phase, phase_friction, timers_t
   implicit none
   private
-  public :: part_of, solve_about
+  public :: solve_about
 
   !> Share of the unknowns that are settled apart from the others, at most.
   real(dp), parameter :: largest_part = 0.25_dp
