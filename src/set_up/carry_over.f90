@@ -158,7 +158,7 @@ contains
       memory%contact = pack(memory%contact, are_there(model, memory%contact))
       memory%inside = reshape(pack(memory%inside, spread(.not. any(parts_gone(memory%inside), 1), 1, 2)), &
                               [2, count(.not. any(parts_gone(memory%inside), 1))])
-      if (.not. allocated(model%effects%contact) .or. model%settings%adapts_stiffness) return
+      if (model%settings%adapts_stiffness) return
       bonds = mean_of_bonds(model%outlines, model%effects%contact, memory%contact)
       do i = 1, size(memory%contact)
         if (memory%contact(i)%entrance(memory%contact(i)%active)%state == state_open) cycle

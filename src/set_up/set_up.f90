@@ -149,7 +149,7 @@ contains
     do i = 1, size(has_bolts)
       do k = 1, 2
         associate (e => model%effects%bolt%element(k, i))
-          if (e > 0) has_bolts(i) = has_bolts(i) .and. model%present(model%elements%block(max(1, e)))
+          if (e > 0) has_bolts(i) = has_bolts(i) .and. model%present(model%elements%block(e))
         end associate
       end do
     end do
