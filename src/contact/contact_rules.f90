@@ -118,10 +118,7 @@ contains
     type(contact_law_t), intent(in) :: law
     real(dp), intent(inout) :: near(:) !! length
 
-    select case (law%rules)
-    case (rules_shi)
-      if (law%shi%search_gap > 0) near = 0.5_dp*law%shi%search_gap
-    end select
+    if (.not. looks_as_far_as_it_moves(law)) near = 0.5_dp*law%shi%search_gap
   end subroutine set_reach
 
   !> Overlap up to which a vertex over an edge is found, length.
@@ -129,10 +126,7 @@ contains
     type(contact_law_t), intent(in) :: law
 
     deepest_search = huge(1.0_dp)
-    select case (law%rules)
-    case (rules_shi)
-      if (law%shi%search_gap > 0) deepest_search = law%shi%search_depth
-    end select
+    if (.not. looks_as_far_as_it_moves(law)) deepest_search = law%shi%search_depth
   end function deepest_search
 
   !> Whether corners that turn in the step meet what they do not face at its beginning.
@@ -424,13 +418,10 @@ contains
 
     call press_across(try, i, now, force)
     associate (law => try%law, active => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
-      select case (law%rules)
-      case (rules_conserving)
-        continue
-      case default
+      if (law%rules /= rules_conserving) then
         force%across(3 - active) = 0.0_dp
         force%across_by_gap(:, 3 - active) = 0.0_dp
-      end select
+      end if
       if (entrance%state == state_locked) then
         force%along = entrance%multiplier(2) - entrance%stiffness(2)*now(active)%slip
         force%along_by_slip = -entrance%stiffness(2)
@@ -598,7 +589,7 @@ contains
   pure logical function goes_on_after_cut(law)
     type(contact_law_t), intent(in) :: law
 
-    goes_on_after_cut = law%rules == rules_shi .and. law%shi%search_gap > 0
+    goes_on_after_cut = .not. looks_as_far_as_it_moves(law)
   end function goes_on_after_cut
 
   !> What an entrance remembers of sliding in an accepted step: anchor, bond, and the slip that its spring keeps.
