@@ -9,7 +9,7 @@ module scree_contact_search
   use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
   use scree_polygon, only: distance_to_segment
-  use scree_sorting, only: order_of_pairs
+  use scree_sorting, only: columns, order_of_pairs
   use scree_state, only: state_t
   use scree_system, only: values_of
   implicit none
@@ -46,8 +46,7 @@ contains
       call list_candidates(outlines, position, wide, local, self_contact, search)
     is_near = are_near(outlines, position, wide, search%candidate)
     deep = .not. are_near(outlines, position, wide, outlines%inside)
-    nearby = reshape([pack(search%candidate, spread(is_near, 1, 2)), pack(outlines%inside, spread(deep, 1, 2))], &
-                     [2, count(is_near) + count(deep)])
+    nearby = reshape([columns(search%candidate, is_near), columns(outlines%inside, deep)], [2, count(is_near) + count(deep)])
     if (present(n_in_order)) n_in_order = count(is_near)
   end subroutine find_nearby
 

@@ -11,7 +11,7 @@ module scree_line_cutting
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp
   use scree_predicates, only: orientation
-  use scree_sorting, only: sort_by
+  use scree_sorting, only: columns, sort_by
   implicit none
   private
   public :: cut_lines, drop_perpendicular, graph_t
@@ -596,7 +596,7 @@ contains
         if (ends(1, i) == ends(1, k) .and. against(i) /= line(i)) other(k) = against(i)
       end if
     end do
-    graph%ends = reshape(pack(ends, spread(keep, 1, 2)), [2, count(keep)])
+    graph%ends = columns(ends, keep)
     graph%line = pack(line, keep)
     graph%against = pack(other, keep)
   end subroutine drop_doubles

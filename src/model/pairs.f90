@@ -1,7 +1,7 @@
 !> Pairs of elements that the equations couple: what acts between two bodies acts between the elements of a pair.
 module scree_pairs
   use scree_kinds, only: dp
-  use scree_sorting, only: order_of_pairs
+  use scree_sorting, only: columns, order_of_pairs
   implicit none
   private
   public :: list_pairs, number_of_pair, pair_of, pairs_without, sorted_pairs
@@ -35,7 +35,7 @@ contains
       is_needed(number) = .true.
       pairs = before
       if (size(pairs, 2) <= idle*count(is_needed)) return
-      pairs = reshape(pack(before, spread(is_needed, 1, 2)), [2, count(is_needed)])
+      pairs = columns(before, is_needed)
     else
       fewest = sorted_pairs(needed)
       pairs = sorted_pairs(reshape([fewest, before], [2, size(fewest, 2) + size(before, 2)]))

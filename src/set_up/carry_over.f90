@@ -12,7 +12,7 @@ module scree_carry_over
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_scene, only: reset_both, reset_displacements, reset_velocities
-  use scree_sorting, only: sort_into
+  use scree_sorting, only: columns, sort_into
   use scree_state, only: bolt_absent, reference_t, stage_clock_t, state_t, step_of_run, time_of_run
   use scree_system, only: bolt_end, roller_end
   use scree_time_table, only: value_at
@@ -156,8 +156,7 @@ contains
         memory%inside = reshape([memory%inside, before%sleep%inside], [2, size(memory%inside, 2) + size(before%sleep%inside, 2)])
       end if
       memory%contact = pack(memory%contact, are_there(model, memory%contact))
-      memory%inside = reshape(pack(memory%inside, spread(.not. any(parts_gone(memory%inside), 1), 1, 2)), &
-                              [2, count(.not. any(parts_gone(memory%inside), 1))])
+      memory%inside = columns(memory%inside, .not. any(parts_gone(memory%inside), 1))
       if (model%settings%adapts_stiffness) return
       bonds = mean_of_bonds(model%outlines, model%effects%contact, memory%contact)
       do i = 1, size(memory%contact)

@@ -14,7 +14,7 @@ module scree_make_effects
                          scheme_bathe, scheme_central_difference, scheme_energy_decaying, scheme_energy_momentum, &
                          scheme_generalized_alpha, settings_t, strain_auto, strain_green, strain_rotation, time_table_t
   use scree_setting_table, only: index_of
-  use scree_sorting, only: sort_into
+  use scree_sorting, only: columns, sort_into
   use scree_state, only: state_t
   use scree_system, only: absorber_end, edge_end, fixed_point, load_point, measured_point, roller_end, system_t
   use scree_text, only: number_text, real_text
@@ -388,8 +388,7 @@ contains
       bolts%number = blocks%bolt_of
       bolts%breaks = break
       joins = pair(1, :) > 0 .and. pair(1, :) < pair(2, :)
-      call list_pairs(reshape(pack(pair, spread(joins, 1, 2)), [2, count(joins)]), reshape([integer ::], [2, 0]), bolts%pair, &
-                      number)
+      call list_pairs(columns(pair, joins), reshape([integer ::], [2, 0]), bolts%pair, number)
       alone_in = merge(0, pair(2, :), joins)
       call sort_into(alone_in, system%n_elements, bolts%first, bolts%alone)
       place = unpack(number, joins, 0)

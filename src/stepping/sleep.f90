@@ -17,6 +17,7 @@ module scree_sleep
   use scree_model, only: cache_t, model_t
   use scree_scene, only: time_table_t
   use scree_sets, only: root_of, unite
+  use scree_sorting, only: columns
   use scree_state, only: state_t
   use scree_system, only: last_of_block, values_of
   use scree_time_stepper, only: advance, step_report_t
@@ -393,14 +394,5 @@ contains
     state%books%contact_springs = sum(state%contacts%contact%energy)
     state%books%sleeping_springs = sum(state%sleep%contact%energy)
   end subroutine sum_up_contacts
-
-  !> Some columns of a list of pairs.
-  pure function columns(list, which)
-    integer, intent(in) :: list(:, :)   !! (2, n)
-    logical, intent(in) :: which(:)     !! (n)
-    integer :: columns(2, count(which))
-
-    columns = reshape(pack(list, spread(which, 1, 2)), [2, count(which)])
-  end function columns
 
 end module scree_sleep

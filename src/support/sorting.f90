@@ -1,9 +1,9 @@
-!> Sorting, by numbers and into boxes.
+!> Sorting, by numbers and into boxes, and what a list keeps of its columns.
 module scree_sorting
   use scree_kinds, only: dp
   implicit none
   private
-  public :: order_of_pairs, sort_by, sort_into
+  public :: columns, order_of_pairs, sort_by, sort_into
 
   integer, parameter :: sparse = 8 !! times as many numbers as items, beyond which counting them takes longer than comparing items
 
@@ -105,5 +105,14 @@ contains
       filled(box(i)) = filled(box(i)) + 1
     end do
   end subroutine sort_into
+
+  !> Some columns of a list of pairs, in their order.
+  pure function columns(list, which)
+    integer, intent(in) :: list(:, :)   !! (2, n)
+    logical, intent(in) :: which(:)     !! (n)
+    integer :: columns(2, count(which))
+
+    columns = reshape(pack(list, spread(which, 1, 2)), [2, count(which)])
+  end function columns
 
 end module scree_sorting
