@@ -23,6 +23,7 @@ module scree_set_up
   use scree_second_order, only: cut_into_cells
   use scree_setting_table, only: from_of, given_at
   use scree_simplex_integration, only: moments_t
+  use scree_sorting, only: columns
   use scree_state, only: bolt_absent, state_t
   use scree_system, only: system_t
   use scree_text, only: number_text, real_text
@@ -111,10 +112,9 @@ contains
     end if
     if (.not. rests_inside(model%effects%contact)) state%contacts%inside = reshape([integer ::], [2, 0])
     associate (inside => state%contacts%inside, fixed => model%outlines%fixed)
-      inside = reshape(pack(inside, spread(.not. (fixed(inside(1, :)) .and. fixed(inside(2, :))), 1, 2)), &
-                       [2, count(.not. (fixed(inside(1, :)) .and. fixed(inside(2, :))))])
-      model%outlines%inside = inside
+      model%outlines%inside = columns(inside, .not. (fixed(inside(1, :)) .and. fixed(inside(2, :))))
     end associate
+    state%contacts%inside = model%outlines%inside
     if (allocated(model%effects%sleep)) call keep_awake(model%n_blocks, state)
     if (scene%settings%chooses_step) model%effects%contact%leap = 1e30_dp ! its travel has a limit of its own
   end subroutine set_up

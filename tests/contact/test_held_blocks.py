@@ -40,6 +40,17 @@ def test_held_blocks_that_touch_each_other_alone_stay_to_the_bit(mode, law, tmp_
     assert not f.history.momentum.any() and not f.history.energy.kinetic.any()
 
 
+@pytest.mark.parametrize("depth", [0.0, 1e-3])
+def test_held_blocks_that_overlap_carry_one_that_overlaps_one_of_them(depth, tmp_path):
+    blocks = [box(-2, 2, -1, 0), box(1, 5, -0.01, 1), box(-0.5, 0.5, -depth, 1 - depth)]
+    done = run(tmp_path, blocks, [1, 2])
+    assert done.returncode == 0, done.stderr
+    f = scree.read(tmp_path / "held.h5")
+    assert (f.bodies.centroid[:, :2] == f.bodies.centroid[0, :2]).all()
+    assert np.abs(f.bodies.centroid[:, 2] - f.bodies.centroid[0, 2]).max() < 2e-5  # its springs give by 2.5e-6, itself by 6e-6
+    assert f.history.overlap[-1] == pytest.approx(depth, abs=1e-5)
+
+
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("law", ["bouncing", "plastic"])
 @pytest.mark.parametrize("mode", MODES)
