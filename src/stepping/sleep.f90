@@ -7,7 +7,7 @@
 !> touches nothing that moves.
 module scree_sleep
   use scree_absorbing_edge, only: size_of_wave
-  use scree_contacts, only: blocks_of, contact_search_t, count_states
+  use scree_contacts, only: blocks_of, contact_search_t, contact_t, count_states, outlines_t
   use scree_effects, only: is_held_without_contact
   use scree_energy, only: books_of_fixed, close_books
   use scree_equations, only: forget_groups
@@ -107,19 +107,12 @@ contains
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(inout) :: state
     logical :: wakes(0:model%n_blocks)       !! islands
-    logical, allocatable :: moves(:)
-    integer :: i
 
     if (size(block) == 0) return
     wakes = .false.
     wakes(state%sleep%island(block)) = .true.
-    associate (sleep => state%sleep, memory => state%contacts, of_block => model%outlines%block)
-      moves = [(any(wakes(sleep%island(blocks_of(model%outlines, sleep%contact(i)%entrance(1))))), i=1, size(sleep%contact))]
-      memory%contact = [memory%contact, pack(sleep%contact, moves)]
-      sleep%contact = pack(sleep%contact, .not. moves)
-      moves = [(any(wakes(sleep%island(of_block(sleep%inside(:, i))))), i=1, size(sleep%inside, 2))]
-      memory%inside = reshape([memory%inside, columns(sleep%inside, moves)], [2, size(memory%inside, 2) + count(moves)])
-      sleep%inside = columns(sleep%inside, .not. moves)
+    associate (sleep => state%sleep, memory => state%contacts)
+      call hand_over(model%outlines, wakes(sleep%island), sleep%contact, sleep%inside, memory%contact, memory%inside)
       where (wakes(sleep%island))
         sleep%island = 0
         sleep%quiet = 0
@@ -170,13 +163,8 @@ contains
         state%acceleration(model%elements%unknown(:, e)) = 0.0_dp
       end associate
     end do
-    associate (sleep => state%sleep, memory => state%contacts, of_block => model%outlines%block)
-      moves = [(any(sleep%island(blocks_of(model%outlines, memory%contact(i)%entrance(1))) > 0), i=1, size(memory%contact))]
-      sleep%contact = [sleep%contact, pack(memory%contact, moves)]
-      memory%contact = pack(memory%contact, .not. moves)
-      moves = [(any(sleep%island(of_block(memory%inside(:, i))) > 0), i=1, size(memory%inside, 2))]
-      sleep%inside = reshape([sleep%inside, columns(memory%inside, moves)], [2, size(sleep%inside, 2) + count(moves)])
-      memory%inside = columns(memory%inside, .not. moves)
+    associate (sleep => state%sleep, memory => state%contacts)
+      call hand_over(model%outlines, sleep%island > 0, memory%contact, memory%inside, sleep%contact, sleep%inside)
       moves = [(any(sleep%island(model%elements%block(state%pair(:, i))) > 0), i=1, size(state%pair, 2))]
       state%pair = columns(state%pair, .not. moves)
     end associate
@@ -186,6 +174,23 @@ contains
     call close_books(awake, cache, state)
     state%books%asleep = state%books%asleep + motion - (state%books%kinetic + state%books%held)
   end subroutine put_to_sleep
+
+  !> Hands contacts, and vertices that are inside, over to other lists, behind what those have.
+  pure subroutine hand_over(outlines, moves, contact, inside, to_contact, to_inside)
+    type(outlines_t), intent(in) :: outlines
+    logical, intent(in) :: moves(:)          !! (n_blocks) of which all is handed over
+    type(contact_t), allocatable, intent(inout) :: contact(:), to_contact(:)
+    integer, allocatable, intent(inout) :: inside(:, :), to_inside(:, :) !! (2, n) vertices and edges
+    logical :: goes(size(contact)), leaves(size(inside, 2))
+    integer :: i
+
+    goes = [(any(moves(blocks_of(outlines, contact(i)%entrance(1)))), i=1, size(contact))]
+    leaves = [(any(moves(outlines%block(inside(:, i)))), i=1, size(inside, 2))]
+    to_contact = [to_contact, pack(contact, goes)]
+    contact = pack(contact, .not. goes)
+    to_inside = reshape([to_inside, columns(inside, leaves)], [2, size(to_inside, 2) + count(leaves)])
+    inside = columns(inside, .not. leaves)
+  end subroutine hand_over
 
   !> Counts the looks in a row at which bodies that are awake were near equilibrium.
   subroutine count_quiet_looks(awake, cache, state)
