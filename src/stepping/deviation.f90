@@ -216,7 +216,7 @@ contains
 
     at = strike%at/strike%speed
     late = span%dt - at
-    end_velocity = after%velocity(:, b)/model%effects%carried
+    end_velocity = end_velocity_of(model, after, b)
     associate (e => deviation%place(:, b), u => deviation%motion(:, b), a => deviation%acceleration(:, b))
       added = end_velocity - before%velocity(:, b) - a*span%dt
       own%acceleration = a
@@ -232,8 +232,7 @@ contains
       harder = strike%gain/strike%speed
       by_late = by_late + late*harder*added/(1 + model%effects%contact%restitution) &
                 + turned*added/max(tiny(late), sum(added**2))
-      moved(1:2) = after%centre(:, b) - before%centre(:, b)
-      moved(3) = before%gyration(b)*(after%rotation(b) - before%rotation(b))
+      moved = way_of(before, after, b)
       aside = moved - at*(before%velocity(:, b) + 0.5_dp*at*a) - late*(end_velocity - by_late - 0.5_dp*late*a)
       carried = e + at*u + added*earlier + aside
       u = u + added*faster
@@ -245,6 +244,26 @@ contains
       step%struck_at(b) = at/span%dt
     end associate
   end subroutine take_blow
+
+  !> Velocity of a block at the end of a step, of which a share is handed on.
+  pure function end_velocity_of(model, after, b) result(velocity)
+    type(model_t), intent(in) :: model
+    type(motion_t), intent(in) :: after
+    integer, intent(in) :: b
+    real(dp) :: velocity(3)                       !! x, y and the rotation times the radius of gyration, length/time
+
+    velocity = after%velocity(:, b)/model%effects%carried
+  end function end_velocity_of
+
+  !> Way of a block in a step.
+  pure function way_of(before, after, b) result(way)
+    type(motion_t), intent(in) :: before, after
+    integer, intent(in) :: b
+    real(dp) :: way(3)                            !! x, y and the rotation times the radius of gyration, length
+
+    way(1:2) = after%centre(:, b) - before%centre(:, b)
+    way(3) = before%gyration(b)*(after%rotation(b) - before%rotation(b))
+  end function way_of
 
   !> A number, or the bound of its size that it is beyond.
   pure real(dp) function within(number, bound)
@@ -265,9 +284,8 @@ contains
     real(dp) :: moved(3), end_velocity(3), jerk(3)
 
     associate (beta => model%settings%beta, dt => span%dt)
-      end_velocity = after%velocity(:, b)/model%effects%carried
-      moved(1:2) = after%centre(:, b) - before%centre(:, b)
-      moved(3) = before%gyration(b)*(after%rotation(b) - before%rotation(b))
+      end_velocity = end_velocity_of(model, after, b)
+      moved = way_of(before, after, b)
       own%acceleration = (end_velocity - before%velocity(:, b))/dt
       own%velocity = 0.5_dp*(before%velocity(:, b) + end_velocity)
       own%ahead = moved - dt*own%velocity
