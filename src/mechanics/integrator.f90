@@ -37,7 +37,7 @@ module scree_integrator
                          scheme_newmark, settings_t, start_dissipative, transport_field
   implicit none
   private
-  public :: end_rates, held_weight, holds_power, step_rule_for, turns_acceleration, velocity_at_balance
+  public :: end_rates, held_weight, holds_power, rule_at_rest, step_rule_for, turns_acceleration, velocity_at_balance
 
 contains
 
@@ -73,6 +73,17 @@ contains
     if (settings%scheme == scheme_central_difference) call kick(time, merge(before, 0.0_dp, step > 0), rule)
     if (settings%scheme == scheme_bathe .and. mod(step, 2) == 1) call look_back(before, rule)
   end function step_rule_for
+
+  !> The rule of a step in which nothing moves, with the loads of a time.
+  pure type(step_rule_t) function rule_at_rest(time, dt) result(rule)
+    real(dp), intent(in) :: time
+    real(dp), intent(in) :: dt        !! of no consequence, but above 0, time
+
+    rule%dt = dt
+    rule%end_time = time
+    rule%load_from = time
+    rule%load_to = time
+  end function rule_at_rest
 
   !> Velocity at the time of the balance, (1 - 2 lag) v1 + 2 lag d/dt, as c d + `carried` of the unknowns d of a step: d/dt for beta
   !> 1, the velocity at the end for beta 1/2, whose lag is beta - 1/2 (doc/theory.md, section 3).

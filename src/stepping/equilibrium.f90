@@ -28,6 +28,7 @@ module scree_equilibrium
   use scree_errors, only: error_t
   use scree_fixed_point, only: is_roller
   use scree_inertia, only: kinetic_energy
+  use scree_integrator, only: rule_at_rest
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_pair_effects, only: add_bolts, add_pair_effects, is_bolted
@@ -237,7 +238,7 @@ contains
     call constraints_of_step(model, cache, state, state%time, constraints, error)
     if (allocated(error)) return
     call constrain_equations(cache%equations, constraints)
-    rule = rule_at(state)
+    rule = rule_at_rest(state%time, state%pace%last)
     nothing = 0.0_dp
     touches = allocated(model%effects%contact) .and. size(contacts%contact) > 0
     if (touches) then
@@ -263,16 +264,6 @@ contains
     end do
   end subroutine sum_up_forces
 
-  !> The rule of a step in which nothing moves, with the loads of the state.
-  pure type(step_rule_t) function rule_at(state) result(rule)
-    type(state_t), intent(in) :: state
-
-    rule%dt = state%pace%last ! of no consequence: nothing moves
-    rule%end_time = state%time
-    rule%load_from = state%time
-    rule%load_to = state%time
-  end function rule_at
-
   !> What is out of balance on each body, and what acts on it; of those that cannot move nothing.
   subroutine forces_of_bodies(model, cache, state, left, acts)
     type(model_t), intent(in) :: model
@@ -296,7 +287,7 @@ contains
       e = model%elements%free(k)
       associate (ids => cache%equations%unknown(:, e), span => cache%equations%span, b => model%elements%block(e))
         stiffness = stiffness + cache%element(e)%elasticity(1, 1)*sqrt(cache%element(e)%kinematics%area)
-        acts(b) = acts(b) + load_on_element(model, cache%element(e), state, e, rule_at(state))
+        acts(b) = acts(b) + load_on_element(model, cache%element(e), state, e, rule_at_rest(state%time, state%pace%last))
         if (held(e)) cycle
         do i = 1, size(ids), 2 ! unknowns come in twos, those of a cover together
           if (counted(ids(i))) cycle

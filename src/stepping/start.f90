@@ -19,7 +19,7 @@ module scree_start
   use scree_equilibrium, only: begin_settling
   use scree_equations, only: add_equations, begin_equations, constrain_equations, members, solve_equations, weakest_element
   use scree_errors, only: error_t, fail, status_run_failed
-  use scree_integrator, only: turns_acceleration
+  use scree_integrator, only: rule_at_rest, turns_acceleration
   use scree_islands, only: keep_factored
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -142,10 +142,7 @@ contains
     at_rest = state
     at_rest%velocity = 0.0_dp
     at_rest%acceleration = 0.0_dp
-    rule%dt = 1.0_dp ! of no consequence: nothing moves
-    rule%load_from = state%time
-    rule%load_to = state%time
-    rule%end_time = state%time
+    rule = rule_at_rest(state%time, 1.0_dp)
     penalty = 0.0_dp
     do e = 1, model%n_elements
       call add_element_effects(model, cache%element(e), at_rest, e, 0*state%velocity(model%elements%unknown(:, e)), &
