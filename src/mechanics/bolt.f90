@@ -22,7 +22,7 @@
 !> of the end, as of contacts, whose stiffness sets them no bound.
 module scree_bolt
   use scree_element_term, only: add_force, add_pair_force, leave_symmetry, pair_term_t, step_rule_t, term_t
-  use scree_grouted_bolt, only: hold_together, openings, within_strength
+  use scree_grouted_bolt, only: has_symmetric_change, hold_together, openings, within_strength
   use scree_interpolation, only: displacement_matrix, kinematics_t
   use scree_kinds, only: dp
   use scree_state, only: bolt_broken, bolt_elastic, bolt_memory_t, bolt_yielded
@@ -33,8 +33,6 @@ module scree_bolt
             forces_of, lengths_of, work_between
 
   integer, parameter :: n = element_unknowns
-  !> Weights that differ by less are the same.
-  real(dp), parameter :: same = 1e-12_dp
 
   !> Called for when the scene has bolts.
   type :: bolt_t
@@ -192,7 +190,7 @@ contains
       direction = axis/middle
       weighed = tension(1) + w*(tension(2) - tension(1))
       force = weighed*direction
-      symmetric = abs(omega - 1) < same .or. .not. rule%tangent
+      symmetric = has_symmetric_change(rule)
       end_direction = merge(direction, after/length(2), symmetric)
       change = 0.0_dp
       do k = 1, 2

@@ -17,7 +17,10 @@ module scree_grouted_bolt
   use scree_kinds, only: dp
   implicit none
   private
-  public :: hold_together, openings, within_strength
+  public :: has_symmetric_change, hold_together, openings, within_strength
+
+  !> Weights that differ by less are the same.
+  real(dp), parameter :: same = 1e-12_dp
 
 contains
 
@@ -46,6 +49,13 @@ contains
     within_strength = [min(force(1), strength(1)), sign(min(abs(force(2)), strength(2)), force(2))]
   end function within_strength
 
+  !> Whether what the force of a bolt changes by is symmetric with the weights of a step: a secant is, too.
+  pure logical function has_symmetric_change(rule)
+    type(step_rule_t), intent(in) :: rule
+
+    has_symmetric_change = abs(rule%operator_weight - 1) < same .or. .not. rule%tangent
+  end function has_symmetric_change
+
   !> Force against y of a crossing in a step, and what it changes by with y.
   pure subroutine hold_together(stiffness, strength, start, y, way, rule, force, change, symmetric)
     real(dp), intent(in) :: stiffness(2)     !! along and across, force/length per unit thickness
@@ -63,7 +73,7 @@ contains
     held = within_strength(now, strength)
     weighed = start + rule%stress_weight*(held - start)
     row = rows_of(y + rule%operator_weight*way)
-    symmetric = abs(rule%operator_weight - 1) < 1e-12_dp .or. .not. rule%tangent
+    symmetric = has_symmetric_change(rule)
     end_row = merge(row, rows_of(y + way), symmetric)
     force = matmul(row, weighed)
     do k = 1, 4
