@@ -90,12 +90,22 @@ contains
                               dot_product(turn(:, 3), matmul(cache%element(bodies%element(k))%mass_matrix, turn(:, 3)))
         end associate
       end do
-      do k = 1, 3
-        bodies%mobility(k, k, b) = 1/bodies%mass(k, b)
-      end do
+      bodies%mobility(:, :, b) = diagonal_matrix(1/bodies%mass(:, b))
     end do
     call hold(model, cache, state, bodies)
   end subroutine find_bodies
+
+  !> The matrix with a diagonal, and nothing beside it.
+  pure function diagonal_matrix(diagonal) result(matrix)
+    real(dp), intent(in) :: diagonal(3)
+    real(dp) :: matrix(3, 3)
+    integer :: k
+
+    matrix = 0.0_dp
+    do k = 1, 3
+      matrix(k, k) = diagonal(k)
+    end do
+  end function diagonal_matrix
 
   !> Blocks of bodies that fixed points in two places, or supports, leave no motion.
   pure function held_bodies(model, state, part_of) result(held)
@@ -116,7 +126,7 @@ contains
       support = supports_of(model, part_of, b)
       position = state%point(:, model%effects%fixed_point%point(support))
       size_of_it = maxval(norm2(position - spread(position(:, 1), 2, size(support)), 1))
-      mobility = reshape([1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1/size_of_it**2], [3, 3])
+      mobility = diagonal_matrix([1.0_dp, 1.0_dp, 1/size_of_it**2])
       motion = 0.0_dp
       call obey(support_rows(model, support, position, position(:, 1)), mobility, motion, left)
       held(b) = left == 0
@@ -416,8 +426,7 @@ contains
       moving = moved_point(model, cache, state, model%effects%fixed_point%point(support(i)), rates)
       rate(2*i - 1:2*i) = matmul(moving, row(1:2, 2*i - 1:2*i))
     end do
-    mobility = reshape([1/bodies%mass(1, b), 0.0_dp, 0.0_dp, 0.0_dp, 1/bodies%mass(2, b), 0.0_dp, 0.0_dp, 0.0_dp, &
-                        1/bodies%mass(3, b)], [3, 3])
+    mobility = diagonal_matrix(1/bodies%mass(:, b))
     motion = 0.0_dp
     call obey(row, mobility, motion, left, rate)
   end function motion_of_supports
