@@ -161,11 +161,10 @@ contains
   !> Gives both entrances of a contact the stiffness of the one that acts.
   pure subroutine keep_stiffness(contact)
     type(contact_t), intent(inout) :: contact
-    integer :: other
+    type(entrance_t) :: active
 
-    other = 3 - contact%active
-    contact%entrance(other)%stiffness = contact%entrance(contact%active)%stiffness
-    contact%entrance(other)%gives_way = contact%entrance(contact%active)%gives_way
+    active = contact%entrance(contact%active)
+    call set_stiffness(active%stiffness, active%gives_way, contact)
   end subroutine keep_stiffness
 
   !> Gives a closed contact of a vertex over an edge, whose joint has a stiffness of its own and which slides, that of the length
