@@ -78,39 +78,69 @@ contains
     integer :: i, n
 
     n = model%n_blocks
-    call a_step('time', [integer ::], 'time', 'end of the step', records%time)
-    call a_step('step_size', [integer ::], 'time', 'size of the step', records%step_size)
-    call a_step('area', [integer ::], 'length^2', 'area of all blocks', records%area)
-    call a_step('rotation', [n], 'rad', 'rotation of each block since the start', records%rotation)
-    call a_step('momentum', [3], 'mass*length/time (x, y), mass*length^2/time (about the origin), per unit thickness', &
-                'momentum and angular momentum of all blocks', records%momentum)
-    call a_step('energy/kinetic', [integer ::], energy_unit, 'kinetic energy', records%kinetic)
-    call a_step('energy/strain', [integer ::], energy_unit, 'energy of the stress', records%strain)
-    if (kinds%gravity) &
-      call a_step('energy/gravity', [integer ::], energy_unit, 'weight times height above y = 0', records%gravity)
-    if (kinds%fixed_springs) &
-      call a_step('energy/fixed_springs', [integer ::], energy_unit, 'energy of the springs of fixed points', records%fixed_springs)
-    call a_step('energy/work', [integer ::], energy_unit, 'work of loads, the moving ground and moving supports since the start', &
-                records%work)
-    if (kinds%stages > 1) then
-      call a_step('stage', [integer ::], '1', 'stage that the step is of, from 1', records%stage, .true.)
-      call a_step('energy/stages', [integer ::], energy_unit, 'energy that changes from stage to stage gave; below 0: took', &
-                  records%staged)
-    end if
-    if (kinds%held) &
-      call a_step('energy/held', [integer ::], energy_unit, 'energy that the integrator holds between steps', &
-                  records%held)
-    if (kinds%damping) &
-      call a_step('energy/damping', [integer ::], energy_unit, &
-                  'energy that mass damping and absorbing edges took since the start', records%damping)
-    call a_step('energy/dissipated', [integer ::], energy_unit, &
-                'energy at the start and work since, less the energy now', records%dissipated)
-    call a_step('deformation_iterations', [integer ::], '1', 'iterations of the step', records%iterations, .true.)
-    call a_step('solves', [integer ::], '1', 'systems of equations solved in the step', records%solves, .true.)
-    call a_step('rejected', [integer ::], '1', 'tries of the step that were cut', records%rejected, .true.)
-    if (allocated(model%effects%accuracy)) &
-      call a_step('green_elements', [integer ::], '1', 'elements that took Green strain in the step', records%green, .true.)
-    if (kinds%error) then
+    call declare_motion()
+    call declare_energies()
+    call declare_costs()
+    if (kinds%error) call declare_errors()
+    call declare_rest()
+    associate (effects => model%effects)
+      if (allocated(effects%bolt)) call declare_energies_of_bolts()
+      if (allocated(effects%contact)) call declare_open_close()
+      call declare_bodies()
+      if (allocated(effects%contact)) call declare_contacts()
+      if (allocated(effects%bolt)) call declare_bolts(size(effects%bolt%stiffness, 2))
+    end associate
+    records%measured = pack([(i, i=1, size(model%points%kind))], model%points%kind == measured_point)
+    if (size(records%measured) > 0) call declare_points()
+
+  contains
+
+    !> Declares time and size of a step, and how all moves.
+    subroutine declare_motion()
+      call a_step('time', [integer ::], 'time', 'end of the step', records%time)
+      call a_step('step_size', [integer ::], 'time', 'size of the step', records%step_size)
+      call a_step('area', [integer ::], 'length^2', 'area of all blocks', records%area)
+      call a_step('rotation', [n], 'rad', 'rotation of each block since the start', records%rotation)
+      call a_step('momentum', [3], 'mass*length/time (x, y), mass*length^2/time (about the origin), per unit thickness', &
+                  'momentum and angular momentum of all blocks', records%momentum)
+    end subroutine declare_motion
+
+    !> Declares the energy that there is, and where it went.
+    subroutine declare_energies()
+      call a_step('energy/kinetic', [integer ::], energy_unit, 'kinetic energy', records%kinetic)
+      call a_step('energy/strain', [integer ::], energy_unit, 'energy of the stress', records%strain)
+      if (kinds%gravity) &
+        call a_step('energy/gravity', [integer ::], energy_unit, 'weight times height above y = 0', records%gravity)
+      if (kinds%fixed_springs) &
+        call a_step('energy/fixed_springs', [integer ::], energy_unit, 'energy of the springs of fixed points', &
+                    records%fixed_springs)
+      call a_step('energy/work', [integer ::], energy_unit, &
+                  'work of loads, the moving ground and moving supports since the start', records%work)
+      if (kinds%stages > 1) then
+        call a_step('stage', [integer ::], '1', 'stage that the step is of, from 1', records%stage, .true.)
+        call a_step('energy/stages', [integer ::], energy_unit, 'energy that changes from stage to stage gave; below 0: took', &
+                    records%staged)
+      end if
+      if (kinds%held) &
+        call a_step('energy/held', [integer ::], energy_unit, 'energy that the integrator holds between steps', records%held)
+      if (kinds%damping) &
+        call a_step('energy/damping', [integer ::], energy_unit, &
+                    'energy that mass damping and absorbing edges took since the start', records%damping)
+      call a_step('energy/dissipated', [integer ::], energy_unit, &
+                  'energy at the start and work since, less the energy now', records%dissipated)
+    end subroutine declare_energies
+
+    !> Declares what a step took.
+    subroutine declare_costs()
+      call a_step('deformation_iterations', [integer ::], '1', 'iterations of the step', records%iterations, .true.)
+      call a_step('solves', [integer ::], '1', 'systems of equations solved in the step', records%solves, .true.)
+      call a_step('rejected', [integer ::], '1', 'tries of the step that were cut', records%rejected, .true.)
+      if (allocated(model%effects%accuracy)) &
+        call a_step('green_elements', [integer ::], '1', 'elements that took Green strain in the step', records%green, .true.)
+    end subroutine declare_costs
+
+    !> Declares how far the run is estimated to be off, of a step.
+    subroutine declare_errors()
       call a_step('error/displacement', [integer ::], 'length', 'largest estimated error of the place of a block', &
                   records%error)
       call a_step('error/growth', [integer ::], '1', 'area that small strain has made of a block, over its area, the largest', &
@@ -123,22 +153,30 @@ contains
                   records%error_impact)
       call a_step('error/rough', [integer ::], '1', 'blocks whose contacts opened or closed in the step', records%rough, .true.)
       call a_step('error/refused', [integer ::], '1', 'steps made again as they were off by too much', records%refused, .true.)
-    end if
-    if (kinds%static) then
-      call a_step('unbalanced', [integer ::], '1', 'largest force out of balance of a block over what acts on it', &
-                  records%unbalanced)
-      call a_step('unbalanced_block', [integer ::], '1', 'that block, from 1', records%unbalanced_block, .true.)
-    end if
-    if (kinds%sleep) then
-      call a_step('asleep', [integer ::], '1', 'bodies that sleep', records%sleeping, .true.)
-      call a_step('energy/asleep', [integer ::], energy_unit, 'motion of what fell asleep, since the start', records%slept)
-    end if
-    if (allocated(model%effects%bolt)) then
+    end subroutine declare_errors
+
+    !> Declares how near a static run is to equilibrium, and what sleeps.
+    subroutine declare_rest()
+      if (kinds%static) then
+        call a_step('unbalanced', [integer ::], '1', 'largest force out of balance of a block over what acts on it', &
+                    records%unbalanced)
+        call a_step('unbalanced_block', [integer ::], '1', 'that block, from 1', records%unbalanced_block, .true.)
+      end if
+      if (kinds%sleep) then
+        call a_step('asleep', [integer ::], '1', 'bodies that sleep', records%sleeping, .true.)
+        call a_step('energy/asleep', [integer ::], energy_unit, 'motion of what fell asleep, since the start', records%slept)
+      end if
+    end subroutine declare_rest
+
+    !> Declares the energy of bolts.
+    subroutine declare_energies_of_bolts()
       call a_step('energy/bolts', [integer ::], energy_unit, 'energy of the bolts', records%bolts)
       call a_step('energy/yield', [integer ::], energy_unit, 'energy lost in bolts that yielded or broke since the start', &
                   records%yield)
-    end if
-    if (allocated(model%effects%contact)) then
+    end subroutine declare_energies_of_bolts
+
+    !> Declares how many contacts a step has, how they settled, and their energy.
+    subroutine declare_open_close()
       call a_step('contacts', [3], '1', 'contacts open, sliding, locked', records%contacts, .true.)
       call a_step('open_close_iterations', [integer ::], '1', 'judgements of the contacts of an island', records%open_close, .true.)
       call a_series('/open_close/step', [integer ::], '1', 'step of each judgement, from 1', records%judged_step, .true.)
@@ -147,20 +185,26 @@ contains
       call a_step('overlap', [integer ::], 'length', 'deepest of a contact', records%overlap)
       call a_step('energy/contact', [integer ::], energy_unit, 'energy of the springs of contacts', records%spring)
       call a_step('energy/friction', [integer ::], energy_unit, 'work lost in sliding since the start', records%friction)
-    end if
-    call a_frame('area', [n], 'length^2', 'area', records%body_area)
-    call a_frame('centroid', [2, n], 'length', 'centroid', records%body_centroid)
-    call a_frame('rotation', [n], 'rad', 'rotation since the start', records%body_rotation)
-    call a_frame('velocity', [2, n], 'length/time', 'velocity of the centroid', records%body_velocity)
-    call a_frame('stress', [3, n], 'force/length^2', 'mean Cauchy stress xx, yy, xy', records%body_stress)
-    if (allocated(model%effects%accuracy)) &
-      call a_frame('green_share', [n], '1', 'share of its area that took Green strain in the last step', records%body_green)
-    if (kinds%error) &
-      call a_frame('error', [n], 'length', 'estimated error of the place, root mean square over the block', records%body_error)
-    if (kinds%sleep) call a_frame('asleep', [n], '1', 'first body of the island that it sleeps with, from 1; 0: it is awake', &
-                             records%body_asleep)
-    if (kinds%removal) call a_frame('present', [n], '1', '1, or 0 where a stage has removed it', records%body_present)
-    if (allocated(model%effects%contact)) then
+    end subroutine declare_open_close
+
+    !> Declares what a frame has of each block.
+    subroutine declare_bodies()
+      call a_frame('area', [n], 'length^2', 'area', records%body_area)
+      call a_frame('centroid', [2, n], 'length', 'centroid', records%body_centroid)
+      call a_frame('rotation', [n], 'rad', 'rotation since the start', records%body_rotation)
+      call a_frame('velocity', [2, n], 'length/time', 'velocity of the centroid', records%body_velocity)
+      call a_frame('stress', [3, n], 'force/length^2', 'mean Cauchy stress xx, yy, xy', records%body_stress)
+      if (allocated(model%effects%accuracy)) &
+        call a_frame('green_share', [n], '1', 'share of its area that took Green strain in the last step', records%body_green)
+      if (kinds%error) &
+        call a_frame('error', [n], 'length', 'estimated error of the place, root mean square over the block', records%body_error)
+      if (kinds%sleep) call a_frame('asleep', [n], '1', 'first body of the island that it sleeps with, from 1; 0: it is awake', &
+                               records%body_asleep)
+      if (kinds%removal) call a_frame('present', [n], '1', '1, or 0 where a stage has removed it', records%body_present)
+    end subroutine declare_bodies
+
+    !> Declares the closed contacts of a frame, a row each.
+    subroutine declare_contacts()
       call a_series('/contacts/count', [integer ::], '1', 'closed contacts of each frame', records%touch_count, .true.)
       call a_series('/contacts/blocks', [2], '1', 'blocks of the vertex and of the edge, from 1', records%touch_blocks, .true.)
       call a_series('/contacts/state', [integer ::], '1', '1 sliding, 2 locked', records%touch_state, .true.)
@@ -168,34 +212,35 @@ contains
       call a_series('/contacts/normal', [2], '1', 'outer normal of the edge', records%touch_normal, .false.)
       call a_series('/contacts/force', [2], 'force', 'on the block of the vertex, along the normal and the normal turned left', &
                     records%touch_force, .false.)
-    end if
+    end subroutine declare_contacts
 
-    if (allocated(model%effects%bolt)) then
-      n = size(model%effects%bolt%stiffness, 2)
-      call a_series('/bolts/ends', [4, n], 'length', 'x1 y1 x2 y2 of the ends', records%bolt_ends, per_frame=.true.)
-      call a_series('/bolts/force', [n], 'force', 'tension; below 0 it pushes', records%bolt_force, per_frame=.true.)
-      call a_series('/bolts/elongation', [n], 'length', 'growth of its length since the start', records%bolt_elongation, &
+    !> Declares the bolts of a frame.
+    subroutine declare_bolts(m)
+      integer, intent(in) :: m                   !! of them
+
+      call a_series('/bolts/ends', [4, m], 'length', 'x1 y1 x2 y2 of the ends', records%bolt_ends, per_frame=.true.)
+      call a_series('/bolts/force', [m], 'force', 'tension; below 0 it pushes', records%bolt_force, per_frame=.true.)
+      call a_series('/bolts/elongation', [m], 'length', 'growth of its length since the start', records%bolt_elongation, &
                     per_frame=.true.)
-      call a_series('/bolts/state', [n], '1', '0 elastic, 1 has yielded, 2 broken, 3 none of this stage', records%bolt_state, &
+      call a_series('/bolts/state', [m], '1', '0 elastic, 1 has yielded, 2 broken, 3 none of this stage', records%bolt_state, &
                     .true., per_frame=.true.)
       if (any(model%effects%bolt%stiffness(2, :) > 0)) then
-        call a_series('/bolts/shear', [n], 'force', 'force across a grouted bolt where it crosses a joint', records%bolt_shear, &
+        call a_series('/bolts/shear', [m], 'force', 'force across a grouted bolt where it crosses a joint', records%bolt_shear, &
                       per_frame=.true.)
-        call a_series('/bolts/slip', [n], 'length', 'slip across it there since the start', records%bolt_slip, per_frame=.true.)
-        call a_series('/bolts/number', [n], '1', 'bolt of the decks, from 1', records%bolt_number, .true., per_frame=.true.)
+        call a_series('/bolts/slip', [m], 'length', 'slip across it there since the start', records%bolt_slip, per_frame=.true.)
+        call a_series('/bolts/number', [m], '1', 'bolt of the decks, from 1', records%bolt_number, .true., per_frame=.true.)
       end if
-    end if
+    end subroutine declare_bolts
 
-    records%measured = pack([(i, i=1, size(model%points%kind))], model%points%kind == measured_point)
-    n = size(records%measured)
-    if (n == 0) return
-    call a_point('position', 2, 'length', 'place', records%point_position)
-    call a_point('displacement', 2, 'length', 'displacement since the start', records%point_displacement)
-    call a_point('velocity', 2, 'length/time', 'velocity', records%point_velocity)
-    call a_point('stress', 3, 'force/length^2', 'Cauchy stress xx, yy, xy', records%point_stress)
+    !> Declares what a step has of the measured points.
+    subroutine declare_points()
+      call a_point('position', 2, 'length', 'place', records%point_position)
+      call a_point('displacement', 2, 'length', 'displacement since the start', records%point_displacement)
+      call a_point('velocity', 2, 'length/time', 'velocity', records%point_velocity)
+      call a_point('stress', 3, 'force/length^2', 'Cauchy stress xx, yy, xy', records%point_stress)
+    end subroutine declare_points
 
-  contains
-
+    !> Declares a series with a row each step.
     subroutine a_step(name, shape, units, description, handle, whole)
       character(len=*), intent(in) :: name, units, description
       integer, intent(in) :: shape(:)
@@ -207,6 +252,7 @@ contains
         call declare_series(results, '/history/'//name, shape, units, description, handle, error, whole)
     end subroutine a_step
 
+    !> Declares a series of any kind of row.
     subroutine a_series(path, shape, units, description, handle, whole, per_frame)
       character(len=*), intent(in) :: path, units, description
       integer, intent(in) :: shape(:)
@@ -217,6 +263,7 @@ contains
       if (.not. allocated(error)) call declare_series(results, path, shape, units, description, handle, error, whole, per_frame)
     end subroutine a_series
 
+    !> Declares a series of the blocks with a row each frame.
     subroutine a_frame(name, shape, units, description, handle)
       character(len=*), intent(in) :: name, units, description
       integer, intent(in) :: shape(:)
@@ -227,6 +274,7 @@ contains
         call declare_series(results, '/bodies/'//name, shape, units, description, handle, error, per_frame=.true.)
     end subroutine a_frame
 
+    !> Declares a series of the measured points with a row each step.
     subroutine a_point(name, width, units, description, handle)
       character(len=*), intent(in) :: name, units, description
       integer, intent(in) :: width
@@ -234,7 +282,7 @@ contains
 
       handle = 0
       if (.not. allocated(error)) &
-        call declare_series(results, '/measured_points/'//name, [width, n], units, description, handle, error)
+        call declare_series(results, '/measured_points/'//name, [width, size(records%measured)], units, description, handle, error)
     end subroutine a_point
 
   end subroutine declare_records
@@ -354,6 +402,7 @@ contains
 
   contains
 
+    !> Adds a row to a series, if there is one.
     subroutine put(handle, values)
       integer, intent(in) :: handle
       real(dp), intent(in) :: values(:)
@@ -424,6 +473,7 @@ contains
 
   contains
 
+    !> Adds a row to a series.
     subroutine put(handle, values)
       integer, intent(in) :: handle
       real(dp), intent(in) :: values(:)
