@@ -132,6 +132,7 @@ contains
 
   contains
 
+    !> Vector product.
     pure function cross(a, b)
       real(dp), intent(in) :: a(3), b(3)
       real(dp) :: cross(3)

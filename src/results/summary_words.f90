@@ -56,6 +56,7 @@ contains
 
   contains
 
+    !> Adds a line.
     subroutine add(text)
       character(len=*), intent(in) :: text
 

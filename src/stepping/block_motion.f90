@@ -143,6 +143,7 @@ contains
 
   contains
 
+    !> Adds a blow to what a block has of others, its arm by the speed.
     pure subroutine add(own, total)
       type(strike_t), intent(in) :: own
       type(strike_t), intent(inout) :: total
