@@ -255,8 +255,7 @@ contains
 
     if (.not. start%gap > 0 .or. start%closed .or. start%anchored .or. entrance%bonded) return
     along = slip + entrance%anchor*now%edge_length
-    entrance%anchor = start%share + min(1.0_dp, start%gap/max(start%gap - now%gap, tiny(start%gap))) &
-                                    *(along/now%edge_length - start%share)
+    entrance%anchor = start%share + start%gap/max(start%gap - now%gap, start%gap)*(along/now%edge_length - start%share)
     slip = along - entrance%anchor*now%edge_length
   end subroutine anchor_where_crossed
 
