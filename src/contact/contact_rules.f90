@@ -148,7 +148,7 @@ contains
     type(contact_law_t), intent(in) :: law
     type(survey_t), intent(in) :: survey
     integer, intent(in) :: i, j
-    logical, intent(in) :: stood !! one contact stood for both
+    logical, intent(in) :: stood !! one contact stood for both, or a bond held them
 
     select case (law%rules)
     case (rules_shi)
