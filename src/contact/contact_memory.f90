@@ -169,14 +169,14 @@ contains
     type(outlines_t), intent(in) :: outlines
     type(past_t), intent(in) :: past
     integer, intent(in) :: i, j     !! vertices
-    integer :: before(4), k
+    integer, allocatable :: closed(:)
+    integer :: k
 
-    before = entrances_between(outlines, past, i, j)
+    closed = closed_between(outlines, past, i, j)
     stood_for_both = .false.
-    do k = 1, size(before)
-      if (before(k) == 0) cycle
-      associate (was => past%contact((before(k) + 1)/2))
-        stood_for_both = stood_for_both .or. (was%shared .and. is_closed(past, before(k)) .and. .not. slides(was))
+    do k = 1, size(closed)
+      associate (was => past%contact((closed(k) + 1)/2))
+        stood_for_both = stood_for_both .or. (was%shared .and. .not. slides(was))
       end associate
     end do
   end function stood_for_both
@@ -186,26 +186,25 @@ contains
     type(outlines_t), intent(in) :: outlines
     type(past_t), intent(in) :: past
     integer, intent(in) :: i, j     !! vertices
-    integer :: before(4), k
+    integer, allocatable :: closed(:)
+    integer :: k
 
-    before = entrances_between(outlines, past, i, j)
-    were_bonded = .false.
-    do k = 1, size(before)
-      if (.not. is_closed(past, before(k))) cycle
-      were_bonded = were_bonded .or. past%contact((before(k) + 1)/2)%entrance(2 - modulo(before(k), 2))%bonded
-    end do
+    closed = closed_between(outlines, past, i, j)
+    were_bonded = any([(past%contact((closed(k) + 1)/2)%entrance(2 - modulo(closed(k), 2))%bonded, k=1, size(closed))])
   end function were_bonded
 
-  !> Numbers of the entrances of two vertices at the edges at the other one; 0 where there was none.
-  pure function entrances_between(outlines, past, i, j) result(before)
+  !> Numbers of the entrances of two vertices at the edges at the other one that were closed when the step before ended.
+  pure function closed_between(outlines, past, i, j) result(closed)
     type(outlines_t), intent(in) :: outlines
     type(past_t), intent(in) :: past
     integer, intent(in) :: i, j     !! vertices
-    integer :: before(4)
+    integer, allocatable :: closed(:)
+    integer :: before(4), k
 
     before = [entrance_before(past, i, j), entrance_before(past, i, outlines%previous(j)), &
               entrance_before(past, j, i), entrance_before(past, j, outlines%previous(i))]
-  end function entrances_between
+    closed = pack(before, [(is_closed(past, before(k)), k=1, size(before))])
+  end function closed_between
 
   !> The contact of an encounter, each of its lines at the pair that fits best. Without a vertex where an element would touch
   !> itself.
