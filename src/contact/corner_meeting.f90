@@ -70,6 +70,14 @@ contains
     angle_between = turn(a%from + a%angle/2 + pi - b%from - b%angle/2)
   end function angle_between
 
+  !> Angle that two corners take up together, with what they are turned by: that of a half plane where edges lie on each other.
+  pure real(dp) function width_of(a, b, between)
+    type(corner_t), intent(in) :: a, b
+    real(dp), intent(in) :: between !! rad
+
+    width_of = abs(between) + (a%angle + b%angle)/2
+  end function width_of
+
   !> Whether a corner is hollow, more than a straight face is.
   pure logical function is_hollow(corner)
     type(corner_t), intent(in) :: corner
@@ -83,7 +91,7 @@ contains
     real(dp), intent(in) :: between, tilt !! rad
     real(dp) :: width
 
-    width = abs(between) + (a%angle + b%angle)/2
+    width = width_of(a, b, between)
     fits_on = width >= pi - parallel .and. width <= pi + tilt
   end function fits_on
 
@@ -100,7 +108,7 @@ contains
     real(dp) :: turning, width
 
     turning = tilt - parallel
-    width = abs(between) + (a%angle + b%angle)/2
+    width = width_of(a, b, between)
     if (width > pi + tilt) then
       meeting%beside = .true.
     else if (width >= pi - parallel) then
@@ -170,7 +178,7 @@ contains
     real(dp) :: between, upright, width
 
     between = angle_between(a, b)
-    width = abs(between) + (a%angle + b%angle)/2
+    width = width_of(a, b, between)
     if (is_hollow(a) .or. is_hollow(b)) then
       if (.not. is_hollow(a)) then
         call meet_edges_that_fit(a, b, meeting)
