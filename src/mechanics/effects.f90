@@ -386,7 +386,7 @@ contains
     type(model_t), intent(in) :: model
     type(step_rule_t), intent(in) :: rule
     real(dp) :: weights(model%n_blocks)
-    real(dp) :: force(2, model%n_blocks)
+    real(dp) :: force(2, model%n_blocks), per_mass(2)
     integer :: e
 
     force = 0.0_dp
@@ -399,9 +399,10 @@ contains
       force = mean_share_of_weight(model, rule)*force
     end if
     if (allocated(model%effects%base_acceleration)) then
+      per_mass = force_of_base(model%effects%base_acceleration, 1.0_dp, rule)
       do e = 1, model%n_elements
         associate (own => force(:, model%elements%block(e)))
-          own = own + force_of_base(model%effects%base_acceleration, model%elements%mass(e), rule)
+          own = own + model%elements%mass(e)*per_mass
         end associate
       end do
     end if

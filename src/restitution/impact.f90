@@ -378,7 +378,7 @@ contains
     type(rigid_bodies_t), intent(in) :: bodies
     type(step_rule_t), intent(in) :: rule
     real(dp) :: motion(3, size(bodies%held))
-    real(dp) :: force(2, size(bodies%held))
+    real(dp) :: force(2, size(bodies%held)), per_mass(2)
     integer :: b
 
     force = 0.0_dp
@@ -390,8 +390,9 @@ contains
       end do
     end if
     if (allocated(model%effects%base_acceleration)) then
+      per_mass = force_of_base(model%effects%base_acceleration, 1.0_dp, rule)
       do b = 1, size(bodies%held)
-        force(:, b) = force(:, b) + force_of_base(model%effects%base_acceleration, bodies%mass(1, b), rule)
+        force(:, b) = force(:, b) + bodies%mass(1, b)*per_mass
       end do
     end if
     do b = 1, size(bodies%held)
