@@ -1,20 +1,20 @@
 !> Who may write a results file: what a name may take the place of, and whose turn it is to make the file.
 module scree_results_target
-  use hdf5, only: h5aexists_by_name_f, h5fclose_f, h5fcreate_f, h5fis_hdf5_f, h5fopen_f, h5pclose_f, h5pcreate_f, &
+  use hdf5, only: h5aexists_by_name_f, h5fclose_f, h5fcreate_f, h5fflush_f, h5fis_hdf5_f, h5fopen_f, h5pclose_f, h5pcreate_f, &
                   h5pset_fclose_degree_f, h5pset_libver_bounds_f, h5f_acc_rdonly_f, h5f_acc_rdwr_f, h5f_acc_trunc_f, &
-                  h5f_close_strong_f, h5f_libver_v110_f, h5f_libver_v18_f, h5p_file_access_f, h5p_file_create_f, hid_t
-  use, intrinsic :: iso_fortran_env, only: int64
+                  h5f_close_strong_f, h5f_libver_v110_f, h5f_libver_v18_f, h5f_scope_local_f, h5p_file_access_f, &
+                  h5p_file_create_f, hid_t
+  use, intrinsic :: iso_c_binding, only: c_ptr
   use scree_classic_output, only: classic_path, may_replace_classic
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_files, only: holds_something, is_directory, refuse_to_replace
   use scree_hdf5_reading, only: begin_hdf5
   use scree_hdf5_writing, only: check_status, keep_within_pages
+  use scree_turns, only: give_turn, take_turn
   use scree_xdmf, only: may_replace_xdmf, xdmf_path
   implicit none
   private
   public :: check_targets, create_file
-
-  integer, parameter :: longest_turn = 2 !! seconds that others may take to create a file
 
 contains
 
@@ -23,6 +23,7 @@ contains
     character(len=*), intent(in) :: path
     logical, intent(in) :: with_xdmf, with_classic
     type(error_t), allocatable, intent(out) :: error
+    type(c_ptr) :: turn
 
     if (is_directory(path)) then
       call fail(error, status_bad_input, path//': expected a file for the results, found a directory')
@@ -32,9 +33,12 @@ contains
       call fail(error, status_bad_input, path//': expected another name for the results, found that of a file beside them')
       return
     end if
+    call take_turn(path, turn)
     call refuse_if_locked(path, error)
-    if (allocated(error)) return
-    if (.not. may_replace(path)) call refuse_to_replace(path, 'a results file of scree', error)
+    if (.not. allocated(error)) then
+      if (.not. may_replace(path)) call refuse_to_replace(path, 'a results file of scree', error)
+    end if
+    call give_turn(turn)
     if (with_xdmf .and. .not. allocated(error)) then
       if (.not. may_replace_xdmf(xdmf_path(path))) call refuse_to_replace(xdmf_path(path), 'an XDMF side-car of scree', error)
     end if
@@ -79,15 +83,17 @@ contains
   end function may_replace
 
   !> Creates an empty file, whose heads and indices lie within pages. To empty one that is there takes its bytes from whoever writes
-  !> it, before HDF5 asks whether it is locked: so programs that begin at once do that one after the other.
+  !> it, before HDF5 asks whether it is locked; so programs that begin at once do that one after the other, and what one has made
+  !> is on the disk, where others know it for a file of HDF5, before their turn comes.
   subroutine create_file(path, file, error)
     character(len=*), intent(in) :: path
     integer(hid_t), intent(inout) :: file    !! -1 where it cannot be written
     type(error_t), allocatable, intent(out) :: error
     integer(hid_t) :: access, creation
-    integer :: status, turn
+    integer :: status
+    type(c_ptr) :: turn
 
-    call take_turn(path//'.lock', turn)
+    call take_turn(path, turn)
     call refuse_if_locked(path, error)
     if (allocated(error)) then
       call give_turn(turn)
@@ -104,40 +110,14 @@ contains
         call check_status(status, path//': expected a file that can be written for the results, found', error)
         error%status = status_bad_input
         file = -1
+      else
+        call h5fflush_f(file, H5F_SCOPE_LOCAL_F, status)
+        call check_status(status, path//': cannot write the results', error)
       end if
     end if
     call h5pclose_f(creation, status)
     call h5pclose_f(access, status)
     call give_turn(turn)
   end subroutine create_file
-
-  !> Waits until no other program has the file that says whose turn it is; not for ever, as one that was killed leaves it.
-  subroutine take_turn(path, turn)
-    character(len=*), intent(in) :: path
-    integer, intent(out) :: turn             !! unit of the file; 0: there is none, as where nothing can be written
-    integer(int64) :: began, now, rate
-    integer :: missed, status
-    logical :: there
-
-    call system_clock(began, rate)
-    missed = 0
-    do while (missed < 3) ! others may have had their turn in between
-      open (newunit=turn, file=path, status='new', iostat=status)
-      if (status == 0) return
-      inquire (file=path, exist=there)
-      missed = merge(0, missed + 1, there)
-      call system_clock(now)
-      if (now - began > longest_turn*rate) exit
-    end do
-    open (newunit=turn, file=path, iostat=status)
-    if (status /= 0) turn = 0
-  end subroutine take_turn
-
-  !> Lets others have their turn.
-  subroutine give_turn(turn)
-    integer, intent(in) :: turn              !! unit of the file; 0: there is none
-
-    if (turn /= 0) close (turn, status='delete')
-  end subroutine give_turn
 
 end module scree_results_target

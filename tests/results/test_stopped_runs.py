@@ -1,4 +1,5 @@
 """How a run ends before its end: by a signal, on a full disk, and what it never writes over."""
+import fcntl
 import os
 import pathlib
 import signal
@@ -160,6 +161,18 @@ def test_of_two_runs_that_begin_at_once_on_one_file_one_has_it(tmp_path):
         with h5py.File(path) as f:
             assert f["scene"].attrs["status"] == b"complete" and len(f["history/time"]) == 100
     assert [file.name for file in tmp_path.iterdir()] == ["r.h5"]
+
+
+def test_a_run_waits_while_another_makes_its_file(tmp_path):
+    """Whose turn it is, the system knows: it has a lock on the directory, which one that is killed gives up."""
+    path = tmp_path / "r.h5"
+    turn = os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(turn, fcntl.LOCK_EX)
+    run = subprocess.Popen([SCREE, "run", ROTATION / "t4.ana", "-o", path, "--quiet"])
+    time.sleep(0.5)
+    assert run.poll() is None and not path.exists()
+    os.close(turn)
+    assert run.wait(timeout=60) == 0 and path.exists()
 
 
 def test_results_of_a_run_that_died_are_written_anew(tmp_path):
