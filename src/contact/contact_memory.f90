@@ -228,8 +228,8 @@ contains
   end subroutine contact_over_edges
 
   !> The pair of a line whose entrance was closed before and whose vertex is still within its edge, or hardly past its end; or else
-  !> the one whose vertex lies best within its edge. It goes on as it was, or where it was not closed as another pair of the line
-  !> that was.
+  !> the one whose vertex lies best within its edge, one that is aside only where the others are past their ends. It goes on as it
+  !> was, or where it was not closed as another pair of the line that was.
   pure subroutine find_best_entrance(outlines, survey, past, line, best)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
@@ -248,6 +248,7 @@ contains
       associate (length => survey%length(line%edge(k)))
         at = along_edge(survey, line%vertex(k), line%edge(k))
         inside = min(at, length - at)
+        if (line%aside(k)) inside = min(inside, -most_beyond*survey%local(line%vertex(k)))
         before = entrance_before(past, line%vertex(k), line%edge(k))
         was_closed = is_closed(past, before)
         if (before > 0) then

@@ -21,6 +21,7 @@ module scree_corner_meeting
     integer :: n = 0
     integer :: vertex(4) = 0
     integer :: edge(4) = 0
+    logical :: aside(4) = .false. !! the other vertex bounds the region, as its edge is not quite parallel and reaches farther out
   end type line_t
 
   !> A contact that may be: with one entrance line or two.
@@ -98,16 +99,19 @@ contains
   !> How two convex corners meet. Those that cannot meet tip to tip may meet each other's sides.
   !>
   !> Of two nearly parallel edges the one that reaches farther out bounds the region that is closed to a tip; the line of the other
-  !> lies in it. Where turning in the step may change which one that is, each has an encounter: the tip is in the region if it is
-  !> behind the lines of any of them.
+  !> lies in it, and its vertex is aside. Where turning in the step may change which one that is, each has an encounter: the tip is
+  !> in the region if it is behind the lines of any of them.
   pure function meet_convex(a, b, between, tilt, bent) result(meeting)
     type(corner_t), intent(in) :: a, b
     real(dp), intent(in) :: between, tilt, bent !! rad
     type(meeting_t) :: meeting
-    logical :: upon(2, 2) ! (vertex, side) which vertices have the entrance line on either side
+    logical :: upon(2, 2)   ! (vertex, side) which vertices have the entrance line on either side, nearly parallel ones both
+    logical :: bounds(2, 2) ! likewise, those by whose edge the region ends, as far as they turn in the step
     real(dp) :: turning, width
+    integer :: k
 
     turning = tilt - parallel
+    bounds = on_lines(a, b, between, merge(bent, turned + turning, bent > parallel))
     width = width_of(a, b, between)
     if (width > pi + tilt) then
       meeting%beside = .true.
@@ -117,12 +121,14 @@ contains
       meeting%flat = .true.
       meeting%encounter(1)%shared = .true.
       meeting%encounter(1)%line(1) = line_of([a%vertex, b%vertex, a%vertex, b%vertex], [b%vertex, a%vertex, b%before, a%before], &
-                                             reshape(upon, [4]))
+                                             reshape(upon, [4]), reshape(bounds, [4]))
     else
-      call add_tips(a, b, on_lines(a, b, between, parallel), meeting)
+      call add_tips(a, b, on_lines(a, b, between, parallel), bounds, meeting)
       if (turning > turned) then
-        call add_tips(a, b, on_lines(a, b, between - turning, 0.0_dp), meeting)
-        call add_tips(a, b, on_lines(a, b, between + turning, 0.0_dp), meeting)
+        do k = -1, 1, 2
+          upon = on_lines(a, b, between + k*turning, 0.0_dp)
+          call add_tips(a, b, upon, upon, meeting)
+        end do
       end if
     end if
   end function meet_convex
@@ -142,16 +148,16 @@ contains
   end function on_lines
 
   !> Adds an encounter of two corners tip to tip, with two entrance lines.
-  pure subroutine add_tips(a, b, upon, meeting)
+  pure subroutine add_tips(a, b, upon, bounds, meeting)
     type(corner_t), intent(in) :: a, b
-    logical, intent(in) :: upon(2, 2) !! (vertex of a or b, line)
+    logical, intent(in) :: upon(2, 2), bounds(2, 2) !! (vertex of a or b, line), see meet_convex
     type(meeting_t), intent(inout) :: meeting
 
     meeting%n = meeting%n + 1
     associate (encounter => meeting%encounter(meeting%n))
       encounter%n_lines = 2
-      encounter%line(1) = line_of([a%vertex, b%vertex], [b%vertex, a%vertex], upon(:, 1))
-      encounter%line(2) = line_of([a%vertex, b%vertex], [b%before, a%before], upon(:, 2))
+      encounter%line(1) = line_of([a%vertex, b%vertex], [b%vertex, a%vertex], upon(:, 1), bounds(:, 1))
+      encounter%line(2) = line_of([a%vertex, b%vertex], [b%before, a%before], upon(:, 2), bounds(:, 2))
     end associate
   end subroutine add_tips
 
@@ -237,9 +243,10 @@ contains
   end subroutine add_line
 
   !> An entrance line of some of the pairs.
-  pure function line_of(vertex, edge, of_it) result(line)
+  pure function line_of(vertex, edge, of_it, bounds) result(line)
     integer, intent(in) :: vertex(:), edge(:)
     logical, intent(in) :: of_it(:)
+    logical, intent(in), optional :: bounds(:)
     type(line_t) :: line
     integer :: k
 
@@ -248,6 +255,7 @@ contains
       line%n = line%n + 1
       line%vertex(line%n) = vertex(k)
       line%edge(line%n) = edge(k)
+      if (present(bounds)) line%aside(line%n) = .not. bounds(k)
     end do
   end function line_of
 
