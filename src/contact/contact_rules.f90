@@ -20,7 +20,8 @@ module scree_contact_rules
                             state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, meet_as_shi, meet_by_entrances, meeting_t
   use scree_corners, only: survey_t, tilt
-  use scree_coulomb_contact, only: add_friction, anchor_where_crossed, friction_of, judge_coulomb, press_springs, slide_coulomb
+  use scree_coulomb_contact, only: add_friction, anchor_where_crossed, friction_of, gap_before, judge_coulomb, press_springs, &
+                                    slide_coulomb
   use scree_joint_closure, only: begin_bends, bend_springs, judge_bend
   use scree_joint_dilation, only: begin_opening, feel_opening, feel_opening_change, judge_opening, remember_opening
   use scree_kinds, only: dp
@@ -446,7 +447,7 @@ contains
     real(dp) :: held(2)
 
     associate (k => try%contact(i)%active)
-      held = [force%across(k) + try%dashpot*(now(k)%gap - min(try%start(k, i)%gap, 0.0_dp)), force%along]
+      held = [force%across(k) + try%dashpot*(now(k)%gap - gap_before(try%start(k, i), try%contact(i)%entrance(k))), force%along]
     end associate
   end function force_to_hold
 

@@ -7,16 +7,16 @@
 !>     T = h' - k s                  s: slip from the anchor
 !>     |T| <= N tan phi + c l        else it slides: T = -+(N tan phi + c l), and the anchor follows
 !>
-!> The forces h and h' are zero but with multipliers (augmented Lagrangian); g0 is the gap when the step begins, and 0 where that
-!> is positive.
+!> The forces h and h' are zero but with multipliers (augmented Lagrangian); g0 is the gap when the step begins, and without a bond 0
+!> where that is positive.
 module scree_coulomb_contact
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: act_on, add_friction, anchor_where_crossed, bond, friction_of, judge_closed, judge_coulomb, press_springs, set_state, &
-            slide_coulomb
+  public :: act_on, add_friction, anchor_where_crossed, bond, friction_of, gap_before, judge_closed, judge_coulomb, press_springs, &
+            set_state, slide_coulomb
 
   !> Steepest friction of a joint under little stress, rad (Barton 1973).
   real(dp), parameter :: steepest = 70*pi/180
@@ -107,10 +107,19 @@ contains
 
     do k = 1, contact%n_entrances
       force%across(k) = contact%entrance(k)%multiplier(1) - stiffness*now(k)%gap &
-                        - dashpot*(now(k)%gap - min(start(k)%gap, 0.0_dp))
+                        - dashpot*(now(k)%gap - gap_before(start(k), contact%entrance(k)))
       force%across_by_gap(k, k) = -stiffness - dashpot
     end do
   end subroutine press_springs
+
+  !> Gap that the dashpot of an entrance was at when the step began: what is apart has none yet, unless it is bonded, and stretched.
+  pure real(dp) function gap_before(start, entrance)
+    type(entrance_start_t), intent(in) :: start
+    type(entrance_t), intent(in) :: entrance
+
+    gap_before = start%gap
+    if (.not. entrance%bonded) gap_before = min(start%gap, 0.0_dp)
+  end function gap_before
 
   !> Adds the friction of a sliding contact that presses with the forces of the same solution. A bond that is pulled by more than it
   !> rubs by has none: its direction is 0.

@@ -19,7 +19,7 @@ module scree_joint_dilation
   use scree_contact_quantities, only: contact_force_t, dilates, dilates_not, entrance_start_t, gap_and_slip_t, has_dilated, &
                                       opening_t
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_sliding
-  use scree_coulomb_contact, only: bond, friction_of
+  use scree_coulomb_contact, only: bond, friction_of, gap_before
   use scree_kinds, only: dp
   implicit none
   private
@@ -59,7 +59,7 @@ contains
       opening%softer = 1 + dilation*friction/k*(entrance%stiffness(1) + start%bend%stiffer + dashpot)
       opening%behind = dilation*(entrance%farthest - entrance%direction*entrance%displaced &
                                  + (bond(entrance, law%cohesion(entrance%joint)) &
-                                    + friction*(start%bend%behind + dashpot*min(start%gap, 0.0_dp)))/k)
+                                    + friction*(start%bend%behind + dashpot*gap_before(start, entrance)))/k)
     end associate
   end function opening_on
 
@@ -139,7 +139,8 @@ contains
     real(dp) :: limit, pressing, reached
 
     piece = dilates_not
-    pressing = start%bend%behind + dashpot*min(start%gap, 0.0_dp) - (entrance%stiffness(1) + start%bend%stiffer + dashpot)*now%gap
+    pressing = start%bend%behind + dashpot*gap_before(start, entrance) &
+               - (entrance%stiffness(1) + start%bend%stiffer + dashpot)*now%gap
     if (entrance%state /= state_sliding .or. .not. pressing > 0) return
     limit = friction_of(law, entrance)*pressing + bond(entrance, law%cohesion(entrance%joint))
     reached = entrance%direction*(entrance%displaced + now%slip) - limit/entrance%stiffness(2)
