@@ -7,8 +7,8 @@
 !>     T = h' - k s                  s: slip from the anchor
 !>     |T| <= N tan phi + c l        else it slides: T = -+(N tan phi + c l), and the anchor follows
 !>
-!> The forces h and h' are zero but with multipliers (augmented Lagrangian); g0 is the gap when the step begins, and without a bond 0
-!> where that is positive.
+!> The forces h and h' are zero but with multipliers (augmented Lagrangian); g0 is the gap when the step begins, 0 where that is
+!> positive and no bond holds the contact.
 module scree_coulomb_contact
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding

@@ -10,8 +10,9 @@
 !>
 !>     F = N a / l,   N = N0 + w (N1 - N0),   a = a0 + omega (a1 - a0),   l = l0 + omega (l1 - l0),
 !>
-!> w and omega those of the strain (`step_rule_t`). Newmark's w = omega = 1 is the force at the end. The energy-momentum form has
-!> w = omega = 1/2, and (a0 + a1).(a1 - a0) = l1^2 - l0^2 makes its work exactly the change of k (l - r)^2/2, less N times what it
+!> w and omega those of the strain (`step_rule_t`); where it yields in the step, that N as far as it does not, and N1 = its strength
+!> for the rest (`weigh`). Newmark's w = omega = 1 is the force at the end. The energy-momentum form has
+!> w = omega = 1/2, and (a0 + a1).(a1 - a0) = l1^2 - l0^2 makes its work exactly the change of k (l - r)^2/2, less N1 times what it
 !> yields; F is along the axis half-way, so that it has no torque. w > 1/2 takes (w - 1/2) k (l1 - l0)^2 more. With n1 = a1/l1,
 !>
 !>     dF/da1 = w k (a/l) n1^T + omega N/l (I - (a/l) n1^T),
@@ -22,7 +23,7 @@
 !> of the end, as of contacts, whose stiffness sets them no bound.
 module scree_bolt
   use scree_element_term, only: add_force, add_pair_force, leave_symmetry, pair_term_t, step_rule_t, term_t
-  use scree_grouted_bolt, only: has_symmetric_change, hold_together, openings, within_strength
+  use scree_grouted_bolt, only: has_symmetric_change, hold_together, openings, weigh, within_strength
   use scree_interpolation, only: displacement_matrix, kinematics_t
   use scree_kinds, only: dp
   use scree_state, only: bolt_broken, bolt_elastic, bolt_memory_t, bolt_yielded
@@ -173,7 +174,7 @@ contains
     real(dp), intent(out) :: change(2, 2)    !! force/length per unit thickness
     logical, intent(out) :: symmetric        !! the change is
     real(dp), dimension(2) :: after, axis, before, direction, end_direction
-    real(dp) :: length(2), middle, start(2), tension(2), weighed
+    real(dp) :: follows, length(2), middle, reach, start(2), weighed
     integer :: k
 
     associate (omega => rule%operator_weight, w => rule%stress_weight, stiffness => self%stiffness(1, i), &
@@ -182,13 +183,11 @@ contains
       after = before + way
       length = max([norm2(before), norm2(after)], epsilon(1.0_dp)*memory%rest(i))
       start = forces_of(self, memory, i, position)
-      tension(1) = start(1)
-      tension(2) = tension(1) + stiffness*dot_product(way, before + after)/sum(length) ! no difference of lengths, which round off
-      tension(2) = min(tension(2), strength)
+      reach = start(1) + stiffness*dot_product(way, before + after)/sum(length) ! no difference of lengths, which round off
+      call weigh(w, start(1), reach, min(reach, strength), weighed, follows)
       axis = before + omega*way
       middle = length(1) + omega*(length(2) - length(1))
       direction = axis/middle
-      weighed = tension(1) + w*(tension(2) - tension(1))
       force = weighed*direction
       symmetric = has_symmetric_change(rule)
       end_direction = merge(direction, after/length(2), symmetric)
@@ -196,10 +195,10 @@ contains
       do k = 1, 2
         change(k, k) = omega*weighed/middle
         change(:, k) = change(:, k) - omega*weighed/middle*direction*end_direction(k)
-        if (tension(2) < strength) change(:, k) = change(:, k) + w*stiffness*direction*end_direction(k)
+        change(:, k) = change(:, k) + follows*stiffness*direction*end_direction(k)
       end do
       if (rule%end_weight > 0 .and. rule%end_weight < 1) then
-        force = rule%end_weight*force + (1 - rule%end_weight)*tension(1)*before/length(1)
+        force = rule%end_weight*force + (1 - rule%end_weight)*start(1)*before/length(1)
         change = rule%end_weight*change
       end if
     end associate
@@ -333,12 +332,11 @@ contains
     if (is_grouted(self, i)) energy = energy + 0.5_dp*force(2)**2/self%stiffness(2, i)
   end function energy_at
 
-  !> Lets the bolts that reached their strength in an accepted step yield or break, and adds up the energy that this takes: the mean
-  !> of the forces times what their springs grew by, and what a bolt that breaks had.
-  pure subroutine accept_bolts(self, before, position, memory, lost)
+  !> Lets the bolts that reached their strength in an accepted step yield or break, and adds up the energy that this takes: their
+  !> forces times what their springs grew by, and what a bolt that breaks had.
+  pure subroutine accept_bolts(self, position, memory, lost)
     type(bolt_t), intent(in) :: self
-    real(dp), intent(in) :: before(:, :)     !! (2, n_points) at the beginning of the step, length
-    real(dp), intent(in) :: position(:, :)   !! (2, n_points) at its end
+    real(dp), intent(in) :: position(:, :)   !! (2, n_points) at the end of the step, length
     type(bolt_memory_t), intent(inout) :: memory
     real(dp), intent(inout) :: lost          !! force per unit thickness times length
     real(dp), dimension(2) :: apart, force, growth
@@ -351,7 +349,7 @@ contains
       growth = 0.0_dp
       where (abs(self%stiffness(:, i)*apart) > abs(force)) growth = apart - force/self%stiffness(:, i)
       if (.not. any(abs(growth) > 0)) cycle
-      lost = lost + 0.5_dp*dot_product(forces_of(self, memory, i, before) + force, growth)
+      lost = lost + dot_product(force, growth)
       if (self%breaks) then
         lost = lost + energy_at(self, i, force)
         memory%state(i) = bolt_broken

@@ -17,7 +17,7 @@ module scree_grouted_bolt
   use scree_kinds, only: dp
   implicit none
   private
-  public :: has_symmetric_change, hold_together, openings, within_strength
+  public :: has_symmetric_change, hold_together, openings, weigh, within_strength
 
   !> Weights that differ by less are the same.
   real(dp), parameter :: same = 1e-12_dp
@@ -49,6 +49,25 @@ contains
     within_strength = [min(force(1), strength(1)), sign(min(abs(force(2)), strength(2)), force(2))]
   end function within_strength
 
+  !> Force of a spring in a step that takes it from `start` to `reach`, or to where it is `held` as it yields, and the share of its
+  !> stiffness that it follows with: weighed over the part of the step in which it is elastic, and for the rest that of the end.
+  !> With weight 1/2 that is the mean along the way, whose work is the change of the energy and `held` times what yields.
+  elemental subroutine weigh(weight, start, reach, held, force, follows)
+    real(dp), intent(in) :: weight           !! of the end of the step
+    real(dp), intent(in) :: start, reach, held !! forces
+    real(dp), intent(out) :: force, follows
+    real(dp) :: share
+
+    if (abs(reach) <= abs(held)) then
+      force = start + weight*(held - start)
+      follows = weight
+    else
+      share = (held - start)/(reach - start)
+      force = held - (1 - weight)*share*(held - start)
+      follows = (1 - weight)*share**2
+    end if
+  end subroutine weigh
+
   !> Whether what the force of a bolt changes by is symmetric with the weights of a step: a secant is, too.
   pure logical function has_symmetric_change(rule)
     type(step_rule_t), intent(in) :: rule
@@ -66,12 +85,11 @@ contains
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(out) :: force(4), change(4, 4)
     logical, intent(out) :: symmetric        !! the change is
-    real(dp) :: end_row(4, 2), held(2), now(2), row(4, 2), unit(4), weighed(2)
+    real(dp) :: end_row(4, 2), follows(2), now(2), row(4, 2), unit(4), weighed(2)
     integer :: j, k
 
     now = start + stiffness*matmul(way, rows_of(y + 0.5_dp*way))
-    held = within_strength(now, strength)
-    weighed = start + rule%stress_weight*(held - start)
+    call weigh(rule%stress_weight, start, now, within_strength(now, strength), weighed, follows)
     row = rows_of(y + rule%operator_weight*way)
     symmetric = has_symmetric_change(rule)
     end_row = merge(row, rows_of(y + way), symmetric)
@@ -81,7 +99,7 @@ contains
       unit(k) = 1.0_dp
       change(:, k) = rule%operator_weight*matmul(rows_of(unit), weighed) ! rows are linear in y
       do j = 1, 2
-        if (abs(now(j)) <= abs(held(j))) change(:, k) = change(:, k) + rule%stress_weight*stiffness(j)*row(:, j)*end_row(k, j)
+        change(:, k) = change(:, k) + follows(j)*stiffness(j)*row(:, j)*end_row(k, j)
       end do
     end do
     if (rule%end_weight > 0 .and. rule%end_weight < 1) then

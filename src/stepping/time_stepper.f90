@@ -410,7 +410,6 @@ contains
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(inout) :: state
     real(dp) :: friction
-    real(dp), allocatable :: before(:, :)   ! places of points, where there are bolts
 
     state%pace%bound = try%bound
     state%books%work = state%books%work + work
@@ -429,9 +428,8 @@ contains
     if (size(try%contacts%pair) > 0 .or. size(state%pair) > 0) state%pair = try%contacts%pair
     if (allocated(try%green)) state%green(model%elements%free) = try%green
     call keep_factored(cache%equations, state%factored)
-    if (allocated(state%bolts)) before = state%point
     call update_state(model, cache, try%rule, try%d, try%impact, state)
-    if (allocated(state%bolts)) call accept_bolts(model%effects%bolt, before, state%point, state%bolts, state%books%yield)
+    if (allocated(state%bolts)) call accept_bolts(model%effects%bolt, state%point, state%bolts, state%books%yield)
     call refresh_elements(model, state, cache)
     call close_books(model, cache, state)
   end subroutine accept
