@@ -89,6 +89,22 @@ def test_the_number_of_contacts_does_not_matter(below, above, mode, tmp_path):
     assert sunk[1] == pytest.approx(25000.0 / KN + 25000.0 / (4 * E), rel=1e-3)
 
 
+@pytest.mark.parametrize("parts", [1, 2, 4, 8, 16])
+def test_against_tilting_springs_at_the_ends_of_parts(parts, tmp_path):
+    """A load off the middle, in the middle third, tilts a block by M/(kn L^3/12 (1 + 2/n^2)), of a floor with n edges: half the length of each is
+    a spring at either end. A joint all of whose length gives would tilt by M/(kn L^3/12), three times as far as without parts."""
+    floor, block, kn, force, aside = split(box(0, -1, 1, 1), parts, 2), box(0, 0, 1, 1), 1e7, 1e4, 0.2
+    (tmp_path / "a.blk").write_text(block_file("tilts", [(1, floor), (1, block)], [(*(0.9 * x + [0.05, -0.05]), 1) for x in floor],
+                                               load=[(0.5 + aside, 0.5, 2)]))
+    (tmp_path / "a.ana").write_text("\n".join([
+        "0 200 1 1 0.05 0.02", f"2500 25000 1e12 0 {'0 ' * 9}", "30 0 0", f"&loads force=0 {-force} /",
+        "&deck geometry='a.blk', dialect='short' /", f"&joints kn={kn}, ks={kn} /", "&step balance=1e-8 /", ""]))
+    r = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5")
+    stiffness = kn / 12 * (1 + 2 / parts**2) - (25000 + force) / 2  # what is up there leans out, too
+    assert -r.history.rotation[-1, 1] == pytest.approx(force * aside / stiffness, rel=2e-3)
+    assert r.bodies.centroid[0, 1, 1] - r.bodies.centroid[-1, 1, 1] == pytest.approx((25000 + force) / kn, rel=5e-3)
+
+
 @pytest.mark.parametrize("contact", [joints(), joints(1e7, 1e7)])
 @pytest.mark.parametrize("apart", [0.0, 1e-5, 1.1e-3, 2e-3, 0.01, 0.03, 0.1])
 @pytest.mark.parametrize("n", [1, 2, 5, 11])
