@@ -318,7 +318,7 @@ contains
         if (line == beside_it) n_found = had ! what lies flush bears, and the tips nothing
         if (line == both_lines) call let_give(give_of(i, j), found(n_found))
       end do
-      if (n_found > before + 1) call let_one_bear(before)
+      if (n_found > before + 1) call let_one_bear(i, j, before)
       if (.not. corners_turn(try%law)) return
       call meet_where_turned(i, j)
       call meet_where_turned(j, i)
@@ -336,12 +336,15 @@ contains
     end subroutine let_give
 
     !> Lets one of the contacts of two tips, those after the first so many, bear what they bear: one that is closed, or else the
-    !> first. The others are open, and where they would begin across both of their lines they are left out.
-    subroutine let_one_bear(before)
-      integer, intent(in) :: before
-      real(dp) :: gap(2)
+    !> first. The others are open. Those that would begin across both of their lines rest where they are, if the tips turn far in
+    !> the step and are hardly across; else they are left out.
+    subroutine let_one_bear(i, j, before)
+      integer, intent(in) :: i, j, before
+      real(dp) :: gap(2), least
       integer :: bears, k, m, n
 
+      least = 0.0_dp
+      if (tilt(survey, i, j) - parallel > turns) least = -flush*min(survey%local(i), survey%local(j))
       bears = before + 1
       do k = n_found, before + 1, -1
         if (found(k)%entrance(found(k)%active)%state /= state_open) bears = k
@@ -351,9 +354,10 @@ contains
         associate (contact => found(k))
           if (k /= bears) then
             gap = [(gap_at(survey, contact%entrance(m)%vertex, contact%entrance(m)%edge), m=1, 2)]
-            if (all(gap < 0)) cycle
+            if (all(gap < least)) cycle
             contact%entrance%state = state_open
             contact%active = maxloc(gap, 1)
+            contact%entrance%rest = min(contact%entrance%rest, maxval(gap))
           end if
           n = n + 1
           found(n) = contact
