@@ -13,7 +13,7 @@ module scree_contact_detection
   use scree_body_search, only: beyond_way, list_all, reach_of
   use scree_contact_geometry, only: gap_of
   use scree_contact_memory, only: acted_before, faces_of, let_one_go_on, past_t, pressed_before, recall_contacts, slides, &
-                                   stood_for_both, were_bonded
+                                   stood_for_both, wear_as_beside, were_bonded
   use scree_contact_pairs, only: drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
   use scree_contact_search, only: find_nearby, most_turning
@@ -75,6 +75,7 @@ contains
     call drop_repeats(size(outlines%start), found, n_found)
     call let_one_go_on(outlines, survey, past, found(:n_found))
     if (allocated(try%law%joint_stiffness)) call follow_faces()
+    if (allocated(try%law%worn)) call wear_as_beside(outlines, survey, past, found(:n_found))
     try%contact = found(:n_found)
     try%inside = pairs_inside(found(:n_found), survey%local)
     call move_alloc(survey%near, try%near)

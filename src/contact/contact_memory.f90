@@ -12,7 +12,7 @@ module scree_contact_memory
   implicit none
   private
   public :: acted_before, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, pressed_before, &
-            recall_contacts, slides, stood_for_both, were_bonded
+            recall_contacts, slides, stood_for_both, wear_as_beside, were_bonded
 
   real(dp), parameter :: rest_at_end = 1e-12_dp   !! of an edge, past its end, that what rests there goes by rounding
   real(dp), parameter :: most_beyond = 5e-4_dp    !! of the edges at a vertex, past the end of an edge, up to which a pair lasts
@@ -439,6 +439,67 @@ contains
       end associate
     end do
   end function pressed_between
+
+  !> Lets what is open have the wear of the closed contact nearest to it between the same faces, if that is more: what begins beside
+  !> others that slide, as from node to node of a mesh, is as worn.
+  pure subroutine wear_as_beside(outlines, survey, past, contact)
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    type(contact_t), intent(inout) :: contact(:)
+    type(entrance_t) :: nearest, worn(size(past%contact))
+    integer :: i, k, m, n
+
+    n = 0
+    do i = 1, size(past%contact)
+      associate (was => past%contact(i)%entrance(past%contact(i)%active))
+        if (was%state == state_open .or. .not. was%wear > 0) cycle
+        n = n + 1
+        worn(n) = was
+      end associate
+    end do
+    if (n == 0) return
+    do i = 1, size(contact)
+      do k = 1, contact(i)%n_entrances
+        associate (entrance => contact(i)%entrance(k))
+          if (entrance%state /= state_open) cycle
+          nearest%vertex = 0
+          do m = 1, n
+            if (.not. is_between_same_faces(outlines%block, survey, entrance, worn(m))) cycle
+            if (nearest%vertex > 0) then
+              if (apart(worn(m)%vertex, entrance%vertex) >= apart(nearest%vertex, entrance%vertex)) cycle
+            end if
+            nearest = worn(m)
+          end do
+          if (nearest%vertex > 0) entrance%wear = max(entrance%wear, nearest%wear)
+        end associate
+      end do
+    end do
+
+  contains
+
+    !> Distance of two vertices.
+    pure real(dp) function apart(a, b)
+      integer, intent(in) :: a, b
+
+      apart = norm2(survey%start(:, a) - survey%start(:, b))
+    end function apart
+
+  end subroutine wear_as_beside
+
+  !> Whether two entrances are between the same blocks, of one joint material, and across edges that face alike, within 45 degrees.
+  pure logical function is_between_same_faces(block, survey, a, b) result(same)
+    integer, intent(in) :: block(:)            !! of the edges
+    type(survey_t), intent(in) :: survey
+    type(entrance_t), intent(in) :: a, b
+    real(dp) :: angle
+
+    same = a%joint == b%joint .and. same_two(block([a%vertex, a%edge]), block([b%vertex, b%edge]))
+    if (.not. same) return
+    angle = survey%corner(a%edge)%from - survey%corner(b%edge)%from
+    if (block(a%edge) /= block(b%edge)) angle = angle + pi
+    same = abs(turn(angle)) <= pi/4
+  end function is_between_same_faces
 
   !> Whether two pairs of blocks are the same.
   pure logical function same_two(a, b)

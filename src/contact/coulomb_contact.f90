@@ -34,7 +34,7 @@ contains
     if (entrance%bonded) bond = strength*entrance%length
   end function bond
 
-  !> Tangent of the friction angle of an entrance. Where its joint wears it falls in a line with the way that the entrance had slid
+  !> Tangent of the friction angle of an entrance. Where its joint wears it falls in a line with the way that its faces had slid
   !> when the step began, from the peak to what is left (Palmer & Rice 1973: slip weakening).
   pure real(dp) function friction_of(law, entrance) result(friction)
     type(contact_law_t), intent(in) :: law
@@ -53,7 +53,7 @@ contains
 
     friction = peak
     associate (worn => law%worn(:, entrance%joint))
-      if (worn(2) > 0) friction = friction + (worn(1) - friction)*min(1.0_dp, entrance%slid/worn(2))
+      if (worn(2) > 0) friction = friction + (worn(1) - friction)*min(1.0_dp, entrance%wear/worn(2))
     end associate
   end function worn_friction
 
@@ -65,7 +65,7 @@ contains
     unworn = 1.0_dp
     if (.not. allocated(law%worn)) return
     associate (slip => law%worn(2, entrance%joint))
-      if (slip > 0) unworn = 1 - min(1.0_dp, entrance%slid/slip)
+      if (slip > 0) unworn = 1 - min(1.0_dp, entrance%wear/slip)
     end associate
   end function unworn
 
@@ -321,6 +321,7 @@ contains
     work = abs(shear*(slip - kept))
     entrance%anchor = entrance%anchor + (slip - kept)/edge_length
     entrance%slid = entrance%slid + abs(slip - kept)
+    entrance%wear = entrance%wear + abs(slip - kept)
     slip = kept
     entrance%bonded = entrance%bonded .and. (holds .or. .not. abs(shear) > 0)
   end subroutine slide_coulomb

@@ -49,6 +49,7 @@ module scree_contacts
     real(dp) :: pressing = 0.0_dp        !! force across at the end of the last step
     logical :: bonded = .false.          !! cohesion and tensile strength are not lost
     real(dp) :: slid = 0.0_dp            !! way that the contact has slid since it was found, length
+    real(dp) :: wear = 0.0_dp            !! way that its faces have slid on each other, by which their joint wears, length
     real(dp) :: displaced = 0.0_dp       !! slip since then with its sign, where the scene has joints that dilate, length
     real(dp) :: farthest = 0.0_dp        !! largest size of that so far, length
     real(dp) :: dilated = 0.0_dp         !! gap by which its faces have parted in sliding, length

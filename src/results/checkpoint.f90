@@ -406,6 +406,7 @@ contains
     call archive%part('entrance%pressing', entrance%pressing)
     call archive%part('entrance%bonded', entrance%bonded)
     call archive%part('entrance%slid', entrance%slid)
+    call archive%part('entrance%wear', entrance%wear)
     call archive%part('entrance%displaced', entrance%displaced)
     call archive%part('entrance%farthest', entrance%farthest)
     call archive%part('entrance%dilated', entrance%dilated)

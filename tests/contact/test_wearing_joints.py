@@ -6,13 +6,11 @@ import pathlib
 import numpy as np
 import pytest
 import scree
+from scree.block_files import block_file
 
 SLOPE = pathlib.Path(os.environ["SCREE_SOURCE"]) / "input/validation/b1-slide/slope30.blk"
 G, THETA = 9.81, math.radians(30)
 PEAK, RESIDUAL, SLIP = math.tan(math.radians(35)), math.tan(math.radians(20)), 0.05
-START = G * (math.sin(THETA) - math.cos(THETA) * PEAK)  # accelerations at the peak and where it is worn
-END = G * (math.sin(THETA) - math.cos(THETA) * RESIDUAL)
-RATE = math.sqrt(G * math.cos(THETA) * (PEAK - RESIDUAL) / SLIP)  # s'' = START + RATE^2 s until s is SLIP
 
 
 def slid(folder, speed, end, *settings, step=1e-3, scale=1.0):
@@ -35,15 +33,17 @@ def slid(folder, speed, end, *settings, step=1e-3, scale=1.0):
     return run, np.linalg.norm(run.measured_points.displacement[-1, 0]) / scale
 
 
-def exact(speed, end):
+def exact(speed, end, g=G, slip=SLIP):
     """How far it slides in closed form: by an exponential until the joint is worn, evenly faster from there."""
-    if speed < -START / RATE:
-        return (-START - math.sqrt(START**2 - (RATE * speed) ** 2)) / RATE**2  # it stops
+    peak, residual = (g * (math.sin(THETA) - math.cos(THETA) * friction) for friction in (PEAK, RESIDUAL))  # accelerations
+    rate = math.sqrt((residual - peak) / slip)  # s'' = peak + rate^2 s until s is the slip
+    if speed < -peak / rate:
+        return (-peak - math.sqrt(peak**2 - (rate * speed) ** 2)) / rate**2  # it stops
     def way(t):
-        return START / RATE**2 * (math.cosh(RATE * t) - 1) + speed / RATE * math.sinh(RATE * t)
-    worn = root_of(lambda t: way(t) - SLIP, 0.0, 10.0)
-    faster = START / RATE * math.sinh(RATE * worn) + speed * math.cosh(RATE * worn)
-    return SLIP + faster * (end - worn) + 0.5 * END * (end - worn) ** 2
+        return peak / rate**2 * (math.cosh(rate * t) - 1) + speed / rate * math.sinh(rate * t)
+    worn = root_of(lambda t: way(t) - slip, 0.0, 10.0)
+    faster = peak / rate * math.sinh(rate * worn) + speed * math.cosh(rate * worn)
+    return slip + faster * (end - worn) + 0.5 * residual * (end - worn) ** 2
 
 
 def root_of(f, low, high):
@@ -100,3 +100,23 @@ def test_what_cannot_be_is_refused_in_a_line(tmp_path, settings, said):
     with pytest.raises(scree.RunFailed) as failed:
         slid(tmp_path, 0.1, 0.1, *settings)
     assert failed.value.status == 2 and said in failed.value.said and len(failed.value.said.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("meshed", [False, True])
+@pytest.mark.parametrize("part", [0.1, 0.25])
+def test_divided_faces_wear_as_whole_ones(part, meshed, tmp_path):
+    """From vertex to vertex, and node to node of a mesh, others take over, which began as new: the finer the mesh, the more was forgotten, up to
+    all but half of the way and a quarter of the speed."""
+    c, s = math.cos(THETA), math.sin(THETA)
+    turned = np.array([[c, -s], [s, c]])
+    n, m = (1, 1) if meshed else (round(5 / part), round(1 / part))
+    slope = np.array([[4, -1], *((4 - 5 * i / n, 0) for i in range(n)), [-1, 0], [-1, -1]]) @ turned
+    block = np.array([*((i / m, 0) for i in range(m)), [1, 0], [1, 0.25], [0, 0.25]]) @ turned
+    fixed = [(*(0.95 * x + 0.05 * slope.mean(0)), 1) for x in (slope[0], slope[1], slope[-2], slope[-1])]
+    (tmp_path / "a.blk").write_text(block_file("wears", [(1, slope), (2, block)], fixed, measured=[(*block.mean(0), 2)]))
+    (tmp_path / "a.ana").write_text("\n".join([
+        "1 600 2 1 0.05 0.002", f"2500 0 1e10 0.2 {'0 ' * 9}", f"2500 25000 1e10 0.2 {'0 ' * 6}{1.2 * c} {-1.2 * s} 0", "35 0 0",
+        "&deck geometry='a.blk', dialect='short' /", "&joints residual_phi=20, residual_slip=0.3 /",
+        f"&method model='nmm' /\n&cover edge={part} /" if meshed else "", ""]))
+    r = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5")
+    assert np.linalg.norm(r.measured_points.displacement[-1, 0]) == pytest.approx(exact(1.2, 1.2, g=10, slip=0.3), rel=4e-3)

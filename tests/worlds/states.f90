@@ -143,7 +143,7 @@ contains
     associate (entrance => contact%entrance(:contact%n_entrances))
       numbers = [contact%force, contact%pressed, contact%overlap, contact%energy, contact%inherits, &
                  entrance%direction, entrance%anchor, entrance%rest, &
-                 entrance%multiplier(1), entrance%multiplier(2), entrance%length, entrance%pressing, entrance%slid, &
+                 entrance%multiplier(1), entrance%multiplier(2), entrance%length, entrance%pressing, entrance%slid, entrance%wear, &
                  entrance%displaced, entrance%farthest, entrance%dilated, &
                  entrance%lagged_friction, entrance%stiffness(1), entrance%stiffness(2)]
     end associate
