@@ -95,6 +95,7 @@ contains
           energy = energy + closed%energy
           friction = friction + closed%work
         end if
+        contact%slipped = entrance%slid - try%contact(i)%entrance(contact%active)%slid
         memory%penetration = max(memory%penetration, contact%overlap)
       end associate
     end do

@@ -553,7 +553,7 @@ contains
             associate (others => pressed(:, faces_of(outlines, survey, was)), &
                        way => way_at(survey, outlines%next(edge), vertex, edge))
               is_borne = any(merge(others(2, :), others(1, :), others(1, :) <= was%pressed) >= 0.5_dp*was%pressed)
-              call follow_slip(outlines, position, try%law, abs(way(1)), is_borne, was, found(k))
+              call follow_slip(outlines, position, try%law, max(abs(way(1)), was%slipped), is_borne, was, found(k))
             end associate
           end associate
         end associate

@@ -65,6 +65,7 @@ module scree_contacts
     logical :: shared = .false.         !! two vertices that lie flat on each other have it, and one apart has none
     real(dp) :: force(2) = 0.0_dp       !! at the end of the last step, pressing and along the edge, per unit thickness
     real(dp) :: pressed = 0.0_dp        !! overlap of its spring then, length
+    real(dp) :: slipped = 0.0_dp        !! way that it slid in the last step, length
     real(dp) :: overlap = 0.0_dp        !! then, with what it rests at; of an open one as far as it rests inside, length
     real(dp) :: energy = 0.0_dp         !! of its springs then, force length per unit thickness
     real(dp) :: inherits = -1.0_dp      !! overlap of the contact whose place it takes; below 0: none, length

@@ -374,6 +374,7 @@ contains
       call archive%part('contact%force', contact%force(i))
     end do
     call archive%part('contact%pressed', contact%pressed)
+    call archive%part('contact%slipped', contact%slipped)
     call archive%part('contact%overlap', contact%overlap)
     call archive%part('contact%energy', contact%energy)
     call archive%part('contact%inherits', contact%inherits)

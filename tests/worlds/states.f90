@@ -141,7 +141,7 @@ contains
     real(dp), allocatable :: numbers(:)
 
     associate (entrance => contact%entrance(:contact%n_entrances))
-      numbers = [contact%force, contact%pressed, contact%overlap, contact%energy, contact%inherits, &
+      numbers = [contact%force, contact%pressed, contact%slipped, contact%overlap, contact%energy, contact%inherits, &
                  entrance%direction, entrance%anchor, entrance%rest, &
                  entrance%multiplier(1), entrance%multiplier(2), entrance%length, entrance%pressing, entrance%slid, entrance%wear, &
                  entrance%displaced, entrance%farthest, entrance%dilated, &
