@@ -447,45 +447,41 @@ contains
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(contact_t), intent(inout) :: contact(:)
-    type(entrance_t) :: nearest, worn(size(past%contact))
-    integer :: i, k, m, n
+    integer, allocatable :: worn(:)            !! contacts of the step before
+    real(dp) :: apart, closest, wear           ! length
+    integer :: i, k, m
 
-    n = 0
-    do i = 1, size(past%contact)
-      associate (was => past%contact(i)%entrance(past%contact(i)%active))
-        if (was%state == state_open .or. .not. was%wear > 0) cycle
-        n = n + 1
-        worn(n) = was
-      end associate
-    end do
-    if (n == 0) return
+    worn = pack([(i, i=1, size(past%contact))], [(has_worn(past%contact(i)), i=1, size(past%contact))])
+    if (size(worn) == 0) return
     do i = 1, size(contact)
       do k = 1, contact(i)%n_entrances
         associate (entrance => contact(i)%entrance(k))
           if (entrance%state /= state_open) cycle
-          nearest%vertex = 0
-          do m = 1, n
-            if (.not. is_between_same_faces(outlines%block, survey, entrance, worn(m))) cycle
-            if (nearest%vertex > 0) then
-              if (apart(worn(m)%vertex, entrance%vertex) >= apart(nearest%vertex, entrance%vertex)) cycle
-            end if
-            nearest = worn(m)
+          wear = 0.0_dp
+          closest = huge(closest)
+          do m = 1, size(worn)
+            associate (other => past%contact(worn(m))%entrance(past%contact(worn(m))%active))
+              if (.not. is_between_same_faces(outlines%block, survey, entrance, other)) cycle
+              apart = norm2(survey%start(:, other%vertex) - survey%start(:, entrance%vertex))
+              if (apart >= closest) cycle
+              closest = apart
+              wear = other%wear
+            end associate
           end do
-          if (nearest%vertex > 0) entrance%wear = max(entrance%wear, nearest%wear)
+          entrance%wear = max(entrance%wear, wear)
         end associate
       end do
     end do
-
-  contains
-
-    !> Distance of two vertices.
-    pure real(dp) function apart(a, b)
-      integer, intent(in) :: a, b
-
-      apart = norm2(survey%start(:, a) - survey%start(:, b))
-    end function apart
-
   end subroutine wear_as_beside
+
+  !> Whether a contact was closed when the step before ended, and its joint has worn.
+  pure logical function has_worn(contact)
+    type(contact_t), intent(in) :: contact
+
+    associate (entrance => contact%entrance(contact%active))
+      has_worn = entrance%state /= state_open .and. entrance%wear > 0
+    end associate
+  end function has_worn
 
   !> Whether two entrances are between the same blocks, of one joint material, and across edges that face alike, within 45 degrees.
   pure logical function is_between_same_faces(block, survey, a, b) result(same)
