@@ -55,7 +55,7 @@ contains
     between = angle_between(a, b)
     bends = stood .and. (is_hollow(a) .or. is_hollow(b)) .and. fits_on(a, b, between, tilt)
     if (max(a%angle, b%angle) <= pi + merge(most_bent, flat, bends)) then
-      meeting = meet_convex(a, b, between, tilt, merge(most_bent, parallel, bends))
+      meeting = meet_convex(a, b, between, tilt, bends)
     else if (is_hollow(b) .and. a%angle <= pi + parallel) then
       meeting = meet_hollow(a, b, abs(between), tilt)
     else
@@ -101,22 +101,25 @@ contains
   !> Of two nearly parallel edges the one that reaches farther out bounds the region that is closed to a tip; the line of the other
   !> lies in it, and its vertex is aside. Where turning in the step may change which one that is, each has an encounter: the tip is
   !> in the region if it is behind the lines of any of them.
-  pure function meet_convex(a, b, between, tilt, bent) result(meeting)
+  pure function meet_convex(a, b, between, tilt, bends) result(meeting)
     type(corner_t), intent(in) :: a, b
-    real(dp), intent(in) :: between, tilt, bent !! rad
+    real(dp), intent(in) :: between, tilt !! rad
+    logical, intent(in) :: bends !! the joint at which they lie flat on each other
     type(meeting_t) :: meeting
     logical :: upon(2, 2)   ! (vertex, side) which vertices have the entrance line on either side, nearly parallel ones both
     logical :: bounds(2, 2) ! likewise, those by whose edge the region ends, as far as they turn in the step
     real(dp) :: turning, width
     integer :: k
 
-    turning = tilt - parallel
-    bounds = on_lines(a, b, between, merge(bent, turned + turning, bent > parallel))
     width = width_of(a, b, between)
     if (width > pi + tilt) then
       meeting%beside = .true.
-    else if (width >= pi - parallel) then
-      upon = on_lines(a, b, between, bent)
+      return
+    end if
+    turning = tilt - parallel
+    bounds = on_lines(a, b, between, merge(most_bent, turned + turning, bends))
+    if (width >= pi - parallel) then
+      upon = on_lines(a, b, between, merge(most_bent, parallel, bends))
       meeting%n = 1
       meeting%flat = .true.
       meeting%encounter(1)%shared = .true.
