@@ -12,8 +12,8 @@ module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
   use scree_body_search, only: beyond_way, list_all, reach_of
   use scree_contact_geometry, only: gap_of
-  use scree_contact_memory, only: acted_before, faces_of, let_one_go_on, past_t, pressed_before, recall_contacts, slides, &
-                                   stood_for_both, wear_as_beside, were_bonded
+  use scree_contact_memory, only: acted_before, closed_between, faces_of, let_one_go_on, past_t, pressed_before, &
+                                   recall_contacts, slides, stood_for_both, wear_as_beside, were_bonded
   use scree_contact_pairs, only: drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
   use scree_contact_search, only: find_nearby, most_turning
@@ -197,7 +197,11 @@ contains
       logical :: stood
 
       stood = is_hollow(survey%corner(i)) .or. is_hollow(survey%corner(j))
-      if (stood) stood = stood_for_both(outlines, past, i, j) .or. were_bonded(outlines, past, i, j)
+      if (stood) then
+        associate (closed => closed_between(outlines, past, i, j))
+          stood = stood_for_both(past, closed) .or. were_bonded(past, closed)
+        end associate
+      end if
       meeting = meet(try%law, survey, i, j, stood)
       if (meeting%encounter(1)%n_lines == 2) then
         call meet_tips(i, j, meeting)
@@ -283,7 +287,7 @@ contains
 
       stay_together = .false.
       if (abs(along_edge(survey, i, j)) <= 0.5_dp*min(survey%local(i), survey%local(j))) &
-        stay_together = stood_for_both(outlines, past, i, j)
+        stay_together = stood_for_both(past, closed_between(outlines, past, i, j))
     end function stay_together
 
     !> Whether the edges at a vertex are parallel.

@@ -11,8 +11,8 @@ module scree_contact_memory
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: acted_before, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, pressed_before, &
-            recall_contacts, slides, stood_for_both, wear_as_beside, were_bonded
+  public :: acted_before, closed_between, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, &
+            pressed_before, recall_contacts, slides, stood_for_both, wear_as_beside, were_bonded
 
   real(dp), parameter :: rest_at_end = 1e-12_dp   !! of an edge, past its end, that what rests there goes by rounding
   real(dp), parameter :: most_beyond = 5e-4_dp    !! of the edges at a vertex, past the end of an edge, up to which a pair lasts
@@ -164,32 +164,22 @@ contains
     pressed_before = is_closed(past, entrance_before(past, vertex, edge))
   end function pressed_before
 
-  !> Whether one contact stood for two vertices that lie flat on each other when the step before ended, closed, and has not slid.
-  pure logical function stood_for_both(outlines, past, i, j)
-    type(outlines_t), intent(in) :: outlines
+  !> Whether one contact stood for two vertices that lie flat on each other when the step before ended, and has not slid.
+  pure logical function stood_for_both(past, closed)
     type(past_t), intent(in) :: past
-    integer, intent(in) :: i, j     !! vertices
-    integer, allocatable :: closed(:)
+    integer, intent(in) :: closed(:) !! of the two, as of `closed_between`
     integer :: k
 
-    closed = closed_between(outlines, past, i, j)
-    stood_for_both = .false.
-    do k = 1, size(closed)
-      associate (was => past%contact((closed(k) + 1)/2))
-        stood_for_both = stood_for_both .or. (was%shared .and. .not. slides(was))
-      end associate
-    end do
+    stood_for_both = any([(past%contact((closed(k) + 1)/2)%shared .and. .not. slides(past%contact((closed(k) + 1)/2)), &
+                           k=1, size(closed))])
   end function stood_for_both
 
   !> Whether a bond held two vertices to the edges at the other one when the step before ended.
-  pure logical function were_bonded(outlines, past, i, j)
-    type(outlines_t), intent(in) :: outlines
+  pure logical function were_bonded(past, closed)
     type(past_t), intent(in) :: past
-    integer, intent(in) :: i, j     !! vertices
-    integer, allocatable :: closed(:)
+    integer, intent(in) :: closed(:) !! of the two, as of `closed_between`
     integer :: k
 
-    closed = closed_between(outlines, past, i, j)
     were_bonded = any([(past%contact((closed(k) + 1)/2)%entrance(2 - modulo(closed(k), 2))%bonded, k=1, size(closed))])
   end function were_bonded
 
