@@ -12,8 +12,8 @@ module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
   use scree_body_search, only: beyond_way, list_all, reach_of
   use scree_contact_geometry, only: gap_of
-  use scree_contact_memory, only: acted_before, closed_between, faces_of, let_one_go_on, past_t, pressed_before, &
-                                   recall_contacts, slides, stood_for_both, wear_as_beside, were_bonded
+  use scree_contact_memory, only: acted_before, closed_between, faces_of, let_one_go_on, moves_along, past_t, &
+                                   pressed_before, recall_contacts, stood_for_both, wear_as_beside, were_bonded
   use scree_contact_pairs, only: drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
   use scree_contact_search, only: find_nearby, most_turning
@@ -543,7 +543,7 @@ contains
 
       pressed = 0.0_dp
       do k = 1, size(past%contact)
-        if (.not. slides(past%contact(k))) cycle
+        if (.not. moves_along(past%contact(k))) cycle
         associate (own => past%contact(k)%pressed, faces => faces_of(outlines, survey, past%contact(k)))
           pressed(2, faces) = max(pressed(2, faces), min(pressed(1, faces), own))
           pressed(1, faces) = max(pressed(1, faces), own)
@@ -553,7 +553,7 @@ contains
         associate (vertex => found(k)%entrance(1)%vertex, edge => found(k)%entrance(1)%edge, from => found(k)%entrance(1)%from)
           if (found(k)%entrance(1)%state == state_open .or. from == 0) cycle
           associate (was => past%contact((from + 1)/2))
-            if (.not. slides(was)) cycle
+            if (.not. moves_along(was)) cycle
             associate (others => pressed(:, faces_of(outlines, survey, was)), &
                        way => way_at(survey, outlines%next(edge), vertex, edge))
               is_borne = any(merge(others(2, :), others(1, :), others(1, :) <= was%pressed) >= 0.5_dp*was%pressed)

@@ -11,8 +11,8 @@ module scree_contact_memory
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: acted_before, closed_between, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, past_t, &
-            pressed_before, recall_contacts, slides, stood_for_both, wear_as_beside, were_bonded
+  public :: acted_before, closed_between, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, moves_along, &
+            past_t, pressed_before, recall_contacts, stood_for_both, wear_as_beside, were_bonded
 
   real(dp), parameter :: rest_at_end = 1e-12_dp   !! of an edge, past its end, that what rests there goes by rounding
   real(dp), parameter :: most_beyond = 5e-4_dp    !! of the edges at a vertex, past the end of an edge, up to which a pair lasts
@@ -53,6 +53,16 @@ contains
 
     has_slid = entrance%state /= state_open .and. .not. entrance%bonded .and. entrance%slid > far*pressed
   end function has_slid
+
+  !> Whether a contact has slid as far, or its joint, which has a stiffness of its own, has given way along it by as much.
+  pure logical function moves_along(contact)
+    type(contact_t), intent(in) :: contact
+
+    moves_along = slides(contact)
+    associate (entrance => contact%entrance(contact%active))
+      if (entrance%gives_way) moves_along = moves_along .or. abs(contact%force(2)) > far*contact%pressed*entrance%stiffness(2)
+    end associate
+  end function moves_along
 
   !> Edges that lie on each other at a contact: that of its entrance, and at its vertex those parallel to it. None where there is
   !> none of these.
@@ -302,7 +312,7 @@ contains
         new%edge = entrance%edge
         new%joint = entrance%joint
         new%anchor = along_edge(survey, new%vertex, new%edge)/survey%length(new%edge)
-        new%rest = rest_of(outlines, survey, past, new)
+        call begin_between(outlines, survey, past, new)
         entrance = new
       end associate
     end do
@@ -320,7 +330,7 @@ contains
     call recall(was, entrance)
     gap = gap_at(survey, entrance%vertex, entrance%edge) - entrance%dilated
     if (entrance%state /= state_open) then
-      slip = along_edge(survey, was%vertex, was%edge) - was%anchor*survey%length(was%edge)
+      slip = slip_of(survey, was)
       entrance%anchor = entrance%anchor - slip/survey%length(entrance%edge)
       overlap = max(0.0_dp, was%rest + was%dilated - gap_at(survey, was%vertex, was%edge))
       if (entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) then
@@ -331,6 +341,14 @@ contains
     if (entrance%bonded .and. entrance%state /= state_open) return
     if (gap >= entrance%rest) entrance%rest = min(0.0_dp, gap) ! what has come out stays out
   end subroutine go_on
+
+  !> Slip of an entrance from its anchor, length.
+  pure real(dp) function slip_of(survey, entrance)
+    type(survey_t), intent(in) :: survey
+    type(entrance_t), intent(in) :: entrance
+
+    slip_of = along_edge(survey, entrance%vertex, entrance%edge) - entrance%anchor*survey%length(entrance%edge)
+  end function slip_of
 
   !> Hands on all that an entrance remembers, but for its place and its anchor.
   pure subroutine recall(was, entrance)
@@ -379,7 +397,7 @@ contains
       if (entrance%state /= state_open .or. acted_before(past, entrance%vertex, entrance%edge)) return
       gap = gap_at(survey, entrance%vertex, entrance%edge)
       entrance%rest = min(0.0_dp, gap)
-      if (contact%n_entrances == 1) entrance%rest = rest_of(outlines, survey, past, entrance)
+      if (contact%n_entrances == 1) call begin_between(outlines, survey, past, entrance)
       if (entrance%rest >= 0 .or. entrance%rest > gap) return
       call find_pressed_beside(outlines%block, survey, past, entrance, pressed, heir)
       if (heir == 0) return
@@ -389,46 +407,54 @@ contains
     call take_stiffness(past%contact(heir)%entrance(past%contact(heir)%active), contact)
   end subroutine rest_inside
 
-  !> Gap at which the spring of a contact of one new entrance rests: 0, or where its vertex is inside there, but for what presses
-  !> between its faces already, if it slides there. A corner of two entrances is not between them.
-  pure real(dp) function rest_of(outlines, survey, past, entrance) result(rest)
+  !> Lets the springs of a contact of one new entrance rest where it is: across at a gap of 0, or where its vertex is inside there;
+  !> but where it slides between faces of which something presses already, strained by what that is. A corner of two entrances is
+  !> not between them.
+  pure subroutine begin_between(outlines, survey, past, entrance)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
-    type(entrance_t), intent(in) :: entrance
-    real(dp) :: way(2)
+    type(entrance_t), intent(inout) :: entrance !! its anchor where its vertex is
+    real(dp) :: pressed, slip, way(2)
 
-    rest = min(0.0_dp, gap_at(survey, entrance%vertex, entrance%edge))
-    if (rest >= 0) return
+    entrance%rest = min(0.0_dp, gap_at(survey, entrance%vertex, entrance%edge))
+    if (entrance%rest >= 0) return
     way = abs(way_at(survey, outlines%next(entrance%edge), entrance%vertex, entrance%edge))
-    if (way(2) <= landing*way(1)) rest = min(0.0_dp, rest + pressed_between(outlines, survey, past, entrance))
-  end function rest_of
+    if (way(2) > landing*way(1)) return
+    call find_strained_between(outlines, survey, past, entrance, pressed, slip)
+    entrance%rest = min(0.0_dp, entrance%rest + pressed)
+    entrance%anchor = entrance%anchor - slip/survey%length(entrance%edge)
+  end subroutine begin_between
 
-  !> Largest overlap by which what slides on one of the faces of an entrance pressed when the step before ended: between the same
-  !> blocks, and by joints with a stiffness of their own between any, where what begins is short.
-  pure real(dp) function pressed_between(outlines, survey, past, entrance) result(pressed)
+  !> Largest overlap by which what slides on one of the faces of an entrance pressed when the step before ended, and its slip from
+  !> its anchor: between the same blocks, and by joints with a stiffness of their own between any, where what begins is short.
+  pure subroutine find_strained_between(outlines, survey, past, entrance, pressed, slip)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(entrance_t), intent(in) :: entrance
+    real(dp), intent(out) :: pressed, slip     !! length; 0: nothing slides there
     integer, allocatable :: faces(:)
     real(dp) :: most
     integer :: k, m
 
     pressed = 0.0_dp
+    slip = 0.0_dp
     faces = faces_of_entrance(outlines, survey, in_line, entrance)
     if (size(faces) == 0) return
     do k = 1, size(past%contact)
       associate (was => past%contact(k), other => past%contact(k)%entrance(past%contact(k)%active), block => outlines%block)
         most = merge(deeper*was%pressed, was%pressed, other%gives_way)
-        if (.not. (most > pressed .and. slides(was))) cycle
+        if (.not. (most > pressed .and. moves_along(was))) cycle
         if (.not. (other%gives_way .or. same_two(block([entrance%vertex, entrance%edge]), block([other%vertex, other%edge])))) cycle
         associate (others => faces_of(outlines, survey, was))
-          if (any([(any(faces == others(m)), m=1, size(others))])) pressed = most
+          if (.not. any([(any(faces == others(m)), m=1, size(others))])) cycle
         end associate
+        pressed = most
+        slip = slip_of(survey, other)
       end associate
     end do
-  end function pressed_between
+  end subroutine find_strained_between
 
   !> Lets what is open have the wear of the closed contact nearest to it between the same faces, if that is more: what begins beside
   !> others that slide, as from node to node of a mesh, is as worn.

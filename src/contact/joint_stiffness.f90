@@ -23,8 +23,6 @@ module scree_joint_stiffness
   real(dp), parameter :: least_from_start = 1e-3_dp
   !> Of the mean of bonds: one is as stiff as if it stood for so much. Softer ones take steps more solutions.
   real(dp), parameter :: least_bond = 0.01_dp
-  !> Times the length that a contact has: what it has as it begins to stand for what another vertex did, whose contact goes, too.
-  real(dp), parameter :: most_shared = 2.0_dp
   !> In a step, times the length that it has: what a contact that bears alone wins beside what it slides.
   real(dp), parameter :: most_won = 1.1_dp
   !> How fast an edge of a corner counts less as it turns from facing the contact's edge, while the other faces it better.
@@ -189,8 +187,7 @@ contains
         now = entrance%stiffness(1)/own(1)
         if (is_borne .and. any(faces%flat)) then
           length = max(0.5_dp*sum(faces%common, faces%flat), min(now, least*faces%shorter))
-          if (contact%shared .eqv. was%shared) length = max(now - 2*slip, length)
-          length = min(merge(1.0_dp, most_shared, contact%shared .eqv. was%shared)*now + 2*slip, length)
+          if (contact%shared .eqv. was%shared) length = min(max(now - 2*slip, length), now + 2*slip)
         else
           length = length_by_faces(faces, .false.)
           length = max(now, min(most_won*now + 2*slip, length))
