@@ -28,12 +28,14 @@ module scree_settle_problems
   public :: judge_at, settle_circles, settle_stalled
 
   !> Friction problems in a step, after which entrances and anchors stay; and at most.
-  integer, parameter :: free_rounds = 3, most_rounds = 30
+  integer, parameter :: free_rounds = 3, most_rounds = 60
   !> Friction problems in a step that follow each other at once, where forces bend.
-  integer, parameter :: prompt_rounds = 20
-  !> Rounds of which half of the way is gone where forces bend: tangents may run in circles, which what lies between breaks. They do
-  !> not come evenly, as circles do.
-  integer, parameter :: half_rounds(*) = [5, 8, 10, 13, 15, 18, 20, 23, 25, 28]
+  integer, parameter :: prompt_rounds = 40
+  !> Rounds go half of the way where forces bend, from the first of these on, in every five rounds where the remainder is one of
+  !> these: tangents may run in circles, which what lies between breaks. They do not come evenly, as circles do.
+  integer, parameter :: first_half = 5, half_of_five(2) = [0, 3]
+  !> Times that the way to the answer of a problem is halved where an area runs away with it.
+  integer, parameter :: most_halvings = 5
   !> Contacts that a judgement changes, fewer than which the path from there to the solution is likely to be short.
   integer, parameter :: few_changes = 75
   !> Forces that a friction problem leaves out of balance, over the largest: a body may have forces of its own that are far smaller.
@@ -160,8 +162,8 @@ contains
     may_follow = try%iteration%near .and. try%group%open_close%linear_springs .and. try%iteration%rounds < prompt_rounds
   end function may_follow
 
-  !> Takes the answer to a friction problem that was posed where the try is, from which the iteration goes on. Where an area runs
-  !> away with it the outcome has a trouble.
+  !> Takes the answer to a friction problem that was posed where the try is, from which the iteration goes on, or as much of the way
+  !> there as areas allow. Where one runs away even so the outcome has a trouble.
   subroutine take_answer(model, cache, state, try, answer)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -169,15 +171,20 @@ contains
     type(try_t), intent(inout) :: try
     type(answer_t), intent(inout) :: answer
     real(dp) :: change
-    integer :: worst
+    integer :: i, worst
 
     try%iteration%reference = values_of_members(model, try)
     call take_states(answer%state, try%contacts)
-    if (any(half_rounds == try%iteration%rounds) .and. .not. try%group%linear) answer%x = 0.5_dp*answer%x
+    if (goes_half(try%iteration%rounds) .and. .not. try%group%linear) answer%x = 0.5_dp*answer%x
     call move_island(cache%equations, try%group%number, answer%x, try%d)
-    try%outcome%settled = .true.
-    if (allocated(try%outcome%trouble%what)) deallocate (try%outcome%trouble%what) ! of the circles that led here
-    call check_areas(model, cache, try, of_iterate=.false.)
+    do i = 0, most_halvings
+      try%outcome%settled = .true.
+      if (allocated(try%outcome%trouble%what)) deallocate (try%outcome%trouble%what) ! of the circles that led here
+      call check_areas(model, cache, try, of_iterate=.false.)
+      if (try%outcome%settled .or. try%group%linear) exit
+      answer%x = 0.5_dp*answer%x
+      call move_island(cache%equations, try%group%number, -answer%x, try%d)
+    end do
     if (.not. try%outcome%settled) return
     call find_change(model, cache, try, change, worst)
     if (try%group%open_close%linear_springs) call choose_operator(model, change, try)
@@ -194,6 +201,13 @@ contains
     call judge_at(model, cache, state, try)
     try%outcome%settled = .false.
   end subroutine take_answer
+
+  !> Whether of the answer that follows so many rounds half of the way is gone.
+  pure logical function goes_half(rounds)
+    integer, intent(in) :: rounds
+
+    goes_half = rounds >= first_half .and. any(half_of_five == modulo(rounds, 5))
+  end function goes_half
 
   !> Settles the contacts that go on changing as the friction problem of what is about them, where that is few.
   subroutine settle_part(model, cache, state, try, done)
