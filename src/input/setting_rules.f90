@@ -109,6 +109,10 @@ module scree_setting_rules
     setting_rule_t('contact.restitution', '', 'k01', is_positive, .true., 'a static step hands no velocity on'), &
     setting_rule_t('contact.restitution', '', 'step.control', '|fixed|', .false., &
                    'steps as long as the displacement lets them miss when an impact is, and make energy in it'), &
+    setting_rule_t('contact.restitution', '', 'contact.viscosity', is_not_given, .false., &
+                   'restitution alone says what an impact takes'), &
+    setting_rule_t('contact.restitution', '', 'joints.closure', is_not_given, .false., &
+                   'an impact takes springs for linear ones'), &
     setting_rule_t('joints.kn, joints.ks, joints.residual_phi, joints.residual_slip, joints.residual_c, '// &
                    'joints.jrc, joints.jcs', '', &
                    'contact.method', '|penalty|augmented|', .true., 'nothing touches'), &
