@@ -334,7 +334,7 @@ contains
     type(rigid_bodies_t) :: at_start
 
     turn = 0.0_dp
-    if (any(bodies%held .or. bodies%rolls .or. bodies%held_by(1, :) > 0)) return
+    if (any(bodies%supported)) return
     call find_bodies(model, cache, state, 0*push, bodies%part_of, at_start)
     turn(3, :) = (angular_momentum(bodies, motion_of(model, cache, state, bodies, push)) &
                   - angular_momentum(at_start, motion_of(model, cache, state, at_start, push)))/sum(bodies%mass(3, :))

@@ -21,7 +21,7 @@ module scree_rigid_bodies
   use scree_model, only: cache_t, model_t
   use scree_sorting, only: sort_into
   use scree_state, only: state_t
-  use scree_system, only: element_unknowns, fixed_point
+  use scree_system, only: element_unknowns
   implicit none
   private
   public :: add_motion, find_bodies, held_bodies, modes_of, motion_of, motion_of_holders, rigid_bodies_t, take_deformation
@@ -32,8 +32,7 @@ module scree_rigid_bodies
     integer, allocatable :: number(:)           !! (n_blocks) of the body that a block is part of, 0: none
     integer, allocatable :: first(:)            !! (n + 1) body b has element(first(b):first(b+1)-1)
     integer, allocatable :: element(:)
-    integer, allocatable :: held_by(:, :)       !! (2, n) fixed points in different places, 0: none
-    logical, allocatable :: rolls(:)            !! (n) on lines of &support
+    logical, allocatable :: supported(:)        !! (n) it has fixed points, or ends of lines of &support
     logical, allocatable :: held(:)             !! (n) it has no motion of its own
     real(dp), allocatable :: moved(:)           !! (n_unknowns) displacement to the configuration
     real(dp), allocatable :: centre(:, :)       !! (2, n) of mass, length
@@ -51,8 +50,8 @@ contains
 
   !> Finds how bodies move as rigid ones.
   !>
-  !> A body with a fixed point turns about it, and one with two of them does not move, whether they are exact or springs. One on
-  !> supports has the motions that these leave it.
+  !> A body with a fixed point turns about it, one with two of them in different places does not move, whether they are exact or
+  !> springs, and one on lines of &support has the motions that these leave it.
   pure subroutine find_bodies(model, cache, state, moved, part_of, bodies)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -107,26 +106,25 @@ contains
     end do
   end function diagonal_matrix
 
-  !> Blocks of bodies that fixed points in two places, or supports, leave no motion.
+  !> Blocks of bodies that supports leave no motion.
   pure function held_bodies(model, state, part_of) result(held)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     integer, intent(in) :: part_of(:)         !! (n_blocks) the block that stands for the body
-    logical :: held(size(part_of)), rolls(size(part_of))
+    logical :: held(size(part_of)), supported(size(part_of))
     integer, allocatable :: support(:)
     real(dp), allocatable :: position(:, :)
-    real(dp) :: mobility(3, 3), motion(3), size_of_it
-    integer :: b, by(2, size(part_of)), left
+    real(dp) :: mobility(3, 3), motion(3), reach(size(part_of))
+    integer :: b, left
 
-    by = holding_points(model, state, part_of)
-    held = by(2, :) > 0
-    rolls = rolling_bodies(model, part_of)
+    supported = supported_bodies(model, part_of)
+    reach = reaches_of(model, state, part_of, supported)
+    held = .false.
     do b = 1, size(part_of)
-      if (held(b) .or. .not. rolls(b)) cycle
+      if (.not. supported(b)) cycle
       support = supports_of(model, part_of, b)
       position = state%point(:, model%effects%fixed_point%point(support))
-      size_of_it = maxval(norm2(position - spread(position(:, 1), 2, size(support)), 1))
-      mobility = diagonal_matrix([1.0_dp, 1.0_dp, 1/size_of_it**2])
+      mobility = diagonal_matrix([1.0_dp, 1.0_dp, 1/reach(b)**2])
       motion = 0.0_dp
       call obey(support_rows(model, support, position, position(:, 1)), mobility, motion, left)
       held(b) = left == 0
@@ -136,23 +134,49 @@ contains
     end do
   end function held_bodies
 
-  !> Which blocks stand for bodies on lines of &support.
-  pure function rolling_bodies(model, part_of) result(rolls)
+  !> How far bodies with supports reach from the first of these, at the blocks that stand for them, length.
+  pure function reaches_of(model, state, part_of, supported) result(reach)
     type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
     integer, intent(in) :: part_of(:)         !! (n_blocks)
-    logical :: rolls(size(part_of))
-    integer :: i
+    logical, intent(in) :: supported(:)       !! (n_blocks) of `supported_bodies`
+    real(dp) :: reach(size(part_of))
+    integer :: first(size(part_of)), i        ! support of a body
 
-    rolls = .false.
-    if (.not. allocated(model%effects%fixed_point)) return
-    associate (held => model%effects%fixed_point)
-      do i = 1, size(held%point)
-        associate (b => part_of(model%elements%block(model%points%element(held%point(i)))))
-          if (b > 0 .and. is_roller(held, i)) rolls(b) = .true.
+    reach = 0.0_dp
+    if (.not. any(supported)) return
+    associate (point => model%effects%fixed_point%point, outlines => model%outlines)
+      do i = size(point), 1, -1
+        associate (b => part_of(model%elements%block(model%points%element(point(i)))))
+          if (b > 0) first(b) = point(i)
+        end associate
+      end do
+      do i = 1, size(outlines%block)
+        associate (b => part_of(outlines%block(i)))
+          if (b == 0) cycle
+          if (supported(b)) reach(b) = max(reach(b), norm2(state%vertex(:, outlines%start(i)) - state%point(:, first(b))))
         end associate
       end do
     end associate
-  end function rolling_bodies
+  end function reaches_of
+
+  !> Which blocks stand for bodies with fixed points or on lines of &support.
+  pure function supported_bodies(model, part_of) result(supported)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: part_of(:)         !! (n_blocks)
+    logical :: supported(size(part_of))
+    integer :: i
+
+    supported = .false.
+    if (.not. allocated(model%effects%fixed_point)) return
+    associate (point => model%effects%fixed_point%point)
+      do i = 1, size(point)
+        associate (b => part_of(model%elements%block(model%points%element(point(i)))))
+          if (b > 0) supported(b) = .true.
+        end associate
+      end do
+    end associate
+  end function supported_bodies
 
   !> Fixed points and ends of supports of the body that block `b` stands for, numbers among those that are held.
   pure function supports_of(model, part_of, b) result(support)
@@ -192,30 +216,32 @@ contains
   !>
   !>     q <- q + a (w - c.q)/(c.a),   P <- P - a a^T/(c.a)
   !>
-  !> after which c.q = w and P c = 0, so that what comes later changes nothing of it.
+  !> after which c.q = w and P c = 0, so that what comes later changes nothing of it. Those that are wide come first.
   pure subroutine obey(row, mobility, motion, left, rate)
     real(dp), intent(in) :: row(:, :)         !! (3, n)
     real(dp), intent(inout) :: mobility(3, 3), motion(3)
     integer, intent(out) :: left              !! motions that are free
     real(dp), intent(in), optional :: rate(:) !! (n) w, length/time; 0 where absent
     real(dp) :: a(3), free(3, 3), own
-    integer :: i, k
+    logical :: is_wide
+    integer :: i, k, pass
 
     free = mobility
     left = 3
-    do i = 1, size(row, 2)
-      a = matmul(mobility, row(:, i))
-      own = dot_product(row(:, i), a)
-      if (.not. own > narrow*dot_product(row(:, i), matmul(free, row(:, i)))) cycle
-      motion = motion - a*dot_product(row(:, i), motion)/own
-      if (present(rate)) then
-        if (own > wide*dot_product(row(:, i), matmul(free, row(:, i)))) motion = motion + a*rate(i)/own
-      end if
-      do k = 1, 3
-        mobility(:, k) = mobility(:, k) - a*a(k)/own
+    do pass = 1, 2
+      is_wide = pass == 1
+      do i = 1, size(row, 2)
+        if (left == 0) exit
+        a = matmul(mobility, row(:, i))
+        own = dot_product(row(:, i), a)
+        if (.not. own > merge(wide, narrow, is_wide)*dot_product(row(:, i), matmul(free, row(:, i)))) cycle
+        motion = motion - a*dot_product(row(:, i), motion)/own
+        if (present(rate) .and. is_wide) motion = motion + a*rate(i)/own
+        do k = 1, 3
+          mobility(:, k) = mobility(:, k) - a*a(k)/own
+        end do
+        left = left - 1
       end do
-      left = left - 1
-      if (left == 0) exit
     end do
     if (left == 0) mobility = 0.0_dp
   end subroutine obey
@@ -237,61 +263,28 @@ contains
     end do
   end function places_of
 
-  !> Two fixed points of each body in different places, at the block that stands for it; 0 where there are none.
-  pure function holding_points(model, state, part_of) result(by)
-    type(model_t), intent(in) :: model
-    type(state_t), intent(in) :: state
-    integer, intent(in) :: part_of(:)         !! (n_blocks)
-    integer :: by(2, size(part_of)), b, i
-
-    by = 0
-    do i = 1, size(model%points%element)
-      if (model%points%kind(i) /= fixed_point) cycle
-      b = part_of(model%elements%block(model%points%element(i)))
-      if (b == 0) cycle
-      if (by(1, b) == 0) then
-        by(1, b) = i
-      else if (by(2, b) == 0 .and. norm2(state%point(:, i) - state%point(:, by(1, b))) > 0) then
-        by(2, b) = i
-      end if
-    end do
-  end function holding_points
-
-  !> Takes from bodies with fixed points or supports what these hold.
+  !> Takes from bodies what supports hold of them.
   pure subroutine hold(model, cache, state, bodies)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(rigid_bodies_t), intent(inout) :: bodies
-    real(dp) :: motion(3), turn(3)
+    real(dp) :: motion(3)
     integer, allocatable :: stands(:), support(:)
-    integer :: b, by(2, size(bodies%part_of)), k, left
-    logical :: rolls(size(bodies%part_of))
+    integer :: b, left
+    logical :: supported(size(bodies%part_of))
 
     stands = standing_for(bodies)
-    by = holding_points(model, state, bodies%part_of)
-    bodies%held_by = by(:, stands)
-    rolls = rolling_bodies(model, bodies%part_of)
-    bodies%rolls = rolls(stands)
-    bodies%held = bodies%held_by(2, :) > 0
-    do b = 1, size(bodies%held)
-      if (bodies%rolls(b)) then
-        support = supports_of(model, bodies%part_of, stands(b))
-        motion = 0.0_dp
-        call obey(support_rows(model, support, places_of(model, cache, state, bodies, support), bodies%centre(:, b)), &
-                  bodies%mobility(:, :, b), motion, left)
-        bodies%held(b) = left == 0
-      else if (bodies%held_by(2, b) > 0) then
-        bodies%mobility(:, :, b) = 0.0_dp
-      else if (bodies%held_by(1, b) > 0) then
-        associate (arm => bodies%centre(:, b) - state%point(:, bodies%held_by(1, b)) &
-                   - moved_point(model, cache, state, bodies%held_by(1, b), bodies%moved))
-          turn = [-arm(2), arm(1), 1.0_dp]
-        end associate
-        do k = 1, 3
-          bodies%mobility(:, k, b) = turn*turn(k)/sum(bodies%mass(:, b)*turn**2)
-        end do
-      end if
+    supported = supported_bodies(model, bodies%part_of)
+    bodies%supported = supported(stands)
+    allocate (bodies%held(size(stands)), source=.false.)
+    do b = 1, size(stands)
+      if (.not. bodies%supported(b)) cycle
+      support = supports_of(model, bodies%part_of, stands(b))
+      motion = 0.0_dp
+      call obey(support_rows(model, support, places_of(model, cache, state, bodies, support), bodies%centre(:, b)), &
+                bodies%mobility(:, :, b), motion, left)
+      bodies%held(b) = left == 0
     end do
   end subroutine hold
 
@@ -351,7 +344,7 @@ contains
         momentum = momentum + matmul(matmul(cache%element(e)%mass_matrix, rates(model%elements%unknown(:, e))), &
                                      modes_of(model, cache, state, bodies, e))
       end do
-      if (bodies%rolls(b) .or. bodies%held_by(1, b) > 0) then
+      if (bodies%supported(b)) then
         motion(:, b) = motion(:, b) + matmul(bodies%mobility(:, :, b), momentum - bodies%mass(:, b)*motion(:, b))
       else
         motion(:, b) = momentum/bodies%mass(:, b)
@@ -372,40 +365,11 @@ contains
     motion = 0.0_dp
     if (.not. supports_move(model)) return
     do b = 1, size(bodies%held)
-      if (bodies%rolls(b)) then
-        motion(:, b) = motion_of_supports(model, cache, state, bodies, b, rates)
-      else if (bodies%held(b)) then
-        motion(:, b) = motion_of_held(model, cache, state, bodies, b, rates)
-      else if (bodies%held_by(1, b) > 0) then
-        motion(:, b) = [moved_point(model, cache, state, bodies%held_by(1, b), rates), 0.0_dp]
-      end if
+      if (bodies%supported(b)) motion(:, b) = motion_of_supports(model, cache, state, bodies, b, rates)
     end do
   end function motion_of_holders
 
-  !> Rigid motion of a body that is held, by two of its fixed points.
-  pure function motion_of_held(model, cache, state, bodies, b, rates) result(motion)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state
-    type(rigid_bodies_t), intent(in) :: bodies
-    integer, intent(in) :: b
-    real(dp), intent(in) :: rates(:)          !! (n_unknowns)
-    real(dp) :: motion(3), position(2, 2), moving(2, 2), apart(2), arm(2)
-    integer :: k
-
-    do k = 1, 2
-      associate (i => bodies%held_by(k, b))
-        position(:, k) = state%point(:, i) + moved_point(model, cache, state, i, bodies%moved)
-        moving(:, k) = moved_point(model, cache, state, i, rates)
-      end associate
-    end do
-    apart = position(:, 2) - position(:, 1)
-    motion(3) = dot_product([-apart(2), apart(1)], moving(:, 2) - moving(:, 1))/sum(apart**2)
-    arm = bodies%centre(:, b) - position(:, 1)
-    motion(1:2) = moving(:, 1) + motion(3)*[-arm(2), arm(1)]
-  end function motion_of_held
-
-  !> Rigid motion of what holds a body in whole or in part, of supports with some fixed points or without.
+  !> Rigid motion of what holds a body in whole or in part.
   pure function motion_of_supports(model, cache, state, bodies, b, rates) result(motion)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -467,7 +431,7 @@ contains
     integer :: b
 
     do b = 1, size(bodies%held)
-      if (bodies%first(b + 1) > bodies%first(b) + 1 .or. bodies%held_by(1, b) > 0 .or. bodies%rolls(b)) cycle
+      if (bodies%first(b + 1) > bodies%first(b) + 1 .or. bodies%supported(b)) cycle
       associate (e => bodies%element(bodies%first(b)), ids => model%elements%unknown(:, bodies%element(bodies%first(b))))
         change(ids) = change(ids) - share*(rates(ids) - matmul(modes_of(model, cache, state, bodies, e), motion(:, b)))
       end associate

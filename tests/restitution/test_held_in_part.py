@@ -43,3 +43,22 @@ def test_a_block_on_a_guide_is_given_no_more_than_it_had(strain, restitution, dt
 def test_a_block_on_a_pin_is_given_no_more_than_it_had(phi, restitution, tmp_path):
     """In flight: the lower one strikes the upper one far from its pin."""
     check_books(run(tmp_path, [(0.5, 3.5, 2)], [f"&contact restitution={restitution} /"], phi=phi, weight=0, velocity=1.0, steps=60))
+
+
+@pytest.mark.parametrize("pins", [[(0, 0, 1)], [(0, 0, 1), (0, 0, 2)], [(0, 0, 1), (1e-7, 0, 2)]])
+@pytest.mark.parametrize("method", ["exact", "penalty"])
+def test_pins_in_one_place_are_one_hinge(pins, method, tmp_path):
+    """Two squares that are bonded, on a pin in each, swing about it; a third one strikes them, and gives what it has about the pin. Of two
+    that are apart by rounding they were taken for clamped."""
+    squares = [np.array([(x, -1), (x + 1, -1), (x + 1, 0), (x, 0)]) for x in (-1, 0)]
+    ball = np.array([(-1.51, -0.95), (-1.01, -0.95), (-1.01, -0.45), (-1.51, -0.45)])
+    (tmp_path / "a.blk").write_text(block_file("hinge", [(1, squares[0]), (1, squares[1]), (2, ball)], pins))
+    (tmp_path / "a.ana").write_text("\n".join([
+        "1 20 2 1 0.05 1e-3", f"2500 0 5e9 0.2 {'0 ' * 9}", f"2500 0 5e9 0.2 {'0 ' * 6} 2 0 0", "0 1e7 1e7",
+        "&deck geometry='a.blk', dialect='short' /", "&contact restitution=1 /", f"&fixed_points method='{method}' /", ""]))
+    r = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5")
+    ball_mass, inertia = 2500 * 0.25, 2500 * 2 * (2**2 + 1) / 12 + 5000 * 0.5**2
+    turn = r.bodies.velocity[-1, 1, 1] / 0.5      # of the squares, whose centres are that far from the pin, to the side and down
+    about = ball_mass * 0.7 * r.bodies.velocity[-1, 2, 0]
+    assert turn > 0.4
+    assert about + inertia * turn == pytest.approx(ball_mass * 0.7 * 2, rel=5e-3)
