@@ -75,6 +75,7 @@ module scree_run_summary
     type(books_t), private :: books_from
     real(dp), private :: area_from = 0.0_dp, absolute_work = 0.0_dp
     real(dp), private :: height_from = 0.0_dp !! energy of the weights, from which they fall
+    real(dp), private :: fall = 0.0_dp        !! what they have given since then
     real(dp), private :: ramped = 0.0_dp !! work of what lets them grow, from there
     real(dp), private :: staged_from = 0.0_dp !! `staged` before the change to the stage
   end type summary_t
@@ -127,7 +128,7 @@ contains
     type(state_t), intent(in) :: state
     type(summary_t), intent(inout) :: summary
 
-    summary%height_from = state%books%gravity + summary%fallen
+    summary%height_from = state%books%gravity + summary%fall
     summary%ramped = 0.0_dp
     summary%tolerance = tolerance_of(model%settings)
     if (allocated(summary%balance)) deallocate (summary%balance)
@@ -148,7 +149,8 @@ contains
     if (allocated(report%balance)) summary%balance = report%balance
     summary%blows = blow_t(summary%blows%energy + report%blow%energy, min(summary%blows%swing, report%blow%swing))
     summary%ramped = summary%ramped + report%ramp
-    summary%fallen = max(summary%fallen, summary%height_from + summary%ramped - state%books%gravity)
+    summary%fall = summary%height_from + summary%ramped - state%books%gravity
+    summary%fallen = max(summary%fallen, summary%fall)
     if (state%contacts%penetration > summary%overlap%value) &
       call take_overlap(model, state, state%contacts%contact, summary%overlap)
     if (allocated(state%sleep)) then

@@ -53,6 +53,7 @@ contains
       state%rotation = 0.0_dp
     end if
     state%books = before%books
+    if (allocated(before%deviation) .and. model%settings%estimates_error) state%deviation = before%deviation
   end subroutine carry_over
 
   !> Holds points where they are to be held by the state.

@@ -76,15 +76,18 @@ module scree_deviation
 
 contains
 
-  !> Begins the estimate, with nothing off.
+  !> Begins the estimate of a run, with nothing off, or goes on with it in a later stage, whose first step has none before it.
   pure subroutine begin_deviation(model, cache, state)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(inout) :: state
     type(motion_t) :: motion
 
+    if (allocated(state%deviation)) then
+      state%deviation%smooth = .false.
+      return
+    end if
     motion = motions_of(model, cache, state)
-    if (allocated(state%deviation)) deallocate (state%deviation)
     allocate (state%deviation)
     associate (own => state%deviation, n => model%n_blocks)
       own%from = motion%centre
@@ -131,6 +134,10 @@ contains
     end if
     do k = 1, size(model%free_block)
       b = model%free_block(k)
+      if (is_asleep(state, b)) then
+        step%total(b) = norm2(state%deviation%place(:, b))
+        cycle
+      end if
       call estimate_block(model, before, after, b, changed(b), strike(b), span, state%deviation, step)
       state%deviation%way = max(state%deviation%way, displacement(after, state%deviation, b))
     end do
@@ -154,6 +161,15 @@ contains
     end subroutine mark
 
   end subroutine estimate_step
+
+  !> Whether a block sleeps: what it is off by stays.
+  pure logical function is_asleep(state, b)
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: b
+
+    is_asleep = .false.
+    if (allocated(state%sleep)) is_asleep = state%sleep%island(b) > 0
+  end function is_asleep
 
   !> Takes in the error of a step of one block.
   pure subroutine estimate_block(model, before, after, b, changed, strike, span, deviation, step)

@@ -5,10 +5,13 @@
 module scree_pair_effects
   use scree_bolt, only: add_bolt_between
   use scree_contact_forces, only: add_contacts_of_pair, closed_contacts, closed_contacts_t
+  use scree_contact_geometry, only: frame_of_edge
   use scree_contact_pairs, only: number_pairs, pairs_of_contacts
   use scree_contact_try, only: contact_try_t
+  use scree_contacts, only: state_open
   use scree_element_term, only: add_force, clear_pair_term, pair_term_t, step_rule_t, term_t
   use scree_equations, only: add_pair, equations_t, pairs_of_group
+  use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_pairs, only: list_pairs, number_of_pair
@@ -17,8 +20,8 @@ module scree_pair_effects
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: add_bolts, add_forces_of_bolts, add_pair_effects, couples_pairs, is_bolted, list_coupled_pairs, &
-            list_pairs_of_bolts, order_contacts
+  public :: add_bolts, add_forces_of_bolts, add_forces_of_contacts, add_pair_effects, couples_pairs, is_bolted, &
+            list_coupled_pairs, list_pairs_of_bolts, order_contacts
 
 contains
 
@@ -157,6 +160,37 @@ contains
       end do
     end do
   end subroutine add_forces_of_bolts
+
+  !> Adds what contacts press and rub with at a state to the terms of elements.
+  pure subroutine add_forces_of_contacts(model, cache, state, terms)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(term_t), intent(inout) :: terms(:)     !! (n_elements)
+    real(dp) :: t(2), normal(2), length, force(2)
+    integer :: i, side
+
+    if (.not. allocated(state%contacts%contact)) return
+    associate (outlines => model%outlines)
+      do i = 1, size(state%contacts%contact)
+        associate (contact => state%contacts%contact(i), &
+                   own => state%contacts%contact(i)%entrance(state%contacts%contact(i)%active))
+          if (own%state == state_open) cycle
+          associate (at => state%vertex(:, outlines%start(own%vertex)))
+            call frame_of_edge(state%vertex(:, outlines%start(own%edge)), state%vertex(:, outlines%finish(own%edge)), &
+                               t, normal, length)
+            force = contact%force(1)*normal + contact%force(2)*t ! on the body of the vertex
+            do side = 1, 2
+              associate (e => outlines%element(merge(own%vertex, own%edge, side == 1)))
+                call add_force(terms(e), matmul(merge(force, -force, side == 1), &
+                                                displacement_matrix(cache%element(e)%kinematics, at)))
+              end associate
+            end do
+          end associate
+        end associate
+      end do
+    end associate
+  end subroutine add_forces_of_contacts
 
   !> Adds the effects between two elements of an island that are judged, as they were measured last, to its equations.
   subroutine add_pair_effects(model, contacts, group, symmetric, curved, equations)

@@ -213,7 +213,8 @@ contains
   !>
   !>     v^T M v < s^2 W l,      m a^T M a < (s W)^2,
   !>
-  !> W = m g the weight, l the root of the area. A body without weight never is; one that cannot move always.
+  !> W = m g the weight, l the root of the area. A body without weight never is; one that cannot move always. v and a are those at
+  !> the end of a step, of which it hands on a share.
   pure function bodies_at_rest(model, cache, state, share) result(rests)
     type(model_t), intent(in) :: model      !! with weight
     type(cache_t), intent(in) :: cache
@@ -224,7 +225,7 @@ contains
     integer :: first, k, last
 
     rests = .true.
-    associate (free => model%elements%free, block => model%elements%block)
+    associate (free => model%elements%free, block => model%elements%block, carried => model%effects%carried)
       last = 0
       do while (last < size(free)) ! of a body
         first = last + 1
@@ -241,14 +242,14 @@ contains
             speed = speed + 2*kinetic_energy(own%mass_matrix, values_of(model%elements, e, state%velocity))
           end associate
         end do
-        rests(block(free(first))) = speed < share**2*weight*sqrt(area)
+        rests(block(free(first))) = speed < (carried*share)**2*weight*sqrt(area)
         if (.not. rests(block(free(first)))) cycle
         unbalanced = 0.0_dp
         do k = first, last
           unbalanced = unbalanced + 2*kinetic_energy(cache%element(free(k))%mass_matrix, &
                                                      values_of(model%elements, free(k), state%acceleration))
         end do
-        rests(block(free(first))) = mass*unbalanced < (share*weight)**2
+        rests(block(free(first))) = mass*unbalanced < (carried*share*weight)**2
       end do
     end associate
   end function bodies_at_rest

@@ -1,4 +1,4 @@
-!> The beginning of a run: velocities that the fixed points allow, and where asked the acceleration and stress to them.
+!> The beginning of a run, or of a stage: velocities that supports have or allow, and where asked the acceleration and stress to them.
 !>
 !> A scheme that does not dissipate (beta 1/2) keeps what its start excites. Consistent with the velocities are the
 !> acceleration and the stress of a motion whose strain does not accelerate,
@@ -13,7 +13,7 @@ module scree_start
   use scree_constraints, only: complete_unknowns, constraints_t
   use scree_critical_step, only: find_largest_step
   use scree_deviation, only: begin_deviation
-  use scree_effects, only: add_drag, add_element_effects, refresh_elements
+  use scree_effects, only: add_drag, add_element_effects, refresh_elements, supports_move_exactly
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_energy, only: close_books, stored_energy
   use scree_equilibrium, only: begin_settling
@@ -23,7 +23,7 @@ module scree_start
   use scree_islands, only: keep_factored
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_pair_effects, only: add_forces_of_bolts
+  use scree_pair_effects, only: add_forces_of_bolts, add_forces_of_contacts
   use scree_scene, only: scheme_central_difference, start_acceleration, start_consistent
   use scree_state, only: state_t
   use scree_stiffness, only: small_strain_operator
@@ -93,8 +93,8 @@ contains
       e, cache%element(e)%kinematics%centroid), model))
   end subroutine check_step
 
-  !> Projects the velocities onto what exact fixed points allow (least kinetic energy of the change), then finds
-  !> acceleration and stress as `settings%start` asks.
+  !> Projects the velocities onto what exact fixed points allow, or tables move them by in the first step (least kinetic energy of
+  !> the change), then finds acceleration and stress as `settings%start` asks.
   !>
   !> Errors: fixed points that contradict each other; an element without mass that must accelerate.
   subroutine begin_motion(model, cache, state, error)
@@ -102,20 +102,31 @@ contains
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(inout) :: state
     type(error_t), allocatable, intent(out) :: error
-    type(constraints_t) :: constraints
+    type(constraints_t) :: constraints, rates
     type(term_t) :: terms(model%n_elements)
+    real(dp) :: change(model%n_unknowns), velocity(model%n_unknowns)
     integer :: e
 
     call constraints_of_step(model, cache, state, state%time, constraints, error)
     if (allocated(error)) return
     call constrain_equations(cache%equations, constraints)
-    if (constraints%n_rows > 0 .and. any(abs(state%velocity) > 0.0_dp)) then
+    velocity = 0.0_dp
+    if (supports_move_exactly(model) .and. model%effects%carried > 0) then
+      call constraints_of_step(model, cache, state, state%time + state%pace%size, rates, error)
+      if (allocated(error)) return
+      rates%given = (rates%given - constraints%given)/state%pace%size
+      call complete_unknowns(rates, velocity, homogeneous=.false.)
+    end if
+    if (constraints%n_rows > 0 .and. any(abs(state%velocity - velocity) > 0)) then
       do e = 1, model%n_elements
         terms(e)%matrix = cache%element(e)%mass_matrix
-        call add_force(terms(e), matmul(terms(e)%matrix, state%velocity(model%elements%unknown(:, e))))
+        associate (ids => model%elements%unknown(:, e))
+          call add_force(terms(e), matmul(terms(e)%matrix, state%velocity(ids) - velocity(ids)))
+        end associate
       end do
-      call solve_for(model, cache, terms, state%velocity, error)
+      call solve_for(model, cache, terms, change, error)
       if (allocated(error)) return
+      state%velocity = velocity + change
     end if
     if (any(model%settings%start == [start_acceleration, start_consistent])) then
       call accelerate(model, cache, model%settings%start == start_consistent, state, error)
@@ -151,6 +162,7 @@ contains
       penalty = max(penalty, stiffer*cache%element(e)%mass/cache%element(e)%elasticity(1, 1)) ! rho l^2 / E, time^2
     end do
     call add_forces_of_bolts(model, cache, at_rest, rule, forces)
+    call add_forces_of_contacts(model, cache, state, forces)
 
     stress = 0.0_dp
     do round = 1, most_rounds

@@ -175,3 +175,24 @@ def test_unless_it_is_told_otherwise_what_has_stopped_sleeps_and_is_where_it_wou
 def test_one_body_alone_has_nothing_that_could_wake_it(tmp_path):
     given = decks(tmp_path, [GROUND], groups="&step sleep=1e-3 /", steps=3)
     assert not hasattr(scree.run(*given, output=tmp_path / "x.h5").history, "asleep")
+
+
+def test_what_hands_on_little_of_its_velocity_rests_by_what_it_had(tmp_path):
+    """A block on a slope of 30 degrees with friction of 20, k01 1/1000: it fell asleep with 18 % of its weight out of balance."""
+    c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    turned = np.array([[c, s], [-s, c]])
+    slope = (1, box(-3, 6, -1, 0) @ turned.T)
+    given = decks(tmp_path, [slope, (1, box(-0.5, 0.5, 0, 0.5) @ turned.T)], steps=400, dt=0.001, carried=1e-3)
+    given[1].write_text(given[1].read_text().replace("30 0 0", "20 0 0"))
+    awake, asleep = awake_and_asleep(tmp_path, *given)
+    assert np.linalg.norm(awake.bodies.centroid[-1, 1] - awake.bodies.centroid[0, 1]) > 4e-4
+    assert farthest(awake, asleep) == 0
+
+
+def test_what_sleeps_is_off_by_no_more_as_time_goes(tmp_path):
+    """A block that slides to a stop, and sleeps: its error went on as if it moved."""
+    given = decks(tmp_path, [GROUND, (2, box(0, 1, 0, 0.6))], steps=500, dt=0.002, velocity=1.5, groups="&output error='estimate' /")
+    asleep = scree.run(*given, output=tmp_path / "a.h5", settings=["step.sleep=1e-8"])
+    error, slept = asleep.history.error.displacement, asleep.history.asleep > 0
+    assert 100 < slept.sum() < 450
+    np.testing.assert_array_equal(error[slept], error[slept][0])
