@@ -1,4 +1,4 @@
-!> The beginning of a run, or of a stage: velocities that supports have or allow, and where asked the acceleration and stress to them.
+!> The beginning of a run, or of a stage: velocities that supports have or allow, where asked acceleration and stress to them.
 !>
 !> A scheme that does not dissipate (beta 1/2) keeps what its start excites. Consistent with the velocities are the
 !> acceleration and the stress of a motion whose strain does not accelerate,
