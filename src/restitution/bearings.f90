@@ -10,6 +10,7 @@ module scree_bearings
   use scree_impulses, only: solve_compression
   use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
+  use scree_pairs, only: in_order => pair_of, number_of_pair, sorted_pairs
   use scree_rigid_bodies, only: add_motion, find_bodies, held_bodies, modes_of, motion_of, rigid_bodies_t
   use scree_sets, only: root_of, unite
   use scree_sorting, only: sort_into
@@ -35,7 +36,7 @@ module scree_bearings
     real(dp) :: energy = 0.0_dp              !! of the approach, of the masses as the contact feels them; force length
     real(dp) :: swing = huge(1.0_dp)         !! of these masses on its spring, time
     real(dp) :: depth = 0.0_dp               !! to which the approach presses its spring, length
-    real(dp) :: struck = 0.0_dp              !! impulse across, were the bodies rigid and met when the step began; force time
+    real(dp) :: struck = 0.0_dp              !! impulse between its two bodies, were they rigid and met when it began; force time
     real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
     real(dp) :: moment = 0.0_dp              !! way of the approach in a moment, length: a gap below it is none
     real(dp) :: impulse(2) = 0.0_dp          !! gamma dt Q, force time
@@ -348,7 +349,8 @@ contains
   end function taking_part
 
   !> Finds how hard impacts strike contacts: impulses that end the approach of what closes, where contacts that press come no closer
-  !> than they do without it. What loads or a swing press them with in the step is none of an impact.
+  !> than they do without it; at each those of all between its two bodies, as how they share in it is not known. What loads or a
+  !> swing press them with in the step is none of an impact.
   subroutine find_strokes(model, cache, state, part_of, d, try, bearing)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -360,13 +362,25 @@ contains
     type(rigid_bodies_t) :: bodies
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
-    real(dp), allocatable :: motion(:, :)
+    real(dp), allocatable :: motion(:, :), struck(:)
+    integer, allocatable :: pairs(:, :)
+    integer :: between(2, size(bearing)), i ! bodies of a contact
 
     call set_up_problem(model, cache, state, part_of, d, try, bearing, bodies, problem)
     motion = motion_of(model, cache, state, bodies, state%velocity)
     call set_least(bearing, motion, problem)
     call solve_compression(problem, motion, impulses)
-    bearing%struck = impulses%P(1, :)
+    do i = 1, size(bearing)
+      between(:, i) = in_order(bearing(i)%block(1), bearing(i)%block(2))
+    end do
+    pairs = sorted_pairs(between)
+    allocate (struck(size(pairs, 2)), source=0.0_dp)
+    do i = 1, size(bearing)
+      associate (of_two => struck(number_of_pair(pairs, between(:, i))))
+        of_two = of_two + impulses%P(1, i)
+      end associate
+    end do
+    bearing%struck = [(struck(number_of_pair(pairs, between(:, i))), i=1, size(bearing))]
   end subroutine find_strokes
 
   !> Sets the least velocity across that compression leaves: none of approach where contacts close, elsewhere what there was.
