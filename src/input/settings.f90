@@ -187,18 +187,21 @@ contains
     type(setting_rows_t), intent(inout) :: row
     type(scene_t), intent(inout) :: scene
     logical :: counts !! it is the number of steps that ends the run, not their time
+    integer :: steps
 
     counts = scene%settings%chooses_step .or. scene%settings%balance > 0
     associate (s => scene%settings)
       call row%real(setting_t('step', 'size', 'largest step; with balance the first', 'time', 0.0_dp, open=.true., &
                               default='g1 of the deck'), &
                     s%step_size, scene%step_size)
-      call row%real(setting_t('step', 'end_time', 'end of the run', 'time', 0.0_dp, open=.true., &
-                              default='n5 steps of the size; none with balance and control shi'), &
-                    s%end_time, scene%n_steps*s%step_size, when=.not. counts)
       call row%whole(setting_t('step', 'count', 'steps after which the run ends', '1', 1.0_dp, 1e9_dp, &
                                default='none; n5 with balance and control shi'), &
                      s%most_steps, max(1, scene%n_steps), when=counts)
+      steps = scene%n_steps
+      if (s%most_steps < huge(steps)) steps = s%most_steps
+      call row%real(setting_t('step', 'end_time', 'end of the run', 'time', 0.0_dp, open=.true., &
+                              default='count steps of the size, or n5; none with balance and control shi'), &
+                    s%end_time, steps*s%step_size, when=.not. counts)
       call row%real(setting_t('step', 'travel', &
                               'of a vertex in a step, at most, over half the size of the model; a longer step is cut', '1', &
                               0.0_dp, open=.true., default='none; g2 with control shi'), &

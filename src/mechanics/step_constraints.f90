@@ -51,7 +51,7 @@ contains
                                   model%elements%unknown(:, e), constraints, error)
       if (.not. allocated(error)) cycle
       error%message = words_of(new_trouble(error%message, element=e, position=cache%element(e)%kinematics%centroid, &
-                                         advice='one table of displacement for fixed points of one block'), model)
+                                         advice='one table of displacement for all that holds a block'), model)
       return
     end do
   end subroutine constraints_of_step

@@ -99,7 +99,7 @@ contains
     subroutine declare_motion()
       call a_step('time', [integer ::], 'time', 'end of the step', records%time)
       call a_step('step_size', [integer ::], 'time', 'size of the step', records%step_size)
-      call a_step('area', [integer ::], 'length^2', 'area of all blocks', records%area)
+      call a_step('area', [integer ::], 'length^2', 'area of all blocks that are there', records%area)
       call a_step('rotation', [n], 'rad', 'rotation of each block since the start', records%rotation)
       call a_step('momentum', [3], 'mass*length/time (x, y), mass*length^2/time (about the origin), per unit thickness', &
                   'momentum and angular momentum of all blocks', records%momentum)
@@ -347,7 +347,7 @@ contains
     call put(records%stage, [real(state%stage%number, dp)])
     call put(records%staged, [state%books%staged])
     call put(records%step_size, [report%dt])
-    call put(records%area, [sum(cache%element%kinematics%area)])
+    call put(records%area, [sum(cache%element%kinematics%area, model%present(model%elements%block))])
     call put(records%rotation, state%rotation)
     call put(records%momentum, state%books%momentum)
     call put(records%kinetic, [state%books%kinetic])

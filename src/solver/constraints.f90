@@ -129,7 +129,7 @@ contains
     end do
     if (pivot == 0) then
       if (abs(constraints%given(new)) > redundant*maxval(abs(coefficient))*maxval(span)) &
-        call fail(error, status_run_failed, 'its fixed points prescribe displacements that contradict each other')
+        call fail(error, status_run_failed, 'its fixed points and supports prescribe displacements that contradict each other')
       return
     end if
     associate (slave => constraints%slave(new), of => constraints%coefficient(:constraints%n(new), new))

@@ -311,3 +311,11 @@ def test_the_error_of_a_run_and_its_fall_go_on_through_stages(tmp_path):
         assert 0.6 * off < r.history.error.displacement[-1] < 1.6 * off
     assert said_five["energy"]["given"] == pytest.approx(said["energy"]["given"], rel=1e-3)
     assert said_five["energy"]["fallen"] == pytest.approx(said["energy"]["fallen"], rel=1e-3)
+
+
+def test_a_stage_with_a_count_of_steps_makes_them(tmp_path):
+    """Beyond n5, whose steps were the end of it without a word."""
+    groups = "&stage kind='dynamic', remove_blocks=3 /\n&step size=0.001, count=30 /"
+    summary, r = run(tmp_path, scene(tmp_path, TOWER, held(GROUND, 1), groups, k01=1, dt=0.002, steps=10))
+    assert r.history.time.size == 40 and r.history.time[-1] == pytest.approx(0.05)
+    np.testing.assert_allclose(r.history.area[[0, 9, 10, -1]], [7, 7, 6, 6], rtol=1e-6)
