@@ -198,9 +198,9 @@ contains
                                default='none; n5 with balance and control shi'), &
                      s%most_steps, max(1, scene%n_steps), when=counts)
       steps = scene%n_steps
-      if (s%most_steps < huge(steps)) steps = s%most_steps
+      if (s%most_steps < huge(steps)) steps = max(steps, s%most_steps)
       call row%real(setting_t('step', 'end_time', 'end of the run', 'time', 0.0_dp, open=.true., &
-                              default='count steps of the size, or n5; none with balance and control shi'), &
+                              default='n5 steps of the size, or count if that is more; none with balance and control shi'), &
                     s%end_time, steps*s%step_size, when=.not. counts)
       call row%real(setting_t('step', 'travel', &
                               'of a vertex in a step, at most, over half the size of the model; a longer step is cut', '1', &

@@ -84,7 +84,7 @@ contains
   end subroutine carry_velocities
 
   !> Places of the points, and where those are to be that are held. What the decks mark comes first, in the same order in all
-  !> stages; of the rollers those are the same that are of one element and began in one place.
+  !> stages; of the rollers those are the same that are of one element, began in one place and hold it one way.
   pure subroutine carry_points(model_before, before, model, state)
     type(model_t), intent(in) :: model_before
     type(state_t), intent(in) :: before
@@ -92,10 +92,14 @@ contains
     type(state_t), intent(inout) :: state
     real(dp) :: home(2, size(model_before%points%kind))
     logical :: idle(size(model_before%points%kind))
+    real(dp) :: along(2, size(model%points%kind)) ! directions of rollers, 0: of none
+    real(dp) :: along_before(2, size(model_before%points%kind))
     integer, allocatable :: first(:), list(:)
     integer :: i, same
 
     home = before%home
+    along = directions_of(model)
+    along_before = directions_of(model_before)
     idle = are_idle(model_before)
     if (allocated(model_before%effects%fixed_point)) then
       associate (held => model_before%effects%fixed_point)
@@ -110,7 +114,7 @@ contains
       associate (e => model%points%element(i), own => model%start_point(:, i))
         same = 0
         if (model%points%kind(i) <= bolt_end) same = merge(0, i, idle(i))
-        if (model%points%kind(i) == roller_end) same = roller_at(e, own)
+        if (model%points%kind(i) == roller_end) same = roller_at(e, own, along(:, i))
         if (same > 0) then
           state%point(:, i) = before%point(:, same)
           state%home(:, i) = home(:, same)
@@ -123,19 +127,32 @@ contains
 
   contains
 
-    !> The roller of the stage before that began in a place of an element; 0: there is none.
-    pure integer function roller_at(e, place) result(found)
+    !> The roller of the stage before that began in a place of an element, and holds it in a direction; 0: there is none.
+    pure integer function roller_at(e, place, direction) result(found)
       integer, intent(in) :: e
-      real(dp), intent(in) :: place(2)
+      real(dp), intent(in) :: place(2), direction(2)
       integer :: k
 
       found = 0
       do k = first(e), first(e + 1) - 1
-        if (.not. any(abs(model_before%start_point(:, list(k)) - place) > 0)) found = list(k)
+        if (any(abs(model_before%start_point(:, list(k)) - place) > 0)) cycle
+        if (.not. any(abs(along_before(:, list(k)) - direction) > 0)) found = list(k)
       end do
     end function roller_at
 
   end subroutine carry_points
+
+  !> Directions of the rollers among the points; 0: it is none.
+  pure function directions_of(model) result(direction)
+    type(model_t), intent(in) :: model
+    real(dp) :: direction(2, size(model%points%kind))
+
+    direction = 0.0_dp
+    if (.not. allocated(model%effects%fixed_point)) return
+    associate (held => model%effects%fixed_point)
+      if (allocated(held%direction)) direction(:, held%point) = held%direction
+    end associate
+  end function directions_of
 
   !> What contacts remember, those of what slept too; but of what is gone. Closed ones have the stiffness of the stage.
   pure subroutine carry_contacts(model_before, before, model, state)

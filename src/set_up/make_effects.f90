@@ -203,17 +203,19 @@ contains
       effects%base_acceleration%record = scene%ground
     end subroutine move_ground
 
-    !> Fixed points.
+    !> Fixed points of what is there.
     subroutine hold_points()
       type(time_table_t), allocatable :: table(:)
-      integer, allocatable :: of_kind(:), rollers(:)
+      integer, allocatable :: of_kind(:), rollers(:), there(:)
       integer :: i
 
       of_kind = pack([(i, i=1, size(system%points%kind))], system%points%kind == fixed_point)
+      there = pack([(i, i=1, size(of_kind))], are_there(of_kind))
+      of_kind = of_kind(there)
       rollers = pack([(i, i=1, size(system%points%kind))], system%points%kind == roller_end)
       if (size(of_kind) + size(rollers) == 0) return
       allocate (table(size(of_kind) + size(rollers)))
-      table(:size(of_kind)) = scene%fixed_table
+      table(:size(of_kind)) = scene%fixed_table(there)
       allocate (effects%fixed_point)
       associate (held => effects%fixed_point)
         held%by_springs = scene%settings%fixed /= fixed_exact
@@ -330,15 +332,24 @@ contains
                                         ' joint materials'
     end function springs_text
 
-    !> Load points that have a force at some time.
+    !> Which points are of blocks that no stage has removed.
+    pure function are_there(point) result(there)
+      integer, intent(in) :: point(:)
+      logical :: there(size(point))
+
+      there = system%present(system%elements%block(system%points%element(point)))
+    end function are_there
+
+    !> Load points of what is there that have a force at some time.
     subroutine load_points()
       integer, allocatable :: acting(:), of_kind(:)
       integer :: i
 
       if (.not. allocated(scene%load_table)) return
       acting = pack([(i, i=1, size(scene%load_table))], [(has_force(scene%load_table(i)), i=1, size(scene%load_table))])
-      if (size(acting) == 0) return
       of_kind = pack([(i, i=1, size(system%points%kind))], system%points%kind == load_point)
+      acting = pack(acting, are_there(of_kind(acting)))
+      if (size(acting) == 0) return
       call name('point loads', number_text(size(acting))//' load points with a force')
       allocate (effects%point_load)
       call by_element(system, of_kind(acting), scene%load_table(acting), effects%point_load%first, effects%point_load%point, &

@@ -111,8 +111,9 @@ contains
       allocate (state%contacts%inside(2, 0))
     end if
     if (.not. rests_inside(model%effects%contact)) state%contacts%inside = reshape([integer ::], [2, 0])
-    associate (inside => state%contacts%inside, fixed => model%outlines%fixed)
-      model%outlines%inside = columns(inside, .not. (fixed(inside(1, :)) .and. fixed(inside(2, :))))
+    associate (inside => state%contacts%inside, fixed => model%outlines%fixed, gone => model%outlines%gone)
+      model%outlines%inside = columns(inside, .not. (fixed(inside(1, :)) .and. fixed(inside(2, :)) .or. &
+                                                     gone(inside(1, :)) .or. gone(inside(2, :))))
     end associate
     state%contacts%inside = model%outlines%inside
     if (allocated(model%effects%sleep)) call keep_awake(model%n_blocks, state)

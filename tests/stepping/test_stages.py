@@ -319,3 +319,38 @@ def test_a_stage_with_a_count_of_steps_makes_them(tmp_path):
     summary, r = run(tmp_path, scene(tmp_path, TOWER, held(GROUND, 1), groups, k01=1, dt=0.002, steps=10))
     assert r.history.time.size == 40 and r.history.time[-1] == pytest.approx(0.05)
     np.testing.assert_allclose(r.history.area[[0, 9, 10, -1]], [7, 7, 6, 6], rtol=1e-6)
+
+
+@pytest.mark.parametrize("deep", [0, 1e-6, 0.01, 0.15])
+def test_what_overlaps_a_block_that_is_removed_falls(deep, tmp_path):
+    """Behind its edges from the start: contacts with what was gone held it after 3 cm, or at once, in runs that ended complete."""
+    blocks = [box(-1, 3, -0.5, 0), box(0, 1, -deep, 1 - deep), box(1.5, 2.5, 0, 1)]
+    groups = "&contact initial=0.5 /\n&stage kind='dynamic', remove_blocks=1 /\n&step end_time=0.3 /"
+    _, r = run(tmp_path, scene(tmp_path, blocks, held(blocks[0], 1), groups, k01=1, dt=0.005, steps=20))
+    assert r.bodies.centroid[-1, 1, 1] - r.bodies.centroid[0, 1, 1] == pytest.approx(-0.5 * G * 0.3**2, rel=0.03)
+
+
+def test_a_support_holds_where_the_block_is_whatever_held_it_there_the_other_way(tmp_path):
+    """It goes 0.01 along a line that holds it across; a stage holds it both ways: that brought it back to where it began."""
+    (tmp_path / "x.blk").write_text(block_file("x", [(1, box(0, 1, 0, 1))], []))
+    (tmp_path / "x.ana").write_text(f"1 10 1 1 0.05 0.01\n2500 25000 1e9 0.2 {'0 ' * 6} 0.1 0 0\n30 0 0\n&deck dialect='short' /\n"
+                                    "&support normal=0 0 1 0 /\n&stage kind='static' /\n&support normal=none, both=0 0 1 0 /\n"
+                                    "&step balance=1e-6, size=0.01, count=100 /\n")
+    _, r = run(tmp_path, [tmp_path / "x.blk", tmp_path / "x.ana"])
+    assert r.bodies.centroid[-1, 0, 0] == pytest.approx(0.51, abs=1e-4)
+
+
+@pytest.mark.parametrize("kind, fixed", [("static", "exact"), ("dynamic", "exact"), ("dynamic", "penalty")])
+def test_supports_of_what_is_removed_are_gone_with_it(kind, fixed, tmp_path):
+    """Their table goes on to time 10: no stage came to rest before, and springs stretched on, until a run was stopped as energy came from nothing."""
+    blocks = [(1, box(0, 1, 5, 6)), (1, GROUND), (1, box(0, 1, 0, 1))]
+    points = held(blocks[0][1], 1) + held(GROUND, 2)
+    (tmp_path / "x.blk").write_text(block_file("x", blocks, points))
+    tables = "\n".join("0 0 0\n10 0 5" for _ in range(4))
+    step = "&step balance=1e-6, size=0.01, count=100 /" if kind == "static" else "&step size=0.005, end_time=0.2 /"
+    (tmp_path / "x.ana").write_text(f"1 20 1 1 0.05 0.005\n0\n2 2 2 2 0 0 0 0\n{tables}\n2500 25000 1e9 0.2\n0 0 0\n0 0 0\n0 0 0\n30 0 0\n"
+                                    f"&deck dialect='shi' /\n&fixed_points method='{fixed}' /\n&stage kind='{kind}', remove_blocks=1 /\n{step}\n")
+    summary, r = run(tmp_path, [tmp_path / "x.blk", tmp_path / "x.ana"])
+    assert summary["status"] == "complete"
+    if fixed == "penalty":
+        assert r.history.energy.fixed_springs[-1] < 1
