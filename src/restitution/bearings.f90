@@ -380,7 +380,13 @@ contains
         of_two = of_two + impulses%P(1, i)
       end associate
     end do
-    bearing%struck = [(struck(number_of_pair(pairs, between(:, i))), i=1, size(bearing))]
+    do i = 1, size(bearing)
+      associate (own => bearing(i), velocity => velocity_at(problem, motion, i))
+        own%struck = struck(number_of_pair(pairs, between(:, i)))
+        if (own%closes) own%depth = max(own%depth, sqrt(own%struck*max(0.0_dp, -velocity(1)) &
+                                                        /try%contact(own%contact)%entrance(1)%stiffness(1)))
+      end associate
+    end do
   end subroutine find_strokes
 
   !> Sets the least velocity across that compression leaves: none of approach where contacts close, elsewhere what there was.
