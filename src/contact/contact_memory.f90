@@ -408,7 +408,7 @@ contains
   end subroutine rest_inside
 
   !> Lets the springs of a contact of one new entrance rest where it is: across at a gap of 0, or where its vertex is inside there;
-  !> but where it slides between faces of which something presses already, strained by what that is. A corner of two entrances is
+  !> but where it moves along between faces on which something presses already, strained as that is. A corner of two entrances is
   !> not between them.
   pure subroutine begin_between(outlines, survey, past, entrance)
     type(outlines_t), intent(in) :: outlines
@@ -426,14 +426,14 @@ contains
     entrance%anchor = entrance%anchor - slip/survey%length(entrance%edge)
   end subroutine begin_between
 
-  !> Largest overlap by which what slides on one of the faces of an entrance pressed when the step before ended, and its slip from
+  !> Largest overlap by which what moves along one of the faces of an entrance pressed when the step before ended, and its slip from
   !> its anchor: between the same blocks, and by joints with a stiffness of their own between any, where what begins is short.
   pure subroutine find_strained_between(outlines, survey, past, entrance, pressed, slip)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(entrance_t), intent(in) :: entrance
-    real(dp), intent(out) :: pressed, slip     !! length; 0: nothing slides there
+    real(dp), intent(out) :: pressed, slip     !! length; 0: nothing moves along there
     integer, allocatable :: faces(:)
     real(dp) :: most
     integer :: k, m

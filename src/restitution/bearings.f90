@@ -364,7 +364,7 @@ contains
     type(impulses_t) :: impulses
     real(dp), allocatable :: motion(:, :), struck(:)
     integer, allocatable :: pairs(:, :)
-    integer :: between(2, size(bearing)), i ! bodies of a contact
+    integer :: between(2, size(bearing)), i, number(size(bearing)) ! bodies of a contact; of these among the pairs
 
     call set_up_problem(model, cache, state, part_of, d, try, bearing, bodies, problem)
     motion = motion_of(model, cache, state, bodies, state%velocity)
@@ -376,13 +376,12 @@ contains
     pairs = sorted_pairs(between)
     allocate (struck(size(pairs, 2)), source=0.0_dp)
     do i = 1, size(bearing)
-      associate (of_two => struck(number_of_pair(pairs, between(:, i))))
-        of_two = of_two + impulses%P(1, i)
-      end associate
+      number(i) = number_of_pair(pairs, between(:, i))
+      struck(number(i)) = struck(number(i)) + impulses%P(1, i)
     end do
     do i = 1, size(bearing)
       associate (own => bearing(i), velocity => velocity_at(problem, motion, i))
-        own%struck = struck(number_of_pair(pairs, between(:, i)))
+        own%struck = struck(number(i))
         if (own%closes) own%depth = max(own%depth, sqrt(own%struck*max(0.0_dp, -velocity(1)) &
                                                         /try%contact(own%contact)%entrance(1)%stiffness(1)))
       end associate

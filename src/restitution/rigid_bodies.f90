@@ -223,20 +223,19 @@ contains
     integer, intent(out) :: left              !! motions that are free
     real(dp), intent(in), optional :: rate(:) !! (n) w, length/time; 0 where absent
     real(dp) :: a(3), free(3, 3), own
-    logical :: is_wide
+    real(dp), parameter :: least(2) = [wide, narrow]
     integer :: i, k, pass
 
     free = mobility
     left = 3
     do pass = 1, 2
-      is_wide = pass == 1
       do i = 1, size(row, 2)
         if (left == 0) exit
         a = matmul(mobility, row(:, i))
         own = dot_product(row(:, i), a)
-        if (.not. own > merge(wide, narrow, is_wide)*dot_product(row(:, i), matmul(free, row(:, i)))) cycle
+        if (.not. own > least(pass)*dot_product(row(:, i), matmul(free, row(:, i)))) cycle
         motion = motion - a*dot_product(row(:, i), motion)/own
-        if (present(rate) .and. is_wide) motion = motion + a*rate(i)/own
+        if (present(rate) .and. pass == 1) motion = motion + a*rate(i)/own
         do k = 1, 3
           mobility(:, k) = mobility(:, k) - a*a(k)/own
         end do
