@@ -50,6 +50,7 @@ module scree_iteration
     type(flickering_t) :: flickering          !! contacts that go on changing
     integer :: rounds = 0                     !! friction problems that were solved
     integer :: repeats = 0                    !! of these, that moved nothing
+    integer :: by_secant = 0                  !! friction problems that the secant posed
     logical :: near = .false.                 !! to the solution: a friction problem ended there
     real(dp), allocatable :: sound(:, :)      !! (n, n_members) displacement that the iteration, or its last round, began with
   end type iteration_t

@@ -348,6 +348,7 @@ contains
     associate (iteration => try%iteration)
       call begin_round(iteration)
       iteration%rounds = 0
+      iteration%by_secant = 0
       iteration%repeats = 0
       iteration%in_doubt = .false.
     end associate

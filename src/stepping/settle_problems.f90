@@ -31,6 +31,8 @@ module scree_settle_problems
   integer, parameter :: free_rounds = 3, most_rounds = 60
   !> Friction problems in a step that follow each other at once, where forces bend.
   integer, parameter :: prompt_rounds = 40
+  !> Friction problems in a step that the secant poses: those that led anywhere took 12 at most, others 50.
+  integer, parameter :: most_by_secant = 15
   !> Rounds go half of the way where forces bend, from the first of these on, in every five rounds where the remainder is one of
   !> these: tangents may run in circles, which what lies between breaks. They do not come evenly, as circles do.
   integer, parameter :: first_half = 5, half_of_five(2) = [0, 3]
@@ -132,8 +134,10 @@ contains
     call put_members(model, try%group, try%iteration%sound, try%d)
     call judge_at(model, cache, state, try)
     call solve_as_problem(model, cache, state, attempt_t(effort), try, answer)
-    if (.not. (answer%found .or. try%group%linear)) &
+    if (.not. (answer%found .or. try%group%linear) .and. try%iteration%by_secant < most_by_secant) then
       call solve_as_problem(model, cache, state, attempt_t(effort_all, by_secant=.true.), try, answer)
+      try%iteration%by_secant = try%iteration%by_secant + 1
+    end if
     if (answer%found) call settle_rounds(model, cache, state, try, answer)
   end subroutine settle_stalled
 
