@@ -232,8 +232,8 @@ contains
 
   !> Whether a vertex of one body of an overlap entered the other by an edge, as a part of its body.
   !>
-  !> It did where no other edge that bounds their common piece leads out of it by less, but for such as lead the same way, and
-  !> a neighbour at a hollow corner, which is entered with the edge.
+  !> It did where no other edge that bounds their common piece leads out of it by less, but for such as lead the same way from where
+  !> the edge is, and a neighbour at a hollow corner, which is entered with the edge.
   pure logical function entered_by(outlines, position, overlap, vertex, edge) result(entered)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)      !! (2, n_vertices), length
@@ -257,11 +257,28 @@ contains
       depth = depth_across(outlines, position, overlap, piece, edge)
       do k = 1, size(out)
         if (out(k) == edge) cycle
-        if (leads_alike(outlines, position, out(k), edge) .or. meet_hollow(outlines, position, out(k), edge)) cycle
+        if (goes_on(out(k)) .or. meet_hollow(outlines, position, out(k), edge)) cycle
         if (depth > (1 + as_deep)*depth_across(outlines, position, overlap, piece, out(k)) + overlap%rounding) return
       end do
     end associate
     entered = .true.
+
+  contains
+
+    !> Whether another edge leads the same way as the edge: that of the other body faces it, and that of its own goes on with it, but
+    !> for what the two may lean. One of its own that is farther out, as the next step of a stair, is the one to leave by.
+    pure logical function goes_on(other)
+      integer, intent(in) :: other
+
+      goes_on = leads_alike(outlines, position, other, edge)
+      if (.not. goes_on .or. outlines%block(other) /= outlines%block(edge)) return
+      associate (x => position(:, outlines%start(vertex)), from => position(:, outlines%start(other)), &
+                 to => position(:, outlines%finish(other)))
+        goes_on = gap_of(x, from, to) - gap_of(x, position(:, outlines%start(edge)), position(:, outlines%finish(edge))) &
+                  <= parallel*distance_to_segment(x, from, to) + overlap%rounding
+      end associate
+    end function goes_on
+
   end function entered_by
 
   !> Edges by which a piece may be left: those that bound it and that a vertex of the other body in it is behind; where none
