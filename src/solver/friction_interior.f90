@@ -14,6 +14,7 @@ module scree_friction_interior
   use scree_errors, only: error_t
   use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, &
                                     rates_of, spring_t
+  use scree_interruption, only: stop_signal
   use scree_kinds, only: dp
   use scree_linear_solver, only: approach, factorise, factorise_beside, linear_solver_t, solve_with_factors
   use scree_sparse_matrix, only: copy_values, sparse_matrix_t, times
@@ -77,7 +78,8 @@ contains
     inside%factors = 0
   end subroutine begin_inside
 
-  !> Goes on inside, to a share `tolerance` of the largest force. Where it does not get there, `found` is false.
+  !> Goes on inside, to a share `tolerance` of the largest force. Where it does not get there, or a signal asks to stop, `found` is
+  !> false.
   subroutine go_inside(problem, tolerance, solver, timers, inside, state, found)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: tolerance
@@ -99,7 +101,7 @@ contains
       do
         call forces_left(problem, x, state, left)
         found = left <= tolerance
-        if (found .or. factors >= most_iterations .or. n_short == most_short) exit
+        if (found .or. factors >= most_iterations .or. n_short == most_short .or. stop_signal() > 0) exit
         call linearise()
         if (allocated(error)) exit
         middle = mean_product(pairs)

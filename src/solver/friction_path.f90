@@ -12,6 +12,7 @@ module scree_friction_path
   use scree_errors, only: error_t
   use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, friction_problem_t, obey_law, &
                                     rates_of, spring_back, spring_forth, spring_locked, spring_open, spring_pulled, spring_t
+  use scree_interruption, only: stop_signal
   use scree_kinds, only: dp
   use scree_linear_solver, only: factorise, linear_solver_t, solve_with_factors
   use scree_sparse_matrix, only: sparse_matrix_t, times
@@ -103,7 +104,7 @@ contains
     call cross_pieces(problem, most, .true., solver, timers, path, goes_on, x, state, found, factors, pieces)
   end subroutine bring_together
 
-  !> Crosses the pieces of a path to a solution. Where it ends elsewhere, `found` is false.
+  !> Crosses the pieces of a path to a solution. Where it ends elsewhere, or a signal asks to stop, `found` is false.
   subroutine cross_pieces(problem, most, patient, solver, timers, path, goes_on, x, state, found, factors, pieces)
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: most                !! pieces to cross
@@ -122,7 +123,7 @@ contains
 
     found = .false.
     pieces = 0
-    do while (goes_on)
+    do while (goes_on .and. stop_signal() == 0)
       call find_face(problem, path, way, i, to)
       found = path%sense > 0 .and. path%t + way >= 1
       if (found) way = 1 - path%t

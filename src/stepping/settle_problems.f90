@@ -14,6 +14,7 @@ module scree_settle_problems
   use scree_friction_solver, only: effort_all, effort_path, effort_quick, friction_work_t, solve_friction
   use scree_iteration, only: group_t
   use scree_iteration_end, only: check_areas
+  use scree_interruption, only: stop_signal
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_open_close, only: judge_contacts, keep_lines
@@ -271,6 +272,7 @@ contains
     end if
     if (.not. allocated(problem%force)) return
     try%outcome%solves = try%outcome%solves + work%factors
+    if (.not. answer%found .and. stop_signal() > 0) try%outcome%left = .true.
     if (is_kept(model%settings%problems, answer%found .or. attempt%effort == effort_path)) &
       call keep_posed(problem, near, answer%found, cache)
   end subroutine solve_as_problem

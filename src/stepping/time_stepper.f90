@@ -68,8 +68,8 @@ contains
 
   !> Takes `state` to the end of one step of size `dt`, or a smaller one where that does not settle.
   !>
-  !> A rejected try has changed nothing. Where a signal asks to stop after one, the state stays as it was. Errors: the step falls
-  !> below its least size; fixed points contradict each other; a block is lost.
+  !> A rejected try has changed nothing. Where a signal asks to stop after one, or in a friction problem, the state stays as it was.
+  !> Errors: the step falls below its least size; fixed points contradict each other; a block is lost.
   subroutine advance(model, dt, cache, state, report, error)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: dt                !! size to try, time
@@ -91,6 +91,7 @@ contains
       if (try%outcome%settled) then
         if (may_strike(model, try%contacts)) call make_impact(model, cache, state, try)
       end if
+      if (try%outcome%left) return
       if (try%outcome%settled) exit tries
       call mend(model, state, try, error)
       if (allocated(error)) return
@@ -359,6 +360,7 @@ contains
     if (possible) then
       try = again
     else
+      try%outcome%left = again%outcome%left
       try%outcome%solves = again%outcome%solves
       try%outcome%judged = again%outcome%judged
       if (allocated(try%green)) call take_choice(model, try%green, cache)
