@@ -6,7 +6,7 @@ module scree_bearings
   use scree_contacts, only: blocks_of, entrance_t, state_locked, state_open
   use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
-  use scree_impulse_problem, only: impulse_problem_t, impulses_t, resistance_of, velocity_at
+  use scree_impulse_problem, only: impulse_problem_t, impulses_t, resistance_of, takes_no_part, velocity_at
   use scree_impulses, only: solve_compression
   use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
@@ -351,25 +351,40 @@ contains
   !> Finds how hard impacts strike contacts: impulses that end the approach of what closes, where contacts that press come no closer
   !> than they do without it; at each those of all between its two bodies, as how they share in it is not known. What loads or a
   !> swing press them with in the step is none of an impact.
-  subroutine find_strokes(model, cache, state, part_of, d, try, bearing)
+  !>
+  !> The far side of what is struck goes towards the impact at first, so contacts there are open at the end of a short step. Those
+  !> that these impulses would close, were bodies rigid, are added.
+  subroutine find_strokes(model, cache, state, part_of, rule, d, try, bearing)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     integer, intent(in) :: part_of(:)            !! (n_blocks) of `bonded_bodies`
+    type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
     type(contact_try_t), intent(in) :: try
-    type(bearing_t), intent(inout) :: bearing(:)
+    type(bearing_t), allocatable, intent(inout) :: bearing(:)
     type(rigid_bodies_t) :: bodies
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
     real(dp), allocatable :: motion(:, :), struck(:)
-    integer, allocatable :: pairs(:, :)
-    integer :: between(2, size(bearing)), i, number(size(bearing)) ! bodies of a contact; of these among the pairs
+    integer, allocatable :: between(:, :), number(:), pairs(:, :) ! bodies of a contact; of these among the pairs
+    logical, allocatable :: idle(:), were_idle(:)
+    integer :: i
 
+    idle = [(.false., i=1, size(bearing))]
+    bearing = [bearing, open_contacts(model, part_of, try, bearing)]
+    idle = [idle, (.true., i=size(idle) + 1, size(bearing))]
     call set_up_problem(model, cache, state, part_of, d, try, bearing, bodies, problem)
     motion = motion_of(model, cache, state, bodies, state%velocity)
-    call set_least(bearing, motion, problem)
-    call solve_compression(problem, motion, impulses)
+    do
+      call set_least(bearing, motion, problem)
+      where (idle) problem%least = takes_no_part
+      call solve_compression(problem, motion, impulses)
+      were_idle = idle
+      call close_driven(rule, try, problem, motion, impulses, bearing, idle)
+      if (all(idle .eqv. were_idle)) exit
+    end do
+    allocate (between(2, size(bearing)), number(size(bearing)))
     do i = 1, size(bearing)
       between(:, i) = in_order(bearing(i)%block(1), bearing(i)%block(2))
     end do
@@ -386,7 +401,97 @@ contains
                                                         /try%contact(own%contact)%entrance(1)%stiffness(1)))
       end associate
     end do
+    bearing = pack(bearing, .not. idle)
   end subroutine find_strokes
+
+  !> Contacts between bodies that are not among those that bear or close.
+  pure function open_contacts(model, part_of, try, others) result(bearing)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: part_of(:)            !! (n_blocks) of `bonded_bodies`
+    type(contact_try_t), intent(in) :: try
+    type(bearing_t), intent(in) :: others(:)
+    type(bearing_t), allocatable :: bearing(:)
+    type(bearing_t) :: all_of_them(size(try%contact))
+    logical :: listed(size(try%contact))
+    integer :: body(2), i, k
+
+    listed = .false.
+    listed(others%contact) = .true.
+    k = 0
+    do i = 1, size(try%contact)
+      associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
+        body = part_of(blocks_of(model%outlines, entrance))
+        if (listed(i) .or. body(1) == body(2)) cycle
+        k = k + 1
+        all_of_them(k) = bearing_t(contact=i, vertex=entrance%vertex, block=body)
+      end associate
+    end do
+    bearing = all_of_them(:k)
+  end function open_contacts
+
+  !> Closes open contacts whose bodies an impact drives together within the step, were they rigid.
+  pure subroutine close_driven(rule, try, problem, before, impulses, bearing, idle)
+    type(step_rule_t), intent(in) :: rule
+    type(contact_try_t), intent(in) :: try
+    type(impulse_problem_t), intent(in) :: problem
+    real(dp), intent(in) :: before(:, :)         !! (3, n_bodies) motion when the step begins
+    type(impulses_t), intent(in) :: impulses     !! of what closes already
+    type(bearing_t), intent(inout) :: bearing(:)
+    logical, intent(inout) :: idle(:)            !! of these: open, and have no part
+    real(dp) :: approach, at(size(before, 2)), fastest, first, gap, velocity(2)
+    integer :: i
+
+    at = moments_of_impact(problem, impulses, bearing)
+    fastest = maxval(abs(before(:2, :)))
+    do i = 1, size(bearing)
+      if (.not. idle(i)) cycle
+      associate (own => bearing(i), start => try%start(try%contact(bearing(i)%contact)%active, bearing(i)%contact))
+        first = minval(at(problem%body(:, i)))
+        velocity = velocity_at(problem, before, i)
+        gap = max(0.0_dp, start%gap + first*rule%dt*velocity(1)) ! when they are struck
+        velocity = velocity_at(problem, impulses%motion, i)
+        approach = -velocity(1)
+        if (.not. (approach > together*fastest .and. gap < (1 - first)*approach*rule%dt)) cycle
+        idle(i) = .false.
+        own%closes = .true.
+        own%reached = .true.
+        own%met_at = first + gap/(approach*rule%dt)
+        own%moment = together*approach*rule%dt
+      end associate
+    end do
+  end subroutine close_driven
+
+  !> Shares of the step at which bodies are struck first, by what closes or through contacts that bear; 1 where they are not.
+  pure function moments_of_impact(problem, impulses, bearing) result(at)
+    type(impulse_problem_t), intent(in) :: problem
+    type(impulses_t), intent(in) :: impulses
+    type(bearing_t), intent(in) :: bearing(:)
+    real(dp) :: at(size(problem%mobility, 3))
+    real(dp) :: first
+    logical :: moves(size(at)), spreads
+    integer :: i
+
+    moves = [(any(abs(problem%mobility(:, :, i)) > 0), i=1, size(at))]
+    at = 1.0_dp
+    do i = 1, size(bearing)
+      associate (body => problem%body(:, i))
+        if (bearing(i)%closes) at(body) = merge(min(at(body), bearing(i)%met_at), 1.0_dp, moves(body))
+      end associate
+    end do
+    spreads = .true.
+    do while (spreads)
+      spreads = .false.
+      do i = 1, size(bearing)
+        if (bearing(i)%closes .or. .not. impulses%P(1, i) > 0) cycle
+        associate (body => problem%body(:, i))
+          first = minval(at(body))
+          if (.not. any(moves(body) .and. at(body) > first)) cycle
+          at(body) = merge(first, 1.0_dp, moves(body))
+          spreads = .true.
+        end associate
+      end do
+    end do
+  end function moments_of_impact
 
   !> Sets the least velocity across that compression leaves: none of approach where contacts close, elsewhere what there was.
   pure subroutine set_least(bearing, motion, problem)
@@ -426,7 +531,7 @@ contains
       grows = .false.
       do i = 1, size(bearing)
         associate (own => bearing(i))
-          if (own%reached .or. .not. own%struck > 0 .or. .not. own%force(1) > own%before(1)) cycle
+          if (own%reached .or. .not. own%struck > 0) cycle
           if (own%struck < felt*strength(held, own%block, label, strongest)) cycle
           if (.not. strength(held, own%block, label, strongest) > 0) cycle
           own%reached = .true.
@@ -489,7 +594,7 @@ contains
       associate (own => bearing(i))
         if (own%closes) then
           own%impulse = own%force
-        else if (own%reached) then
+        else if (own%reached .and. own%force(1) > own%before(1)) then
           own%impulse = own%force - own%before
         else if (.not. own%force(1) > 0) then
           own%met_at = share_until_met(bearing, own)

@@ -81,7 +81,7 @@ contains
     call find_approaches(model, cache, state, impact%part_of, rule, d, try, bearing)
     if (.not. any(bearing%closes)) return
     if (.not. any(bearing%strikes)) return
-    call find_strokes(model, cache, state, impact%part_of, d, try, bearing)
+    call find_strokes(model, cache, state, impact%part_of, rule, d, try, bearing)
     call find_islands(held_bodies(model, state, impact%part_of), bearing)
     impact%bearing = pack(bearing, [(any(bearing%strikes .and. bearing%island == bearing(i)%island), i=1, size(bearing))] &
                           .and. bearing%island > 0)
@@ -97,9 +97,10 @@ contains
     impact%bearing = pack(impact%bearing, impact%bearing%island > 0)
   end subroutine push_apart
 
-  !> Pushes the bodies of an island when the step begins, and out by as much as its impact presses springs and bodies. What closes
-  !> then presses only where it would go in, and what it reaches with what it bore and what loads press it with. Where loads alone
-  !> bring bodies together it is no impact, and they are left to springs.
+  !> Pushes the bodies of an island when the step begins, and out by as much as its impact presses springs and bodies; where a
+  !> contact has no force at the end, by as much as they would go in as rigid ones. What closes then presses only where it would
+  !> go in, and what it reaches with what it bore and what loads press it with. Where loads alone bring bodies together it is no
+  !> impact, and they are left to springs.
   subroutine push_island(model, cache, state, rule, d, bearing, try, impact)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -114,7 +115,8 @@ contains
     type(impulses_t) :: impulses
     real(dp), dimension(size(d)) :: velocity, acceleration, deformation
     real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step, pushed
-    real(dp) :: available, deeper, deepest, loss(size(bearing)), lost(2), rest, taken
+    type(gap_and_slip_t) :: now
+    real(dp) :: available, deeper, deepest, loss(size(bearing)), rest, taken
     integer :: i
 
     call set_up_problem(model, cache, state, impact%part_of, d, try, bearing, bodies, problem)
@@ -153,14 +155,16 @@ contains
 
     deformation = deformation_of(model, cache, state, impact%part_of, d, bearing)
     deepest = by_bodies*maxval(bearing%depth, mask=bearing%closes)
-    problem%least = merge(0.0_dp, takes_no_part, bearing%force(1) > 0)
+    problem%least = 0.0_dp
     do i = 1, size(bearing)
-      associate (own => bearing(i))
-        if (.not. own%reached) cycle
-        lost = own%force*loss(i)/max(own%force(1), tiny(lost))
-        call release(own%contact, lost, try, deeper)
-        deeper = deeper + min(deepest, max(0.0_dp, across_contact(model, try, own%contact, deformation)))
-        problem%least(i) = deeper/rule%dt
+      associate (own => bearing(i), deformed => across_contact(model, try, bearing(i)%contact, deformation))
+        if (.not. own%force(1) > 0) then
+          now = gap_and_slip(model, try, own%contact, try%contact(own%contact)%active, d)
+          problem%least(i) = (deformed - now%gap)/rule%dt
+        else if (own%reached) then
+          call release(own%contact, own%force*loss(i)/own%force(1), try, deeper)
+          problem%least(i) = (deeper + min(deepest, max(0.0_dp, deformed)))/rule%dt
+        end if
       end associate
     end do
     call solve_compression(problem, 0*pushed, impulses)
