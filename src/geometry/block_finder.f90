@@ -22,6 +22,8 @@ module scree_block_finder
     real(dp), allocatable :: to(:)
   end type path_t
 
+  !> Sine of an angle between a line and an edge below which they are parallel, and share of an edge that is none.
+  real(dp), parameter :: along = 1e-12_dp
   !> Of a line, a piece that is too short to tell in which block it lies.
   real(dp), parameter :: no_piece = 1e-9_dp
 
@@ -119,7 +121,8 @@ contains
     end do
   end function distance_to
 
-  !> Where a line crosses the edges that it is not parallel to, block after block, with the unit normal inwards there.
+  !> Where a line crosses the edges that it is not parallel to, block after block, with the unit normal inwards there. Through a
+  !> corner it crosses once, and so at each of the two where it runs along an edge.
   pure subroutine find_crossings(finder, shape, vertex, ends, at, block)
     type(block_finder_t), intent(in) :: finder
     type(regions_t), intent(in) :: shape
@@ -129,7 +132,7 @@ contains
     integer, allocatable, intent(out) :: block(:)         !! (n)
     integer, allocatable :: near(:)
     real(dp) :: p(2), edge(2), way(2), det, s, t
-    integer :: b, i, k, loop, n, next
+    integer :: b, i, first, k, last, loop, n, next
 
     near = blocks_near(finder, minval(ends, 2), maxval(ends, 2))
     n = sum([(last_vertex_of(shape, near(i)) - first_vertex_of(shape, near(i)) + 1, i=1, size(near))])
@@ -144,10 +147,18 @@ contains
         p = vertex(:, k) - ends(:, 1)
         edge = vertex(:, next) - vertex(:, k)
         det = way(1)*edge(2) - way(2)*edge(1)
-        if (abs(det) <= 1e-12_dp*norm2(way)*norm2(edge)) cycle
+        if (runs_along(k, next)) cycle
         t = (p(1)*edge(2) - p(2)*edge(1))/det
         s = (p(1)*way(2) - p(2)*way(1))/det
-        if (t < 0 .or. t > 1 .or. s < 0 .or. s >= 1) cycle
+        if (t < 0 .or. t > 1) cycle
+        first = shape%first_vertex(loop)
+        last = shape%first_vertex(loop + 1) - 1
+        if (s < merge(-along, 0.0_dp, runs_along(merge(last, k - 1, k == first), k))) cycle
+        if (runs_along(next, merge(first, next + 1, next == last))) then
+          if (s > 1 + along) cycle
+        else if (s >= 1) then
+          cycle ! the next edge begins there
+        end if
         n = n + 1
         at(:, n) = [ends(:, 1) + t*way, [-edge(2), edge(1)]/norm2(edge)]
         block(n) = b
@@ -155,6 +166,18 @@ contains
     end do
     at = at(:, :n)
     block = block(:n)
+
+  contains
+
+    !> Whether the line is parallel to the edge from one vertex to another.
+    pure logical function runs_along(from, to)
+      integer, intent(in) :: from, to
+
+      associate (beside => vertex(:, to) - vertex(:, from))
+        runs_along = abs(way(1)*beside(2) - way(2)*beside(1)) <= along*norm2(way)*norm2(beside)
+      end associate
+    end function runs_along
+
   end subroutine find_crossings
 
   !> The blocks that a line goes through, in their order along it; pieces outside all blocks are left out.
