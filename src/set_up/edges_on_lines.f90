@@ -5,7 +5,7 @@ module scree_edges_on_lines
   use scree_system, only: system_t
   implicit none
   private
-  public :: add_point, piece_t, pieces_on_line, pieces_under_water
+  public :: add_point, piece_t, pieces_beside, pieces_on_line, pieces_under_water
 
   !> An edge lies on a line that is nearer than this share of the extent to it, and leans from it by less than this (sine).
   real(dp), parameter :: nearest = 1e-4_dp, least_turn = 1e-2_dp
@@ -74,6 +74,64 @@ contains
       piece%ends(:, k) = edge(:, 1) + (piece%share(k) - s(1))/(s(2) - s(1))*(edge(:, 2) - edge(:, 1))
     end do
   end subroutine cut
+
+  !> What is left of pieces without what others are on already.
+  pure function pieces_beside(pieces, others) result(left)
+    type(piece_t), intent(in) :: pieces(:), others(:)
+    type(piece_t), allocatable :: left(:)
+    type(piece_t), allocatable :: rest(:)
+    integer :: i, k
+
+    allocate (left(0))
+    do i = 1, size(pieces)
+      rest = pieces(i:i)
+      do k = 1, size(others)
+        if (others(k)%element == pieces(i)%element) rest = less(rest, others(k))
+      end do
+      left = [left, rest]
+    end do
+  end function pieces_beside
+
+  !> Pieces of one edge without a piece of the same element, which may lie on that edge.
+  pure function less(pieces, other) result(left)
+    type(piece_t), intent(in) :: pieces(:), other
+    type(piece_t), allocatable :: left(:)
+    real(dp) :: aside(2), from, length, to, way(2)
+    integer :: i, k
+
+    allocate (left(0))
+    do i = 1, size(pieces)
+      associate (own => pieces(i))
+        length = norm2(own%ends(:, 2) - own%ends(:, 1))
+        way = (own%ends(:, 2) - own%ends(:, 1))/length
+        aside = [(way(1)*(other%ends(2, k) - own%ends(2, 1)) - way(2)*(other%ends(1, k) - own%ends(1, 1)), k=1, 2)]
+        from = dot_product(way, other%ends(:, 1) - own%ends(:, 1))
+        to = dot_product(way, other%ends(:, 2) - own%ends(:, 1))
+        if (maxval(abs(aside)) > shortest*length .or. min(to, length) - max(from, 0.0_dp) <= shortest*length) then
+          left = [left, own]
+          cycle
+        end if
+        if (from > shortest*length) left = [left, part_of(own, 0.0_dp, from/length)]
+        if (to < (1 - shortest)*length) left = [left, part_of(own, to/length, 1.0_dp)]
+      end associate
+    end do
+  end function less
+
+  !> The part of a piece between two shares of it.
+  pure type(piece_t) function part_of(piece, from, to) result(part)
+    type(piece_t), intent(in) :: piece
+    real(dp), intent(in) :: from, to
+    integer :: k
+    real(dp) :: at(2)
+
+    part = piece
+    at = [from, to]
+    do k = 1, 2
+      part%ends(:, k) = piece%ends(:, 1) + at(k)*(piece%ends(:, 2) - piece%ends(:, 1))
+      part%share(k) = piece%share(1) + at(k)*(piece%share(2) - piece%share(1))
+      part%depth(k) = piece%depth(1) + at(k)*(piece%depth(2) - piece%depth(1))
+    end do
+  end function part_of
 
   !> Finds the pieces of outer edges, and of both sides of joints, that lie below a water table, in the order of their elements.
   pure function pieces_under_water(system, state, table) result(pieces)

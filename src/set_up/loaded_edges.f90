@@ -2,7 +2,7 @@
 module scree_loaded_edges
   use scree_absorbing_edge, only: absorbing_edge_t
   use scree_edge_load, only: edge_load_t
-  use scree_edges_on_lines, only: add_point, piece_t, pieces_on_line, pieces_under_water
+  use scree_edges_on_lines, only: add_point, piece_t, pieces_beside, pieces_on_line, pieces_under_water
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
   use scree_material, only: elasticity
@@ -148,8 +148,8 @@ contains
     associate (s => scene%settings)
       if (.not. allocated(s%absorbing_lines) .and. .not. allocated(s%absorbing_base)) return
       allocate (piece(0), lets_in(0))
-      call find_pieces('absorbing.lines', s%absorbing_lines, .false.)
       call find_pieces('absorbing.base', s%absorbing_base, .true.)
+      call find_pieces('absorbing.lines', s%absorbing_lines, .false.)
       if (allocated(error)) return
       allocate (absorbing)
       absorbing%wave = time_table_t([0.0_dp], reshape([0.0_dp, 0.0_dp], [2, 1]), .false.)
@@ -171,7 +171,7 @@ contains
 
   contains
 
-    !> Adds the pieces on some lines.
+    !> Adds the pieces on some lines, but for what absorbs already.
     subroutine find_pieces(name, lines, comes_in)
       character(len=*), intent(in) :: name
       real(dp), allocatable, intent(in) :: lines(:)
@@ -186,7 +186,7 @@ contains
           call no_edge(scene, name, line, error)
           return
         end if
-        more = pack(more, is_there(system, more))
+        more = pieces_beside(pack(more, is_there(system, more)), piece)
         piece = [piece, more]
         lets_in = [lets_in, spread(comes_in, 1, size(more))]
       end do

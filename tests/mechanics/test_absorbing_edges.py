@@ -19,7 +19,8 @@ def pulse(passing):
     return time, 1e-4 * np.sin(2 * np.pi * time / passing) ** 2
 
 
-def column(folder, kind, h=0.5, dt=0.01, end=2.2, size=1.0, top=True, integrator=TRAPEZOIDAL, method="strain='small'", blocks=0, file=False):
+def column(folder, kind, h=0.5, dt=0.01, end=2.2, size=1.0, top=True, integrator=TRAPEZOIDAL, method="strain='small'", blocks=0, file=False,
+           again=""):
     """A column 10 x 0.5 that moves along the wave alone; in steps of `dt`, to `end`, in times that a wave takes through it.
 
     Returns the results, that time, and the energy of the wave."""
@@ -40,7 +41,7 @@ def column(folder, kind, h=0.5, dt=0.01, end=2.2, size=1.0, top=True, integrator
         f"1\n{round(end / dt)}\n1 1\n0.05\n{dt * passing!r}\n{RHO} 0 {E} {NU} 0 0 0 0 0 0 0 0 0\n20 0 0\n&deck geometry='w.blk', dialect='short' /\n"
         f"&method model='{'dda' if blocks else 'nmm'}', plane='strain', {method} {cover} / &integrator {integrator} / &output every=100 /\n"
         f"&support {across}=0 0 0 {length}  {width} 0 {width} {length} /\n"
-        f"&absorbing base=0 0 {width} 0, {f'lines=0 {length} {width} {length}, ' if top else ''} {wave} /\n")
+        f"&absorbing base=0 0 {width} 0, {f'lines=0 {length} {width} {length}{again}, ' if top else ''} {wave} /\n")
     energy = RHO * SPEED[kind] * width * (velocity**2).sum() * (time[1] - time[0])
     return scree.run(folder / "w.ana"), passing, energy
 
@@ -49,6 +50,14 @@ def left(r, time):
     """Energy in the column at a time."""
     energy = r.history.energy
     return np.interp(time, r.history.time, energy.kinetic + energy.strain)
+
+
+@pytest.mark.parametrize("again", ["  0.1 10 0.3 10", "  0.25 10 0.5 10  0 10 0.25 10", "  0 0 0.5 0"])
+def test_an_edge_that_several_lines_name_absorbs_once(again, tmp_path):
+    """Wholly, in part, or as the base. Of a wave that comes to twice its impedance a third comes back, and two thirds come in."""
+    r, passing, energy = column(tmp_path, "P", again=again)
+    assert left(r, 0.75 * passing) == pytest.approx(energy, rel=5e-3)
+    assert left(r, 1.7 * passing) < 1e-4 * energy
 
 
 @pytest.mark.parametrize("kind", SPEED)
