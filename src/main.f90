@@ -17,6 +17,7 @@ program scree
   use scree_simplex_integration, only: moments_t
   use scree_run_output, only: version
   use scree_simulation, only: simulate
+  use scree_text, only: number_text
   use scree_timers, only: begin_phase, begin_timers, cost_t, costs_of, phase_frames, phase_read, phase_set_up, timers_t
   implicit none
 
@@ -95,6 +96,8 @@ contains
     call begin_phase(timers, phase_frames)
     call write_block_file(output, blocks, scene%words, error)
     if (allocated(error)) return
+    if (size(blocks%crack_joint) > 0) write (error_unit, '(a)') 'scree: warning: '//output//' is without the '// &
+      number_text(size(blocks%crack_joint))//' pieces of joints that end inside blocks, which a mesh would open'
     if (.not. command%options%quiet) call list_blocks(costs_of(timers))
   end subroutine cut_geometry
 

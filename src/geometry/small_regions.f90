@@ -51,7 +51,8 @@ contains
       if (count([(into(r) /= r, r=1, size(area))]) == joined) exit
     end do
     if (joined == 0) return
-    kept = pack([(i, i=1, size(length))], beside(1, :) == beside(2, :) .or. into(beside(1, :)) /= into(beside(2, :)))
+    kept = pack([(i, i=1, size(length))], beside(1, :) == beside(2, :) .or. into(beside(1, :)) /= into(beside(2, :)) &
+                .or. graph%line <= n_boundary)
     graph%ends = graph%ends(:, kept)
     graph%line = graph%line(kept)
     graph%against = graph%against(kept)

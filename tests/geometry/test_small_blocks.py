@@ -2,6 +2,7 @@
 import random
 import re
 
+import numpy as np
 import pytest
 import scree
 from shapely.geometry import Polygon
@@ -85,3 +86,24 @@ def test_an_area_that_is_none_is_refused(tmp_path):
     (tmp_path / "m.geo").write_text("\n".join(["1e-6 4 4 0 0 0 0 0 0", *SQUARE, "&blocks least_area=-1 /\n"]))
     done = scree.call("cut", "m.geo", cwd=tmp_path)
     assert done.returncode == 2 and done.stderr.startswith("scree: m.geo:6: expected") and "at least 0" in done.stderr
+
+
+def test_a_boundary_line_between_blocks_that_join_a_third_stays(tmp_path):
+    """Two blocks of 25 join the one above; what parted them is a line inside that, which a mesh opens. The block file is without it,
+    and the program says so."""
+    groups = "&blocks least_area=30 /"
+    (tmp_path / "m.geo").write_text("\n".join(["1e-6 6 5 0 0 0 0 0 0", *SQUARE, "5 0 5 5 1", "0 5 10 5 2", groups, ""]))
+    done = scree.call("cut", "m.geo", cwd=tmp_path)
+    assert done.returncode == 0 and "1 blocks, 1 cracks" in done.stdout
+    assert done.stderr == "scree: warning: m.blk is without the 1 pieces of joints that end inside blocks, which a mesh would open\n"
+
+
+def test_a_fixed_line_along_the_bottom_of_columns_holds_both_ends_of_each(tmp_path):
+    """Three columns that are pushed aside stand. One corner of each was held, and they turned about it."""
+    fixed = "-1 0 10 0"
+    (tmp_path / "m.geo").write_text("\n".join(["1e-6 6 4 0 0 1 0 0 0", "0 0 9 0 1", "9 0 9 4 1", "9 4 0 4 1", "0 4 0 0 1", "3 0 3 4 1", "6 0 6 4 1",
+                                               fixed, ""]))
+    (tmp_path / "m.ana").write_text("1 100 1 1 .05 .01 1000 0 1e8 .25 0 0 0 0 0 0 0 0 0 30 0 0\n&deck geometry='m.geo', dialect='short' /\n"
+                                    "&boundary lines=0 4 9 4, traction=2e4 0 2e4 0 /\n")
+    r = scree.run(tmp_path / "m.ana", output=tmp_path / "m.h5")
+    assert np.abs(r.bodies.centroid[-1] - r.bodies.centroid[0]).max() < 0.01
