@@ -265,8 +265,8 @@ contains
 
   contains
 
-    !> Whether another edge leads the same way as the edge: that of the other body faces it, and that of its own goes on with it, but
-    !> for what the two may lean. One of its own that is farther out, as the next step of a stair, is the one to leave by.
+    !> Whether another edge leads the same way as the edge: that of the other body faces it, and that of its own goes on with it,
+    !> but for what the two may lean. One of its own that the vertex is less deep behind, as of another step of a stair, does not.
     pure logical function goes_on(other)
       integer, intent(in) :: other
 

@@ -88,9 +88,7 @@ contains
       if (allocated(report%reached)) return
       call settle_try(model, cache, state, try)
       if (try%outcome%settled) call check_try(model, cache, state, try)
-      if (try%outcome%settled) then
-        if (may_strike(model, try%contacts)) call make_impact(model, cache, state, try)
-      end if
+      if (try%outcome%settled) call make_impact(model, cache, state, try)
       if (try%outcome%left) return
       if (try%outcome%settled) exit tries
       call mend(model, state, try, error)
@@ -332,6 +330,7 @@ contains
     type(state_t) :: pushed
     logical :: possible
 
+    if (.not. may_strike(model, try%contacts)) return
     call begin_phase(cache%timers, phase_restitution)
     again = try
     again%smooth = .false.
