@@ -39,6 +39,7 @@ module scree_cover_input
     real(dp), allocatable :: vertex(:, :)        !! (2, n) vertices of the elements, length
     real(dp), allocatable :: cover(:, :)         !! (2, n_covers) nodes of the covers, length
     type(extension_t), allocatable :: extension  !! where covers follow others
+    real(dp), allocatable :: torn(:)             !! (2) a place where the mesh does not hold together; then nothing is covered
     type(cover_quality_t) :: quality
   end type covered_t
 
@@ -110,6 +111,10 @@ contains
 
     call cut_faces(blocks, mesh, faces, covered%quality%uncovered, error)
     if (allocated(error) .or. covered%quality%uncovered > 0) return
+    if (allocated(faces%torn)) then
+      covered%torn = faces%torn
+      return
+    end if
     if (second_order) then
       call connect_faces(with_middles(mesh), faces, covered%elements, covered%cover)
     else

@@ -7,7 +7,7 @@ module scree_face_cutting
   use scree_kinds, only: dp
   use scree_line_cutting, only: cut_lines, drop_perpendicular, graph_t
   use scree_loop_tracing, only: trace_regions
-  use scree_mathematical_mesh, only: mesh_edges, mesh_regions, shortest_edge
+  use scree_mathematical_mesh, only: between_triangles, mesh_edges, mesh_regions, shortest_edge
   use scree_mesh, only: mesh_t
   use scree_polygon, only: inner_place
   use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
@@ -30,6 +30,7 @@ module scree_face_cutting
     integer, allocatable :: triangle(:)      !! (n)
     real(dp), allocatable :: share(:)        !! (n) area over that of the triangle
     integer, allocatable :: neighbours(:, :) !! (2, m) pairs that share a piece of the mesh
+    real(dp), allocatable :: torn(:)         !! (2) a place in a block where the mesh is torn; then there are no faces
   end type faces_t
 
 contains
@@ -70,6 +71,8 @@ contains
     call find_triangles(mesh, graph%rounding, faces)
     uncovered = count(faces%block > 0 .and. faces%triangle == 0)
     if (uncovered > 0) return
+    call find_tear(between_triangles(mesh), graph%line(kept) - n_joints, graph%position, graph%ends(:, kept), faces)
+    if (allocated(faces%torn)) return
     uncovered = count([(.not. any(faces%block == b), b=1, region_count(blocks%shape))])
     call keep_faces(mesh, area, faces)
   end subroutine cut_faces
@@ -187,6 +190,23 @@ contains
       faces%triangle(f) = block_at(finder, triangles, vertex, inner_place(corners_of(faces, f), loops_of(faces%shape, f)))
     end do
   end subroutine find_triangles
+
+  !> Finds a place in a block where the mesh does not hold together, if any: neighbours with a line between them that has not one
+  !> triangle on either side, as where nodes hang on it, are there twice, or triangles overlap.
+  pure subroutine find_tear(between, edge, position, ends, faces)
+    logical, intent(in) :: between(:)      !! whether an edge of the mesh has one triangle on either side
+    integer, intent(in) :: edge(:)         !! (m) of the mesh, between two neighbours
+    real(dp), intent(in) :: position(:, :) !! (2, n) of nodes of the cut, length
+    integer, intent(in) :: ends(:, :)      !! (2, m) nodes of the cut that the piece between two neighbours joins
+    type(faces_t), intent(inout) :: faces
+    integer :: i
+
+    do i = 1, size(edge)
+      if (between(edge(i)) .or. faces%block(faces%neighbours(1, i)) == 0) cycle
+      faces%torn = 0.5_dp*(position(:, ends(1, i)) + position(:, ends(2, i)))
+      return
+    end do
+  end subroutine find_tear
 
   !> Keeps the faces of blocks, in the order of these, with the share that each has of its triangle.
   subroutine keep_faces(mesh, area, faces)

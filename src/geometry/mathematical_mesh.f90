@@ -6,7 +6,7 @@ module scree_mathematical_mesh
   use scree_regions, only: regions_t
   implicit none
   private
-  public :: mesh_edges, mesh_regions, regular_mesh, shortest_edge, with_middles
+  public :: between_triangles, mesh_edges, mesh_regions, regular_mesh, shortest_edge, with_middles
 
 contains
 
@@ -97,6 +97,26 @@ contains
 
     call list_edges(mesh, edge, of_triangle)
   end function mesh_edges
+
+  !> Whether each edge, as `mesh_edges` lists them, has one triangle on either side; triangles are counter-clockwise.
+  pure function between_triangles(mesh) result(between)
+    type(mesh_t), intent(in) :: mesh
+    logical, allocatable :: between(:)
+    integer, allocatable :: edge(:, :), of_triangle(:, :), beside(:, :)
+    integer :: k, side, t
+
+    call list_edges(mesh, edge, of_triangle)
+    allocate (beside(2, size(edge, 2)), source=0)
+    do t = 1, size(mesh%triangle, 2)
+      do k = 1, 3
+        associate (i => of_triangle(k, t))
+          side = merge(1, 2, mesh%triangle(k, t) == edge(1, i))
+          beside(side, i) = beside(side, i) + 1
+        end associate
+      end do
+    end do
+    between = all(beside == 1, 1)
+  end function between_triangles
 
   !> The mesh with a node in the middle of each edge, after the others.
   pure type(mesh_t) function with_middles(mesh) result(finer)

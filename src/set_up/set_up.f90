@@ -26,7 +26,7 @@ module scree_set_up
   use scree_sorting, only: columns
   use scree_state, only: bolt_absent, state_t
   use scree_system, only: system_t
-  use scree_text, only: number_text, real_text
+  use scree_text, only: number_text, real_text, short_text
   implicit none
   private
   public :: set_up
@@ -324,6 +324,10 @@ contains
     if (quality%uncovered > 0) then
       call fail(error, status_bad_input, from//': expected a mesh that holds every block, found one that leaves '// &
                 number_text(quality%uncovered)//' parts of blocks out')
+    else if (allocated(covered%torn)) then
+      call fail(error, status_bad_input, from//': expected that in '''//scene%settings%cover_mesh//''' triangles beside each '// &
+                'other in a block share the two nodes of the line between them, one on either side, found others at '// &
+                short_text(covered%torn(1) + system%origin(1), 6)//' '//short_text(covered%torn(2) + system%origin(2), 6))
     else if (shortest_edge(mesh) > norm2(high - low)) then ! of a file
       call fail(error, status_bad_input, from//': expected a mesh with edges up to the diagonal of the model, '// &
                 real_text(norm2(high - low))//', found none below '//real_text(shortest_edge(mesh)))

@@ -49,6 +49,15 @@ def mesh(line, text, taken=1, changed=("", "")):
     return {"m.msh": "\n".join(lines).replace(*changed) + "\n"}
 
 
+def of_triangles(nodes, triangles):
+    """The mesh with more nodes after its six, and with other triangles."""
+    n = 6 + len(nodes)
+    lines = [*MESH.splitlines()[:4], f"1 {n} 1 {n}", f"2 1 0 {n}", *(str(k + 1) for k in range(n)), *MESH.splitlines()[12:18], *nodes,
+             "$EndNodes", "$Elements", f"1 {len(triangles)} 1 {len(triangles)}", f"2 1 2 {len(triangles)}",
+             *(f"{k + 1} {three}" for k, three in enumerate(triangles)), "$EndElements", ""]
+    return {"m.msh": "\n".join(lines)}
+
+
 def cut_off(line, text=""):
     """The mesh up to a line, and what follows it."""
     return {"m.msh": "\n".join([*MESH.splitlines()[:line], text])}
@@ -118,6 +127,13 @@ BAD = {
                                  "holds every block", "1 parts"),
     "a mesh without a part of the rock": (mesh(21, "1 3 1 3\n2 1 2 3", 2, changed=("4 2 6 5\n", "")), "a.ana:9:",
                                           "holds every block", "1 parts"),
+    "a node that hangs on a line": (of_triangles(["1 0.5 0"], ["1 2 5", "1 5 4", "2 3 6", "2 6 7", "7 6 5"]), "a.ana:9:", "'m.msh'",
+                                    "at 1 0.25"),
+    "nodes twice on a line in a block": (of_triangles(["1 0 0", "1 1 0"], ["1 2 5", "1 5 4", "7 3 6", "7 6 8"]), "a.ana:9:",
+                                         "share the two nodes", "at 1 0.5"),
+    "a triangle over others": (of_triangles([], ["1 2 5", "1 5 4", "2 3 6", "2 6 5", "1 3 5"]), "a.ana:9:", "one on either side",
+                               "at 0.5 0.5"),
+    "every triangle twice": (of_triangles([], 2*["1 2 5", "1 5 4", "2 3 6", "2 6 5"]), "a.ana:9:", "one on either side", "at "),
 }
 
 
@@ -140,6 +156,14 @@ def test_the_mesh_that_the_others_are_made_of_is_good(tmp_path):
 def test_a_good_mesh_is_taken_in_any_dress(change, tmp_path):
     done = check({"m.msh": change(MESH)}, tmp_path)
     assert done.returncode == 0 and "4 elements, 6 covers" in done.stdout, done.stderr
+
+
+def test_nodes_may_be_there_twice_along_a_joint(tmp_path):
+    """Meshes of two blocks need not fit each other: the joint between these has two nodes on one side, three on the other."""
+    blocks = "0.001 5 4 0 0 0 0 0 0\n0 0 2 0 1\n2 0 2 1 1\n2 1 0 1 1\n0 1 0 0 1\n1 0 1 1 1\n"
+    mesh_of_each = of_triangles(["1 0 0", "1 1 0", "1 0.5 0"], ["1 2 5", "1 5 4", "7 3 6", "7 6 9", "9 6 8"])
+    done = check({"g.geo": blocks, **mesh_of_each}, tmp_path)
+    assert done.returncode == 0 and "5 elements, 9 covers" in done.stdout, done.stderr
 
 
 @pytest.mark.parametrize("name", BAD)
