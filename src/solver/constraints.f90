@@ -14,8 +14,12 @@ module scree_constraints
 
   !> Unknowns of a pair of elements.
   integer, parameter :: most_reduced = 2*element_unknowns
-  !> A row whose largest entry is below this share of a displacement says nothing new.
-  real(dp), parameter :: redundant = 1e-8_dp
+  !> A row whose largest entry p is below this share of a displacement says nothing new. Solved for it, the row takes on errors of
+  !> epsilon/p, and one that is solved with that row's of epsilon/p**2, as where a support runs across tips of triangles: these stay
+  !> below what counts as a row where p is above the cube root of epsilon, 6e-6.
+  real(dp), parameter :: redundant = 1e-5_dp
+  !> What is left to prescribe by a row that says nothing new is none below this share of a displacement.
+  real(dp), parameter :: no_displacement = 1e-8_dp
 
   !> Rows d(slave) = sum coefficient d(master) + given. No slave is a master.
   !>
@@ -119,7 +123,7 @@ contains
     end do
 
     pivot = 0
-    largest = redundant
+    largest = 0.0_dp
     do i = 1, constraints%n(new)
       share = abs(constraints%coefficient(i, new))/span_of(constraints%master(i, new))
       if (share > largest) then
@@ -127,8 +131,8 @@ contains
         largest = share
       end if
     end do
-    if (pivot == 0) then
-      if (abs(constraints%given(new)) > redundant*maxval(abs(coefficient))*maxval(span)) &
+    if (largest < redundant) then
+      if (abs(constraints%given(new)) > max(no_displacement, largest)*maxval(abs(coefficient))*maxval(span)) &
         call fail(error, status_run_failed, 'its fixed points and supports prescribe displacements that contradict each other')
       return
     end if

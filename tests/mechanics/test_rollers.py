@@ -66,6 +66,19 @@ def test_k0_stays_in_balance_with_its_sides_on_rollers(tmp_path):
     assert np.abs(r.displacement()).max() < 0.02 * 20 * 3**2 / 2 / 1e6  # of the settlement without stress
 
 
+@pytest.mark.parametrize("order, off", [(0, 1.6e-8), (0, 1e-7), (1, 1.6e-9), (1, 1.6e-8), (1, 1.2e-4), (1, 2.6e-4)])
+def test_a_support_beside_a_node_of_the_mesh_holds_without_stress(order, off, tmp_path):
+    """A bar under traction 100 between two rollers, from whose corner a node of the mesh, and sides along the edges, lie off by a little."""
+    width = 1.5 * math.sqrt(3)
+    r = run(tmp_path, [block_files.box(0, width, 0, 2)], "1 0 1e6 0.3 0 0 0 0 0 0 0 0 0",
+            f"&method model='nmm', strain='small' / &cover edge=0.5, origin={off} {off}, angle=30, order={order} / "
+            f"&support x=0 0 0 2, y=0 0 {width} 0 / &boundary lines={width} 0 {width} 2, traction=100 0 100 0 /", dt=1e5, steps=3)
+    assert np.abs(r.stress() - [100, 0, 0]).max() < 0.02  # by the change of length, 1e-4, and the step 0.003
+    start, moved = r.vertices(0), r.displacement()
+    held = np.abs(start) < 1e-12
+    assert np.abs(moved[held]).max() < 1e-9 * np.abs(moved).max()
+
+
 BAD = {"&support normal=0 0 1 /": "four numbers", "&support x=0 0 0 0 /": "two ends of line 1",
        "&support both=0 0 1 0 0 0.5 1 0.5 /": "support.both, found none on line 2"}
 
