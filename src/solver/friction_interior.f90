@@ -9,7 +9,8 @@
 !> An iteration keeps all of them above zero, and takes them down together: each solves the equations as if the products were a
 !> small number, which it takes from what a first try, at zero, would leave (Mehrotra 1992). There is no theorem for it, as friction
 !> makes the problem unsymmetric; it needs some 20 matrices, whatever their size, for steps where Newton's iteration runs in
-!> circles (doc/theory.md).
+!> circles (doc/theory.md). Where it ends at a fold, limits of shear that follow what presses an iteration behind may lead round:
+!> each iteration is then of a problem that is a minimum, with a matrix that is symmetric and definite wherever A is.
 module scree_friction_interior
   use scree_errors, only: error_t
   use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, &
@@ -25,17 +26,21 @@ module scree_friction_interior
 
   !> Share of the way to the first of the pairs that gets to zero.
   real(dp), parameter :: short_of = 0.99_dp
-  !> A step shorter than this is taken again towards the middle of the interior: to products of so many times their mean, of few
-  !> unknowns and of more, whose ways have more folds.
-  real(dp), parameter :: too_short = 0.1_dp, in_the_middle(2) = [0.5_dp, 2.0_dp]
+  !> A step shorter than this is taken again towards the middle of the interior: to products of so many times their mean, which is
+  !> more for many unknowns, whose ways have more folds.
+  real(dp), parameter :: too_short = 0.1_dp, in_the_middle = 0.5_dp, in_the_middle_of_many = 2.0_dp
+  real(dp), parameter :: in_the_middle_following = 1.0_dp !! with half of the mean steps stay short, with twice it products grow
+  integer, parameter :: most_short = 5 !! such steps in a row, after which the way does not go on: it has a fold there
   integer, parameter :: most_iterations = 45
+  integer, parameter :: most_following = 200 !! where limits follow: that gets round folds, by short steps, too
+  !> Products are kept above the square of this share of what limits that follow are off by: ahead of them, steps get short.
+  real(dp), parameter :: near_limits = 0.1_dp
   !> Share of the forces that a first try may leave, and the step itself: what is left is part of the next.
   real(dp), parameter :: first_share = 1e-4_dp, step_share = 1e-6_dp
   !> Iterations from the symmetric matrix to a solution; where they take more, the factors of the matrix itself are cheaper.
   integer, parameter :: most_from_symmetric = 20
   !> Few unknowns: up to so many the matrices themselves are cheaper from the first on (columns and slopes of 100 to 697 blocks).
   integer, parameter :: few_unknowns = 3000
-  integer, parameter :: most_short = 5 !! such steps in a row, after which the way does not go on: it has a fold there
 
   !> The pairs of one spring, forces.
   type :: pairs_t
@@ -44,13 +49,15 @@ module scree_friction_interior
     real(dp) :: y = 1.0_dp, w = 1.0_dp
     real(dp) :: a = 1.0_dp, s = 1.0_dp
     real(dp) :: b = 1.0_dp, r = 1.0_dp
+    logical :: follows = .false.       !! its limit does what presses, an iteration behind
+    real(dp) :: limit = 1.0_dp         !! of T
     real(dp) :: shear = 0.0_dp         !! T
     real(dp) :: too_much(2) = 0.0_dp   !! what w and T are above what their equations say
   end type pairs_t
 
   !> A step of the pairs, or what their products are to be.
   type :: change_t
-    real(dp) :: y = 0.0_dp, w = 0.0_dp, a = 0.0_dp, s = 0.0_dp, b = 0.0_dp, r = 0.0_dp, shear = 0.0_dp
+    real(dp) :: y = 0.0_dp, w = 0.0_dp, a = 0.0_dp, s = 0.0_dp, b = 0.0_dp, r = 0.0_dp, limit = 0.0_dp, shear = 0.0_dp
   end type change_t
 
   !> The way inside, as far as it went.
@@ -58,15 +65,20 @@ module scree_friction_interior
     real(dp), allocatable :: x(:)            !! (n)
     integer :: factors = 0                   !! of matrices
     type(pairs_t), allocatable, private :: pairs(:)
+    logical, private :: limits_follow = .false. !! what presses, an iteration behind, and change nothing in a matrix
     logical, private :: from_symmetric = .true. !! solutions are found from the symmetric matrix
+    integer, private :: most = most_iterations
+    integer, private :: most_short = most_short
+    real(dp), private :: in_the_middle = in_the_middle
   end type inside_t
 
 contains
 
   !> Begins inside at `x`.
-  subroutine begin_inside(problem, at_first, x, inside)
+  subroutine begin_inside(problem, at_first, limits_follow, x, inside)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: at_first      !! what the pairs begin with over the largest force
+    logical, intent(in) :: limits_follow  !! limits of shear follow what presses, an iteration behind
     real(dp), intent(in), contiguous :: x(:) !! (n)
     type(inside_t), intent(inout) :: inside
 
@@ -74,7 +86,13 @@ contains
     if (allocated(inside%pairs)) deallocate (inside%pairs)
     allocate (inside%pairs(size(problem%spring)))
     call begin_pairs(problem, at_first, x, inside%pairs)
-    inside%from_symmetric = size(x) > few_unknowns
+    inside%pairs%follows = limits_follow
+    inside%limits_follow = limits_follow
+    inside%from_symmetric = limits_follow .or. size(x) > few_unknowns
+    inside%most = merge(most_following, most_iterations, limits_follow)
+    inside%most_short = merge(most_following, most_short, limits_follow)
+    inside%in_the_middle = merge(in_the_middle_of_many, in_the_middle, size(x) > few_unknowns)
+    if (limits_follow) inside%in_the_middle = in_the_middle_following
     inside%factors = 0
   end subroutine begin_inside
 
@@ -101,15 +119,16 @@ contains
       do
         call forces_left(problem, x, state, left)
         found = left <= tolerance
-        if (found .or. factors >= most_iterations .or. n_short == most_short .or. stop_signal() > 0) exit
+        if (found .or. factors >= inside%most .or. n_short == inside%most_short .or. stop_signal() > 0) exit
         call linearise()
-        if (allocated(error)) exit
+        if (allocated(error) .or. (inside%limits_follow .and. .not. inside%from_symmetric)) exit
         middle = mean_product(pairs)
         aim = change_t()
         call step(first_share)
         if (allocated(error)) exit
         product = mean_product(moved(problem%spring, pairs, change, longest(pairs, change)))
         product = middle*min(1.0_dp, max(1e-8_dp, (product/middle)**3))
+        product = max(product, (near_limits*largest_lag(problem%spring, pairs))**2)
         aim%y = product - change%y*change%w
         aim%a = product - change%a*change%s
         aim%b = product - change%b*change%r
@@ -117,7 +136,7 @@ contains
         if (allocated(error)) exit
         n_short = merge(n_short + 1, 0, way < too_short)
         if (way < too_short) then
-          product = middle*in_the_middle(merge(1, 2, size(inside%x) <= few_unknowns))
+          product = middle*inside%in_the_middle
           aim%y = product
           aim%a = product
           aim%b = product
@@ -203,9 +222,10 @@ contains
           own%w = own%y - (closed(1, i) + strength(spring))
         end if
         if (.not. own%rubs) cycle
-        own%shear = 0.9_dp*limit(spring, own%y)*closed(2, i)/(abs(closed(2, i)) + limit(spring, own%y))
-        own%a = limit(spring, own%y) - own%shear
-        own%b = limit(spring, own%y) + own%shear
+        own%limit = limit_at(spring, own%y)
+        own%shear = 0.9_dp*own%limit*closed(2, i)/(abs(closed(2, i)) + own%limit)
+        own%a = own%limit - own%shear
+        own%b = own%limit + own%shear
         beyond = closed(2, i) - own%shear
         own%s = positive(beyond)
         own%r = own%s - beyond
@@ -233,13 +253,13 @@ contains
   end function strength
 
   !> Limit of the shear.
-  pure real(dp) function limit(spring, y)
+  pure real(dp) function limit_at(spring, y) result(limit)
     type(spring_t), intent(in) :: spring
     real(dp), intent(in) :: y
 
     limit = spring%friction*y
     if (.not. spring%friction > 0) limit = spring%cohesion
-  end function limit
+  end function limit_at
 
   !> Forces out of balance with those of the pairs, and what the pairs are too much by.
   subroutine find_rest(problem, x, pairs, rest)
@@ -276,7 +296,7 @@ contains
         if (.not. own%presses) across = 0.0_dp
         change(1, 1, i) = merge(spring(i)%stiffness, across, spring(i)%bonded)
         if (.not. own%rubs) cycle
-        change(2, 1, i) = -coupling(spring(i), own)/yielding(own)*across
+        if (.not. own%follows) change(2, 1, i) = -spring(i)%friction*coupling(own)/yielding(own)*across
         change(2, 2, i) = spring(i)%shear_stiffness/yielding(own)
       end associate
     end do
@@ -289,12 +309,11 @@ contains
     yielding = 1 + pairs%s/pairs%a + pairs%r/pairs%b
   end function yielding
 
-  !> What the excess of shear changes by with y.
-  pure real(dp) function coupling(spring, pairs)
-    type(spring_t), intent(in) :: spring
+  !> What the excess of shear changes by with the limit.
+  pure real(dp) function coupling(pairs)
     type(pairs_t), intent(in) :: pairs
 
-    coupling = spring%friction*(pairs%r/pairs%b - pairs%s/pairs%a)
+    coupling = pairs%r/pairs%b - pairs%s/pairs%a
   end function coupling
 
   !> Change of the pairs with a displacement across and along, to products `aim`.
@@ -303,7 +322,6 @@ contains
     type(pairs_t), intent(in) :: pairs
     type(change_t), intent(in) :: aim
     real(dp), intent(in) :: across, along !! length
-    real(dp) :: limit_change
 
     associate (own => pairs)
       if (own%presses) then
@@ -311,11 +329,12 @@ contains
         change%w = change%y + spring%stiffness*across - own%too_much(1)
       end if
       if (.not. own%rubs) return
-      limit_change = spring%friction*change%y
+      change%limit = spring%friction*change%y
+      if (own%follows) change%limit = limit_at(spring, own%y) - own%limit
       change%shear = (-own%too_much(2) - spring%shear_stiffness*along - (aim%a/own%a - own%s) + (aim%b/own%b - own%r) &
-                      - coupling(spring, own)*change%y)/yielding(own)
-      change%a = limit_change - change%shear
-      change%b = limit_change + change%shear
+                      - coupling(own)*change%limit)/yielding(own)
+      change%a = change%limit - change%shear
+      change%b = change%limit + change%shear
       change%s = (aim%a - own%a*own%s - own%s*change%a)/own%a
       change%r = (aim%b - own%b*own%r - own%r*change%b)/own%b
     end associate
@@ -360,14 +379,28 @@ contains
     moved%b = pairs%b + share*change%b
     moved%s = pairs%s + share*change%s
     moved%r = pairs%r + share*change%r
+    moved%limit = limit_at(spring, moved%y)
+    if (moved%follows) moved%limit = pairs%limit + share*change%limit
     if (moved%a < moved%b) then
-      moved%shear = limit(spring, moved%y) - moved%a
-      moved%b = 2*limit(spring, moved%y) - moved%a
+      moved%shear = moved%limit - moved%a
+      moved%b = 2*moved%limit - moved%a
     else
-      moved%shear = moved%b - limit(spring, moved%y)
-      moved%a = 2*limit(spring, moved%y) - moved%b
+      moved%shear = moved%b - moved%limit
+      moved%a = 2*moved%limit - moved%b
     end if
   end function moved
+
+  !> What a limit is off by at most, force: nothing where none follows.
+  pure real(dp) function largest_lag(spring, pairs) result(largest)
+    type(spring_t), intent(in) :: spring(:)
+    type(pairs_t), intent(in) :: pairs(:)
+    integer :: i
+
+    largest = 0.0_dp
+    do i = 1, size(pairs)
+      if (pairs(i)%rubs) largest = max(largest, abs(limit_at(spring(i), pairs(i)%y) - pairs(i)%limit))
+    end do
+  end function largest_lag
 
   !> Mean of the products.
   pure real(dp) function mean_product(pairs)

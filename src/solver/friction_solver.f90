@@ -1,7 +1,8 @@
 !> Solution of a friction problem by what settles it where Newton's iteration runs in circles.
 !>
 !> The interior is quick, but may end at a fold of its way; the path goes round folds, one spring at a time, and is short from
-!> there, and from near the solution. Where it is not, the way inside goes on to its end, and begins once more elsewhere. Where none
+!> there, and from near the solution. Where it is not, the way inside goes on to its end, and begins once more with limits of shear
+!> that follow what presses, and elsewhere. Where none
 !> gets through springs are brought together from apart: those about the ones at which the path turned back, and then all, which is
 !> sure where there must be a solution.
 module scree_friction_solver
@@ -25,12 +26,23 @@ module scree_friction_solver
     integer :: pieces = 0  !! of paths
   end type friction_work_t
 
-  !> What the interior begins with over the largest force: where the way from the first has a fold, that from another may have none.
-  real(dp), parameter :: at_first(*) = [0.3_dp, 0.03_dp, 3e-3_dp, 3e-4_dp]
-  !> Shares of the largest force that it leaves before the path is tried from there, and pieces that may cost no more than the rest
-  !> of the way inside does, which goes on where they do not do.
-  real(dp), parameter :: leaves(*) = [1e-4_dp, 1e-6_dp, 0.0_dp]
-  integer, parameter :: most_left(size(leaves)) = [40, 150, 0]
+  !> A way through the interior. Where that of one has a fold, that of another may have none.
+  type :: way_t
+    real(dp) :: at_first              !! what it begins with over the largest force
+    logical :: limits_follow          !! limits of shear follow what presses
+    real(dp) :: leaves(3)             !! shares of the largest force that are left where the path is tried from there
+    integer :: most_left(3)           !! pieces of it, which may cost no more than the rest of the way does, that else goes on
+  end type way_t
+
+  !> Ways that are tried, one after the other. That whose limits follow is slow where little is left.
+  real(dp), parameter :: to_the_end(3) = [1e-4_dp, 1e-6_dp, 0.0_dp]
+  integer, parameter :: fewer(3) = [40, 150, 0]
+  type(way_t), parameter :: ways(*) = &
+    [way_t(0.3_dp, .false., to_the_end, fewer), way_t(0.3_dp, .true., [1e-2_dp, 1e-3_dp, 1e-5_dp], [300, 300, 300]), &
+     way_t(0.03_dp, .false., to_the_end, fewer), way_t(3e-3_dp, .false., to_the_end, fewer), &
+     way_t(3e-4_dp, .false., to_the_end, fewer)]
+  !> Near the solution the first way begins with no more than so many times what is left there.
+  real(dp), parameter :: times_left = 100.0_dp
   !> Gap over the largest overlap up to which springs are taken at first, and near the solution, where bodies go farther than they
   !> overlap; and times that some are taken in: the last time all.
   real(dp), parameter :: reach = 1.0_dp, reach_near = 8.0_dp
@@ -42,7 +54,8 @@ module scree_friction_solver
   !> Pieces of the path from apart for each spring, where there must be a solution and where there may be none. Those that came to
   !> one took 1 to 3, and up to 21.
   integer, parameter :: most_together = 30, few_together = 4
-  integer, parameter :: most_in_all = 20000 !! pieces of it: of many springs they take seconds, and a step in two parts is cheaper
+  !> Pieces of it, and of those times unknowns: they take seconds, and a step in two parts is cheaper.
+  integer, parameter :: most_in_all = 20000, most_by_unknowns = 80000000
 
 contains
 
@@ -125,15 +138,22 @@ contains
     logical :: sure                            ! there is a solution
     logical :: turned(size(state))             ! springs at which the last path turned back
     real(dp) :: nearest(size(x)), least        ! where the interior left least, and that
+    type(way_t) :: way
     integer :: k
 
     found = .false.
     nearest = x
     least = huge(least)
-    if (near) call go_along(most_near, .false.)
-    do k = 1, merge(size(at_first), 1, effort == effort_all)
+    way = ways(1)
+    if (near) then
+      call forces_left(problem, x, state, way%at_first)
+      way%at_first = min(ways(1)%at_first, times_left*way%at_first)
+      call go_along(most_near, .false.)
+    end if
+    do k = 1, merge(size(ways), 1, effort == effort_all)
       if (found .or. effort == effort_path) exit
-      call go_through(at_first(k))
+      if (k > 1) way = ways(k)
+      call go_through(way)
     end do
     if (effort == effort_all) then
       if (.not. found) call loosen_folds()
@@ -148,17 +168,17 @@ contains
   contains
 
     !> Goes through the interior, and from near its end along the path.
-    subroutine go_through(first)
-      real(dp), intent(in) :: first !! what it begins with over the largest force
+    subroutine go_through(way)
+      type(way_t), intent(in) :: way
       real(dp) :: left
       integer :: k
 
-      call begin_inside(problem, first, 0.0_dp*problem%force, inside)
-      do k = 1, size(leaves)
-        call go_inside(problem, max(tolerance, leaves(k)), solver, timers, inside, state, found)
+      call begin_inside(problem, way%at_first, way%limits_follow, 0.0_dp*problem%force, inside)
+      do k = 1, size(way%leaves)
+        call go_inside(problem, max(tolerance, way%leaves(k)), solver, timers, inside, state, found)
         x = inside%x
-        if (leaves(k) <= tolerance .or. .not. found) exit
-        call go_along(most_left(k), .false.)
+        if (way%leaves(k) <= tolerance .or. .not. found) exit
+        call go_along(way%most_left(k), .false.)
         if (found) exit
       end do
       work%factors = work%factors + inside%factors
@@ -240,7 +260,7 @@ contains
       logical :: ended
 
       x = 0.0_dp
-      most = min(most_in_all, merge(most_together, few_together, sure)*size(state))
+      most = min(most_in_all, most_by_unknowns/size(x), merge(most_together, few_together, sure)*size(state))
       call come_from_apart(spread(.true., 1, size(state)), most, refined, ended)
       if (ended .and. .not. found) call go_along(most_pieces, .true.)
     end subroutine come_together
