@@ -147,7 +147,7 @@ contains
     way = ways(1)
     if (near) then
       call forces_left(problem, x, state, way%at_first)
-      way%at_first = min(ways(1)%at_first, times_left*way%at_first)
+      way%at_first = min(ways(1)%at_first, times_left*max(tolerance, way%at_first))
       call go_along(most_near, .false.)
     end if
     do k = 1, merge(size(ways), 1, effort == effort_all)

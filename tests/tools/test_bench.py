@@ -62,7 +62,7 @@ def test_a_column_slides_on_its_base_and_is_four_times_as_high_as_wide():
 
 @pytest.mark.parametrize("scene", [
     scenes.wall(3), scenes.column(16), scenes.pyramid(4), scenes.rock("dda", 1), scenes.rock("nmm", 1), scenes.slope("g4", False),
-    scenes.slope("reg", True), scenes.slope("big", False)], ids=lambda scene: scene.name)
+    scenes.slope("reg", True), scenes.slope("big", False), scenes.tunnel(6.0)], ids=lambda scene: scene.name)
 def test_a_scene_is_one_that_scree_takes(scene, tmp_path):
     """Without blocks that cross or float; those of boxes are as many as were made."""
     done = scree.call("check", *scene.write(tmp_path, 0.005))
@@ -232,7 +232,7 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path):
 @pytest.mark.parametrize("words, names", [
     (["rock", "--kinds", "dda", "nmm", "--seeds", 1, "--end", 0.005], ["dda, seed 1", "nmm, seed 1"]),
     (["slope", "--decks", "g4", "--end", 0.01], ["g4, dynamic", "g4, static"]),
-    (["pyramid", "--sizes", 3, "--end", 0.01], ["pyramid3"]), (["column", "--sizes", 4, "--end", 0.01], ["column4"])],
+    (["tunnel", "--spacings", 8], ["tunnel8"]), (["pyramid", "--sizes", 3, "--end", 0.01], ["pyramid3"]), (["column", "--sizes", 4, "--end", 0.01], ["column4"])],
     ids=lambda words: words[0] if isinstance(words[0], str) else "")
 def test_every_case_prints_its_scenes(words, names):
     done = bench(*words, "--limit", 20, "--scree", SCREE)

@@ -5,6 +5,7 @@
     tools/bench pyramid  [--sizes 10 20 30] [--edge 0.005]
     tools/bench rock     [--kinds dda ...] [--seeds 0 1 2]
     tools/bench slope    [--decks g4 reg big] [--motions dynamic static]
+    tools/bench tunnel   [--spacings 2 1.5 1]
                          [--set GROUP.NAME=VALUE] [--step 0.005] [--end SECONDS] [--limit 600] [--json FILE] [--keep FOLDER]
     tools/bench peers    [--scenes wall10 column100 pyramid10] [--programs scree box2d ...] [--accuracies default fine]
     tools/bench problems [FILE.h5 ...] [--json FILE]
@@ -17,10 +18,11 @@
 
 Each takes --scree PROGRAM.
 
-wall, column, pyramid, rock, slope: what steps of many blocks cost. A wall in running bond of so many courses, and a pyramid of 5 mm
+wall, column, pyramid, rock, slope, tunnel: what steps of many blocks cost. A wall in running bond of so many courses, and a pyramid of 5 mm
 blocks with so many in its lowest course, stand from the start; a column of so many blocks of 5 cm, four times as high as wide, is
 put up on a base steeper than its friction and collapses; rock cut at random and slopes drawn by `scree joints` get their weight at
-once. Units kg, m, s, N. A row has the steps asked for and made, tries that were cut, systems solved, matrices factorised and
+once, and so does rock with three sets of joints about a tunnel, of so many metres between them, static until it is in equilibrium or
+moves. Units kg, m, s, N. A row has the steps asked for and made, tries that were cut, systems solved, matrices factorised and
 iterations with their factors where the results tell, judgements of all contacts, the time that was reached, seconds of the
 processor in the steps, the deepest overlap, the most energy that a step made over the work that the weight of all could do across
 their height, the farthest that a block went, and the peak of memory. The ratio is that of the seconds to one factorisation by
@@ -109,6 +111,9 @@ def add_settling(cases, options):
     case.add_argument("--motions", nargs="+", choices=["dynamic", "static"], default=["dynamic", "static"])
     case.add_argument("--end", type=above_zero, default=0.5, metavar="SECONDS", help="of the motion")
     case.set_defaults(case=settling.settling, name="slope")
+    case = cases.add_parser("tunnel", parents=[options], help="a tunnel in jointed rock that gets its weight at once, static")
+    case.add_argument("--spacings", type=above_zero, nargs="+", default=[2.0, 1.5, 1.0], metavar="METRES", help="of its joints")
+    case.set_defaults(case=settling.settling, name="tunnel")
     case = cases.add_parser("peers", parents=[options], help="the same scenes by other programs")
     case.add_argument("--scenes", nargs="+", type=peers.scene_named, default=list(map(peers.scene_named, peers.SCENES)),
                       metavar="SCENE", help="wall, column or pyramid and its size, as wall20")

@@ -8,7 +8,7 @@ import math
 from .. import touching
 from ..block_files import box, on_base, running_bond, turned
 from ..errors import ScreeError
-from ..program import input_folder
+from ..program import call, done_or_failed, input_folder
 
 DENSITY, GRAVITY, YOUNG, POISSON = 2500.0, 9.81, 1e10, 0.25
 SLOPES = input_folder() / "bench" / "slope"
@@ -120,3 +120,26 @@ def slope(deck, static, end=0.5):
     edge = {"g4": 4.0, "reg": 8.0, "big": 1.2}[deck]  # spacing of its joints
     motion = "static" if static else "dynamic"
     return Slope(f"{deck}, {motion}", motion, 0, edge, end, 25506.0, deck=deck, static=static)
+
+
+@dataclasses.dataclass
+class Tunnel(Scene):
+    """A tunnel in rock with joints of 0, 60 and -60 degrees, drawn by `scree joints`, that gets its weight at once: static, until
+    it is in equilibrium or some of it moves."""
+
+    def write(self, folder, step):
+        joints, geometry, analysis = (folder / f"{self.name}{end}" for end in (".joints", ".geo", ".ana"))
+        sets = "".join(f"&joint_set dip={dip}, spacing={self.size!r}, length=200, bridge=0, randomness=0, material={material} /\n"
+                       for material, dip in enumerate((0, 60, -60), 2))
+        joints.write_text("&window x=-20 20 20 -20, y=-15 -15 20 20 /\n&tunnel centre=0.3 0.2, radius=3.1, sides=24 /\n"
+                          f"{sets}&seed value=1 /\n&deck least_area=0.02 /\n&support x=-20 20, y=-15 -15, hold='both' /\n"
+                          "&support x=-20 -20, y=-15 20, hold='normal' /\n&support x=20 20, y=-15 20, hold='normal' /\n")
+        done_or_failed(call("joints", joints, "-o", geometry))
+        analysis.write_text(f"0 {self.steps(step)} 1 4 0.05 {step!r}\n2600 {self.weight} 2e10 0.25 0 0 0 0 0 0 0 0 0\n"
+                            "30 0 0\n35 0 0\n35 0 0\n35 0 0\n"
+                            "&deck dialect='short' /\n&method plane='strain' /\n&step balance=1e-3 /\n")
+        return [geometry, analysis]
+
+
+def tunnel(spacing):
+    return Tunnel(f"tunnel{spacing:g}", "tunnel", spacing, spacing, 1.0, 25506.0)

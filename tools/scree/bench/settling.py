@@ -99,6 +99,8 @@ def scenes_of(given):
         return [sizes[given.name](size, given.edge, given.end) for size in given.sizes]
     if given.name == "rock":
         return [scenes.rock(kind, seed, given.end) for kind in given.kinds for seed in given.seeds]
+    if given.name == "tunnel":
+        return [scenes.tunnel(spacing) for spacing in given.spacings]
     return [scenes.slope(deck, motion == "static", given.end) for deck in given.decks for motion in given.motions]
 
 
