@@ -59,9 +59,10 @@ module scree_state
     logical :: steady = .false.                !! loads and supports stay as they are from here on
     real(dp) :: grows = 1.0_dp                 !! size that the next step may have over that of the last
     integer :: moving = 0                      !! block that moves on and on; 0: none
-    real(dp) :: force = huge(1.0_dp)           !! out of balance on all bodies, summed, per unit thickness
     real(dp), allocatable :: share(:)          !! (n_blocks)
     real(dp), allocatable :: way(:)            !! (n_blocks) gone in steps in a row that brought it no nearer, over its size
+    real(dp), allocatable :: share_before(:)   !! (n_blocks) before the first of these
+    real(dp), allocatable :: force_before(:)   !! (n_blocks) out of balance on all bodies then, summed, per unit thickness
   end type settling_t
 
   !> What sleeps: it is left as it is. Its contacts are with what sleeps too, or cannot move.

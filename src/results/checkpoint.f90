@@ -316,13 +316,14 @@ contains
     if (allocated(settling) .and. .not. archive%reading) own = settling
     if (.not. allocated(own)) allocate (own)
     call archive%part('settling%unbalanced', own%unbalanced)
-    call archive%part('settling%force', own%force)
     call archive%part('settling%steady', own%steady)
     call archive%part('settling%grows', own%grows)
     call archive%part('settling%moving', own%moving)
     call archive%array('settling%share', own%share)
     call archive%array('settling%way', own%way)
-    if (archive%reading .and. allocated(own%share) .and. allocated(settling)) call move_alloc(own, settling)
+    call archive%array('settling%share_before', own%share_before)
+    call archive%array('settling%force_before', own%force_before)
+    if (archive%reading .and. allocated(own%share_before) .and. allocated(settling)) call move_alloc(own, settling)
   end subroutine visit_settling
 
   !> How far the run is off. Where nothing asks for it, and a file has it, it goes on; where a file has none, it begins.

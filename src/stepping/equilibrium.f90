@@ -16,7 +16,9 @@
 !> of any size. So a body that would not go farther than a small share of its size, or that fixed points or supports hold in both
 !> directions, asks for no small steps; another goes by at most that share in one, as the way goes with the square of the step. One
 !> that would go on by more than its size, by its own force and by those on all bodies, and in such steps in a row has gone by a
-!> hundredth of it, moves: there is no equilibrium nearby. Where the others still settle they may come to hold it.
+!> hundredth of it, moves: there is no equilibrium nearby. What forces fell by is counted from the first of these steps on, as what
+!> bends goes up and down by a little with the size of a step, but where a step takes a hundredth of them. Where the others still
+!> settle they may come to hold it.
 module scree_equilibrium
   use scree_constraints, only: constraints_t
   use scree_contact_beginning, only: begin_contacts
@@ -55,6 +57,8 @@ module scree_equilibrium
   real(dp), parameter :: reach = 0.005_dp
   !> Of the way that ends a try, what a vertex may leap in a step.
   real(dp), parameter :: leaps = 0.5_dp
+  !> Share out of balance, over that before a step, below which the step itself tells how far its body would go on.
+  real(dp), parameter :: fell = 0.99_dp
   !> Of its size, what a body goes that moves, and what it would go on by.
   real(dp), parameter :: gone = 0.01_dp, goes_on = 1.0_dp
 
@@ -122,6 +126,7 @@ contains
     allocate (state%settling)
     allocate (state%settling%share(model%n_blocks), source=huge(1.0_dp))
     allocate (state%settling%way(model%n_blocks), source=0.0_dp)
+    allocate (state%settling%share_before(model%n_blocks), state%settling%force_before(model%n_blocks), source=huge(1.0_dp))
   end subroutine begin_settling
 
   !> Takes in how bodies moved in a step and what that took off their forces out of balance: which of them moves on and on, and how
@@ -133,7 +138,7 @@ contains
     real(dp), intent(in) :: share(:)               !! (n_blocks) out of balance at its end
     real(dp), intent(in) :: force                  !! on all of them
     type(state_t), intent(inout) :: state
-    real(dp) :: way(model%n_blocks), left
+    real(dp) :: way(model%n_blocks), left, since
     logical :: first, held(model%n_blocks)
     integer :: b, k
 
@@ -150,16 +155,19 @@ contains
         if (held(b) .or. .not. share(b) > tolerance_of(model%settings)) left = 0.0_dp
         if (left > reach) &
           own%grows = min(own%grows, max(least_growth, sqrt(reach/max(way(b), tiny(left)))))
-        left = min(left, way_left(way(b), own%force, force))
+        since = own%way(b) + min(way(b), reach)
+        if (share(b) > fell*own%share(b) .and. left > 0) left = way_left(since, own%share_before(b), share(b))
+        left = min(left, way_left(since, own%force_before(b), force))
         if (left > goes_on .and. own%steady .and. .not. first) then
-          own%way(b) = own%way(b) + way(b)
+          own%way(b) = since
         else
           own%way(b) = 0.0_dp
+          own%share_before(b) = share(b)
+          own%force_before(b) = force
         end if
         if (own%moving == 0 .and. own%way(b) > gone) own%moving = b
       end do
       own%share = share
-      own%force = force
       own%unbalanced = maxval([0.0_dp, share(model%free_block)])
     end associate
   end subroutine take_in

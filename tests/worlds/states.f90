@@ -74,7 +74,8 @@ contains
     type(settling_t), intent(in) :: own
     real(dp), allocatable :: numbers(:)
 
-    numbers = [own%unbalanced, own%force, merge(1.0_dp, 0.0_dp, own%steady), own%grows, real(own%moving, dp), own%share, own%way]
+    numbers = [own%unbalanced, merge(1.0_dp, 0.0_dp, own%steady), own%grows, real(own%moving, dp), own%share, own%way, &
+               own%share_before, own%force_before]
   end function numbers_of_settling
 
   !> How far a run is off, as numbers.
