@@ -22,7 +22,7 @@ module scree_friction_interior
   use scree_timers, only: timers_t
   implicit none
   private
-  public :: begin_inside, go_inside, inside_t
+  public :: begin_inside, few_unknowns, go_inside, inside_t
 
   !> Share of the way to the first of the pairs that gets to zero.
   real(dp), parameter :: short_of = 0.99_dp

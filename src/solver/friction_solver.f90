@@ -7,7 +7,7 @@
 !> sure where there must be a solution.
 module scree_friction_solver
   use scree_errors, only: error_t
-  use scree_friction_interior, only: begin_inside, go_inside, inside_t
+  use scree_friction_interior, only: begin_inside, few_unknowns, go_inside, inside_t
   use scree_friction_path, only: bring_together, follow_path
   use scree_friction_problem, only: acts_on, closed_forces, forces_left, friction_problem_t, of_springs, unknowns_about
   use scree_kinds, only: dp
@@ -153,6 +153,7 @@ contains
     do k = 1, merge(size(ways), 1, effort == effort_all)
       if (found .or. effort == effort_path) exit
       if (k > 1) way = ways(k)
+      if (way%limits_follow .and. size(x) <= few_unknowns) cycle ! the others get there in fewer matrices
       call go_through(way)
     end do
     if (effort == effort_all) then
