@@ -9,6 +9,7 @@ module scree_body_search
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_contact_rules, only: looks_at_all, set_reach
   use scree_contacts, only: body_search_t, contact_law_t, outlines_t, parallel
+  use scree_corners, only: side_lengths
   use scree_interpolation, only: most_moved
   use scree_kinds, only: dp
   use scree_model, only: model_t
@@ -23,7 +24,7 @@ module scree_body_search
   real(dp), parameter :: at_rest = 1e-3_dp        !! of the edges about, that is near at rest
   real(dp), parameter :: beyond_way = 1.2_dp      !! times the way by its velocity that a vertex may go
   real(dp), parameter :: room = 0.02_dp           !! of the edges about, that is looked at beyond the reach of contacts
-  real(dp), parameter :: spare = 0.25_dp          !! of the longest edge of a body, that it may go before circles are drawn anew
+  real(dp), parameter :: spare = 0.25_dp          !! of the longest side of a body, that it may go before circles are drawn anew
   real(dp), parameter :: steps = 20.0_dp          !! that it may make at its velocity until then, likewise
   real(dp), parameter :: many = 16.0_dp           !! times as far a body may go that is clear of others
 
@@ -33,24 +34,25 @@ contains
   !>
   !> Beyond the end of an edge its line is crossed as far as the overlap over the sine of the corner goes; a contact that is
   !> found or lost there would bring or take the energy of its spring. Corners that turn by less than `parallel` may.
-  pure function reach_of(law, margin, pressed, way, local) result(near)
+  pure function reach_of(law, margin, pressed, way, edge, side) result(near)
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: margin               !! that the search adds to the way, length
     real(dp), intent(in) :: pressed              !! largest overlap of a spring, length
     real(dp), intent(in) :: way(:)               !! (n) by the velocity, length
-    real(dp), intent(in) :: local(:)             !! (n) length
-    real(dp) :: near(size(local))
+    real(dp), intent(in) :: edge(:)              !! (n) shortest about, length
+    real(dp), intent(in) :: side(:)              !! (n) shortest about, length
+    real(dp) :: near(size(way))
 
-    near = reach_in_motion(law%leap, margin, pressed, way, local)
+    near = reach_in_motion(law%leap, margin, pressed, way, edge, side)
     call set_reach(law, near)
   end function reach_of
 
   !> Likewise where contacts are looked for as far as vertices move.
-  elemental real(dp) function reach_in_motion(leap, margin, pressed, way, local) result(near)
-    real(dp), intent(in) :: leap                 !! of the edges about, that a vertex may move beyond what its velocity makes
-    real(dp), intent(in) :: margin, pressed, way, local !! length
+  elemental real(dp) function reach_in_motion(leap, margin, pressed, way, edge, side) result(near)
+    real(dp), intent(in) :: leap                 !! of the sides about, that a vertex may move beyond what its velocity makes
+    real(dp), intent(in) :: margin, pressed, way, edge, side !! length
 
-    near = beyond_way*way + min(margin, leap*local) + at_rest*local + min(pressed/sin(parallel), deepest*local)
+    near = beyond_way*way + min(margin, leap*side) + at_rest*edge + min(pressed/sin(parallel), deepest*edge)
   end function reach_in_motion
 
   !> Whether bodies are looked for before their vertices are; else all vertices are looked at in each step.
@@ -104,10 +106,10 @@ contains
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: margin                !! that the search adds to the way of a vertex, length
-    real(dp), intent(in) :: longest               !! edge of the body, length
+    real(dp), intent(in) :: longest               !! side of the body, length
     real(dp), intent(in) :: way                   !! by its velocity, length
 
-    reach = room*longest + reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, way, longest)
+    reach = room*longest + reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, way, longest, longest)
   end function reach_in_step
 
   !> Circles, edges and reaches at rest of all bodies as they stand.
@@ -116,7 +118,7 @@ contains
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: margin, pressed       !! length
     type(body_search_t), intent(inout) :: bodies
-    real(dp) :: high(2), length, low(2)
+    real(dp) :: high(2), low(2)
     integer :: b, k
 
     if (.not. allocated(bodies%reach)) then
@@ -131,15 +133,13 @@ contains
       do b = 1, model%n_blocks
         low = huge(low)
         high = -huge(high)
-        bodies%longest(b) = 0.0_dp
+        bodies%longest(b) = maxval(side_lengths(outlines, x, outlines%of_block(outlines%first(b):outlines%first(b + 1) - 1)))
         bodies%shortest(b) = huge(1.0_dp)
         do k = outlines%first(b), outlines%first(b + 1) - 1
-          associate (start => x(:, outlines%start(outlines%of_block(k))), finish => x(:, outlines%finish(outlines%of_block(k))))
-            length = norm2(finish - start)
+          associate (start => x(:, outlines%start(outlines%of_block(k))))
             low = min(low, start)
             high = max(high, start)
           end associate
-          bodies%longest(b) = max(bodies%longest(b), length)
           associate (start => model%start(:, outlines%start(outlines%of_block(k))), &
                      finish => model%start(:, outlines%finish(outlines%of_block(k))))
             bodies%shortest(b) = min(bodies%shortest(b), norm2(finish - start))
@@ -155,12 +155,13 @@ contains
   end subroutine measure_bodies
 
   !> How far contacts of what does not move are looked for, as long as circles hold, with the length of the edges about.
-  elemental real(dp) function reach_at_rest(model, bodies, local) result(reach)
+  elemental real(dp) function reach_at_rest(model, bodies, longest) result(reach)
     type(model_t), intent(in) :: model
     type(body_search_t), intent(in) :: bodies
-    real(dp), intent(in) :: local                 !! length
+    real(dp), intent(in) :: longest               !! side about, length
 
-    reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, local) + room*local &
+    reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, longest, longest) &
+            + room*longest &
             + model%effects%contact%most_dilated
   end function reach_at_rest
 
@@ -328,7 +329,7 @@ contains
         if (outlines%gone(j)) cycle
         associate (start => x(:, outlines%start(j)), finish => x(:, outlines%finish(j)))
           reach = bodies%reach(outlines%block(j))
-          if (outlines%fixed(j)) reach = reach_at_rest(model, bodies, norm2(finish - start))
+          if (outlines%fixed(j)) reach = reach_at_rest(model, bodies, maxval(side_lengths(outlines, x, [j])))
           range = cells_of_box(grid, min(start, finish) - reach, max(start, finish) + reach)
           do row = range(2, 1), range(2, 2)
             do column = range(1, 1), range(1, 2)

@@ -79,14 +79,14 @@ contains
     try%contact = found(:n_found)
     try%inside = pairs_inside(found(:n_found), survey%local)
     call move_alloc(survey%near, try%near)
-    call move_alloc(survey%local, try%local)
+    call move_alloc(survey%local_side, try%local_side)
     call move_alloc(survey%turning, try%turning)
 
   contains
 
     !> Lists which vertices are near which edges, by how far these may move and turn in the step.
     subroutine look_around()
-      integer :: i, j, k
+      integer :: k
 
       associate (about => search%bodies%about)
         survey%turning(about) = 0.0_dp
@@ -97,15 +97,21 @@ contains
       call find_nearby(outlines, position, survey%near, survey%local, self_contact, search, try%nearby, n_sorted)
       try%nearby = reshape([try%nearby, memory%inside], [2, size(try%nearby, 2) + size(memory%inside, 2)])
       do k = 1, size(try%nearby, 2) ! a large block takes the measure of a small one beside it
-        i = try%nearby(1, k)
-        j = try%nearby(2, k)
-        associate (local => survey%local)
-          local([j, outlines%next(j)]) = min(local([j, outlines%next(j)]), local(i))
-          local(i) = min(local(i), survey%length(j))
-        end associate
+        call measure_beside(try%nearby(1, k), try%nearby(2, k), survey%length, survey%local)
+        call measure_beside(try%nearby(1, k), try%nearby(2, k), survey%side, survey%local_side)
       end do
       call look_as_far()
     end subroutine look_around
+
+    !> Takes the least length about a vertex and an edge that are near each other.
+    pure subroutine measure_beside(i, j, length, local)
+      integer, intent(in) :: i, j             !! the vertex, the edge
+      real(dp), intent(in) :: length(:)       !! (n) of edges or of their sides
+      real(dp), intent(inout) :: local(:)     !! (n) least of them at each vertex, length
+
+      local([j, outlines%next(j)]) = min(local([j, outlines%next(j)]), local(i))
+      local(i) = min(local(i), length(j))
+    end subroutine measure_beside
 
     !> How far edges may turn in the step.
     pure function turning_of(edge) result(turning)
@@ -116,16 +122,28 @@ contains
                                   + try%swing)
     end function turning_of
 
-    !> Sets how far contacts are looked for.
+    !> Sets how far contacts are looked for. Where a mesh has vertices within a side, corners meet these no farther than its edges
+    !> tell: over more of them they would be near all the vertices of a side, and over none of its edges.
     subroutine look_as_far()
 
       associate (about => search%bodies%about)
-        survey%near(about) = reach_of(try%law, try%margin, memory%pressed, norm2(predicted(:, about), 1), survey%local(about))
-        survey%still(about) = reach_of(try%law, 0.0_dp, memory%pressed, spread(0.0_dp, 1, size(about)), survey%local(about))
+        survey%near(about) = reach(try%margin, norm2(predicted(:, about), 1), survey%local_side(about))
+        survey%meets(about) = reach(try%margin, norm2(predicted(:, about), 1), &
+                                    merge(survey%local_side(about), survey%local(about), outlines%begins_side(about)))
+        survey%still(about) = reach(0.0_dp, spread(0.0_dp, 1, size(about)), survey%local_side(about))
       end associate
       call look_over_depth()
       if (allocated(try%law%dilation)) call look_over_dilation()
     end subroutine look_as_far
+
+    !> How far contacts of the vertices that are about are looked for.
+    pure function reach(margin, way, side)
+      real(dp), intent(in) :: margin, way(:) !! length
+      real(dp), intent(in) :: side(:)        !! up to a share of which they may leap, length
+      real(dp) :: reach(size(way))           !! length
+
+      reach = reach_of(try%law, margin, memory%pressed, way, survey%local(search%bodies%about), side)
+    end function reach
 
     !> Looks farther from vertices of closed contacts: over the depth to which springs of soft joints let them between short edges,
     !> and over the gap to which they pull bonds.
@@ -138,6 +156,7 @@ contains
           if (entrance%state == state_open) cycle
           gap = gap_at(survey, entrance%vertex, entrance%edge)
           survey%near(entrance%vertex) = max(survey%near(entrance%vertex), beyond_depth*abs(gap))
+          survey%meets(entrance%vertex) = max(survey%meets(entrance%vertex), beyond_depth*abs(gap))
           survey%still(entrance%vertex) = max(survey%still(entrance%vertex), beyond_depth*abs(gap))
         end associate
       end do
@@ -158,6 +177,7 @@ contains
       end do
       associate (about => search%bodies%about)
         survey%near(about) = survey%near(about) + dilated(about)
+        survey%meets(about) = survey%meets(about) + dilated(about)
         survey%still(about) = survey%still(about) + dilated(about)
       end associate
     end subroutine look_over_dilation
@@ -166,7 +186,7 @@ contains
     subroutine look_at(i, j)
       integer, intent(in) :: i, j
 
-      associate (x => survey%start(:, i), near => survey%near)
+      associate (x => survey%start(:, i), near => survey%meets)
         if (norm2(x - survey%start(:, j)) <= near(i) + near(j)) then
           if (i < j) call meet_corners(i, j)
         else if (norm2(x - survey%finish(:, j)) > near(i) + near(outlines%next(j))) then

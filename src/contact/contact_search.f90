@@ -5,6 +5,7 @@ module scree_contact_search
   use scree_contact_rules, only: corners_turn
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_search_t, outlines_t, parallel
+  use scree_corners, only: side_lengths
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
@@ -232,20 +233,20 @@ contains
       call find_at_outlines(model, cache, state, d, 1.0_dp, bodies%farther, u)
       do k = 1, size(bodies%vertex)
         i = bodies%vertex(k)
-        call add_beyond(norm2(u(:, i)) - try%near(i), try%local(i), try%margin, try%law%leap, farthest)
+        call add_beyond(norm2(u(:, i)) - try%near(i), try%local_side(i), try%margin, try%law%leap, farthest)
       end do
     end associate
     if (corners_turn(try%law)) call add_turns(model, state, cache%search%bodies%vertex, try, u, farthest)
   end subroutine find_outrun
 
   !> Adds a way beyond what was looked at, of a vertex.
-  pure subroutine add_beyond(beyond, local, margin, leap, farthest)
-    real(dp), intent(in) :: beyond, local, margin    !! length
-    real(dp), intent(in) :: leap                     !! of the edges about
+  pure subroutine add_beyond(beyond, side, margin, leap, farthest)
+    real(dp), intent(in) :: beyond, side, margin     !! length
+    real(dp), intent(in) :: leap                     !! of the sides about
     real(dp), intent(inout) :: farthest(4)
 
     farthest(1) = max(farthest(1), beyond)
-    if (beyond > 0) farthest(3) = max(farthest(3), (beyond/local + min(margin/local, leap))/leap)
+    if (beyond > 0) farthest(3) = max(farthest(3), (beyond/side + min(margin/side, leap))/leap)
   end subroutine add_beyond
 
   !> Adds what vertices of a body that no other is near went beyond what would have been looked at.
@@ -259,7 +260,7 @@ contains
     integer, intent(in) :: list(:)                   !! vertices of the outlines
     real(dp), intent(inout) :: farthest(4)
     real(dp), dimension(2, size(model%outlines%start)) :: u, predicted
-    real(dp) :: local, near(1)
+    real(dp) :: edge, near(1), side
     integer :: k
 
     call find_at_outlines(model, cache, state, d, 1.0_dp, list, u)
@@ -267,10 +268,10 @@ contains
     associate (outlines => model%outlines, x => state%vertex, law => model%effects%contact)
       do k = 1, size(list)
         associate (i => list(k), before => outlines%previous(list(k)))
-          local = min(norm2(x(:, outlines%finish(i)) - x(:, outlines%start(i))), &
-                      norm2(x(:, outlines%finish(before)) - x(:, outlines%start(before))))
-          near = reach_of(law, try%margin, state%contacts%pressed, [norm2(predicted(:, i))], [local])
-          call add_beyond(norm2(u(:, i)) - near(1), local, try%margin, law%leap, farthest)
+          edge = minval(norm2(x(:, outlines%finish([i, before])) - x(:, outlines%start([i, before])), 1))
+          side = minval(side_lengths(outlines, x, [i, before]))
+          near = reach_of(law, try%margin, state%contacts%pressed, [norm2(predicted(:, i))], [edge], [side])
+          call add_beyond(norm2(u(:, i)) - near(1), side, try%margin, law%leap, farthest)
         end associate
       end do
     end associate

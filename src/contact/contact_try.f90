@@ -22,7 +22,7 @@ module scree_contact_try
     integer, allocatable :: inside(:, :)                 !! (2, n) vertices, each with the edge that it is inside of
     integer, allocatable :: nearby(:, :)                 !! (2, n) vertices and edges near enough to meet in the step
     real(dp), allocatable :: near(:)                     !! (n) how far a vertex may move in the step, length
-    real(dp), allocatable :: local(:)                    !! (n) shorter edge at each vertex, length
+    real(dp), allocatable :: local_side(:)               !! (n) shorter side at each vertex, length
     real(dp), allocatable :: turning(:)                  !! (n) how far the corner at each vertex may turn in the step, rad
     real(dp) :: margin = 0.0_dp                          !! of the way, beyond what velocity makes, length
     real(dp) :: swing = 0.0_dp                           !! of the turn, beyond what velocity makes, rad

@@ -5,7 +5,7 @@ module scree_corners
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: along_edge, corner_t, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn, way_at
+  public :: along_edge, corner_t, edges_lead_away, find_corners, gap_at, side_lengths, survey_edges, survey_t, tilt, turn, way_at
 
   real(dp), parameter :: no_corner = 1e-9_dp !! an angle below is that of the end of a crack, a whole turn
 
@@ -24,8 +24,11 @@ module scree_corners
     real(dp), allocatable :: start(:, :)  !! (2, n) where each edge begins, length
     real(dp), allocatable :: finish(:, :) !! (2, n) where it ends, length
     real(dp), allocatable :: length(:)    !! (n) of each edge, 0 of one that is not listed
+    real(dp), allocatable :: side(:)      !! (n) from end to end of the straight side of each edge, length
     real(dp), allocatable :: local(:)     !! (n) shorter edge at each vertex and at what is near it, length
+    real(dp), allocatable :: local_side(:) !! (n) shorter side at each vertex and at what is near it, length
     real(dp), allocatable :: near(:)      !! (n) how far each vertex may move in the step, length
+    real(dp), allocatable :: meets(:)     !! (n) how far from it corners may meet it, length
     real(dp), allocatable :: still(:)     !! (n) how far contacts of it are looked for that is at rest, length
     real(dp), allocatable :: way(:, :)    !! (2, n) by which the velocity of each vertex takes it in the step, length
     real(dp), allocatable :: turning(:)   !! (n) how far the corner at each vertex may turn in the step, rad
@@ -43,8 +46,8 @@ contains
     integer :: i, k
 
     associate (n => size(outlines%start))
-      allocate (survey%start(2, n), survey%finish(2, n), survey%length(n), survey%local(n), survey%near(n))
-      allocate (survey%still(n), survey%turning(n))
+      allocate (survey%start(2, n), survey%finish(2, n), survey%length(n), survey%side(n), survey%local(n))
+      allocate (survey%local_side(n), survey%near(n), survey%still(n), survey%turning(n), survey%meets(n))
       allocate (survey%way(2, n), source=0.0_dp)
     end associate
     survey%length = 0.0_dp
@@ -54,11 +57,27 @@ contains
       survey%finish(:, i) = position(:, outlines%finish(i))
     end do
     survey%length(edge) = norm2(survey%finish(:, edge) - survey%start(:, edge), 1)
+    survey%side(edge) = side_lengths(outlines, position, edge)
     do k = 1, size(corner)
       i = corner(k)
-      survey%local(i) = min(survey%length(i), survey%length(outlines%previous(i)))
+      associate (before => outlines%previous(i))
+        survey%local(i) = min(survey%length(i), survey%length(before))
+        survey%local_side(i) = min(survey%side(i), survey%side(before))
+      end associate
     end do
   end subroutine survey_edges
+
+  !> From end to end of the sides of edges that were straight at first, no less than the edges: a side may bend. How far a vertex
+  !> may leap goes by these, as where lines of a mesh cut a side tells nothing of that.
+  pure function side_lengths(outlines, position, edge) result(length)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
+    integer, intent(in) :: edge(:)         !! (n) of the outlines
+    real(dp) :: length(size(edge))         !! length
+
+    length = max(norm2(position(:, outlines%side(2, edge)) - position(:, outlines%side(1, edge)), 1), &
+                 norm2(position(:, outlines%finish(edge)) - position(:, outlines%start(edge)), 1))
+  end function side_lengths
 
   !> Finds listed corners of surveyed edges.
   pure subroutine find_corners(previous, list, survey)

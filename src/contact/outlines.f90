@@ -76,6 +76,7 @@ contains
       outlines%previous(outlines%next(i)) = i
     end do
     call join_slivers(vertex, outlines)
+    call find_sides(vertex, outlines)
     call sort_into(outlines%block, maxval(outlines%block), outlines%first, outlines%of_block)
     allocate (outlines%inside(2, 0))
     allocate (outlines%fixed(size(outlines%start)), outlines%gone(size(outlines%start)), source=.false.)
@@ -230,5 +231,34 @@ contains
     end function cross
 
   end subroutine join_slivers
+
+  !> Finds the straight sides that edges lie on, with vertices in between where a line of the mesh or a corner of another ends.
+  pure subroutine find_sides(vertex, outlines)
+    real(dp), intent(in) :: vertex(:, :)           !! (2, n_vertices) at the start, length
+    type(outlines_t), intent(inout) :: outlines
+    real(dp) :: along(2, size(outlines%start))
+    integer :: i, k, last
+
+    allocate (outlines%side(2, size(outlines%start)), outlines%begins_side(size(outlines%start)))
+    along = vertex(:, outlines%finish) - vertex(:, outlines%start)
+    do i = 1, size(along, 2)
+      associate (a => along(:, outlines%previous(i)), b => along(:, i))
+        outlines%begins_side(i) = dot_product(a, b) <= 0 .or. abs(a(1)*b(2) - a(2)*b(1)) > straight*norm2(a)*norm2(b)
+      end associate
+    end do
+    do i = 1, size(along, 2)
+      if (.not. outlines%begins_side(i)) cycle
+      last = i
+      do while (.not. outlines%begins_side(outlines%next(last)))
+        last = outlines%next(last)
+      end do
+      k = i
+      do
+        outlines%side(:, k) = [outlines%start(i), outlines%finish(last)]
+        if (k == last) exit
+        k = outlines%next(k)
+      end do
+    end do
+  end subroutine find_sides
 
 end module scree_outlines

@@ -21,6 +21,8 @@ module scree_contacts
     integer, allocatable :: block(:)    !! (n)
     integer, allocatable :: start(:)    !! (n) vertex of the elements where edge i begins
     integer, allocatable :: finish(:)   !! (n) vertex of the elements where it ends; but for slivers of the same element
+    integer, allocatable :: side(:, :)  !! (2, n) vertices of the elements where the straight side of edge i begins and ends
+    logical, allocatable :: begins_side(:) !! (n) edge i is the first of its side: its vertex is a corner
     integer, allocatable :: next(:)     !! (n) edge that begins where edge i ends
     integer, allocatable :: previous(:) !! (n)
     integer, allocatable :: joint(:)    !! (n) joint material of the edge
@@ -89,7 +91,7 @@ module scree_contacts
   type :: body_search_t
     real(dp), allocatable :: centre(:, :) !! (2, n_blocks) length
     real(dp), allocatable :: radius(:)    !! (n_blocks) of the circle that holds the vertices, length
-    real(dp), allocatable :: longest(:)   !! (n_blocks) of the edges then, length
+    real(dp), allocatable :: longest(:)   !! (n_blocks) of the sides then, length
     real(dp), allocatable :: shortest(:)  !! (n_blocks) of the edges when the run began, length
     real(dp), allocatable :: reach(:)     !! (n_blocks) beyond the circle, length
     real(dp), allocatable :: moved(:)     !! (n_blocks) farthest that a vertex may have gone since, length
@@ -150,7 +152,7 @@ module scree_contacts
     real(dp) :: penetration = huge(1.0_dp)  !! that multipliers leave; huge: springs alone, length
     real(dp) :: restitution = -1.0_dp       !! share of the velocity that an impact gives back; below 0: as the springs have it
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
-    real(dp) :: leap = 0.25_dp              !! of the edges about, that a vertex may move beyond what its velocity makes
+    real(dp) :: leap = 0.25_dp              !! of the sides about, that a vertex may move beyond what its velocity makes
     type(shi_law_t) :: shi
   end type contact_law_t
 
