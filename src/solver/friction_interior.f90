@@ -26,13 +26,8 @@ module scree_friction_interior
 
   !> Share of the way to the first of the pairs that gets to zero.
   real(dp), parameter :: short_of = 0.99_dp
-  !> A step shorter than this is taken again towards the middle of the interior: to products of so many times their mean, which is
-  !> more for many unknowns, whose ways have more folds.
-  real(dp), parameter :: too_short = 0.1_dp, in_the_middle = 0.5_dp, in_the_middle_of_many = 2.0_dp
-  real(dp), parameter :: in_the_middle_following = 1.0_dp !! with half of the mean steps stay short, with twice it products grow
-  integer, parameter :: most_short = 5 !! such steps in a row, after which the way does not go on: it has a fold there
-  integer, parameter :: most_iterations = 45
-  integer, parameter :: most_following = 200 !! where limits follow: that gets round folds, by short steps, too
+  !> A step shorter than this is taken again towards the middle of the interior.
+  real(dp), parameter :: too_short = 0.1_dp
   !> Products are kept above the square of this share of what limits that follow are off by: ahead of them, steps get short.
   real(dp), parameter :: near_limits = 0.1_dp
   !> Share of the forces that a first try may leave, and the step itself: what is left is part of the next.
@@ -41,6 +36,21 @@ module scree_friction_interior
   integer, parameter :: most_from_symmetric = 20
   !> Few unknowns: up to so many the matrices themselves are cheaper from the first on (columns and slopes of 100 to 697 blocks).
   integer, parameter :: few_unknowns = 3000
+
+  !> How a way inside goes.
+  type :: manner_t
+    logical :: limits_follow           !! limits of shear follow what presses, an iteration behind, and change nothing in a matrix
+    logical :: from_symmetric          !! solutions are found from the symmetric matrix at first
+    integer :: most                    !! iterations
+    integer :: most_short              !! short steps in a row, after which the way does not go on: it has a fold there
+    real(dp) :: in_the_middle          !! of the mean of the products, to which a short step is taken again
+  end type manner_t
+
+  !> Ways of many unknowns have more folds. Where limits follow, short steps get round them, too: with half of the mean in the middle
+  !> they stay short, with twice it products grow.
+  type(manner_t), parameter :: with_few = manner_t(.false., .false., 45, 5, 0.5_dp)
+  type(manner_t), parameter :: with_many = manner_t(.false., .true., 45, 5, 2.0_dp)
+  type(manner_t), parameter :: following = manner_t(.true., .true., 200, 200, 1.0_dp)
 
   !> The pairs of one spring, forces.
   type :: pairs_t
@@ -65,11 +75,8 @@ module scree_friction_interior
     real(dp), allocatable :: x(:)            !! (n)
     integer :: factors = 0                   !! of matrices
     type(pairs_t), allocatable, private :: pairs(:)
-    logical, private :: limits_follow = .false. !! what presses, an iteration behind, and change nothing in a matrix
-    logical, private :: from_symmetric = .true. !! solutions are found from the symmetric matrix
-    integer, private :: most = most_iterations
-    integer, private :: most_short = most_short
-    real(dp), private :: in_the_middle = in_the_middle
+    type(manner_t), private :: manner = with_few
+    logical, private :: from_symmetric = .false. !! solutions are found from the symmetric matrix
   end type inside_t
 
 contains
@@ -87,12 +94,9 @@ contains
     allocate (inside%pairs(size(problem%spring)))
     call begin_pairs(problem, at_first, x, inside%pairs)
     inside%pairs%follows = limits_follow
-    inside%limits_follow = limits_follow
-    inside%from_symmetric = limits_follow .or. size(x) > few_unknowns
-    inside%most = merge(most_following, most_iterations, limits_follow)
-    inside%most_short = merge(most_following, most_short, limits_follow)
-    inside%in_the_middle = merge(in_the_middle_of_many, in_the_middle, size(x) > few_unknowns)
-    if (limits_follow) inside%in_the_middle = in_the_middle_following
+    inside%manner = merge(with_many, with_few, size(x) > few_unknowns)
+    if (limits_follow) inside%manner = following
+    inside%from_symmetric = inside%manner%from_symmetric
     inside%factors = 0
   end subroutine begin_inside
 
@@ -115,13 +119,13 @@ contains
 
     matrix = problem%matrix
     n_short = 0
-    associate (x => inside%x, pairs => inside%pairs, factors => inside%factors)
+    associate (x => inside%x, pairs => inside%pairs, factors => inside%factors, manner => inside%manner)
       do
         call forces_left(problem, x, state, left)
         found = left <= tolerance
-        if (found .or. factors >= inside%most .or. n_short == inside%most_short .or. stop_signal() > 0) exit
+        if (found .or. factors >= manner%most .or. n_short == manner%most_short .or. stop_signal() > 0) exit
         call linearise()
-        if (allocated(error) .or. (inside%limits_follow .and. .not. inside%from_symmetric)) exit
+        if (allocated(error) .or. (manner%limits_follow .and. .not. inside%from_symmetric)) exit
         middle = mean_product(pairs)
         aim = change_t()
         call step(first_share)
@@ -136,7 +140,7 @@ contains
         if (allocated(error)) exit
         n_short = merge(n_short + 1, 0, way < too_short)
         if (way < too_short) then
-          product = middle*inside%in_the_middle
+          product = middle*manner%in_the_middle
           aim%y = product
           aim%a = product
           aim%b = product
