@@ -39,7 +39,7 @@ module scree_friction_interior
 
   !> How a way inside goes.
   type :: manner_t
-    logical :: limits_follow           !! limits of shear follow what presses, an iteration behind, and change nothing in a matrix
+    logical :: limits_follow           !! limits of shear follow what presses, an iteration behind: they change no matrix
     logical :: from_symmetric          !! solutions are found from the symmetric matrix at first
     integer :: most                    !! iterations
     integer :: most_short              !! short steps in a row, after which the way does not go on: it has a fold there
