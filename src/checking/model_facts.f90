@@ -62,7 +62,7 @@ module scree_model_facts
     real(dp) :: shortest_edge = huge(1.0_dp)    !! length
     integer, allocatable :: sliver(:)           !! numbers of blocks that are thin, or sharper than contacts tell from a line
     integer, allocatable :: fixed_points(:)     !! (n_blocks) in each
-    logical, allocatable :: held(:)             !! (n_blocks) by a fixed point, or by a support against a fall
+    logical, allocatable :: held(:)             !! (n_blocks) by a fixed point, a bolt to the ground, or a support against a fall
     integer, allocatable :: unheld(:)           !! numbers of blocks that touch nothing that leads to one that is held
     type(column_t) :: column                    !! compressed most by own weight
     real(dp) :: face_stiffness = 0.0_dp         !! of the softest joint as wide as that block, or two contacts, force/length
@@ -98,6 +98,11 @@ contains
       facts%fixed_points(blocks%point_block(i)) = facts%fixed_points(blocks%point_block(i)) + 1
     end do
     facts%held = facts%fixed_points > 0 .or. are_supported(model)
+    do i = 1, size(blocks%bolt)
+      associate (joins => blocks%bolt(i)%block)
+        if (any(joins == 0)) facts%held(maxval(joins)) = .true.
+      end associate
+    end do
     call measure_blocks(blocks, facts)
     call initial_contacts(model, state, contact, candidate)
     facts%unheld = pack([(b, b=1, model%n_blocks)], .not. reached_from(model, contact, facts%held))
