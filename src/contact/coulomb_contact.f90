@@ -69,7 +69,8 @@ contains
     end associate
   end function unworn
 
-  !> Friction of a rough joint, or one with cohesion left, by the stress s that an entrance bore when the step began: the slope of
+  !> Friction of a rough joint, or one with cohesion left, by the stress s that an entrance bore when the step began, or in a static
+  !> step when it had settled before: the slope of
   !>
   !>     tau = s tan(phi + JRC log10(JCS/s)) + c      (Barton & Choubey, Rock Mechanics 10, 1977; JRC in degrees)
   !>

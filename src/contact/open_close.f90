@@ -3,7 +3,7 @@
 !> Every iteration solves for the states of the one before and then judges all states anew (a semi-smooth Newton iteration), each
 !> contact by the rules of the scene (`contact_rules`). Nothing of it is kept but by `accept_contacts`. With multipliers
 !> `hold_contacts` lets these follow the forces of the springs until no overlap above a bound is left. What makes forces jump is
-!> told where all has settled: `return_anchors`, `break_bonds`.
+!> told where all has settled: `return_anchors`, `break_bonds`, `follow_stress`.
 module scree_open_close
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_rules, only: anchor_what_closes, decides_outside, force_to_hold, forgives_faint_forces, gaps_and_slips, &
@@ -18,7 +18,8 @@ module scree_open_close
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: break_bonds, hold_contacts, judge_contacts, judge_prediction, keep_lines, meet_at_prediction, return_anchors
+  public :: break_bonds, follow_stress, hold_contacts, judge_contacts, judge_prediction, keep_lines, meet_at_prediction, &
+            return_anchors
 
   !> A force below this share of the largest on a body, its weight or that of a contact, changes no state; of two bodies the one
   !> whose is the smaller tells.
@@ -30,6 +31,8 @@ module scree_open_close
   !> Bonds break together that are beyond their strength by more than this share of what the worst is: some half, and no ratio of
   !> small numbers, as loads of blocks of one kind have.
   real(dp), parameter :: of_the_worst = 0.53_dp
+  !> A friction that differs by less than this share is the same.
+  real(dp), parameter :: same_friction = 1e-6_dp
   !> A change of a gap below this share of what cancels in it is round-off.
   real(dp), parameter :: round_off = 8*epsilon(1.0_dp)
 
@@ -333,5 +336,30 @@ contains
     end do
     try%count = count_states(try%contact(try%first:try%last))
   end subroutine break_bonds
+
+  !> Lets friction that goes by the stress on a contact go by what it bears at `d`, where steps are static and one may bring all of a
+  !> load; in motion it goes by the step before.
+  pure subroutine follow_stress(model, d, share, try, enough)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    real(dp), intent(in) :: share             !! of the change of what it bears
+    type(contact_try_t), intent(inout) :: try
+    logical, intent(out) :: enough            !! it is the same friction
+    type(contact_force_t) :: force
+    real(dp) :: before
+    integer :: i
+
+    enough = .true.
+    if (model%effects%carried > 0 .or. .not. (decides_outside(try%law) .and. allocated(try%law%roughness))) return
+    do i = try%first, try%last
+      associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
+        if (entrance%state == state_open) cycle
+        before = friction_of(try%law, entrance)
+        call press_across(try, i, gaps_and_slips(model, try, i, d), force)
+        entrance%pressing = entrance%pressing + share*(max(0.0_dp, sum(force%across)) - entrance%pressing)
+        if (abs(friction_of(try%law, entrance) - before) > same_friction*before) enough = .false.
+      end associate
+    end do
+  end subroutine follow_stress
 
 end module scree_open_close

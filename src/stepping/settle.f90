@@ -18,7 +18,8 @@ module scree_settle
   use scree_iteration_end, only: check_areas, reject_unsettled
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_open_close, only: break_bonds, hold_contacts, judge_contacts, judge_prediction, meet_at_prediction, return_anchors
+  use scree_open_close, only: break_bonds, follow_stress, hold_contacts, judge_contacts, judge_prediction, meet_at_prediction, &
+                              return_anchors
   use scree_pair_effects, only: add_pair_effects
   use scree_settle_group, only: add_elements, balances, begin_round, begins_far, change_of, choose_operator, find_change, &
                                 is_balanced, is_settled, linear_tolerance, settles_by_residual, tell_kind, values_of_members
@@ -36,6 +37,8 @@ module scree_settle
   integer, parameter :: many_changes = 20
   !> Times that contacts may hold in a step what has settled.
   integer, parameter :: most_holds = 100
+  !> Times that friction may follow in a step what contacts bear; the last ones go half of the way, as stiff arches may go round.
+  integer, parameter :: most_follows = 30
 
 contains
 
@@ -118,16 +121,18 @@ contains
   end subroutine settle_alone
 
   !> Settles elements that share unknowns or touch. Where contacts hold what has settled by multipliers, or by anchors that move, it
-  !> settles anew; and so without bonds that are too weak, one at least in a round, which ends by itself.
+  !> settles anew; and so without bonds that are too weak, one at least in a round, which ends by itself; and with the friction of
+  !> what static contacts bear, which is that of the last round where rounds end before it stays.
   subroutine settle_together(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
     logical :: held
-    integer :: rounds
+    integer :: follows, rounds
 
     rounds = 0
+    follows = 0
     do while (rounds < most_holds)
       call iterate(model, cache, state, try)
       if (.not. (try%outcome%settled .and. try%group%in_contact)) return
@@ -135,6 +140,10 @@ contains
       call hold(model, try, held)
       if (held) then
         call break_bonds(model, try%d, try%contacts, held)
+        if (held .and. follows < most_follows) then
+          follows = follows + 1
+          call follow_stress(model, try%d, merge(1.0_dp, 0.5_dp, 3*follows < most_follows), try%contacts, held)
+        end if
         if (held) return
       else
         rounds = rounds + 1
