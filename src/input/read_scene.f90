@@ -77,6 +77,8 @@ contains
     read = scene
     call complete_stage(scene, blocks, error)
     if (allocated(error)) return
+    call check_numbers_count(deck%options, scene, error)
+    if (allocated(error)) return
     call read_mesh(scene, error)
     do k = 2, size(parts)
       if (allocated(error)) return
@@ -120,6 +122,57 @@ contains
       call set_word(option(at + 1:), parts(k)%words, numbers, error)
     end if
   end subroutine set_in_stage
+
+  !> Error where `--set` gives a number of the deck that a setting stands over: it would change nothing.
+  subroutine check_numbers_count(numbers, scene, error)
+    type(deck_options_t), intent(in) :: numbers
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: setting
+    integer :: i
+
+    if (.not. allocated(numbers%option)) return
+    do i = 1, size(numbers%option)
+      associate (number => numbers%option(i))
+        setting = setting_over(number%thing, number%name, scene)
+        if (given_at(scene%words, setting) == '') cycle
+        call fail(error, status_bad_input, '--set '//number%text//': expected '//setting//', which '// &
+                  given_at(scene%words, setting)//' gives over the numbers of the deck, found one of these')
+        return
+      end associate
+    end do
+  end subroutine check_numbers_count
+
+  !> The setting that stands over a number of the analysis deck where it is given; '' where none may.
+  pure function setting_over(thing, name, scene) result(setting)
+    character(len=*), intent(in) :: thing    !! that has the number, joint(1)
+    character(len=*), intent(in) :: name     !! of the number
+    type(scene_t), intent(in) :: scene
+    character(len=:), allocatable :: setting
+
+    setting = ''
+    select case (thing(:scan(thing//'(', '(') - 1)//'.'//name)
+    case ('joint.phi', 'joint.friction_angle')
+      setting = 'joints.phi'
+    case ('joint.c', 'joint.cohesion')
+      setting = 'joints.cohesion'
+    case ('joint.t', 'joint.tensile_strength')
+      setting = 'joints.tensile_strength'
+    case ('material.e', 'material.young')
+      setting = 'materials.young'
+    case ('material.nu', 'material.poisson')
+      setting = 'materials.poisson'
+    case ('material.we', 'material.unit_weight')
+      setting = 'materials.unit_weight'
+    case ('deck.g1')
+      setting = 'step.size'
+    case ('deck.g0')
+      setting = 'contact.stiffness'
+    case ('deck.n5')
+      setting = 'step.end_time'
+      if (scene%settings%chooses_step .or. scene%settings%balance > 0) setting = 'step.count'
+    end select
+  end function setting_over
 
   !> Completes the scene of a later stage. Errors: as of `complete_stage`.
   subroutine complete_later(read, blocks, stage, error)

@@ -177,3 +177,16 @@ def test_every_number_that_explain_prints_has_a_name(tmp_path):
         for name in names:
             done = scree.call("explain", "a.ana", "--set", f"{kind}(1).{name}=0.25", cwd=tmp_path)
             assert done.returncode == 0 and "0.25" in done.stdout, name
+
+
+@pytest.mark.parametrize("option, setting, given", [
+    ("joint(1).phi=40", "joints.phi", "joints phi=10 20"), ("joint(2).cohesion=1", "joints.cohesion", "joints cohesion=1 2"),
+    ("material(1).E=1e9", "materials.young", "materials young=1e9 2e9"), ("material(2).we=3", "materials.unit_weight", "materials unit_weight=1 2"),
+    ("deck.g1=0.1", "step.size", "step size=0.01"), ("deck.g0=1e9", "contact.stiffness", "contact stiffness=1e8"),
+    ("deck.n5=7", "step.end_time", "step end_time=0.1")])
+def test_a_number_that_a_setting_stands_over_is_refused(option, setting, given, tmp_path):
+    """It changed nothing without a word: a study of it had one row over and over."""
+    write(tmp_path, analysis=ANALYSIS + f"&{given} /\n")
+    done = scree.call("run", "a.ana", "--set", option, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == f"scree: --set {option}: expected {setting}, which a.ana:25 gives over the numbers of the deck, found one of these\n"
