@@ -556,7 +556,8 @@ contains
                   ': expected acceleration.vertical beside a PEER record (.at2) in acceleration.file, found one beside '//file)
     end subroutine check_vertical
 
-    !> One of them, from its table or its file; zero outside of its times.
+    !> One of them, from its table or its file; zero outside of its times, but for the ground of a static stage, of which it is a
+    !> load that stays: an equilibrium is of the acceleration that the record ends with.
     subroutine take(group, numbers, table, file, scale, record)
       character(len=*), intent(in) :: group, numbers
       real(dp), allocatable, intent(in) :: table(:)
@@ -575,7 +576,7 @@ contains
       end if
       if (allocated(error)) return
       record%value = scale*record%value
-      record%kept = .false.
+      record%kept = group == 'acceleration' .and. .not. scene%carried > 0
     end subroutine take
 
   end subroutine take_motions

@@ -8,15 +8,25 @@ module scree_time_table
 
 contains
 
-  !> Time after which none of some tables changes; before all times where none does.
+  !> Time from which each of some tables has the value that it has for ever; before all times where none changes.
   pure real(dp) function last_change(table) result(time)
     type(time_table_t), intent(in) :: table(:)
-    integer :: i
+    integer :: i, last
 
     time = -huge(time)
     do i = 1, size(table)
       if (.not. allocated(table(i)%time)) cycle
-      if (size(table(i)%time) > 1) time = max(time, maxval(table(i)%time))
+      associate (t => table(i)%time, v => table(i)%value)
+        last = size(t)
+        if (table(i)%kept .or. maxval(abs(v(:, last))) <= 0) then
+          do while (last > 1)
+            if (maxval(abs(v(:, last) - v(:, last - 1))) > 0) exit
+            last = last - 1
+          end do
+          if (last == 1) cycle
+        end if
+        time = max(time, t(last))
+      end associate
     end do
   end function last_change
 

@@ -132,6 +132,15 @@ def test_a_meshed_block_that_slides_freely_moves(phi, edge, tmp_path):
     assert 0.01 < went[1] < 0.1
 
 
+@pytest.mark.parametrize("end", [0.01, 1.0, 1e9])
+@pytest.mark.parametrize("share, stands", [(0.35, True), (0.37, False), (0.5, False)])
+def test_a_ground_that_pushes_evenly_is_a_load(share, stands, end, tmp_path):
+    """Pseudo-static: tan 20 = 0.364. It was judged once the record had ended, and stood with 0.5 of its weight along; a longer one never ended."""
+    groups = f"&acceleration table=0 {share * 9.81} 0 {end!r} {share * 9.81} 0 /\n&step balance=1e-4 /"
+    said, _, _ = summary(tmp_path, *decks(tmp_path, phi=20.0, steps=400, dt=0.01, groups=groups))
+    assert said["status"].split(":")[0] == ("complete" if stands else "moves")
+
+
 @pytest.mark.parametrize("size", [0.001, 0.01, 0.1, 1, 3])
 def test_blocks_that_come_to_rest_late_have_one_verdict_whatever_the_first_step(size, tmp_path):
     """Five blocks on 3.7 degrees that go 5 cm until bolts that yield hold them; damped motion ends there, too."""

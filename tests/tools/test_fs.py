@@ -49,6 +49,15 @@ def test_a_plane_failure(tmp_path):
     assert {line["block"] for line in lines if line["stands"] == "False"} == {"2"}
 
 
+def test_a_ground_that_pushes_evenly(tmp_path):
+    """A plane of 30 degrees with 0.2 of the weight along: it stood whatever its strength, once the record had ended."""
+    _, lines = found(tmp_path, PLANE, "--set", "joint(1).phi=40", "--set", "acceleration.table=0 -1.962 0 1 -1.962 0")
+    down = math.radians(30)
+    exact = math.tan(math.radians(40)) * (math.cos(down) - 0.2 * math.sin(down)) / (math.sin(down) + 0.2 * math.cos(down))
+    stands, falls = factors(lines)
+    assert stands * (1 - 2e-3) < exact < falls and falls / stands - 1 < 6e-3
+
+
 def test_joints_may_be_named(tmp_path):
     """The crack behind the block has no strength: to reduce that of the plane alone changes nothing."""
     _, lines = found(tmp_path, CASES / "m5-plane-failure" / "stands.ana", "--joints", "1", "--within", "0.05")
