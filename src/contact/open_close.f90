@@ -337,8 +337,8 @@ contains
     try%count = count_states(try%contact(try%first:try%last))
   end subroutine break_bonds
 
-  !> Lets friction that goes by the stress on a contact go by what it bears at `d`, where steps are static and one may bring all of a
-  !> load; in motion it goes by the step before.
+  !> Lets friction that goes by the stress on a contact go by what it bears at `d`, where steps are static and one may bring all
+  !> of a load; in motion it goes by the step before.
   pure subroutine follow_stress(model, d, share, try, enough)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)

@@ -46,8 +46,8 @@ module scree_friction_interior
     real(dp) :: in_the_middle          !! of the mean of the products, to which a short step is taken again
   end type manner_t
 
-  !> Ways of many unknowns have more folds. Where limits follow, short steps get round them, too: with half of the mean in the middle
-  !> they stay short, with twice it products grow.
+  !> Ways of many unknowns have more folds. Where limits follow, short steps get round them, too: with half of the mean in the
+  !> middle they stay short, with twice it products grow.
   type(manner_t), parameter :: with_few = manner_t(.false., .false., 45, 5, 0.5_dp)
   type(manner_t), parameter :: with_many = manner_t(.false., .true., 45, 5, 2.0_dp)
   type(manner_t), parameter :: following = manner_t(.true., .true., 200, 200, 1.0_dp)
