@@ -86,7 +86,6 @@ contains
 
     !> Lists which vertices are near which edges, by how far these may move and turn in the step.
     subroutine look_around()
-      integer :: k
 
       associate (about => search%bodies%about)
         survey%turning(about) = 0.0_dp
@@ -96,21 +95,26 @@ contains
       call look_as_far()
       call find_nearby(outlines, position, survey%near, survey%local, self_contact, search, try%nearby, n_sorted)
       try%nearby = reshape([try%nearby, memory%inside], [2, size(try%nearby, 2) + size(memory%inside, 2)])
-      do k = 1, size(try%nearby, 2) ! a large block takes the measure of a small one beside it
-        call measure_beside(try%nearby(1, k), try%nearby(2, k), survey%length, survey%local)
-        call measure_beside(try%nearby(1, k), try%nearby(2, k), survey%side, survey%local_side)
-      end do
+      call measure_beside(survey%length, survey%local)
+      call measure_beside(survey%side, survey%local_side)
       call look_as_far()
     end subroutine look_around
 
-    !> Takes the least length about a vertex and an edge that are near each other.
-    pure subroutine measure_beside(i, j, length, local)
-      integer, intent(in) :: i, j             !! the vertex, the edge
+    !> Lets vertices and edges that are near each other take the least length about both: a large block the measure of a small one
+    !> beside it, of which no other block knows.
+    pure subroutine measure_beside(length, local)
       real(dp), intent(in) :: length(:)       !! (n) of edges or of their sides
       real(dp), intent(inout) :: local(:)     !! (n) least of them at each vertex, length
+      real(dp) :: own(size(local))
+      integer :: k
 
-      local([j, outlines%next(j)]) = min(local([j, outlines%next(j)]), local(i))
-      local(i) = min(local(i), length(j))
+      own = local
+      do k = 1, size(try%nearby, 2)
+        associate (i => try%nearby(1, k), j => try%nearby(2, k))
+          local([j, outlines%next(j)]) = min(local([j, outlines%next(j)]), own(i))
+          local(i) = min(local(i), length(j))
+        end associate
+      end do
     end subroutine measure_beside
 
     !> How far edges may turn in the step.

@@ -262,10 +262,12 @@ contains
     type(entrance_t), intent(inout) :: entrance
     real(dp), intent(inout) :: slip !! from the anchor, length
     real(dp) :: along
+    real(dp) :: share               ! of its way, after which it crosses; of one that parts, of what began nearly there the first
 
     if (.not. start%gap > 0 .or. start%closed .or. start%anchored .or. entrance%bonded) return
     along = slip + entrance%anchor*now%edge_length
-    entrance%anchor = start%share + start%gap/max(start%gap - now%gap, start%gap)*(along/now%edge_length - start%share)
+    share = start%gap/max(start%gap - now%gap, start%gap, now%gap)
+    entrance%anchor = start%share + share*(along/now%edge_length - start%share)
     slip = along - entrance%anchor*now%edge_length
   end subroutine anchor_where_crossed
 

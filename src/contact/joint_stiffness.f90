@@ -307,7 +307,8 @@ contains
     end associate
   end function length_by_faces
 
-  !> Length of a bonded joint that a contact stands for: 0 where no edge at its vertex is parallel to its own.
+  !> Length of a bonded joint that a contact stands for: 0 where no edge at its vertex is parallel to its own, or these are beside
+  !> each other, as at the crossing of two joints, but for what rounding makes of it.
   pure real(dp) function bonded_length(outlines, position, shared, entrance) result(length)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
@@ -317,6 +318,7 @@ contains
 
     faces = faces_at(outlines, position, shared, .true., entrance)
     length = 0.5_dp*sum(faces%common, faces%flat)
+    if (length < at_end*faces%shorter) length = 0.0_dp
   end function bonded_length
 
   !> Measures the edges at the vertex of an entrance against its edge.

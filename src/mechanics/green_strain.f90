@@ -20,7 +20,8 @@ module scree_green_strain
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: add_green_strain, error_of_small_strain, green_strain, least_stretch, least_stable_stretch, strain_operator
+  public :: add_green_strain, error_of_small_strain, green_strain, largest_stretch, least_stretch, least_stable_stretch, &
+            strain_operator
 
   integer, parameter :: n = element_unknowns
 
@@ -41,14 +42,14 @@ contains
               theta(2) + theta(3) + theta(1)*theta(3) + theta(2)*theta(4)]
   end function green_strain
 
-  !> What small strain neglects of a step: the larger component of A(theta) theta / 2, alpha^2/2 of a rotation by alpha (Zhang et
-  !> al. 2019, Eq. 14), and what the stress that there is, as a strain, changes by as it turns and stretches.
+  !> What small strain neglects of a step: the largest of A(theta) theta / 2 in any direction, alpha^2/2 of a rotation by alpha
+  !> (Zhang et al. 2019, Eq. 14), and what the stress that there is, as a strain, changes by as it turns and stretches.
   pure real(dp) function error_of_small_strain(theta, strained) result(error)
     real(dp), intent(in) :: theta(4)    !! u_X, v_X, u_Y, v_Y
     real(dp), intent(in) :: strained(3) !! stress over stiffness
 
-    error = maxval(abs([0.5_dp*(theta(1)**2 + theta(2)**2), 0.5_dp*(theta(3)**2 + theta(4)**2), &
-                        theta(1)*theta(3) + theta(2)*theta(4)])) + maxval(abs(theta))*maxval(abs(strained))
+    error = largest_stretch(theta)*(0.5_dp*largest_stretch(theta) + abs(0.5_dp*(strained(1) + strained(2))) &
+                                    + hypot(0.5_dp*(strained(1) - strained(2)), strained(3)))
   end function error_of_small_strain
 
   !> B0 + omega A(theta), 3 x 4.
@@ -131,6 +132,13 @@ contains
       has_symmetric_operator = abs(rule%operator_weight - 0.5_dp) < same
     end if
   end function has_symmetric_operator
+
+  !> Largest singular value of a gradient, as of a displacement: of whatever direction, and the same whichever way the axes lie.
+  pure real(dp) function largest_stretch(theta)
+    real(dp), intent(in) :: theta(4)    !! u_X, v_X, u_Y, v_Y
+
+    largest_stretch = 0.5_dp*(hypot(theta(1) + theta(4), theta(2) - theta(3)) + hypot(theta(1) - theta(4), theta(2) + theta(3)))
+  end function largest_stretch
 
   !> Smallest principal stretch of a deformation gradient.
   pure real(dp) function least_stretch(F)

@@ -5,7 +5,7 @@
 !> part of the state: stress, stiffness and shape follow the displacement of the step in the same way with both, so that there is
 !> nothing to convert and nothing to lose.
 module scree_strain_choice
-  use scree_green_strain, only: error_of_small_strain
+  use scree_green_strain, only: error_of_small_strain, largest_stretch
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
@@ -75,7 +75,7 @@ contains
         theta = matmul(own%kinematics%gradient, unknown)
         error(e) = error_of_small_strain(theta, own%stress/own%elasticity(1, 1))
         if (.not. allocated(turn)) cycle
-        turn(e) = maxval(abs(theta))
+        turn(e) = largest_stretch(theta)
         way(:, e) = matmul(own%kinematics%at_centroid, unknown)
       end associate
     end do
