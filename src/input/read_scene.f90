@@ -16,7 +16,7 @@ module scree_read_scene
   use scree_setting_rules, only: check_rules, drop_overridden
   use scree_setting_table, only: deck_part_t, from_of, given_at, index_of, is_given_by
   use scree_settings, only: fill_settings, set_word, store_settings
-  use scree_stages, only: add_bolts_of_stage, begin_stage, end_of_stage_prefix, find_removed, parts_to_stages, stage_of
+  use scree_stages, only: add_bolts_of_stage, begin_stage, end_of_stage_prefix, find_removed, parts_to_stages
   use scree_system, only: fixed_point, load_point
   use scree_text, only: in_lower_case, number_text, real_of, text_t
   implicit none
@@ -184,7 +184,7 @@ contains
 
     own = read
     call complete_stage(own, blocks, error)
-    if (.not. allocated(error)) stage = stage_of(own)
+    if (.not. allocated(error)) stage = own%stage_t
   end subroutine complete_later
 
   !> Fills in defaults and what follows from the settings of a stage. Errors: settings that contradict each other or the geometry.

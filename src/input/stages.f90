@@ -7,14 +7,14 @@ module scree_stages
   use scree_polygon, only: holds, inner_place
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of
   use scree_rock_outline, only: crosses_itself
-  use scree_scene, only: bolt_record_t, scene_t, stage_t, word_t
+  use scree_scene, only: bolt_record_t, scene_t, word_t
   use scree_setting_rules, only: drop_idle, drop_overridden
   use scree_setting_table, only: deck_part_t, given_at, index_of, is_given_by, kind_choice, setting_t, taken_away
   use scree_settings, only: settings_table
   use scree_text, only: number_text, real_text, text_t
   implicit none
   private
-  public :: add_bolts_of_stage, begin_stage, end_of_stage_prefix, find_removed, lines_of_stages, parts_to_stages, stage_of
+  public :: add_bolts_of_stage, begin_stage, end_of_stage_prefix, find_removed, lines_of_stages, parts_to_stages
 
 contains
 
@@ -256,23 +256,6 @@ contains
     end do
     if (begin <= size(given, 2) .or. size(first) == 1 .or. mod(size(numbers), 2) > 0) deallocate (first)
   end subroutine part_polygons
-
-  !> What of a scene may differ from stage to stage.
-  pure type(stage_t) function stage_of(scene) result(stage)
-    type(scene_t), intent(in) :: scene
-
-    stage%carried = scene%carried
-    stage%settings = scene%settings
-    stage%words = scene%words
-    stage%block_material = scene%block_material
-    stage%joint_material = scene%joint_material
-    stage%boundary_loads = scene%boundary_loads
-    stage%load_table = scene%load_table
-    stage%ground = scene%ground
-    stage%wave = scene%wave
-    stage%removed = scene%removed
-    stage%installed = scene%installed
-  end function stage_of
 
   !> The stages after the first in words, a line each: what each removes, and which settings it changes.
   function lines_of_stages(scene) result(line)

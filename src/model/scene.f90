@@ -258,51 +258,42 @@ module scree_scene
     logical :: strict = .false.             !! a model that calls for warnings does not run
   end type run_options_t
 
-  !> What may differ from stage to stage: components of the scene, by the same names.
+  !> What may differ from stage to stage.
   type :: stage_t
-    real(dp) :: carried = 1.0_dp
+    real(dp) :: carried = 1.0_dp            !! share of velocity that a step hands on; 0 static, 1 dynamic (Shi: k01)
     type(settings_t) :: settings
-    type(word_t), allocatable :: words(:)
+    type(word_t), allocatable :: words(:)   !! what the settings were read from, in the order of the table of settings
     type(block_material_t), allocatable :: block_material(:)
     type(joint_material_t), allocatable :: joint_material(:)
     type(boundary_load_t), allocatable :: boundary_loads(:)
-    type(time_table_t), allocatable :: load_table(:)
-    type(time_table_t) :: ground, wave
-    logical, allocatable :: removed(:), installed(:)
+    type(time_table_t), allocatable :: load_table(:)  !! a load point each; without times: no load
+    type(time_table_t) :: ground            !! its acceleration, scaled; without times: none, length/time^2
+    type(time_table_t) :: wave              !! velocity of the wave that comes in, likewise, length/time
+    logical, allocatable :: removed(:)      !! (n_blocks) blocks that are gone when the stage begins
+    logical, allocatable :: installed(:)    !! (n_bolts) bolts that the stage has
   end type stage_t
 
-  !> The whole of it. What its components say is the first stage.
-  type :: scene_t
+  !> The whole of it: the first stage, and what is of all.
+  type, extends(stage_t) :: scene_t
     character(len=:), allocatable :: geometry_name, geometry_text !! geometry deck or block file as read
     character(len=:), allocatable :: analysis_name, analysis_text !! analysis deck as read
     type(text_t), allocatable :: options(:) !! GROUP.NAME=VALUE of the command line, over what the deck says
-    real(dp) :: carried = 1.0_dp            !! share of velocity that a step hands on; 0 static, 1 dynamic (Shi: k01)
     integer :: n_steps = 0                  !! number of steps of the classic deck (Shi: n5)
     real(dp) :: displacement_ratio = 0.0_dp !! largest displacement of a step over half the model size (Shi: g2)
     real(dp) :: contact_stiffness = 0.0_dp  !! 0: the program chooses (Shi: g0), force/length per unit thickness
     real(dp) :: least_distance = 0.0_dp     !! edge to node, over half the model size (Shi: e0)
     real(dp) :: step_size = 0.0_dp          !! of the classic deck (Shi: g1), time
     real(dp) :: extent = 0.0_dp             !! larger side of the box around the blocks, length
-    type(settings_t) :: settings
-    type(word_t), allocatable :: words(:)   !! what the settings were read from, in the order of the table of settings
-    type(block_material_t), allocatable :: block_material(:)
-    type(joint_material_t), allocatable :: joint_material(:)
     integer :: n_boundary = 0               !! boundary lines, the first of the lines
     type(line_t), allocatable :: lines(:)          !! boundary and joints; empty where blocks are given
     type(line_t), allocatable :: material_lines(:)
     type(line_t), allocatable :: fixed_lines(:)    !! equal ends: a fixed point
     type(point_t), allocatable :: load_points(:), measured_points(:), hole_points(:)
     type(bolt_record_t), allocatable :: bolts(:)
-    type(boundary_load_t), allocatable :: boundary_loads(:)
     type(polygons_t), allocatable :: blocks        !! given by a block file
     type(mesh_t), allocatable :: mesh              !! mathematical mesh that a file gives
     type(point_t), allocatable :: fixed_points(:)  !! given by a block file
     type(time_table_t), allocatable :: fixed_table(:) !! a fixed point each; without times: fixed for ever
-    type(time_table_t), allocatable :: load_table(:)  !! a load point each; without times: no load
-    type(time_table_t) :: ground            !! its acceleration, scaled; without times: none, length/time^2
-    type(time_table_t) :: wave              !! velocity of the wave that comes in, likewise, length/time
-    logical, allocatable :: removed(:)      !! (n_blocks) blocks that are gone when the stage begins
-    logical, allocatable :: installed(:)    !! (n_bolts) bolts that the stage has
     type(stage_t), allocatable :: later(:)  !! the stages after the first
   end type scene_t
 
@@ -318,19 +309,7 @@ contains
 
     own = scene
     if (number == 1) return
-    associate (stage => scene%later(number - 1))
-      own%carried = stage%carried
-      own%settings = stage%settings
-      own%words = stage%words
-      own%block_material = stage%block_material
-      own%joint_material = stage%joint_material
-      own%boundary_loads = stage%boundary_loads
-      own%load_table = stage%load_table
-      own%ground = stage%ground
-      own%wave = stage%wave
-      own%removed = stage%removed
-      own%installed = stage%installed
-    end associate
+    own%stage_t = scene%later(number - 1)
     do i = 1, size(own%fixed_table)
       if (allocated(own%fixed_table(i)%time)) own%fixed_table(i)%time = own%fixed_table(i)%time - begins
     end do
