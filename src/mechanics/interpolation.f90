@@ -19,13 +19,16 @@ module scree_interpolation
   use scree_system, only: element_unknowns, sampling_t, system_t
   implicit none
   private
-  public :: carried_rates, displacement_matrix, follow_covers, followed_covers, kinematics_t, kinematics_of, most_moved, &
-            rigid_modes, rigid_velocity, turned_rates, turned_vector
+  public :: carried_rates, displacement_matrix, follow_covers, followed_covers, kept_distance, kinematics_t, kinematics_of, &
+            most_moved, rigid_modes, rigid_velocity, turned_rates, turned_vector
 
   integer, parameter :: n = element_unknowns
 
   !> Of its triangle: the size of an element that is less is that of so much, as its nodes go by rounding of what they are.
   real(dp), parameter :: least_share = 1e-2_dp
+
+  !> Distance of the point that a block turns about from its middle, over its size, up to which it is near.
+  real(dp), parameter :: near = 2.0_dp
 
   !> One element in the configuration at the beginning of a step.
   type :: kinematics_t
@@ -196,6 +199,32 @@ contains
       way = sqrt(max(unknown(1)**2 + unknown(2)**2, unknown(3)**2 + unknown(4)**2, unknown(5)**2 + unknown(6)**2))
     end if
   end function most_moved
+
+  !> A displacement by which a DDA block keeps its size, and one that turns about a point in it or near it its distance from there;
+  !> that of covers as it is.
+  !>
+  !> With complex numbers it goes from x to x + z (x - q). That the acceleration changes in the step is an error of z, of which the
+  !> part that strains is taken back: x goes to q + (1 + z)/|1 + z| (x - q), or so about its middle, where q is far.
+  pure function kept_distance(model, element, unknown) result(d)
+    integer, intent(in) :: model           !! `model_dda` or `model_nmm` of the scene
+    type(kinematics_t), intent(in) :: element
+    real(dp), intent(in) :: unknown(n)
+    real(dp) :: d(n)
+    complex(dp) :: moved, pivot, z
+
+    d = unknown
+    if (model /= model_dda) return
+    z = cmplx(0.5_dp*(d(4) + d(5)), d(3), dp)
+    moved = cmplx(d(1), d(2), dp)
+    if (abs(moved) < near*sqrt(element%area)*abs(z)) then
+      pivot = -moved/z                     ! from the centroid
+      moved = pivot + (moved - pivot)/abs(1 + z)
+    end if
+    z = (1 + z)/abs(1 + z) - 1
+    d(1:2) = [real(moved), aimag(moved)]
+    d(4:5) = d(4:5) + (real(z) - 0.5_dp*(d(4) + d(5)))
+    d(3) = aimag(z)
+  end function kept_distance
 
   !> Rates of the unknowns of element `e` in a rigid motion.
   pure function rigid_velocity(system, state, e, about, velocity) result(rates)

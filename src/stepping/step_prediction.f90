@@ -9,10 +9,10 @@ module scree_step_prediction
   use scree_element_term, only: step_rule_t
   use scree_green_strain, only: green_strain
   use scree_inertia, only: kinetic_energy
+  use scree_interpolation, only: kept_distance
   use scree_iteration_end, only: turn_by_strain
   use scree_kinds, only: dp
-  use scree_model, only: cache_t, element_cache_t, model_t
-  use scree_scene, only: model_dda
+  use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
   use scree_system, only: last_of_block, values_of
   implicit none
@@ -24,9 +24,6 @@ module scree_step_prediction
   !> Strain of a prediction over the square of what it turns by: by the velocity alone it is 1/2. And the angle by which such a
   !> strain turns an element in a step.
   real(dp), parameter :: unstrained = 0.05_dp, turned = 0.05_dp
-
-  !> Distance of the point that a block turns about from its middle, over its size.
-  real(dp), parameter :: near = 2.0_dp
 
 contains
 
@@ -58,9 +55,9 @@ contains
           smooth(free(from:to)) = .true.
           do k = from, to
             associate (ids => model%elements%unknown(:, free(k)))
-              d(ids) = rule%dt*state%velocity(ids) + weight*state%acceleration(ids)
+              d(ids) = kept_distance(model%model, cache%element(free(k))%kinematics, &
+                                     rule%dt*state%velocity(ids) + weight*state%acceleration(ids))
             end associate
-            if (model%model == model_dda) call keep_distance(cache%element(free(k)), model%elements%unknown(:, free(k)), d)
           end do
         end if
         from = to + 1
@@ -89,28 +86,6 @@ contains
     end function goes_on
 
   end subroutine predict
-
-  !> Lets a block keep its size, and one that turns about a point in it or near it its distance from there.
-  !>
-  !> With complex numbers it goes from x to x + z (x - q). That the acceleration changes in the step is an error of z, of which the
-  !> part that strains is taken back: x goes to q + (1 + z)/|1 + z| (x - q), or so about its middle, where q is far.
-  pure subroutine keep_distance(own, ids, d)
-    type(element_cache_t), intent(in) :: own
-    integer, intent(in) :: ids(:)
-    real(dp), intent(inout) :: d(:)            !! (n_unknowns) of a DDA block: its displacement, rotation and strains
-    complex(dp) :: moved, pivot, z
-
-    z = cmplx(0.5_dp*(d(ids(4)) + d(ids(5))), d(ids(3)), dp)
-    moved = cmplx(d(ids(1)), d(ids(2)), dp)
-    if (abs(moved) < near*sqrt(own%kinematics%area)*abs(z)) then
-      pivot = -moved/z                         ! from the centroid
-      moved = pivot + (moved - pivot)/abs(1 + z)
-    end if
-    z = (1 + z)/abs(1 + z) - 1
-    d(ids(1:2)) = [real(moved), aimag(moved)]
-    d(ids(4:5)) = d(ids(4:5)) + (real(z) - 0.5_dp*(d(ids(4)) + d(ids(5))))
-    d(ids(3)) = aimag(z)
-  end subroutine keep_distance
 
   !> Whether elements turn by a displacement and are not strained by that, as they are by their velocity alone; or so little that
   !> the stress of it turns them by next to nothing.
