@@ -14,7 +14,7 @@ module scree_step_checks
   use scree_step_try, only: cut_by_leap, cut_by_overlap, cut_by_travel, cut_by_turn, reject, remedy_stiffer, &
                              remedy_wider, try_t
   use scree_strain_rotation, only: is_decomposed
-  use scree_system, only: values_of
+  use scree_system, only: last_of_block, values_of
   use scree_trouble, only: new_trouble, words_of
   implicit none
   private
@@ -69,6 +69,7 @@ contains
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
     real(dp) :: beyond(4)
+    integer :: e
     logical :: again, leaps
 
     if (.not. looks_as_far_as_it_moves(model%effects%contact)) return
@@ -82,8 +83,9 @@ contains
       try%remedy = remedy_wider
       try%contacts%leapt = try%d
     else if (leaps .or. beyond(4) > 1) then
-      call reject_fastest(model, cache, state, cut_by_leap, 'a vertex leapt over what is near it, or turned too far', &
-                          'a smaller step.least', try)
+      call find_farthest(model, cache, state, try%d, try%travel, e)
+      call reject(try%outcome, cut_by_leap, 'a vertex leapt over what is near it, or turned too far', 'a smaller step.least', e, &
+                  cache%element(e)%kinematics%centroid)
     else if (any(beyond(:2) > 0)) then
       try%outcome%settled = .false.
       try%remedy = remedy_wider
@@ -125,24 +127,10 @@ contains
     call find_farthest(model, cache, state, try%d, try%travel, e)
     ratio = try%travel/model%settings%most_travel
     if (ratio <= merge(leeway, 1.0_dp, model%settings%chooses_step)) return
-    call reject_fastest(model, cache, state, cut_by_travel, 'a vertex went farther than step.travel lets it', &
-                        'a larger step.travel or a smaller step.least', try)
+    call reject(try%outcome, cut_by_travel, 'a vertex went farther than step.travel lets it', &
+                'a larger step.travel or a smaller step.least', e, cache%element(e)%kinematics%centroid)
     if (model%settings%chooses_step) try%shorter = 1/sqrt(ratio)
   end subroutine check_travel
-
-  !> Rejects a try for the element with the vertex that goes farthest.
-  subroutine reject_fastest(model, cache, state, reason, what, advice, try)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state
-    integer, intent(in) :: reason
-    character(len=*), intent(in) :: what, advice
-    type(try_t), intent(inout) :: try
-    integer :: e
-
-    call find_farthest(model, cache, state, try%d, try%travel, e)
-    call reject(try%outcome, reason, what, advice, e, cache%element(e)%kinematics%centroid)
-  end subroutine reject_fastest
 
   !> Rejects a try with contacts that overlap too much, and makes their springs stiffer, where these adapt.
   subroutine check_penetration(model, try)
@@ -191,44 +179,34 @@ contains
     type(state_t), intent(in) :: state               !! at the end of a step
     type(error_t), allocatable, intent(out) :: error
     real(dp) :: area, high(2), low(2)
-    integer :: e, k, loop
+    integer :: first, k, last, loop
 
+    last = 0
     associate (shape => model%elements%shape, block => model%elements%block, free => model%elements%free)
-      do k = 1, size(free)
-        e = free(k)
-        if (first_of_block(k)) then
-          area = 0.0_dp
-          low = huge(low)
-          high = -huge(high)
-        end if
-        do loop = shape%first_loop(e), shape%first_loop(e + 1) - 1
-          associate (vertex => state%vertex(:, shape%first_vertex(loop):shape%first_vertex(loop + 1) - 1))
-            area = area + twice_area(vertex)
-            low = min(low, minval(vertex, 2))
-            high = max(high, maxval(vertex, 2))
-          end associate
+      do while (last < size(free)) ! of a block
+        first = last + 1
+        last = last_of_block(model%elements, first)
+        area = 0.0_dp
+        low = huge(low)
+        high = -huge(high)
+        do k = first, last
+          do loop = shape%first_loop(free(k)), shape%first_loop(free(k) + 1) - 1
+            associate (vertex => state%vertex(:, shape%first_vertex(loop):shape%first_vertex(loop + 1) - 1))
+              area = area + twice_area(vertex)
+              low = min(low, minval(vertex, 2))
+              high = max(high, maxval(vertex, 2))
+            end associate
+          end do
         end do
-        if (.not. first_of_block(k + 1)) cycle
-        if (.not. (area > 0 .and. maxval(high - low) > least_size*maxval(max(abs(low), abs(high))))) exit
+        if (area > 0 .and. maxval(high - low) > least_size*maxval(max(abs(low), abs(high)))) cycle
+        associate (e => findloc(block, block(free(first)), 1))
+          call fail(error, status_run_failed, words_of(new_trouble( &
+            'it is lost: crushed to nothing, or so far away that 16 digits do not tell its shape', &
+            'a smaller step.size, and check density, E and loads', e, state%vertex(:, first_vertex_of(shape, e))), model))
+        end associate
+        return
       end do
-      if (k > size(free)) return
-      e = findloc(block, block(e), 1)
-      call fail(error, status_run_failed, words_of(new_trouble( &
-        'it is lost: crushed to nothing, or so far away that 16 digits do not tell its shape', &
-        'a smaller step.size, and check density, E and loads', e, state%vertex(:, first_vertex_of(shape, e))), model))
     end associate
-
-  contains
-
-    !> Whether the k-th free element is the first of its block, or none.
-    pure logical function first_of_block(k)
-      integer, intent(in) :: k
-
-      first_of_block = k == 1 .or. k > size(model%elements%free)
-      if (.not. first_of_block) &
-        first_of_block = model%elements%block(model%elements%free(k)) /= model%elements%block(model%elements%free(k - 1))
-    end function first_of_block
-
   end subroutine check_state
 
 end module scree_step_checks
