@@ -279,6 +279,7 @@ contains
     type(state_t), intent(in) :: state
     real(dp), intent(out) :: left(:), acts(:)      !! (n_blocks) force per unit thickness
     logical :: counted(model%n_unknowns), held(model%n_elements)
+    type(step_rule_t) :: rule
     real(dp) :: balancing, stiffness
     integer :: e, group, i, k
 
@@ -291,11 +292,12 @@ contains
     do group = 1, cache%equations%n_groups
       if (wholly_held(cache%equations, group)) held(members(cache%equations, group)) = .true.
     end do
+    rule = rule_at_rest(state%time, state%pace%last)
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       associate (ids => cache%equations%unknown(:, e), span => cache%equations%span, b => model%elements%block(e))
         stiffness = stiffness + cache%element(e)%elasticity(1, 1)*sqrt(cache%element(e)%kinematics%area)
-        acts(b) = acts(b) + load_on_element(model, cache%element(e), state, e, rule_at_rest(state%time, state%pace%last))
+        acts(b) = acts(b) + load_on_element(model, cache%element(e), state, e, rule)
         if (held(e)) cycle
         do i = 1, size(ids), 2 ! unknowns come in twos, those of a cover together
           if (counted(ids(i))) cycle
