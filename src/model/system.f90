@@ -5,7 +5,8 @@ module scree_system
   use scree_regions, only: regions_t
   implicit none
   private
-  public :: elements_t, extension_t, last_of_block, points_t, sampling_t, system_t, values_of
+  public :: elements_t, extension_t, last_of_block, points_t, sampling_t, system_t, unknowns_at_rest, &
+            values_of
 
   integer, parameter, public :: element_unknowns = 6 !! of a DDA block, of three constant covers, and of a cell
 
@@ -94,5 +95,24 @@ contains
       end do
     end associate
   end function last_of_block
+
+  !> Unknowns of the elements of blocks that cannot move, in order, less those of covers that follow others, which rest with them.
+  pure function unknowns_at_rest(system, block_rests) result(list)
+    class(system_t), intent(in) :: system
+    logical, intent(in) :: block_rests(:)   !! (n_blocks)
+    integer, allocatable :: list(:)
+    logical :: rests(system%n_unknowns)
+    integer :: e, i
+
+    rests = .false.
+    do e = 1, system%n_elements
+      if (block_rests(system%elements%block(e))) rests(system%elements%unknown(:, e)) = .true.
+    end do
+    if (allocated(system%extension)) then
+      rests(2*system%extension%cover - 1) = .false.
+      rests(2*system%extension%cover) = .false.
+    end if
+    list = pack([(i, i=1, size(rests))], rests)
+  end function unknowns_at_rest
 
 end module scree_system

@@ -13,7 +13,7 @@ module scree_fixed_bodies
   use scree_model, only: model_t
   use scree_scene, only: model_dda
   use scree_state, only: state_t
-  use scree_system, only: element_unknowns
+  use scree_system, only: element_unknowns, unknowns_at_rest
   implicit none
   private
   public :: leave_out_fixed
@@ -26,7 +26,7 @@ contains
   pure subroutine leave_out_fixed(model, state)
     type(model_t), intent(inout) :: model
     type(state_t), intent(inout) :: state    !! gets rates for the unknowns that are left
-    logical :: is_free(model%n_blocks), at_rest(model%n_unknowns)
+    logical :: is_free(model%n_blocks)
     real(dp) :: velocity(model%n_unknowns)
     integer :: e, i
 
@@ -39,15 +39,7 @@ contains
       model%free_block = pack([(i, i=1, model%n_blocks)], is_free)
       model%points%free = pack([(i, i=1, size(model%points%element))], &
                                is_free(elements%block(model%points%element)) .and. .not. are_idle(model))
-      at_rest = .false.
-      do e = 1, model%n_elements
-        if (.not. is_free(elements%block(e))) at_rest(elements%unknown(:, e)) = .true.
-      end do
-      if (allocated(model%extension)) then ! what follows others rests with them
-        at_rest(2*model%extension%cover - 1) = .false.
-        at_rest(2*model%extension%cover) = .false.
-      end if
-      model%at_rest = pack([(i, i=1, model%n_unknowns)], at_rest)
+      model%at_rest = unknowns_at_rest(model, .not. is_free)
       state%velocity(model%at_rest) = 0.0_dp
       model%last_free = model%n_unknowns
       if (model%model /= model_dda .or. all(is_free)) return

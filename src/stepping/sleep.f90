@@ -19,7 +19,7 @@ module scree_sleep
   use scree_sets, only: root_of, unite
   use scree_sorting, only: columns
   use scree_state, only: state_t
-  use scree_system, only: last_of_block, values_of
+  use scree_system, only: last_of_block, unknowns_at_rest, values_of
   use scree_time_stepper, only: advance, step_report_t
   use scree_time_table, only: mean_over, ramp_at, value_at
   use scree_timers, only: begin_phase, phase_sleep
@@ -73,24 +73,16 @@ contains
     type(model_t), intent(inout) :: awake
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(inout) :: state
-    logical :: rests(model%n_unknowns), asleep(model%n_blocks)
-    integer :: i, k
+    logical :: rests(model%n_blocks), asleep(model%n_blocks)
 
     asleep = state%sleep%island > 0
     associate (elements => model%elements, free => model%elements%free, inside => model%outlines%inside)
       awake%elements%free = pack(free, .not. asleep(elements%block(free)))
       awake%free_block = pack(model%free_block, .not. asleep(model%free_block))
       awake%points%free = pack(model%points%free, .not. asleep(elements%block(model%points%element(model%points%free))))
-      rests = .false.
-      rests(model%at_rest) = .true.
-      do k = 1, size(free)
-        if (asleep(elements%block(free(k)))) rests(elements%unknown(:, free(k))) = .true.
-      end do
-      if (allocated(model%extension)) then ! what follows others rests with them
-        rests(2*model%extension%cover - 1) = .false.
-        rests(2*model%extension%cover) = .false.
-      end if
-      awake%at_rest = pack([(i, i=1, size(rests))], rests)
+      rests = .true.
+      rests(awake%free_block) = .false.
+      awake%at_rest = unknowns_at_rest(model, rests)
       awake%outlines%fixed = model%outlines%fixed .or. asleep(model%outlines%block)
       awake%outlines%inside = columns(inside, .not. (awake%outlines%fixed(inside(1, :)) .and. awake%outlines%fixed(inside(2, :))))
     end associate
