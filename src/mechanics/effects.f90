@@ -1,4 +1,7 @@
-!> The effects of a scene. This file is the only one that asks which are present.
+!> The effects of a scene: what each adds to the equations of an element, what it does and takes in a step, and what it stores.
+!>
+!> Which are present is asked here; for what changes where bodies sleep it is asked in `scree_disturbance`, for what acts between two
+!> elements in `scree_pair_effects`.
 module scree_effects
   use scree_absorbing_edge, only: absorbed_energy, absorb_velocity, add_absorbing_edges, size_of_wave, work_of_wave
   use scree_base_acceleration, only: add_base_acceleration, force_of_base, work_of_base

@@ -1,4 +1,5 @@
-!> The effects between two elements, of one body or two. This file is the only one that asks which are present.
+!> The effects between two elements, of one body or two: which are present, which pairs they couple, what they add to the equations.
+!> What bolts store and the work of what pulls them are asked of `scree_effects`.
 !>
 !> An effect names the pairs of elements that it acts between, and adds a term to each; the loop, the scatter and the pattern of the
 !> equations are the same for all.
