@@ -1,7 +1,7 @@
 !> The effects of a scene: what each adds to the equations of an element, what it does and takes in a step, and what it stores.
 !>
-!> Which are present is asked here; for what changes where bodies sleep it is asked in `scree_disturbance`, for what acts between two
-!> elements in `scree_pair_effects`.
+!> Which are present is asked here; in `scree_disturbance` of what changes where bodies sleep, in `scree_pair_effects` of what acts
+!> between two elements.
 module scree_effects
   use scree_absorbing_edge, only: absorbed_energy, absorb_velocity, add_absorbing_edges, size_of_wave, work_of_wave
   use scree_base_acceleration, only: add_base_acceleration, force_of_base, work_of_base
@@ -27,8 +27,8 @@ module scree_effects
   private
   public :: add_drag, add_element_effects, energy_of_bolts, energy_of_fixed_springs, energy_of_weight, has_fixed_point, &
             is_held_without_contact, load_on_element, loss_by_damping, mean_share_of_weight, power_of_weight, refresh_elements, &
-            share_of_weight, steady_from, supports_move, supports_move_exactly, weights_of_blocks, work_of_bolts_between, &
-            work_of_loads, work_of_ramp, work_of_supports
+            share_of_weight, steady_from, supported_blocks, supports_move, supports_move_exactly, weights_of_blocks, &
+            work_of_bolts_between, work_of_loads, work_of_ramp, work_of_supports
 
   integer, parameter :: n = element_unknowns
 
@@ -139,8 +139,7 @@ contains
     associate (effects => model%effects, free => model%elements%free)
       held = allocated(effects%bolt) .or. allocated(effects%point_load) .or. allocated(effects%edge_load) &
              .or. allocated(effects%absorbing_edge) .or. allocated(effects%base_acceleration)
-      if (.not. held .and. allocated(effects%fixed_point)) &
-        held = any(effects%fixed_point%first(free) < effects%fixed_point%first(free + 1))
+      if (.not. held) held = has_fixed_point(model, free)
     end associate
   end function is_held_without_contact
 
@@ -155,6 +154,21 @@ contains
       has_fixed_point = any(first(member + 1) > first(member))
     end associate
   end function has_fixed_point
+
+  !> Which blocks have points that are fixed, or ends of lines of &support.
+  pure function supported_blocks(model) result(supported)
+    type(model_t), intent(in) :: model
+    logical :: supported(model%n_blocks)
+    integer :: i
+
+    supported = .false.
+    if (.not. allocated(model%effects%fixed_point)) return
+    associate (point => model%effects%fixed_point%point)
+      do i = 1, size(point)
+        supported(model%elements%block(model%points%element(point(i)))) = .true.
+      end do
+    end associate
+  end function supported_blocks
 
   !> Magnitudes of the weight, the loads, the inertia force of the ground and that of a wave that act on one element in a step,
   !> summed; force per unit thickness.

@@ -8,6 +8,7 @@
 !> The mean D0 of a free body does not turn, as its weight does not. A body that is held turns about where it is held, whose D0
 !> is 0.
 module scree_turning
+  use scree_effects, only: has_fixed_point
   use scree_interpolation, only: turned_rates, turned_vector
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -97,9 +98,9 @@ contains
     end do
     if (mass > 0) mean = mean/mass
     if (allocated(model%effects%fixed_point)) then
+      if (has_fixed_point(model, members)) mean = 0.0_dp
       associate (points => model%effects%fixed_point)
         do i = 1, size(members)
-          if (points%first(members(i) + 1) > points%first(members(i))) mean = 0.0_dp
           do k = points%first(members(i)), points%first(members(i) + 1) - 1
             if (allocated(points%table(k)%time)) return
           end do

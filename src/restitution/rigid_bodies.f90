@@ -14,7 +14,7 @@
 !> blocks that bonds hold together: `part_of` tells of each block which stands for its body, the first of
 !> those.
 module scree_rigid_bodies
-  use scree_effects, only: supports_move
+  use scree_effects, only: supported_blocks, supports_move
   use scree_fixed_point, only: is_roller
   use scree_interpolation, only: displacement_matrix, rigid_modes
   use scree_kinds, only: dp
@@ -164,18 +164,14 @@ contains
   pure function supported_bodies(model, part_of) result(supported)
     type(model_t), intent(in) :: model
     integer, intent(in) :: part_of(:)         !! (n_blocks)
-    logical :: supported(size(part_of))
-    integer :: i
+    logical :: supported(size(part_of)), of_block(size(part_of))
+    integer :: b
 
     supported = .false.
-    if (.not. allocated(model%effects%fixed_point)) return
-    associate (point => model%effects%fixed_point%point)
-      do i = 1, size(point)
-        associate (b => part_of(model%elements%block(model%points%element(point(i)))))
-          if (b > 0) supported(b) = .true.
-        end associate
-      end do
-    end associate
+    of_block = supported_blocks(model)
+    do b = 1, size(part_of)
+      if (of_block(b) .and. part_of(b) > 0) supported(part_of(b)) = .true.
+    end do
   end function supported_bodies
 
   !> Fixed points and ends of supports of the body that block `b` stands for, numbers among those that are held.

@@ -5,6 +5,7 @@
 module scree_block_motion
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: state_open
+  use scree_effects, only: supported_blocks
   use scree_inertia, only: momentum
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -91,16 +92,9 @@ contains
     type(state_t), intent(in) :: state
     type(motion_t), intent(inout) :: motion
     integer, allocatable :: pair(:, :)
-    integer :: e, i, n
+    integer :: i, n
 
-    allocate (motion%held(model%n_blocks), source=.false.)
-    if (allocated(model%effects%fixed_point)) then
-      associate (first => model%effects%fixed_point%first)
-        do e = 1, model%n_elements
-          if (first(e + 1) > first(e)) motion%held(model%elements%block(e)) = .true.
-        end do
-      end associate
-    end if
+    motion%held = supported_blocks(model)
     n = 0
     if (allocated(model%effects%contact)) n = size(state%contacts%contact)
     allocate (pair(2, n))
