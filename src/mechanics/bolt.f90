@@ -161,9 +161,30 @@ contains
     force = within_strength(force, self%strength(:, i))
   end function forces_of
 
+  !> Force of bolt `i` against what its springs follow in a step, and what it changes by with that: the way of its second end from
+  !> the first, or at a crossing of a grouted one of `gap_and_axis`.
+  pure subroutine pull(self, memory, i, position, way, rule, force, change, symmetric)
+    type(bolt_t), intent(in) :: self
+    type(bolt_memory_t), intent(in) :: memory
+    integer, intent(in) :: i
+    real(dp), intent(in) :: position(:, :)   !! (2, n_points) at the beginning of the step, length
+    real(dp), intent(in) :: way(:)           !! (m) of the step so far, 2 or at a crossing of a grouted one 4
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(out) :: force(:)        !! (m)
+    real(dp), intent(out) :: change(:, :)    !! (m, m)
+    logical, intent(out) :: symmetric        !! the change is
+
+    if (is_grouted(self, i)) then
+      call hold_together(self%stiffness(:, i), self%strength(:, i), forces_of(self, memory, i, position), &
+                         gap_and_axis(self, i, position), way, rule, force, change, symmetric)
+    else
+      call pull_ends(self, memory, i, position, way, rule, force, change, symmetric)
+    end if
+  end subroutine pull
+
   !> Force of bolt `i` on its first end in a step that takes its second away from the first by `way`, and what it changes by with
   !> that.
-  pure subroutine pull(self, memory, i, position, way, rule, force, change, symmetric)
+  pure subroutine pull_ends(self, memory, i, position, way, rule, force, change, symmetric)
     type(bolt_t), intent(in) :: self
     type(bolt_memory_t), intent(in) :: memory
     integer, intent(in) :: i
@@ -202,7 +223,7 @@ contains
         change = rule%end_weight*change
       end if
     end associate
-  end subroutine pull
+  end subroutine pull_ends
 
   !> Adds the bolts that element `e` alone carries: in the ground with their other end, or with both in it.
   pure subroutine add_bolts_of_element(self, memory, e, position, rule, element, unknown, term)
@@ -232,29 +253,23 @@ contains
     end do
   end subroutine add_bolts_of_element
 
-  !> Force of bolt `i`, which joins the elements of a pair, against what its springs follow, what that changes by with it, and its
-  !> rows per unknown of the pair: the second end from the first, or at a crossing of a grouted one `gap_and_axis`.
-  pure subroutine pull_between(self, memory, i, pair, position, rule, elements, unknown, force, change, row, symmetric)
+  !> Rows of bolt `i` per unknown of the pair of elements that it joins: of its second end from the first, or at a crossing of a
+  !> grouted one of `gap_and_axis`.
+  pure function rows_between(self, i, pair, position, elements) result(row)
     type(bolt_t), intent(in) :: self
-    type(bolt_memory_t), intent(in) :: memory
     integer, intent(in) :: i, pair(2)
     real(dp), intent(in) :: position(:, :)   !! (2, n_points) at the beginning of the step, length
-    type(step_rule_t), intent(in) :: rule
     type(kinematics_t), intent(in) :: elements(2) !! of the pair
-    real(dp), intent(in) :: unknown(2*n)     !! of the pair, of the step so far
-    real(dp), allocatable, intent(out) :: force(:), change(:, :) !! (m), (m, m)
-    real(dp), allocatable, intent(out) :: row(:, :) !! (m, 2 n)
-    logical, intent(out) :: symmetric        !! the change is
+    real(dp), allocatable :: row(:, :)       !! (m, 2 n)
     real(dp), dimension(2, n) :: at_end, at_joint
-    integer :: k, m, side
+    integer :: k, side
 
-    m = merge(4, 2, is_grouted(self, i))
-    allocate (force(m), change(m, m), row(m, 2*n))
+    allocate (row(merge(4, 2, is_grouted(self, i)), 2*n))
     do k = 1, 2
       side = findloc(pair, self%element(k, i), 1)
       associate (own => row(:, n*(side - 1) + 1:n*side), towards => 2*k - 3)
         at_end = displacement_matrix(elements(side), position(:, self%point(k, i)))
-        if (m == 2) then
+        if (.not. is_grouted(self, i)) then
           own = towards*at_end
         else
           at_joint = displacement_matrix(elements(side), position(:, self%crossing(k, i)))
@@ -263,13 +278,7 @@ contains
         end if
       end associate
     end do
-    if (m == 2) then
-      call pull(self, memory, i, position, matmul(row, unknown), rule, force, change, symmetric)
-    else
-      call hold_together(self%stiffness(:, i), self%strength(:, i), forces_of(self, memory, i, position), &
-                         gap_and_axis(self, i, position), matmul(row, unknown), rule, force, change, symmetric)
-    end if
-  end subroutine pull_between
+  end function rows_between
 
   !> Adds bolt `i`, which joins the elements of a pair.
   pure subroutine add_bolt_between(self, memory, i, pair, position, rule, elements, unknown, term)
@@ -285,7 +294,9 @@ contains
     logical :: symmetric
 
     if (memory%state(i) >= bolt_broken) return
-    call pull_between(self, memory, i, pair, position, rule, elements, unknown, force, change, row, symmetric)
+    row = rows_between(self, i, pair, position, elements)
+    allocate (force(size(row, 1)), change(size(row, 1), size(row, 1)))
+    call pull(self, memory, i, position, matmul(row, unknown), rule, force, change, symmetric)
     if (.not. symmetric) call leave_symmetry(term)
     term%matrix = term%matrix + matmul(transpose(row), matmul(change, row))
     call add_pair_force(term, -matmul(force, row))
@@ -305,7 +316,9 @@ contains
 
     work = 0.0_dp
     if (memory%state(i) >= bolt_broken) return
-    call pull_between(self, memory, i, pair, position, rule, elements, unknown, force, change, row, symmetric)
+    row = rows_between(self, i, pair, position, elements)
+    allocate (force(size(row, 1)), change(size(row, 1), size(row, 1)))
+    call pull(self, memory, i, position, matmul(row, unknown), rule, force, change, symmetric)
     work = dot_product(force, matmul(row, unknown))
   end function work_between
 
