@@ -13,7 +13,7 @@ module scree_equations
   use scree_friction_problem, only: friction_problem_t, place_springs
   use scree_grouping, only: find_groups
   use scree_kinds, only: dp
-  use scree_linear_solver, only: add_work, dense_matrix, largest_dense, linear_solver_t, release_solver, &
+  use scree_linear_solver, only: add_work, dense_matrix, exactness_t, largest_dense, linear_solver_t, release_solver, &
                                  small_matrix_t, solve, solve_with_kept_factor, solver_work_t
   use scree_sorting, only: sort_by, sort_into
   use scree_sparse_matrix, only: add_element, build_pattern, clear_matrix, diagonal, sparse_matrix_t
@@ -520,17 +520,14 @@ contains
     end do
   end function share_out_of_balance
 
-  !> Solves for the correction of a group, to a residual below `tolerance` (as `solve` measures it), and adds it to `d`.
+  !> Solves for the correction of a group, as exactly as is asked for, and adds it to `d`.
   !>
   !> Errors: a singular matrix.
-  subroutine solve_equations(equations, timers, group, tolerance, keeps_factor, by_balance, roughly, d, residual, error)
+  subroutine solve_equations(equations, timers, group, exactness, d, residual, error)
     type(equations_t), intent(inout) :: equations
     type(timers_t), intent(inout) :: timers
     integer, intent(in) :: group
-    real(dp), intent(in) :: tolerance
-    logical, intent(in) :: keeps_factor    !! that of a matrix before may do
-    logical, intent(in) :: by_balance      !! where it does, what is left is measured by what balances, else by what does not
-    logical, intent(in) :: roughly         !! where it does, so exactly: another correction follows, whatever this one is
+    type(exactness_t), intent(in) :: exactness
     real(dp), intent(inout) :: d(:)        !! (n_unknowns)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
@@ -545,17 +542,17 @@ contains
       return
     end if
     if (is_island(equations, group)) then
-      call solve_island(equations, timers, group, tolerance, keeps_factor, by_balance, roughly, d, residual, error)
+      call solve_island(equations, timers, group, exactness, d, residual, error)
       return
     end if
     e = equations%member(equations%first(group))
     associate (ids => equations%unknown(:n, e), reduction => equations%reduction(e), m => equations%small%n)
       if (.not. allocated(reduction%Z)) then
         force = equations%force(ids)
-        call solve(equations%small, force, tolerance, q, residual, error)
+        call solve(equations%small, force, exactness%tolerance, q, residual, error)
       else
         force(:m) = equations%force(reduction%free)
-        call solve(equations%small, force(:m), tolerance, q(:m), residual, error)
+        call solve(equations%small, force(:m), exactness%tolerance, q(:m), residual, error)
         if (.not. allocated(error)) q = completed(reduction, q(:m))
       end if
       if (allocated(error)) return
@@ -567,12 +564,11 @@ contains
   end subroutine solve_equations
 
   !> Solves for the correction of an island.
-  subroutine solve_island(equations, timers, group, tolerance, keeps_factor, by_balance, roughly, d, residual, error)
+  subroutine solve_island(equations, timers, group, exactness, d, residual, error)
     type(equations_t), intent(inout) :: equations
     type(timers_t), intent(inout) :: timers
     integer, intent(in) :: group
-    real(dp), intent(in) :: tolerance
-    logical, intent(in) :: keeps_factor, by_balance, roughly
+    type(exactness_t), intent(in) :: exactness
     real(dp), intent(inout) :: d(:)        !! (n_unknowns)
     real(dp), intent(out) :: residual
     type(error_t), allocatable, intent(out) :: error
@@ -580,16 +576,16 @@ contains
 
     associate (island => equations%at(group - equations%n_alone)%island)
       allocate (x(size(island%unknown)))
-      if (.not. keeps_factor) then
-        call solve(island%solver, island%matrix, equations%force(island%unknown), tolerance, timers, x, residual, error)
+      if (.not. exactness%keeps_factor) then
+        call solve(island%solver, island%matrix, equations%force(island%unknown), exactness%tolerance, timers, x, residual, error)
       else if (size(x) <= largest_dense) then
         equations%small = dense_matrix(island%matrix)
-        call solve(equations%small, equations%force(island%unknown), tolerance, x, residual, error)
+        call solve(equations%small, equations%force(island%unknown), exactness%tolerance, x, residual, error)
       else
         scale = abs(equations%force(island%unknown))
-        if (by_balance) scale = equations%scale(island%unknown)
-        call solve_with_kept_factor(island%solver, island%matrix, equations%force(island%unknown), scale, tolerance, roughly, &
-                                    timers, x, residual, error)
+        if (exactness%by_balance) scale = equations%scale(island%unknown)
+        call solve_with_kept_factor(island%solver, island%matrix, equations%force(island%unknown), scale, exactness, timers, &
+                                    x, residual, error)
       end if
     end associate
     if (.not. allocated(error)) call move_island(equations, group, x, d)

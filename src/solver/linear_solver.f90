@@ -30,7 +30,7 @@ module scree_linear_solver
   use scree_timers, only: begin_phase, end_phase, phase_factor, timers_t
   implicit none
   private
-  public :: add_work, approach, dense_matrix, factorise, factorise_beside, keep_matrix, largest_dense, &
+  public :: add_work, approach, dense_matrix, exactness_t, factorise, factorise_beside, keep_matrix, largest_dense, &
             linear_solver_t, recall_matrix, release_solver, small_matrix_t, solve, solve_with_factors, solve_with_kept_factor, &
             solver_work_t
 
@@ -65,6 +65,14 @@ module scree_linear_solver
     logical :: goes_on = .false.    !! LU has the factors of a matrix since then, from which solutions go on
     type(solver_work_t), public :: work
   end type linear_solver_t
+
+  !> How exact a solution is to be.
+  type :: exactness_t
+    real(dp) :: tolerance            !! of the residual
+    logical :: keeps_factor = .false. !! that of a matrix before may do
+    logical :: by_balance = .false.  !! where it does, what is left is measured by what balances, else by what does not
+    logical :: roughly = .false.     !! where it does, so exactly: another correction follows, whatever this one is
+  end type exactness_t
 
   !> The matrix of one element, on its free unknowns.
   type :: small_matrix_t
@@ -109,19 +117,18 @@ contains
     call refine(solver, matrix, b, tolerance, x, residual, error)
   end subroutine solve_sparse
 
-  !> Solves A x = b to a residual below `tolerance`, with the factor of an earlier matrix where that does.
+  !> Solves A x = b to a residual below a tolerance, with the factor of an earlier matrix where that does.
   !>
   !> What may be left is measured by what balances in b, as b itself is next to nothing where a correction is the last of many.
   !> Which matrix that is shows in the last bits of x (`keep_matrix`, `recall_matrix`). Where GMRES takes too many iterations from
   !> there, the symmetric matrix beside A is factorised; where that is not definite or does not do either, A itself. A rough
   !> solution leaves up to 1e-2 of the norm of b, which it tells as its residual. Errors as of `solve_sparse`.
-  subroutine solve_with_kept_factor(solver, matrix, b, scale, tolerance, roughly, timers, x, residual, error)
+  subroutine solve_with_kept_factor(solver, matrix, b, scale, exactness, timers, x, residual, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
     real(dp), intent(in) :: scale(:)     !! (n) magnitudes of what balances in b
-    real(dp), intent(in) :: tolerance
-    logical, intent(in) :: roughly
+    type(exactness_t), intent(in) :: exactness
     type(timers_t), intent(inout) :: timers
     real(dp), intent(out) :: x(:)        !! (n)
     real(dp), intent(out) :: residual
@@ -129,7 +136,7 @@ contains
     logical :: definite, done
 
     if (solver%goes_on .and. .not. matrix%symmetric) then
-      call iterate(solver, matrix, b, scale, tolerance, roughly, most_with_own, x, residual, done, error)
+      call iterate(solver, matrix, b, scale, exactness, most_with_own, x, residual, done, error)
       if (allocated(error) .or. done) return
       call solve_by_itself()
       return
@@ -138,18 +145,18 @@ contains
     if (may_do(solver%kept, matrix)) then
       if (.not. solver%factorised) call factorise_kept(solver, timers, definite, error)
       if (allocated(error)) return
-      call iterate(solver, matrix, b, scale, tolerance, roughly, most_with_old, x, residual, done, error)
+      call iterate(solver, matrix, b, scale, exactness, most_with_old, x, residual, done, error)
       if (allocated(error) .or. done) return
     end if
     call factorise_beside(solver, matrix, timers, definite, error)
     if (allocated(error)) return
     if (definite .and. .not. matrix%symmetric) then
-      call iterate(solver, matrix, b, scale, tolerance, roughly, most_with_new, x, residual, done, error)
+      call iterate(solver, matrix, b, scale, exactness, most_with_new, x, residual, done, error)
       if (allocated(error) .or. done) return
     end if
     if (definite .and. matrix%symmetric) then
       solver%definite = .true.
-      call refine(solver, matrix, b, tolerance, x, residual, error)
+      call refine(solver, matrix, b, exactness%tolerance, x, residual, error)
     else
       call solve_by_itself()
     end if
@@ -160,7 +167,7 @@ contains
     subroutine solve_by_itself()
 
       call factorise_itself(solver, matrix, timers, error)
-      if (.not. allocated(error)) call refine(solver, matrix, b, tolerance, x, residual, error)
+      if (.not. allocated(error)) call refine(solver, matrix, b, exactness%tolerance, x, residual, error)
       solver%goes_on = .not. allocated(error)
     end subroutine solve_by_itself
 
@@ -170,13 +177,12 @@ contains
   !>
   !> It goes on until what is left is next to nothing beside what balances in b. The residual alone would not do: the factor of
   !> another matrix gives soft modes displacements so large that, beside what cancels in these, all of b looks like round-off.
-  subroutine iterate(solver, matrix, b, scale, tolerance, roughly, most, x, residual, done, error)
+  subroutine iterate(solver, matrix, b, scale, exactness, most, x, residual, done, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
     real(dp), intent(in) :: scale(:)     !! (n) magnitudes of what balances in b
-    real(dp), intent(in) :: tolerance    !! of the residual, and share of the norm of what balances that may be left
-    logical, intent(in) :: roughly       !! only to a rough solution
+    type(exactness_t), intent(in) :: exactness !! its tolerance is a share of the norm of what balances that may be left, too
     integer, intent(in) :: most          !! iterations
     real(dp), intent(out) :: x(:)        !! (n)
     real(dp), intent(out) :: residual
@@ -190,16 +196,16 @@ contains
     norm = norm2(b/root)
     whole = max(norm, norm2(scale/root))
     goal = least_left*whole/max(norm, least_left*whole, tiny(norm))
-    if (roughly) goal = max(goal, roughly_left)
+    if (exactness%roughly) goal = max(goal, roughly_left)
     call approach(solver, matrix, b, goal, most, x, share, error)
     if (allocated(error)) return
-    done = roughly .and. share <= goal
+    done = exactness%roughly .and. share <= goal
     if (done) residual = share
-    if (roughly .or. share > near_goal*goal) return
+    if (exactness%roughly .or. share > near_goal*goal) return
     product = products(matrix, x)
-    if (norm2((b - product(1, :))/root) > tolerance*whole) return
+    if (norm2((b - product(1, :))/root) > exactness%tolerance*whole) return
     residual = residual_of(b - product(1, :), max(abs(b), scale) + product(2, :), root)
-    done = residual <= tolerance
+    done = residual <= exactness%tolerance
   end subroutine iterate
 
   !> Approaches the solution of A x = b by GMRES, with the factor of a symmetric matrix near A that is kept, or the LU of one like A

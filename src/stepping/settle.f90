@@ -17,6 +17,7 @@ module scree_settle
   use scree_iteration, only: group_t, iteration_t
   use scree_iteration_end, only: check_areas, reject_unsettled
   use scree_kinds, only: dp
+  use scree_linear_solver, only: exactness_t
   use scree_model, only: cache_t, model_t
   use scree_open_close, only: break_bonds, follow_stress, hold_contacts, judge_contacts, judge_prediction, meet_at_prediction, &
                               return_anchors
@@ -291,8 +292,9 @@ contains
     integer :: e
 
     associate (group => try%group)
-      call solve_equations(cache%equations, cache%timers, group%number, linear_tolerance(model), .not. model%settings%shi, &
-                           group%in_contact, try%iteration%far, try%d, residual, error)
+      call solve_equations(cache%equations, cache%timers, group%number, &
+                           exactness_t(linear_tolerance(model), keeps_factor=.not. model%settings%shi, &
+                                       by_balance=group%in_contact, roughly=try%iteration%far), try%d, residual, error)
       try%outcome%solves = try%outcome%solves + 1
       if (.not. allocated(error)) then
         if ((model%settings%relaxation < 1 .or. model%settings%anderson > 0) &

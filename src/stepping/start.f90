@@ -22,6 +22,7 @@ module scree_start
   use scree_integrator, only: rule_at_rest, turns_acceleration
   use scree_islands, only: keep_factored
   use scree_kinds, only: dp
+  use scree_linear_solver, only: exactness_t
   use scree_model, only: cache_t, model_t
   use scree_pair_effects, only: add_forces_of_bolts, add_forces_of_contacts
   use scree_scene, only: scheme_central_difference, start_acceleration, start_consistent
@@ -220,7 +221,7 @@ contains
       do k = 1, size(list)
         call add_equations(cache%equations, group, k, cache%element(list(k))%kinematics%span, terms(list(k)))
       end do
-      call solve_equations(cache%equations, cache%timers, group, settled, .false., .false., .false., x, residual, error)
+      call solve_equations(cache%equations, cache%timers, group, exactness_t(settled), x, residual, error)
       if (.not. allocated(error)) cycle
       e = weakest_element(cache%equations, group)
       error%message = 'the start: '//words_of(new_trouble(error%message, 'another integrator.start, and check density and '// &
