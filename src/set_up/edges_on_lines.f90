@@ -30,26 +30,41 @@ contains
     real(dp), intent(in) :: extent          !! of the model, length
     type(piece_t), allocatable :: pieces(:)
     type(piece_t) :: piece
-    integer :: e, k, l, last
+    integer, allocatable :: edge(:, :)
+    integer :: i
     logical :: found
 
     allocate (pieces(0))
+    edge = outer_edges(system)
+    do i = 1, size(edge, 2)
+      call cut(state%vertex(:, edge(2:3, i)), line - spread(system%origin, 2, 2), extent, piece, found)
+      if (.not. found) cycle
+      piece%element = edge(1, i)
+      pieces = [pieces, piece]
+    end do
+  end function pieces_on_line
+
+  !> Edges of elements but for lines of the mesh, in their order: the element, and the vertices from which and to which each goes.
+  pure function outer_edges(system) result(edge)
+    type(system_t), intent(in) :: system
+    integer, allocatable :: edge(:, :)      !! (3, n)
+    integer :: e, k, l, last, n
+
     associate (shape => system%elements%shape)
+      allocate (edge(3, count(shape%joint /= 0)))
+      n = 0
       do e = 1, system%n_elements
         do l = shape%first_loop(e), shape%first_loop(e + 1) - 1
           last = shape%first_vertex(l + 1) - 1
           do k = shape%first_vertex(l), last
-            if (shape%joint(k) == 0) cycle ! a line of the mesh
-            call cut(state%vertex(:, [k, merge(shape%first_vertex(l), k + 1, k == last)]), &
-                     line - spread(system%origin, 2, 2), extent, piece, found)
-            if (.not. found) cycle
-            piece%element = e
-            pieces = [pieces, piece]
+            if (shape%joint(k) == 0) cycle
+            n = n + 1
+            edge(:, n) = [e, k, merge(shape%first_vertex(l), k + 1, k == last)]
           end do
         end do
       end do
     end associate
-  end function pieces_on_line
+  end function outer_edges
 
   !> Cuts out the piece of an edge that lies on a line, if any.
   pure subroutine cut(edge, line, extent, piece, found)
@@ -139,23 +154,17 @@ contains
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: table(:, :)     !! (2, n) x ascending, y; level beyond its ends; in coordinates of the deck, length
     type(piece_t), allocatable :: pieces(:)
-    real(dp) :: level(2, size(table, 2)), edge(2, 2)
-    integer :: e, k, l, last
+    real(dp) :: level(2, size(table, 2)), ends(2, 2)
+    integer, allocatable :: edge(:, :)
+    integer :: i
 
     allocate (pieces(0))
     level = table - spread(system%origin, 2, size(table, 2))
-    associate (shape => system%elements%shape)
-      do e = 1, system%n_elements
-        do l = shape%first_loop(e), shape%first_loop(e + 1) - 1
-          last = shape%first_vertex(l + 1) - 1
-          do k = shape%first_vertex(l), last
-            if (shape%joint(k) == 0) cycle ! a line of the mesh
-            edge = state%vertex(:, [k, merge(shape%first_vertex(l), k + 1, k == last)])
-            if (minval(edge(2, :)) < maxval(level(2, :))) call drown(e, edge, level, pieces)
-          end do
-        end do
-      end do
-    end associate
+    edge = outer_edges(system)
+    do i = 1, size(edge, 2)
+      ends = state%vertex(:, edge(2:3, i))
+      if (minval(ends(2, :)) < maxval(level(2, :))) call drown(edge(1, i), ends, level, pieces)
+    end do
   end function pieces_under_water
 
   !> Adds the pieces of an edge that lie below a water table, on each part of which their depth is linear.

@@ -36,12 +36,8 @@ contains
     if (size(scene%boundary_loads) == 0 .and. .not. allocated(scene%settings%water_table)) return
     allocate (piece(0), line(0))
     do i = 1, size(scene%boundary_loads)
-      more = pieces_on_line(system, state, scene%boundary_loads(i)%ends, scene%extent)
-      if (size(more) == 0) then
-        call no_edge(scene, 'boundary.lines', i, error)
-        return
-      end if
-      more = pack(more, is_there(system, more))
+      call find_pieces(scene, system, state, 'boundary.lines', i, scene%boundary_loads(i)%ends, more, error)
+      if (allocated(error)) return
       piece = [piece, more]
       line = [line, spread(i, 1, size(more))]
     end do
@@ -148,8 +144,8 @@ contains
     associate (s => scene%settings)
       if (.not. allocated(s%absorbing_lines) .and. .not. allocated(s%absorbing_base)) return
       allocate (piece(0), lets_in(0))
-      call find_pieces('absorbing.base', s%absorbing_base, .true.)
-      call find_pieces('absorbing.lines', s%absorbing_lines, .false.)
+      call add_lines('absorbing.base', s%absorbing_base, .true.)
+      call add_lines('absorbing.lines', s%absorbing_lines, .false.)
       if (allocated(error)) return
       allocate (absorbing)
       absorbing%wave = time_table_t([0.0_dp], reshape([0.0_dp, 0.0_dp], [2, 1]), .false.)
@@ -172,7 +168,7 @@ contains
   contains
 
     !> Adds the pieces on some lines, but for what absorbs already.
-    subroutine find_pieces(name, lines, comes_in)
+    subroutine add_lines(name, lines, comes_in)
       character(len=*), intent(in) :: name
       real(dp), allocatable, intent(in) :: lines(:)
       logical, intent(in) :: comes_in
@@ -181,16 +177,13 @@ contains
 
       if (.not. allocated(lines) .or. allocated(error)) return
       do line = 1, size(lines)/4
-        more = pieces_on_line(system, state, reshape(lines(4*line - 3:4*line), [2, 2]), scene%extent)
-        if (size(more) == 0) then
-          call no_edge(scene, name, line, error)
-          return
-        end if
-        more = pieces_beside(pack(more, is_there(system, more)), piece)
+        call find_pieces(scene, system, state, name, line, reshape(lines(4*line - 3:4*line), [2, 2]), more, error)
+        if (allocated(error)) return
+        more = pieces_beside(more, piece)
         piece = [piece, more]
         lets_in = [lets_in, spread(comes_in, 1, size(more))]
       end do
-    end subroutine find_pieces
+    end subroutine add_lines
 
   end subroutine absorb_on_edges
 
@@ -229,12 +222,8 @@ contains
       if (.not. allocated(lines) .or. allocated(error)) return
       do i = 1, size(lines)/4
         line = reshape(lines(4*i - 3:4*i), [2, 2])
-        piece = pieces_on_line(system, state, line, scene%extent)
-        if (size(piece) == 0) then
-          call no_edge(scene, name, i, error)
-          return
-        end if
-        piece = pack(piece, is_there(system, piece))
+        call find_pieces(scene, system, state, name, i, line, piece, error)
+        if (allocated(error)) return
         held = along
         if (.not. norm2(along) > 0) held = [line(2, 1) - line(2, 2), line(1, 2) - line(1, 1)]/norm2(line(:, 2) - line(:, 1))
         do m = 1, size(piece)
@@ -258,15 +247,21 @@ contains
     is_there = system%present(system%elements%block(piece%element))
   end function is_there
 
-  !> Error of a line on which no edge lies.
-  subroutine no_edge(scene, name, line, error)
+  !> Finds the pieces on a line of a setting, of blocks that no stage has removed. Errors: a line on which no edge lies.
+  subroutine find_pieces(scene, system, state, name, i, line, piece, error)
     type(scene_t), intent(in) :: scene
-    character(len=*), intent(in) :: name
-    integer, intent(in) :: line
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    character(len=*), intent(in) :: name        !! of the setting
+    integer, intent(in) :: i                    !! of the line in it
+    real(dp), intent(in) :: line(2, 2)          !! (xy, end), length
+    type(piece_t), allocatable, intent(out) :: piece(:)
     type(error_t), allocatable, intent(out) :: error
 
-    call fail(error, status_bad_input, given_at(scene%words, name)//': expected lines that edges of blocks lie on in '//name// &
-              ', found none on line '//number_text(line))
-  end subroutine no_edge
+    piece = pieces_on_line(system, state, line, scene%extent)
+    if (size(piece) == 0) call fail(error, status_bad_input, given_at(scene%words, name)//': expected lines that edges of '// &
+                                    'blocks lie on in '//name//', found none on line '//number_text(i))
+    piece = pack(piece, is_there(system, piece))
+  end subroutine find_pieces
 
 end module scree_loaded_edges

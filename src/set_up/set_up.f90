@@ -177,10 +177,18 @@ contains
     integer, allocatable :: inside(:, :)
     integer :: b
 
-    vertex = blocks%vertex - spread(0.5_dp*(minval(blocks%vertex, 2) + maxval(blocks%vertex, 2)), 2, size(vertex, 2))
+    vertex = blocks%vertex - spread(middle_of(blocks), 2, size(vertex, 2))
     call make_outlines(blocks%shape, vertex, [(b, b=1, size(blocks%material))], outlines, error)
     if (.not. allocated(error)) call find_overlaps(outlines, vertex, overlaps, inside)
   end subroutine find_overlaps_under_mesh
+
+  !> Middle of the box around the blocks.
+  pure function middle_of(blocks) result(middle)
+    type(blocks_t), intent(in) :: blocks
+    real(dp) :: middle(2)                   !! length
+
+    middle = 0.5_dp*(minval(blocks%vertex, 2) + maxval(blocks%vertex, 2))
+  end function middle_of
 
   !> Bodies and where they are, in coordinates about the middle of the scene.
   subroutine make_system(scene, blocks, system, state, quality, error)
@@ -194,7 +202,7 @@ contains
     integer :: b
 
     system%model = scene%settings%model
-    middle = 0.5_dp*(minval(blocks%vertex, 2) + maxval(blocks%vertex, 2))
+    middle = middle_of(blocks)
     system%origin = blocks%origin + middle
     state%vertex = blocks%vertex - spread(middle, 2, size(blocks%vertex, 2))
     state%point = blocks%point - spread(middle, 2, size(blocks%point, 2))
@@ -242,7 +250,7 @@ contains
 
     do b = 1, size(blocks%material)
       moments = block_moments(blocks, b)
-      centroid(:, b) = moments%centroid - 0.5_dp*(minval(blocks%vertex, 2) + maxval(blocks%vertex, 2))
+      centroid(:, b) = moments%centroid - middle_of(blocks)
     end do
     if (scene%settings%second_order) then
       allocate (system%sampling)
