@@ -107,24 +107,19 @@ contains
   !> Makes the file and what never changes in it.
   !>
   !> Errors: `status_bad_input` where the path cannot be a file; `status_run_failed` where writing fails.
-  subroutine open_results(results, path, layout, with_xdmf, error, hides, beside)
+  subroutine open_results(results, path, layout, with_xdmf, hides, beside, error)
     type(results_t), intent(out) :: results
     character(len=*), intent(in) :: path
     type(layout_t), intent(in) :: layout
     logical, intent(in) :: with_xdmf
+    logical, intent(in) :: hides            !! frames may have elements that are gone
+    logical, intent(in) :: beside           !! the file waits by another name until it takes its place
     type(error_t), allocatable, intent(out) :: error
-    logical, intent(in), optional :: hides  !! frames may have elements that are gone
-    logical, intent(in), optional :: beside !! the file waits by another name until it takes its place
     integer(hid_t) :: group
     integer :: status
-    logical :: with_ghosts
 
-    with_ghosts = .false.
-    if (present(hides)) with_ghosts = hides
     results%path = path
-    if (present(beside)) then
-      if (beside) results%path = path//'.part'
-    end if
+    if (beside) results%path = path//'.part'
     results%n_vertices = layout%n_vertices
     results%n_elements = size(layout%block)
     results%expected_frames = max(1, layout%expected_frames)
@@ -148,11 +143,11 @@ contains
     call write_whole(results%steps, 'NSteps', [0], error)
     if (allocated(error)) return
     call h5gclose_f(group, status)
-    call make_frames(results, layout, with_ghosts, error)
+    call make_frames(results, layout, hides, error)
     if (allocated(error)) return
     if (with_xdmf) then
       allocate (results%xdmf)
-      call begin_xdmf(results%xdmf, path, layout%n_vertices, layout%first, layout%corner, with_ghosts, error)
+      call begin_xdmf(results%xdmf, path, layout%n_vertices, layout%first, layout%corner, hides, error)
       if (allocated(error)) return
     end if
     call h5gcreate_f(results%file, '/scene', group, status)

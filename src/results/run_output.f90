@@ -59,8 +59,8 @@ contains
 
     output%checkpoint_every = scene%settings%checkpoint_every
     output%layout = layout_of(scene, model, state, options%runs)
-    call open_results(output%file, options%results_path, output%layout, options%with_xdmf, error, hides=output%kinds%removal, &
-                      beside=len(options%restart_path) > 0)
+    call open_results(output%file, options%results_path, output%layout, options%with_xdmf, output%kinds%removal, &
+                      len(options%restart_path) > 0, error)
     if (.not. allocated(error)) call describe_scene(output%file, scene, list, error)
     if (.not. allocated(error)) call store_parts(output%file, model, state, output%layout, error)
     if (.not. allocated(error) .and. model%model == model_nmm) call store_covers(output%file, model, state, error)
