@@ -3,7 +3,7 @@ module scree_contact_forces
   use scree_contact_geometry, only: acting_rows_t
   use scree_contact_quantities, only: contact_force_t
   use scree_contact_rules, only: gaps_and_slips, press, rows_along, rubs
-  use scree_contact_try, only: contact_try_t, of_elements, row_across
+  use scree_contact_try, only: contact_try_t, elements_of, of_elements, row_across
   use scree_contacts, only: state_open
   use scree_element_term, only: add_change, add_friction_change, add_pair_force, leave_symmetry, pair_term_t
   use scree_kinds, only: dp
@@ -185,7 +185,7 @@ contains
         call press(try, i, gaps_and_slips(model, try, i, d), force)
         call rows_along(try, i, active, along)
         do k = 1, contact%n_entrances
-          associate (moved => of_elements(model, try%pair(:, contact%entrance(k)%pair), d))
+          associate (moved => of_elements(model, elements_of(try, i, k), d))
             work = work + force%across(k)*dot_product(row_across(try, i, k), moved)
             if (k == active) work = work + force%along*dot_product(along, moved)
           end associate

@@ -15,7 +15,7 @@ module scree_contact_rules
   use scree_contact_geometry, only: find_geometry
   use scree_contact_memory, only: contact_as_shi, contact_over_edges, inherit, past_t
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
-  use scree_contact_try, only: contact_try_t, of_elements
+  use scree_contact_try, only: contact_try_t, elements_of, of_elements
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, &
                             state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, meet_as_shi, meet_by_entrances, meeting_t
@@ -207,7 +207,7 @@ contains
     do i = try%first, try%last
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k), geometry => try%geometry(k, i), &
-                   pair => try%pair(:, try%contact(i)%entrance(k)%pair))
+                   pair => elements_of(try, i, k))
           if (.not. allocated(try%acting)) then
             call find_geometry(model, cache, state, pair, entrance, d, geometry)
           else if (any(cache%element(pair)%green)) then
@@ -279,7 +279,7 @@ contains
       associate (entrance => try%contact(i)%entrance(k))
         if (entrance%state == state_open) &
           entrance%anchor = anchor_where_closed(try%geometry(k, i), try%edge(:, :, k, i), &
-                                                of_elements(model, try%pair(:, entrance%pair), d))
+                                                of_elements(model, elements_of(try, i, k), d))
       end associate
     end do
   end subroutine put_anchors

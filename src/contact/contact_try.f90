@@ -8,7 +8,7 @@ module scree_contact_try
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: contact_try_t, edges_stay, follow_motion, of_elements, row_across, states_of, take_all, take_island
+  public :: contact_try_t, edges_stay, elements_of, follow_motion, of_elements, row_across, states_of, take_all, take_island
 
   integer, parameter :: n = 2*element_unknowns
 
@@ -125,6 +125,15 @@ contains
       row = try%geometry(k, i)%normal
     end if
   end function row_across
+
+  !> Elements of entrance k of contact i, in the order of the unknowns.
+  pure function elements_of(try, i, k) result(pair)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i, k
+    integer :: pair(2)
+
+    pair = try%pair(:, try%contact(i)%entrance(k)%pair)
+  end function elements_of
 
   !> Values of the unknowns of two elements.
   pure function of_elements(model, pair, d)

@@ -9,7 +9,7 @@ module scree_open_close
   use scree_contact_rules, only: anchor_what_closes, decides_outside, force_to_hold, forgives_faint_forces, gaps_and_slips, &
                                  judge, measure_again, measure_contact, measure_contacts, press, press_across, pressing_of, &
                                  put_anchors
-  use scree_contact_try, only: contact_try_t, row_across
+  use scree_contact_try, only: contact_try_t, elements_of, row_across
   use scree_contacts, only: blocks_of, contact_law_t, count_states, entrance_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: act_on, bond, friction_of
   use scree_joint_stiffness, only: is_hard
@@ -148,7 +148,7 @@ contains
 
     normal = row_across(try, i, 1)
     cancelled = 0.0_dp
-    associate (pair => try%pair(:, try%contact(i)%entrance(1)%pair))
+    associate (pair => elements_of(try, i, 1))
       do side = 1, 2
         do j = 1, element_unknowns
           cancelled = cancelled + abs(normal((side - 1)*element_unknowns + j)*d(model%elements%unknown(j, pair(side))))

@@ -2,7 +2,7 @@
 module scree_bearings
   use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, gaps_and_slips, press
-  use scree_contact_try, only: contact_try_t, of_elements, row_across
+  use scree_contact_try, only: contact_try_t, elements_of, of_elements, row_across
   use scree_contacts, only: blocks_of, entrance_t, state_locked, state_open
   use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
@@ -10,7 +10,7 @@ module scree_bearings
   use scree_impulses, only: solve_compression
   use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
-  use scree_pairs, only: in_order => pair_of, number_of_pair, sorted_pairs
+  use scree_pairs, only: number_of_pair, pair_of, sorted_pairs
   use scree_rigid_bodies, only: add_motion, find_bodies, held_bodies, modes_of, motion_of, rigid_bodies_t
   use scree_sets, only: root_of, unite
   use scree_sorting, only: sort_into
@@ -19,7 +19,7 @@ module scree_bearings
   implicit none
   private
   public :: across_contact, any_closes, bearing_t, blow_t, blow_of_step, bonded_bodies, deformation_of, find_approaches, &
-            find_impulses, find_islands, find_strokes, force_of, list_bearings, pair_of, set_least, set_up_problem, &
+            find_impulses, find_islands, find_strokes, force_of, list_bearings, set_least, set_up_problem, &
             taking_part
 
   !> A contact that bears at the beginning of the step or at its end.
@@ -316,7 +316,9 @@ contains
     integer, intent(in) :: i
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)
 
-    across = dot_product(row_across(try, i, try%contact(i)%active), of_elements(model, pair_of(try, i), d))
+    associate (active => try%contact(i)%active)
+      across = dot_product(row_across(try, i, active), of_elements(model, elements_of(try, i, active), d))
+    end associate
   end function across_contact
 
   !> Displacements that take the bodies to where contacts act (n_unknowns): those of a step with Green strain.
@@ -386,7 +388,7 @@ contains
     end do
     allocate (between(2, size(bearing)), number(size(bearing)))
     do i = 1, size(bearing)
-      between(:, i) = in_order(bearing(i)%block(1), bearing(i)%block(2))
+      between(:, i) = pair_of(bearing(i)%block(1), bearing(i)%block(2))
     end do
     pairs = sorted_pairs(between)
     allocate (struck(size(pairs, 2)), source=0.0_dp)
@@ -621,15 +623,6 @@ contains
     if (any(nearby)) share = minval(bearing%met_at, mask=nearby)
   end function share_until_met
 
-  !> Elements of the entrance of contact i that acts, in the order of the unknowns.
-  pure function pair_of(try, i) result(pair)
-    type(contact_try_t), intent(in) :: try
-    integer, intent(in) :: i
-    integer :: pair(2)
-
-    pair = try%pair(:, try%contact(i)%entrance(try%contact(i)%active)%pair)
-  end function pair_of
-
   !> Bodies of contacts, and how these see their motion: with the rows of the end of the step, along which impulses have no torque.
   pure subroutine set_up_problem(model, cache, state, part_of, d, try, bearing, bodies, problem)
     type(model_t), intent(in) :: model
@@ -651,7 +644,8 @@ contains
     problem%mobility = bodies%mobility
     problem%least = 0.0_dp
     do i = 1, size(bearing)
-      associate (contact => try%contact(bearing(i)%contact), pair => pair_of(try, bearing(i)%contact), &
+      associate (contact => try%contact(bearing(i)%contact), &
+                 pair => elements_of(try, bearing(i)%contact, try%contact(bearing(i)%contact)%active), &
                  geometry => try%geometry(try%contact(bearing(i)%contact)%active, bearing(i)%contact))
         problem%friction(i) = friction_of(try%law, contact%entrance(contact%active))
         do side = 1, 2

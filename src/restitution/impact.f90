@@ -20,11 +20,11 @@
 module scree_impact
   use scree_base_acceleration, only: force_of_base
   use scree_bearings, only: across_contact, bearing_t, bonded_bodies, deformation_of, find_approaches, find_impulses, &
-                            find_islands, find_strokes, force_of, list_bearings, pair_of, set_least, set_up_problem, &
+                            find_islands, find_strokes, force_of, list_bearings, set_least, set_up_problem, &
                             taking_part, together
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, rows_along
-  use scree_contact_try, only: contact_try_t, row_across, take_all
+  use scree_contact_try, only: contact_try_t, elements_of, row_across, take_all
   use scree_contacts, only: state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: friction_of
   use scree_effects, only: mean_share_of_weight
@@ -521,8 +521,8 @@ contains
 
     motion = 0.0_dp
     do i = 1, size(bearing)
-      pair = pair_of(try, bearing(i)%contact)
       associate (active => try%contact(bearing(i)%contact)%active)
+        pair = elements_of(try, bearing(i)%contact, active)
         call rows_along(try, bearing(i)%contact, active, along)
         force = bearing(i)%impulse(1)*row_across(try, bearing(i)%contact, active) + bearing(i)%impulse(2)*along
       end associate
