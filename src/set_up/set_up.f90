@@ -314,8 +314,8 @@ contains
                     real_text(maxval(high - low))//', found '//real_text(s%cover_edge))
           return
         else if (product((high - low)/s%cover_edge + 1) > most_triangles) then
-          call fail(error, status_bad_input, from//': expected an edge that makes at most 50 million triangles, found '// &
-                    real_text(s%cover_edge))
+          call fail(error, status_bad_input, from//': expected an edge that makes at most '// &
+                    number_text(nint(most_triangles/1e6_dp))//' million triangles, found '//real_text(s%cover_edge))
           return
         end if
         call regular_mesh(s%cover_edge, s%cover_origin - system%origin, s%cover_angle*(pi/180), low, high, mesh)

@@ -22,7 +22,7 @@ module scree_iteration_end
   use scree_state, only: state_t
   use scree_step_try, only: cut_by_deformation, outcome_t, reject, try_t
   use scree_system, only: element_unknowns, values_of
-  use scree_text, only: number_text
+  use scree_text, only: number_text, real_text
   implicit none
   private
   public :: check_areas, leaves_little, leaves_nothing, reject_unsettled, turn_by_strain
@@ -165,8 +165,9 @@ contains
       ratio = (1 + theta(1))*(1 + theta(4)) - theta(2)*theta(3)
       if (ratio < largest_area_change .and. ratio*largest_area_change > 1.0_dp) return ! not so for NaN
       if (of_iterate .and. try%group%may_stray .and. abs(ratio) < huge(ratio)) return
-      call reject(try%outcome, cut_by_deformation, 'the iteration ran away (its area changed by more than a factor of 5)', &
-                  'a smaller step.size, and check density, E and loads there', e, cache%element(e)%kinematics%centroid)
+      call reject(try%outcome, cut_by_deformation, 'the iteration ran away (its area changed by more than a factor of '// &
+                  real_text(largest_area_change)//')', 'a smaller step.size, and check density, E and loads there', &
+                  e, cache%element(e)%kinematics%centroid)
     end associate
   end subroutine check_area
 

@@ -14,7 +14,7 @@ module scree_watch
   use scree_progress, only: progress_t, warn
   use scree_state, only: state_t, time_of_run
   use scree_system, only: fixed_point
-  use scree_text, only: rounded_text
+  use scree_text, only: rounded_text, short_text
   use scree_trouble, only: new_trouble, trouble_t, words_of
   implicit none
   private
@@ -219,7 +219,8 @@ contains
         if (watch%soft(e)) cycle
         if (least_stretch(state%deformation(:, e)) > least_stable_stretch) cycle
         watch%soft(e) = .true.
-        call say(new_trouble('it is compressed to a stretch below 0.577, where Green strain has lost its stiffness', &
+        call say(new_trouble('it is compressed to a stretch below '//short_text(least_stable_stretch, 3)// &
+                           ', where Green strain has lost its stiffness', &
                            element=e, position=cache%element(e)%kinematics%centroid))
       end do
     end subroutine watch_stiffness
