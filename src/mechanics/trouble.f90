@@ -3,7 +3,7 @@ module scree_trouble
   use scree_kinds, only: dp
   use scree_scene, only: model_nmm
   use scree_system, only: system_t
-  use scree_text, only: number_text, rounded_text
+  use scree_text, only: number_text, pair_text
   implicit none
   private
   public :: new_trouble, trouble_t, words_of
@@ -44,8 +44,7 @@ contains
     if (trouble%element > 0) then
       line = name_of(system, trouble%element)
       if (trouble%against > 0) line = line//' at '//name_of(system, trouble%against)
-      line = line//', ('//rounded_text(trouble%position(1) + system%origin(1))//', '// &
-             rounded_text(trouble%position(2) + system%origin(2))//'): '//trouble%what
+      line = line//', '//pair_text(trouble%position + system%origin, digits=6)//': '//trouble%what
     end if
     if (present(consequence)) line = line//'; '//consequence
     if (allocated(trouble%advice)) line = line//'; try '//trouble%advice

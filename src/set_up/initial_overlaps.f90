@@ -9,7 +9,7 @@ module scree_initial_overlaps
   use scree_kinds, only: dp
   use scree_scene, only: scene_t
   use scree_system, only: system_t
-  use scree_text, only: number_text, real_text, short_text, text_t
+  use scree_text, only: number_text, pair_text, real_text, short_text, text_t
   implicit none
   private
   public :: overlap_texts, overlap_warning, refuse_overlaps
@@ -78,16 +78,14 @@ contains
     class(system_t), intent(in) :: system
     type(overlap_t), intent(in) :: overlap
     character(len=:), allocatable :: text
-    real(dp) :: position(2)
 
-    position = overlap%position + system%origin
     text = 'blocks '//number_text(overlap%body(1))//' and '//number_text(overlap%body(2))
     if (overlap%crossing) then
       text = text//' that cross'
     else
       text = text//' by '//short_text(overlap%depth)//', '//short_text(overlap%share)//' of the smaller,'
     end if
-    text = text//' at ('//short_text(position(1))//', '//short_text(position(2))//')'
+    text = text//' at '//pair_text(overlap%position + system%origin)
   end function overlap_text
 
   !> How many more there are.

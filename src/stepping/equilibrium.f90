@@ -39,7 +39,7 @@ module scree_equilibrium
   use scree_step_constraints, only: constraints_of_step
   use scree_step_try, only: try_t
   use scree_system, only: element_unknowns, values_of
-  use scree_text, only: number_text, short_text
+  use scree_text, only: number_text, pair_text, short_text
   implicit none
   private
   public :: balance_t, begin_settling, find_balance, is_balanced, tolerance_of, words_of_balance
@@ -355,19 +355,11 @@ contains
     type(balance_t), intent(in) :: balance
     character(len=:), allocatable :: text
 
-    text = 'block '//number_text(balance%block)//' at '//words_of_pair(balance%position)//' is out of balance by '// &
-           short_text(balance%share)//' of what acts on it, and moved by '//words_of_pair(balance%way)// &
+    text = 'block '//number_text(balance%block)//' at '//pair_text(balance%position)//' is out of balance by '// &
+           short_text(balance%share)//' of what acts on it, and moved by '//pair_text(balance%way)// &
            ' in the last step, '//short_text(balance%speed)//' a time'
     if (balance%moves) text = text//', and nothing stops it'
     if (balance%others > 0) text = text//'; so are '//number_text(balance%others)//' others'
   end function words_of_balance
-
-  !> Two numbers in words.
-  pure function words_of_pair(pair) result(text)
-    real(dp), intent(in) :: pair(2)
-    character(len=:), allocatable :: text
-
-    text = '('//short_text(pair(1))//', '//short_text(pair(2))//')'
-  end function words_of_pair
 
 end module scree_equilibrium

@@ -4,7 +4,7 @@ module scree_text
   use scree_kinds, only: dp
   implicit none
   private
-  public :: in_lower_case, number_text, real_of, real_text, rounded_text, same_length, short_text, text_t, with_ending
+  public :: in_lower_case, number_text, pair_text, real_of, real_text, rounded_text, same_length, short_text, text_t, with_ending
 
   !> One of several texts.
   type :: text_t
@@ -130,6 +130,15 @@ contains
     read (buffer, *) rounded
     short_text = real_text(rounded)
   end function short_text
+
+  !> A place or a vector for people, (x, y), to as many digits as `short_text`.
+  pure function pair_text(pair, digits)
+    real(dp), intent(in) :: pair(2)
+    integer, intent(in), optional :: digits
+    character(len=:), allocatable :: pair_text
+
+    pair_text = '('//short_text(pair(1), digits)//', '//short_text(pair(2), digits)//')'
+  end function pair_text
 
   !> A place, time or ratio for people: to six digits.
   pure function rounded_text(x)
