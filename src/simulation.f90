@@ -23,7 +23,7 @@ module scree_simulation
   use scree_run_records, only: note_kinds
   use scree_run_summary, only: add_step, begin_stage, begin_summary, end_stage, sum_up, summary_t
   use scree_run_output, only: begin_output, end_output, put_frame, put_problems, put_rest, put_step, run_output_t
-  use scree_scene, only: effect_t, run_options_t, scene_of_stage, scene_t, scheme_central_difference
+  use scree_scene, only: effect_t, kind_of, run_options_t, scene_of_stage, scene_t, scheme_central_difference
   use scree_set_up, only: set_up
   use scree_shi_control, only: first_size, following_size
   use scree_sleep, only: advance_awake
@@ -317,11 +317,8 @@ contains
   !> Says which stage begins or goes on.
   subroutine tell_stage(run)
     type(run_t), intent(inout) :: run
-    character(len=:), allocatable :: kind
 
-    kind = 'dynamic'
-    if (.not. run%scene%carried > 0) kind = 'static'
-    call tell(run%progress, words_of_stage(run)//' of '//number_text(run%n_stages)//', '//kind//', from time '// &
+    call tell(run%progress, words_of_stage(run)//' of '//number_text(run%n_stages)//', '//kind_of(run%scene)//', from time '// &
               rounded_text(time_of_run(run%state)))
   end subroutine tell_stage
 

@@ -7,7 +7,7 @@ module scree_stages
   use scree_polygon, only: holds, inner_place
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of
   use scree_rock_outline, only: crosses_itself
-  use scree_scene, only: bolt_record_t, scene_t, word_t
+  use scree_scene, only: bolt_record_t, kind_of, scene_t, word_t
   use scree_setting_rules, only: drop_idle, drop_overridden
   use scree_setting_table, only: deck_part_t, given_at, index_of, is_given_by, kind_choice, setting_t, taken_away
   use scree_settings, only: settings_table
@@ -271,7 +271,7 @@ contains
       associate (stage => scene%later(k))
         text = 'stage '//number_text(k + 1)
         if (stage%settings%stage_name /= text) text = text//' ('//stage%settings%stage_name//')'
-        text = text//': '//trim(merge('dynamic', 'static ', stage%carried > 0))
+        text = text//': '//kind_of(stage)
         n = count(stage%removed .and. .not. removed)
         if (n > 0) text = text//'; removes '//number_text(n)//' of '//number_text(count(.not. removed))//' blocks'
         removed = stage%removed

@@ -9,7 +9,7 @@ module scree_scene
   use scree_text, only: text_t
   implicit none
   private
-  public :: block_material_t, bolt_record_t, boundary_load_t, effect_t, joint_material_t, line_t, point_t, polygons_t, &
+  public :: block_material_t, bolt_record_t, boundary_load_t, effect_t, joint_material_t, kind_of, line_t, point_t, polygons_t, &
             run_options_t, scene_of_stage, scene_t, settings_t, stage_t, time_table_t, word_t
 
   !> Order of the numbers of an analysis deck: told by their count, or said.
@@ -298,6 +298,15 @@ module scree_scene
   end type scene_t
 
 contains
+
+  !> The kind of a stage, as `stage.kind` has it.
+  pure function kind_of(stage) result(kind)
+    class(stage_t), intent(in) :: stage
+    character(len=:), allocatable :: kind
+
+    kind = 'static'
+    if (stage%carried > 0) kind = 'dynamic'
+  end function kind_of
 
   !> The scene as it is in a stage. Times of the tables of points count from the beginning of the run, all others from that of the
   !> stage.

@@ -18,7 +18,7 @@ module scree_run_output
   use scree_run_records, only: declare_records, displacement_of_vertices, kinds_t, put_frame_records, put_step_records, records_t, &
                                velocity_of_vertices
   use scree_run_summary, only: summary_t
-  use scree_scene, only: effect_t, model_nmm, run_options_t, scene_t, settings_t, word_t
+  use scree_scene, only: effect_t, kind_of, model_nmm, run_options_t, scene_t, settings_t, word_t
   use scree_setting_table, only: is_given_by
   use scree_state, only: state_t, step_of_run, time_of_run
   use scree_summary_words, only: ending_t, json_of
@@ -371,10 +371,10 @@ contains
 
     if (size(scene%later) == 0) return
     name(1) = 'stage 1'
-    kind(1) = merge('dynamic', 'static ', scene%carried > 0)
+    kind(1) = kind_of(scene)
     do k = 1, size(scene%later)
       name(k + 1) = scene%later(k)%settings%stage_name
-      kind(k + 1) = merge('dynamic', 'static ', scene%later(k)%carried > 0)
+      kind(k + 1) = kind_of(scene%later(k))
     end do
     call store_words(results, '/stages/name', name, error)
     if (.not. allocated(error)) call store_words(results, '/stages/kind', kind, error)
