@@ -1,7 +1,6 @@
 !> What of the facts of a model is likely a mistake: units, signs, what nothing holds.
 module scree_model_warnings
-  use scree_contact_rules, only: may_make_energy
-  use scree_contacts, only: rules_conserving
+  use scree_contact_rules, only: may_make_energy, only_presses
   use scree_kinds, only: dp
   use scree_likely_units, only: doubt_of_stiffness, doubt_of_weight
   use scree_model_facts, only: facts_t, list_text, n_sides, side_name
@@ -41,7 +40,7 @@ contains
         if (joint%friction_angle > 0 .and. joint%friction_angle < least_angle) &
           call add(where//'expected a friction angle of 0 or from '//short_text(least_angle)//' degree, found '// &
                    short_text(joint%friction_angle)//': radians?')
-        if (joint%tensile_strength > 0 .and. scene%settings%rules == rules_conserving) &
+        if (joint%tensile_strength > 0 .and. only_presses(scene%settings%rules)) &
           call add(where//'expected no tensile strength with contact.rules=''conserving'', which only presses, found '// &
                    short_text(joint%tensile_strength))
       end associate

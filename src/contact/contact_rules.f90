@@ -1,4 +1,4 @@
-!> Whose rules contacts follow: the only file that asks.
+!> Whose rules contacts follow: the only file that asks, but for defaults of settings.
 !>
 !> There are three schools, each with kernels in a file of its own (`coulomb_contact`, `conserving_contact`, `shi_contact`), and
 !> five verbs that each of them has:
@@ -40,7 +40,7 @@ module scree_contact_rules
   public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
   public :: anchor_what_closes, decides_outside, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, &
-            judge, judges_anew, may_make_energy, settles_as_one, steps_decide_impacts
+            judge, judges_anew, may_make_energy, only_presses, settles_as_one, steps_decide_impacts
   ! remember
   public :: remember_overlap, remember_slide, stiffness_adapts, stiffness_after
 
@@ -636,6 +636,13 @@ contains
 
     may_make_energy = rules == rules_shi
   end function may_make_energy
+
+  !> Whether contacts only press, whatever tensile strength their joints have.
+  pure logical function only_presses(rules)
+    integer, intent(in) :: rules
+
+    only_presses = rules == rules_conserving
+  end function only_presses
 
   !> Whether the stiffness follows gaps and overlaps from step to step (Shi: spri).
   pure logical function stiffness_adapts(law)
