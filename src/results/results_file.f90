@@ -3,8 +3,8 @@
 !> Knows nothing of steps or systems: numbers come in as arrays. Rows wait in memory, those of frames too, and are written at a
 !> frame: the first, one with a checkpoint, and one at which a quarter of a second has gone by or 16 MB wait, as HDF5 takes a
 !> millisecond for it, more than a step of a few blocks takes. Frames are written, flushed, and only then counted in
-!> `Steps@NSteps`, so that a run that dies leaves every counted frame readable. The default (earliest) format keeps no mark of
-!> being open, and chunks are large, so that the index of a dataset hardly ever changes.
+!> `Steps@NSteps`, so that a run that dies leaves every counted frame readable. The head of the file is that of HDF5 1.8, which
+!> keeps no mark of being open, and chunks are large, so that the index of a dataset hardly ever changes.
 module scree_results_file
   use hdf5
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
@@ -512,7 +512,7 @@ contains
   !> there. A file without a frame is taken away.
   subroutine close_results(results, status_text, summary, warning, cost, work, error)
     type(results_t), intent(inout) :: results
-    character(len=*), intent(in) :: status_text  !! complete, cut, interrupted, or stopped: reason
+    character(len=*), intent(in) :: status_text  !! as in doc/results.md: complete, cut, interrupted, stopped: reason, ...
     character(len=*), intent(in) :: summary      !! as a JSON object; empty: none
     type(text_t), intent(in) :: warning(:)       !! that were given
     type(cost_t), intent(in) :: cost(:)
@@ -565,7 +565,7 @@ contains
     end if
   end subroutine take_place
 
-  !> Closes a file that never took its place, and takes it away.
+  !> Closes a file that never took its place, or that of a run which only probes, and takes it away.
   subroutine abandon_results(results)
     type(results_t), intent(inout) :: results
     integer :: status

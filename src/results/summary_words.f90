@@ -20,7 +20,7 @@ module scree_summary_words
 
   !> How a run ended.
   type :: ending_t
-    character(len=:), allocatable :: status      !! as in the results: complete, interrupted, or stopped: reason
+    character(len=:), allocatable :: status      !! as in doc/results.md: complete, cut, interrupted, stopped: reason, ...
     character(len=:), allocatable :: path        !! of the results
     type(text_t), allocatable :: warning(:)      !! that were given
     type(cost_t), allocatable :: cost(:)

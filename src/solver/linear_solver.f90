@@ -1,4 +1,5 @@
-!> Solution of A x = b. This file is the only one that knows how: another strategy is written here.
+!> Solution of A x = b. This file is the only one that knows how: another strategy is written here. Small dense systems within a
+!> friction problem are solved there (`scree_friction_path`).
 !>
 !> - A small matrix, of one element or an island of two, goes to LAPACK.
 !> - A sparse matrix is solved by GMRES on the factor that CHOLMOD has of the symmetric matrix beside it, or beside one before it: a
