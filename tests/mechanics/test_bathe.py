@@ -126,13 +126,10 @@ def test_the_stiff_pendulum_swings_on_where_the_trapezoidal_rule_runs_away(tmp_p
 
 def test_blocks_that_rest_come_to_rest(tmp_path):
     """Contacts press with the force of the end of a step, and the second of two forgets what shakes in them. Impacts are warned of."""
-    rows = [(x, y) for box in (((-1, -1), (2, -1), (2, 0), (-1, 0)), ((0, 0), (1, 0), (1, 1), (0, 1)), ((0, 1), (1, 1), (1, 2), (0, 2)))
-            for x, y in [*box, box[0]]]
-    text = [*(f"1 {8 * i + 1} {8 * i + 4}" for i in range(3))]
-    for i, (x, y) in enumerate(rows):
-        text += [f"1 {x} {y}"] + ["0 0 0"] * (3 if i % 5 == 4 else 0)
-    (tmp_path / "b.blk").write_text("\n".join(["3 0 24", "3 0 0", *text, "-0.9 -0.9 1", "1.9 -0.9 1", "0.5 -0.1 1", ""]))
-    (tmp_path / "b.ana").write_text("1 400 1 1 0.05 0.005 2500 25000 1e9 0.2 0 0 0 0 0 0 0 0 0 30 0 0\n&deck geometry='b.blk' /\n")
+    blocks = [block_files.box(*sides) for sides in ((-1, 2, -1, 0), (0, 1, 0, 1), (0, 1, 1, 2))]
+    (tmp_path / "b.blk").write_text(block_files.on_base("Two blocks on a base", blocks))
+    rock = "2500 25000 1e9 0.2 0 0 0 0 0 0 0 0 0"
+    (tmp_path / "b.ana").write_text(f"1 400 2 1 0.05 0.005 {rock} {rock} 30 0 0\n&deck geometry='b.blk' /\n")
     said = "where blocks may meet, found 'bathe': its impacts make energy"
     assert said in scree.call("check", tmp_path / "b.ana", "--set", BATHE).stdout
     assert said not in scree.call("check", tmp_path / "b.ana", "--set", BATHE, "--set", "contact.method=none").stdout
