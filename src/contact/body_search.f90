@@ -154,15 +154,14 @@ contains
     end associate
   end subroutine measure_bodies
 
-  !> How far contacts of what does not move are looked for, as long as circles hold, with the length of the edges about.
+  !> How far contacts of what does not move are looked for, as long as circles hold, with the longest side about.
   elemental real(dp) function reach_at_rest(model, bodies, longest) result(reach)
     type(model_t), intent(in) :: model
     type(body_search_t), intent(in) :: bodies
     real(dp), intent(in) :: longest               !! side about, length
 
     reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, longest, longest) &
-            + room*longest &
-            + model%effects%contact%most_dilated
+            + room*longest + model%effects%contact%most_dilated
   end function reach_at_rest
 
   !> Counts the displacement of a step, from above: where all bodies kept clear of others what velocity made, and as much more as

@@ -86,7 +86,6 @@ contains
 
     !> Lists which vertices are near which edges, by how far these may move and turn in the step.
     subroutine look_around()
-
       associate (about => search%bodies%about)
         survey%turning(about) = 0.0_dp
         if (corners_turn(try%law)) &
