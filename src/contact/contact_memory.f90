@@ -19,6 +19,7 @@ module scree_contact_memory
   real(dp), parameter :: far = 10.0_dp            !! times the overlap of a spring: what has slid as much slides on
   real(dp), parameter :: in_line = 2e-2_dp        !! angle up to which faces that slide and press tilt, rad
   real(dp), parameter :: landing = 0.3_dp         !! of its way along: what goes farther across lands, or turns, and does not slide
+  real(dp), parameter :: as_good = 1e-9_dp        !! of an edge, up to which two pairs fit as well, and rounding would tell
   real(dp), parameter :: deeper = 2.0_dp          !! times that of others, that a joint overlaps by at the end of a tilted face
 
   !> The contacts of the step before, to be looked up.
@@ -26,6 +27,16 @@ module scree_contact_memory
     type(contact_t), allocatable :: contact(:)
     type(entrances_t) :: entrances
   end type past_t
+
+  !> How well a pair of an entrance line fits. By what is compared first tells the rank, then each length, and last the block, by
+  !> which blocks that are the same in all that is seen here differ, and mirror images do not.
+  type :: fit_t
+    integer :: rank = 0        !! it is new, or goes on; 0: there is none
+    real(dp) :: by(4) = 0.0_dp !! the larger one fits better, length
+    integer :: block = 0       !! of the edge: that of the higher number
+  end type fit_t
+
+  integer, parameter :: is_new = 1, goes_on_open = 2, goes_on_closed = 3 !! ranks
 
 contains
 
@@ -229,46 +240,84 @@ contains
 
   !> The pair of a line whose entrance was closed before and whose vertex is still within its edge, or hardly past its end; or else
   !> the one whose vertex lies best within its edge, one that is aside only where the others are past their ends. It goes on as it
-  !> was, or where it was not closed as another pair of the line that was.
+  !> was, or where it was not closed as another pair of the line that was. In which order the line has them does not matter.
   pure subroutine find_best_entrance(outlines, survey, past, line, best)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     type(line_t), intent(in) :: line
     type(entrance_t), intent(inout) :: best !! a new one
-    real(dp) :: at, inside, most
+    type(fit_t) :: fit, fit_of_best, fit_of_known
     integer :: before, k, known
-    logical :: goes_on, was_closed
 
-    most = -huge(most)
     known = 0
-    goes_on = .false.
     do k = 1, line%n
-      if (outlines%element(line%vertex(k)) == outlines%element(line%edge(k))) cycle
-      associate (length => survey%length(line%edge(k)))
-        at = along_edge(survey, line%vertex(k), line%edge(k))
-        inside = min(at, length - at)
-        if (line%aside(k)) inside = min(inside, -most_beyond*survey%local(line%vertex(k)))
-        before = entrance_before(past, line%vertex(k), line%edge(k))
-        was_closed = is_closed(past, before)
-        if (before > 0) then
-          if (inside >= -beyond(past%contact((before + 1)/2)%overlap, length, survey%local(line%vertex(k)))) &
-            inside = merge(huge(inside), 0.5_dp*huge(inside), was_closed)
+      associate (vertex => line%vertex(k), edge => line%edge(k))
+        if (outlines%element(vertex) == outlines%element(edge)) cycle
+        before = entrance_before(past, vertex, edge)
+        fit = fit_of_pair(outlines, survey, past, before, vertex, edge, line%aside(k))
+        if (fits_better(fit, fit_of_best)) then
+          fit_of_best = fit
+          best%vertex = vertex
+          best%edge = edge
+          best%anchor = along_edge(survey, vertex, edge)/survey%length(edge)
         end if
-        if (known == 0 .or. (was_closed .and. (inside > most .or. .not. goes_on))) known = before ! its own, where it goes on
-        if (inside <= most) cycle
-        most = inside
-        goes_on = was_closed
-        best%vertex = line%vertex(k)
-        best%edge = line%edge(k)
-        best%anchor = at/length
       end associate
+      if (before == 0) cycle
+      if (is_closed(past, before)) fit%rank = fit%rank + goes_on_closed ! wherever along its edge it is
+      if (.not. fits_better(fit, fit_of_known)) cycle
+      fit_of_known = fit
+      known = before
     end do
     if (best%vertex == 0) return
     best%joint = joint_of(outlines, survey, best)
     if (known > 0) call go_on(outlines, survey, past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)), best)
     best%from = known
   end subroutine find_best_entrance
+
+  !> How well a pair of a line fits that had an entrance before, or none: a new one by how far its vertex is within its edge and
+  !> behind it, and by how long are that and those at the vertex. Of pairs that go on, each from a contact of its own, that of the
+  !> longer edge fits better: its vertex stays within that for longer.
+  pure type(fit_t) function fit_of_pair(outlines, survey, past, before, vertex, edge, aside) result(fit)
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: before       !! number of its entrance; 0: it is new
+    integer, intent(in) :: vertex, edge
+    logical, intent(in) :: aside        !! as of the line
+    real(dp) :: at, inside, lowest, others
+
+    fit%rank = is_new
+    fit%block = outlines%block(edge)
+    associate (length => survey%length(edge), local => survey%local(vertex))
+      at = along_edge(survey, vertex, edge)
+      inside = min(at, length - at)
+      lowest = inside
+      if (aside) lowest = min(inside, -most_beyond*local)
+      others = survey%length(vertex) + survey%length(outlines%previous(vertex))
+      fit%by = [lowest, -gap_at(survey, vertex, edge), length, others]
+      if (before == 0) return
+      if (lowest < -beyond(past%contact((before + 1)/2)%overlap, length, local)) return
+      fit%rank = merge(goes_on_closed, goes_on_open, is_closed(past, before))
+      fit%by = [length, inside, -gap_at(survey, vertex, edge), others]
+    end associate
+  end function fit_of_pair
+
+  !> Whether a pair of a line fits better than another. What is the same but for rounding decides nothing.
+  pure logical function fits_better(a, b) result(better)
+    type(fit_t), intent(in) :: a, b
+    real(dp) :: rounding
+    integer :: k
+
+    better = a%rank > b%rank
+    if (a%rank /= b%rank) return
+    rounding = as_good*maxval([a%by, b%by])
+    do k = 1, size(a%by)
+      better = a%by(k) > b%by(k)
+      if (abs(a%by(k) - b%by(k)) > rounding) return
+    end do
+    better = a%block > b%block
+  end function fits_better
 
   !> How far past the end of its edge a pair lasts: as far as the two overlapped, or rounding takes a corner that rests there, but
   !> not to where the vertex counts as well over the next edge.
