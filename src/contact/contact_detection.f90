@@ -364,8 +364,8 @@ contains
     end subroutine let_give
 
     !> Lets one of the contacts of two tips, those after the first so many, bear what they bear: one that is closed, or else the
-    !> first. The others are open. Those that would begin across both of their lines rest where they are, if the tips turn far in
-    !> the step and are hardly across; else they are left out.
+    !> first. It comes before the others, which are open. Those that would begin across both of their lines rest where they are, if
+    !> the tips turn far in the step and are hardly across; else they are left out.
     subroutine let_one_bear(i, j, before)
       integer, intent(in) :: i, j, before
       real(dp) :: gap(2), least
@@ -377,10 +377,11 @@ contains
       do k = n_found, before + 1, -1
         if (found(k)%entrance(found(k)%active)%state /= state_open) bears = k
       end do
+      found([before + 1, bears]) = found([bears, before + 1])
       n = before
       do k = before + 1, n_found
         associate (contact => found(k))
-          if (k /= bears) then
+          if (k > before + 1) then
             gap = [(gap_at(survey, contact%entrance(m)%vertex, contact%entrance(m)%edge), m=1, 2)]
             if (all(gap < least)) cycle
             contact%entrance%state = state_open

@@ -1,7 +1,7 @@
 !> The contacts of a step as springs of a friction problem, and back: their lines, anchors and bonds stay.
 module scree_contact_problem
   use scree_contact_quantities, only: gap_and_slip_t
-  use scree_contact_rules, only: anchor_what_closes, gaps_and_slips, rows_along, spring_of
+  use scree_contact_rules, only: acts_by_another, anchor_what_closes, gaps_and_slips, rows_along, spring_of
   use scree_contact_try, only: contact_try_t, row_across
   use scree_contacts, only: state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: bond, friction_of
@@ -50,6 +50,10 @@ contains
         call rows_along(try, i, k, row(:, 2), row(:, 4))
         row(:, 3) = try%geometry(k, i)%normal
         if (allocated(try%law%dilation)) row(:, 3) = row(:, 3) - try%start(k, i)%opening%by_slip*row(:, 4)
+        if (acts_by_another(try, i)) then ! it stays open
+          row = 0.0_dp
+          spring%pressing = -spring%stiffness*now(k)%edge_length
+        end if
         call place_row(equations, group, equations%place_of(entrance%pair), i - try%first + 1, row, problem)
       end associate
     end do

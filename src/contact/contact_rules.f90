@@ -39,8 +39,8 @@ module scree_contact_rules
   ! press
   public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
-  public :: anchor_what_closes, decides_outside, forgives_faint_forces, goes_on_after_cut, iteration_rules, iteration_rules_t, &
-            judge, judges_anew, may_make_energy, only_presses, settles_as_one, steps_decide_impacts
+  public :: acts_by_another, anchor_what_closes, decides_outside, forgives_faint_forces, goes_on_after_cut, iteration_rules, &
+            iteration_rules_t, judge, judges_anew, may_make_energy, only_presses, settles_as_one, steps_decide_impacts
   ! remember
   public :: remember_overlap, remember_slide, stiffness_adapts, stiffness_after
 
@@ -56,6 +56,8 @@ module scree_contact_rules
     logical :: linear_springs = .true.         !! as long as states stay: friction problems may follow each other at once
   end type iteration_rules_t
 
+  !> Contacts that two corners may have, tip to tip: they stand one after the other.
+  integer, parameter :: most_tips = 3
   !> Iterations that may leave as many changes where springs stiffen: those of Newton's method on their curves.
   integer, parameter :: most_stiffening = 8
   !> Solutions that Shi's programs make before they cut the step.
@@ -508,12 +510,14 @@ contains
     integer, intent(in) :: i
     type(contact_force_t), intent(inout) :: force !! as of `press_across`, then on the lines that it is judged by
     type(contact_try_t), intent(inout) :: try
+    integer :: changes
     logical :: was_open
 
+    changes = try%changes
+    was_open = try%contact(i)%entrance(try%contact(i)%active)%state == state_open
     associate (law => try%law, start => try%start(:, i), now => try%now(:, i), doubt => try%doubt(i), contact => try%contact(i))
       select case (law%rules)
       case (rules_shi)
-        was_open = contact%entrance(contact%active)%state == state_open
         call judge_shi(law, now, force, contact, try%changes)
         if (was_open .and. .not. is_anchored(try)) call anchor_what_closed(start, now, contact)
       case (rules_conserving)
@@ -522,9 +526,32 @@ contains
         if (allocated(law%closure)) call judge_bend(law, now, doubt, contact, start, force, try%changes)
         call judge_coulomb(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
         if (allocated(law%dilation)) call judge_opening(law, try%dashpot, now, doubt, contact, start, try%changes)
+        if (acts_by_another(try, i)) then
+          contact%entrance(contact%active)%state = state_open
+          try%changes = changes + merge(0, 1, was_open)
+        end if
       end select
     end associate
   end subroutine judge
+
+  !> Whether contact i of two corners acts by another one of theirs, before it, that acts at the same vertex and edge and closes
+  !> wherever this one does. Corners that turn in a step may meet by up to three pairs of lines, of which some are the same: one
+  !> contact presses there, else their spring would be two or three times as stiff.
+  pure logical function acts_by_another(try, i)
+    type(contact_try_t), intent(in) :: try
+    integer, intent(in) :: i
+    integer :: k
+
+    acts_by_another = .false.
+    if (try%contact(i)%n_entrances == 1 .or. any(try%law%rules == [rules_conserving, rules_shi])) return
+    do k = max(try%first, i - most_tips + 1), i - 1
+      associate (other => try%contact(k)%entrance(try%contact(k)%active), own => try%contact(i)%entrance(try%contact(i)%active))
+        acts_by_another = try%contact(k)%n_entrances == 2 .and. other%vertex == own%vertex .and. other%edge == own%edge .and. &
+                          other%rest + other%dilated >= own%rest + own%dilated
+      end associate
+      if (acts_by_another) return
+    end do
+  end function acts_by_another
 
   !> Puts the anchor of a contact that was open, and is closed now.
   pure subroutine anchor_what_closed(start, now, contact)

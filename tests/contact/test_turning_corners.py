@@ -42,3 +42,21 @@ def test_what_rests_behind_a_line_is_met_once(sides, friction, tmp_path):
     energy = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5").history.energy
     assert energy.contact.max() > 0.01 * energy.kinetic[0]
     assert np.diff(energy.dissipated, prepend=0).min() > -1e-7 * energy.kinetic[0]
+
+
+def test_a_vertex_presses_on_an_edge_once(tmp_path):
+    """A stack on a floor beside a box of its size: as the boxes turn, corners that meet where three come together do so by several pairs of
+    lines, some of which are the same. Up to three contacts pressed with the same vertex on the same edge, each with its own spring."""
+    w = 4 / 3
+    boxes = [box(-1, 5, -1, 0), box(0, w, 0, 1), box(w, 2 * w, 0, 1), box(0, w, 1, 2)]
+    (tmp_path / "a.blk").write_text(block_file("stack", [(1 + (k > 0), b) for k, b in enumerate(boxes)]))
+    (tmp_path / "a.ana").write_text("\n".join([
+        "1 16 2 1 0.05 0.01", f"2500 0 1e7 0.25 {'0 ' * 9}", f"2500 0 1e7 0.25 {'0 ' * 6} 0.378 0.683 -0.0745", "0 0 0",
+        "&deck geometry='a.blk', dialect='short' /", "&method strain='small' /", "&acceleration table=0 0 10 100 0 10 /",
+        "&support both=-1 -1 5 -1 /", "&output every=1 /", ""]))
+    r = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5")
+    assert r.history.contacts[-1, 1:].sum() > 8
+    for step in range(1, 17):
+        contacts = r.contacts_of(step)
+        lines = [tuple(np.round([*place, *normal], 12)) for place, normal in zip(contacts.place, contacts.normal)]
+        assert len(set(lines)) == len(lines)
