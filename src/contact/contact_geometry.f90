@@ -102,7 +102,7 @@ contains
     integer :: body, edge_body, own, other           ! the unknowns of these bodies are after these
     logical :: still                                 ! the edge cannot move
 
-    body = model%outlines%element(entrance%vertex)
+    body = model%outlines%of_vertex(entrance%vertex)
     edge_body = model%outlines%element(entrance%edge)
     still = model%outlines%fixed(entrance%edge)
     own = merge(0, n, body == pair(1))

@@ -253,7 +253,7 @@ contains
     known = 0
     do k = 1, line%n
       associate (vertex => line%vertex(k), edge => line%edge(k))
-        if (outlines%element(vertex) == outlines%element(edge)) cycle
+        if (outlines%of_vertex(vertex) == outlines%element(edge)) cycle
         before = entrance_before(past, vertex, edge)
         fit = fit_of_pair(outlines, survey, past, before, vertex, edge, line%aside(k))
         if (fits_better(fit, fit_of_best)) then
@@ -677,7 +677,7 @@ contains
     known = 0
     within = .false.
     do k = 1, line%n
-      if (outlines%element(line%vertex(k)) == outlines%element(line%edge(k))) cycle
+      if (outlines%of_vertex(line%vertex(k)) == outlines%element(line%edge(k))) cycle
       before = place_of_pair(past%entrances, line%vertex(k), line%edge(k))
       if (before > 0) known = past%entrances%number(before)
       if (within) cycle

@@ -1,6 +1,6 @@
 !> Contacts by their pairs of a vertex and an edge, and the pairs of elements that they act between.
 module scree_contact_pairs
-  use scree_contacts, only: contact_t, state_open
+  use scree_contacts, only: contact_t, outlines_t, state_open
   use scree_pairs, only: pair_of
   implicit none
   private
@@ -127,8 +127,8 @@ contains
   end function has_same_entrances
 
   !> Pairs of elements that contacts act between.
-  pure function pairs_of_contacts(element, contact) result(pair)
-    integer, intent(in) :: element(:)          !! (n) that carries each vertex and edge of the outlines
+  pure function pairs_of_contacts(outlines, contact) result(pair)
+    type(outlines_t), intent(in) :: outlines
     type(contact_t), intent(in) :: contact(:)
     integer :: pair(2, sum(contact%n_entrances))
     integer :: i, k, m
@@ -137,7 +137,7 @@ contains
     do i = 1, size(contact)
       do k = 1, contact(i)%n_entrances
         m = m + 1
-        pair(:, m) = pair_of(element(contact(i)%entrance(k)%vertex), element(contact(i)%entrance(k)%edge))
+        pair(:, m) = pair_of(outlines%of_vertex(contact(i)%entrance(k)%vertex), outlines%element(contact(i)%entrance(k)%edge))
       end do
     end do
   end function pairs_of_contacts

@@ -158,7 +158,7 @@ contains
 
     may_meet = .not. (outlines%fixed(i) .and. outlines%fixed(j)) .and. .not. (outlines%gone(i) .or. outlines%gone(j))
     if (outlines%block(i) == outlines%block(j)) &
-      may_meet = may_meet .and. self_contact .and. outlines%element(i) /= outlines%element(j) .and. i /= outlines%next(j)
+      may_meet = may_meet .and. self_contact .and. outlines%of_vertex(i) /= outlines%element(j) .and. i /= outlines%next(j)
   end function may_meet
 
   !> What listed vertices of the outlines have of a field that is `value` at the unknowns: displacement or velocity, or a multiple.
@@ -176,7 +176,7 @@ contains
       i = list(k)
       there(:, i) = 0.0_dp
       if (model%outlines%fixed(i)) cycle
-      associate (e => model%outlines%element(i))
+      associate (e => model%outlines%of_vertex(i))
         there(:, i) = times*matmul(displacement_matrix(cache%element(e)%kinematics, state%vertex(:, model%outlines%start(i))), &
                                    values_of(model%elements, e, value))
       end associate

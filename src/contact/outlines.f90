@@ -76,6 +76,7 @@ contains
       outlines%previous(outlines%next(i)) = i
     end do
     call join_slivers(vertex, outlines)
+    outlines%of_vertex = element(outlines%start)
     call find_sides(vertex, outlines)
     call sort_into(outlines%block, maxval(outlines%block), outlines%first, outlines%of_block)
     allocate (outlines%inside(2, 0))

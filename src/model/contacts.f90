@@ -17,7 +17,8 @@ module scree_contacts
 
   !> Outlines of the bodies: edges with a joint, and the vertices between them. Vertex i begins edge i.
   type :: outlines_t
-    integer, allocatable :: element(:)  !! (n) that carries vertex and edge
+    integer, allocatable :: element(:)  !! (n) that carries the edge
+    integer, allocatable :: of_vertex(:) !! (n) element that carries the vertex: another one where the edge begins with a sliver
     integer, allocatable :: block(:)    !! (n)
     integer, allocatable :: start(:)    !! (n) vertex of the elements where edge i begins
     integer, allocatable :: finish(:)   !! (n) vertex of the elements where it ends; but for slivers of the same element

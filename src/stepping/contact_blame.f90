@@ -52,7 +52,7 @@ contains
     type(trouble_t), intent(inout) :: trouble
 
     associate (entrance => contact%entrance(contact%active), outlines => model%outlines)
-      trouble%element = outlines%element(entrance%vertex)
+      trouble%element = outlines%of_vertex(entrance%vertex)
       trouble%against = outlines%element(entrance%edge)
       trouble%position = state%vertex(:, outlines%start(entrance%vertex))
     end associate

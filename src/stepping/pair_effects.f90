@@ -65,7 +65,7 @@ contains
 
     call list_pairs_of_bolts(model, bolted)
     if (allocated(model%effects%contact)) then
-      call list_pairs(all_of(bolted, pairs_of_contacts(model%outlines%element, contacts%contact)), state%pair, contacts%pair, &
+      call list_pairs(all_of(bolted, pairs_of_contacts(model%outlines, contacts%contact)), state%pair, contacts%pair, &
                       number)
       call number_pairs(number(size(bolted, 2) + 1:), contacts%contact)
     else
@@ -182,7 +182,7 @@ contains
                                t, normal, length)
             force = contact%force(1)*normal + contact%force(2)*t ! on the body of the vertex
             do side = 1, 2
-              associate (e => outlines%element(merge(own%vertex, own%edge, side == 1)))
+              associate (e => merge(outlines%of_vertex(own%vertex), outlines%element(own%edge), side == 1))
                 call add_force(terms(e), matmul(merge(force, -force, side == 1), &
                                                 displacement_matrix(cache%element(e)%kinematics, at)))
               end associate

@@ -1,6 +1,8 @@
 """Blocks whose sides lie next to a line of the mathematical mesh, through the program, against those whose sides lie on it."""
 import numpy as np
 import pytest
+import scree
+from scree.block_files import block_file, held
 from test_blocks_touch import G, box, run
 
 OFFSETS = [(0, -1e-3), (0, -1e-5), (0, -1e-7), (0, -1e-12), (0, 1e-7), (-1e-7, -1e-7), (1e-8, 1e-6)]
@@ -50,3 +52,24 @@ def test_a_joint_closes_evenly_whatever_slivers_lie_on_it(origin, angle, tmp_pat
     f = run(tmp_path, [box(0, -1, 3, 1), box(0, 0, 3, 1)], groups, rock=(2.5, 0.0, 1e10, 0.2), phi=30.0, carried=0, steps=40,
             measured=[(0.1, 0.1, 2), (2.9, 0.1, 2)])
     np.testing.assert_allclose(f.measured_points.displacement[-1, :, 1], -1e-3, rtol=1e-3)
+
+
+def test_a_corner_that_begins_a_sliver_goes_with_its_own_element(tmp_path):
+    """A wedge that falls on its tip, where the mesh leaves a sliver of a side, and its mirror image: in one of them the side begins there.
+    The tip went by what the element next to its own is bent, and pressed on that."""
+    floor = np.array([(-4, -1), (4, -1), (4, 0), (-4, 0)], float)
+    wedge = np.array([(0.04662576853596152, 0.040237671483251664), (0.5053317595289796, 0.492052002088164),
+                      (-0.4386393614604619, 0.6760881983618777)])
+    middle, way = wedge.mean(0), []
+    for side in (1, -1):
+        floor_here, wedge_here = ((x * [side, 1])[::side] for x in (floor, wedge))
+        (tmp_path / "a.blk").write_text(block_file("wedge", [(1, floor_here), (1, wedge_here)], held(floor_here, 1), measured=[
+            (*((0.9 * x + 0.1 * middle) * [side, 1]), 2) for x in wedge]))
+        (tmp_path / "a.ana").write_text("\n".join([
+            "1 40 1 1 0.05 0.005", f"2500 0 1e8 0.25 {'0 ' * 9}", "0 0 0", "&deck geometry='a.blk', dialect='short' /",
+            "&acceleration table=0 0 10 100 0 10 /", "&method strain='small', model='nmm' /",
+            f"&cover edge=0.9, origin={0.1 * side} 0.2, angle={11 if side == 1 else 169} /", ""]))
+        r = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5")
+        assert r.history.overlap.max() > 0
+        way.append(r.measured_points.displacement[-1] * [side, 1])
+    np.testing.assert_allclose(way[1], way[0], atol=1e-11)
