@@ -1,7 +1,7 @@
 !> The contacts as a step finds them (Shi's df07).
 module scree_contact_beginning
   use scree_contact_pairs, only: entrances_t, has_same_entrances, list_entrances
-  use scree_contact_rules, only: begin_contact, bonds_by_length, decides_outside, keeps_stiffness, place
+  use scree_contact_rules, only: begin_contact, bonds_by_length, decides_outside, has_bonds, keeps_stiffness, place
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: entrance_t, outlines_t, state_locked
   use scree_effects, only: weights_of_blocks
@@ -135,17 +135,19 @@ contains
     end do
   end subroutine close_bonds
 
-  !> Bonds the contacts of joints with cohesion or strength that have no gap, but for the rounding of a file.
+  !> Bonds the contacts of joints that have bonds, where they have no gap, but for the rounding of a file.
   pure subroutine bond_contacts(outlines, position, try)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
     type(contact_try_t), intent(inout) :: try
+    logical :: bonds(size(try%law%cohesion)) ! contacts of each joint
     integer :: i, k
 
+    bonds = has_bonds(try%law)
     do i = 1, size(try%contact)
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k))
-          if (.not. (try%law%cohesion(entrance%joint) > 0 .or. try%law%strength(entrance%joint) > 0)) cycle
+          if (.not. bonds(entrance%joint)) cycle
           entrance%length = bonded_length(outlines, position, try%contact(i)%shared, entrance)
           entrance%bonded = entrance%length > 0
           if (decides_outside(try%law)) entrance%bonded = entrance%bonded .and. &

@@ -34,8 +34,8 @@ module scree_contact_rules
   ! pair
   public :: corners_turn, deepest_search, looks_as_far_as_it_moves, looks_at_all, meet, pair, rests_inside, set_reach
   ! place
-  public :: begin_contact, bonds_by_length, gap_and_slip, gaps_and_slips, keeps_stiffness, measure_again, measure_contact, &
-            measure_contacts, place, put_anchors
+  public :: begin_contact, bonds_by_length, gap_and_slip, gaps_and_slips, has_bonds, keeps_stiffness, measure_again, &
+            measure_contact, measure_contacts, place, put_anchors
   ! press
   public :: force_to_hold, press, press_across, pressing_of, rows_along, rubs, spring_of
   ! judge
@@ -598,9 +598,17 @@ contains
     case (rules_shi)
       bonds_by_length = .false.
     case default
-      bonds_by_length = any(law%cohesion > 0) .or. any(law%strength > 0)
+      bonds_by_length = any(has_bonds(law))
     end select
   end function bonds_by_length
+
+  !> Whether the contacts of each joint are bonded at the start: where it has cohesion, or strength under rules that can pull.
+  pure function has_bonds(law)
+    type(contact_law_t), intent(in) :: law
+    logical :: has_bonds(size(law%cohesion)) !! (n_joints)
+
+    has_bonds = law%cohesion > 0 .or. (law%strength > 0 .and. .not. only_presses(law%rules))
+  end function has_bonds
 
   !> Whether a contact keeps the stiffness with which it closed, or that it inherits: a loaded spring whose stiffness changes would
   !> make energy. Shi's changes from step to step.
