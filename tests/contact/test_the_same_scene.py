@@ -1,7 +1,7 @@
 """One scene told in two ways: blocks in another order, turned by 37 degrees, in a mirror, with coordinates that rounding has moved.
 
-The decks are those of random scenes, taken apart until little was left of each. What hung on an order, an axis or the last bit showed
-in one early step, by 1e-7 to 0.4 of the way that blocks had gone."""
+The decks are those of random scenes, taken apart until little was left of each. What hung on an order, an axis or the last bit
+showed in one early step, by 1e-7 to 0.4 of the way that blocks had gone."""
 import numpy as np
 import pytest
 import scree
