@@ -32,6 +32,9 @@ contains
         where = 'block material '//number_text(facts%block_material(i))//': '
         call add_doubt(where, doubt_of_stiffness(rock))
         call add_doubt(where, doubt_of_weight(rock))
+        if (any(abs(rock%velocity) > 0) .and. .not. scene%carried > 0) &
+          call add(where//'expected no velocity in a static run, which begins at rest, found '// &
+                   short_text(rock%velocity(1))//' '//short_text(rock%velocity(2))//' '//short_text(rock%velocity(3)))
       end associate
     end do
     do i = 1, size(facts%joint_material)

@@ -181,7 +181,7 @@ contains
         i = first_used([(any(abs([material(i)%stress, material(i)%stress_gradient]) > 0), i=1, size(material))])
         if (i > 0) call name('initial stress', 'stress of block material '//number_text(i))
         i = first_used([(any(abs(material(i)%velocity) > 0), i=1, size(material))])
-        if (i > 0) call name('initial velocity', 'velocity of block material '//number_text(i))
+        if (i > 0 .and. scene%carried > 0) call name('initial velocity', 'velocity of block material '//number_text(i))
       end associate
     end subroutine begin_stressed
 

@@ -46,6 +46,19 @@ def test_a_block_that_slides_is_said_to(tmp_path):
     assert "balance: not in equilibrium: block 2 at (" in lines and "ended: not in equilibrium at time 0.8 of 0.8" in lines
 
 
+@pytest.mark.parametrize("groups", ["", "&method model='nmm' /", "&method strain='green' /", "&method preset='shi' /"])
+def test_a_static_run_begins_at_rest(groups, tmp_path):
+    """Blocks went their velocity times its first step, 0.6 m here, before they stood still."""
+    given = decks(tmp_path, groups=groups)
+    _, warned, r = summary(tmp_path, *given)
+    still = r.bodies.centroid
+    assert "velocity" not in warned
+    given[1].write_text(given[1].read_text().replace("0 0 0  0 0 0  0 0 0", "0 0 0  0 0 0  0 30 1"))
+    _, warned, r = summary(tmp_path, *given)
+    assert "warning: block material 1: expected no velocity in a static run, which begins at rest, found 0 30 1" in warned
+    np.testing.assert_array_equal(r.bodies.centroid, still)
+
+
 @pytest.mark.parametrize("stage", ["", "&stage name='later' /\n"])
 def test_a_run_whose_steps_end_before_its_loads_have_grown_is_not_complete(stage, tmp_path):
     """It was, with half the weight on, and a stage after it was left out."""
