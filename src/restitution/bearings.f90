@@ -246,7 +246,7 @@ contains
     logical :: stays(size(bearing))
     real(dp), allocatable :: motion(:, :)
     integer, allocatable :: open(:)
-    real(dp) :: approach, across(3, 2), borne(model%n_blocks), deformed, deformation(size(d)), fastest, resistance(2)
+    real(dp) :: approach, borne(model%n_blocks), cancels, deformed, deformation(size(d)), fastest, resistance(2)
     integer :: i, k
 
     stays = [(held_from_start(try, bearing(i)%contact), i=1, size(bearing))]
@@ -266,11 +266,13 @@ contains
     do k = 1, size(open)
       associate (own => bearing(open(k)), active => try%contact(bearing(open(k))%contact)%active, &
                  stiffness => try%contact(bearing(open(k))%contact)%entrance(1)%stiffness)
-        across = problem%row(:, :, 1, k)*motion(:, problem%body(:, k))
-        approach = -sum(across)
+        associate (row => problem%row(:, :, 1, k), moves => motion(:, problem%body(:, k)))
+          approach = -sum(row*moves)
+          cancels = sum(norm2(row(:2, :), 1)*norm2(moves(:2, :), 1) + abs(row(3, :)*moves(3, :))) ! also of what slides by
+        end associate
         now = gap_and_slip(model, try, own%contact, active, d)
         deformed = across_contact(model, try, own%contact, deformation)
-        if (.not. approach > round_off*sum(abs(across))) then ! others may drive its bodies together within the step
+        if (.not. approach > round_off*cancels) then ! others may drive its bodies together within the step
           approach = (try%start(active, own%contact)%gap - (now%gap - deformed))/rule%dt
           if (.not. approach > together*fastest) approach = 0.0_dp
         end if

@@ -21,6 +21,7 @@ def ways(deck, folder):
     "crossing",  # of two joints: tips of two triangles, bonded over 1e-15 of a common edge, pressed where they were apart
     "order",     # of blocks: how far contacts were looked for went on from vertex to vertex along a list
     "rounding",  # of a gap at the start: what parted had its anchor at the end of its way with 1e-15, at the beginning with 0
+    "rub",       # at the start, in a mirror: what rounding leaves across of a motion along an edge is no approach
     "strength",  # of a joint, none in the other: rules that only press have no bonds of it
     "turned"])   # whether an element was off by its small strain was told by components
 def test_a_scene_is_the_same_however_it_is_told(name, tmp_path):
