@@ -477,6 +477,7 @@ contains
 
   !> Largest overlap by which what moves along one of the faces of an entrance pressed when the step before ended, and its slip from
   !> its anchor: between the same blocks, and by joints with a stiffness of their own between any, where what begins is short.
+  !> Nothing where a spring bears alone between these faces and stays over its edge, as of tips that slid onto each other.
   pure subroutine find_strained_between(outlines, survey, past, entrance, pressed, slip)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
@@ -485,25 +486,44 @@ contains
     real(dp), intent(out) :: pressed, slip     !! length; 0: nothing moves along there
     integer, allocatable :: faces(:)
     real(dp) :: most
-    integer :: k, m
+    integer :: k, m, n_strained
+    logical :: stays                           ! the one that is strained over its edge, where it bears on
 
     pressed = 0.0_dp
     slip = 0.0_dp
+    n_strained = 0
+    stays = .false.
     faces = faces_of_entrance(outlines, survey, in_line, entrance)
     if (size(faces) == 0) return
     do k = 1, size(past%contact)
       associate (was => past%contact(k), other => past%contact(k)%entrance(past%contact(k)%active), block => outlines%block)
-        most = merge(deeper*was%pressed, was%pressed, other%gives_way)
-        if (.not. (most > pressed .and. moves_along(was))) cycle
+        if (.not. moves_along(was)) cycle
         if (.not. (other%gives_way .or. same_two(block([entrance%vertex, entrance%edge]), block([other%vertex, other%edge])))) cycle
         associate (others => faces_of(outlines, survey, was))
           if (.not. any([(any(faces == others(m)), m=1, size(others))])) cycle
         end associate
+        n_strained = n_strained + 1
+        stays = .not. (other%gives_way .or. is_past_its_ends(survey, other))
+        most = merge(deeper*was%pressed, was%pressed, other%gives_way)
+        if (most <= pressed) cycle
         pressed = most
         slip = slip_of(survey, other)
       end associate
     end do
+    if (n_strained /= 1 .or. .not. stays) return ! others leave the faces as this one comes
+    pressed = 0.0_dp
+    slip = 0.0_dp
   end subroutine find_strained_between
+
+  !> Whether the vertex of an entrance is past an end of its edge.
+  pure logical function is_past_its_ends(survey, entrance) result(past_it)
+    type(survey_t), intent(in) :: survey
+    type(entrance_t), intent(in) :: entrance
+    real(dp) :: at
+
+    at = along_edge(survey, entrance%vertex, entrance%edge)
+    past_it = at < 0 .or. at > survey%length(entrance%edge)
+  end function is_past_its_ends
 
   !> Lets what is open have the wear of the closed contact nearest to it between the same faces, if that is more: what begins beside
   !> others that slide, as from node to node of a mesh, is as worn.
