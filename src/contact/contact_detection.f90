@@ -30,6 +30,7 @@ module scree_contact_detection
   real(dp), parameter :: near_at_rest = 1e-3_dp   !! of the edges about, up to which contacts are looked for
   real(dp), parameter :: beyond_depth = 1.2_dp    !! times the depth or gap of a contact that there is
   real(dp), parameter :: flush = 1e-4_dp          !! of the edges about, up to which corners of blocks side by side are one
+  real(dp), parameter :: tips_flush = 3e-5_dp     !! likewise, up to which tips across from each other bear nothing
   real(dp), parameter :: most_flush = 1e-2_dp     !! likewise, of blocks that springs let sink
   real(dp), parameter :: on_it = 1e-9_dp          !! likewise, up to which a corner over a line lies on it
   real(dp), parameter :: turns = 3e-2_dp          !! angle in a step, by more than which one line does not keep two corners out, rad
@@ -344,7 +345,7 @@ contains
         if (line < both_lines .or. n_found == had) cycle
         if (any(found(n_found)%entrance%state /= state_open)) cycle
         if (line == beside_it) n_found = had ! what lies flush bears, and the tips nothing
-        if (line == both_lines) call let_give(give_of(i, j), found(n_found))
+        if (line == both_lines) call let_give(give_of_tips(i, j), found(n_found))
       end do
       if (n_found > before + 1) call let_one_bear(i, j, before)
       if (.not. corners_turn(try%law)) return
@@ -497,10 +498,26 @@ contains
     pure real(dp) function give_of(i, j)
       integer, intent(in) :: i, j
 
-      associate (local => min(survey%local(i), survey%local(j)))
-        give_of = min(most_flush*local, flush*local + 2*memory%pressed)
-      end associate
+      give_of = give_by(flush, i, j)
     end function give_of
+
+    !> How far two tips between which others lie flush may be in each other and bear nothing. How far springs sink under a load that
+    !> comes at once is not known while none is pressed.
+    pure real(dp) function give_of_tips(i, j)
+      integer, intent(in) :: i, j
+
+      give_of_tips = give_by(merge(tips_flush, flush, memory%pressed > 0), i, j)
+    end function give_of_tips
+
+    !> How far corners i and j give way to each other: a share of the edges about, and what springs do.
+    pure real(dp) function give_by(share, i, j)
+      real(dp), intent(in) :: share
+      integer, intent(in) :: i, j
+
+      associate (local => min(survey%local(i), survey%local(j)))
+        give_by = min(most_flush*local, share*local + 2*memory%pressed)
+      end associate
+    end function give_by
 
     !> First pair nearby with edge i, by bisection.
     pure integer function first_at_edge(i) result(low)
