@@ -11,9 +11,9 @@
 module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
   use scree_body_search, only: beyond_way, list_all, reach_of
+  use scree_contact_faces, only: faces_of
   use scree_contact_geometry, only: gap_of
-  use scree_contact_memory, only: acted_before, closed_between, faces_of, let_one_go_on, moves_along, past_t, &
-                                   pressed_before, recall_contacts, stood_for_both, wear_as_beside, were_bonded
+  use scree_contact_memory, only: let_one_go_on, wear_as_beside
   use scree_contact_pairs, only: drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
   use scree_contact_search, only: find_nearby, most_turning
@@ -23,6 +23,8 @@ module scree_contact_detection
   use scree_corners, only: along_edge, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn, way_at
   use scree_joint_stiffness, only: at_end, follow_slip
   use scree_kinds, only: dp, pi
+  use scree_past_contacts, only: acted_before, closed_between, moves_along, past_t, pressed_before, recall_contacts, &
+                                 stood_for_both, were_bonded
   implicit none
   private
   public :: find_contacts

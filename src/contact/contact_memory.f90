@@ -3,219 +3,24 @@
 !> Contacts are told by their pairs of a vertex and an edge. Where a contact before had one of the pairs of an entrance line, the
 !> line goes on with its state, anchor, rest and bond.
 module scree_contact_memory
-  use scree_contact_pairs, only: entrances_t, has_same_entrances, list_entrances, place_of_pair
-  use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, parallel, state_locked, state_open, state_sliding
+  use scree_contact_faces, only: faces_of, faces_of_entrance, is_between_same_faces, joint_of, same_two
+  use scree_contact_pairs, only: has_same_entrances, place_of_pair
+  use scree_contacts, only: contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
   use scree_corners, only: along_edge, gap_at, survey_t, turn, way_at
-  use scree_joint_stiffness, only: at_end, take_stiffness
+  use scree_joint_stiffness, only: take_stiffness
   use scree_kinds, only: dp, pi
+  use scree_pair_fit, only: fit_of_pair, fit_t, fits_better, goes_on_closed
+  use scree_past_contacts, only: acted_before, entrance_before, has_slid, is_closed, moves_along, past_t
   implicit none
   private
-  public :: acted_before, closed_between, contact_as_shi, contact_over_edges, faces_of, inherit, let_one_go_on, moves_along, &
-            past_t, pressed_before, recall_contacts, stood_for_both, wear_as_beside, were_bonded
+  public :: contact_as_shi, contact_over_edges, inherit, let_one_go_on, wear_as_beside
 
-  real(dp), parameter :: rest_at_end = 1e-12_dp   !! of an edge, past its end, that what rests there goes by rounding
-  real(dp), parameter :: most_beyond = 5e-4_dp    !! of the edges at a vertex, past the end of an edge, up to which a pair lasts
-  real(dp), parameter :: far = 10.0_dp            !! times the overlap of a spring: what has slid as much slides on
   real(dp), parameter :: in_line = 2e-2_dp        !! angle up to which faces that slide and press tilt, rad
   real(dp), parameter :: landing = 0.3_dp         !! of its way along: what goes farther across lands, or turns, and does not slide
-  real(dp), parameter :: as_good = 1e-9_dp        !! of an edge, up to which two pairs fit as well, and rounding would tell
   real(dp), parameter :: deeper = 2.0_dp          !! times that of others, that a joint overlaps by at the end of a tilted face
 
-  !> The contacts of the step before, to be looked up.
-  type :: past_t
-    type(contact_t), allocatable :: contact(:)
-    type(entrances_t) :: entrances
-  end type past_t
-
-  !> How well a pair of an entrance line fits. By what is compared first tells the rank, then each length, and last the block, by
-  !> which blocks that are the same in all that is seen here differ, and mirror images do not.
-  type :: fit_t
-    integer :: rank = 0        !! it is new, or goes on; 0: there is none
-    real(dp) :: by(4) = 0.0_dp !! the larger one fits better, length
-    integer :: block = 0       !! of the edge: that of the higher number
-  end type fit_t
-
-  integer, parameter :: is_new = 1, goes_on_open = 2, goes_on_closed = 3 !! ranks
-
 contains
-
-  !> Makes the memory of contacts ready to be looked up.
-  pure subroutine recall_contacts(outlines, memory, past)
-    type(outlines_t), intent(in) :: outlines
-    type(contact_memory_t), intent(in) :: memory
-    type(past_t), intent(out) :: past
-
-    past%contact = memory%contact
-    call list_entrances(past%contact, size(outlines%start), past%entrances)
-  end subroutine recall_contacts
-
-  !> Whether a contact has slid farther than as its spring gives way: not one of what lands, which slips a little, too.
-  pure logical function slides(contact)
-    type(contact_t), intent(in) :: contact
-
-    slides = has_slid(contact%entrance(contact%active), contact%pressed)
-  end function slides
-
-  !> Likewise of the entrance that acts.
-  pure logical function has_slid(entrance, pressed)
-    type(entrance_t), intent(in) :: entrance
-    real(dp), intent(in) :: pressed !! overlap of its spring, length
-
-    has_slid = entrance%state /= state_open .and. .not. entrance%bonded .and. entrance%slid > far*pressed
-  end function has_slid
-
-  !> Whether a contact has slid as far, or its joint, which has a stiffness of its own, has given way along it by as much.
-  pure logical function moves_along(contact)
-    type(contact_t), intent(in) :: contact
-
-    moves_along = slides(contact)
-    associate (entrance => contact%entrance(contact%active))
-      if (entrance%gives_way) moves_along = moves_along .or. abs(contact%force(2)) > far*contact%pressed*entrance%stiffness(2)
-    end associate
-  end function moves_along
-
-  !> Edges that lie on each other at a contact: that of its entrance, and at its vertex those parallel to it. None where there is
-  !> none of these.
-  pure function faces_of(outlines, survey, contact) result(faces)
-    type(outlines_t), intent(in) :: outlines
-    type(survey_t), intent(in) :: survey
-    type(contact_t), intent(in) :: contact
-    integer, allocatable :: faces(:)
-
-    faces = faces_of_entrance(outlines, survey, parallel, contact%entrance(contact%active))
-  end function faces_of
-
-  !> Likewise at an entrance.
-  pure function faces_of_entrance(outlines, survey, flat, entrance) result(faces)
-    type(outlines_t), intent(in) :: outlines
-    type(survey_t), intent(in) :: survey
-    real(dp), intent(in) :: flat    !! angle up to which edges lie on each other, rad
-    type(entrance_t), intent(in) :: entrance
-    integer, allocatable :: faces(:)
-
-    associate (own => entrance%vertex, before => outlines%previous(entrance%vertex), edge => entrance%edge)
-      faces = pack([own, before], [lie_flat(survey, flat, own, edge), lie_flat(survey, flat, before, edge)])
-      if (size(faces) > 0) faces = [faces, edge]
-    end associate
-  end function faces_of_entrance
-
-  !> Joint material of an entrance: the largest number of the edges that lie on each other before its vertex and behind it, along
-  !> its edge, so that it does not matter which of two faces has the vertex; where none do, that of its edge.
-  pure integer function joint_of(outlines, survey, entrance) result(joint)
-    type(outlines_t), intent(in) :: outlines
-    type(survey_t), intent(in) :: survey
-    type(entrance_t), intent(in) :: entrance
-    real(dp) :: at
-    integer :: k, lies(2, 2) ! (edge at the vertex and that which it lies on, if it does, on either side of the vertex)
-
-    associate (own => entrance%vertex, edge => entrance%edge, length => survey%length(entrance%edge))
-      at = along_edge(survey, own, edge)
-      lies(:, 1) = [own, merge(edge, outlines%previous(edge), at > at_end*length)]
-      lies(:, 2) = [outlines%previous(own), merge(edge, outlines%next(edge), at < (1 - at_end)*length)]
-      joint = 0
-      do k = 1, 2
-        if (lie_flat(survey, parallel, lies(1, k), edge) .and. lie_flat(survey, parallel, lies(1, k), lies(2, k))) &
-          joint = max(joint, maxval(outlines%joint(lies(:, k))))
-      end do
-      if (joint == 0) joint = outlines%joint(edge)
-    end associate
-  end function joint_of
-
-  !> Whether two edges are looked at, and one runs against the other.
-  pure logical function lie_flat(survey, flat, a, b)
-    type(survey_t), intent(in) :: survey
-    real(dp), intent(in) :: flat    !! up to this angle, rad
-    integer, intent(in) :: a, b
-
-    lie_flat = .false.
-    associate (length => survey%length)
-      if (.not. min(length(a), length(b)) > 0) return
-      lie_flat = dot_product(survey%finish(:, a) - survey%start(:, a), survey%start(:, b) - survey%finish(:, b)) &
-                 >= cos(flat)*length(a)*length(b)
-    end associate
-  end function lie_flat
-
-  !> Number of the entrance of a pair of vertex and edge; 0 where there was none. Where several contacts had it, of one that was
-  !> closed there.
-  pure integer function entrance_before(past, vertex, edge)
-    type(past_t), intent(in) :: past
-    integer, intent(in) :: vertex, edge
-    integer :: first, k
-
-    entrance_before = 0
-    first = place_of_pair(past%entrances, vertex, edge)
-    if (first == 0) return
-    associate (number => past%entrances%number)
-      entrance_before = number(first)
-      do k = first, past%entrances%first(vertex + 1) - 1
-        if (past%entrances%edge(k) > edge) return
-        if (.not. is_closed(past, number(k))) cycle
-        entrance_before = number(k)
-        return
-      end do
-    end associate
-  end function entrance_before
-
-  !> Whether an entrance of the step before was closed at its end.
-  pure logical function is_closed(past, number)
-    type(past_t), intent(in) :: past
-    integer, intent(in) :: number !! of the entrance: two for each contact; 0: none
-
-    is_closed = .false.
-    if (number > 0) is_closed = past%contact((number + 1)/2)%entrance(2 - modulo(number, 2))%state /= state_open
-  end function is_closed
-
-  !> Whether the entrance of a pair of vertex and edge was there and acted.
-  pure logical function acted_before(past, vertex, edge)
-    type(past_t), intent(in) :: past
-    integer, intent(in) :: vertex, edge
-    integer :: before
-
-    before = entrance_before(past, vertex, edge)
-    acted_before = .false.
-    if (before > 0) acted_before = past%contact((before + 1)/2)%active == 2 - modulo(before, 2)
-  end function acted_before
-
-  !> Whether a pair was closed when the step before ended.
-  pure logical function pressed_before(past, vertex, edge)
-    type(past_t), intent(in) :: past
-    integer, intent(in) :: vertex, edge
-
-    pressed_before = is_closed(past, entrance_before(past, vertex, edge))
-  end function pressed_before
-
-  !> Whether one contact stood for two vertices that lie flat on each other when the step before ended, and has not slid.
-  pure logical function stood_for_both(past, closed)
-    type(past_t), intent(in) :: past
-    integer, intent(in) :: closed(:) !! of the two, as of `closed_between`
-    integer :: k
-
-    stood_for_both = any([(past%contact((closed(k) + 1)/2)%shared .and. .not. slides(past%contact((closed(k) + 1)/2)), &
-                           k=1, size(closed))])
-  end function stood_for_both
-
-  !> Whether a bond held two vertices to the edges at the other one when the step before ended.
-  pure logical function were_bonded(past, closed)
-    type(past_t), intent(in) :: past
-    integer, intent(in) :: closed(:) !! of the two, as of `closed_between`
-    integer :: k
-
-    were_bonded = any([(past%contact((closed(k) + 1)/2)%entrance(2 - modulo(closed(k), 2))%bonded, k=1, size(closed))])
-  end function were_bonded
-
-  !> Numbers of the entrances of two vertices at the edges at the other one that were closed when the step before ended.
-  pure function closed_between(outlines, past, i, j) result(closed)
-    type(outlines_t), intent(in) :: outlines
-    type(past_t), intent(in) :: past
-    integer, intent(in) :: i, j     !! vertices
-    integer, allocatable :: closed(:)
-    integer :: before(4), k
-
-    before = [entrance_before(past, i, j), entrance_before(past, i, outlines%previous(j)), &
-              entrance_before(past, j, i), entrance_before(past, j, outlines%previous(i))]
-    closed = pack(before, [(is_closed(past, before(k)), k=1, size(before))])
-  end function closed_between
 
   !> The contact of an encounter, each of its lines at the pair that fits best. Without a vertex where an element would touch
   !> itself.
@@ -274,60 +79,6 @@ contains
     if (known > 0) call go_on(outlines, survey, past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)), best)
     best%from = known
   end subroutine find_best_entrance
-
-  !> How well a pair of a line fits that had an entrance before, or none: a new one by how far its vertex is within its edge and
-  !> behind it, and by how long are that and those at the vertex. Of pairs that go on, each from a contact of its own, that of the
-  !> longer edge fits better: its vertex stays within that for longer.
-  pure type(fit_t) function fit_of_pair(outlines, survey, past, before, vertex, edge, aside) result(fit)
-    type(outlines_t), intent(in) :: outlines
-    type(survey_t), intent(in) :: survey
-    type(past_t), intent(in) :: past
-    integer, intent(in) :: before       !! number of its entrance; 0: it is new
-    integer, intent(in) :: vertex, edge
-    logical, intent(in) :: aside        !! as of the line
-    real(dp) :: at, inside, lowest, others
-
-    fit%rank = is_new
-    fit%block = outlines%block(edge)
-    associate (length => survey%length(edge), local => survey%local(vertex))
-      at = along_edge(survey, vertex, edge)
-      inside = min(at, length - at)
-      lowest = inside
-      if (aside) lowest = min(inside, -most_beyond*local)
-      others = survey%length(vertex) + survey%length(outlines%previous(vertex))
-      fit%by = [lowest, -gap_at(survey, vertex, edge), length, others]
-      if (before == 0) return
-      if (lowest < -beyond(past%contact((before + 1)/2)%overlap, length, local)) return
-      fit%rank = merge(goes_on_closed, goes_on_open, is_closed(past, before))
-      fit%by = [length, inside, -gap_at(survey, vertex, edge), others]
-    end associate
-  end function fit_of_pair
-
-  !> Whether a pair of a line fits better than another. What is the same but for rounding decides nothing.
-  pure logical function fits_better(a, b) result(better)
-    type(fit_t), intent(in) :: a, b
-    real(dp) :: rounding
-    integer :: k
-
-    better = a%rank > b%rank
-    if (a%rank /= b%rank) return
-    rounding = as_good*maxval([a%by, b%by])
-    do k = 1, size(a%by)
-      better = a%by(k) > b%by(k)
-      if (abs(a%by(k) - b%by(k)) > rounding) return
-    end do
-    better = a%block > b%block
-  end function fits_better
-
-  !> How far past the end of its edge a pair lasts: as far as the two overlapped, or rounding takes a corner that rests there, but
-  !> not to where the vertex counts as well over the next edge.
-  pure real(dp) function beyond(overlap, length, local)
-    real(dp), intent(in) :: overlap
-    real(dp), intent(in) :: length !! of the edge
-    real(dp), intent(in) :: local  !! shorter edge at the vertex, length
-
-    beyond = min(max(overlap, rest_at_end*length), most_beyond*local)
-  end function beyond
 
   !> Lets one contact alone go on from an entrance of the step before: that of the same pair, or else the first. Vertices at both
   !> ends of an edge so short that another vertex slides off it may each take its place; the others begin anew.
@@ -567,27 +318,6 @@ contains
       has_worn = entrance%state /= state_open .and. entrance%wear > 0
     end associate
   end function has_worn
-
-  !> Whether two entrances are between the same blocks, of one joint material, and across edges that face alike, within 45 degrees.
-  pure logical function is_between_same_faces(block, survey, a, b) result(same)
-    integer, intent(in) :: block(:)            !! of the edges
-    type(survey_t), intent(in) :: survey
-    type(entrance_t), intent(in) :: a, b
-    real(dp) :: angle
-
-    same = a%joint == b%joint .and. same_two(block([a%vertex, a%edge]), block([b%vertex, b%edge]))
-    if (.not. same) return
-    angle = survey%corner(a%edge)%from - survey%corner(b%edge)%from
-    if (block(a%edge) /= block(b%edge)) angle = angle + pi
-    same = abs(turn(angle)) <= pi/4
-  end function is_between_same_faces
-
-  !> Whether two pairs of blocks are the same.
-  pure logical function same_two(a, b)
-    integer, intent(in) :: a(2), b(2)
-
-    same_two = all(a == b) .or. all(a == b(2:1:-1))
-  end function same_two
 
   !> Overlap and contact of the spring by which the vertex of an entrance pressed most on other bodies than that of its edge when
   !> the step before ended, across edges that face as its own does, within 45 degrees.

@@ -1,0 +1,137 @@
+!> The contacts of the step before, as those of a step ask for them: by their pairs of a vertex and an edge.
+module scree_past_contacts
+  use scree_contact_pairs, only: entrances_t, list_entrances, place_of_pair
+  use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, state_open
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: acted_before, closed_between, entrance_before, has_slid, is_closed, moves_along, past_t, pressed_before, &
+            recall_contacts, stood_for_both, were_bonded
+
+  real(dp), parameter :: far = 10.0_dp !! times the overlap of a spring: what has slid as much slides on
+
+  !> The contacts of the step before, to be looked up.
+  type :: past_t
+    type(contact_t), allocatable :: contact(:)
+    type(entrances_t) :: entrances
+  end type past_t
+
+contains
+
+  !> Makes the memory of contacts ready to be looked up.
+  pure subroutine recall_contacts(outlines, memory, past)
+    type(outlines_t), intent(in) :: outlines
+    type(contact_memory_t), intent(in) :: memory
+    type(past_t), intent(out) :: past
+
+    past%contact = memory%contact
+    call list_entrances(past%contact, size(outlines%start), past%entrances)
+  end subroutine recall_contacts
+
+  !> Whether a contact has slid farther than as its spring gives way: not one of what lands, which slips a little, too.
+  pure logical function slides(contact)
+    type(contact_t), intent(in) :: contact
+
+    slides = has_slid(contact%entrance(contact%active), contact%pressed)
+  end function slides
+
+  !> Likewise of the entrance that acts.
+  pure logical function has_slid(entrance, pressed)
+    type(entrance_t), intent(in) :: entrance
+    real(dp), intent(in) :: pressed !! overlap of its spring, length
+
+    has_slid = entrance%state /= state_open .and. .not. entrance%bonded .and. entrance%slid > far*pressed
+  end function has_slid
+
+  !> Whether a contact has slid as far, or its joint, which has a stiffness of its own, has given way along it by as much.
+  pure logical function moves_along(contact)
+    type(contact_t), intent(in) :: contact
+
+    moves_along = slides(contact)
+    associate (entrance => contact%entrance(contact%active))
+      if (entrance%gives_way) moves_along = moves_along .or. abs(contact%force(2)) > far*contact%pressed*entrance%stiffness(2)
+    end associate
+  end function moves_along
+
+  !> Number of the entrance of a pair of vertex and edge; 0 where there was none. Where several contacts had it, of one that was
+  !> closed there.
+  pure integer function entrance_before(past, vertex, edge)
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: vertex, edge
+    integer :: first, k
+
+    entrance_before = 0
+    first = place_of_pair(past%entrances, vertex, edge)
+    if (first == 0) return
+    associate (number => past%entrances%number)
+      entrance_before = number(first)
+      do k = first, past%entrances%first(vertex + 1) - 1
+        if (past%entrances%edge(k) > edge) return
+        if (.not. is_closed(past, number(k))) cycle
+        entrance_before = number(k)
+        return
+      end do
+    end associate
+  end function entrance_before
+
+  !> Whether an entrance of the step before was closed at its end.
+  pure logical function is_closed(past, number)
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: number !! of the entrance: two for each contact; 0: none
+
+    is_closed = .false.
+    if (number > 0) is_closed = past%contact((number + 1)/2)%entrance(2 - modulo(number, 2))%state /= state_open
+  end function is_closed
+
+  !> Whether the entrance of a pair of vertex and edge was there and acted.
+  pure logical function acted_before(past, vertex, edge)
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: vertex, edge
+    integer :: before
+
+    before = entrance_before(past, vertex, edge)
+    acted_before = .false.
+    if (before > 0) acted_before = past%contact((before + 1)/2)%active == 2 - modulo(before, 2)
+  end function acted_before
+
+  !> Whether a pair was closed when the step before ended.
+  pure logical function pressed_before(past, vertex, edge)
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: vertex, edge
+
+    pressed_before = is_closed(past, entrance_before(past, vertex, edge))
+  end function pressed_before
+
+  !> Whether one contact stood for two vertices that lie flat on each other when the step before ended, and has not slid.
+  pure logical function stood_for_both(past, closed)
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: closed(:) !! of the two, as of `closed_between`
+    integer :: k
+
+    stood_for_both = any([(past%contact((closed(k) + 1)/2)%shared .and. .not. slides(past%contact((closed(k) + 1)/2)), &
+                           k=1, size(closed))])
+  end function stood_for_both
+
+  !> Whether a bond held two vertices to the edges at the other one when the step before ended.
+  pure logical function were_bonded(past, closed)
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: closed(:) !! of the two, as of `closed_between`
+    integer :: k
+
+    were_bonded = any([(past%contact((closed(k) + 1)/2)%entrance(2 - modulo(closed(k), 2))%bonded, k=1, size(closed))])
+  end function were_bonded
+
+  !> Numbers of the entrances of two vertices at the edges at the other one that were closed when the step before ended.
+  pure function closed_between(outlines, past, i, j) result(closed)
+    type(outlines_t), intent(in) :: outlines
+    type(past_t), intent(in) :: past
+    integer, intent(in) :: i, j     !! vertices
+    integer, allocatable :: closed(:)
+    integer :: before(4), k
+
+    before = [entrance_before(past, i, j), entrance_before(past, i, outlines%previous(j)), &
+              entrance_before(past, j, i), entrance_before(past, j, outlines%previous(i))]
+    closed = pack(before, [(is_closed(past, before(k)), k=1, size(before))])
+  end function closed_between
+
+end module scree_past_contacts
