@@ -24,7 +24,7 @@ module scree_contact_detection
   use scree_joint_stiffness, only: at_end, follow_slip
   use scree_kinds, only: dp, pi
   use scree_past_contacts, only: acted_before, closed_between, moves_along, past_t, pressed_before, recall_contacts, &
-                                 stood_for_both, were_bonded
+                                 pressed_of_blocks, stood_for_both, were_bonded
   implicit none
   private
   public :: find_contacts
@@ -32,7 +32,7 @@ module scree_contact_detection
   real(dp), parameter :: near_at_rest = 1e-3_dp   !! of the edges about, up to which contacts are looked for
   real(dp), parameter :: beyond_depth = 1.2_dp    !! times the depth or gap of a contact that there is
   real(dp), parameter :: flush = 1e-4_dp          !! of the edges about, up to which corners of blocks side by side are one
-  real(dp), parameter :: tips_flush = 3e-5_dp     !! likewise, up to which tips across from each other bear nothing
+  real(dp), parameter :: tips_flush = 5e-5_dp     !! likewise, up to which tips across from each other bear nothing
   real(dp), parameter :: most_flush = 1e-2_dp     !! likewise, of blocks that springs let sink
   real(dp), parameter :: on_it = 1e-9_dp          !! likewise, up to which a corner over a line lies on it
   real(dp), parameter :: turns = 3e-2_dp          !! angle in a step, by more than which one line does not keep two corners out, rad
@@ -55,6 +55,7 @@ contains
     type(contact_t), allocatable :: found(:)
     logical :: may_rest                          !! a vertex behind an edge that it did not enter by is no contact
     real(dp) :: depth                            !! overlap up to which a vertex over an edge is looked at, length
+    real(dp), allocatable :: pressed(:)          !! (n_blocks) largest overlap of a spring of each, length
     integer :: k, n_found
     integer :: n_sorted                          !! pairs nearby in the order of their edges, before those inside
 
@@ -64,6 +65,7 @@ contains
     call find_corners(outlines%previous, search%bodies%about, survey)
     call look_around()
     call recall_contacts(outlines, memory, past)
+    pressed = pressed_of_blocks(outlines, past)
     may_rest = looks_as_far_as_it_moves(try%law)
     depth = deepest_search(try%law)
     allocate (found(size(memory%contact) + 8))
@@ -504,20 +506,20 @@ contains
     end function give_of
 
     !> How far two tips between which others lie flush may be in each other and bear nothing. How far springs sink under a load that
-    !> comes at once is not known while none is pressed.
+    !> comes at once is not known while none of their blocks is pressed.
     pure real(dp) function give_of_tips(i, j)
       integer, intent(in) :: i, j
 
-      give_of_tips = give_by(merge(tips_flush, flush, memory%pressed > 0), i, j)
+      give_of_tips = give_by(merge(tips_flush, flush, any(pressed(outlines%block([i, j])) > 0)), i, j)
     end function give_of_tips
 
-    !> How far corners i and j give way to each other: a share of the edges about, and what springs do.
+    !> How far corners i and j give way to each other: a share of the edges about, and twice what springs let one of their blocks.
     pure real(dp) function give_by(share, i, j)
       real(dp), intent(in) :: share
       integer, intent(in) :: i, j
 
       associate (local => min(survey%local(i), survey%local(j)))
-        give_by = min(most_flush*local, share*local + 2*memory%pressed)
+        give_by = min(most_flush*local, share*local + 2*maxval(pressed(outlines%block([i, j]))))
       end associate
     end function give_by
 
@@ -580,16 +582,16 @@ contains
 
     !> Lets contacts of joints with a stiffness of their own follow what slides.
     subroutine follow_faces()
-      real(dp) :: pressed(2, size(outlines%start)) ! two largest overlaps by which each edge pressed on what slides, length
+      real(dp) :: most(2, size(outlines%start))    ! two largest overlaps by which each edge pressed on what slides, length
       logical :: is_borne                          ! others press on the faces of a contact, by half as much at least
       integer :: k
 
-      pressed = 0.0_dp
+      most = 0.0_dp
       do k = 1, size(past%contact)
         if (.not. moves_along(past%contact(k))) cycle
         associate (own => past%contact(k)%pressed, faces => faces_of(outlines, survey, past%contact(k)))
-          pressed(2, faces) = max(pressed(2, faces), min(pressed(1, faces), own))
-          pressed(1, faces) = max(pressed(1, faces), own)
+          most(2, faces) = max(most(2, faces), min(most(1, faces), own))
+          most(1, faces) = max(most(1, faces), own)
         end associate
       end do
       do k = 1, n_found
@@ -597,7 +599,7 @@ contains
           if (found(k)%entrance(1)%state == state_open .or. from == 0) cycle
           associate (was => past%contact((from + 1)/2))
             if (.not. moves_along(was)) cycle
-            associate (others => pressed(:, faces_of(outlines, survey, was)), &
+            associate (others => most(:, faces_of(outlines, survey, was)), &
                        way => way_at(survey, outlines%next(edge), vertex, edge))
               is_borne = any(merge(others(2, :), others(1, :), others(1, :) <= was%pressed) >= 0.5_dp*was%pressed)
               call follow_slip(outlines, position, try%law, max(abs(way(1)), was%slipped), is_borne, was, found(k))

@@ -6,7 +6,7 @@ module scree_past_contacts
   implicit none
   private
   public :: acted_before, closed_between, entrance_before, has_slid, is_closed, moves_along, past_t, pressed_before, &
-            recall_contacts, stood_for_both, were_bonded
+            pressed_of_blocks, recall_contacts, stood_for_both, were_bonded
 
   real(dp), parameter :: far = 10.0_dp !! times the overlap of a spring: what has slid as much slides on
 
@@ -133,5 +133,24 @@ contains
               entrance_before(past, j, i), entrance_before(past, j, outlines%previous(i))]
     closed = pack(before, [(is_closed(past, before(k)), k=1, size(before))])
   end function closed_between
+
+  !> Largest overlap of a spring of each block when the step before ended (n_blocks), length.
+  pure function pressed_of_blocks(outlines, past) result(pressed)
+    type(outlines_t), intent(in) :: outlines
+    type(past_t), intent(in) :: past
+    real(dp) :: pressed(maxval(outlines%block))
+    integer :: k, m
+
+    pressed = 0.0_dp
+    do k = 1, size(past%contact)
+      associate (was => past%contact(k), entrance => past%contact(k)%entrance(past%contact(k)%active))
+        do m = 1, 2
+          associate (block => outlines%block(merge(entrance%vertex, entrance%edge, m == 1)))
+            pressed(block) = max(pressed(block), was%pressed)
+          end associate
+        end do
+      end associate
+    end do
+  end function pressed_of_blocks
 
 end module scree_past_contacts
