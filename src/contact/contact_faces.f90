@@ -1,12 +1,12 @@
 !> Faces that lie on each other at a contact, and the joint between them.
 module scree_contact_faces
-  use scree_contacts, only: contact_t, entrance_t, outlines_t, parallel
+  use scree_contacts, only: blocks_of, contact_t, entrance_t, outlines_t, parallel
   use scree_corners, only: along_edge, survey_t, turn
   use scree_joint_stiffness, only: at_end
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: faces_of, faces_of_entrance, is_between_same_faces, joint_of, same_two
+  public :: faces_of, faces_of_entrance, is_between_same_blocks, is_between_same_faces, joint_of
 
 contains
 
@@ -72,24 +72,27 @@ contains
   end function lie_flat
 
   !> Whether two entrances are between the same blocks, of one joint material, and across edges that face alike, within 45 degrees.
-  pure logical function is_between_same_faces(block, survey, a, b) result(same)
-    integer, intent(in) :: block(:)            !! of the edges
+  pure logical function is_between_same_faces(outlines, survey, a, b) result(same)
+    type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(entrance_t), intent(in) :: a, b
     real(dp) :: angle
 
-    same = a%joint == b%joint .and. same_two(block([a%vertex, a%edge]), block([b%vertex, b%edge]))
+    same = a%joint == b%joint .and. is_between_same_blocks(outlines, a, b)
     if (.not. same) return
     angle = survey%corner(a%edge)%from - survey%corner(b%edge)%from
-    if (block(a%edge) /= block(b%edge)) angle = angle + pi
+    if (outlines%block(a%edge) /= outlines%block(b%edge)) angle = angle + pi
     same = abs(turn(angle)) <= pi/4
   end function is_between_same_faces
 
-  !> Whether two pairs of blocks are the same.
-  pure logical function same_two(a, b)
-    integer, intent(in) :: a(2), b(2)
+  !> Whether two entrances are between the same two blocks, whichever has the vertex.
+  pure logical function is_between_same_blocks(outlines, a, b) result(same)
+    type(outlines_t), intent(in) :: outlines
+    type(entrance_t), intent(in) :: a, b
 
-    same_two = all(a == b) .or. all(a == b(2:1:-1))
-  end function same_two
+    associate (of_a => blocks_of(outlines, a), of_b => blocks_of(outlines, b))
+      same = all(of_a == of_b) .or. all(of_a == of_b(2:1:-1))
+    end associate
+  end function is_between_same_blocks
 
 end module scree_contact_faces

@@ -3,7 +3,7 @@
 !> Contacts are told by their pairs of a vertex and an edge. Where a contact before had one of the pairs of an entrance line, the
 !> line goes on with its state, anchor, rest and bond.
 module scree_contact_memory
-  use scree_contact_faces, only: faces_of, faces_of_entrance, is_between_same_faces, joint_of, same_two
+  use scree_contact_faces, only: faces_of, faces_of_entrance, is_between_same_blocks, is_between_same_faces, joint_of
   use scree_contact_pairs, only: has_same_entrances, place_of_pair
   use scree_contacts, only: contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
@@ -247,9 +247,9 @@ contains
     faces = faces_of_entrance(outlines, survey, in_line, entrance)
     if (size(faces) == 0) return
     do k = 1, size(past%contact)
-      associate (was => past%contact(k), other => past%contact(k)%entrance(past%contact(k)%active), block => outlines%block)
+      associate (was => past%contact(k), other => past%contact(k)%entrance(past%contact(k)%active))
         if (.not. moves_along(was)) cycle
-        if (.not. (other%gives_way .or. same_two(block([entrance%vertex, entrance%edge]), block([other%vertex, other%edge])))) cycle
+        if (.not. (other%gives_way .or. is_between_same_blocks(outlines, entrance, other))) cycle
         associate (others => faces_of(outlines, survey, was))
           if (.not. any([(any(faces == others(m)), m=1, size(others))])) cycle
         end associate
@@ -297,7 +297,7 @@ contains
           closest = huge(closest)
           do m = 1, size(worn)
             associate (other => past%contact(worn(m))%entrance(past%contact(worn(m))%active))
-              if (.not. is_between_same_faces(outlines%block, survey, entrance, other)) cycle
+              if (.not. is_between_same_faces(outlines, survey, entrance, other)) cycle
               apart = norm2(survey%start(:, other%vertex) - survey%start(:, entrance%vertex))
               if (apart >= closest) cycle
               closest = apart

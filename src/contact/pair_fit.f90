@@ -20,8 +20,8 @@ module scree_pair_fit
     integer :: block = 0       !! of the edge: that of the higher number
   end type fit_t
 
-  integer, parameter :: is_new = 1, goes_on_open = 2
-  integer, parameter, public :: goes_on_closed = 3 !! ranks
+  integer, parameter :: is_new = 1, goes_on_open = 2 !! ranks
+  integer, parameter, public :: goes_on_closed = 3   !! the highest that `fit_of_pair` gives
 
 contains
 

@@ -1,7 +1,7 @@
 !> The contacts of the step before, as those of a step ask for them: by their pairs of a vertex and an edge.
 module scree_past_contacts
   use scree_contact_pairs, only: entrances_t, list_entrances, place_of_pair
-  use scree_contacts, only: contact_memory_t, contact_t, entrance_t, outlines_t, state_open
+  use scree_contacts, only: blocks_of, contact_memory_t, contact_t, entrance_t, outlines_t, state_open
   use scree_kinds, only: dp
   implicit none
   private
@@ -139,17 +139,14 @@ contains
     type(outlines_t), intent(in) :: outlines
     type(past_t), intent(in) :: past
     real(dp) :: pressed(maxval(outlines%block))
-    integer :: k, m
+    integer :: block(2), k, m
 
     pressed = 0.0_dp
     do k = 1, size(past%contact)
-      associate (was => past%contact(k), entrance => past%contact(k)%entrance(past%contact(k)%active))
-        do m = 1, 2
-          associate (block => outlines%block(merge(entrance%vertex, entrance%edge, m == 1)))
-            pressed(block) = max(pressed(block), was%pressed)
-          end associate
-        end do
-      end associate
+      block = blocks_of(outlines, past%contact(k)%entrance(past%contact(k)%active))
+      do m = 1, 2 ! one after the other: of what touches itself both are one
+        pressed(block(m)) = max(pressed(block(m)), past%contact(k)%pressed)
+      end do
     end do
   end function pressed_of_blocks
 
