@@ -126,7 +126,7 @@ contains
     call begin_timers(timers)
     call read_scene(geometry, analysis, settings, scene, blocks, error)
     if (allocated(error)) return
-    if (longer > 1 .and. (size(scene%later) > 0 .or. .not. scene%carried > 0)) return
+    if (longer > 1 .and. (size(scene%later) > 0 .or. scene%is_static())) return
     scene%settings%step_size = longer*scene%settings%step_size
     options%results_path = scratch_folder()//'/scree-estimate-'//number_text(int(c_process()))//'.h5'
     options%restart_path = ''

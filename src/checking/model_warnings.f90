@@ -32,7 +32,7 @@ contains
         where = 'block material '//number_text(facts%block_material(i))//': '
         call add_doubt(where, doubt_of_stiffness(rock))
         call add_doubt(where, doubt_of_weight(rock))
-        if (any(abs(rock%velocity) > 0) .and. .not. scene%carried > 0) &
+        if (any(abs(rock%velocity) > 0) .and. scene%is_static()) &
           call add(where//'expected no velocity in a static run, which begins at rest, found '// &
                    short_text(rock%velocity(1))//' '//short_text(rock%velocity(2))//' '//short_text(rock%velocity(3)))
       end associate
@@ -60,7 +60,7 @@ contains
       call add('expected a fixed point or a support, found none: all '//number_text(facts%n_blocks)//' blocks fall')
     if (size(facts%sliver) > 0) &
       call add('expected no block thinner than 1/100 of its length or sharper than 3 degrees, found '//list_text(facts%sliver))
-    if (may_make_energy(scene%settings%rules) .and. scene%settings%strain == strain_small .and. scene%carried > 0) &
+    if (may_make_energy(scene%settings%rules) .and. scene%settings%strain == strain_small .and. .not. scene%is_static()) &
       call add('expected contact.rules=''coulomb'' in a dynamic run of small strain, found ''shi'': '// &
                'Shi''s contact can make energy without bound there, the more the stiffer its springs')
     if (scene%settings%contact /= contact_none .and. facts%n_blocks > 1) then
@@ -114,7 +114,7 @@ contains
 
     associate (s => scene%settings)
       lets_friction_ring = s%scheme == scheme_newmark .and. .not. (s%beta > 0.5_dp .or. s%gamma >= 0.5_dp) .and. &
-                           s%strain == strain_small .and. scene%carried > 0 .and. .not. may_make_energy(s%rules) .and. &
+                           s%strain == strain_small .and. .not. scene%is_static() .and. .not. may_make_energy(s%rules) .and. &
                            any(scene%joint_material%friction_angle > 0)
     end associate
   end function lets_friction_ring

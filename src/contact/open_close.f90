@@ -350,7 +350,7 @@ contains
     integer :: i
 
     enough = .true.
-    if (model%effects%carried > 0 .or. .not. (decides_outside(try%law) .and. allocated(try%law%roughness))) return
+    if (.not. model%effects%is_static() .or. .not. (decides_outside(try%law) .and. allocated(try%law%roughness))) return
     do i = try%first, try%last
       associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
         if (entrance%state == state_open) cycle

@@ -576,7 +576,7 @@ contains
       end if
       if (allocated(error)) return
       record%value = scale*record%value
-      record%kept = group == 'acceleration' .and. .not. scene%carried > 0
+      record%kept = group == 'acceleration' .and. scene%is_static()
     end subroutine take
 
   end subroutine take_motions

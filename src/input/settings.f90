@@ -37,7 +37,7 @@ contains
     call visit_stage(row, scene%settings)
     call visit_method(row, scene%settings)
     call visit_cover(row, scene%settings)
-    call visit_integrator(row, scene%carried > 0, scene%settings)
+    call visit_integrator(row, .not. scene%is_static(), scene%settings)
     call visit_step(row, scene)
     call visit_iteration(row, scene%settings)
     call visit_contact(row, scene)
@@ -531,7 +531,7 @@ contains
 
     call pass_over(fill_defaults, scene)
     associate (s => scene%settings)
-      s%loads_at_end = s%shi .or. .not. scene%carried > 0
+      s%loads_at_end = s%shi .or. scene%is_static()
       if (s%travel < huge(s%travel)) s%most_travel = 0.5_dp*scene%extent*s%travel
       if (s%frame_every == 0 .and. .not. s%frame_interval > 0) &
         s%frame_spacing = min(s%end_time, s%most_steps*s%step_size)/default_frames

@@ -46,6 +46,8 @@ module scree_model
     type(bolt_t), allocatable :: bolt
     type(contact_law_t), allocatable :: contact
     real(dp), allocatable :: sleep                 !! share of weight and speed below which islands at rest fall asleep
+  contains
+    procedure :: is_static
   end type effects_t
 
   !> What stays the same for one element through the iterations of a step.
@@ -77,4 +79,12 @@ module scree_model
     type(timers_t) :: timers                         !! what the run costs; no bit of it follows from them
   end type cache_t
 
+contains
+
+  !> Whether steps hand no velocity on.
+  pure logical function is_static(effects)
+    class(effects_t), intent(in) :: effects
+
+    is_static = .not. effects%carried > 0
+  end function is_static
 end module scree_model

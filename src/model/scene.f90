@@ -271,6 +271,8 @@ module scree_scene
     type(time_table_t) :: wave              !! velocity of the wave that comes in, likewise, length/time
     logical, allocatable :: removed(:)      !! (n_blocks) blocks that are gone when the stage begins
     logical, allocatable :: installed(:)    !! (n_bolts) bolts that the stage has
+  contains
+    procedure :: is_static
   end type stage_t
 
   !> The whole of it: the first stage, and what is of all.
@@ -304,9 +306,16 @@ contains
     class(stage_t), intent(in) :: stage
     character(len=:), allocatable :: kind
 
-    kind = 'static'
-    if (stage%carried > 0) kind = 'dynamic'
+    kind = 'dynamic'
+    if (stage%is_static()) kind = 'static'
   end function kind_of
+
+  !> Whether the steps of a stage hand no velocity on.
+  pure logical function is_static(stage)
+    class(stage_t), intent(in) :: stage
+
+    is_static = .not. stage%carried > 0
+  end function is_static
 
   !> The scene as it is in a stage. Times of the tables of points count from the beginning of the run, all others from that of the
   !> stage.

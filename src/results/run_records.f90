@@ -62,7 +62,7 @@ contains
       kinds%held = kinds%held .or. abs(held_weight(s)) > 0 .or. holds_power(s)
       kinds%damping = kinds%damping .or. allocated(effects%mass_damping) .or. allocated(effects%absorbing_edge)
       kinds%error = kinds%error .or. s%estimates_error
-      kinds%static = kinds%static .or. .not. effects%carried > 0
+      kinds%static = kinds%static .or. effects%is_static()
       kinds%sleep = kinds%sleep .or. allocated(effects%sleep)
       kinds%removal = kinds%removal .or. .not. all(model%present)
     end associate

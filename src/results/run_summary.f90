@@ -117,7 +117,7 @@ contains
     type(state_t), intent(in) :: state
     type(summary_t), intent(inout) :: summary
 
-    summary%stage = [summary%stage, stage_ending_t(name, verdict, .not. model%effects%carried > 0, state%stage%begins, &
+    summary%stage = [summary%stage, stage_ending_t(name, verdict, model%effects%is_static(), state%stage%begins, &
                                                    time_of_run(state), state%step, state%books%staged - summary%staged_from)]
     summary%staged_from = state%books%staged
   end subroutine end_stage
@@ -185,7 +185,7 @@ contains
     summary%reached = time_of_run(state)
     summary%displacement = most_of(model, state, displacement_of_vertices(model, state))
     summary%speed = most_of(model, state, velocity_of_vertices(model, cache, state))
-    if (allocated(model%effects%gravity) .and. model%effects%carried > 0) &
+    if (allocated(model%effects%gravity) .and. .not. model%effects%is_static()) &
       summary%at_rest = all(bodies_at_rest(model, cache, state, resting))
     if (allocated(state%deviation)) summary%off = share_off(model, cache, state%deviation)
     summary%aim = model%settings%aim

@@ -75,7 +75,7 @@ contains
 
     state%velocity = 0.0_dp
     state%acceleration = 0.0_dp
-    if (.not. model%effects%carried > 0) return
+    if (model%effects%is_static()) return
     if (any(model%settings%reset == [reset_velocities, reset_both])) return
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)

@@ -181,7 +181,7 @@ contains
         i = first_used([(any(abs([material(i)%stress, material(i)%stress_gradient]) > 0), i=1, size(material))])
         if (i > 0) call name('initial stress', 'stress of block material '//number_text(i))
         i = first_used([(any(abs(material(i)%velocity) > 0), i=1, size(material))])
-        if (i > 0 .and. scene%carried > 0) call name('initial velocity', 'velocity of block material '//number_text(i))
+        if (i > 0 .and. .not. scene%is_static()) call name('initial velocity', 'velocity of block material '//number_text(i))
       end associate
     end subroutine begin_stressed
 
@@ -290,7 +290,7 @@ contains
     !> Islands at rest need no computing where a touch or a load can wake them, and a weight tells what little is.
     subroutine let_sleep()
       associate (s => scene%settings)
-        if (s%sleep <= 0 .or. scene%carried <= 0 .or. s%chooses_step) return
+        if (s%sleep <= 0 .or. scene%is_static() .or. s%chooses_step) return
         if (.not. (allocated(effects%gravity) .and. allocated(effects%contact))) return
         if (looks_at_all(effects%contact)) return
         effects%sleep = s%sleep
@@ -436,7 +436,7 @@ contains
         law%search_gap = max(search_share*scene%displacement_ratio, search_least)*extent
         law%search_depth = max(search_inside*law%search_gap, search_least*extent)
       end if
-      if (scene%carried > 0) then
+      if (.not. scene%is_static()) then
         law%touching = law%closing
         if (law%search_gap > 0) law%touching = law%touching*2*law%search_gap/extent
       end if

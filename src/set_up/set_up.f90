@@ -271,7 +271,7 @@ contains
         system%elements%mass(e) = material%density*element%area
         state%stress(:, e) = material%stress + (element%centroid(2) + system%origin(2))*material%stress_gradient
         state%deformation(:, e) = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
-        if (.not. scene%carried > 0) cycle ! a static run begins at rest
+        if (scene%is_static()) cycle ! a static run begins at rest
         state%velocity(system%elements%unknown(:, e)) = rigid_velocity(system, state, e, &
           centroid(:, system%elements%block(e)), material%velocity)
         if (.not. allocated(system%sampling)) cycle

@@ -44,7 +44,7 @@ contains
       group%linear = group%linear .or. .not. (try%rule%end_weight > 0 .or. group%in_contact)
       group%bolted = is_bolted(model, group%member)
       group%linear = group%linear .and. .not. group%bolted ! its axis turns
-      group%may_stray = .not. (model%effects%carried > 0 .or. group%in_contact)
+      group%may_stray = model%effects%is_static() .and. .not. group%in_contact
       group%may_end_early = group%smooth .and. turns_acceleration(settings) &
                             .and. (has_fixed_point(model, group%member) .or. group%in_contact) .and. .not. group%bolted
       try%rule%tangent = settings%iterate == iterate_newton
@@ -197,7 +197,7 @@ contains
     else
       is_settled = change < model%settings%tolerance
       if (try%rule%tangent .and. .not. try%iteration%linearisation%frozen) then
-        if (model%effects%carried > 0 .and. .not. is_settled) is_settled = leaves_nothing(model, cache, try, change)
+        if (.not. model%effects%is_static() .and. .not. is_settled) is_settled = leaves_nothing(model, cache, try, change)
         if (try%iteration%first_change > 0 .and. .not. is_settled) is_settled = leaves_little(model, cache, state, try, change)
       end if
       is_settled = is_settled .and. model%settings%test /= test_residual .and. residual <= linear_tolerance(model)

@@ -42,7 +42,7 @@ contains
 
     force = largest_load(scene)
     if (allocated(contacts%contact)) force = max(force, maxval(contacts%contact%force(1)))
-    following_size = time_to_move(scene%settings%most_travel, merge(travel/dt, 0.0_dp, scene%carried > 0), &
+    following_size = time_to_move(scene%settings%most_travel, merge(travel/dt, 0.0_dp, .not. scene%is_static()), &
                                   force/block_mass(scene, model), growth*dt)
   end function following_size
 

@@ -112,7 +112,7 @@ contains
     if (allocated(error)) return
     call constrain_equations(cache%equations, constraints)
     velocity = 0.0_dp
-    if (supports_move_exactly(model) .and. model%effects%carried > 0) then
+    if (supports_move_exactly(model) .and. .not. model%effects%is_static()) then
       call constraints_of_step(model, cache, state, state%time + state%pace%size, rates, error)
       if (allocated(error)) return
       rates%given = (rates%given - constraints%given)/state%pace%size

@@ -102,7 +102,7 @@ contains
                            weight_share=mean_share_of_weight(model, try%rule), blow=blow_of_try(model, cache, state, try))
     call accept(model, try, report%work + report%ramp, cache, state)
     call check_state(model, state, error)
-    if (allocated(error) .or. model%effects%carried > 0) return
+    if (allocated(error) .or. .not. model%effects%is_static()) return
     allocate (report%balance)
     call find_balance(model, cache, try, state, report%balance, error)
   end subroutine advance
@@ -314,7 +314,7 @@ contains
     type(state_t), intent(in) :: state
     type(try_t), intent(in) :: try
 
-    if (.not. (allocated(model%effects%contact) .and. model%effects%carried > 0)) return
+    if (.not. allocated(model%effects%contact) .or. model%effects%is_static()) return
     if (model%effects%contact%restitution >= 0 .or. .not. steps_decide_impacts(try%contacts%law)) return
     blow = blow_of_step(model, cache, state, try%rule, try%d, try%contacts)
   end function blow_of_try
