@@ -7,12 +7,13 @@
 !> keeps no mark of being open, and chunks are large, so that the index of a dataset hardly ever changes.
 module scree_results_file
   use hdf5
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_fortran_env, only: int64
   use scree_classic_output, only: classic_output_t
   use scree_disk_room, only: disk_room_t, give_back, hold_again
   use scree_errors, only: error_t, fail, status_run_failed
+  use scree_files, only: set_length
   use scree_hdf5_reading, only: begin_hdf5
   use scree_hdf5_writing, only: check_status, create_rows, fixed_rows, flush_file, grow_in_place, write_text, write_whole, &
                                 write_words
@@ -27,13 +28,6 @@ module scree_results_file
   private
 
   interface
-    !> C: sets the length of a file.
-    integer(c_int) function c_truncate(path, length) bind(c, name='truncate')
-      import :: c_char, c_int, c_int64_t
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_int64_t), value :: length
-    end function c_truncate
-
     !> C: gives a file another name, that of a file which is there where that is so.
     integer(c_int) function c_rename(from, to) bind(c, name='rename')
       import :: c_char, c_int
@@ -522,6 +516,7 @@ contains
     integer(hsize_t) :: length
     integer(c_int) :: code
     integer :: status
+    logical :: was_set
 
     if (results%file < 0) return
     call give_back(results%room, results%file, closing_bytes, error)
@@ -547,8 +542,8 @@ contains
     else if (.not. allocated(error)) then
       call h5close_f(status) ! after a failure it would try to write again
     else if (status < 0) then
-      ! the failure may have cut the file shorter than its head says, and it would not open; a hole takes no space
-      code = c_truncate(results%path//c_null_char, int(length + results%room%bytes, c_int64_t))
+      ! the failure may have cut the file shorter than its head says, and it would not open
+      was_set = set_length(results%path, int(length + results%room%bytes, int64))
     end if
   end subroutine close_results
 

@@ -7,7 +7,7 @@ module scree_results_target
   use, intrinsic :: iso_c_binding, only: c_ptr
   use scree_classic_output, only: classic_path, may_replace_classic
   use scree_errors, only: error_t, fail, status_bad_input
-  use scree_files, only: holds_something, is_directory, refuse_to_replace
+  use scree_files, only: expect_regular, holds_something, refuse_to_replace
   use scree_hdf5_reading, only: begin_hdf5
   use scree_hdf5_writing, only: check_status, keep_within_pages
   use scree_turns, only: give_turn, take_turn
@@ -18,30 +18,29 @@ module scree_results_target
 
 contains
 
-  !> Error where a file that would be written over is none that a run or a model was written to, or the names are one.
+  !> Error where what would be written over is no regular file, or none that a run or a model was written to, or the names are one.
   subroutine check_targets(path, with_xdmf, with_classic, error)
     character(len=*), intent(in) :: path
     logical, intent(in) :: with_xdmf, with_classic
     type(error_t), allocatable, intent(out) :: error
     type(c_ptr) :: turn
 
-    if (is_directory(path)) then
-      call fail(error, status_bad_input, path//': expected a file for the results, found a directory')
-      return
-    end if
     if ((with_xdmf .and. xdmf_path(path) == path) .or. (with_classic .and. classic_path(path) == path)) then
       call fail(error, status_bad_input, path//': expected another name for the results, found that of a file beside them')
       return
     end if
     call take_turn(path, turn)
-    call refuse_if_locked(path, error)
+    call expect_regular(path, 'the results', error)
+    if (.not. allocated(error)) call refuse_if_locked(path, error)
     if (.not. allocated(error)) then
       if (.not. may_replace(path)) call refuse_to_replace(path, 'a results file of scree', error)
     end if
     call give_turn(turn)
+    if (with_xdmf .and. .not. allocated(error)) call expect_regular(xdmf_path(path), 'the XDMF side-car', error)
     if (with_xdmf .and. .not. allocated(error)) then
       if (.not. may_replace_xdmf(xdmf_path(path))) call refuse_to_replace(xdmf_path(path), 'an XDMF side-car of scree', error)
     end if
+    if (with_classic .and. .not. allocated(error)) call expect_regular(classic_path(path), 'the replay', error)
     if (with_classic .and. .not. allocated(error)) then
       if (.not. may_replace_classic(classic_path(path))) call refuse_to_replace(classic_path(path), 'a replay of scree', error)
     end if

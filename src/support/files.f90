@@ -1,10 +1,21 @@
 !> Files that are there already: whether two names are of one file, how a file begins, whether the system has taken all of it.
 module scree_files
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
   use, intrinsic :: iso_fortran_env, only: int64
   use scree_errors, only: error_t, fail, status_bad_input
   implicit none
   private
-  public :: beginning_of, check_size, holds_something, is_directory, refuse_to_replace, same_file
+  public :: beginning_of, check_size, expect_regular, holds_something, is_directory, refuse_to_replace, same_file, &
+            set_length
+
+  interface
+    !> C: sets the length of a file.
+    integer(c_int) function c_truncate(path, length) bind(c, name='truncate')
+      import :: c_char, c_int, c_int64_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int64_t), value :: length
+    end function c_truncate
+  end interface
 
 contains
 
@@ -24,6 +35,31 @@ contains
 
     inquire (file=path//'/.', exist=is_directory)
   end function is_directory
+
+  !> Error where a name is of what is no regular file: a directory, a device and a pipe cannot be written at any place in them, and
+  !> must not be taken away. Nothing but a regular file that is empty can be cut to nothing.
+  subroutine expect_regular(path, purpose, error)
+    character(len=*), intent(in) :: path
+    character(len=*), intent(in) :: purpose   !! what the file is for, with an article
+    type(error_t), allocatable, intent(out) :: error
+    logical :: there
+
+    inquire (file=path, exist=there)
+    if (is_directory(path)) then
+      call fail(error, status_bad_input, path//': expected a file for '//purpose//', found a directory')
+    else if (there .and. .not. holds_something(path)) then
+      if (.not. set_length(path, 0_int64)) &
+        call fail(error, status_bad_input, path//': expected a file for '//purpose//', found a device, a pipe or a protected file')
+    end if
+  end subroutine expect_regular
+
+  !> Cuts a regular file, or lengthens it with a hole, which takes no space. False where that cannot be.
+  logical function set_length(path, length)
+    character(len=*), intent(in) :: path
+    integer(int64), intent(in) :: length    !! bytes
+
+    set_length = c_truncate(path//c_null_char, int(length, c_int64_t)) == 0
+  end function set_length
 
   !> Whether two names, by whatever way or link, are of one file that holds something.
   logical function same_file(a, b)

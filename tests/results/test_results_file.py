@@ -283,3 +283,12 @@ def test_a_place_that_cannot_be_written_is_said_before_the_run(tmp_path):
     for path, word in ((tmp_path / "none" / "r.h5", "No such file or directory"), (tmp_path, "directory")):
         done = subprocess.run([SCREE, "run", DECKS / "t4.ana", "-o", path, "--quiet"], capture_output=True, text=True)
         assert done.returncode == 2 and word in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("ending, option", [("h5", "--quiet"), ("xdmf", "--xdmf"), ("replay", "--classic-output")])
+def test_what_is_no_regular_file_is_left_alone(ending, option, tmp_path):
+    """A run waited at a pipe for ever, and put a file in the place of a device where it had the right."""
+    os.mkfifo(tmp_path / f"r.{ending}")
+    done = subprocess.run([SCREE, "run", DECKS / "t4.ana", "-o", tmp_path / "r.h5", option], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and "found a device, a pipe or a protected file" in done.stderr
+    assert (tmp_path / f"r.{ending}").is_fifo() and len(list(tmp_path.iterdir())) == 1
