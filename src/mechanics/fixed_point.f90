@@ -67,13 +67,13 @@ contains
       T = displacement_matrix(element, position(:, self%point(i)))
       way = way_home(self, i, position, time)
       if (is_roller(self, i)) then
-        call add_constraint(constraints, unknown_number, matmul(self%direction(:, i), T), element%span, &
+        call add_constraint(constraints, unknown_number, matmul(self%direction(:, i), T), element%span, element%size, &
                             dot_product(self%direction(:, i), way), error)
         if (allocated(error)) return
         cycle
       end if
       do axis = 1, 2
-        call add_constraint(constraints, unknown_number, T(axis, :), element%span, way(axis), error)
+        call add_constraint(constraints, unknown_number, T(axis, :), element%span, element%size, way(axis), error)
         if (allocated(error)) return
       end do
     end do
