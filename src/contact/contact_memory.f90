@@ -114,6 +114,7 @@ contains
         new%anchor = along_edge(survey, new%vertex, new%edge)/survey%length(new%edge)
         call begin_between(outlines, survey, past, new)
         entrance = new
+        contact(i)%inherits = -1.0_dp
       end associate
     end do
   end subroutine let_one_go_on
