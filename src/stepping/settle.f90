@@ -25,7 +25,7 @@ module scree_settle
   use scree_settle_group, only: add_elements, balances, begin_round, begins_far, change_of, choose_operator, find_change, &
                                 is_balanced, is_settled, linear_tolerance, settles_by_residual, tell_kind, values_of_members
   use scree_settle_problems, only: judge_at, settle_circles, settle_stalled
-  use scree_state, only: state_t
+  use scree_state, only: state_t, step_of_run
   use scree_step_try, only: cut_by_contacts, cut_by_equations, reject, try_t
   use scree_system, only: values_of
   use scree_text, only: number_text
@@ -213,7 +213,7 @@ contains
     try%iteration%worst = worst
     if (first .and. try%group%may_end_early) try%iteration%first_change = change
     try%outcome%settled = is_settled(model, cache, state, try, change, residual) &
-                          .and. .not. (try%group%open_close%repeats_first_of_run .and. state%step == 0 .and. first)
+                          .and. .not. (try%group%open_close%repeats_first_of_run .and. step_of_run(state) == 0 .and. first)
     if (try%group%in_contact) call judge(model, cache, state, try)
     if (.not. try%outcome%settled) call choose_operator(model, change, try)
   end subroutine improve
@@ -247,7 +247,7 @@ contains
       if (try%contacts%goes_on) then
         call judge_contacts(model, try%d, try%contacts)
         iteration%near = .not. group%linear
-      else if (group%open_close%judges_prediction .and. state%step == 0) then
+      else if (group%open_close%judges_prediction .and. step_of_run(state) == 0) then
         call judge_prediction(model, try%d, try%contacts)
       else
         call meet_at_prediction(model, try%d, try%contacts)
