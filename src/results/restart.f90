@@ -37,7 +37,7 @@ module scree_restart
     character(len=:), allocatable :: path
     integer(hid_t) :: file = -1
     integer :: frame = 0                  !! that the checkpoint goes with, from 0
-    integer, allocatable :: rows(:)       !! (n_series) of each series then
+    integer(hsize_t), allocatable :: rows(:) !! (n_series) of each series then
     real(dp), allocatable :: numbers(:)   !! of the checkpoint
     type(stage_clock_t) :: stage          !! that it is of
   end type past_t
@@ -253,7 +253,7 @@ contains
     end if
     past%frame = nint(frame(last))
     rows = read_rows(past%file, '/checkpoint/rows', last - 1, 1_hsize_t)
-    past%rows = nint(rows)
+    past%rows = nint(rows, hsize_t)
     from = 0
     if (last > 1) from = nint(end_(last - 1), hsize_t)
     past%numbers = read_rows(past%file, '/checkpoint/numbers', from, nint(end_(last), hsize_t) - from)
@@ -308,7 +308,7 @@ contains
     !> Copies the first rows of a dataset, unless something failed before.
     subroutine copy(rows, n_rows)
       type(rows_t), intent(inout) :: rows
-      integer, intent(in) :: n_rows
+      integer(hsize_t), intent(in) :: n_rows
       character(len=200) :: name
       real(dp), allocatable :: values(:)
       integer(hsize_t) :: at, n
