@@ -328,15 +328,17 @@ contains
     type(blocks_t), intent(in) :: blocks
     type(run_t), intent(inout) :: run
     type(error_t), allocatable, intent(out) :: error
+    type(scene_t) :: next
     type(model_t) :: model
     type(state_t) :: state
     type(effect_t), allocatable :: list(:)
 
     call begin_phase(run%cache%timers, phase_set_up)
-    call end_stage(words_of_stage(run), verdict_of(run), run%model, run%state, run%summary)
-    run%scene = scene_of_stage(scene, run%state%stage%number + 1, time_of_run(run%state))
-    call set_up(run%scene, blocks, model, state, list, error)
+    next = scene_of_stage(scene, run%state%stage%number + 1, time_of_run(run%state))
+    call set_up(next, blocks, model, state, list, error)
     if (allocated(error)) return
+    call end_stage(words_of_stage(run), verdict_of(run), run%model, run%state, run%summary)
+    run%scene = next
     call carry_over(run%model, run%state, blocks%bolt%pretension, model, state)
     if (allocated(run%awake)) deallocate (run%awake)
     run%model = model
