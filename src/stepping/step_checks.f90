@@ -68,7 +68,7 @@ contains
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
-    real(dp) :: beyond(4)
+    real(dp) :: beyond(4), farthest
     integer :: e
     logical :: again, leaps
 
@@ -83,7 +83,7 @@ contains
       try%remedy = remedy_wider
       try%contacts%leapt = try%d
     else if (leaps .or. beyond(4) > 1) then
-      call find_farthest(model, cache, state, try%d, try%travel, e)
+      call find_farthest(model, cache, state, try%d, farthest, e)
       call reject(try%outcome, cut_by_leap, 'a vertex leapt over what is near it, or turned too far', 'a smaller step.least', e, &
                   cache%element(e)%kinematics%centroid)
     else if (any(beyond(:2) > 0)) then
