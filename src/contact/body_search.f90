@@ -125,6 +125,7 @@ contains
       allocate (bodies%centre(2, model%n_blocks), bodies%radius(model%n_blocks), bodies%longest(model%n_blocks), &
                 bodies%shortest(model%n_blocks), bodies%moved(model%n_blocks), bodies%reach(model%n_blocks), &
                 bodies%speed(model%n_blocks))
+      bodies%speed = 0.0_dp ! of bodies that cannot move, which nothing measures
     end if
     bodies%margin = 2*margin
     bodies%pressed = 2*pressed
