@@ -59,7 +59,9 @@ contains
     real(dp), intent(in) :: moved(:)          !! (n_unknowns) displacement to where contacts act
     integer, intent(in) :: part_of(:)         !! (n_blocks) the block that stands for the body; 0: it takes no part
     type(rigid_bodies_t), intent(out) :: bodies
+    real(dp), allocatable :: weight(:)        ! of the elements of a body: their mass; of one without mass, which is held, their area
     integer :: b, i, k, n
+    logical :: has_mass
 
     bodies%part_of = part_of
     bodies%moved = moved
@@ -76,19 +78,23 @@ contains
     call sort_into(bodies%number(model%elements%block), n, bodies%first, bodies%element)
     allocate (bodies%centre(2, n), bodies%mass(3, n), bodies%mobility(3, 3, n), source=0.0_dp)
     do b = 1, n
+      weight = cache%element(bodies%element(bodies%first(b):bodies%first(b + 1) - 1))%mass
+      has_mass = any(weight > 0)
+      if (.not. has_mass) weight = cache%element(bodies%element(bodies%first(b):bodies%first(b + 1) - 1))%kinematics%area
+      bodies%mass(1:2, b) = sum(weight)
       do k = bodies%first(b), bodies%first(b + 1) - 1
-        associate (own => cache%element(bodies%element(k)), d => moved(model%elements%unknown(:, bodies%element(k))))
-          bodies%mass(1:2, b) = bodies%mass(1:2, b) + own%mass
-          bodies%centre(:, b) = bodies%centre(:, b) + own%mass*(own%kinematics%centroid + matmul(own%kinematics%at_centroid, d))
+        associate (own => cache%element(bodies%element(k))%kinematics, d => moved(model%elements%unknown(:, bodies%element(k))))
+          bodies%centre(:, b) = bodies%centre(:, b) + weight(k - bodies%first(b) + 1)/bodies%mass(1, b) &
+                                *(own%centroid + matmul(own%at_centroid, d))
         end associate
       end do
-      bodies%centre(:, b) = bodies%centre(:, b)/bodies%mass(1, b)
       do k = bodies%first(b), bodies%first(b + 1) - 1
         associate (turn => modes_of(model, cache, state, bodies, bodies%element(k)))
           bodies%mass(3, b) = bodies%mass(3, b) + &
                               dot_product(turn(:, 3), matmul(cache%element(bodies%element(k))%mass_matrix, turn(:, 3)))
         end associate
       end do
+      if (.not. has_mass) bodies%mass(3, b) = sum(weight**2)
       bodies%mobility(:, :, b) = diagonal_matrix(1/bodies%mass(:, b))
     end do
     call hold(model, cache, state, bodies)

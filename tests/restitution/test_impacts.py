@@ -250,3 +250,20 @@ def test_what_is_struck_does_not_stay_as_deep_as_it_was_pressed(dt, tmp_path):
             [(-1.9, -0.9, 1), (1.9, -0.9, 1)])
     assert f.history.overlap.max() < 2 * 2500 * G * 0.25 / 5e10
     assert f.bodies.centroid[-1, 1, 1] == pytest.approx(0.25, abs=1e-6)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+def test_ground_without_mass_is_ground(e, tmp_path):
+    """A ground of no density had no middle: what fell on it had the springs' bounce, whatever was asked for."""
+    heights = []
+    for density in (2500, 0):
+        (tmp_path / "a.blk").write_text(block_file("ground", [(1, box(-1, 1, -1, 0)), (2, box(-0.25, 0.25, 0.1, 0.6))],
+                                                   [(-1, -1, 1), (1, -1, 1), (0, -0.1, 1)]))
+        (tmp_path / "a.ana").write_text("\n".join([
+            "1 80 2 1 0.05 0.005", f"{density} 0 1e10 0.25 {'0 ' * 9}", f"2500 25000 1e10 0.25 {'0 ' * 9}", "0 0 0",
+            "&deck geometry='a.blk', dialect='short' /", f"&contact restitution={e} /", "&output every=1 /", ""]))
+        done = scree.call("run", tmp_path / "a.ana", "-o", tmp_path / "a.h5", "--quiet")
+        assert done.returncode == 0 and not done.stderr
+        heights.append(scree.read(tmp_path / "a.h5").bodies.centroid[:, 1, 1] - 0.25)
+    assert heights[1] == pytest.approx(heights[0], abs=1e-9)
+    assert max(heights[0][40:]) == pytest.approx(0.1 * e**2, abs=0.01)
