@@ -132,7 +132,8 @@ contains
     if (.not. forgives_faint_forces(try%law)) return
     do i = try%first, try%last
       associate (stiffness => try%contact(i)%entrance(1)%stiffness(1), least => minval(try%largest(body(:, i))))
-        try%doubt(i) = faint*least + stiffness*rounding_of(model, d, try, i) + min(stiffness*try%rounding, unsure*least)
+        try%doubt(i) = faint*max(least, stiffness*try%rounding) + stiffness*rounding_of(model, d, try, i) &
+                       + min(stiffness*try%rounding, unsure*least)
       end associate
     end do
   end subroutine press_all
