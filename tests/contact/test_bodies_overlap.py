@@ -4,6 +4,7 @@ import re
 import numpy as np
 import pytest
 import shapely.geometry
+import shapely.ops
 import scree
 from test_blocks_touch import G, MODES, box, run, touching, turn
 
@@ -111,6 +112,28 @@ def test_any_pair_that_overlaps_in_area_has_a_contact_and_stays(tmp_path):
             assert f.history.energy.kinetic.max() < 1e-20
             assert (f.history.contacts[0].sum() > 0 and f.history.overlap[0] > 0) or common < 1e-6
         overlapping += common > 1e-6
+
+
+def crossing_stack(random, grown):
+    """Four to nine blocks that joints cut, on a fixed floor, each grown about its middle: corners overlap across both of their lines."""
+    rock = shapely.geometry.MultiPolygon([shapely.geometry.box(0, 0, *random.uniform(0.5, 2, 2))])
+    for dip in random.uniform(-0.5, 0.5, 2) + [0, np.pi / 2]:
+        for share in np.arange(1, random.integers(2, 4)) / 3:
+            along, point = np.array([np.cos(dip), np.sin(dip)]), np.array(rock.bounds[2:]) * share
+            cut = shapely.geometry.LineString([point - 9 * along, point + 9 * along])
+            rock = shapely.geometry.MultiPolygon([part for block in rock.geoms for part in shapely.ops.split(block, cut).geoms])
+    corners = [np.array(shapely.geometry.polygon.orient(block).exterior.coords[:-1]) for block in rock.geoms]
+    return [box(-5, -1, 12, 1)] + [x.mean(0) + (x - x.mean(0)) * (1 + grown) for x in corners]
+
+
+@pytest.mark.parametrize("grown", [1e-6, 3e-5, 1e-4])
+def test_stacks_whose_corners_overlap_stay_where_they_are(grown, tmp_path):
+    """Where a third block covers the line that a corner is least across it acts across the other one: by all that it was behind it."""
+    random = np.random.default_rng(3)
+    for _ in range(25):
+        blocks = crossing_stack(random, grown)
+        f = run(tmp_path, blocks, "", steps=3, rock=(2.5, 0, E, 0.25), phi=random.choice([0.0, 40.0]), fixed=[(*x, 1) for x in blocks[0]])
+        assert f.history.overlap[0] > 0.1 * grown and f.history.energy.kinetic.max() < 1e-20
 
 
 @pytest.mark.parametrize("seed", [0, 1, 5])
