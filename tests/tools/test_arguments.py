@@ -67,6 +67,13 @@ def test_no_deck_is_written_over(folder, tool, words, name):
     assert " with the ending ." in said and said.endswith(f", found '{deck.suffix}'") and deck.read_text() == "a deck\n"
 
 
+@pytest.mark.parametrize("tool", ["plot", "film", "report", "contacts", "dxf2geo"])
+@pytest.mark.parametrize("name,said", [(".", "."), ("/", "/"), ("", "."), ("..", ".."), ("a.h5", "a.h5")])
+def test_a_directory_is_no_file(folder, tool, name, said):
+    (folder / "a.h5").mkdir(exist_ok=True)
+    assert one_line(folder, tool, name) == f"tools/{tool}: {said}: expected a file, found a directory"
+
+
 @pytest.mark.parametrize("tool,words", [
     ("fs", [SLIDE, "-o"]), ("study", ["phi.csv", SLIDE, "-o"]), ("cost_of_accuracy", [SLIDE, "--folder"]), ("validate", ["b1", "--keep"]),
     ("paper", ["arc", "--keep"]), ("hard", ["H1", "--keep"])])

@@ -82,6 +82,14 @@ def check_ending(path, what, endings):
         raise ScreeError(f"{path}: expected {what} with the ending {' or '.join(endings)}, found '{path.suffix}'")
 
 
+def beside(path, ending):
+    """What is made of a file by default: its name with another ending. ScreeError where it is a directory, whose name may be none."""
+    path = pathlib.Path(path)
+    if path.is_dir():
+        raise ScreeError(f"{path}: expected a file, found a directory")
+    return path.with_name(path.stem + ending)
+
+
 def whole_from(least):
     """A whole number from the least."""
     def checked(word):

@@ -11,7 +11,7 @@ import pathlib
 import h5py
 import numpy as np
 
-from .arguments import check_ending, ends_in_a_line, parser_for
+from .arguments import beside, check_ending, ends_in_a_line, parser_for
 from .errors import PlotError
 from .results import read
 
@@ -78,7 +78,7 @@ def main():
     parser.add_argument("file", type=pathlib.Path, metavar="RESULTS")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="CONTACTS", help="default: RESULTS-contacts.vtkhdf")
     given = parser.parse_args()
-    output = given.output or given.file.with_name(f"{given.file.stem}-contacts.vtkhdf")
+    output = given.output or beside(given.file, "-contacts.vtkhdf")
     write_contacts(read(given.file), output)
     print(output)
     return 0

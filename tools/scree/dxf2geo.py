@@ -41,7 +41,7 @@ import ezdxf
 import numpy as np
 from ezdxf.math import Vec3
 
-from .arguments import check_ending, ends_in_a_line, parser_for, say
+from .arguments import beside, check_ending, ends_in_a_line, parser_for, say
 from .errors import ScreeError
 
 LINE_KINDS = ("boundary", "joint", "material", "tunnel", "stage")  # with a number each
@@ -677,7 +677,7 @@ def main():
         raise MapError(f"--clip: expected x and y of two corners or more, found {' '.join(map(repr, given.clip))}")
     if not 0 <= given.least_area < math.inf:
         raise MapError(f"--least-area: expected an area from 0, found {given.least_area}")
-    output = pathlib.Path(given.output or pathlib.Path(given.map).with_suffix(".geo"))
+    output = pathlib.Path(given.output or beside(given.map, ".geo"))
     if output.resolve() == pathlib.Path(given.map).resolve():
         raise MapError(f"{output}: expected another name than the map's for the deck (-o), found the same")
     check_ending(output, "a deck", (".geo",))

@@ -18,7 +18,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.animation import FFMpegWriter, PillowWriter
 
-from .arguments import above, check_ending, ends_in_a_line, parser_for, whole_from
+from .arguments import above, beside, check_ending, ends_in_a_line, parser_for, whole_from
 from .errors import PlotError
 from .plot import WHOLE, Frames, Panels, add_words_of_frames, extras_of, frames_of_stage, kind_of, look_of
 from .records import Bar
@@ -85,7 +85,7 @@ def main():
     add_words_of_frames(parser)
     parser.set_defaults(dpi=120)
     given = parser.parse_args()
-    output = given.output or given.file.with_suffix(".mp4" if FFMpegWriter.isAvailable() else ".gif")
+    output = given.output or beside(given.file, ".mp4" if FFMpegWriter.isAvailable() else ".gif")
     if kind_of(given.file) != "results":
         raise PlotError(f"{given.file}: expected a results file, found another")
     extras, look = extras_of(given), look_of(given)

@@ -29,7 +29,7 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 
-from .arguments import above_zero, check_ending, ends_in_a_line, parser_for
+from .arguments import above_zero, beside, check_ending, ends_in_a_line, parser_for
 from .errors import PlotError
 from .histories import LINES, axis_of, histories_of, is_static
 from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
@@ -648,7 +648,7 @@ def main():
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="PICTURE", help="default: the first file with .png")
     given = parser.parse_args()
-    output = given.output or pathlib.Path(given.files[0]).with_suffix(".png")
+    output = given.output or beside(given.files[0], ".png")
     check_ending(output, "a picture", [f".{kind}" for kind in FigureCanvasBase.get_supported_filetypes()])
     extras, look = extras_of(given), look_of(given)
     with tempfile.TemporaryDirectory() as folder:

@@ -9,7 +9,7 @@ Needs Debian's python3-numpy, python3-h5py and python3-matplotlib.
 """
 import pathlib
 
-from ..arguments import check_ending, ends_in_a_line, parser_for
+from ..arguments import beside, check_ending, ends_in_a_line, parser_for
 from ..errors import PlotError
 from ..plot import Frames, add_units, kind_of
 from ..units import Units
@@ -23,7 +23,7 @@ def main():
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="PAGE", help="default: the file with .html")
     add_units(parser)
     given = parser.parse_args()
-    output = given.output or given.file.with_suffix(".html")
+    output = given.output or beside(given.file, ".html")
     check_ending(output, "a page", (".html", ".htm"))
     if kind_of(given.file) != "results":
         raise PlotError(f"{given.file}: expected a results file, found another")
