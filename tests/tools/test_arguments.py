@@ -74,6 +74,17 @@ def test_a_directory_is_no_file(folder, tool, name, said):
     assert one_line(folder, tool, name) == f"tools/{tool}: {said}: expected a file, found a directory"
 
 
+@pytest.mark.parametrize("tool,words", [("plot", []), ("bench", ["problems"])])
+def test_what_is_no_results_file_is_one_line(folder, tool, words):
+    """Without the words of HDF5, which has many."""
+    (folder / "a.h5").mkdir(exist_ok=True)
+    (folder / "text.h5").write_text("no HDF5")
+    for name, why in (("none.h5", "No such file or directory"), ("a.h5", "Is a directory"),
+                      ("text.h5", "Unable to open file (file signature not found)")):
+        said = one_line(folder, tool, *words, name, *(["-o", "p.png"] if tool == "plot" else []))
+        assert said == f"tools/{tool}: {name}: expected a results file, found: {why}"
+
+
 @pytest.mark.parametrize("tool,words", [
     ("fs", [SLIDE, "-o"]), ("study", ["phi.csv", SLIDE, "-o"]), ("cost_of_accuracy", [SLIDE, "--folder"]), ("validate", ["b1", "--keep"]),
     ("paper", ["arc", "--keep"]), ("hard", ["H1", "--keep"])])

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from .arguments import beside, check_ending, ends_in_a_line, parser_for
-from .errors import PlotError
+from .errors import PlotError, reason_of
 from .results import read
 
 VTK_VERTEX = 1  # a cell of one point
@@ -69,7 +69,7 @@ def write_contacts(results, path):
             for name in data[0]:
                 steps[f"PointDataOffsets/{name}"] = before
     except OSError as problem:
-        raise PlotError(f"{path}: cannot write the contacts: {str(problem).splitlines()[0]}") from None
+        raise PlotError(f"{path}: cannot write the contacts: {reason_of(problem)}") from None
 
 
 @ends_in_a_line

@@ -1,4 +1,10 @@
 """What goes wrong, in one line each."""
+import os
+
+
+def reason_of(problem):
+    """Why a file cannot be opened, read or written, by an OSError: in words of the system, where HDF5 has many of its own."""
+    return os.strerror(problem.errno) if problem.errno else str(problem).splitlines()[0]
 
 
 class ScreeError(Exception):

@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from . import tables
-from .errors import ResultsError
+from .errors import ResultsError, reason_of
 
 if typing.TYPE_CHECKING:
     import pandas
@@ -114,7 +114,7 @@ class Results(Group):
                 self._n_vertices = int(f["VTKHDF/NumberOfPoints"][0]) if len(f["VTKHDF/NumberOfPoints"]) else 0
                 self._rows = self._rows_that_count(f)
         except OSError as problem:
-            raise ResultsError(f"{path}: expected a results file, found: {str(problem).splitlines()[0]}") from None
+            raise ResultsError(f"{path}: expected a results file, found: {reason_of(problem)}") from None
         except KeyError as problem:
             raise ResultsError(f"{path}: expected a results file of scree, found one without {problem.args[0]}") from None
 

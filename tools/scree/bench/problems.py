@@ -7,7 +7,7 @@ import tempfile
 import h5py
 import numpy as np
 
-from ..errors import ScreeError
+from ..errors import ScreeError, reason_of
 from ..program import BUILT, TREE
 from .factorisation import ONE_THREAD
 from .tables import Table
@@ -49,7 +49,11 @@ def solve(scree, files=(KEPT,)):
     """What it took to solve each problem of results files: a dictionary with the keys of COLUMNS."""
     rows, sent = [], []
     for path in map(pathlib.Path, files):
-        with h5py.File(path) as file:
+        try:
+            file = h5py.File(path)
+        except OSError as problem:
+            raise ScreeError(f"{path}: expected a results file, found: {reason_of(problem)}") from None
+        with file:
             if "problems" not in file:
                 raise ScreeError(f"{path}: expected friction problems (output.problems='all'), found none")
             for name in in_order(file["problems"]):
