@@ -85,6 +85,15 @@ def test_what_is_no_results_file_is_one_line(folder, tool, words):
         assert said == f"tools/{tool}: {name}: expected a results file, found: {why}"
 
 
+@pytest.mark.parametrize("words,said", [
+    (["--edges", "0"], "a number above 0"), (["--edges", "1", "-1"], "a number above 0"), (["--steps", "0"], "a number above 0"),
+    (["--limit", "-1"], "a number above 0"), (["--random", "0"], "a whole number from 1"),
+    (["--random", "1", "--first", "-1"], "a whole number from 0"), (["--sheet", "x.foo"], "x.foo: expected a picture with the ending .")])
+def test_hard_scenes_refuse_what_is_no_size_number_or_picture(folder, words, said):
+    done = subprocess.run([SOURCE / "tools" / "hard", "H1", *words], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 2 and not done.stdout and said in done.stderr.splitlines()[-1], done.stderr
+
+
 @pytest.mark.parametrize("tool,words", [
     ("fs", [SLIDE, "-o"]), ("study", ["phi.csv", SLIDE, "-o"]), ("cost_of_accuracy", [SLIDE, "--folder"]), ("validate", ["b1", "--keep"]),
     ("paper", ["arc", "--keep"]), ("hard", ["H1", "--keep"])])

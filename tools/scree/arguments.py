@@ -82,6 +82,12 @@ def check_ending(path, what, endings):
         raise ScreeError(f"{path}: expected {what} with the ending {' or '.join(endings)}, found '{path.suffix}'")
 
 
+def check_picture(path):
+    """ScreeError where no picture has the ending of a name."""
+    from matplotlib.backend_bases import FigureCanvasBase  # here, as matplotlib takes a second to begin
+    check_ending(path, "a picture", [f".{kind}" for kind in FigureCanvasBase.get_supported_filetypes()])
+
+
 def beside(path, ending):
     """What is made of a file by default: its name with another ending. ScreeError where it is a directory, whose name may be none."""
     path = pathlib.Path(path)

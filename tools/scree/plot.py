@@ -21,7 +21,6 @@ os.environ.setdefault("MPLBACKEND", "Agg")  # unless something else draws here, 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib import patheffects
-from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
@@ -29,7 +28,7 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 
-from .arguments import above_zero, beside, check_ending, ends_in_a_line, parser_for
+from .arguments import above_zero, beside, check_picture, ends_in_a_line, parser_for
 from .errors import PlotError
 from .histories import LINES, axis_of, histories_of, is_static
 from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
@@ -649,7 +648,7 @@ def main():
     parser.add_argument("-o", "--output", type=pathlib.Path, metavar="PICTURE", help="default: the first file with .png")
     given = parser.parse_args()
     output = given.output or beside(given.files[0], ".png")
-    check_ending(output, "a picture", [f".{kind}" for kind in FigureCanvasBase.get_supported_filetypes()])
+    check_picture(output)
     extras, look = extras_of(given), look_of(given)
     with tempfile.TemporaryDirectory() as folder:
         if given.history:

@@ -14,7 +14,7 @@ import dataclasses
 import itertools
 import pathlib
 
-from ..arguments import ends_in_a_line, parser_for
+from ..arguments import above_zero, check_picture, ends_in_a_line, parser_for, whole_from
 from ..bench.processes import start
 from ..bench.tables import Table
 from ..errors import ResultsError
@@ -118,15 +118,15 @@ def arguments():
     parser = parser_for(__doc__)
     base = Way()
     parser.add_argument("case", nargs="*", help=f"of {' '.join(CASES)}")
-    parser.add_argument("--edges", type=float, nargs="+", default=[base.edge], help="of a block, m")
-    parser.add_argument("--steps", type=float, nargs="+", default=[base.step], help="ms, for an edge of 1 m")
+    parser.add_argument("--edges", type=above_zero, nargs="+", default=[base.edge], help="of a block, m")
+    parser.add_argument("--steps", type=above_zero, nargs="+", default=[base.step], help="ms, for an edge of 1 m")
     parser.add_argument("--strains", nargs="+", default=[base.strain], choices=("auto", "small", "green"))
     parser.add_argument("--restitutions", nargs="+", default=[base.restitution], help="none, or numbers from 0 to 1")
     parser.add_argument("--vary", action="store_true", help="the way of all defaults, and from it one thing at a time")
     parser.add_argument("--all", action="store_true", help="72 ways a case")
-    parser.add_argument("--random", type=int, default=0, metavar="N", help="N scenes drawn at random, with options at random, instead")
-    parser.add_argument("--first", type=int, default=0, help="number of the first of these (0)")
-    parser.add_argument("--limit", type=float, default=60.0, help="seconds of a run (60)")
+    parser.add_argument("--random", type=whole_from(1), default=0, metavar="N", help="N scenes drawn at random, with options at random, instead")
+    parser.add_argument("--first", type=whole_from(0), default=0, help="number of the first of these (0)")
+    parser.add_argument("--limit", type=above_zero, default=60.0, help="seconds of a run (60)")
     parser.add_argument("--sheet", type=pathlib.Path, help="picture of the last frame of each run")
     parser.add_argument("--json", type=pathlib.Path, help="file for the rows")
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE", help="a setting of every run")
@@ -146,6 +146,8 @@ def main():
     if given.list:
         print("\n".join(f"{name:<16}{case.text}" for name, case in CASES.items()))
         return 0
+    if given.sheet:
+        check_picture(given.sheet)
     table, pictures = Table(COLUMNS), []
     path = program(given.scree)
     with work_folder(given.keep) as folder:
