@@ -13,6 +13,7 @@ from ..errors import ScreeError
 KINDS = {"deck": str, "geometry": str, "set": list, "grid": dict, "sample": dict, "quantities": dict}  # of what a TOML file may have
 WORDS = {str: "a text", list: "a list of texts", dict: "a table"}
 ROUNDING = 1e-13  # of what lies between two numbers, over its size
+MOST_RUNS = 100_000  # of a TOML file
 LEAST_PROBABILITY = 1e-300  # 37 deviations from the mean
 
 
@@ -74,16 +75,27 @@ def from_toml(path, text):
     grid, sample = given.get("grid", {}), dict(given.get("sample", {}))
     try:
         number, seed = sample.pop("number", 0 if sample else 1), sample.pop("seed", 1)
-        if not isinstance(number, int) or not isinstance(seed, int) or number < 1:
-            raise TableError(f"{path}: expected whole numbers for number (from 1) and seed in [sample], found {number} and {seed}")
+        if not isinstance(number, int) or not isinstance(seed, int) or not 1 <= number <= MOST_RUNS:
+            raise TableError(f"{path}: expected whole numbers for number (from 1 to {MOST_RUNS}) and seed in [sample], "
+                             f"found {number} and {seed}")
+        each = {name: points(name, what) for name, what in grid.items()}
+        check_runs(path, {**{name: len(values) for name, values in each.items()}, "number of [sample]": number})
         drawn = list(zip(*(draw(name, what, number, f"{seed} {name}") for name, what in sample.items()))) or [()]
-        values = itertools.product(*(points(name, what) for name, what in grid.items()))
+        values = itertools.product(*each.values())
         rows = [[text_of(value) for value in (*point, *one)] for point in values for one in drawn]
     except (ValueError, ArithmeticError) as problem:
         raise TableError(f"{path}: expected lists, or tables of numbers as doc/studies.md has them, found: {problem}") from None
     names = [name for name in ("geometry", "deck") if name in given]
     return Table([*grid, *sample], rows, [path.parent / given[name] for name in names], given.get("set", []),
                  {name: tuple(what) for name, what in given.get("quantities", {}).items()})
+
+
+def check_runs(path, counts):
+    """TableError where the values of names, each with each, make more runs than a study can have."""
+    runs = math.prod(counts.values())
+    if runs > MOST_RUNS:
+        found = ", ".join(f"{count} of {name}" for name, count in counts.items() if count > 1)
+        raise TableError(f"{path}: expected at most {MOST_RUNS} runs, found {runs}: {found}")
 
 
 def text_of(value):
@@ -99,8 +111,8 @@ def points(name, what):
     if isinstance(what, list):
         return what
     check_keys(name, what, {"from", "to", "count"}, {"scale"})
-    if not isinstance(what["count"], int) or what["count"] < 2:  # noqa: PLR2004  the ends
-        raise ValueError(f"count {what['count']} of {name}, which is to be a whole number from 2")
+    if not isinstance(what["count"], int) or not 2 <= what["count"] <= MOST_RUNS:  # noqa: PLR2004  the ends
+        raise ValueError(f"count {what['count']} of {name}, which is to be a whole number from 2 to {MOST_RUNS}")
     return [between(name, what, i / (what["count"] - 1)) for i in range(what["count"])]
 
 
@@ -147,7 +159,9 @@ def check_kind(name, what):
 
 
 def check_keys(name, what, needed, allowed):
-    if not needed <= set(what) <= needed | allowed or what.get("scale", "log") not in ("log", "linear"):
+    if missing := needed - set(what):
+        raise ValueError(f"{what} for {name} without {', '.join(sorted(missing))}")
+    if not set(what) <= needed | allowed or what.get("scale", "log") not in ("log", "linear"):
         raise ValueError(f"{what} for {name}")
 
 
