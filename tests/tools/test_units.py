@@ -15,12 +15,16 @@ SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 def test_dimensions_get_names_and_factors():
     units = Units("m,MPa=1e6,s")
     for label, unit, factor in (("x [length]", "x [m]", 1), ("[force/length$^2$]", "[MPa]", 1e6), ("v [length/time]", "v [m/s]", 1),
-                                ("[force/length]", "[MPa m]", 1e6), ("[force*length/length]", "[MPa m$^2$]", 1e6),
+                                ("[force/length]", "[MN/m]", 1e6), ("[force*length/length]", "[MJ/m]", 1e6),
                                 ("[length^2]", "[m$^2$]", 1), ("[rad]", "[rad]", 1), ("[1]", "[1]", 1), ("block", "block", 1)):
         assert units.of(label) == (unit, pytest.approx(factor)), label
     assert Units("km=1000,kPa=1e3").of("[force/length]") == ("[kPa km]", pytest.approx(1e6))
     assert Units("mm=1e-3,MPa=1e6,ms=1e-3").of("[length/time]") == ("[mm/ms]", pytest.approx(1))
-    assert Units("m,Pa").of("[mass*length/time]")[0] == "[Pa m$^2$ time]"  # a force times a time, of unit thickness
+    assert Units("m,Pa").of("[mass*length/time]")[0] == "[N time]"  # a force times a time, of unit thickness
+    for words, force, energy, moment, stiffness in (("m,kPa", "kN/m", "kJ/m", "kN m", "kPa/m"), ("mm,MPa", "N/mm", "mJ/mm", "N mm", "MPa/mm"),
+                                                    ("cm,kPa", "kPa cm", "kPa cm$^2$", "kPa cm$^3$", "kPa/cm")):
+        found = [Units(words).of(f"[{what}]")[0] for what in ("force/length", "force*length/length", "force*length", "force/length^3")]
+        assert found == [f"[{unit}]" for unit in (force, energy, moment, stiffness)]
     assert Units().of("x [length]") == ("x [length]", 1.0) and Units("m,Pa").of("t [time]") == ("t [time]", 1.0)
 
 

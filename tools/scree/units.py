@@ -1,9 +1,16 @@
 """Units of pictures: names, and what the numbers of results are divided by, for the dimensions that results are in."""
+import math
 import re
 
 from .errors import PlotError
 
 BASES = {"force": (1, 2, 0), "mass": (1, 1, 2), "length": (0, 1, 0), "time": (0, 0, 1)}  # powers of stress, length and time
+
+
+# Names of a stress times the square of a length, as a force and as an energy of unit thickness, by the names of length and stress.
+FORCES = {("m", "Pa"): ("N", "J/m"), ("m", "kPa"): ("kN", "kJ/m"), ("m", "MPa"): ("MN", "MJ/m"), ("m", "GPa"): ("GN", "GJ/m"),
+          ("mm", "MPa"): ("N", "mJ/mm"), ("mm", "GPa"): ("kN", "J/mm")}
+ENERGY = "force*length/length"
 
 
 class Units:
@@ -30,13 +37,21 @@ class Units:
         powers = self.powers(match[1].replace("$", "")) if match else None
         if not self.given or powers is None:
             return label, 1.0
-        factor, above, below = 1.0, [], []
-        for (name, size), power in zip(self.bases, powers):
-            factor *= size**power
-            if power:
-                (above if power > 0 else below).append(name + (f"$^{abs(power)}$" if abs(power) > 1 else ""))
-        unit = " ".join(above) or "1"
-        return f"{label[:match.start()]}[{'/'.join([unit, *below])}]{label[match.end():]}", factor
+        factor = math.prod(size**power for (_, size), power in zip(self.bases, powers))
+        return f"{label[:match.start()]}[{self.named(match[1], *powers)}]{label[match.end():]}", factor
+
+    def named(self, dimension, stress, length, time):
+        """The unit of a dimension with these powers: of force and energy where the names of length and stress have one, else of stress."""
+        (of_stress, _), (of_length, _), (of_time, _) = self.bases
+        powers = [(of_stress, stress), (of_length, length), (of_time, time)]
+        if (of_length, of_stress) in FORCES and stress == 1 and length > 0:
+            force, energy = FORCES[of_length, of_stress]
+            if dimension == ENERGY:
+                return energy
+            powers[:2] = [(force, 1), (of_length, length - 2)]
+        above, below = ([name + (f"$^{abs(power)}$" if abs(power) > 1 else "") for name, power in powers if sign * power > 0]
+                        for sign in (1, -1))
+        return "/".join([" ".join(above) or "1", *below])
 
     def powers(self, dimension):
         """Powers of stress, length and time of a dimension such as force*length/length; None for what has none."""
