@@ -46,7 +46,7 @@ def test_pictures_say_numbers_in_the_units(tmp_path):
     np.testing.assert_allclose(panel.collections[1].get_array(), true / 1e3)
     assert bar.get_ylabel() == "stress yy [kPa]" and panel.get_title() == "t = 100 ms"
     assert panel.get_xlabel() == "x [mm]" and panel.get_ylabel() == "y [mm]"
-    assert panel.xaxis.get_major_formatter()(0.25, 0) == "250"
+    assert panel.xaxis.get_major_formatter()(0.25, 0) == "250" and panel.yaxis.get_major_formatter()(5200.0012, 0) == "5200001.2"
     words = next(text.get_text() for text in panel.texts)
     value = float(words.split()[0])
     largest = np.linalg.norm(overlays.displacements(file, 2), axis=1).max()
@@ -58,3 +58,18 @@ def test_pictures_say_numbers_in_the_units(tmp_path):
     r = scree.read(tmp_path / "r.h5")
     np.testing.assert_allclose(axis.lines[0].get_ydata(), r.history.energy.kinetic / (1e3 * 1e-6))
     assert axis.get_ylabel() == "[kPa mm$^2$]" and axis.get_xlabel() == "time [ms]"
+
+
+def test_numbers_along_axes_are_whole(tmp_path):
+    """Where they hardly change, as an area or places far from the origin, none is to be added to them."""
+    (tmp_path / "far.geo").write_text("0.001\n4 4 0 0 1 0 0 0\n" + "".join(
+        f"{450000 + a} {5200000 + b} {450000 + c} {5200000 + d} 1\n" for a, b, c, d in ((0, 0, 9, 0), (9, 0, 9, 4), (9, 4, 0, 4), (0, 4, 0, 0)))
+        + "450000 5200000 450009 5200000\n")
+    (tmp_path / "far.ana").write_text("1 5 1 1 0.05 0.01\n2500 24525 1e10 0.25\n0 0 0  0 0 0  0 0 0\n45 0 0\n&deck geometry='far.geo' /\n")
+    scree.run("far.ana", output="far.h5", cwd=tmp_path)
+    for figure in (plot.draw_frames([plot.Frames(tmp_path / "far.h5", "far")], ["last"], "stress_yy"),
+                   plot.draw_histories([tmp_path / "far.h5"], ["area"])):
+        figure.canvas.draw()
+        axes = [axis for panel in figure.axes for axis in (panel.xaxis, panel.yaxis)]
+        assert not any("+" in axis.get_offset_text().get_text() for axis in axes)
+    assert all(float(label.get_text()) == pytest.approx(36, rel=1e-4) for label in axes[1].get_ticklabels())

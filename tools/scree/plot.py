@@ -43,6 +43,7 @@ FIELDS = ("block", "material", "stress_xx", "stress_yy", "stress_xy", "major", "
 LARGEST_NUMBER_OF_PANELS = 12
 MOST_NAMES = 15    # of curves of a panel, beyond which their names are left out
 BOTH_SIGNS = 0.1   # of the smaller of two signs over the larger, from which on zero is white
+DIGITS = 10        # of numbers along axes, which may be of a national grid
 PALER = 0.4        # share of white in colours that something is drawn over
 PANEL, WHOLE = 3.4, 5.6  # inches of one of many panels, and of one alone
 LEGEND = 0.8       # inches below the panels
@@ -485,11 +486,14 @@ class Panels:
             lowest.set_xlabel(x, fontsize=10)
         for axis in axes[:, 0]:
             axis.set_ylabel(y, fontsize=10)
-        if factor != 1:
-            for axis in (axes[0, 0].xaxis, axes[0, 0].yaxis):  # those of all panels
-                axis.set_major_formatter(lambda value, _: f"{value / factor:g}")
-        figure.colorbar(picture, ax=axes, label=self.label, shrink=0.8, extend=self.beyond,
-                        ticks=MaxNLocator(integer=True) if self.field in ("block", "material") else None)
+        for axis in (axes[0, 0].xaxis, axes[0, 0].yaxis):  # those of all panels
+            if factor == 1:
+                axis.get_major_formatter().set_useOffset(False)  # numbers are whole, without one to add to them
+            else:
+                axis.set_major_formatter(lambda value, _: f"{value / factor:.{DIGITS}g}")
+        bar = figure.colorbar(picture, ax=axes, label=self.label, shrink=0.8, extend=self.beyond,
+                              ticks=MaxNLocator(integer=True) if self.field in ("block", "material") else None)
+        bar.formatter.set_useOffset(False)
         if entries:
             below = axes[-1, 0].transAxes + ScaledTranslation(0, -BELOW, figure.dpi_scale_trans)
             axes[-1, 0].legend(entries.values(), entries.keys(), fontsize=8, frameon=False, ncols=4, loc="upper center",
@@ -571,6 +575,7 @@ def draw_histories(paths, names, units=None):
                 axis.plot(steps, values / factor, linewidth=1.2, label=", ".join([*words, *([own] if own else [])]))
         axis.set_title(found.description, fontsize=10, loc="left")
         axis.set_ylabel(label, fontsize=9)
+        axis.ticklabel_format(useOffset=False)
         axis.grid(True, linewidth=0.4, color="0.85")
         axis.margins(x=0)
         if 1 < len(axis.lines) <= MOST_NAMES:

@@ -44,6 +44,7 @@ def draw(names, header, lines, quantity, path):
             figure.colorbar(points, ax=axis, label=other)
         axis.set(xlabel=name, title=f"rank correlation {rank_correlation(x, y):+.2f}")
         axis.title.set_fontsize(10)
+        axis.ticklabel_format(useOffset=False)
         axis.grid(True, linewidth=0.4, color="0.88")
         axis.set_axisbelow(True)
     for axis in axes.flat[len(varied):]:
