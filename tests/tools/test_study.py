@@ -12,8 +12,11 @@ import numpy as np
 import pytest
 import scree
 from scree.records import explain
+from scree.study import picture
 from scree.study.picture import rank_correlation
+from scree.study.runs import Study
 from scree.study.tables import TableError, read_table
+from scree.units import Units
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 TOOL = SOURCE / "tools" / "study"
@@ -380,3 +383,32 @@ def test_rank_correlation_is_spearmans():
     assert rank_correlation(x, np.exp(5 * x)) == pytest.approx(1) and rank_correlation(x, -x ** 3) == pytest.approx(-1)
     assert rank_correlation(np.array([1.0, 1, 2, 2]), np.array([5.0, 5, 7, 7])) == pytest.approx(1)
     assert rank_correlation(x, np.ones(50)) == 0
+
+
+def test_axes_have_dimensions_or_units(folder):
+    """Those of numbers of decks and settings as the program says them, of columns of every study, and of quantities, where they have one."""
+    (folder / "slide.toml").write_text("""deck = "slide.ana"
+set = ["step.count=20", "output.every=20"]
+[grid]
+"joint(1).c" = [0, 1e3]
+"contact.restitution" = [0, 0.5]
+[quantities]
+down = ["measured_points/displacement", -1, 0, 1]
+first = ["VTKHDF/CellData/block", 0]
+""")
+    study(folder, "slide.toml")
+    table = read_table(folder / "slide.toml")
+    made = Study(table, [folder / "slide.ana"], [], folder / "slide")
+    found = made.dimensions()
+    assert found["joint(1).c"] == found["material(2).E"] == "force/length^2" and found["joint(1).phi"] == "degree"
+    assert found["step.size"] == found["deck.g1"] == found["time.reached"] == "time" and found["down"] == found["overlap.largest"] == "length"
+    assert not {"contact.restitution", "deck.n5", "first", "steps.taken"} & set(found)
+    columns = made.columns()
+    figure = picture.drawn(table.names, *columns, "down", found, Units("mm=1e-3,kPa=1e3"))
+    assert [axis.get_xlabel() for axis in figure.axes[:2]] == ["joint(1).c [kPa]", "contact.restitution"]
+    assert figure.axes[0].get_ylabel() == "down [mm]" and figure.axes[2].get_ylabel() == "contact.restitution"
+    place = columns[0].index("down")
+    np.testing.assert_allclose(figure.axes[0].collections[0].get_offsets(),
+                               [[float(line[1]) / 1e3, line[place] * 1e3] for line in columns[1]])
+    figure = picture.drawn(table.names, *columns, "first", found, Units())
+    assert figure.axes[0].get_xlabel() == "joint(1).c [force/length^2]" and figure.axes[0].get_ylabel() == "first"

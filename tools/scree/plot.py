@@ -37,7 +37,7 @@ from .polygons import loops_of
 from .program import cut
 from .results import read
 from .rose import draw_rose
-from .units import Units
+from .units import Units, add_units
 
 FIELDS = ("block", "material", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement", "velocity")
 LARGEST_NUMBER_OF_PANELS = 12
@@ -610,12 +610,6 @@ def look_of(given):
     if not 10 <= given.dpi <= 2000:
         raise PlotError(f"--dpi: expected a number from 10 to 2000, found {given.dpi:g}")
     return Look(given.window, given_range, not given.no_mesh, given.colours, given.magnify, Units(given.units))
-
-
-def add_units(parser):
-    """What units the numbers of pictures and pages are in."""
-    parser.add_argument("--units", metavar="LENGTH,STRESS[,TIME]",
-                        help="names; NAME=FACTOR is so many of the unit of the decks, as in m,MPa=1e6")
 
 
 def add_words_of_frames(parser):

@@ -22,6 +22,21 @@ def explain(decks, settings, path):
     return {**given, **asked, "deck.geometry": re.search(r"^geometry: (.*)$", said, re.M)[1]}
 
 
+def dimensions(decks, settings, path):
+    """The dimensions of settings and of numbers of the analysis deck, by their names for `--set`, such as force/length; of those that
+    have none, and of a geometry, there is no entry."""
+    said = done_or_failed(call("explain", *decks, *with_settings(settings), path=path)).stdout
+    found = dict(re.findall(r"^  (\w+\.\w+) = .*? \[(\S*)\]  \(.*\)$", said, re.M))
+    group = ""
+    for line in said.partition("\nsettings\n")[0].splitlines():
+        if line[:1] != " ":
+            header = re.search(r"\((\w+\(\d+\)) for --set\)", line)
+            group = header[1] if header else "deck"
+        elif number := re.fullmatch(r"  .* \(([\w ]+).*?\): .* \[(\S+)\]", line):
+            found |= {f"{group}.{name}": number[2] for name in number[1].split()}
+    return found
+
+
 def hashed(*parts):
     digest = hashlib.sha256()
     for part in parts:

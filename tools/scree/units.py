@@ -76,6 +76,12 @@ class Units:
         return f"{number(value / factor)} {unit[1:-1]}"
 
 
+def add_units(parser):
+    """What units the numbers of pictures and pages are in."""
+    parser.add_argument("--units", metavar="LENGTH,STRESS[,TIME]",
+                        help="names; NAME=FACTOR is so many of the unit of the decks, as in m,MPa=1e6")
+
+
 def number(value):
     """A number, whole or not, in few digits; a dash for none."""
     return "–" if value is None else f"{value:,.4g}".replace(",", " ") if isinstance(value, float) else f"{value}"

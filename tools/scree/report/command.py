@@ -11,8 +11,8 @@ import pathlib
 
 from ..arguments import beside, check_ending, ends_in_a_line, parser_for
 from ..errors import PlotError
-from ..plot import Frames, add_units, kind_of
-from ..units import Units
+from ..plot import Frames, kind_of
+from ..units import Units, add_units
 from .page import page_of
 
 

@@ -1,7 +1,7 @@
 """Runs a scene with many numbers, and makes one table of what the runs came to (doc/studies.md).
 
     tools/study TABLE [[GEOMETRY] ANALYSIS] [-o FOLDER] [--to FILE] [--jobs N] [--set GROUP.NAME=VALUE] [--keep]
-    tools/study TABLE ... --draw QUANTITY        draws a column of the table against each number that varies
+    tools/study TABLE ... --draw QUANTITY [--units m,MPa=1e6,s]   draws a column of the table against each number that varies
     tools/study TABLE ... --slurm | --snakemake  writes what makes the runs elsewhere, runs nothing
     tools/study TABLE ... --part I/N             every Nth run from number I (0 to N-1), no table
     tools/study TABLE ... --collect              makes the table of the runs that there are
@@ -21,6 +21,7 @@ import sys
 
 from ..arguments import STOPPED, ends_in_a_line, parser_for, say, whole_from
 from ..errors import ScreeError
+from ..units import Units, add_units
 from .output import check_output, write_table
 from .runs import Study
 from .tables import read_table
@@ -69,6 +70,7 @@ def arguments():
     parser.add_argument("--jobs", type=whole_from(1), default=len(os.sched_getaffinity(0)), help="runs at once; default: the processors")
     parser.add_argument("--keep", action="store_true", help="keeps the results files of the runs")
     parser.add_argument("--draw", metavar="QUANTITY", help="FOLDER/QUANTITY.png of a column of the table")
+    add_units(parser)
     instead = parser.add_mutually_exclusive_group()
     instead.add_argument("--slurm", action="store_true", help="writes FOLDER/study.sbatch, an array job")
     instead.add_argument("--snakemake", action="store_true", help="writes FOLDER/Snakefile")
@@ -129,7 +131,7 @@ def study_of(given):
 
 def work(given):
     """Does what is asked; returns the exit status."""
-    study = study_of(given)
+    study, units = study_of(given), Units(given.units)
     check_output(given.to)
     if given.slurm or given.snakemake:
         return write_job(given, study)
@@ -144,8 +146,9 @@ def work(given):
     status = tell(study, made)
     print(given.to.absolute())
     if given.draw:
-        from .picture import draw  # here, as matplotlib takes a second to begin
-        print(draw(study.table.names, header, lines, given.draw, given.output / f"{given.draw}.png"))
+        from .picture import draw, drawn  # here, as matplotlib takes a second to begin
+        figure = drawn(study.table.names, header, lines, given.draw, study.dimensions(), units)
+        print(draw(figure, given.output / f"{given.draw}.png"))
     return status
 
 

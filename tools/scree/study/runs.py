@@ -1,5 +1,6 @@
 """The runs of a study: made where their records are missing, a file each, so that a study that was killed goes on."""
 import concurrent.futures
+import contextlib
 import json
 import os
 import subprocess
@@ -10,8 +11,9 @@ import numpy as np
 
 from ..errors import ScreeError
 from ..program import made_folder, program, with_settings
-from ..records import Bar, explain, files_of, hashed, names_a_file, replace, stopped_at_once
+from ..records import Bar, dimensions, explain, files_of, hashed, names_a_file, replace, stopped_at_once
 from ..results import read
+from ..units import ENERGY
 
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_THREAD_LIMIT": "1"}  # where as many runs as processors go on at once
 DONE, FAILED, BAD_INPUT = 0, 1, 2  # exit statuses of a run that came to something
@@ -21,6 +23,9 @@ SUMMARY = ("time.reached", "steps.taken", "steps.cut", "displacement.largest", "
            "speed.largest", "at_rest", "energy.given", "energy.friction", "energy.share_lost", "change_of_area", "overlap.largest",
            "warnings")
 PLACES = ("displacement.position",)
+DIMENSIONS = {"time.reached": "time", "displacement.largest": "length", "displacement.position.x": "length",
+              "displacement.position.y": "length", "speed.largest": "length/time", "energy.given": ENERGY, "energy.friction": ENERGY,
+              "overlap.largest": "length"}  # of these columns; others have none
 
 
 class Study:
@@ -77,6 +82,7 @@ class Study:
             found = {"status": summary["status"] if status == DONE else last_line(said), "seconds": seconds, "summary": summary}
             if status == DONE:
                 found["quantities"] = {name: self.measured(partial, name) for name in self.table.quantities}
+                found["units"] = self.units_in(partial)
             if self.keeps and partial.exists():
                 partial.replace(self.results_path(number))
             replace(self.record_path(number), json.dumps(found))
@@ -114,6 +120,14 @@ class Study:
         except (KeyError, IndexError, TypeError, ValueError) as problem:
             raise ScreeError(f"quantity {name}: expected a dataset of the results and the place of one number in it, found "
                              f"{[dataset, *index]}: {str(problem.args[0]).removeprefix(f'{path}: ')}") from None
+
+    def units_in(self, path):
+        """The dimensions of quantities that have one, by their names."""
+        units, results = {}, read(path)
+        for name, (dataset, *_) in self.table.quantities.items():
+            with contextlib.suppress(KeyError):  # as numbers of blocks
+                units[name] = results.units(dataset)
+        return units
 
     def run(self, numbers, jobs):
         """Makes those of the runs that are not there, so many at once. Returns how many it made, and how many ended by a signal."""
@@ -157,6 +171,12 @@ class Study:
                 line.append(there.relative_to(self.folder) if there.exists() else None)
             lines.append(line)
         return header, lines
+
+    def dimensions(self):
+        """The dimensions of the columns that have one, by their names; of quantities those of the first run that came to its end."""
+        found = (self.record(number) for number in range(len(self.keys)))
+        of_quantities = next((one["units"] for one in found if one and "units" in one), {})
+        return DIMENSIONS | dimensions(self.decks, self.settings_of(self.table.rows[0]), self.path) | of_quantities
 
     @staticmethod
     def summary_values(summary, name):
