@@ -59,7 +59,7 @@ contains
     real(dp), intent(in) :: moved(:)          !! (n_unknowns) displacement to where contacts act
     integer, intent(in) :: part_of(:)         !! (n_blocks) the block that stands for the body; 0: it takes no part
     type(rigid_bodies_t), intent(out) :: bodies
-    real(dp), allocatable :: weight(:)        ! of the elements of a body: their mass; of one without mass, which is held, their area
+    real(dp), allocatable :: weight(:)        ! of the elements of a body: their mass; their area where none has mass: it is held
     integer :: b, i, k, n
     logical :: has_mass
 
