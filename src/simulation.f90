@@ -30,7 +30,7 @@ module scree_simulation
   use scree_start, only: begin_run
   use scree_state, only: stage_clock_t, state_t, step_of_run, time_of_run
   use scree_step_control, only: after_step, at_end, frame_due, is_settled, next_size, share_done
-  use scree_summary_words, only: ending_t, json_of, lines_of, warning_of_blows, warning_of_error
+  use scree_summary_words, only: ending_t, json_of, lines_of, warning_of_blows, warning_of_error, warning_of_swings
   use scree_text, only: number_text, rounded_text, text_t
   use scree_time_stepper, only: step_report_t
   use scree_timers, only: begin_phase, costs_of, phase_check, phase_frames, phase_history, phase_other, phase_set_up, timers_t
@@ -156,6 +156,8 @@ contains
       warning = warning_of_blows(run%summary)
       if (len(warning) > 0) call warn(run%progress, warning)
       warning = warning_of_error(run%summary)
+      if (len(warning) > 0) call warn(run%progress, warning)
+      warning = warning_of_swings(run%summary)
       if (len(warning) > 0) call warn(run%progress, warning)
     end if
     ending%warning = run%progress%warning

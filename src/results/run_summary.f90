@@ -69,6 +69,7 @@ module scree_run_summary
     real(dp) :: fallen = 0.0_dp          !! most that the weights have given
     real(dp) :: friction = 0.0_dp, damping = 0.0_dp, yield = 0.0_dp, asleep = 0.0_dp, dissipated = 0.0_dp
     logical :: has_bolts = .false.       !! the scene has
+    logical :: may_swing = .false.       !! it has bolts, or joints with a stiffness of their own
     type(stage_ending_t), allocatable :: stage(:) !! of a run of several those that it was in
     real(dp) :: staged = 0.0_dp          !! energy that the changes from stage to stage gave; below 0: took
     real(dp) :: given = 0.0_dp           !! kinetic and strain energy at the start, fallen, and absolute work
@@ -100,6 +101,8 @@ contains
     summary%touches = allocated(model%effects%contact)
     summary%tolerance = tolerance_of(model%settings)
     summary%has_bolts = allocated(model%effects%bolt)
+    summary%may_swing = summary%has_bolts
+    if (summary%touches) summary%may_swing = summary%may_swing .or. allocated(model%effects%contact%joint_stiffness)
     summary%asked = huge(summary%asked)
     if (n_stages > 1) return
     associate (s => model%settings)

@@ -11,11 +11,12 @@ module scree_summary_words
   use scree_timers, only: cost_t
   implicit none
   private
-  public :: ending_t, json_of, lines_of, warning_of_blows, warning_of_error
+  public :: ending_t, json_of, lines_of, warning_of_blows, warning_of_error, warning_of_swings
 
   integer, parameter :: most_phases = 5          !! named on the screen
   real(dp), parameter :: least_share = 0.02_dp   !! of the time that a phase named there took
   real(dp), parameter :: suspicious_blows = 0.1_dp !! share of the energy that is worth a warning
+  real(dp), parameter :: suspicious_loss = 1e-2_dp !! share of the energy, where nothing says how far a run may be off
   real(dp), parameter :: too_far_off = 2.0_dp    !! times what was asked for that is, as far as an estimate can tell
 
   !> How a run ended.
@@ -219,6 +220,19 @@ contains
     if (summary%off > too_far_off*summary%aim) &
       text = words_of_error(summary)//': lower step.accuracy until what is looked at stays the same'
   end function warning_of_error
+
+  !> Warning where more was lost than the estimate of the error may leave out: it has nothing of what steps take from blocks that
+  !> swing on bolts and joints. Nothing else.
+  function warning_of_swings(summary) result(text)
+    type(summary_t), intent(in) :: summary
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (.not. (allocated(summary%off) .and. summary%may_swing)) return
+    if (share_lost(summary) > merge(summary%aim, suspicious_loss, summary%aim > 0)) &
+      text = words(100*share_lost(summary))//' % of what was given went in impacts, or as blocks swung on bolts and joints: of '// &
+             'that the estimate of the error has nothing; try a tenth of step.size or of step.accuracy'
+  end function warning_of_swings
 
   !> Time of the wall, and the phases that took most of it.
   function words_of_time(cost) result(text)
