@@ -4,11 +4,13 @@ module scree_contact_acceptance
   use scree_contact_rules, only: force_to_hold, gap_and_slip, gaps_and_slips, press, remember_overlap, remember_slide, &
                                  stiffness_after
   use scree_contact_try, only: contact_try_t
-  use scree_contacts, only: contact_law_t, contact_memory_t, contact_t, state_locked, state_open, state_sliding
+  use scree_contacts, only: blocks_of, contact_law_t, contact_memory_t, contact_t, outlines_t, state_locked, state_open, &
+                            state_sliding
   use scree_joint_closure, only: closing_energy
   use scree_joint_stiffness, only: is_hard
   use scree_kinds, only: dp
   use scree_model, only: model_t
+  use scree_pairs, only: numbers_of_pairs, pair_of, sorted_pairs
   implicit none
   private
   public :: accept_contacts, accept_no_contact, farthest_apart
@@ -48,7 +50,7 @@ contains
     type(gap_and_slip_t) :: now(2)
     type(closed_t) :: closed
     type(contact_force_t) :: force
-    logical :: held_together(size(try%pair, 2)) !! by a bond that is locked
+    logical :: held(size(try%contact)) !! its blocks hold together
     logical :: pulled                           !! open by a dashpot
     integer :: i
 
@@ -59,12 +61,7 @@ contains
     memory%count = try%count
     energy = 0.0_dp
     friction = 0.0_dp
-    held_together = .false.
-    do i = 1, size(memory%contact)
-      associate (entrance => memory%contact(i)%entrance(memory%contact(i)%active))
-        if (entrance%bonded .and. entrance%state == state_locked) held_together(entrance%pair) = .true.
-      end associate
-    end do
+    held = hold_together(model%outlines, memory%contact)
     do i = 1, size(memory%contact)
       associate (contact => memory%contact(i), entrance => memory%contact(i)%entrance(memory%contact(i)%active))
         contact%force = 0.0_dp
@@ -87,7 +84,7 @@ contains
           end if
         else
           call press(try, i, now, force)
-          call accept_closed(try%law, force, force_to_hold(try, i, now, force), now, held_together(entrance%pair), contact, closed)
+          call accept_closed(try%law, force, force_to_hold(try, i, now, force), now, held(i), contact, closed)
           memory%gap = max(memory%gap, closed%gap)
           contact%overlap = max(0.0_dp, -(entrance%rest + entrance%dilated + closed%gap))
           memory%pressed = max(memory%pressed, -closed%gap)
@@ -101,6 +98,25 @@ contains
     end do
     memory%stiffness = stiffness_after(try%law, memory%gap, memory%penetration)
   end subroutine accept_contacts
+
+  !> Of each contact whether a bond that is locked, this one or another, holds its two blocks together.
+  pure function hold_together(outlines, contact) result(held)
+    type(outlines_t), intent(in) :: outlines
+    type(contact_t), intent(in) :: contact(:)
+    logical :: held(size(contact)), is_locked(size(contact))
+    integer :: blocks(2, size(contact)), i
+
+    do i = 1, size(contact)
+      associate (entrance => contact(i)%entrance(contact(i)%active))
+        is_locked(i) = entrance%bonded .and. entrance%state == state_locked
+        blocks(:, i) = blocks_of(outlines, entrance)
+        blocks(:, i) = pair_of(blocks(1, i), blocks(2, i))
+      end associate
+    end do
+    held = .false.
+    if (any(is_locked)) &
+      held = numbers_of_pairs(sorted_pairs(blocks(:, pack([(i, i=1, size(contact))], is_locked))), blocks) > 0
+  end function hold_together
 
   !> Overlap at a contact that is open: across all of its lines.
   pure real(dp) function overlap_of(contact, now) result(overlap)
@@ -142,7 +158,7 @@ contains
     type(contact_force_t), intent(in) :: force
     real(dp), intent(in) :: held(2)         !! what of it multipliers take over, if there are any
     type(gap_and_slip_t), intent(in) :: now(2)
-    logical, intent(in) :: holds            !! a bond between its two elements is locked
+    logical, intent(in) :: holds            !! a bond between its two blocks is locked
     type(contact_t), intent(inout) :: contact
     type(closed_t), intent(out) :: closed
     real(dp) :: slip, strained

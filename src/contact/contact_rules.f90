@@ -634,7 +634,7 @@ contains
     type(contact_law_t), intent(in) :: law
     type(contact_force_t), intent(in) :: force
     type(gap_and_slip_t), intent(in) :: now
-    logical, intent(in) :: holds         !! another bond between the two elements is locked
+    logical, intent(in) :: holds         !! another bond between the two blocks is locked
     type(entrance_t), intent(inout) :: entrance
     real(dp), intent(out) :: slip        !! that the spring keeps, length
     real(dp), intent(out) :: work        !! lost in friction, force length

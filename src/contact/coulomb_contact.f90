@@ -314,7 +314,7 @@ contains
   pure subroutine slide_coulomb(shear, edge_length, holds, entrance, slip, work)
     real(dp), intent(in) :: shear        !! force
     real(dp), intent(in) :: edge_length  !! length
-    logical, intent(in) :: holds         !! another bond between the two elements is locked
+    logical, intent(in) :: holds         !! another bond between the two blocks is locked
     type(entrance_t), intent(inout) :: entrance
     real(dp), intent(inout) :: slip      !! of the step, then what the spring keeps of it, length
     real(dp), intent(out) :: work        !! lost in friction, force length

@@ -4,7 +4,7 @@ module scree_pairs
   use scree_sorting, only: columns, order_of_pairs
   implicit none
   private
-  public :: list_pairs, number_of_pair, pair_of, pairs_without, sorted_pairs
+  public :: list_pairs, number_of_pair, numbers_of_pairs, pair_of, pairs_without, sorted_pairs
 
   !> Pairs over those that are needed, up to which those that no longer are stay.
   real(dp), parameter :: idle = 1.5_dp
