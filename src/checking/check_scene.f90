@@ -12,7 +12,7 @@ module scree_check_scene
   use scree_set_up, only: set_up
   use scree_stages, only: lines_of_stages
   use scree_state, only: state_t
-  use scree_text, only: number_text, short_text, text_t
+  use scree_text, only: number_text, place_text, short_text, text_t
   implicit none
   private
   public :: check_scene, warn_of_model
@@ -189,8 +189,7 @@ contains
     character(len=:), allocatable :: block_text
 
     block_text = number_text(block%number)//', '//short_text(block%area)//' length^2, about '// &
-                 short_text(block%position(1))//' '// &
-                 short_text(block%position(2))
+                 place_text(block%position, sqrt(block%area))
   end function block_text
 
 end module scree_check_scene

@@ -3,7 +3,7 @@ module scree_trouble
   use scree_kinds, only: dp
   use scree_scene, only: model_nmm
   use scree_system, only: system_t
-  use scree_text, only: number_text, pair_text
+  use scree_text, only: number_text, place_text
   implicit none
   private
   public :: new_trouble, trouble_t, words_of
@@ -44,7 +44,7 @@ contains
     if (trouble%element > 0) then
       line = name_of(system, trouble%element)
       if (trouble%against > 0) line = line//' at '//name_of(system, trouble%against)
-      line = line//', '//pair_text(trouble%position + system%origin, digits=6)//': '//trouble%what
+      line = line//', '//place_text(trouble%position + system%origin, system%extent, digits=6)//': '//trouble%what
     end if
     if (present(consequence)) line = line//'; '//consequence
     if (allocated(trouble%advice)) line = line//'; try '//trouble%advice

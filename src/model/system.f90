@@ -60,6 +60,7 @@ module scree_system
     integer, allocatable :: at_rest(:)          !! unknowns of the elements that cannot move; blocks of the DDA have six in common
     integer :: model = 0                  !! `model_dda` or `model_nmm` of the scene
     real(dp) :: origin(2) = 0.0_dp        !! added to every position for the results, length
+    real(dp) :: extent = 0.0_dp           !! larger side of the box around the blocks, by which places are told, length
     type(elements_t) :: elements
     type(points_t) :: points
     type(sampling_t), allocatable :: sampling   !! of covers of second order

@@ -48,6 +48,7 @@ module scree_run_summary
 
   !> What a run came to; of one that was gone on with, since then.
   type :: summary_t
+    real(dp) :: extent = 0.0_dp          !! of the model, length
     real(dp) :: from = 0.0_dp, reached = 0.0_dp !! time
     real(dp) :: asked = 0.0_dp           !! end, time; huge: none, a number of steps alone
     integer :: planned = -1              !! steps of the size that was asked for, -1: it is not the deck's to say
@@ -92,6 +93,7 @@ contains
     type(summary_t), intent(out) :: summary
     real(dp) :: planned
 
+    summary%extent = model%extent
     summary%from = time_of_run(state)
     summary%books_from = state%books
     summary%height_from = state%books%gravity

@@ -7,7 +7,7 @@ module scree_summary_words
   use scree_run_summary, only: change_of_area, lost_otherwise, share_lost, share_of_blows, stage_ending_t, summary_t, &
                                vertex_most_t
   use scree_step_try, only: cut_reasons
-  use scree_text, only: number_text, rounded_text, short_text, text_t
+  use scree_text, only: number_text, place_text, rounded_text, short_text, text_t
   use scree_timers, only: cost_t
   implicit none
   private
@@ -117,7 +117,8 @@ contains
     type(summary_t), intent(in) :: summary
     character(len=:), allocatable :: text
 
-    text = 'farthest '//words_of_vertex(summary%displacement)//'; fastest '//words_of_vertex(summary%speed)
+    text = 'farthest '//words_of_vertex(summary%displacement, summary%extent)// &
+           '; fastest '//words_of_vertex(summary%speed, summary%extent)
     if (.not. allocated(summary%at_rest)) return
     text = text//'; '//trim(merge('at rest    ', 'not at rest', summary%at_rest))
   end function words_of_motion
@@ -139,13 +140,14 @@ contains
   end function words_of_forces
 
   !> A value, its block and its place.
-  function words_of_vertex(most) result(text)
+  function words_of_vertex(most, extent) result(text)
     type(vertex_most_t), intent(in) :: most
+    real(dp), intent(in) :: extent       !! of the model, length
     character(len=:), allocatable :: text
 
     text = 'nothing'
     if (abs(most%value) > 0 .or. .not. ieee_is_finite(most%value)) &
-      text = 'block '//number_text(most%block)//' by '//words(most%value)//' at '//words_of_position(most%position)
+      text = 'block '//number_text(most%block)//' by '//words(most%value)//' at '//words_of_position(most%position, extent)
   end function words_of_vertex
 
   !> What was given, and where it went.
@@ -177,7 +179,8 @@ contains
     associate (overlap => summary%overlap)
       text = 'none'
       if (overlap%blocks(1) > 0) text = words(overlap%value)//' at most, block '//number_text(overlap%blocks(1))//' in block '// &
-        number_text(overlap%blocks(2))//', '//words_of_position(overlap%position)//', time '//words_of_instant(overlap%time)
+        number_text(overlap%blocks(2))//', '//words_of_position(overlap%position, summary%extent)//', time '// &
+        words_of_instant(overlap%time)
     end associate
   end function words_of_overlap
 
@@ -251,12 +254,14 @@ contains
     end do
   end function words_of_time
 
-  !> A place in words.
-  function words_of_position(position) result(text)
+  !> A place in words, whatever became of it.
+  function words_of_position(position, extent) result(text)
     real(dp), intent(in) :: position(2)
+    real(dp), intent(in) :: extent       !! of the model, length
     character(len=:), allocatable :: text
 
-    text = '('//words(position(1))//', '//words(position(2))//')'
+    text = 'no place'
+    if (all(ieee_is_finite(position))) text = place_text(position, extent)
   end function words_of_position
 
   !> A time in words.

@@ -9,7 +9,7 @@ module scree_initial_overlaps
   use scree_kinds, only: dp
   use scree_scene, only: scene_t
   use scree_system, only: system_t
-  use scree_text, only: number_text, pair_text, real_text, short_text, text_t
+  use scree_text, only: number_text, place_text, real_text, short_text, text_t
   implicit none
   private
   public :: overlap_texts, overlap_warning, refuse_overlaps
@@ -85,7 +85,7 @@ contains
     else
       text = text//' by '//short_text(overlap%depth)//', '//short_text(overlap%share)//' of the smaller,'
     end if
-    text = text//' at '//pair_text(overlap%position + system%origin)
+    text = text//' at '//place_text(overlap%position + system%origin, system%extent)
   end function overlap_text
 
   !> How many more there are.

@@ -26,7 +26,7 @@ module scree_set_up
   use scree_sorting, only: columns
   use scree_state, only: bolt_absent, state_t
   use scree_system, only: system_t
-  use scree_text, only: number_text, real_text, short_text
+  use scree_text, only: number_text, place_text, real_text
   implicit none
   private
   public :: set_up
@@ -204,6 +204,7 @@ contains
     system%model = scene%settings%model
     middle = middle_of(blocks)
     system%origin = blocks%origin + middle
+    system%extent = scene%extent
     state%vertex = blocks%vertex - spread(middle, 2, size(blocks%vertex, 2))
     state%point = blocks%point - spread(middle, 2, size(blocks%point, 2))
     do b = 1, size(blocks%material)
@@ -336,7 +337,7 @@ contains
     else if (allocated(covered%torn)) then
       call fail(error, status_bad_input, from//': expected that in '''//scene%settings%cover_mesh//''' triangles beside each '// &
                 'other in a block share the two nodes of the line between them, one on either side, found others at '// &
-                short_text(covered%torn(1) + system%origin(1), 6)//' '//short_text(covered%torn(2) + system%origin(2), 6))
+                place_text(covered%torn + system%origin, system%extent, digits=6))
     else if (shortest_edge(mesh) > norm2(high - low)) then ! of a file
       call fail(error, status_bad_input, from//': expected a mesh with edges up to the diagonal of the model, '// &
                 real_text(norm2(high - low))//', found none below '//real_text(shortest_edge(mesh)))

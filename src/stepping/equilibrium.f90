@@ -39,7 +39,7 @@ module scree_equilibrium
   use scree_step_constraints, only: constraints_of_step
   use scree_step_try, only: try_t
   use scree_system, only: element_unknowns, values_of
-  use scree_text, only: number_text, pair_text, short_text
+  use scree_text, only: number_text, pair_text, place_text, short_text
   implicit none
   private
   public :: balance_t, begin_settling, find_balance, is_balanced, tolerance_of, words_of_balance
@@ -71,6 +71,7 @@ module scree_equilibrium
     integer :: block = 0                 !! from 1; 0: nothing can move
     real(dp) :: force = 0.0_dp           !! out of balance, per unit thickness
     real(dp) :: position(2) = 0.0_dp     !! of its centroid, length
+    real(dp) :: extent = 0.0_dp          !! of the model, length
     real(dp) :: way(2) = 0.0_dp          !! that it went in the step, length
     real(dp) :: speed = 0.0_dp           !! that over the size of the step, length/time
     integer :: others = 0                !! bodies besides that are not in equilibrium either
@@ -331,6 +332,7 @@ contains
       end associate
     end do
     balance%position = balance%position/area
+    balance%extent = model%extent
     balance%way = balance%way/area
   end subroutine place_body
 
@@ -355,7 +357,7 @@ contains
     type(balance_t), intent(in) :: balance
     character(len=:), allocatable :: text
 
-    text = 'block '//number_text(balance%block)//' at '//pair_text(balance%position)//' is out of balance by '// &
+    text = 'block '//number_text(balance%block)//' at '//place_text(balance%position, balance%extent)//' is out of balance by '// &
            short_text(balance%share)//' of what acts on it, and moved by '//pair_text(balance%way)// &
            ' in the last step, '//short_text(balance%speed)//' a time'
     if (balance%moves) text = text//', and nothing stops it'

@@ -4,7 +4,8 @@ module scree_text
   use scree_kinds, only: dp
   implicit none
   private
-  public :: in_lower_case, number_text, pair_text, real_of, real_text, rounded_text, same_length, short_text, text_t, with_ending
+  public :: in_lower_case, number_text, pair_text, place_text, real_of, real_text, rounded_text, same_length, short_text, text_t, &
+            with_ending
 
   !> One of several texts.
   type :: text_t
@@ -115,32 +116,55 @@ contains
     end if
   end function real_text
 
-  !> A real to four digits, or as many as `digits`, up to nine.
+  !> A real to four digits, or as many as `digits`, up to 15.
   pure function short_text(x, digits)
     real(dp), intent(in) :: x
     integer, intent(in), optional :: digits
     character(len=:), allocatable :: short_text
-    character(len=17) :: buffer
-    character(len=10) :: form
+    character(len=24) :: buffer
+    character(len=11) :: form
     real(dp) :: rounded
 
-    form = '(es17.3e3)'
-    if (present(digits)) write (form(7:7), '(i1)') digits - 1
+    form = '(es24.3e3)'
+    if (present(digits)) write (form, '(a,i0,a)') '(es24.', digits - 1, 'e3)'
     write (buffer, form) x
     read (buffer, *) rounded
     short_text = real_text(rounded)
   end function short_text
 
-  !> A place or a vector for people, (x, y), to as many digits as `short_text`.
-  pure function pair_text(pair, digits)
+  !> A vector for people, (x, y), each to four digits.
+  pure function pair_text(pair)
     real(dp), intent(in) :: pair(2)
-    integer, intent(in), optional :: digits
     character(len=:), allocatable :: pair_text
 
-    pair_text = '('//short_text(pair(1), digits)//', '//short_text(pair(2), digits)//')'
+    pair_text = '('//short_text(pair(1))//', '//short_text(pair(2))//')'
   end function pair_text
 
-  !> A place, time or ratio for people: to six digits.
+  !> A place in or about a model for people, (x, y): to four digits, or as many as `digits`, and to one more for each power of ten
+  !> by which a coordinate is larger than the model, so that a model far from the origin is told as well as one that is not.
+  pure function place_text(place, size, digits)
+    real(dp), intent(in) :: place(2)
+    real(dp), intent(in) :: size              !! of the model, length
+    integer, intent(in), optional :: digits
+    character(len=:), allocatable :: place_text
+    integer :: i, least, needed(2)
+
+    least = 4
+    if (present(digits)) least = digits
+    do i = 1, 2
+      needed(i) = min(15, least + max(0, power_of_ten(place(i)) - power_of_ten(size)))
+    end do
+    place_text = '('//short_text(place(1), needed(1))//', '//short_text(place(2), needed(2))//')'
+  end function place_text
+
+  !> That below the size of a real.
+  pure integer function power_of_ten(x)
+    real(dp), intent(in) :: x
+
+    power_of_ten = floor(log10(max(abs(x), tiny(x))))
+  end function power_of_ten
+
+  !> A time or ratio for people: to six digits.
   pure function rounded_text(x)
     real(dp), intent(in) :: x
     character(len=:), allocatable :: rounded_text

@@ -247,8 +247,8 @@ def test_soft_contact_is_warned_of(tmp_path):
 def test_sizes_points_and_step_are_told(tmp_path):
     deck(tmp_path, dt=0.01)
     facts = check(tmp_path)[0]
-    assert facts["largest block"] == "1, 5 length^2, about 0.5 -0.5"
-    assert facts["smallest block"] == "2, 1 length^2, about 0.5 0.5"
+    assert facts["largest block"] == "1, 5 length^2, about (0.5, -0.5)"
+    assert facts["smallest block"] == "2, 1 length^2, about (0.5, 0.5)"
     assert facts["shortest edge"] == "1 length"
     assert facts["fixed points"] == "3 in block 1"
     assert first_number(facts["fall in a step"]) == pytest.approx(0.5 * 9.81 * 0.01**2, rel=1e-3)

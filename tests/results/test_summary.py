@@ -12,6 +12,7 @@ import pytest
 from scree import call, read, touching
 from scree import run as run_of
 from scree.bench import effects, scenes
+from scree.block_files import block_file
 
 SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
@@ -177,6 +178,22 @@ def test_a_screen_says_it_in_words_and_ends_with_the_file(tmp_path):
     assert lines[at + 1].startswith(f"steps: {len(r.history.time)} taken of 2000 planned, {r.history.rejected.sum()} tries cut, ")
     assert sum(map(int, re.findall(r"(\d+) %", lines[-2]))) <= 102
     assert call("run", ARC, "--set", "step.size=5e-3", "-o", tmp_path / "arc.h5", "--quiet").stdout == ""
+
+
+@pytest.mark.parametrize("away", [(0, 0), (450_000, 5_200_000)])
+def test_places_are_told_to_the_same_part_of_the_model_wherever_it_is(away, tmp_path):
+    """A beam of 10 m with a square on it, at the origin or in coordinates of a national grid: places to 1 cm, in blocks of their size."""
+    blocks = [[(x + away[0], y + away[1]) for x, y in corners] for corners in ([(0, 0), (10, 0), (10, 1), (0, 1)],
+                                                                               [(3.25, 1), (4.5, 1), (4.5, 2.25), (3.25, 2.25)])]
+    (tmp_path / "a.blk").write_text(block_file("a", [(1, corners) for corners in blocks], [(*blocks[0][k], 1) for k in (0, 1)]))
+    (tmp_path / "a.ana").write_text("1 2 1 1 0.05 0.01\n2500 24525 1e10 0.25\n0 0 0 0 0 0 0 0 0\n30 0 0\n"
+                                    "&deck geometry='a.blk', dialect='short' /\n")
+    done = call("run", "a.ana", cwd=tmp_path)
+    farthest = next(line for line in done.stdout.splitlines() if line.startswith("moves: "))
+    place = [float(word) for word in re.search(r"farthest block 2 by \S+ at \((.*?), (.*?)\)", farthest).groups()]
+    assert min(np.hypot(*(np.array(place) - corner)) for corner in blocks[1]) < 0.01
+    told = re.search(r"smallest block .* about \((.*?), (.*?)\)", call("check", "a.ana", cwd=tmp_path).stdout).groups()
+    assert [float(word) for word in told] == [away[0] + 3.875, away[1] + 1.625]
 
 
 def test_warnings_are_counted(tmp_path):
