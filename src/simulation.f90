@@ -143,6 +143,7 @@ contains
 
     call begin_phase(run%cache%timers, phase_frames)
     call put_rest(run%output, run%state, run%watch, close_error)
+    if (allocated(close_error)) close_error%message = reached(run%state)//close_error%message
     if (.not. allocated(error)) call move_alloc(close_error, error)
     call begin_phase(run%cache%timers, phase_other)
     ending%path = options%results_path
@@ -434,8 +435,7 @@ contains
     if (.not. allocated(error)) then
       call watch_step(run%watch, run%model, run%cache, run%state, report%work, report%weight_share, run%progress, nonsense)
       call write_step(run, report, error)
-      if (allocated(error)) return
-      call move_alloc(nonsense, error)
+      if (.not. allocated(error)) call move_alloc(nonsense, error)
     else
       run%framed = run%state%step ! such numbers are not written
     end if

@@ -21,7 +21,7 @@ module scree_results_file
   use scree_kinds, only: dp, i8
   use scree_results_target, only: create_file
   use scree_row_series, only: add_row, bytes_to_write, more_series, rows_with_waiting, series_t, write_waiting
-  use scree_text, only: same_length, text_t
+  use scree_text, only: number_text, same_length, text_t
   use scree_timers, only: cost_t
   use scree_xdmf, only: add_xdmf_frame, begin_xdmf, xdmf_t
   implicit none
@@ -401,6 +401,8 @@ contains
 
     call give_back(results%room, results%file, bytes_of_waiting(results) + closing_bytes, error)
     call name_file(results, error)
+    if (allocated(error) .and. results%n_counted > 0) error%message = error%message//'; the first '// &
+      number_text(results%n_counted)//' frames are kept; try more room, or fewer frames (output.every, output.interval)'
   end subroutine make_room
 
   !> Writes all rows that wait, and counts that many frames. Errors: a failed write.
