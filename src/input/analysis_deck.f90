@@ -87,7 +87,11 @@ contains
 
     do i = 1, size(k5)
       call next_count(deck, 'times of the table of '//point_name(i)//' (k5)', 3, k5(i), error)
-      if (allocated(error)) return
+      if (allocated(error)) then
+        if (scene%settings%dialect == dialect_auto) error%message = error%message//', in Shi''s order; in the short order: '// &
+          'expected '//number_text(int(short))//' numbers, found '//number_text(count_numbers(deck))
+        return
+      end if
     end do
     whole = short + 1 + size(k5) + 3*sum(int(k5, i8))
     if (whole /= count_numbers(deck)) then

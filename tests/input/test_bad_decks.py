@@ -192,6 +192,8 @@ BAD = {
     "an analysis of XML": ({"a.ana": "\n<html>\n"}, "a.ana:2:", "plain text, found XML or HTML: '<html>'"),
     "a friction of 90 degrees": (analysis(11, "90 0 0"), "a.ana:11:", "below 90"),
     "a number too many": (analysis(11, "30 0 0 5"), "a.ana:", "expected"),
+    "a number too many, as in Shi's order without its tables": ({"a.ana": ANALYSIS.replace("2500 0", "2500 24525").replace("30 0 0", "30 0 0 7")},
+                                                                "a.ana:7:", "in the short order: expected 22 numbers, found 23"),
     "a number too few": (analysis(11, "30 0"), "a.ana:", "22 numbers"),
     "dialect that does not fit": (analysis(12, "&deck geometry='g.geo', dialect='shi' /"), "a.ana:", "expected"),
     "unknown group": (groups("&nonsense /\n"), "a.ana:13:", "one of the groups &deck"),
