@@ -42,16 +42,20 @@ module scree_command_line
 
   character(len=*), parameter :: verbs(*) = [character(len=8) :: 'run', 'check', 'estimate', 'explain', 'cut', 'joints']
 
-  !> A switch, and the verbs that it goes with.
-  type :: switch_t
+  !> An option, and the verbs that it goes with.
+  type :: option_t
     character(len=16) :: name
     character(len=40) :: verbs
-  end type switch_t
+  end type option_t
 
   character(len=*), parameter :: any_verb = 'run check estimate explain cut joints'
-  type(switch_t), parameter :: switches(*) = [ &
-    switch_t('--quiet', any_verb), switch_t('--xdmf', any_verb), switch_t('--classic-output', 'run'), &
-    switch_t('--strict', 'run or check'), switch_t('--settings', 'explain')]
+  type(option_t), parameter :: switches(*) = [ &
+    option_t('--quiet', any_verb), option_t('--xdmf', any_verb), option_t('--classic-output', 'run'), &
+    option_t('--strict', 'run or check'), option_t('--settings', 'explain')]
+  type(option_t), parameter :: with_word(*) = [ & ! that belongs to them
+    option_t('--set', 'run, check, estimate, explain or cut'), option_t('-o', 'run, cut or joints'), &
+    option_t('--output', 'run, cut or joints'), option_t('--restart', 'run'), option_t('--summary', 'run'), &
+    option_t('--accuracy', 'estimate')]
 
   !> What the command line asks for.
   type :: command_t
@@ -106,10 +110,11 @@ contains
 
     word = argument(i)
     i = i + 1
-    select case (word)
-    case ('--help', '-h')
+    call expect_verb([switches, with_word], word, command%verb, error)
+    if (allocated(error)) return
+    if (word == '--help' .or. word == '-h') then
       command%verb = '--help'
-    case ('--set', '-o', '--output', '--restart', '--summary', '--accuracy')
+    else if (any(with_word%name == word)) then
       if (i > command_argument_count()) then
         call fail(error, status_bad_input, 'expected a word after '//word//', found the end')
         return
@@ -121,35 +126,41 @@ contains
         if (allocated(error) .or. word /= '--accuracy' .or. i > command_argument_count()) exit
         if (verify(argument(i), '0123456789.eEdD+-') > 0) exit
       end do
-    case default
-      if (any(switches%name == word)) then
-        call take_switch(word, command, error)
-      else if (index(word, '-') == 1) then
-        call fail(error, status_bad_input, 'expected an option of --help, found '''//word//'''')
-      else
-        call take_deck(word, command, error)
-      end if
-    end select
+    else if (any(switches%name == word)) then
+      call take_switch(word, command)
+    else if (index(word, '-') == 1) then
+      call fail(error, status_bad_input, 'expected an option of --help, found '''//word//'''')
+    else
+      call take_deck(word, command, error)
+    end if
   end subroutine take_word
+
+  !> Error where a word is an option that does not go with the verb.
+  pure subroutine expect_verb(options, word, verb, error)
+    type(option_t), intent(in) :: options(:)
+    character(len=*), intent(in) :: word, verb
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    i = findloc(options%name == word, .true., 1)
+    if (i == 0) return
+    if (index(options(i)%verbs, verb) == 0) &
+      call fail(error, status_bad_input, 'expected '//word//' with '//trim(options(i)%verbs)//', found it with '//verb)
+  end subroutine expect_verb
 
   !> Takes the word that belongs to the one before it.
   subroutine take_value(word, given, command, error)
     character(len=*), intent(in) :: word, given
     type(command_t), intent(inout) :: command
     type(error_t), allocatable, intent(out) :: error
-    character(len=:), allocatable :: verb
 
-    verb = 'run'
-    if (word == '--accuracy') verb = 'estimate'
-    if (any(word == [character(len=10) :: '--restart', '--summary', '--accuracy']) .and. command%verb /= verb) then
-      call fail(error, status_bad_input, 'expected '//word//' with '//verb//', found it with '//command%verb)
+    if (len(given) == 0) then
+      call fail(error, status_bad_input, 'expected a word after '//word//', found an empty one')
       return
     end if
     select case (word)
     case ('--set')
       command%settings = [command%settings, text_t(given)]
-      if (command%verb == 'joints') &
-        call fail(error, status_bad_input, 'expected --set with run, check, estimate or explain, found it with joints')
     case ('--accuracy')
       command%accuracy = [command%accuracy, text_t(given)]
     case ('--summary')
@@ -164,17 +175,10 @@ contains
   end subroutine take_value
 
   !> Takes a word that turns something on.
-  subroutine take_switch(word, command, error)
+  subroutine take_switch(word, command)
     character(len=*), intent(in) :: word
     type(command_t), intent(inout) :: command
-    type(error_t), allocatable, intent(out) :: error
 
-    associate (with => switches(findloc(switches%name == word, .true., 1))%verbs)
-      if (index(' '//with//' ', ' '//command%verb//' ') == 0) then
-        call fail(error, status_bad_input, 'expected '//word//' with '//trim(with)//', found it with '//command%verb)
-        return
-      end if
-    end associate
     select case (word)
     case ('--quiet')
       command%options%quiet = .true.
