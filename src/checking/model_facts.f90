@@ -63,6 +63,7 @@ module scree_model_facts
     integer, allocatable :: sliver(:)           !! numbers of blocks that are thin, or sharper than contacts tell from a line
     integer, allocatable :: fixed_points(:)     !! (n_blocks) in each
     logical, allocatable :: held(:)             !! (n_blocks) by a fixed point, a bolt to the ground, or a support against a fall
+    integer, allocatable :: idle_bolt(:)        !! numbers in the decks of bolts with both ends in one block
     integer, allocatable :: unheld(:)           !! numbers of blocks that touch nothing that leads to one that is held
     type(column_t) :: column                    !! compressed most by own weight
     real(dp) :: face_stiffness = 0.0_dp         !! of the softest joint as wide as that block, or two contacts, force/length
@@ -98,7 +99,9 @@ contains
       facts%fixed_points(blocks%point_block(i)) = facts%fixed_points(blocks%point_block(i)) + 1
     end do
     facts%held = facts%fixed_points > 0 .or. are_supported(model)
+    allocate (facts%idle_bolt(0))
     do i = 1, size(blocks%bolt)
+      if (blocks%bolt(i)%block(1) == blocks%bolt(i)%block(2)) facts%idle_bolt = [facts%idle_bolt, blocks%bolt_of(i)]
       associate (joins => blocks%bolt(i)%block)
         if (any(joins == 0)) facts%held(maxval(joins)) = .true.
       end associate

@@ -16,7 +16,7 @@ module scree_read_scene
   use scree_setting_rules, only: check_rules, drop_overridden
   use scree_setting_table, only: deck_part_t, from_of, given_at, index_of, is_given_by
   use scree_settings, only: fill_settings, set_word, store_settings
-  use scree_stages, only: add_bolts_of_stage, begin_stage, end_of_stage_prefix, find_removed, parts_to_stages
+  use scree_stages, only: add_bolts_of_stage, begin_stage, check_names, end_of_stage_prefix, find_removed, parts_to_stages
   use scree_system, only: fixed_point, load_point
   use scree_text, only: in_lower_case, number_text, real_of, text_t
   implicit none
@@ -62,6 +62,8 @@ contains
     if (allocated(error)) return
     parts(1)%words = scene%words
     call parts_to_stages(parts)
+    call check_names(parts, error)
+    if (allocated(error)) return
     allocate (scene%later(size(parts) - 1))
     call take_bolts_of_stages(parts, scene, error)
     if (allocated(error)) return

@@ -14,7 +14,7 @@ module scree_stages
   use scree_text, only: number_text, real_text, text_t
   implicit none
   private
-  public :: add_bolts_of_stage, begin_stage, end_of_stage_prefix, find_removed, lines_of_stages, parts_to_stages
+  public :: add_bolts_of_stage, begin_stage, check_names, end_of_stage_prefix, find_removed, lines_of_stages, parts_to_stages
 
 contains
 
@@ -68,6 +68,37 @@ contains
     end subroutine take_over
 
   end subroutine parts_to_stages
+
+  !> Error where two stages have one name, by which tools ask for them.
+  subroutine check_names(parts, error)
+    type(deck_part_t), intent(in) :: parts(:)
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: place
+    integer :: j, k
+
+    do k = 2, size(parts)
+      do j = 1, k - 1
+        if (name_of(j) /= name_of(k)) cycle
+        place = given_at(parts(k)%words, 'stage.name')
+        if (len(place) == 0) place = given_at(parts(j)%words, 'stage.name')
+        call fail(error, status_bad_input, place//': expected another name of a stage than that of stage '//number_text(j)// &
+                  ', found '''//name_of(k)//''' for stage '//number_text(k)//' too')
+        return
+      end do
+    end do
+
+  contains
+
+    !> The name of a stage; the first has none but its number.
+    pure function name_of(k) result(name)
+      integer, intent(in) :: k
+      character(len=:), allocatable :: name
+
+      name = 'stage 1'
+      if (k > 1) name = parts(k)%words(index_of(parts(k)%words, 'stage.name'))%value
+    end function name_of
+
+  end subroutine check_names
 
   !> Where stage(K). ends in stage(K).GROUP.NAME=VALUE of the command line; 0 where an option is of all stages.
   pure integer function end_of_stage_prefix(option) result(at)

@@ -206,6 +206,8 @@ BAD = {
     "a support beside all edges": ("&support x=7 7 8 8 /", "expected lines that edges of blocks lie on in support.x"),
     "what goes with nothing": ("&bolts stiffness=1 /", "only with bolts.ends"),
     "balance of what moves": ("&stage kind='dynamic' /\n&step balance=1e-3 /", "only with k01 0"),
+    "a name twice": ("&stage name='dug' /\n&stage name='dug' /", "expected another name of a stage than that of stage 3, found 'dug'"),
+    "the name of a number": ("&stage name='stage 2' /", "expected another name of a stage than that of stage 2"),
     "a group twice": ("&joints phi=1 /\n&joints phi=2 /", "each group once, or once in each stage"),
     "a kind that is none": ("&stage kind='slow' /", "one of dynamic, static"),
 }
