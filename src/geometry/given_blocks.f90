@@ -92,8 +92,7 @@ contains
       end do
     end do
     if (.not. twice_area(vertex(:, :first(2) - 1)) > 2*least_area*size_**2) then
-      call wrong(outline_line(), 'vertices counter-clockwise around an area', 'block '//number_text(i)// &
-                 ' without or the other way round')
+      call wrong(outline_line(), 'vertices counter-clockwise around an area', 'block '//number_text(i)//' '//turn())
       return
     end if
     do loop = 1, size(first) - 1
@@ -116,6 +115,19 @@ contains
                              'one that crosses itself or falls apart, near '//real_text(position(1))//' '//real_text(position(2)))
 
   contains
+
+    !> What is wrong with an outline that does not turn counter-clockwise around an area.
+    function turn()
+      character(len=:), allocatable :: turn
+
+      if (twice_area(vertex(:, :first(2) - 1)) > -2*least_area*size_**2) then
+        turn = 'without area, or whose edges cross'
+      else if (touches_itself(vertex, first, faint*size_)) then
+        turn = 'whose edges cross or touch'
+      else
+        turn = 'whose vertices go clockwise'
+      end if
+    end function turn
 
     !> Line of the file at which the outline begins.
     integer function outline_line()

@@ -44,6 +44,7 @@ module scree_deck_text
   character(len=*), parameter :: digits = '0123456789'
   character(len=*), parameter :: utf8_mark = char(239)//char(187)//char(191) !! byte order marks
   character(len=*), parameter :: utf16_marks(2) = [char(255)//char(254), char(254)//char(255)]
+  character(len=*), parameter :: hdf5_mark = char(137)//'HDF'
   integer, parameter :: longest_file = 1000000000 !! bytes
 
 contains
@@ -94,6 +95,9 @@ contains
     if (index(raw, utf8_mark) == 1) begin = 1 + len(utf8_mark)
     if (any(index(raw(:min(2, len(raw))), utf16_marks) == 1)) then
       call fail(error, status_bad_input, name//':1: expected text in UTF-8 or ASCII, found UTF-16')
+      return
+    else if (index(raw, hdf5_mark) == 1) then
+      call fail(error, status_bad_input, name//': expected a deck, found a file of HDF5, as results are')
       return
     end if
 

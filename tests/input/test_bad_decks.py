@@ -164,6 +164,7 @@ BAD = {
     "a hole that empties the deck": ({"g.geo": GEOMETRY.replace("1\n0\n0 0 1 0 1", "1\n1\n0 0 1 0 1") + "0.5 0.5\n"},
                                      "g.geo:15:", "left"),
     "binary garbage": ({"g.geo": b"\x7fELF\x00\x01\x02" * 50}, "g.geo:1:", "byte"),
+    "results in place of a geometry": ({"g.geo": b"\x89HDF\r\n\x1a\n" + bytes(100)}, "g.geo:", "expected a deck, found a file of HDF5"),
     "a NUL in the middle": ({"g.geo": GEOMETRY.encode()[:60] + b"\0" + GEOMETRY.encode()[60:]}, "g.geo:", "byte 0"),
     "geometry missing": (analysis(12, "&deck geometry='none.geo' /"), "none.geo:", "no such file"),
     "geometry a directory": (analysis(12, "&deck geometry='.' /"), "directory", "expected a deck"),
