@@ -144,7 +144,7 @@ def test_errors_are_one_line(tmp_path):
     fails(2, "expected another name for the results", "run", *decks, "-o", "x.replay")
     assert not (tmp_path / "x.replay").exists()
     (tmp_path / "x.replay").mkdir()
-    fails(2, "x.replay: expected a file that can be written", "run", *decks, "-o", "x.h5")
+    fails(2, "x.replay: expected a file for the replay, found a directory", "run", *decks, "-o", "x.h5")
 
 
 def test_a_full_disk_is_an_error(tmp_path):
@@ -154,7 +154,7 @@ def test_a_full_disk_is_an_error(tmp_path):
     replay, full = tmp_path / "x.replay", tmp_path / "full"
     replay.symlink_to("/dev/full")
     done = subprocess.run(deck, capture_output=True, text=True)
-    assert done.returncode == 2 and "x.replay: expected a file that can be written" in done.stderr, done.stderr
+    assert done.returncode == 2 and "x.replay: expected a file for the replay, found a device" in done.stderr, done.stderr
     replay.unlink()
     running = subprocess.Popen(deck, stderr=subprocess.PIPE, text=True)
     while not (replay.exists() and replay.stat().st_size > 100_000):
