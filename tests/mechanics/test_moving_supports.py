@@ -70,7 +70,7 @@ def test_a_ram_keeps_its_speed_through_stages(stages, e, tmp_path):
     """Each began with the ram at rest, which its table brought to 1.78, 0.59, 1.19 and so on of its speed: a block left it at 1.08 for 1.5."""
     given = [box(0, 1, 0, 1), box(0.1, 0.9, 1.0413, 1.8)], corners(0.1, 0.9, 0.1, 0.9, 1), 0, [(0, 0, 0), (10, 0, 10)]
     more = f"&contact restitution={e} /\n&output every=1 /\n"
-    move(tmp_path, *given, 60 // stages, 0.001, 0, 0, "exact", more + "&stage name='next' /\n" * (stages - 1))
+    move(tmp_path, *given, 60 // stages, 0.001, 0, 0, "exact", more + "".join(f"&stage name='next {k}' /\n" for k in range(1, stages)))
     velocity = scree.read(tmp_path / "m.h5").bodies.velocity
     np.testing.assert_allclose(velocity[:, 0, 1], 1, rtol=1e-9)
     assert velocity[-1, 1, 1] == pytest.approx(1 + e, rel=1e-4)
