@@ -51,11 +51,12 @@ contains
   !> Adds T(x) d = home - x of every fixed point on element `e`, so that it never drifts.
   !>
   !> Errors: points that prescribe what the block cannot do.
-  pure subroutine constrain_fixed_points(self, e, position, time, element, unknown_number, constraints, error)
+  pure subroutine constrain_fixed_points(self, e, position, time, extent, element, unknown_number, constraints, error)
     type(fixed_point_t), intent(in) :: self
     integer, intent(in) :: e
     real(dp), intent(in) :: position(:, :) !! (2, n_points) at the beginning of the step, length
     real(dp), intent(in) :: time        !! at the end of the step
+    real(dp), intent(in) :: extent      !! of the model, length
     type(kinematics_t), intent(in) :: element
     integer, intent(in) :: unknown_number(element_unknowns)
     type(constraints_t), intent(inout) :: constraints
@@ -67,13 +68,13 @@ contains
       T = displacement_matrix(element, position(:, self%point(i)))
       way = way_home(self, i, position, time)
       if (is_roller(self, i)) then
-        call add_constraint(constraints, unknown_number, matmul(self%direction(:, i), T), element%span, element%size, &
+        call add_constraint(constraints, unknown_number, matmul(self%direction(:, i), T), element%span, element%size, extent, &
                             dot_product(self%direction(:, i), way), error)
         if (allocated(error)) return
         cycle
       end if
       do axis = 1, 2
-        call add_constraint(constraints, unknown_number, T(axis, :), element%span, element%size, way(axis), error)
+        call add_constraint(constraints, unknown_number, T(axis, :), element%span, element%size, extent, way(axis), error)
         if (allocated(error)) return
       end do
     end do

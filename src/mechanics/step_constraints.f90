@@ -47,7 +47,7 @@ contains
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       if (model%effects%fixed_point%first(e) == model%effects%fixed_point%first(e + 1)) cycle
-      call constrain_fixed_points(model%effects%fixed_point, e, state%point, time, cache%element(e)%kinematics, &
+      call constrain_fixed_points(model%effects%fixed_point, e, state%point, time, model%extent, cache%element(e)%kinematics, &
                                   model%elements%unknown(:, e), constraints, error)
       if (.not. allocated(error)) cycle
       error%message = words_of(new_trouble(error%message, element=e, position=cache%element(e)%kinematics%centroid, &

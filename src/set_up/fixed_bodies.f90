@@ -89,8 +89,8 @@ contains
         if (allocated(points%table(i)%time)) return
       end do
       call clear_constraints(constraints, n)
-      call constrain_fixed_points(points, e, state%point, 0.0_dp, kinematics_of(model%system_t, state, e), [(i, i=1, n)], &
-                                  constraints, error)
+      call constrain_fixed_points(points, e, state%point, 0.0_dp, model%extent, kinematics_of(model%system_t, state, e), &
+                                  [(i, i=1, n)], constraints, error)
       is_fixed = .not. allocated(error) .and. constraints%n_rows == n
     end associate
   end function is_fixed

@@ -18,7 +18,8 @@ module scree_constraints
   !> epsilon/p, and one that is solved with that row's of epsilon/p**2, as where a support runs across tips of triangles: these stay
   !> below what counts as a row where p is above the cube root of epsilon, 6e-6.
   real(dp), parameter :: redundant = 1e-5_dp
-  !> What is left to prescribe by a row that says nothing new is none below this share of the size of the element.
+  !> What is left to prescribe by a row that says nothing new is none below this share of the size of the element, or where it is
+  !> what displacements make of the entry that was left.
   real(dp), parameter :: no_displacement = 1e-8_dp
 
   !> Rows d(slave) = sum coefficient d(master) + given. No slave is a master.
@@ -104,12 +105,13 @@ contains
   !> Adds coefficient . d(unknown) = given.
   !>
   !> A row that follows from earlier ones is left out. Errors: it contradicts them.
-  pure subroutine add_constraint(constraints, unknown, coefficient, span, length, given, error)
+  pure subroutine add_constraint(constraints, unknown, coefficient, span, size_, extent, given, error)
     type(constraints_t), intent(inout) :: constraints
     integer, intent(in) :: unknown(:)
     real(dp), intent(in) :: coefficient(:) !! displacement per unknown
     real(dp), intent(in) :: span(:)        !! displacement that a unit of each unknown makes
-    real(dp), intent(in) :: length         !! of the element
+    real(dp), intent(in) :: size_          !! of the element, length
+    real(dp), intent(in) :: extent         !! of the model, which displacements are a share of, length
     real(dp), intent(in) :: given          !! displacement
     type(error_t), allocatable, intent(out) :: error
     real(dp) :: share, largest
@@ -133,7 +135,7 @@ contains
       end if
     end do
     if (largest < redundant) then
-      if (abs(constraints%given(new)) > max(no_displacement, largest)*length) &
+      if (abs(constraints%given(new)) > max(no_displacement*size_, largest*extent)) &
         call fail(error, status_run_failed, 'its fixed points and supports prescribe displacements that contradict each other')
       return
     end if
