@@ -182,8 +182,8 @@ contains
     end associate
   end function entrance_ahead
 
-  !> Lets the spring of a contact that is found inside rest there, so that it brings no energy, and as long as nothing presses that
-  !> of the other line of a corner, which may come to act. But what slides between faces of
+  !> Lets the spring of a contact that is found inside rest there, so that it brings no energy, and that of the other line of a
+  !> corner, which is to act where a third block covers the first. But what slides between faces of
   !> which one pressed on others already is pressed as if it had been there: others leave these faces at their other end. And where
   !> its vertex pressed on another body, from which it slides to this one, it is as stiff as the spring there, and pressed as much:
   !> it takes over from that.
@@ -198,7 +198,7 @@ contains
     associate (entrance => contact%entrance(contact%active))
       if (entrance%state /= state_open) return
       gap = gap_at(survey, entrance%vertex, entrance%edge)
-      if (contact%n_entrances == 2 .and. gap < 0) then
+      if (contact%covered == contact%active .and. gap < 0) then
         associate (other => contact%entrance(3 - contact%active))
           other%rest = min(0.0_dp, gap_at(survey, other%vertex, other%edge))
         end associate
