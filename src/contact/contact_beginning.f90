@@ -1,6 +1,6 @@
 !> The contacts as a step finds them (Shi's df07).
 module scree_contact_beginning
-  use scree_contact_pairs, only: entrances_t, has_same_entrances, list_entrances
+  use scree_contact_pairs, only: contact_of, entrances_t, has_same_entrances, list_entrances
   use scree_contact_rules, only: begin_contact, bonds_by_length, decides_outside, has_bonds, keeps_stiffness, place
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: entrance_t, outlines_t, state_locked
@@ -94,7 +94,7 @@ contains
     do i = 1, size(try%contact)
       associate (contact => try%contact(i), vertex => try%contact(i)%entrance(1)%vertex)
         do place = entrances%first(vertex), entrances%first(vertex + 1) - 1
-          j = (entrances%number(place) + 1)/2
+          j = contact_of(entrances%number(place))
           associate (was => before%contact(j))
             if (.not. has_same_entrances(was, contact)) cycle
             if ((was%shared .neqv. contact%shared) .or. was%covered /= contact%covered) cycle

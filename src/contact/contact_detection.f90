@@ -14,7 +14,7 @@ module scree_contact_detection
   use scree_contact_faces, only: faces_of
   use scree_contact_geometry, only: gap_of
   use scree_contact_memory, only: let_one_go_on, wear_as_beside
-  use scree_contact_pairs, only: drop_repeats
+  use scree_contact_pairs, only: contact_of, drop_repeats
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves, meet, pair
   use scree_contact_search, only: find_nearby, most_turning
   use scree_contact_try, only: contact_try_t
@@ -597,7 +597,7 @@ contains
       do k = 1, n_found
         associate (vertex => found(k)%entrance(1)%vertex, edge => found(k)%entrance(1)%edge, from => found(k)%entrance(1)%from)
           if (found(k)%entrance(1)%state == state_open .or. from == 0) cycle
-          associate (was => past%contact((from + 1)/2))
+          associate (was => past%contact(contact_of(from)))
             if (.not. moves_along(was)) cycle
             associate (others => most(:, faces_of(outlines, survey, was)), &
                        way => way_at(survey, outlines%next(edge), vertex, edge))

@@ -4,7 +4,7 @@
 !> line goes on with its state, anchor, rest and bond.
 module scree_contact_memory
   use scree_contact_faces, only: faces_of, faces_of_entrance, is_between_same_blocks, is_between_same_faces, joint_of
-  use scree_contact_pairs, only: has_same_entrances, place_of_pair
+  use scree_contact_pairs, only: contact_of, entrance_of, has_same_entrances, place_of_pair
   use scree_contacts, only: contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
   use scree_corners, only: along_edge, gap_at, survey_t, turn, way_at
@@ -76,7 +76,7 @@ contains
     end do
     if (best%vertex == 0) return
     best%joint = joint_of(outlines, survey, best)
-    if (known > 0) call go_on(outlines, survey, past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)), best)
+    if (known > 0) call go_on(outlines, survey, past%contact(contact_of(known))%entrance(entrance_of(known)), best)
     best%from = known
   end subroutine find_best_entrance
 
@@ -96,7 +96,7 @@ contains
       do k = 1, contact(i)%n_entrances
         associate (entrance => contact(i)%entrance(k))
           if (entrance%from == 0) cycle
-          associate (was => past%contact((entrance%from + 1)/2)%entrance(2 - modulo(entrance%from, 2)))
+          associate (was => past%contact(contact_of(entrance%from))%entrance(entrance_of(entrance%from)))
             if (heir(entrance%from) == 0 .or. (entrance%vertex == was%vertex .and. entrance%edge == was%edge)) &
               heir(entrance%from) = i
           end associate
@@ -342,12 +342,12 @@ contains
     by = 0
     associate (i => entrance%vertex, entrances => past%entrances)
       do k = entrances%first(i), entrances%first(i + 1) - 1
-        associate (was => past%contact((entrances%number(k) + 1)/2), other => entrances%edge(k))
+        associate (was => past%contact(contact_of(entrances%number(k))), other => entrances%edge(k))
           if (.not. is_closed(past, entrances%number(k)) .or. .not. was%pressed > pressed) cycle
           if (block(other) == block(entrance%edge)) cycle
           if (abs(turn(survey%corner(other)%from - survey%corner(entrance%edge)%from)) > pi/4) cycle
           pressed = was%pressed
-          by = (entrances%number(k) + 1)/2
+          by = contact_of(entrances%number(k))
         end associate
       end do
     end associate
@@ -385,13 +385,13 @@ contains
     do k = 1, line%n
       before = entrance_before(past, line%vertex(k), line%edge(k))
       if (before == 0) cycle
-      associate (was => past%contact((before + 1)/2))
+      associate (was => past%contact(contact_of(before)))
         if (has_same_entrances(was, contact)) then
           overlap = -1.0_dp
           heir = 0
-        else if (was%entrance(2 - modulo(before, 2))%state /= state_open .and. was%pressed >= overlap) then
+        else if (was%entrance(entrance_of(before))%state /= state_open .and. was%pressed >= overlap) then
           overlap = was%pressed
-          heir = (before + 1)/2
+          heir = contact_of(before)
         end if
       end associate
     end do
@@ -452,11 +452,11 @@ contains
       first%anchor = 1 - left*length/(length**2 + guard)
     end associate
     if (known == 0) return
-    associate (was => past%contact((known + 1)/2)%entrance(2 - modulo(known, 2)))
+    associate (was => past%contact(contact_of(known))%entrance(entrance_of(known)))
       call recall(was, first)
       if (was%state == state_locked .and. was%vertex == first%vertex) then
         first%anchor = was%anchor
-      else if (was%state /= state_open .and. past%contact((known + 1)/2)%n_entrances == 2) then
+      else if (was%state /= state_open .and. past%contact(contact_of(known))%n_entrances == 2) then
         first%state = state_locked
       end if
     end associate

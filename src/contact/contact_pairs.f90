@@ -4,13 +4,14 @@ module scree_contact_pairs
   use scree_pairs, only: pair_of
   implicit none
   private
-  public :: drop_repeats, entrances_t, has_same_entrances, list_entrances, number_pairs, pairs_of_contacts, place_of_pair
+  public :: contact_of, drop_repeats, entrance_of, entrances_t, has_same_entrances, list_entrances, number_pairs, &
+            pairs_of_contacts, place_of_pair
 
   !> Entrances of contacts by their vertices, and those of a vertex by their edges.
   type :: entrances_t
     integer, allocatable :: first(:)  !! (n_vertices+1) vertex v has those from first(v) to first(v+1)-1
     integer, allocatable :: edge(:)   !! ascending for each vertex
-    integer, allocatable :: number(:) !! 2 k - 1 and 2 k are the entrances of contact k
+    integer, allocatable :: number(:) !! of the entrance; `contact_of` and `entrance_of` tell which that is
   end type entrances_t
 
 contains
@@ -45,6 +46,20 @@ contains
       end do
     end do
   end subroutine list_entrances
+
+  !> Contact of the entrance of a number: 2 k - 1 and 2 k are those of contact k.
+  elemental integer function contact_of(number)
+    integer, intent(in) :: number
+
+    contact_of = (number + 1)/2
+  end function contact_of
+
+  !> Which of the entrances of its contact has a number, 1 or 2.
+  elemental integer function entrance_of(number)
+    integer, intent(in) :: number
+
+    entrance_of = 2 - modulo(number, 2)
+  end function entrance_of
 
   !> Puts an entrance in its place among those of its vertex, which are from `first` to `last`.
   pure subroutine put_in(edge, number, first, last, entrances)
@@ -90,7 +105,7 @@ contains
       do k = entrances%first(vertex) + 1, entrances%first(vertex + 1) - 1
         do m = k - 1, entrances%first(vertex), -1
           if (entrances%edge(m) < entrances%edge(k)) exit
-          associate (a => (entrances%number(m) + 1)/2, b => (entrances%number(k) + 1)/2)
+          associate (a => contact_of(entrances%number(m)), b => contact_of(entrances%number(k)))
             if (contact(b)%n_entrances == 1 .and. .not. goes_on_alone(contact(b), contact(a))) then
               keep(b) = .false.
             else if (contact(a)%n_entrances == 1) then

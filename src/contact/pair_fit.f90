@@ -1,5 +1,6 @@
 !> Which pair of a vertex and an edge an entrance line has: the one that fits best, told by the scene alone.
 module scree_pair_fit
+  use scree_contact_pairs, only: contact_of
   use scree_contacts, only: outlines_t
   use scree_corners, only: along_edge, gap_at, survey_t
   use scree_kinds, only: dp
@@ -47,7 +48,7 @@ contains
       others = survey%length(vertex) + survey%length(outlines%previous(vertex))
       fit%by = [lowest, -gap_at(survey, vertex, edge), length, others]
       if (before == 0) return
-      if (lowest < -beyond(past%contact((before + 1)/2)%overlap, length, local)) return
+      if (lowest < -beyond(past%contact(contact_of(before))%overlap, length, local)) return
       fit%rank = merge(goes_on_closed, goes_on_open, is_closed(past, before))
       fit%by = [length, inside, -gap_at(survey, vertex, edge), others]
     end associate

@@ -1,6 +1,6 @@
 !> The contacts of the step before, as those of a step ask for them: by their pairs of a vertex and an edge.
 module scree_past_contacts
-  use scree_contact_pairs, only: entrances_t, list_entrances, place_of_pair
+  use scree_contact_pairs, only: contact_of, entrance_of, entrances_t, list_entrances, place_of_pair
   use scree_contacts, only: blocks_of, contact_memory_t, contact_t, entrance_t, outlines_t, state_open
   use scree_kinds, only: dp
   implicit none
@@ -80,7 +80,7 @@ contains
     integer, intent(in) :: number !! of the entrance: two for each contact; 0: none
 
     is_closed = .false.
-    if (number > 0) is_closed = past%contact((number + 1)/2)%entrance(2 - modulo(number, 2))%state /= state_open
+    if (number > 0) is_closed = past%contact(contact_of(number))%entrance(entrance_of(number))%state /= state_open
   end function is_closed
 
   !> Whether the entrance of a pair of vertex and edge was there and acted.
@@ -91,7 +91,7 @@ contains
 
     before = entrance_before(past, vertex, edge)
     acted_before = .false.
-    if (before > 0) acted_before = past%contact((before + 1)/2)%active == 2 - modulo(before, 2)
+    if (before > 0) acted_before = past%contact(contact_of(before))%active == entrance_of(before)
   end function acted_before
 
   !> Whether a pair was closed when the step before ended.
@@ -108,7 +108,7 @@ contains
     integer, intent(in) :: closed(:) !! of the two, as of `closed_between`
     integer :: k
 
-    stood_for_both = any([(past%contact((closed(k) + 1)/2)%shared .and. .not. slides(past%contact((closed(k) + 1)/2)), &
+    stood_for_both = any([(past%contact(contact_of(closed(k)))%shared .and. .not. slides(past%contact(contact_of(closed(k)))), &
                            k=1, size(closed))])
   end function stood_for_both
 
@@ -118,7 +118,7 @@ contains
     integer, intent(in) :: closed(:) !! of the two, as of `closed_between`
     integer :: k
 
-    were_bonded = any([(past%contact((closed(k) + 1)/2)%entrance(2 - modulo(closed(k), 2))%bonded, k=1, size(closed))])
+    were_bonded = any([(past%contact(contact_of(closed(k)))%entrance(entrance_of(closed(k)))%bonded, k=1, size(closed))])
   end function were_bonded
 
   !> Numbers of the entrances of two vertices at the edges at the other one that were closed when the step before ended.
