@@ -1,7 +1,7 @@
 !> Whose rules contacts follow: the only file that asks, but for defaults of settings.
 !>
 !> There are three schools, each with kernels in a file of its own (`coulomb_contact`, `conserving_contact`, `shi_contact`), and
-!> five verbs that each of them has:
+!> five verbs that each of them has; the rest of this file is made of these, or answers a question of one kind:
 !>
 !> - `pair`      what is near and what contacts remember  -> a contact of the step
 !> - `place`     displacement                             -> gap and slip, and the rows that they change by

@@ -69,7 +69,7 @@ module scree_model
     real(dp), allocatable :: start_point(:, :) !! (2, n_points) where the points do, length
   end type model_t
 
-  !> What follows from model and state, kept because it is dear.
+  !> What follows from model and state, kept because it is dear; and problems that are to be written.
   type :: cache_t
     type(element_cache_t), allocatable :: element(:) !! (n_elements) of the state
     type(books_t) :: fixed                           !! energies of elements that cannot move

@@ -44,7 +44,7 @@ contains
     type(friction_work_t) :: work
     type(timers_t) :: timers                     ! of its own: what it takes is the impact's
     real(dp), allocatable :: force(:, :), y(:)
-    real(dp) :: before                           ! round, what was left, length/time
+    real(dp) :: before                           ! what was left by the round before, length/time
     real(dp) :: stiffness, highest
     logical :: solved
     integer, allocatable :: contact(:), state(:)
