@@ -227,7 +227,7 @@ contains
         end if
         if (.not. own%rubs) cycle
         own%limit = limit_at(spring, own%y)
-        own%shear = 0.9_dp*own%limit*closed(2, i)/(abs(closed(2, i)) + own%limit)
+        own%shear = 0.9_dp*own%limit*closed(2, i)/max(tiny(own%limit), abs(closed(2, i)) + own%limit)
         own%a = own%limit - own%shear
         own%b = own%limit + own%shear
         beyond = closed(2, i) - own%shear
