@@ -109,13 +109,15 @@ contains
     do i = 1, size(contact)
       associate (entrance => contact(i)%entrance(contact(i)%active))
         is_locked(i) = entrance%bonded .and. entrance%state == state_locked
-        blocks(:, i) = blocks_of(outlines, entrance)
-        blocks(:, i) = pair_of(blocks(1, i), blocks(2, i))
       end associate
     end do
     held = .false.
-    if (any(is_locked)) &
-      held = numbers_of_pairs(sorted_pairs(blocks(:, pack([(i, i=1, size(contact))], is_locked))), blocks) > 0
+    if (.not. any(is_locked)) return
+    do i = 1, size(contact)
+      blocks(:, i) = blocks_of(outlines, contact(i)%entrance(contact(i)%active))
+      blocks(:, i) = pair_of(blocks(1, i), blocks(2, i))
+    end do
+    held = numbers_of_pairs(sorted_pairs(blocks(:, pack([(i, i=1, size(contact))], is_locked))), blocks) > 0
   end function hold_together
 
   !> Overlap at a contact that is open: across all of its lines.
