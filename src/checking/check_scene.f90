@@ -140,6 +140,7 @@ contains
     call add('fixed points', number_text(sum(facts%fixed_points))//' in '// &
              list_text(pack([(i, i=1, facts%n_blocks)], facts%fixed_points > 0)))
     call add('touch nothing that is held', list_text(facts%unheld))
+    if (size(facts%meeting) > 0) call add('joint materials that meet', meeting_text(facts, scene%extent))
     if (facts%face_stiffness > 0) &
       call add('stiffness of contact', short_text(scene%settings%contact_stiffness)//' force/length'//joints_text(scene)// &
                '; a mass of blocks has '//short_text(facts%modulus)//' of the modulus of its rock')
@@ -168,6 +169,29 @@ contains
     end subroutine add
 
   end function lines_of
+
+  !> Places where pieces of different joint materials meet, the first of many, and which of them acts.
+  pure function meeting_text(facts, extent) result(text)
+    type(facts_t), intent(in) :: facts
+    real(dp), intent(in) :: extent      !! of the model, length
+    character(len=:), allocatable :: text
+    integer, parameter :: most = 3
+    integer :: i, k
+
+    text = number_text(size(facts%meeting))//' places, '
+    if (size(facts%meeting) == 1) text = '1 place, '
+    do i = 1, min(most, size(facts%meeting))
+      associate (meeting => facts%meeting(i))
+        do k = 1, size(meeting%joint)
+          text = text//number_text(meeting%joint(k))//' '
+          if (k < size(meeting%joint)) text = text//'and '
+        end do
+        text = text//'at '//place_text(meeting%position, extent)//', '
+      end associate
+    end do
+    if (size(facts%meeting) > most) text = text//'...; '
+    text = text(:len(text) - 2)//': the longer piece acts, of like pieces the weaker'
+  end function meeting_text
 
   !> The stiffness of joint materials in words, where the scene has some.
   pure function joints_text(scene) result(text)

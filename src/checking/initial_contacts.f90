@@ -3,7 +3,7 @@ module scree_initial_contacts
   use scree_contact_detection, only: find_contacts
   use scree_contact_geometry, only: frame_of_edge
   use scree_contact_try, only: contact_try_t
-  use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, parallel
+  use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, parallel, rules_coulomb
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_sets, only: root_of, unite
@@ -30,6 +30,8 @@ contains
 
     allocate (contact(0), candidate(2, 0), memory%contact(0))
     if (.not. allocated(state%contacts%contact)) return
+    contacts%law = model%effects%contact
+    contacts%law%rules = rules_coulomb
     memory%inside = state%contacts%inside
     allocate (at_rest(2, size(model%outlines%start)), source=0.0_dp)
     call find_contacts(model%outlines, state%vertex, at_rest, model%n_elements > model%n_blocks, memory, search, contacts)

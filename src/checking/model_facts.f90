@@ -12,6 +12,7 @@ module scree_model_facts
   use scree_errors, only: error_t
   use scree_initial_contacts, only: free_lengths, initial_contacts, reached_from
   use scree_kinds, only: dp, pi
+  use scree_meeting_joints, only: meeting_joints, meeting_joints_t
   use scree_model, only: cache_t, model_t
   use scree_own_weight, only: column_t, worst_column
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
@@ -57,6 +58,7 @@ module scree_model_facts
     integer :: n_unknowns = 0                   !! that are solved
     integer, allocatable :: block_material(:)   !! that blocks are made of
     integer, allocatable :: joint_material(:)   !! of edges that may touch
+    type(meeting_joints_t), allocatable :: meeting(:) !! places where pieces of different joint materials meet
     logical :: has_weight = .false.
     type(block_fact_t) :: smallest, largest
     real(dp) :: shortest_edge = huge(1.0_dp)    !! length
@@ -108,6 +110,7 @@ contains
     end do
     call measure_blocks(blocks, facts)
     call initial_contacts(model, state, contact, candidate)
+    facts%meeting = meeting_joints(model, state, contact)
     facts%unheld = pack([(b, b=1, model%n_blocks)], .not. reached_from(model, contact, facts%held))
     associate (rock => scene%block_material(facts%block_material))
       facts%has_weight = any(abs(rock%unit_weight) > 0)

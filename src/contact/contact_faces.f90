@@ -1,12 +1,16 @@
 !> Faces that lie on each other at a contact, and the joint between them.
 module scree_contact_faces
-  use scree_contacts, only: blocks_of, contact_t, entrance_t, outlines_t, parallel
+  use scree_contacts, only: blocks_of, contact_law_t, contact_t, entrance_t, outlines_t, parallel
   use scree_corners, only: along_edge, survey_t, turn
   use scree_joint_stiffness, only: at_end
   use scree_kinds, only: dp, pi
   implicit none
   private
   public :: faces_of, faces_of_entrance, is_between_same_blocks, is_between_same_faces, joint_of
+
+  !> Of the edges about: a vertex so near to the end of an edge stands more for the edge beyond. Half of a face of length L is the
+  !> vertex's, and less than half of that half lies on this edge where its end is nearer than L/4.
+  real(dp), parameter :: near_end = 0.25_dp
 
 contains
 
@@ -35,27 +39,78 @@ contains
     end associate
   end function faces_of_entrance
 
-  !> Joint material of an entrance: the largest number of the edges that lie on each other before its vertex and behind it, along
-  !> its edge, so that it does not matter which of two faces has the vertex; where none do, that of its edge.
-  pure integer function joint_of(outlines, survey, entrance) result(joint)
+  !> Joint material of an entrance: the material of the piece of joint that bears there.
+  !>
+  !> Where a face at the vertex lies on the edge, or near the end of the edge on the edge that goes on beyond it, the two are a
+  !> piece of the joint. The vertex has up to two pieces, one on either side. The longer one bears; of two that are about as long,
+  !> the weaker one. The material of a piece is the weaker one of its two edges, so that it does not matter which face has the
+  !> vertex, nor which number a material has. A corner none of whose faces lies on the edge has the material of the edge.
+  pure integer function joint_of(law, outlines, survey, entrance) result(joint)
+    type(contact_law_t), intent(in) :: law
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(entrance_t), intent(in) :: entrance
-    real(dp) :: at
-    integer :: k, lies(2, 2) ! (edge at the vertex and that which it lies on, if it does, on either side of the vertex)
+    integer :: beyond(2), face(2), k, piece(2) ! before the vertex along the edge, and behind it
+    real(dp) :: common(2), to_end(2)           ! of the pieces; from the vertex to the ends of the edge; length
 
-    associate (own => entrance%vertex, edge => entrance%edge, length => survey%length(entrance%edge))
-      at = along_edge(survey, own, edge)
-      lies(:, 1) = [own, merge(edge, outlines%previous(edge), at > at_end*length)]
-      lies(:, 2) = [outlines%previous(own), merge(edge, outlines%next(edge), at < (1 - at_end)*length)]
-      joint = 0
+    associate (edge => entrance%edge, length => survey%length)
+      face = [entrance%vertex, outlines%previous(entrance%vertex)]
+      beyond = [outlines%previous(edge), outlines%next(edge)]
+      joint = outlines%joint(edge)
+      if (all(outlines%joint([face, beyond]) == joint)) return
+      to_end(1) = along_edge(survey, entrance%vertex, edge)
+      to_end(2) = length(edge) - to_end(1)
+      common = 0.0_dp
+      piece = joint
       do k = 1, 2
-        if (lie_flat(survey, parallel, lies(1, k), edge) .and. lie_flat(survey, parallel, lies(1, k), lies(2, k))) &
-          joint = max(joint, maxval(outlines%joint(lies(:, k))))
+        if (.not. lie_flat(survey, parallel, face(k), edge)) cycle
+        common(k) = min(length(face(k)), to_end(k))
+        piece(k) = weaker_joint(law, outlines%joint(face(k)), outlines%joint(edge))
+        if (lie_flat(survey, parallel, face(k), beyond(k)) .and. &
+            to_end(k) < near_end*min(length(edge), length(face(k)), length(beyond(k)))) then
+          common(k) = min(length(face(k)) - to_end(k), length(beyond(k)))
+          piece(k) = weaker_joint(law, outlines%joint(face(k)), outlines%joint(beyond(k)))
+        else if (common(k) < at_end*min(length(edge), length(face(k)))) then
+          common(k) = 0.0_dp
+        end if
       end do
-      if (joint == 0) joint = outlines%joint(edge)
+      k = maxloc(common, 1)
+      if (.not. common(k) > 0) return
+      joint = piece(k)
+      if (common(3 - k) > (1 - near_end)*common(k)) joint = weaker_joint(law, piece(k), piece(3 - k))
     end associate
   end function joint_of
+
+  !> The weaker one of two joint materials: that with the smaller friction, or of equal ones with the smaller cohesion, and so on
+  !> through all that the law tells them apart by. The first one where it tells them apart by nothing.
+  pure integer function weaker_joint(law, a, b) result(weaker)
+    type(contact_law_t), intent(in) :: law
+    integer, intent(in) :: a, b
+    real(dp), allocatable :: of_a(:), of_b(:)
+    integer :: k
+
+    weaker = a
+    if (a == b) return
+    of_a = properties(law, a)
+    of_b = properties(law, b)
+    k = findloc(abs(of_a - of_b) > 0, .true., 1)
+    if (k == 0) return
+    if (of_b(k) < of_a(k)) weaker = b
+  end function weaker_joint
+
+  !> All that a contact law has of a joint material: its strength, then its stiffness, each in its own units.
+  pure function properties(law, joint) result(property)
+    type(contact_law_t), intent(in) :: law
+    integer, intent(in) :: joint
+    real(dp), allocatable :: property(:)
+
+    property = [law%friction(joint), law%cohesion(joint), law%strength(joint)]
+    if (allocated(law%worn)) property = [property, law%worn(:, joint)]
+    if (allocated(law%roughness)) property = [property, law%roughness(:, joint)]
+    if (allocated(law%joint_stiffness)) property = [property, law%joint_stiffness(:, joint)]
+    if (allocated(law%closure)) property = [property, law%closure(joint)]
+    if (allocated(law%dilation)) property = [property, law%dilation(:, joint)]
+  end function properties
 
   !> Whether two edges are looked at, and one runs against the other.
   pure logical function lie_flat(survey, flat, a, b)

@@ -5,7 +5,7 @@
 module scree_contact_memory
   use scree_contact_faces, only: faces_of, faces_of_entrance, is_between_same_blocks, is_between_same_faces, joint_of
   use scree_contact_pairs, only: contact_of, entrance_of, has_same_entrances, place_of_pair
-  use scree_contacts, only: contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
+  use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, line_t
   use scree_corners, only: along_edge, gap_at, survey_t, turn, way_at
   use scree_joint_stiffness, only: take_stiffness
@@ -24,7 +24,8 @@ contains
 
   !> The contact of an encounter, each of its lines at the pair that fits best. Without a vertex where an element would touch
   !> itself.
-  pure subroutine contact_over_edges(outlines, survey, past, encounter, contact)
+  pure subroutine contact_over_edges(law, outlines, survey, past, encounter, contact)
+    type(contact_law_t), intent(in) :: law
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
@@ -36,7 +37,7 @@ contains
     contact%covered = encounter%covered
     contact%shared = encounter%shared
     do k = 1, contact%n_entrances
-      call find_best_entrance(outlines, survey, past, encounter%line(k), contact%entrance(k))
+      call find_best_entrance(law, outlines, survey, past, encounter%line(k), contact%entrance(k))
       if (contact%entrance(k)%vertex == 0) return
     end do
     contact%active = entrance_ahead(survey, contact)
@@ -46,7 +47,8 @@ contains
   !> The pair of a line whose entrance was closed before and whose vertex is still within its edge, or hardly past its end; or else
   !> the one whose vertex lies best within its edge, one that is aside only where the others are past their ends. It goes on as it
   !> was, or where it was not closed as another pair of the line that was. In which order the line has them does not matter.
-  pure subroutine find_best_entrance(outlines, survey, past, line, best)
+  pure subroutine find_best_entrance(law, outlines, survey, past, line, best)
+    type(contact_law_t), intent(in) :: law
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
@@ -75,7 +77,7 @@ contains
       known = before
     end do
     if (best%vertex == 0) return
-    best%joint = joint_of(outlines, survey, best)
+    best%joint = joint_of(law, outlines, survey, best)
     if (known > 0) call go_on(outlines, survey, past%contact(contact_of(known))%entrance(entrance_of(known)), best)
     best%from = known
   end subroutine find_best_entrance

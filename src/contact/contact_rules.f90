@@ -175,11 +175,11 @@ contains
     case (rules_shi)
       call contact_as_shi(outlines, survey, past, law%shi%guard, encounter, contact)
     case (rules_conserving)
-      call contact_over_edges(outlines, survey, past, encounter, contact)
+      call contact_over_edges(law, outlines, survey, past, encounter, contact)
       if (all(contact%entrance(:contact%n_entrances)%vertex > 0)) &
         call inherit(survey, past, encounter, contact)
     case default
-      call contact_over_edges(outlines, survey, past, encounter, contact)
+      call contact_over_edges(law, outlines, survey, past, encounter, contact)
     end select
   end subroutine pair
 

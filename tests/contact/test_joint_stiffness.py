@@ -148,16 +148,20 @@ def test_long_static_steps_have_the_contacts_of_short_ones(pressure, kn, below, 
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("floor, block", [(1, 2), (2, 1), (2, 2)])
+@pytest.mark.parametrize("floor, block", [(1, 2), (2, 1)])
+@pytest.mark.parametrize("soft", [1, 2])
 @pytest.mark.parametrize("width", [0.5, 1.0, 2.0])
-def test_of_two_faces_the_larger_number_is_the_material(width, floor, block, mode, tmp_path):
+def test_of_two_faces_the_softer_one_is_the_material(width, soft, floor, block, mode, tmp_path):
     """A block on a post as wide, wider or narrower: vertices of the joint are the block's, the post's, or either where rounding tells.
-    It gives W/(kn l) with kn of material 2, whichever side has it."""
+    It gives W/(kn l) with kn of the softer material, whichever number and side that has."""
+    def both(stiffness):
+        return f"{stiffness} 1e10" if soft == 1 else f"1e10 {stiffness}"
+
     post, on_it = box(0, -1, 1, 1), box(0.5 - width / 2, 0, width, 1)
     (tmp_path / "a.blk").write_text(block_file("two materials", [(1, post, [floor] * 4), (1, on_it, [block] * 4)], [(*x, 1) for x in post]))
     (tmp_path / "a.ana").write_text("\n".join([
         "0 60 1 2 0.05 1", f"2500 25000 1e10 0 {'0 ' * 9}", "30 0 0", "30 0 0", "&deck geometry='a.blk', dialect='short' /",
-        f"&joints kn=1e10 {KN}, ks=1e10 {KS} /", MODES[mode], ""]))
+        f"&joints kn={both(KN)}, ks={both(KS)} /", MODES[mode], ""]))
     centroid = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5").bodies.centroid
     weight, length = 25000.0 * width, min(1.0, width)
     assert centroid[0, 1, 1] - centroid[-1, 1, 1] == pytest.approx(weight / (KN * length), rel=0.02)

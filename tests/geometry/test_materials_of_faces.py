@@ -56,15 +56,18 @@ def test_each_block_has_its_own_materials(seed, tmp_path):
 
 
 @pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("weak", [1, 2])
 @pytest.mark.parametrize("edge", [0.2, 0.673, 2.9])
-def test_a_meshed_block_slides_by_the_larger_number(edge, order, tmp_path):
-    """A block of material 2 with phi 35 on ground of material 1 without friction, either first in the file: v = 1 - g t tan 35."""
+def test_a_meshed_block_slides_by_the_weaker_of_two_faces(edge, weak, order, tmp_path):
+    """A block of material 2 on ground of material 1, either first in the file, one of them with phi 35 and the other with 50:
+    v = 1 - g t tan 35."""
     ground, block = (1, box(-3, 6, -1, 0), [1] * 4), (2, box(0.1327, 1.3327, 0, 0.5), [2] * 4)
     number = 1 if order == 1 else 2
     fixed = [(-2.9, -0.9, number), (5.9, -0.9, number), (1.0, -0.1, number)]
     (tmp_path / "a.blk").write_text(block_file("slide", [ground, block][::order], fixed))
     (tmp_path / "a.ana").write_text("\n".join([
-        "1 20 2 2 0.05 0.001", "2500 0 1e9 0" + " 0" * 9, "2500 24525 1e9 0 0 0 0 0 0 0 1 0 0", "0 0 0", "35 0 0",
+        "1 20 2 2 0.05 0.001", "2500 0 1e9 0" + " 0" * 9, "2500 24525 1e9 0 0 0 0 0 0 0 1 0 0",
+        *["35 0 0", "50 0 0"][::1 if weak == 1 else -1],
         f"&deck geometry='a.blk', dialect='short' /\n&method model='nmm' /\n&cover edge={edge}, origin=0.123 0.0771 /", ""]))
     f = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5")
     assert f.bodies.velocity[-1, 2 - number, 0] == pytest.approx(1 - 9.81 * 0.02 * np.tan(np.radians(35)), abs=2e-3)
