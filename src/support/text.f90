@@ -1,7 +1,6 @@
 !> Numbers as text for people, and names of files.
 module scree_text
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_null_char, c_null_ptr, c_ptr
-  use scree_kinds, only: dp
+  use scree_kinds, only: dp, i8
   implicit none
   private
   public :: in_lower_case, number_text, pair_text, place_text, real_of, real_text, rounded_text, same_length, short_text, text_t, &
@@ -12,13 +11,12 @@ module scree_text
     character(len=:), allocatable :: text
   end type text_t
 
-  interface
-    pure real(c_double) function strtod(text, end) bind(c, name='strtod')
-      import :: c_char, c_double, c_ptr
-      character(kind=c_char), intent(in) :: text(*)
-      type(c_ptr), value :: end
-    end function strtod
-  end interface
+  integer, parameter :: most_digits = 18      !! of a whole number of 64 bits
+  integer, parameter :: exact_power = 22      !! of ten that a real holds: 5^22 < 2^53
+  integer, parameter :: largest_power = 300   !! of ten, of what is read
+  integer, parameter :: beyond_reals = 330    !! a power of ten whose inverse is below the least real
+  integer :: k
+  real(dp), parameter :: ten(0:exact_power) = [(10.0_dp**k, k=0, exact_power)]
 
 contains
 
@@ -44,31 +42,92 @@ contains
     number_text = trim(buffer)
   end function number_text
 
-  !> The real next to a decimal with an exponent after e or d, or none; huge where it is beyond 1e300. A Fortran `read` of
-  !> it gives the same, ten times as slowly, and fails where it is infinite.
+  !> The real next to a decimal with an exponent after e or d, or none; huge where it is beyond 1e300.
+  !>
+  !> A decimal point is a point in every locale, which does not hold for C's `strtod`. A Fortran `read` gives the same bits ten
+  !> times as slowly, and reads the few decimals that are not sure below. Method: Clinger 1990, "How to read floating point
+  !> numbers accurately".
   pure real(dp) function real_of(word)
     character(len=*), intent(in) :: word
-    character(len=len(word) + 1, kind=c_char) :: text
-    integer :: exponent, first, letter, mantissa, point
+    integer(i8) :: whole
+    integer :: digit, i, n, power
+    logical :: in_fraction, sure
 
-    text = word//c_null_char
-    letter = scan(word, 'eEdD')
-    mantissa = len(word)
-    exponent = 0
-    if (letter > 0) then
-      text(letter:letter) = 'e'
-      mantissa = letter - 1
-      exponent = whole_of(word(letter + 1:))
-    end if
-    point = index(word(:mantissa), '.')
-    if (point == 0) point = mantissa + 1
-    first = scan(word(:mantissa), '123456789')
-    if (first > 0 .and. exponent + point - first + merge(0, 1, first < point) > 300) then
-      real_of = merge(-huge(1.0_dp), huge(1.0_dp), word(1:1) == '-')
+    whole = 0
+    n = 0 ! digits from the first that is not 0
+    power = 0
+    in_fraction = .false.
+    do i = 1, len(word)
+      digit = iachar(word(i:i)) - iachar('0')
+      if (digit >= 0 .and. digit <= 9) then
+        if (n > 0 .or. digit > 0) n = n + 1
+        if (n <= most_digits) whole = 10*whole + digit
+        if (in_fraction) power = power - 1
+      else if (word(i:i) == '.') then
+        in_fraction = .true.
+      else if (scan(word(i:i), 'eEdD') > 0) then
+        power = power + whole_of(word(i + 1:))
+        exit
+      end if
+    end do
+    if (n > 0 .and. n + power > largest_power) then
+      real_of = huge(real_of)
+    else if (n == 0 .or. n + power < -beyond_reals) then
+      real_of = 0.0_dp
     else
-      real_of = strtod(text, c_null_ptr)
+      sure = n <= most_digits
+      if (sure) call scale_exactly(whole, power, real_of, sure)
+      if (.not. sure) read (word, *) real_of
+      real_of = abs(real_of)
     end if
+    if (word(1:1) == '-') real_of = -real_of
   end function real_of
+
+  !> A whole number times a power of ten, rounded once.
+  !>
+  !> A number of 53 bits and the power are reals, so one operation gives the result. A longer number is the sum of two reals, and
+  !> the result another such sum, with an error of some 2^-104 (Dekker 1971). Where that sum is near the middle of two reals, or
+  !> the power is no real, the result is not sure.
+  pure subroutine scale_exactly(whole, power, x, sure)
+    integer(i8), intent(in) :: whole         !! above 0
+    integer, intent(in) :: power             !! of ten
+    real(dp), intent(out) :: x
+    logical, intent(out) :: sure
+    real(dp), parameter :: doubt = 2.0_dp**(-40) !! of half a bit, far above the error of the sum
+    real(dp) :: first, half, left, low, rest, scale
+
+    sure = abs(power) <= exact_power
+    x = real(whole, dp)
+    if (.not. sure) return
+    scale = ten(abs(power))
+    low = real(whole - int(x, i8), dp)
+    if (power < 0) then
+      first = x/scale
+      rest = ((x - first*scale) - rounded_off(first, scale) + low)/scale
+    else
+      first = x*scale
+      rest = rounded_off(x, scale) + low*scale
+    end if
+    x = first
+    if (whole <= 2_i8**digits(x)) return
+    x = first + rest
+    left = abs(rest - (x - first))
+    half = 0.5_dp*spacing(x)
+    sure = abs(left - half) > doubt*half .and. abs(left - 0.5_dp*half) > doubt*half ! below a power of two bits are half as large
+  end subroutine scale_exactly
+
+  !> What the product of two reals loses as it is rounded, by halves of their digits whose products lose nothing.
+  elemental real(dp) function rounded_off(a, b)
+    real(dp), intent(in) :: a, b
+    real(dp), parameter :: splitter = 2.0_dp**27 + 1
+    real(dp) :: a_high, a_low, b_high, b_low
+
+    a_high = splitter*a - (splitter*a - a)
+    b_high = splitter*b - (splitter*b - b)
+    a_low = a - a_high
+    b_low = b - b_high
+    rounded_off = ((a_high*b_high - a*b) + a_high*b_low + a_low*b_high) + a_low*b_low
+  end function rounded_off
 
   !> A whole number of a sign or none and at most nine digits.
   pure integer function whole_of(word)
