@@ -23,7 +23,7 @@ module scree_simulation
   use scree_run_records, only: note_kinds
   use scree_run_summary, only: add_step, begin_stage, begin_summary, end_stage, sum_up, summary_t
   use scree_run_output, only: begin_output, end_output, put_frame, put_problems, put_rest, put_step, run_output_t
-  use scree_scene, only: effect_t, kind_of, run_options_t, scene_of_stage, scene_t, scheme_central_difference
+  use scree_scene, only: effect_t, kind_of, order_text, run_options_t, scene_of_stage, scene_t, scheme_central_difference
   use scree_set_up, only: set_up
   use scree_shi_control, only: first_size, following_size
   use scree_sleep, only: advance_awake
@@ -101,6 +101,7 @@ contains
       run%progress%from = time_of_run(run%state)
     end if
 
+    call tell(run%progress, 'order of the numbers: '//order_text(scene))
     call tell_effects(run%progress, list)
     if (options%runs) call tell_largest_step(run)
     call heed_signals()

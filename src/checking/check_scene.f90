@@ -8,7 +8,7 @@ module scree_check_scene
   use scree_model_facts, only: block_fact_t, facts_of, facts_t, list_text, n_sides, side_name
   use scree_model_warnings, only: warnings_of
   use scree_progress, only: progress_t, warn
-  use scree_scene, only: effect_t, scene_of_stage, scene_t
+  use scree_scene, only: effect_t, order_text, scene_of_stage, scene_t
   use scree_set_up, only: set_up
   use scree_stages, only: lines_of_stages
   use scree_state, only: state_t
@@ -125,6 +125,7 @@ contains
     integer :: i
 
     allocate (line(0))
+    call add('order of the numbers', order_text(scene))
     do i = 1, size(facts%block_material)
       numbers = ' of material '//number_text(facts%block_material(i))
       associate (rock => scene%block_material(facts%block_material(i)))

@@ -14,8 +14,9 @@ module scree_deck_text
   use scree_text, only: number_text, real_of, real_text
   implicit none
   private
-  public :: beyond_arithmetic, count_numbers, deck_t, expect, expect_end, find_words, in_quotes, next_count, next_index, &
-            next_real, next_reals, next_word, numbers_left, read_deck, read_text, word_is_real, word_is_whole
+  public :: beyond_arithmetic, count_numbers, deck_t, expect, expect_at, expect_end, find_words, first_of_line, has_comma, &
+            in_quotes, next_count, next_index, next_real, next_reals, next_word, numbers_left, read_deck, read_text, word_after, &
+            word_at, word_is_real, word_is_whole
 
   real(dp), parameter :: largest_number = 1e20_dp   !! magnitude, of every real number
   real(dp), parameter :: smallest_number = 1e-20_dp !! of one that may not be negative, unless it is 0
@@ -370,6 +371,60 @@ contains
                 ', found '//found//remark_on_commas(deck, deck%last(max(deck%at, 1))))
     end if
   end subroutine expect
+
+  !> Error at one of the words, wherever the reader is.
+  pure subroutine expect_at(deck, number, expected, found, error)
+    type(deck_t), intent(in) :: deck
+    integer, intent(in) :: number          !! of the word, from 1
+    character(len=*), intent(in) :: expected, found
+    type(error_t), allocatable, intent(out) :: error
+
+    call fail(error, status_bad_input, deck%name//':'//number_text(deck%line(number))//': expected '//expected// &
+              ', found '//found)
+  end subroutine expect_at
+
+  !> The word that many after the one read last as it is, '' past the end.
+  pure function word_after(deck, number) result(word)
+    type(deck_t), intent(in) :: deck
+    integer, intent(in) :: number          !! from 1
+    character(len=:), allocatable :: word
+
+    word = ''
+    if (number <= numbers_left(deck)) word = deck%text(deck%first(deck%at + number):deck%last(deck%at + number))
+  end function word_after
+
+  !> A word in quotes.
+  pure function word_at(deck, number)
+    type(deck_t), intent(in) :: deck
+    integer, intent(in) :: number          !! of the word, from 1
+    character(len=:), allocatable :: word_at
+
+    word_at = in_quotes(deck%text(deck%first(number):deck%last(number)))
+  end function word_at
+
+  !> Whether a word is the first one of its line.
+  elemental logical function first_of_line(deck, number)
+    type(deck_t), intent(in) :: deck
+    integer, intent(in) :: number          !! of the word, from 1
+
+    first_of_line = number == 1
+    if (.not. first_of_line) first_of_line = deck%line(number) /= deck%line(number - 1)
+  end function first_of_line
+
+  !> Whether a comma between two digits parts words of a range.
+  pure logical function has_comma(deck, first, last)
+    type(deck_t), intent(in) :: deck
+    integer, intent(in) :: first, last     !! words, from 1
+    integer :: k
+
+    has_comma = .false.
+    do k = first + 1, last
+      if (deck%first(k) /= deck%last(k - 1) + 2) cycle
+      if (deck%text(deck%last(k - 1) + 1:deck%last(k - 1) + 1) /= ',') cycle
+      has_comma = verify(deck%text(deck%last(k - 1):deck%last(k - 1))//deck%text(deck%first(k):deck%first(k)), digits) == 0
+      if (has_comma) return
+    end do
+  end function has_comma
 
   !> The remark on decimal commas where there may have been one before a position.
   pure function remark_on_commas(deck, position) result(remark)

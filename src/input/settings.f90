@@ -59,7 +59,7 @@ contains
 
     call row%text(setting_t('deck', 'geometry', 'geometry deck or block file, from the folder of the analysis deck', &
                             default='the geometry on the command line'), s%geometry)
-    call row%choice(setting_t('deck', 'dialect', 'order of the numbers: told by their count, or said', &
+    call row%choice(setting_t('deck', 'dialect', 'order of the numbers; auto: short beside groups, else told by their count', &
                               choices='|auto|short|shi|'), s%dialect, dialect_auto)
   end subroutine visit_deck
 

@@ -10,7 +10,7 @@ module scree_scene
   implicit none
   private
   public :: block_material_t, bolt_record_t, boundary_load_t, effect_t, joint_material_t, kind_of, line_t, point_t, polygons_t, &
-            run_options_t, scene_of_stage, scene_t, settings_t, stage_t, time_table_t, word_t
+            order_text, run_options_t, scene_of_stage, scene_t, settings_t, stage_t, time_table_t, word_t
 
   !> Order of the numbers of an analysis deck: told by their count, or said.
   integer, parameter, public :: dialect_auto = 1, dialect_short = 2, dialect_shi = 3
@@ -280,6 +280,7 @@ module scree_scene
     character(len=:), allocatable :: geometry_name, geometry_text !! geometry deck or block file as read
     character(len=:), allocatable :: analysis_name, analysis_text !! analysis deck as read
     type(text_t), allocatable :: options(:) !! GROUP.NAME=VALUE of the command line, over what the deck says
+    logical :: in_shi_order = .false.       !! the numbers of the analysis deck: Shi's order with g0 and tables, else the short one
     integer :: n_steps = 0                  !! number of steps of the classic deck (Shi: n5)
     real(dp) :: displacement_ratio = 0.0_dp !! largest displacement of a step over half the model size (Shi: g2)
     real(dp) :: contact_stiffness = 0.0_dp  !! 0: the program chooses (Shi: g0), force/length per unit thickness
@@ -300,6 +301,15 @@ module scree_scene
   end type scene_t
 
 contains
+
+  !> The order of the numbers of the analysis deck in words.
+  pure function order_text(scene) result(order)
+    type(scene_t), intent(in) :: scene
+    character(len=:), allocatable :: order
+
+    order = 'short'
+    if (scene%in_shi_order) order = 'Shi''s, with the contact stiffness g0 and a table for each fixed and load point'
+  end function order_text
 
   !> The kind of a stage, as `stage.kind` has it.
   pure function kind_of(stage) result(kind)

@@ -46,7 +46,7 @@ ANALYSIS = """1
 0 0 0
 30 1 2
 20 3 4
-&deck geometry='g.geo' /
+&deck geometry='g.geo', dialect='shi' /
 """
 IN_GEOMETRY = {  # name: line and place in it, from 1
     "deck.e0": (1, 1), "line(5).x1": (13, 1), "line(1).y2": (9, 4), "line(2).jm": (10, 5), "material_line(1).x1": (14, 1),

@@ -129,7 +129,7 @@ def test_supports_that_move_work_on_what_is_bolted_to_them(exact, tmp_path):
     (tmp_path / "g.blk").write_text(block_files.block_file("hanging", [(1, low), (1, high)], fixed))
     table = "\n".join(["0 0 0 0.2 0 0.2"] * 3)
     (tmp_path / "g.ana").write_text(
-        f"1\n40\n1\n1\n0.05\n0.01\n0\n2 2 2\n{table}\n1 10 1e4 0.25\n0 0 0\n0 0 0\n0 0 0\n0 0 0\n&deck geometry='g.blk' /\n"
+        f"1\n40\n1\n1\n0.05\n0.01\n0\n2 2 2\n{table}\n1 10 1e4 0.25\n0 0 0\n0 0 0\n0 0 0\n0 0 0\n&deck geometry='g.blk', dialect='shi' /\n"
         "&method strain='green' / &integrator scheme='energy_momentum', beta=0.5, start='zero' / &contact method='none' /\n"
         f"&fixed_points method='{'exact' if exact else 'penalty'}' /\n"
         "&bolts ends=0.5 0.9 0.5 3.2, stiffness=400, pretension=10 /\n")

@@ -129,7 +129,7 @@ def test_what_supports_turn_keeps_area_and_stress(body, tmp_path):
         tables = "\n".join(f"0 0 0 1 {x!r} {y!r}" for x, y in way.tolist())
         (tmp_path / "b.blk").write_text(block_files.block_file("held", [(1, corners)], [(*xy, 1) for xy in points], measured=[(0.5, 0.5, 1)]))
         (tmp_path / "b.ana").write_text(f"0\n1\n1\n1\n0.05\n1\n0\n2 2 2\n{tables}\n1 0 1e4 0.25\n3 -2 1.5\n0 0 0\n0 0 0\n0 0 0\n"
-                                        f"&deck geometry='b.blk' /\n&method model='{body}', strain='strain_rotation' /\n&contact method='none' /\n")
+                                        f"&deck geometry='b.blk', dialect='shi' /\n&method model='{body}', strain='strain_rotation' /\n&contact method='none' /\n")
         return scree.run(tmp_path / "b.ana", settings=["step.least=0.9"])
 
     f = turn(80)

@@ -189,7 +189,7 @@ def test_moving_supports_and_loads_are_booked(tmp_path):
     np.testing.assert_allclose(f.measured_points.displacement[:, 0, 0], 0.75 * t**2, rtol=1e-12)
     np.testing.assert_allclose(f.history.energy.work, f.history.energy.kinetic, rtol=1e-10)
     deck = square(tmp_path, "1 100 1 0 0.1 0.01 0  3  0 0 0  0.5 0.2 0.1  1 0.5 0.25  2 0 1e6 0  0 0 0  0 0 0  0 0 0\n"
-                  "&deck geometry='s.geo' /\n&method strain='green' /\n&integrator beta=0.5 /\n",
+                  "&deck geometry='s.geo', dialect='shi' /\n&method strain='green' /\n&integrator beta=0.5 /\n",
                   "1 0 0 0\n" + EDGES + ".5 .5 .5 .5")
     f = run(deck, tmp_path)
     np.testing.assert_allclose(f.bodies.centroid[-1, 0], [1.0, 0.75], rtol=1e-12)
@@ -201,7 +201,7 @@ def test_moving_supports_and_loads_are_booked(tmp_path):
 def test_strong_compression_is_named(tmp_path):
     """Squeezed to a stretch of 0.5 in y by its fixed points, below 0.577: one warning that names the block and its place."""
     deck = square(tmp_path, "0 20 1 0 0.1 0.05 0  0 0 2 2  0 0 0 1 0 -0.5  0 0 0 1 0 -0.5  1 0 1e3 0  0 0 0  0 0 0  0 0 0\n"
-                  "&deck geometry='s.geo' /\n&method strain='green' /\n", "4 0 0 0\n" + EDGES
+                  "&deck geometry='s.geo', dialect='shi' /\n&method strain='green' /\n", "4 0 0 0\n" + EDGES
                   + "0 0 0 0\n1 0 1 0\n0 1 0 1\n1 1 1 1")
     done = scree.call("run", deck, "-o", tmp_path / "r.h5", "--quiet")
     assert done.returncode == 0, done.stderr

@@ -125,7 +125,7 @@ def test_a_table_of_the_deck_goes_on_through_stages(tmp_path):
     rock = "2500 {} 1e10 0.25\n0 0 0  0 0 0  0 0 0\n"
     tables = "0 0 0 0 2 2  0 0 0 1 0.5 -0.2  0 0 0 1 0.5 -0.2"
     (tmp_path / "x.ana").write_text(f"1 30 2 1 0.05 0.01 0\n{tables}\n{rock.format(0)}{rock.format(24525)}30 0 0\n"
-                                    "&stage /\n&stage reset='displacements' /\n")
+                                    "&deck dialect='shi' /\n&stage /\n&stage reset='displacements' /\n")
     _, r = run(tmp_path, [tmp_path / "x.blk", tmp_path / "x.ana"])
     np.testing.assert_allclose(r.bodies.centroid[-1, 1] - r.bodies.centroid[0, 1], 0.9 * np.array([0.5, -0.2]), atol=1e-6)
     np.testing.assert_allclose(r.displacement()[4:].mean(axis=0), 0.3 * np.array([0.5, -0.2]), atol=1e-6)

@@ -72,10 +72,11 @@ def shipped(text):
 def with_groups(deck, *groups, geometry=None):
     """Writes the numbers of a deck of the repository with other groups, so that what is not said is the default of a new deck."""
     def write(folder, mesh):
-        numbers = deck.read_text().split("\n&")[0]
-        blocks = geometry or deck.parent / deck.read_text().split("geometry='")[1].split("'")[0]
+        text = deck.read_text()
+        blocks = geometry or deck.parent / text.split("geometry='")[1].split("'")[0]
+        dialect = "shi" if "dialect='shi'" in text else "short"
         path = folder / deck.name
-        path.write_text("\n".join([numbers, f"&deck geometry='{blocks}' /", *groups, ""]))
+        path.write_text("\n".join([text.split("\n&")[0], f"&deck geometry='{blocks}', dialect='{dialect}' /", *groups, ""]))
         return [path], []
     return write
 
