@@ -3,6 +3,7 @@ program scree
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use scree_block_file, only: may_replace_blocks, write_block_file
   use scree_block_input, only: block_moments, blocks_t, joined_text, make_blocks
+  use scree_boundary_rock, only: boundary_warning
   use scree_check_scene, only: check_scene
   use scree_command_line, only: command_t, help, read_command_line
   use scree_errors, only: error_t, fail, status_bad_input
@@ -17,7 +18,7 @@ program scree
   use scree_simplex_integration, only: moments_t
   use scree_run_output, only: version
   use scree_simulation, only: simulate
-  use scree_text, only: number_text
+  use scree_text, only: number_text, text_t
   use scree_timers, only: begin_phase, begin_timers, cost_t, costs_of, phase_frames, phase_read, phase_set_up, timers_t
   implicit none
 
@@ -78,6 +79,8 @@ contains
   !> Cuts a geometry to a block file.
   subroutine cut_geometry()
     character(len=:), allocatable :: output
+    type(text_t), allocatable :: warning(:)
+    integer :: i
 
     output = command%options%results_path
     if (same_file(output, command%analysis)) then
@@ -96,6 +99,10 @@ contains
     call begin_phase(timers, phase_frames)
     call write_block_file(output, blocks, scene%words, error)
     if (allocated(error)) return
+    warning = boundary_warning(blocks%boundary)
+    do i = 1, size(warning)
+      write (error_unit, '(a)') 'scree: warning: '//scene%geometry_name//': '//warning(i)%text
+    end do
     if (size(blocks%crack_joint) > 0) write (error_unit, '(a)') 'scree: warning: '//output//' is without the '// &
       number_text(size(blocks%crack_joint))//' pieces of joints that end inside blocks, which a mesh would open'
     if (.not. command%options%quiet) call list_blocks(costs_of(timers))

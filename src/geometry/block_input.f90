@@ -3,6 +3,7 @@
 !> The rules are those of Shi's dc as the derivative ntdda has them (doc/decks.md).
 module scree_block_input
   use scree_block_finder, only: block_at, block_finder_t, blocks_along, distance_outside, find_crossings, path_t, set_up_finder
+  use scree_boundary_rock, only: boundary_t, is_air, lone_ends, outside_text
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_given_blocks, only: take_polygons
   use scree_kinds, only: dp
@@ -26,7 +27,6 @@ module scree_block_input
   real(dp), parameter :: near_blocks = 1e-5_dp
   !> The origin of blocks is not 0 where they are this many times their extent away from it.
   real(dp), parameter :: far_away = 4.0_dp
-
   !> What the geometry made of a scene.
   !>
   !> Places count from `origin`, which is 0 unless the deck's coordinates are large against its extent: differences of
@@ -36,6 +36,7 @@ module scree_block_input
     real(dp) :: origin(2) = 0.0_dp             !! length
     real(dp), allocatable :: vertex(:, :)      !! (2, n_vertices), length
     integer :: n_joined = 0                    !! that were too small and joined a neighbour
+    type(boundary_t) :: boundary
     integer, allocatable :: material(:)        !! (n_blocks)
     integer, allocatable :: line(:)            !! (n_blocks) of the block file, where the outline begins; 0: cut from lines
     integer, allocatable :: point_kind(:)      !! (n_points) fixed, load, measured, ends of bolts: in this order
@@ -66,6 +67,17 @@ contains
   subroutine make_blocks(scene, blocks, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(out) :: blocks
+    type(error_t), allocatable, intent(out) :: error
+
+    call find_blocks(scene, blocks, error)
+    if (allocated(error) .and. blocks%boundary%n_outside > 0) &
+      error%message = error%message//' (the boundary lines enclose the rock: '//outside_text(blocks%boundary)//')'
+  end subroutine make_blocks
+
+  !> Does what `make_blocks` says.
+  subroutine find_blocks(scene, blocks, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(inout) :: blocks
     type(error_t), allocatable, intent(out) :: error
     type(block_finder_t) :: finder
     type(found_points_t) :: points
@@ -104,7 +116,7 @@ contains
     blocks%point_kind = points%kind(:points%n)
     blocks%point_block = points%block(:points%n)
     blocks%point = points%position(:, :points%n)
-  end subroutine make_blocks
+  end subroutine find_blocks
 
   !> Area, centroid and second moments of a block; the centroid from the origin of the blocks.
   pure function block_moments(blocks, b) result(moments)
@@ -190,7 +202,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(graph_t) :: graph
     real(dp) :: ends(2, 2, size(scene%lines)), low(2), high(2)
-    integer, allocatable :: beside(:, :), crack(:), line(:)
+    integer, allocatable :: beside(:, :), crack(:)
     integer :: i
 
     do i = 1, size(scene%lines)
@@ -209,12 +221,13 @@ contains
     end if
     call cut_lines(ends, scene%n_boundary, scene%least_distance*scale, graph, error)
     if (allocated(error)) return
-    call trace_regions(graph, spread(scene%lines(graph%line)%material, 1, 2), blocks%shape, blocks%vertex, line, beside)
+    call trace_blocks(scene, graph, blocks, beside)
     if (region_count(blocks%shape) == 0) then
       call wrong(scene, scene%lines(1)%deck_line, 'lines that enclose a block', number_text(size(scene%lines))// &
                  ' lines that enclose nothing', error)
       return
     end if
+    if (scene%n_boundary > 0) call leave_out_air(scene, scale, graph, blocks, beside)
     if (scene%settings%least_block_area > 0) call join_small_blocks(scene, scale, graph, blocks, beside)
     crack = pack([(i, i=1, size(graph%line))], beside(1, :) == beside(2, :) .and. beside(1, :) > 0)
     allocate (blocks%crack(2, 2, size(crack)))
@@ -224,6 +237,74 @@ contains
     blocks%crack_joint = scene%lines(graph%line(crack))%material
   end subroutine enclose_blocks
 
+  !> Traces the regions that the pieces of a graph enclose as blocks.
+  subroutine trace_blocks(scene, graph, blocks, beside)
+    type(scene_t), intent(in) :: scene
+    type(graph_t), intent(in) :: graph
+    type(blocks_t), intent(inout) :: blocks
+    integer, allocatable, intent(out) :: beside(:, :) !! (2, n_pieces) block left and right of each piece, 0: none
+    integer, allocatable :: line(:)
+
+    call trace_regions(graph, spread(scene%lines(graph%line)%material, 1, 2), blocks%shape, blocks%vertex, line, beside)
+  end subroutine trace_blocks
+
+  !> Leaves out the regions outside of the boundary lines, and the pieces of joints there.
+  !>
+  !> Where the boundary lines enclose nothing but the regions of hole points, as around a tunnel alone, they enclose no rock: then
+  !> every region is a block.
+  subroutine leave_out_air(scene, scale, graph, blocks, beside)
+    type(scene_t), intent(in) :: scene
+    real(dp), intent(in) :: scale
+    type(graph_t), intent(inout) :: graph
+    type(blocks_t), intent(inout) :: blocks
+    integer, allocatable, intent(inout) :: beside(:, :) !! (2, n_pieces) block left and right of each piece, 0: none
+    type(moments_t) :: moments(region_count(blocks%shape))
+    logical :: air(0:size(moments)), rock(size(moments))
+    integer, allocatable :: at_hole(:), kept(:)
+    integer :: b, i
+
+    air = [.true., is_air(size(moments), scene%n_boundary, beside, graph)]
+    if (.not. any(air(1:))) return
+    at_hole = blocks_at_holes(scene, scale, blocks)
+    rock = .not. air(1:)
+    rock(pack(at_hole, at_hole > 0)) = .false.
+    blocks%boundary%scale = scale
+    blocks%boundary%encloses = any(rock)
+    if (.not. blocks%boundary%encloses) then
+      blocks%boundary%lone_end = lone_ends(scene%n_boundary, graph)
+      do i = 1, size(blocks%boundary%lone_end, 2)
+        blocks%boundary%lone_end(:, i) = blocks%boundary%lone_end(:, i) + blocks%origin
+      end do
+      return
+    end if
+    moments = [(block_moments(blocks, b), b=1, size(moments))]
+    blocks%boundary%n_outside = count(air(1:))
+    blocks%boundary%area = sum(moments%area, air(1:))
+    blocks%boundary%largest = moments(maxloc(moments%area, 1, air(1:)))%centroid + blocks%origin
+    blocks%boundary%has_hole = at_hole > 0 .and. air(at_hole)
+    kept = pack([(i, i=1, size(graph%line))], graph%line <= scene%n_boundary .or. .not. (air(beside(1, :)) .and. air(beside(2, :))))
+    graph%ends = graph%ends(:, kept)
+    graph%line = graph%line(kept)
+    graph%against = graph%against(kept)
+    call trace_blocks(scene, graph, blocks, beside)
+  end subroutine leave_out_air
+
+  !> The blocks at the hole points, 0 where there is none.
+  function blocks_at_holes(scene, scale, blocks) result(at_hole)
+    type(scene_t), intent(in) :: scene
+    real(dp), intent(in) :: scale
+    type(blocks_t), intent(in) :: blocks
+    integer :: at_hole(size(scene%hole_points))
+    type(block_finder_t) :: finder
+    integer :: i
+
+    if (size(at_hole) == 0) return
+    call set_up_finder(finder, blocks%shape, blocks%vertex, near_blocks*scale)
+    do i = 1, size(at_hole)
+      at_hole(i) = block_at(finder, blocks%shape, blocks%vertex, scene%hole_points(i)%position - blocks%origin)
+    end do
+  end function blocks_at_holes
+
   !> Lets blocks smaller than `&blocks least_area` join their neighbours; not those of hole points.
   subroutine join_small_blocks(scene, scale, graph, blocks, beside)
     type(scene_t), intent(in) :: scene
@@ -231,22 +312,17 @@ contains
     type(graph_t), intent(inout) :: graph
     type(blocks_t), intent(inout) :: blocks
     integer, allocatable, intent(inout) :: beside(:, :) !! (2, n_pieces) block left and right of each piece, 0: none
-    type(block_finder_t) :: finder
     real(dp) :: area(region_count(blocks%shape))
     logical :: held(size(area))
-    integer, allocatable :: line(:)
-    integer :: b, i
+    integer, allocatable :: at_hole(:)
+    integer :: b
 
     area = [(block_area(blocks, blocks%vertex, b), b=1, size(area))]
+    at_hole = blocks_at_holes(scene, scale, blocks)
     held = .false.
-    call set_up_finder(finder, blocks%shape, blocks%vertex, near_blocks*scale)
-    do i = 1, size(scene%hole_points)
-      b = block_at(finder, blocks%shape, blocks%vertex, scene%hole_points(i)%position - blocks%origin)
-      if (b > 0) held(b) = .true.
-    end do
+    held(pack(at_hole, at_hole > 0)) = .true.
     call join_small_regions(scene%settings%least_block_area, area, held, scene%n_boundary, beside, graph, blocks%n_joined)
-    if (blocks%n_joined > 0) &
-      call trace_regions(graph, spread(scene%lines(graph%line)%material, 1, 2), blocks%shape, blocks%vertex, line, beside)
+    if (blocks%n_joined > 0) call trace_blocks(scene, graph, blocks, beside)
   end subroutine join_small_blocks
 
   !> Polygons of a block file as blocks. Errors: those that bound no block.
@@ -310,6 +386,9 @@ contains
     keep = .true.
     do i = 1, size(scene%hole_points)
       b = block_at(finder, blocks%shape, blocks%vertex, scene%hole_points(i)%position - blocks%origin)
+      if (b == 0 .and. allocated(blocks%boundary%has_hole)) then
+        if (blocks%boundary%has_hole(i)) cycle
+      end if
       if (b == 0) then
         call wrong(scene, scene%hole_points(i)%deck_line, 'a hole point inside a block', 'one outside', error)
         return
