@@ -181,7 +181,7 @@ def test_what_cannot_be_is_one_line(tmp_path):
     def bolt(space):
         space.add_line((1, 1), (2, 2), **on("BOLT"))
 
-    one_line(done(lambda s: s.add_line((1, 1), (2, 2), **on("TUNNEL"))), "closed outlines", "open one at")
+    one_line(done(lambda s: s.add_line((1, 1), (2, 2), **on("TUNNEL"))), "closed outlines of tunnels", "(1, 1) (2, 2)")
     one_line(done(bolt), "the stiffness of bolts", "'BOLT=bolt:STIFFNESS[:STRENGTH[:PRETENSION]]'")
     for role in ("bolt:", "bolt:0", "bolt:1:-1", "bolt:nan", "bolt:1:2:3:4", "bolt:1:inf", "water:2", "tunnel"):
         one_line(done(bolt, "--layer", f"BOLT={role}"), "NAME=ROLE")
@@ -230,3 +230,59 @@ def test_an_outline_of_a_stage_that_is_open_or_has_no_number_is_refused(layer, c
     square(space, 0, 10)
     space.add_lwpolyline(corners, **on(layer))
     one_line(convert(document, tmp_path), expected)
+
+
+def test_joints_beyond_the_boundary_make_no_block_with_a_clip_or_without(tmp_path):
+    """Joints from the side of a square of 100 enclose 2 x 3 outside of it. The clip holds all of the drawing."""
+    document, space = drawing()
+    square(space, 0, 10)
+    space.add_lwpolyline([(10, 5), (12, 5), (12, 8), (10, 8)], **on("JOINT_1"))
+    space.add_line((5, 0), (5, 10), **on("JOINT_1"))
+    for words in ((), ("--clip", -1, -1, 20, 20)):
+        convert(document, tmp_path, *words)
+        assert areas(tmp_path) == [50, 50], words
+
+
+def open_square(space, gap, layer="BOUNDARY"):
+    """A square of 100 whose last side ends a gap above its first corner."""
+    space.add_lwpolyline([(0, 0), (10, 0), (10, 10), (0, 10), (0, gap)], **on(layer))
+    space.add_line((-1, 5), (11, 5), **on("JOINT_1"))
+
+
+@pytest.mark.parametrize("layer", ["BOUNDARY", "TUNNEL", "STAGE_2"])
+def test_an_outline_with_a_gap_is_refused_with_both_ends(layer, tmp_path):
+    document, space = drawing()
+    if layer != "BOUNDARY":
+        square(space, -20, 20)
+    open_square(space, 0.02, layer)
+    one_line(convert(document, tmp_path, "--e0", "1e-5"), "(0, 0) (0, 0.02), the nearest 0.02 apart", "--close G")
+
+
+@pytest.mark.parametrize("gap, words", [(0.02, ("--close", 0.02)), (0.006, ()), (1e-9, ()), (3, ("--close", 5))])
+def test_a_gap_of_an_outline_is_closed_up_to_a_length_that_is_given_or_that_of_nodes(gap, words, tmp_path):
+    """1.25 e0 w0 = 0.00125 * 1.02 * 5 = 0.0064 without the option. The joint is cut off by the clip, so that the square makes w0."""
+    document, space = drawing()
+    space.add_lwpolyline([(0, 0), (10, 0), (10, 10), (0, 10), (0, gap)], **on("BOUNDARY"))
+    space.add_line((0, 5), (10, 5), **on("JOINT_1"))
+    done = convert(document, tmp_path, *words)
+    assert f"boundary lines: joined ends {gap:.6g} apart or less at (0, 0)" in done.stdout and done.stderr == ""
+    assert areas(tmp_path) == pytest.approx([50, 50], rel=1e-12)
+    assert read_deck(tmp_path / "map.geo").boundary == 5
+
+
+def test_only_ends_near_each_other_are_joined_and_overshoots_are_no_gaps(tmp_path):
+    document, space = drawing()
+    for a, b in (((-1, 0), (11, 0)), ((10, -1), (10, 11)), ((11, 10), (-1, 10)), ((0, 11), (0, -1))):
+        space.add_line(a, b, **on("BOUNDARY"))
+    done = convert(document, tmp_path, "--close", 2)  # the ends beside each corner are 1.4 apart
+    assert "joined" not in done.stdout and areas(tmp_path) == pytest.approx([100], rel=1e-12)
+
+
+def test_a_boundary_that_ends_outside_of_the_clip_is_no_open_one(tmp_path):
+    document, space = drawing()
+    space.add_lwpolyline([(-9, 4), (5, 5), (19, 6)], **on("BOUNDARY"))
+    convert(document, tmp_path, "--clip", 0, 0, 10, 10)
+    assert areas(tmp_path) == pytest.approx([50, 50], rel=1e-12)  # the line goes through the middle of the clip
+    space.add_lwpolyline([(5, 5), (5, 8)], **on("BOUNDARY"))
+    one_line(convert(document, tmp_path, "--clip", 0, 0, 10, 10), "(5, 8)")
+    one_line(convert(document, tmp_path, "--close", "nan"), "--close: expected")

@@ -287,29 +287,52 @@ def test_the_control_frame_of_a_fitted_polyline_is_not_drawn(tmp_path):
     assert [line[:4] for line in deck_of(document, tmp_path).lines] == [(0, 0, 1, 1), (1, 1, 2, 0)]
 
 
+def triangle(space, x, layer):
+    space.add_lwpolyline([(x, 0), (x + 0.5, 0), (x, 1)], close=True, **on(layer))
+
+
 def test_layers_become_materials_and_the_mapping_is_said(tmp_path):
     document, space = drawing()
     names = ["Fault", "JOINT_3", "1", "bedding", "joint 0", "BOUNDARY", "boundary-2", "MATERIAL_2", "Material5", "FIXED_4"]
     for k, name in enumerate(names):
-        space.add_line((k, 0), (k, 1), **on(name))
+        if name.lower().startswith("boundary"):
+            triangle(space, k, name)
+        else:
+            space.add_line((k, 0), (k, 1), **on(name))
     deck = deck_of(document, tmp_path)
     # 1, 2 and 3 are taken: bedding, BOUNDARY, Fault and 'joint 0' get 4 to 7
-    assert deck.boundary == 2 and [line[0::4] for line in deck.lines] == [(5, 5), (6, 2), (2, 1), (3, 4), (0, 6), (4, 7), (1, 3)]
+    assert deck.boundary == 6 and [line[4] for line in deck.lines[:6]] == [5] * 3 + [2] * 3
+    assert [line[0::4] for line in deck.lines[6:]] == [(2, 1), (3, 4), (0, 6), (4, 7), (1, 3)]
     assert deck.materials == [(8, 0, 8, 1, 5), (7, 0, 7, 1, 2)] and deck.fixed == [(9, 0, 9, 1)]
     said = ["layer '1': joint material 1, 1 line", "layer 'bedding': joint material 4, 1 line",
-            "layer 'BOUNDARY': boundary, joint material 5, 1 line", "layer 'boundary-2': boundary, joint material 2, 1 line",
+            "layer 'BOUNDARY': boundary, joint material 5, 3 lines", "layer 'boundary-2': boundary, joint material 2, 3 lines",
             "layer 'Fault': joint material 6, 1 line", "layer 'FIXED_4': fixed, 1 line",
             "layer 'joint 0': joint material 7, 1 line",
             "layer 'JOINT_3': joint material 3, 1 line", "layer 'Material5': block material 5, 1 line",
-            "layer 'MATERIAL_2': block material 2, 1 line"]
+            "layer 'MATERIAL_2': block material 2, 1 line",
+            "joint materials of the analysis deck (nj): 7, that of layer 'joint 0'"]
     assert convert(document, tmp_path).stdout.splitlines()[:-1] == said
-    comments = [line[2:] for line in (tmp_path / "map.geo").read_text().splitlines() if line.startswith("! layer")]
+    comments = [line[2:] for line in (tmp_path / "map.geo").read_text().splitlines() if re.match("! (layer|joint materials)", line)]
     assert comments == said
+
+
+@pytest.mark.parametrize("name, number", [
+    ("JOINT_3", 3), ("joints 3", 3), ("Joint-12", 12), ("JOINTS.4", 4), ("7", 7), ("BOUNDARY_5", 5), ("boundaries 6", 6),
+    ("Survey_2019", 0), ("joints dip 65", 0), ("JOINT_SET_2", 0), ("line 3", 0), ("J2", 0), ("J_3.5", 0), ("3b", 0), ("65 joints", 0),
+    ("BOUNDARY survey 2019", 0), ("joint_0", 0)])
+def test_the_number_of_a_layer_is_that_after_one_word_that_says_what_the_layer_holds(name, number, tmp_path):
+    """All other layers get the numbers from 1 that are free, so that no year and no dip becomes a material."""
+    document, space = drawing()
+    triangle(space, 0, name)
+    deck = deck_of(document, tmp_path)
+    assert {line[4] for line in deck.lines} == {number or 1}
+    assert f"joint materials of the analysis deck (nj): {number or 1}, that of layer '{name}'" in (tmp_path / "map.geo").read_text()
 
 
 def test_options_win_over_names(tmp_path):
     document, space = drawing()
-    for k, name in enumerate(["A B", "FIXED", "HOLE", "JOINT_1", "notes", "x"]):
+    triangle(space, 0, "A B")
+    for k, name in enumerate(["FIXED", "HOLE", "JOINT_1", "notes", "x"], 1):
         space.add_line((k, 0), (k, 1), **on(name))
     space.add_text("not read", **on("notes"))
     space.add_point((9, 9), **on("x"))
@@ -318,7 +341,8 @@ def test_options_win_over_names(tmp_path):
     deck = read_deck(tmp_path / "map.geo")
     assert done.returncode == 0 and "layer 'notes': skipped, 2 entities" in done.stdout
     assert done.stderr.count("\n") == 1 and "1 LINE (this layer is for points) on layer 'x'" in done.stderr
-    assert deck.boundary == 1 and deck.lines == [(0, 0, 0, 1, 4), (1, 0, 1, 1, 2)] and deck.materials == [(2, 0, 2, 1, 6)]
+    assert deck.boundary == 3 and {line[4] for line in deck.lines[:3]} == {4} and deck.lines[3:] == [(1, 0, 1, 1, 2)]
+    assert deck.materials == [(2, 0, 2, 1, 6)]
     assert deck.fixed == [(3, 0, 3, 1)] and deck.measured == [(9, 9)]
 
 
@@ -421,26 +445,66 @@ def test_curves_in_unevenly_scaled_turned_mirrored_inserts_keep_within_the_sagit
     assert np.abs(np.array(deck.loads) - [5, -3]).max() < ROUND_OFF
 
 
-def test_a_z_is_an_error_but_not_where_it_is_skipped(tmp_path):
-    def fails(add, *words):
+def test_heights_are_left_out_and_told(tmp_path):
+    """Every kind of entity with heights has the lines of the same entity in the plane."""
+    def done(add):
         document, space = drawing()
-        space.add_line((0, 0), (1, 1), **on("A"))
-        add(space)
-        done = convert(document, tmp_path, *words)
-        assert done.returncode in (0, 2)
-        return done.returncode == 2 and len(done.stderr.splitlines()) == 1 and done.stderr
+        space.add_lwpolyline([(0, 0), (1, 7), (3, 2)], **on("A"))
+        add(space, 1.0)
+        said = convert(document, tmp_path, "--layer", "P=fixed") if add is point else convert(document, tmp_path)
+        lifted = (tmp_path / "map.geo").read_text()
+        document, space = drawing()
+        space.add_lwpolyline([(0, 0), (1, 7), (3, 2)], **on("A"))
+        add(space, 0.0)
+        (convert(document, tmp_path, "--layer", "P=fixed") if add is point else convert(document, tmp_path))
+        flat = (tmp_path / "map.geo").read_text()
+        told = [line for line in said.stdout.splitlines() if line.startswith("heights left out: z from ")]
+        assert said.returncode == 0 and len(told) == 1 and f"! {told[0]}\n" in lifted and "heights" not in flat
+        assert lifted.replace(f"! {told[0]}\n", "") == flat
+        return told[0]
 
-    for add, kind, z in (
-            (lambda s: s.add_line((0, 0, 0), (1, 1, 2.5), **on("B")), "LINE", "2.5"),
-            (lambda s: s.add_lwpolyline([(0, 0), (1, 1)], **on("B", elevation=3)), "LWPOLYLINE", "3"),
-            (lambda s: s.add_polyline2d([(0, 0), (1, 1)], **on("B", elevation=(0, 0, -4))), "POLYLINE", "-4"),
-            (lambda s: s.add_circle((0, 0, 7), 1, **on("B")), "CIRCLE", "7"),
-            (lambda s: s.add_arc((0, 0), 2, 0, 90, **on("B", extrusion=(1, 0, 0))), "ARC", "2"),
-            (lambda s: s.add_open_spline([(0, 0, 0), (1, 0, 5), (2, 0, 5), (3, 0, 0)], **on("B")), "SPLINE", "5"),
-            (lambda s: s.add_point((0, 0, 1e-3), **on("B")), "POINT", "0.001")):
-        words = ("--layer", "B=fixed") if kind == "POINT" else ()
-        assert f"expected z = 0, found {kind} on layer 'B' with z = {z}" in fails(add, *words), kind
-        assert not fails(add, "--layer", "b=skip")
+    def point(space, h):
+        space.add_point((0, 0, 0.5 * h), **on("P"))
+
+    for add, heights in (
+            (lambda s, h: s.add_line((0, 0, 0), (1, 1, 2.5 * h), **on("B")), "0 to 2.5"),
+            (lambda s, h: s.add_lwpolyline([(0, 0), (1, 1)], **on("B", elevation=3 * h)), "0 to 3"),
+            (lambda s, h: s.add_polyline2d([(0, 0), (1, 1)], **on("B", elevation=(0, 0, -4 * h))), "-4 to 0"),
+            (lambda s, h: s.add_circle((0, 0, 7 * h), 1, **on("B")), "0 to 7"),
+            (lambda s, h: s.add_open_spline([(0, 0, 0), (1, 0, 5 * h), (2, 0, 5 * h), (3, 0, 0)], **on("B")), "0 to 5"),
+            (point, "0 to 0.5")):
+        assert f"z from {heights}, projected on the plane xy (--plane)" in done(add)
+
+
+@pytest.mark.parametrize("plane", ["xz", "yz"])
+def test_a_section_on_edge_is_refused_with_the_plane_that_takes_it(plane, tmp_path):
+    """A square of 100 upright, with a joint at half its height; the coordinate across is not 0."""
+    document, space = drawing()
+
+    def placed(*points):
+        return [(x, 3, y) if plane == "xz" else (3, x, y) for x, y in points]
+
+    space.add_polyline3d(placed((0, 0), (10, 0), (10, 10), (0, 10)), close=True, **on("BOUNDARY"))
+    space.add_line(*placed((0, 5), (10, 5)), **on("JOINT_1"))
+    one_line(convert(document, tmp_path), "in the plane xy, found one that stands on it, 0 wide with z from 0 to 10",
+             f"--plane {plane} takes {plane[0]} and {plane[1]}")
+    done = convert(document, tmp_path, "--plane", plane)
+    across = (set("xyz") - set(plane)).pop()
+    assert f"heights left out: {across} from 3 to 3, projected on the plane {plane}" in done.stdout
+    deck = read_deck(tmp_path / "map.geo")
+    assert [line[:4] for line in deck.lines] == [(0, 0, 10, 0), (10, 0, 10, 10), (10, 10, 0, 10), (0, 10, 0, 0), (0, 5, 10, 5)]
+
+
+def test_a_plane_takes_two_coordinates_of_every_entity_after_its_insert(tmp_path):
+    """A circle of a block in the x y plane, inserted on edge by its extrusion along y: x and z of it are a circle again."""
+    document, space = drawing()
+    document.blocks.new("B").add_circle((0, 0), 2)
+    space.add_blockref("B", (1, 5, 0), **on("0", extrusion=(0, -1, 0)))
+    places = chain(deck_of(document, tmp_path, "--plane", "xz", "--e0", 0).lines)
+    centre = (places.max(0) + places.min(0)) / 2
+    assert np.abs(np.hypot(*(places - centre).T) - 2).max() < ROUND_OFF
+    one_line(convert(document, tmp_path), "--plane xz")
+    assert convert(document, tmp_path, "--plane", "yz").returncode == 2  # on edge there, too
 
 
 def test_hidden_layers_and_entities_are_left_out_and_said(tmp_path):
@@ -607,7 +671,7 @@ def test_the_program_runs_the_deck_with_the_area_of_the_drawing(tmp_path):
     """A stadium beside a square: the chords of the stadium's half circles have the area of regular polygons."""
     document, space = drawing()
     space.add_lwpolyline([(0, 0), (2, 0), (2, 2), (0, 2)], close=True, **on("BOUNDARY"))
-    space.add_lwpolyline([(4, 0, 0), (6, 0, 1), (6, 2, 0), (4, 2, 1)], format="xyb", close=True, **on("JOINT_1"))
+    space.add_lwpolyline([(4, 0, 0), (6, 0, 1), (6, 2, 0), (4, 2, 1)], format="xyb", close=True, **on("BOUNDARY_1"))
     space.add_line((5, -1), (5, 3), **on("MATERIAL_2"))
     space.add_point((1, 1), **on("MEASURED"))
     space.add_point((0, 0), **on("FIXED"))

@@ -1,7 +1,7 @@
 """Turns a DXF joint map into a geometry deck (doc/decks.md).
 
     tools/dxf2geo MAP.dxf [-o OUT.geo] [--e0 0.001] [--sagitta S] [--layer NAME=ROLE ...] [--clip X1 Y1 X2 Y2 [X3 Y3 ...]]
-                  [--least-area A]
+                  [--plane xy|xz|yz] [--close G] [--least-area A]
 
 What a layer holds is told by how its name begins, in capitals or not:
 
@@ -14,9 +14,15 @@ What a layer holds is told by how its name begins, in capitals or not:
     BOLT        bolts, a line each              WATER       the water table
     STAGE_2...  outlines of what stage 2 of a run removes; they are joint lines, too
 
-The joint material of joint and boundary lines and of tunnels is the number at the end of the layer's name (JOINT_3, 3); layers
-without one get the numbers that are free, from 1, in order of name. --layer NAME=ROLE decides instead; ROLE is joint:N, boundary:N,
+The number of a layer is that of a name that is one of these words, or JOINT, and a number (JOINT_3, joints 3, BOUNDARY-2), or a
+number alone (3). It is the joint material of joint lines, boundary lines and tunnels. All other layers of these, such as
+Survey_2019, get the numbers that are free, from 1, in order of name. --layer NAME=ROLE decides instead; ROLE is joint:N, boundary:N,
 material:N, tunnel:N, stage:K, bolt:STIFFNESS[:STRENGTH[:PRETENSION]] (which bolts need), water, fixed, load, measured, hole or skip.
+
+The boundary lines enclose the rock, and joints beyond the boundary make no block. Boundary lines and the outlines of tunnels and
+stages are to close: ends up to --close apart are joined, and others are refused with their places.
+
+--plane takes two coordinates of the drawing; xz and yz are for sections. The third coordinate is left out.
 
 --clip takes what lies in a window, by two corners, or in a polygon, by three or more; its sides bound the rock where there is some.
 What lies in tunnels is left out, and they get hole points where rock closes them in. The water table becomes the group &water at
@@ -27,361 +33,38 @@ Lines are LINE, LWPOLYLINE, POLYLINE, ARC, CIRCLE, ELLIPSE and SPLINE; points ar
 fixed, the centres of CIRCLE. INSERT is exploded. Curves become chords that are nowhere farther than the sagitta from them.
 The deck goes by layers in order of name, within a layer as the drawing does.
 
-Needs Debian's python3-ezdxf and python3-numpy, and python3-shapely where something is clipped or cut out.
+Needs Debian's python3-ezdxf and python3-numpy, and python3-shapely where something is clipped, bounded or cut out.
 """
 import collections
-import dataclasses
 import itertools
 import logging
 import math
 import pathlib
-import re
 
-import ezdxf
 import numpy as np
-from ezdxf.math import Vec3
 
 from .arguments import beside, check_ending, ends_in_a_line, parser_for, say
-from .errors import ScreeError
+from .dxf_drawing import DEFAULT_PLANE, Drawing
+from .dxf_shapes import MapError, Point
+from .map_layers import LINE_KINDS, POINT_KINDS, Role, chosen_roles, in_order, role_by_name, role_words, shown, wanted
 
-LINE_KINDS = ("boundary", "joint", "material", "tunnel", "stage")  # with a number each
-POINT_KINDS = ("load", "measured", "hole")
-NAMED_KINDS = {"boundary": "boundary", "material": "material", "fixed": "fixed", "tunnel": "tunnel", "excavation": "tunnel",
-               "bolt": "bolt", "water": "water", "stage": "stage"} | {kind: kind for kind in POINT_KINDS}  # by the beginnings of names
-ROLES = ("joint:N, boundary:N, material:N, tunnel:N, stage:K, bolt:STIFFNESS[:STRENGTH[:PRETENSION]], water, fixed, load, measured, "
-         "hole or skip")
-LARGEST_NUMBER = 2**31 - 1
 FIRST_STAGE = 2         # that may remove something
 DEFAULT_SAGITTA = 1e-3  # over the extent
 LEAST_SAGITTA = 1e-9    # over the extent
-FLAT = 1e-9             # largest z over the largest coordinate
-STRAIGHT = 1e-12        # largest bulge of a line
-MOST_HALVINGS = 64      # of a spline
-SPLINE_FRAME_VERTEX = 16
-
-Role = collections.namedtuple("Role", "kind number bolt", defaults=[None])  # number: of a material; bolt: e0 t0 f0 of a deck
-
-
-class MapError(ScreeError):
-    """One line for the user."""
-
-
-@dataclasses.dataclass
-class Shape:
-    """A line, curve or point by rows of x y z w (directions have w = 0), which affine maps leave of its kind."""
-    rows: np.ndarray
-
-    def moved(self, matrix):
-        """The shape under a map of rows. A sum in this order, not a product of matrices: equal rows stay equal to the bit."""
-        return dataclasses.replace(self, rows=sum(self.rows[:, [k]] * matrix[k] for k in range(4)))
-
-    def vertices(self, sagitta):
-        """Places x y of a chain of chords nowhere farther than the sagitta from the curve."""
-        return self.rows[:, :2]
-
-    def outline(self):
-        """Places that reach about as far as the curve."""
-        return self.vertices(math.inf)
-
-
-class Line(Shape):
-    """Rows: the ends."""
-
-
-class Point(Shape):
-    """Row: the place."""
-
-
-@dataclasses.dataclass
-class Arc(Shape):
-    """Of an ellipse: centre + u cos t + v sin t, t from 0 to the sweep. Rows: first and last place, u, v."""
-    sweep: float
-
-    def vertices(self, sagitta):
-        """Equal steps h of t: a chord is off by (1 - cos h/2) times a half diameter, its largest being that of u and v.
-        Places are first + u (cos t - 1) + v sin t, which keeps its digits where the radius is large."""
-        first, last, u, v = self.rows[:, :2]
-        radius = np.linalg.norm([u, v], 2)
-        step = 4 * math.asin(math.sqrt(min(1.0, sagitta / (2 * radius)))) if radius > 0 else math.tau
-        count = max(math.ceil(abs(self.sweep) / step), math.ceil(abs(self.sweep) / (math.pi / 2) - 1e-9))
-        t = self.sweep * np.arange(1, count)[:, None] / count
-        return np.vstack([first, first - 2 * np.sin(t / 2)**2 * u + np.sin(t) * v, last])
-
-
-@dataclasses.dataclass
-class Spline(Shape):
-    """Rational Bezier curves end to end. Rows: w x, w y, w z, w of the control points, `order` for each curve."""
-    order: int
-
-    def vertices(self, sagitta):
-        """By halving: a curve lies within its control points, so they bound its distance from the chord."""
-        curves = self.rows.reshape(-1, self.order, 4)
-        return np.vstack([curves[0, :1, :2] / curves[0, :1, 3:]] + [chords(curve, sagitta) for curve in curves])
-
-    def outline(self):
-        """The control points."""
-        return self.rows[:, :2] / self.rows[:, 3:]
-
-
-def chords(curve, sagitta, halvings=0):
-    """Ends of the chords of a Bezier curve. A halving leaves a quarter of the distance, but where weights differ by many powers."""
-    if halvings > MOST_HALVINGS:
-        raise MapError("expected splines that chords can follow, found one whose weights or coordinates differ by too many powers of ten")
-    places = curve[:, :2] / curve[:, 3:]
-    away, chord = places - places[0], places[-1] - places[0]
-    share = np.clip(away @ chord / (chord @ chord), 0, 1) if chord @ chord > 0 else np.zeros(len(curve))
-    if np.hypot(*(away - share[:, None] * chord).T).max() <= sagitta:
-        return places[-1:]
-    left, right = [curve[0]], [curve[-1]]
-    while len(curve) > 1:
-        curve = (curve[1:] + curve[:-1]) / 2
-        left.append(curve[0])
-        right.append(curve[-1])
-    return np.vstack([chords(np.array(half), sagitta, halvings + 1) for half in (left, right[::-1])])
-
-
-def direction(degrees):
-    """Cosine and sine, exact at quarter turns."""
-    quarter, rest = divmod(degrees, 90)
-    c, s = math.cos(math.radians(rest)), math.sin(math.radians(rest))
-    return ((c, s), (-s, c), (-c, -s), (s, -c))[int(quarter) % 4]
-
-
-def rows_of(places, directions=()):
-    """Rows of places and directions."""
-    return np.array([[*place, 1.0] for place in places] + [[*way, 0.0] for way in directions])
-
-
-def elliptic_arc(centre, major, minor, start, end):
-    """From a start to an end in degrees; equal ones are a full turn, and so is a turn with an end that was rounded up."""
-    sweep = end - start if 0 < end - start <= 360 * (1 + 1e-6) else (end - start) % 360
-    if sweep == 0 or sweep > 360 * (1 - 1e-9):
-        sweep = 360.0
-    (c, s), (c_end, s_end) = direction(start), direction(end)
-    u, v = major * c + minor * s, minor * c - major * s
-    last = u if sweep == 360 else major * c_end + minor * s_end
-    return Arc(rows_of([centre + u, centre + last], [u, v]), math.radians(sweep))
-
-
-def bulged(start, end, bulge):
-    """The arc between two vertices of a polyline; the bulge is the tangent of a quarter of its angle."""
-    half = (end - start) / 2
-    to_centre = half + Vec3(-half.y, half.x) * ((1 - bulge**2) / (2 * bulge))
-    return Arc(rows_of([start, end], [-to_centre, Vec3(to_centre.y, -to_centre.x)]), 4 * math.atan(bulge))
-
-
-def polyline(points, bulges, closed):
-    """Lines and arcs through points."""
-    following = points[1:] + points[:1] if closed else points[1:]
-    return [bulged(a, b, bulge) if abs(bulge) > STRAIGHT and a != b else Line(rows_of([a, b]))
-            for a, b, bulge in zip(points, following, bulges)]
-
-
-def bezier_curves(spline):
-    """A B-spline as Bezier curves, by its polar form. Takes any degree, weights above 0, clamped ends or not."""
-    degree, knots = spline.degree, spline.knots()
-    weights = np.array(spline.weights() or [1.0] * spline.count)[:, None]
-    control = rows_of(spline.control_points) * weights
-
-    def polar(span, arguments):
-        level = control[span - degree: span + 1].copy()
-        for r, t in enumerate(arguments, 1):
-            for j in range(degree, r - 1, -1):
-                low, high = knots[span - degree + j], knots[span + j - r + 1]
-                level[j] = ((high - t) * level[j - 1] + (t - low) * level[j]) / (high - low)
-        return level[degree]
-
-    curves = [polar(span, [knots[span]] * (degree - k) + [knots[span + 1]] * k)
-              for span in range(degree, spline.count) if knots[span] < knots[span + 1] for k in range(degree + 1)]
-    return Spline(np.array(curves).reshape(-1, 4), degree + 1)
-
-
-def in_world(entity, shapes):
-    """Shapes in the coordinates of an entity, in those of the drawing."""
-    ocs = entity.ocs()
-    return [shape.moved(matrix_rows(ocs.matrix)) for shape in shapes] if ocs.transform else shapes
-
-
-def matrix_rows(matrix):
-    """The matrix of ezdxf, which is for rows."""
-    return np.array(list(matrix.rows()))
-
-
-def shapes_of(entity):
-    """The shapes of an entity, or a text that says why there are none."""
-    try:
-        return built(entity)
-    except (ezdxf.DXFError, ArithmeticError, ValueError) as error:
-        return f"{entity.dxftype()} that cannot be built ({error})"
-
-
-def built(entity):
-    """What shapes_of says, of numbers that an entity can be built of."""
-    kind, dxf = entity.dxftype(), entity.dxf
-    if kind == "LINE":
-        return [Line(rows_of([dxf.start, dxf.end]))]
-    if kind == "POINT":
-        return [Point(rows_of([dxf.location]))]
-    if kind in ("ARC", "CIRCLE"):
-        across, up = Vec3(abs(dxf.radius), 0), Vec3(0, abs(dxf.radius))
-        if kind == "ARC":
-            return in_world(entity, [elliptic_arc(dxf.center, across, up, dxf.start_angle, dxf.end_angle)])
-        return in_world(entity, [elliptic_arc(dxf.center, across, up, 0, 360), Point(rows_of([dxf.center]))])
-    if kind == "ELLIPSE":
-        start, end = math.degrees(dxf.start_param), math.degrees(dxf.end_param)
-        return [elliptic_arc(dxf.center, dxf.major_axis, entity.minor_axis, start, end)]
-    if kind == "LWPOLYLINE":
-        points = entity.get_points("xyb")
-        made = polyline([Vec3(x, y, dxf.elevation) for x, y, _ in points], [bulge for *_, bulge in points], entity.closed)
-        return in_world(entity, made) or "LWPOLYLINE of less than two vertices"
-    if kind == "POLYLINE":
-        if entity.is_polygon_mesh or entity.is_poly_face_mesh:
-            return "POLYLINE that is a mesh"
-        vertices = [vertex.dxf for vertex in entity.vertices if not vertex.dxf.flags & SPLINE_FRAME_VERTEX]
-        points = [Vec3(vertex.get("location", (0, 0, 0))) for vertex in vertices]
-        if entity.is_3d_polyline:
-            return polyline(points, [0] * len(points), entity.is_closed) or "POLYLINE of less than two vertices"
-        if dxf.hasattr("elevation"):
-            points = [point.replace(z=Vec3(dxf.elevation).z) for point in points]
-        made = polyline(points, [vertex.get("bulge", 0) for vertex in vertices], entity.is_closed)
-        return in_world(entity, made) or "POLYLINE of less than two vertices"
-    if kind == "SPLINE":
-        spline = entity.construction_tool()
-        if any(not weight > 0 for weight in spline.weights()):
-            return "SPLINE with weights not above 0"
-        curves = bezier_curves(spline)
-        return [curves] if len(curves.rows) else "SPLINE whose knots do not ascend"
-    return kind
-
-
-def attribute(entity, name, code, default):
-    """An attribute that every entity has, of those too that ezdxf does not know and only keeps."""
-    if hasattr(entity, "xtags"):
-        return next((tag.value for tags in entity.xtags.subclasses[:2] for tag in tags if tag.code == code), default)
-    return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
-
-
-class Drawing:
-    """The model space of a DXF file: what each visible layer holds, by a key that is the same in capitals or not."""
-
-    def __init__(self, path):
-        try:
-            self.document = ezdxf.readfile(path)
-            space = self.document.modelspace()
-        except Exception as error:  # a damaged file fails anywhere in ezdxf
-            reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error) or type(error).__name__
-            raise MapError(f"{path}: expected a DXF file, found: {shown(reason)}") from None
-        self.path = path
-        self.names = {layer.dxf.name.lower(): layer.dxf.name for layer in self.document.layers}
-        self.hidden = collections.Counter()          # entities by layer and why
-        self.held = collections.defaultdict(list)    # kind and shapes by layer
-        for layer, kind, shapes in self.walk(space):
-            self.held[layer].append((kind, shapes))
-        self.on_paper = sum(entity.dxftype() != "VIEWPORT" for layout in self.document.layouts
-                            if layout.is_any_paperspace for entity in layout)
-
-    def why_hidden(self, layer):
-        """Whether a layer is frozen or off."""
-        entry = self.document.layers.get(layer) if layer in self.document.layers else None
-        return "" if entry is None else "frozen" if entry.is_frozen() else "off" if entry.is_off() else ""
-
-    def walk(self, entities, outer=None, blocks=()):
-        """Layer, kind and shapes (or why there are none) of each visible entity. Layer 0 in a block is that of its INSERT."""
-        for entity in entities:
-            name, kind = attribute(entity, "layer", 8, "0"), entity.dxftype()
-            layer = name.lower() if name != "0" or outer is None else outer
-            self.names.setdefault(layer, name)
-            why = self.why_hidden(layer)
-            if attribute(entity, "invisible", 60, 0):
-                self.hidden[layer, "invisible"] += 1
-            elif why == "frozen" or why and kind != "INSERT":  # a block whose INSERT is off shows what lies on other layers
-                self.hidden[layer, why] += 1
-            elif kind == "INSERT":
-                yield from self.explode(entity, layer, blocks)
-            else:
-                yield layer, kind, shapes_of(entity)
-
-    def explode(self, insert, layer, blocks):
-        """What walk says, of an INSERT."""
-        name = insert.dxf.get("name", "")
-        block = insert.block() if name else None
-        yield from self.walk(insert.attribs, layer, blocks)
-        if block is None or block.block.is_xref:
-            yield layer, "INSERT", f"INSERT of the {'missing' if block is None else 'external'} block '{shown(name)}'"
-            return
-        if name.lower() in blocks:
-            raise MapError(f"{self.path}: expected blocks that end, found '{shown(name)}' within itself")
-        for one in insert.multi_insert() if insert.mcount > 1 else [insert]:
-            matrix = matrix_rows(one.matrix44())
-            for inner, kind, shapes in self.walk(block, layer, (*blocks, name.lower())):
-                yield inner, kind, shapes if isinstance(shapes, str) else [shape.moved(matrix) for shape in shapes]
-
-
-def shown(text):
-    """A text of the drawing, fit for one line."""
-    return "".join(letter if letter.isprintable() else "?" for letter in str(text))
-
-
-def in_order(layer):
-    """Key of the order of names: 2 comes before 10."""
-    return [int(part) if part.isdecimal() else part for part in re.split("([0-9]+)", layer)]
-
-
-def role_by_name(name):
-    """The role that a layer's name says; number 0 where it says none."""
-    kind = next((kind for word, kind in NAMED_KINDS.items() if name.lower().startswith(word)), "joint")
-    number = int("0" + re.search("[0-9]*$", name).group())
-    return Role(kind, number if kind in LINE_KINDS and number <= LARGEST_NUMBER else 0)
-
-
-def chosen_roles(words, drawing):
-    """The roles that the options --layer give, by layer."""
-    roles = {}
-    for word in words:
-        name, _, role = word.rpartition("=")
-        found = re.fullmatch("(joint|boundary|material|tunnel|stage):([0-9]{1,10})|(fixed|load|measured|hole|water|skip)", role.lower())
-        bolt = bolt_of(role.lower())
-        if not name or not (found or bolt) or found and found[2] and not 1 <= int(found[2]) <= LARGEST_NUMBER:
-            raise MapError(f"--layer: expected NAME=ROLE with ROLE one of {ROLES} (N from 1), found '{shown(word)}'")
-        if name.lower() not in drawing.names:
-            raise MapError(f"{drawing.path}: expected a layer of the name '{shown(name)}' (--layer), found "
-                           + ", ".join(f"'{shown(drawing.names[layer])}'" for layer in sorted(drawing.names, key=in_order)))
-        if name.lower() in roles:
-            raise MapError(f"--layer: expected one role for the layer '{shown(name)}', found two")
-        roles[name.lower()] = Role("bolt", 0, bolt) if bolt else Role(found[1] or found[3], int(found[2] or 0))
-    return roles
-
-
-def bolt_of(role):
-    """Stiffness, strength and pretension of a role bolt:...; None where it is another, or they are no such numbers."""
-    kind, *words = role.split(":")
-    try:
-        numbers = [float(word) for word in words]
-    except ValueError:
-        return None
-    whole = kind == "bolt" and 1 <= len(numbers) <= 3 and numbers[0] > 0 and all(0 <= number < math.inf for number in numbers)
-    return tuple((numbers + [0.0, 0.0])[:3]) if whole else None
-
-
-def wanted(role, shapes):
-    """The shapes of an entity that a layer of a role takes."""
-    points = [shape for shape in shapes if isinstance(shape, Point)]
-    curves = [shape for shape in shapes if not isinstance(shape, Point)]
-    if role.kind == "bolt":
-        return curves if len(curves) == 1 and isinstance(curves[0], Line) else []
-    return points if role.kind in POINT_KINDS else points or curves if role.kind == "fixed" else curves
-
-
-def role_words(role):
-    """What the layer of a role is for."""
-    return "points" if role.kind in POINT_KINDS else "straight lines" if role.kind == "bolt" else "lines"
+ROUND_OFF = 64 * np.finfo(float).eps  # over the largest coordinate
+FLAT = 1e-9             # largest height over the largest coordinate
+ON_EDGE = 100.0         # height over width of a drawing from which on it stands on the plane, within 0.6 degrees of upright
+NODE_SHARE = 1.25       # of e0 w0: distance at which the cutter takes ends of lines for one (doc/decks.md)
+MOST_PLACES = 4         # that a line names
+OUTLINES = {"boundary": "boundary lines", "tunnel": "outlines of tunnels", "stage": "outlines of what stages remove"}
 
 
 class Deck:
     """The geometry deck of a drawing."""
 
-    def __init__(self, drawing, choice, e0, sagitta, clip=(), least_area=0.0):
+    def __init__(self, drawing, choice, e0, sagitta, clip=(), least_area=0.0, close=None):
         self.drawing, self.e0, self.least_area = drawing, e0, least_area
+        self.said = []                         # what heights, gaps, clip and tunnels became
         self.taken = {}                        # shapes by layer, in order of name
         self.left_out = collections.Counter()  # entities by layer and what they are
         self.roles = {layer: choice.get(layer) or role_by_name(drawing.names[layer])
@@ -390,8 +73,12 @@ class Deck:
             self.take(layer, role)
         self.number_layers()
         self.sagitta = self.choose_sagitta(sagitta)
+        self.leave_out_heights()
         self.flatten()
-        self.said = []                         # what clip and tunnels became
+        self.joining = []                      # lines that join ends of outlines
+        window = corners_of(clip) if clip else None
+        for kind, what in OUTLINES.items():
+            self.close_outlines(kind, what, self.node_distance() if close is None else close, window)
         self.outside = 0                       # lines and points that they take away
         self.removed = self.take_stages()
         if clip or self.lines["tunnel"]:
@@ -410,19 +97,67 @@ class Deck:
             if not some:
                 self.left_out[layer, shapes if isinstance(shapes, str) else f"{kind} (this layer is for {role_words(role)})"] += 1
             for shape in some:
-                self.expect_flat(layer, kind, shape)
+                self.expect_finite(layer, kind, shape)
                 taken.append(shape)
         if taken:
             self.taken[layer] = taken
 
-    def expect_flat(self, layer, kind, shape):
-        """Error for coordinates that are not finite, or a z."""
-        where = f"{kind} on layer '{shown(self.drawing.names[layer])}'"
+    def expect_finite(self, layer, kind, shape):
+        """Error for coordinates that are not finite."""
         if not np.isfinite(shape.rows).all():
-            raise MapError(f"{self.drawing.path}: expected finite coordinates, found {where} with others")
-        z = shape.rows[:, 2]
-        if abs(z).max() > FLAT * abs(shape.rows[:, :2]).max():
-            raise MapError(f"{self.drawing.path}: expected z = 0, found {where} with z = {z[abs(z).argmax()]:.6g}")
+            raise MapError(f"{self.drawing.path}: expected finite coordinates, found {kind} on layer "
+                           f"'{shown(self.drawing.names[layer])}' with others")
+
+    def leave_out_heights(self):
+        """Says which heights above the plane the deck leaves out. Error where the drawing stands on the plane on edge."""
+        shapes = list(itertools.chain(*self.taken.values()))
+        places = np.vstack([np.column_stack([shape.outline(), shape.in_plane("zx").outline()[:, 0]]) for shape in shapes])
+        places = places[np.isfinite(places).all(1)]
+        size = abs(places[:, :2]).max(initial=0)
+        low, high = places[:, 2].min(initial=math.inf), places[:, 2].max(initial=-math.inf)
+        if not max(abs(low), abs(high)) > FLAT * size:
+            return
+        plane = self.drawing.plane
+        axis = min(set("xyz") - set(plane))
+        across = width_of(places[:, :2])
+        if high - low > ON_EDGE * across:
+            other = max((pair for pair in ("xy", "xz", "yz") if pair != plane),
+                        key=lambda pair: width_of(places[:, [(plane + axis).index(one) for one in pair]]))
+            raise MapError(f"{self.drawing.path}: expected a drawing in the plane {plane}, found one that stands on it, {across:.6g} wide "
+                           f"with {axis} from {low:.6g} to {high:.6g}: --plane {other} takes {other[0]} and {other[1]} of it")
+        self.said.append(f"heights left out: {axis} from {low:.6g} to {high:.6g}, projected on the plane {plane} (--plane)")
+
+    def node_distance(self):
+        """The distance at which the cutter takes ends of lines for one."""
+        lines = [line[:4] for line in self.lines["boundary"] + self.lines["joint"] + self.lines["tunnel"] + self.lines["stage"]]
+        return NODE_SHARE * self.snap_distance(lines)
+
+    def snap_distance(self, lines):
+        """e0 w0 of some lines, as doc/decks.md says."""
+        width, height = np.ptp(np.array(lines).reshape(-1, 2), axis=0) if lines else (0.0, 0.0)
+        return float(self.e0 * 1.02 * max(height / 2, width / 2 / 1.3))
+
+    def close_outlines(self, kind, what, within, window):
+        """Joins ends of outlines that do not close. Error for ends within the window (None: anywhere) that are farther apart.
+
+        An outline is what lines make that hang together. One that encloses something closes, wherever its lines overshoot."""
+        lines = self.lines[kind]
+        if not lines:
+            return
+        drawn_rock = with_shapely()
+        joining = drawn_rock.joining_lines(lines, within)
+        if joining:
+            self.lines[kind] = lines + joining
+            self.joining += joining
+            gaps = [math.dist(line[:2], line[2:4]) for line in joining]
+            self.said.append(f"{what}: joined ends {max(gaps):.6g} apart or less at " + places_text([line[:2] for line in joining]))
+        ends = drawn_rock.loose_ends(self.lines[kind])
+        if window is not None:
+            ends = [end for end in ends if drawn_rock.lies_inside(window, end)]
+        if ends:
+            raise MapError(f"{self.drawing.path}: expected closed {what}, found ends that meet no other line of these at "
+                           f"{places_text(ends)}, the nearest {drawn_rock.least_distance(ends):.6g} apart: "
+                           "--close G joins ends up to G apart")
 
     def number_layers(self):
         """Gives the free numbers to the layers of joint and boundary lines and of tunnels without one."""
@@ -450,7 +185,7 @@ class Deck:
             raise MapError(f"{self.drawing.path}: expected lines, found {'none' if self.drawing.held else 'an empty drawing'}"
                            + self.why_empty())
         places = np.vstack([shape.outline() for shape in shapes])
-        round_off = 64 * np.finfo(float).eps * abs(places).max()
+        round_off = ROUND_OFF * abs(places).max()
         rough = max(1e-4 * np.ptp(places, axis=0).max(), round_off)
         extent = np.ptp(np.vstack([shape.vertices(rough) for shape in shapes]), axis=0).max()
         least = max(LEAST_SAGITTA * extent, round_off)
@@ -575,6 +310,10 @@ class Deck:
         text += self.said
         if self.dropped:
             text.append(f"dropped {counted(self.dropped, 'line')} of no length")
+        numbered = [(role.number, layer) for layer, role in self.roles.items() if role.kind in ("joint", "boundary", "tunnel")]
+        largest = max((line[4] for line in self.lines["boundary"] + self.lines["joint"]))
+        layer = next((f", that of layer '{shown(self.drawing.names[layer])}'" for number, layer in numbered if number == largest), "")
+        text.append(f"joint materials of the analysis deck (nj): {largest}{layer}")
         return text
 
     def warnings(self):
@@ -583,11 +322,9 @@ class Deck:
                 for (layer, what), count in self.left_out.items()]
         if self.drawing.on_paper:
             text.append(f"left out, in paper space: {counted(self.drawing.on_paper, 'entity', 'entities')}")
-        lines = np.array([line[:4] for line in self.lines["boundary"] + self.lines["joint"]])
-        places = lines.reshape(-1, 2)
-        width, height = np.ptp(places, axis=0)
-        snap = self.e0 * 1.02 * max(height / 2, width / 2 / 1.3)  # as doc/decks.md says
-        short = int((np.hypot(*(lines[:, 2:] - lines[:, :2]).T) <= snap).sum())
+        lines = [line[:4] for line in self.lines["boundary"] + self.lines["joint"] if line not in self.joining]
+        snap = self.snap_distance(lines)
+        short = sum(math.dist(line[:2], line[2:]) <= snap for line in lines)
         if short:
             text.append(f"{counted(short, 'line')} not longer than e0 w0 = {snap:.6g}, within which ends are one point: "
                         "a smaller --e0 or a larger --sagitta keeps them apart")
@@ -628,7 +365,7 @@ def with_shapely():
     try:
         from . import drawn_rock
     except ImportError:
-        raise MapError("expected shapely for --clip, tunnels and stages, found none: on Debian, apt-get install python3-shapely") from None
+        raise MapError("expected shapely for --clip and closed outlines, found none: on Debian, apt-get install python3-shapely") from None
     return drawn_rock
 
 
@@ -639,6 +376,22 @@ def closed(drawing, what, lines):
         return drawn_rock.enclosed(lines)
     except drawn_rock.OpenOutline as end:
         raise MapError(f"{drawing.path}: expected closed outlines of {what}, found an open one at {end}") from None
+
+
+def width_of(places):
+    """How far places (n, 2) reach across the direction in which they reach farthest."""
+    size = abs(places).max()
+    if not size > 0:
+        return 0.0
+    away = places / size - (places / size).mean(0)
+    width = np.ptp(away @ np.linalg.svd(away, full_matrices=False)[2][-1])
+    return float(size * width) if width > ROUND_OFF else 0.0
+
+
+def places_text(places):
+    """A few places, in words."""
+    text = " ".join(f"({x:.6g}, {y:.6g})" for x, y in places[:MOST_PLACES])
+    return text + (f" and {len(places) - MOST_PLACES} more" if len(places) > MOST_PLACES else "")
 
 
 def corners_of(numbers):
@@ -666,6 +419,10 @@ def main():
     parser.add_argument("--layer", action="append", default=[], metavar="NAME=ROLE", help="role of a layer; may be repeated")
     parser.add_argument("--clip", type=float, nargs="+", default=[], metavar="X",
                         help="x and y of two corners of a window, or of three or more of a polygon")
+    parser.add_argument("--plane", choices=("xy", "xz", "yz"), default=DEFAULT_PLANE,
+                        help="coordinates of the drawing that the deck takes; the third is left out; default: xy")
+    parser.add_argument("--close", type=float, metavar="G",
+                        help="largest gap of an outline whose ends are joined; default: 1.25 e0 w0, at which the cutter takes ends for one")
     parser.add_argument("--least-area", type=float, default=0.0, metavar="A", help="of a block: a smaller one joins its neighbour")
     given = parser.parse_args()
     logging.disable()  # ezdxf's; what matters of it is said here
@@ -677,12 +434,14 @@ def main():
         raise MapError(f"--clip: expected x and y of two corners or more, found {' '.join(map(repr, given.clip))}")
     if not 0 <= given.least_area < math.inf:
         raise MapError(f"--least-area: expected an area from 0, found {given.least_area}")
+    if given.close is not None and not 0 <= given.close < math.inf:
+        raise MapError(f"--close: expected a length from 0, found {given.close}")
     output = pathlib.Path(given.output or beside(given.map, ".geo"))
     if output.resolve() == pathlib.Path(given.map).resolve():
         raise MapError(f"{output}: expected another name than the map's for the deck (-o), found the same")
     check_ending(output, "a deck", (".geo",))
-    drawing = Drawing(given.map)
-    deck = Deck(drawing, chosen_roles(given.layer, drawing), given.e0, given.sagitta, given.clip, given.least_area)
+    drawing = Drawing(given.map, given.plane)
+    deck = Deck(drawing, chosen_roles(given.layer, drawing), given.e0, given.sagitta, given.clip, given.least_area, given.close)
     try:
         output.write_text(deck.text(), encoding="utf-8")
         if deck.removed:
