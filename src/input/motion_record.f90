@@ -130,8 +130,10 @@ contains
     type(deck_t), intent(inout) :: deck
     type(error_t), allocatable, intent(out) :: error
     character(len=*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ'
+    character(len=*), parameter :: exponents = 'deDE'
+    character(len=*), parameter :: ends_of_words = '.,;:()' !! 'G. FILTER POINTS: ...' in records from before NGA
     character(len=*), parameter :: ends_of_numbers = '0123456789.'
-    character(len=:), allocatable :: unit
+    character(len=:), allocatable :: unit, words
     integer :: first, i, k, last
 
     last = 0
@@ -147,7 +149,11 @@ contains
       unit = in_lower_case(deck%text(first:last - 1))
       deck%text(first:last - 1) = ' '
     end do
-    if (index(unit, 'acceleration') == 0 .or. index(unit//' ', ' g ') == 0) then
+    words = unit//' '
+    do i = 1, len(words)
+      if (scan(words(i:i), ends_of_words) > 0) words(i:i) = ' '
+    end do
+    if (index(words, 'acceleration') == 0 .or. index(words, ' g ') == 0) then
       call fail(error, status_bad_input, deck%name//':'//number_text(peer_head - 1)// &
                 ': expected a line that says ''acceleration ... in units of g'', found '//in_quotes(trim(adjustl(unit))))
       return
@@ -155,7 +161,8 @@ contains
     do i = first, last - 1
       if (deck%text(i:i) == '=') deck%text(i:i) = ' '
       if (scan(deck%text(i:i), letters) == 0) cycle
-      if (scan(deck%text(i - 1:i - 1), ends_of_numbers) == 0) deck%text(i:i) = ' ' ! an exponent follows a digit
+      if (scan(deck%text(i:i), exponents) > 0 .and. scan(deck%text(i - 1:i - 1), ends_of_numbers) > 0) cycle
+      deck%text(i:i) = ' '
     end do
   end subroutine blank_head
 

@@ -237,6 +237,7 @@ BAD = {
     "a record of bytes": (record("0 0 0\n\0"), "q.txt:2:", "byte 0"),
     "a record that is not there": (groups("&acceleration file='none.txt' /\n"), "none.txt:", "no such file"),
     "a PEER record of velocities": (peer("ACCELERATION", "VELOCITY"), "q.AT2:3:", "acceleration ... in units of g"),
+    "a PEER record in parts of g": (peer("OF G", "OF G/10"), "q.AT2:3:", "acceleration ... in units of g"),
     "a PEER record in other units": (peer("OF G", "OF CM/S/S"), "q.AT2:3:", "acceleration ... in units of g"),
     "a PEER record that ends early": (peer("   .3000000E-03\n"), "q.AT2:4:", "as NPTS says (3), found 2"),
     "a PEER record that goes on": (peer("  -.1", "0.5 -.1"), "q.AT2:4:", "as NPTS says (3), found 4"),

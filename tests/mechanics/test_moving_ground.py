@@ -61,21 +61,28 @@ def test_the_velocity_is_exact_however_fine_the_record(body, tmp_path):
     np.testing.assert_allclose(f.history.energy.dissipated, 0, atol=1e-8)
 
 
-def peer_file(path, values, head):
+NGA = "ACCELERATION TIME SERIES IN UNITS OF G"
+
+
+def peer_file(path, values, head, unit=NGA):
     """A component of a record of PEER, five values a line, CRLF and capitals as they come."""
     lines = [" ".join(f"{value:15.7E}" for value in values[i:i + 5]) for i in range(0, len(values), 5)]
     path.write_text("\r\n".join(["PEER NGA STRONG MOTION DATABASE RECORD", "Somewhere #2 & more, 1/17/1994, 'Station', 180",
-                                 "ACCELERATION TIME SERIES IN UNITS OF G", head, *lines]) + "\r\n")
+                                 unit, head, *lines]) + "\r\n")
 
 
-@pytest.mark.parametrize("head", ["NPTS=    301, DT=   .0100 SEC,", "   301    0.0100    NPTS, DT"])
-def test_components_of_peer_move_the_ground_as_their_lines_would(head, tmp_path):
+@pytest.mark.parametrize("unit, head", [
+    (NGA, "NPTS=    301, DT=   .0100 SEC,"), (NGA, "   301    0.0100    NPTS, DT"),
+    ("ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.1 Hz LP=30.0 Hz", "NPTS=   301, DT= .01000 SEC"),
+    ("ACCELERATION TIME HISTORY IN UNITS OF G, BASELINE CORRECTED", "301 .01000SEC NPTS, DT"),
+], ids=["NGA", "NGA with the numbers first", "before NGA", "before NGA with a comma"])
+def test_components_of_peer_move_the_ground_as_their_lines_would(unit, head, tmp_path):
     """The first acceleration is that of time 0; the vertical component is shorter, and zero from its end on."""
     t = np.arange(301) * 0.01
     ax, ay = np.round(0.3 * np.sin(5 * t), 8), np.round(0.2 * np.cos(7 * t), 8)
     ay[200:] = 0
-    peer_file(tmp_path / "Q_180.AT2", ax, head)
-    peer_file(tmp_path / "q_up.at2", ay[:200], head.replace("301", "200"))
+    peer_file(tmp_path / "Q_180.AT2", ax, head, unit)
+    peer_file(tmp_path / "q_up.at2", ay[:200], head.replace("301", "200"), unit)
     (tmp_path / "quake.txt").write_text("".join(f"{i * 0.01!r} {x!r} {y!r}\n" for i, (x, y) in enumerate(zip(ax.tolist(), ay.tolist()))))
     runs = [run(tmp_path, 60, 0.05, f"&acceleration {file}, scale=9.81 /").measured_points.velocity
             for file in ("file='Q_180.AT2', vertical='q_up.at2'", "file='quake.txt'", "file='Q_180.AT2'")]
