@@ -61,9 +61,14 @@ contains
     if (allocated(error)) return
     call find_words(deck)
     if (deck%n_words == 0) return
-    if (deck%text(deck%first(1):deck%first(1)) == '<') &
+    if (deck%text(deck%first(1):deck%first(1)) /= '<') return
+    if (index(deck%text, '</DDA>') > 0 .or. index(deck%text, ':DDA>') > 0) then ! the end of its root, with a namespace or without
+      call fail(error, status_bad_input, name//':'//number_text(deck%line(1))//': expected plain text, found DDAML, '// &
+                'the XML of ntdda: tools/ddaml2deck writes such files as decks')
+    else
       call fail(error, status_bad_input, name//':'//number_text(deck%line(1))//': expected plain text, found XML or HTML: '// &
                 in_quotes(deck%text(deck%first(1):deck%last(1))))
+    end if
   end subroutine read_deck
 
   !> The whole of a text file, with line ends as LF. Errors: it cannot be read, or holds bytes that are no text.

@@ -190,6 +190,8 @@ BAD = {
     "stress 1e150": (analysis(8, "1e150 0 0"), "a.ana:8:", "magnitude up to 1e20"),
     "step size 1e-300": (analysis(6, "1e-300"), "a.ana:6:", "at least 1e-20"),
     "a decimal comma in an analysis": (analysis(5, "0,05"), "a.ana:", "the decimal sign is a point"),
+    "a geometry of ntdda": ({"g.geo": "<?xml version='1.0'?>\n<B:DDA xmlns:B='b'><B:Geometry/></B:DDA>\n"}, "g.geo:1:",
+                            "plain text, found DDAML, the XML of ntdda: tools/ddaml2deck writes such files as decks"),
     "an analysis of XML": ({"a.ana": "\n<html>\n"}, "a.ana:2:", "plain text, found XML or HTML: '<html>'"),
     "a friction of 90 degrees": (analysis(11, "90 0 0"), "a.ana:11:", "below 90"),
     "a number too many": (analysis(11, "30 0 0 5"), "a.ana:", "expected"),
