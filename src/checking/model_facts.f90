@@ -6,7 +6,7 @@ module scree_model_facts
   use scree_block_input, only: block_moments, blocks_t
   use scree_constraints, only: constraints_t
   use scree_contact_geometry, only: frame_of_edge
-  use scree_contacts, only: contact_t, parallel
+  use scree_contacts, only: blocks_of, contact_t, parallel
   use scree_edge_load, only: load_on_piece
   use scree_effects, only: refresh_elements
   use scree_errors, only: error_t
@@ -25,7 +25,7 @@ module scree_model_facts
   use scree_time_table, only: ramp_at
   implicit none
   private
-  public :: block_fact_t, facts_of, facts_t, list_text, side_t
+  public :: block_fact_t, facts_of, facts_t, hold_t, list_text, side_t
 
   !> The sides of a model, by the direction that a free edge faces most.
   integer, parameter, public :: n_sides = 4
@@ -52,6 +52,14 @@ module scree_model_facts
     real(dp) :: most = 0.0_dp     !! that part
   end type side_t
 
+  !> A single point that holds a block.
+  type :: hold_t
+    integer :: block = 0
+    integer :: line = 0           !! number of the fixed line that made the point; 0: none that is asked about
+    logical :: crosses = .false.  !! that line crosses an edge of the block
+    real(dp) :: position(2) = 0.0_dp !! length
+  end type hold_t
+
   !> All facts.
   type :: facts_t
     integer :: n_blocks = 0, n_elements = 0
@@ -65,6 +73,8 @@ module scree_model_facts
     integer, allocatable :: sliver(:)           !! numbers of blocks that are thin, or sharper than contacts tell from a line
     integer, allocatable :: fixed_points(:)     !! (n_blocks) in each
     logical, allocatable :: held(:)             !! (n_blocks) by a fixed point, a bolt to the ground, or a support against a fall
+    type(hold_t), allocatable :: hinge(:)       !! blocks that one fixed point alone holds, and that touch others or are static
+    type(hold_t), allocatable :: short_line(:)  !! fixed lines with two ends that make one fixed point
     integer, allocatable :: idle_bolt(:)        !! numbers in the decks of bolts with both ends in one block
     integer, allocatable :: unheld(:)           !! numbers of blocks that touch nothing that leads to one that is held
     type(column_t) :: column                    !! compressed most by own weight
@@ -101,6 +111,7 @@ contains
       facts%fixed_points(blocks%point_block(i)) = facts%fixed_points(blocks%point_block(i)) + 1
     end do
     facts%held = facts%fixed_points > 0 .or. are_supported(model)
+    facts%short_line = short_lines(scene, blocks)
     allocate (facts%idle_bolt(0))
     do i = 1, size(blocks%bolt)
       if (blocks%bolt(i)%block(1) == blocks%bolt(i)%block(2)) facts%idle_bolt = [facts%idle_bolt, blocks%bolt_of(i)]
@@ -111,6 +122,7 @@ contains
     call measure_blocks(blocks, facts)
     call initial_contacts(model, state, contact, candidate)
     facts%meeting = meeting_joints(model, state, contact)
+    facts%hinge = hinges(scene, blocks, model, contact)
     facts%unheld = pack([(b, b=1, model%n_blocks)], .not. reached_from(model, contact, facts%held))
     associate (rock => scene%block_material(facts%block_material))
       facts%has_weight = any(abs(rock%unit_weight) > 0)
@@ -137,6 +149,61 @@ contains
       end do
     end associate
   end function are_supported
+
+  !> Fixed lines with two ends that make one fixed point: lines that cross one edge of a block, or none.
+  pure function short_lines(scene, blocks) result(short)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(hold_t), allocatable :: short(:)
+    integer :: i, point
+
+    allocate (short(0))
+    point = 0
+    do i = 1, size(blocks%points_of_line)
+      point = point + blocks%points_of_line(i)
+      associate (ends => scene%fixed_lines(i)%ends, place => blocks%point(:, max(1, point)) + blocks%origin)
+        if (blocks%points_of_line(i) /= 1 .or. .not. norm2(ends(:, 2) - ends(:, 1)) > 0) cycle
+        short = [short, hold_t(blocks%point_block(point), i, norm2(place - ends(:, 1)) > 0, place)]
+      end associate
+    end do
+  end function short_lines
+
+  !> Blocks that are held at one place alone, by fixed points: no support and no bolt to the ground holds them, too. A block that
+  !> swings in a dynamic run and touches no other one is a pendulum, as it is asked for.
+  pure function hinges(scene, blocks, model, contact) result(hinge)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(model_t), intent(in) :: model
+    type(contact_t), intent(in) :: contact(:)
+    type(hold_t), allocatable :: hinge(:)
+    logical, dimension(model%n_blocks) :: is_hinge, touches
+    integer :: first(model%n_blocks) ! fixed point of each block, 0: it has none
+    integer :: b, i
+
+    allocate (hinge(0))
+    first = 0
+    is_hinge = .true.
+    do i = 1, size(model%points%kind)
+      b = model%elements%block(model%points%element(i))
+      if (model%points%kind(i) == roller_end) is_hinge(b) = .false.
+      if (model%points%kind(i) /= fixed_point) cycle
+      if (first(b) == 0) first(b) = i
+      if (norm2(blocks%point(:, i) - blocks%point(:, first(b))) > 0) is_hinge(b) = .false.
+    end do
+    do i = 1, size(blocks%bolt)
+      if (any(blocks%bolt(i)%block == 0)) is_hinge(maxval(blocks%bolt(i)%block)) = .false.
+    end do
+    touches = scene%is_static()
+    do i = 1, size(contact)
+      associate (block => blocks_of(model%outlines, contact(i)%entrance(contact(i)%active)))
+        if (block(1) /= block(2)) touches(block) = .true.
+      end associate
+    end do
+    do b = 1, model%n_blocks
+      if (first(b) > 0 .and. is_hinge(b) .and. touches(b)) &
+        hinge = [hinge, hold_t(block=b, position=blocks%point(:, first(b)) + blocks%origin)]
+    end do
+  end function hinges
 
   !> Unknowns that neither fixed points nor other unknowns determine.
   pure integer function solved_unknowns(model, state)

@@ -3,9 +3,9 @@ module scree_model_warnings
   use scree_contact_rules, only: may_make_energy, only_presses
   use scree_kinds, only: dp
   use scree_likely_units, only: doubt_of_stiffness, doubt_of_weight
-  use scree_model_facts, only: facts_t, list_text, n_sides, side_name
+  use scree_model_facts, only: facts_t, hold_t, list_text, n_sides, side_name
   use scree_scene, only: contact_none, scene_t, scheme_bathe, scheme_generalized_alpha, scheme_newmark, strain_small
-  use scree_text, only: number_text, short_text, text_t
+  use scree_text, only: number_text, place_text, short_text, text_t
   implicit none
   private
   public :: warnings_of
@@ -58,6 +58,18 @@ contains
                number_text(facts%column%block)//': contact.stiffness or joints.kn too small?')
     if (facts%has_weight .and. .not. any(facts%held)) &
       call add('expected a fixed point or a support, found none: all '//number_text(facts%n_blocks)//' blocks fall')
+    do i = 1, size(facts%short_line)
+      associate (line => facts%short_line(i))
+        call add(scene%geometry_name//':'//number_text(scene%fixed_lines(line%line)%deck_line)// &
+                 ': expected a fixed line that crosses edges of a block twice, found one that '// &
+                 trim(merge('crosses one edge', 'crosses no edge ', line%crosses))//' and makes one fixed point, '// &
+                 place_of(line)//': draw the line across the whole block')
+      end associate
+    end do
+    do i = 1, size(facts%hinge)
+      call add('expected a block that is held in two points, found one fixed point, '//place_of(facts%hinge(i))// &
+               ', about which the block can turn: add a second fixed point, or lines of &support')
+    end do
     do i = 1, size(facts%idle_bolt)
       call add('expected bolts between two blocks, or a block and the ground, found bolt '//number_text(facts%idle_bolt(i))// &
                ' with both ends in one block, whose joints it does not hold')
@@ -79,6 +91,14 @@ contains
       call add('expected support where the initial stress pushes, found free edges '//side_text(facts))
 
   contains
+
+    !> Where a point holds a block.
+    pure function place_of(hold) result(text)
+      type(hold_t), intent(in) :: hold
+      character(len=:), allocatable :: text
+
+      text = 'at '//place_text(hold%position, scene%extent)//' in block '//number_text(hold%block)
+    end function place_of
 
     !> Adds a line.
     pure subroutine add(line)

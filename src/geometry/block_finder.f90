@@ -2,12 +2,12 @@
 module scree_block_finder
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_kinds, only: dp
-  use scree_polygon, only: distance_to_segment, holds
+  use scree_polygon, only: distance_to_segment, holds, nearest_on_segment
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count, regions_t
   use scree_sorting, only: sort_by
   implicit none
   private
-  public :: block_at, block_finder_t, blocks_along, distance_outside, find_crossings, path_t, set_up_finder
+  public :: block_at, block_finder_t, blocks_along, distance_outside, find_crossings, find_nearest_block, path_t, set_up_finder
 
   !> Blocks by cell of a grid.
   type :: block_finder_t
@@ -120,6 +120,30 @@ contains
       distance = min(distance, distance_to_segment(position, vertex(:, k), vertex(:, next)))
     end do
   end function distance_to
+
+  !> The block whose outline is nearest to a position outside all blocks, and the nearest place on that outline.
+  pure subroutine find_nearest_block(shape, vertex, position, block, place)
+    type(regions_t), intent(in) :: shape
+    real(dp), intent(in) :: vertex(:, :), position(2)     !! length
+    integer, intent(out) :: block
+    real(dp), intent(out) :: place(2)                     !! length
+    real(dp) :: another(2)
+    integer :: b, k, loop, next
+
+    block = 0
+    do b = 1, region_count(shape)
+      loop = shape%first_loop(b)
+      do k = first_vertex_of(shape, b), last_vertex_of(shape, b)
+        call step_round(shape, k, loop, next)
+        another = nearest_on_segment(position, vertex(:, k), vertex(:, next))
+        if (block > 0) then
+          if (.not. norm2(another - position) < norm2(place - position)) cycle
+        end if
+        place = another
+        block = b
+      end do
+    end do
+  end subroutine find_nearest_block
 
   !> Where a line crosses the edges that it is not parallel to, block after block, with the unit normal inwards there. Through a
   !> corner it crosses once, and so at each of the two where it runs along an edge.

@@ -2,7 +2,8 @@
 !>
 !> The rules are those of Shi's dc as the derivative ntdda has them (doc/decks.md).
 module scree_block_input
-  use scree_block_finder, only: block_at, block_finder_t, blocks_along, distance_outside, find_crossings, path_t, set_up_finder
+  use scree_block_finder, only: block_at, block_finder_t, blocks_along, distance_outside, find_crossings, &
+                                find_nearest_block, path_t, set_up_finder
   use scree_boundary_rock, only: boundary_t, is_air, lone_ends, outside_text
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_given_blocks, only: take_polygons
@@ -15,7 +16,7 @@ module scree_block_input
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_small_regions, only: join_small_regions
   use scree_system, only: bolt_end, fixed_point, load_point, measured_point
-  use scree_text, only: number_text, real_text
+  use scree_text, only: number_text, place_text, real_text, short_text
   implicit none
   private
   public :: block_area, block_moments, block_size, block_source, blocks_t, joined_text, make_blocks, scale_of_lines
@@ -25,6 +26,9 @@ module scree_block_input
   !> Points this share of the scale outside all blocks belong to the nearest (Shi: of a vertex); points whose block is given,
   !> this share of its size outside, to that.
   real(dp), parameter :: near_blocks = 1e-5_dp
+  !> An end of a bolt this share of the bolt's length outside all blocks is moved to the nearest one: the head and the plate of a
+  !> bolt of 3 m stand out of the rock by some 3 cm.
+  real(dp), parameter :: stands_out = 0.01_dp
   !> The origin of blocks is not 0 where they are this many times their extent away from it.
   real(dp), parameter :: far_away = 4.0_dp
   !> What the geometry made of a scene.
@@ -42,10 +46,13 @@ module scree_block_input
     integer, allocatable :: point_kind(:)      !! (n_points) fixed, load, measured, ends of bolts: in this order
     real(dp), allocatable :: point(:, :)       !! (2, n_points), length
     integer, allocatable :: point_block(:)     !! (n_points) block that carries it
+    integer, allocatable :: points_of_line(:)  !! (n_fixed_lines) fixed points that each fixed line made: the first of the points
     type(bolt_record_t), allocatable :: bolt(:) !! with the blocks that carry their ends, in the coordinates of the deck; of grouted
                                                !! bolts one at each joint that they cross
     integer, allocatable :: bolt_of(:)         !! (n_bolts) their numbers in the decks
     integer, allocatable :: end_point(:, :)    !! (2, n_bolts) point at each end, 0: in the ground
+    integer :: n_moved = 0                     !! ends of bolts that stood out of the blocks and were moved to the nearest one
+    real(dp) :: moved = 0.0_dp                 !! the farthest way of these, length
     integer, allocatable :: joint_point(:, :)  !! (2, n_bolts) point of either block at the joint, 0: not grouted
     real(dp), allocatable :: crack(:, :, :)    !! (xy, end, n) pieces of joints that end inside blocks, length
     integer, allocatable :: crack_joint(:)     !! (n) their joint materials
@@ -82,12 +89,13 @@ contains
     type(block_finder_t) :: finder
     type(found_points_t) :: points
     real(dp) :: scale
-    integer :: i
+    integer :: before, i
 
     allocate (points%kind(64), points%block(64), points%position(2, 64))
     if (allocated(scene%blocks)) then
       call enter_polygons(scene, blocks, error)
       if (allocated(error)) return
+      allocate (blocks%points_of_line(0))
       scale = deck_scale(minval(blocks%vertex, 2), maxval(blocks%vertex, 2))
       call set_up_finder(finder, blocks%shape, blocks%vertex, near_blocks*scale)
       call add_points(scene, fixed_point, 'fixed', scene%fixed_points, finder, blocks, points, error)
@@ -103,9 +111,12 @@ contains
         if (allocated(error)) return
         call set_up_finder(finder, blocks%shape, blocks%vertex, near_blocks*scale)
       end if
+      allocate (blocks%points_of_line(size(scene%fixed_lines)))
       do i = 1, size(scene%fixed_lines)
+        before = points%n
         call fix_line(scene, scene%fixed_lines(i), inwards*scale, finder, blocks, points, error)
         if (allocated(error)) return
+        blocks%points_of_line(i) = points%n - before
       end do
     end if
     call add_points(scene, load_point, 'load', scene%load_points, finder, blocks, points, error)
@@ -510,7 +521,8 @@ contains
               'found none that does')
   end subroutine add_bolts
 
-  !> Adds a bolt between two points. An end in no block is in the ground.
+  !> Adds a bolt between two points, each in a block or in the ground. Errors: an end that lies in no block where the deck does not
+  !> let the ground hold it, a bolt without an end in a block.
   subroutine add_free_bolt(given, number, finder, blocks, points, error)
     type(bolt_record_t), intent(in) :: given
     integer, intent(in) :: number
@@ -527,7 +539,8 @@ contains
     do k = 1, 2
       position = bolt%ends(:, k) - blocks%origin
       if (bolt%block(k) == somewhere) then
-        bolt%block(k) = block_at(finder, blocks%shape, blocks%vertex, position)
+        call carry_end(finder, k, bolt, blocks, position, error)
+        if (allocated(error)) return
       else
         call check_inside(blocks, bolt%block(k), position, 'an end of a bolt', bolt%source, error)
         if (allocated(error)) return
@@ -540,6 +553,37 @@ contains
     if (any(bolt%block > 0)) return
     call fail(error, status_bad_input, bolt%source//': expected a bolt with an end in a block, found both outside')
   end subroutine add_free_bolt
+
+  !> Finds the block that carries an end of a bolt. An end that stands out of the blocks is moved to the nearest one. An end farther
+  !> away is in the ground, block 0, if the deck says so. Errors: else.
+  subroutine carry_end(finder, k, bolt, blocks, position, error)
+    type(block_finder_t), intent(in) :: finder
+    integer, intent(in) :: k                 !! the end
+    type(bolt_record_t), intent(inout) :: bolt
+    type(blocks_t), intent(inout) :: blocks
+    real(dp), intent(inout) :: position(2)   !! of the end, length
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: distance, place(2), reach
+    integer :: nearest
+
+    bolt%block(k) = block_at(finder, blocks%shape, blocks%vertex, position)
+    if (bolt%block(k) > 0) return
+    call find_nearest_block(blocks%shape, blocks%vertex, position, nearest, place)
+    distance = norm2(place - position)
+    reach = stands_out*norm2(bolt%ends(:, 2) - bolt%ends(:, 1))
+    if (distance <= reach) then
+      bolt%block(k) = nearest
+      bolt%ends(:, k) = place + blocks%origin
+      position = place
+      blocks%n_moved = blocks%n_moved + 1
+      blocks%moved = max(blocks%moved, distance)
+    else if (.not. bolt%ground_holds) then
+      call fail(error, status_bad_input, bolt%source//': expected both ends of a bolt in blocks, or within '//short_text(reach)// &
+                ' of one, '//short_text(stands_out)//' of its length, found the end '//place_text(bolt%ends(:, k), reach)//', '// &
+                short_text(distance)//' from block '//number_text(nearest)// &
+                ': move the end into the rock, or let the ground hold such ends by &bolts outside=''ground'' /')
+    end if
+  end subroutine carry_end
 
   !> Adds a bolt for each joint that a grouted one crosses, from the middle of its way through the one block, or its end there, to
   !> that of its way through the other.

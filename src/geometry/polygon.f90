@@ -6,7 +6,7 @@ module scree_polygon
   use scree_sorting, only: sort_by
   implicit none
   private
-  public :: distance_to_segment, holds, inner_place, twice_area, winding_number
+  public :: distance_to_segment, holds, inner_place, nearest_on_segment, twice_area, winding_number
 
 contains
 
@@ -27,12 +27,18 @@ contains
   !> Distance of a position from the straight between two others.
   pure real(dp) function distance_to_segment(position, a, b)
     real(dp), intent(in) :: position(2), a(2), b(2) !! length
-    real(dp) :: side(2)
+
+    distance_to_segment = norm2(nearest_on_segment(position, a, b) - position)
+  end function distance_to_segment
+
+  !> The place on the straight between two others that is nearest to a position, length.
+  pure function nearest_on_segment(position, a, b) result(nearest)
+    real(dp), intent(in) :: position(2), a(2), b(2) !! length
+    real(dp) :: nearest(2), side(2)
 
     side = b - a
-    distance_to_segment = norm2(a + max(0.0_dp, min(1.0_dp, dot_product(position - a, side) &
-                                                    /max(dot_product(side, side), tiny(1.0_dp))))*side - position)
-  end function distance_to_segment
+    nearest = a + max(0.0_dp, min(1.0_dp, dot_product(position - a, side)/max(dot_product(side, side), tiny(1.0_dp))))*side
+  end function nearest_on_segment
 
   !> How often loops run around a position that is on none of their edges, counter-clockwise.
   pure integer function winding_number(vertex, position, first)

@@ -96,6 +96,7 @@ contains
         bolts(i)%pretension = pretension(i)
         bolts(i)%shear_stiffness = shear_stiffness(i)
         bolts(i)%shear_strength = shear_strength(i)
+        bolts(i)%ground_holds = s%ground_holds_bolts
         bolts(i)%source = given_at(scene%words, 'bolts.ends')
         call check_bolt(bolts(i), i, error)
         if (allocated(error)) return

@@ -345,6 +345,7 @@ contains
     if (allocated(error)) return
     call drop_overridden(scene%words)
     call store_settings(scene)
+    if (allocated(scene%bolts)) scene%bolts%ground_holds = scene%settings%ground_holds_bolts
   end subroutine read_geometry
 
   !> Whether a name is that of a block file, in capitals or not.

@@ -374,8 +374,7 @@ contains
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
-    call row%reals(setting_t('bolts', 'ends', 'x1 y1 x2 y2 of each bolt; the ground holds an end that lies in no block', &
-                             'length'), s%bolt_ends)
+    call row%reals(setting_t('bolts', 'ends', 'x1 y1 x2 y2 of each bolt, each end in a block', 'length'), s%bolt_ends)
     call row%reals(setting_t('bolts', 'stiffness', 'along a bolt, per unit thickness; one number for each of ends, or for all', &
                              'force/length', 0.0_dp, open=.true.), s%bolt_stiffness)
     call row%reals(setting_t('bolts', 'pretension', 'tension at the start, likewise', 'force', 0.0_dp, default='0 of each'), &
@@ -389,6 +388,8 @@ contains
                              default='0 of each'), s%bolt_shear_strength)
     call row%choice(setting_t('bolts', 'limit', 'what bolts do at their strength, those of the geometry too', &
                               choices='|yields|breaks|'), s%bolts_break, .false.)
+    call row%choice(setting_t('bolts', 'outside', 'ends of bolts that lie in no block: refused, or held by the ground', &
+                              choices='|refused|ground|'), s%ground_holds_bolts, .false.)
   end subroutine visit_bolts
 
   !> What holds the edges of blocks, and what acts on them.

@@ -71,6 +71,7 @@ module scree_scene
     real(dp) :: pretension = 0.0_dp         !! f0, force per unit thickness
     real(dp) :: shear_stiffness = 0.0_dp    !! across a grouted one, 0: not grouted; force/length per unit thickness
     real(dp) :: shear_strength = 0.0_dp     !! likewise, 0: without limit, force per unit thickness
+    logical :: ground_holds = .false.       !! the ground holds an end that lies in no block; else such an end is refused
     character(len=:), allocatable :: source !! where it stands: file and line
   end type bolt_record_t
 
@@ -201,6 +202,7 @@ module scree_scene
     real(dp), allocatable :: bolt_shear_stiffness(:) !! likewise, 0: not grouted, force/length per unit thickness
     real(dp), allocatable :: bolt_shear_strength(:) !! likewise, 0: without limit, force per unit thickness
     logical :: bolts_break = .false.        !! at their strength, else they yield
+    logical :: ground_holds_bolts = .false. !! at ends that lie in no block; else such ends are refused
     real(dp), allocatable :: support_normal(:) !! x1 y1 x2 y2 of each line, length
     real(dp), allocatable :: support_x(:)   !! likewise
     real(dp), allocatable :: support_y(:)   !! likewise

@@ -17,7 +17,7 @@ module scree_make_effects
   use scree_sorting, only: columns, sort_into
   use scree_state, only: state_t
   use scree_system, only: absorber_end, edge_end, fixed_point, load_point, measured_point, roller_end, system_t
-  use scree_text, only: number_text, real_text
+  use scree_text, only: number_text, real_text, short_text
   implicit none
   private
   public :: make_effects
@@ -243,6 +243,9 @@ contains
       because = number_text(size(scene%bolts))//' in the decks'
       in_ground = count(blocks%end_point == 0)
       if (in_ground > 0) because = because//'; '//number_text(in_ground)//' ends in no block, which the ground holds'
+      if (blocks%n_moved > 0) &
+        because = because//'; '//number_text(blocks%n_moved)//' ends up to '//short_text(blocks%moved)// &
+                  ' outside the blocks, moved to the nearest one'
       crossings = count(blocks%joint_point(1, :) > 0)
       if (crossings > 0) because = because//'; grouted ones cross '//number_text(crossings)//' joints'
       call name('bolts', because)

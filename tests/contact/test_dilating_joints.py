@@ -79,7 +79,7 @@ def test_a_spring_across_holds_what_slides(method, dt, tmp_path):
     pressing = push / PHI
     up_then = (pressing - WEIGHT) / stiffness
     r = scene(tmp_path, f"dilation=10, dilation_slip=1, kn={kn}, ks={kn}", carried=0, dt=dt, steps=200, young=1e8,
-              groups=f"{method}\n&step balance=1e-7 /\n&bolts ends=0.5 0.1 0.5 -1e5, stiffness={stiffness} /\n"
+              groups=f"{method}\n&step balance=1e-7 /\n&bolts ends=0.5 0.1 0.5 -1e5, stiffness={stiffness}, outside='ground' /\n"
                      f"&stage name='push' /\n&boundary lines=0 0 0 0.2, pressure=0 0, traction={push / 0.2} 0 {push / 0.2} 0 /")
     along, up = ways(r)
     assert up[-1] == pytest.approx(up_then, rel=2e-5)

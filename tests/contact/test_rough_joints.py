@@ -79,7 +79,7 @@ def test_weight_and_shear_that_come_together(joints, cohesion, limit, dt, method
         (tmp_path / "b.ana").write_text(
             f"0 300 2 1 0.05 {dt!r}\n2500 0 1e10 0.2 {at_rest}\n2500 24525 1e10 0.2 {at_rest}\n25 {cohesion} 0\n"
             f"&deck geometry='b.blk', dialect='short' /\n&step balance=1e-4 /\n&joints {joints} /\n{method}\n"
-            f"&loads force={share * 2 * limit!r} 0 /\n&bolts ends=-6 .02 0 .02, stiffness=1e8 /\n")
+            f"&loads force={share * 2 * limit!r} 0 /\n&bolts ends=-6 .02 0 .02, stiffness=1e8, outside='ground' /\n")
         r = scree.run(tmp_path / "b.ana")
         assert r.scene.status == "complete"
         bolt[share] = abs(r.bolts.force[-1, 0])

@@ -69,7 +69,7 @@ def test_a_joint_that_stiffens_dilates(tmp_path):
     stiffness, push, kn = 50.0, 2.6, 1e4
     friction, dilation = math.tan(math.radians(30)), math.tan(math.radians(10))
     up = (push / friction - WEIGHT) / stiffness
-    r = scene(tmp_path, f"&step balance=1e-8 /\n&bolts ends=0.5 0.1 0.5 -1e5, stiffness={stiffness} /\n&stage name='push' /\n"
+    r = scene(tmp_path, f"&step balance=1e-8 /\n&bolts ends=0.5 0.1 0.5 -1e5, stiffness={stiffness}, outside='ground' /\n&stage name='push' /\n"
               f"&boundary lines=0 0 0 0.2, pressure=0 0, traction={push / 0.2} 0 {push / 0.2} 0 /",
               f"kn={kn}, ks={kn}, closure={MOST}, dilation=10, dilation_slip=1", steps=200)
     along, rose = r.bodies.centroid[-1, 1] - r.bodies.centroid[0, 1]

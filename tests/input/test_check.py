@@ -246,7 +246,7 @@ def test_soft_contact_is_warned_of(tmp_path):
 
 @pytest.mark.parametrize("ends, warned", [("0.2 0.2 0.8 0.8", True), ("0.5 0.5 0.5 1.5", False), ("0.5 2.5 0.5 9", False)])
 def test_a_bolt_within_one_block_is_warned_of(ends, warned, tmp_path):
-    deck(tmp_path, groups=f"&bolts ends={ends}, stiffness=1e6 /")
+    deck(tmp_path, groups=f"&bolts ends={ends}, stiffness=1e6, outside='ground' /")
     assert [line.endswith("found bolt 1 with both ends in one block, whose joints it does not hold") for line in check(tmp_path)[1]] == warned * [True]
 
 

@@ -76,7 +76,7 @@ def write(folder, name, bolts=(), groups=""):
     """A box that lies on a table which is shaken; bolts: rows of the geometry deck."""
     text = LINES.format(count=len(bolts), bolts="\n".join(bolts)).replace("\n\n", "\n")
     text = text.replace("\n0\n0\n0\n0\n0 0 4", "\n3\n0\n0\n0\n0 0 4", 1)
-    (folder / f"{name}.geo").write_text(text + FIXED)
+    (folder / f"{name}.geo").write_text(text + FIXED + ("&bolts outside='ground' /\n" if bolts else ""))
     (folder / f"{name}.ana").write_text(ANALYSIS.format(geometry=f"{name}.geo", groups=groups))
     return folder / f"{name}.ana"
 
@@ -93,7 +93,7 @@ def same(a, b):
 def test_bolts_are_the_same_in_every_deck(tmp_path):
     """In a geometry deck, in the group, in the block file that is cut from the deck, and in that cut again."""
     rows = scree.run(write(tmp_path, "rows", ROWS))
-    group = write(tmp_path, "group", (), "&bolts ends=1.5 1.5 0.5 0.5 2.5 1.5 6 3, stiffness=300 200, strength=4 0, pretension=3 1 /")
+    group = write(tmp_path, "group", (), "&bolts ends=1.5 1.5 0.5 0.5 2.5 1.5 6 3, stiffness=300 200, strength=4 0, pretension=3 1, outside='ground' /")
     same(rows, scree.run(group))
     assert (rows.bolts.state[-1] == [1, 0]).all() and rows.bolts.force[:, 0].max() == pytest.approx(4.0, rel=1e-12)
     assert rows.bolts.force[0] == pytest.approx([3.0, 1.0], rel=1e-12)
@@ -110,7 +110,7 @@ def test_bolts_are_the_same_in_every_deck(tmp_path):
 def test_energy_that_bolts_take_is_booked(method, tmp_path):
     """In the form of the step that keeps energy, without contact, in a field of acceleration: work = energy + what yielded."""
     groups = (f"&method strain='green'{method} / &integrator scheme='energy_momentum', beta=0.5, start='zero' / &contact method='none' /"
-              "&bolts ends=1.5 1.5 0.5 0.5 2.5 1.5 6 3, stiffness=300 200, strength=4 0, pretension=3 1 /")
+              "&bolts ends=1.5 1.5 0.5 0.5 2.5 1.5 6 3, stiffness=300 200, strength=4 0, pretension=3 1, outside='ground' /")
     r = scree.run(write(tmp_path, "g", (), groups))
     energy = r.history.energy
     assert energy["yield"][-1] > 0.1

@@ -232,7 +232,7 @@ def test_the_triangle_that_conserves_is_off_by_no_more_than_was_asked(tmp_path, 
 def test_a_run_warns_of_swings_that_its_estimate_does_not_have(steps, lost, tmp_path):
     """5000 kg on two bolts of 1e6 N/m, thrown at 1 m/s: the closed form is sin(20 t)/20."""
     (tmp_path / "a.geo").write_text("0.001\n4 4 0 2 0 0 1 0\n0 0 2 0 1\n2 0 2 1 1\n2 1 0 1 1\n0 1 0 0 1\n"
-                                    "0.5 0.5 0.5 5 1e6 0 0\n1.5 0.5 1.5 5 1e6 0 0\n1 0.5\n")
+                                    "0.5 0.5 0.5 5 1e6 0 0\n1.5 0.5 1.5 5 1e6 0 0\n1 0.5\n&bolts outside='ground' /\n")
     (tmp_path / "a.ana").write_text("1 100000 1 1 0.05 0.1\n2500 0 1e10 0.25\n0 0 0  0 0 0  0 -1 0\n45 0 0\n&deck geometry='a.geo' /\n")
     period = 2 * np.pi / 20
     done = scree.call("run", tmp_path / "a.ana", "-o", tmp_path / "a.h5", "--quiet", "--set", f"step.size={period / steps!r}",
