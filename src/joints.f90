@@ -11,7 +11,7 @@ module scree_joints
   use scree_progress, only: progress_t, set_up_progress, tell
   use scree_rock_outline, only: boundary_lines, hole_points, rock_t
   use scree_scene, only: line_t, scene_t
-  use scree_text, only: number_text, real_text
+  use scree_text, only: number_text
   implicit none
   private
   public :: make_joints
@@ -49,17 +49,13 @@ contains
     end if
     call read_joints_deck(deck_path, joints, scene, error)
     if (allocated(error)) return
-    call boundary_lines(joints%rock, 0.0_dp, boundary)
+    call boundary_lines(joints%rock, boundary)
     if (size(boundary) == 0) then
       call fail(error, status_bad_input, deck_path//':'//number_text(joints%rock%outline(1)%deck_line)// &
                 ': expected rock left in the &window, found all of it cut out')
       return
     end if
-    ! what the cutter would take for one point is left out
-    shortest = scene%least_distance*scale_of_lines(boundary)
-    call check_sides(deck_path, joints%rock, shortest, error)
-    if (allocated(error)) return
-    call boundary_lines(joints%rock, shortest, boundary)
+    shortest = scene%least_distance*scale_of_lines(boundary) ! the cutter takes a shorter joint for a point
     call draw_joints(joints%rock, joints%sets, joints%seed, shortest, traces)
     scene%lines = [boundary, traces]
     scene%n_boundary = size(boundary)
@@ -90,26 +86,5 @@ contains
     call read_text(path, text, error)
     if (.not. allocated(error)) may_replace = index(text, '! '//remark) > 0
   end function may_replace
-
-  !> Error where an outline has a side that the cutter would take for a point.
-  subroutine check_sides(deck_path, rock, shortest, error)
-    character(len=*), intent(in) :: deck_path
-    type(rock_t), intent(in) :: rock
-    real(dp), intent(in) :: shortest
-    type(error_t), allocatable, intent(out) :: error
-    integer :: i, k, n
-
-    do i = 1, size(rock%outline)
-      associate (corner => rock%outline(i)%corner)
-        n = size(corner, 2)
-        do k = 1, n
-          if (norm2(corner(:, modulo(k, n) + 1) - corner(:, k)) > shortest) cycle
-          call fail(error, status_bad_input, deck_path//':'//number_text(rock%outline(i)%deck_line)// &
-                    ': expected sides longer than e0 w0 ('//real_text(shortest)//'), found a shorter one')
-          return
-        end do
-      end associate
-    end do
-  end subroutine check_sides
 
 end module scree_joints

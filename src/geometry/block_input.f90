@@ -230,7 +230,7 @@ contains
       call wrong(scene, scene%lines(1)%deck_line, 'lines that enclose a block', 'lines without length', error)
       return
     end if
-    call cut_lines(ends, scene%n_boundary, scene%least_distance*scale, graph, error)
+    call cut_lines(ends, [(i <= scene%n_boundary, i=1, size(scene%lines))], scene%least_distance*scale, graph, error)
     if (allocated(error)) return
     call trace_blocks(scene, graph, blocks, beside)
     if (region_count(blocks%shape) == 0) then

@@ -5,7 +5,7 @@ module scree_face_cutting
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_segments, set_up_grid
   use scree_errors, only: error_t
   use scree_kinds, only: dp
-  use scree_line_cutting, only: cut_lines, drop_perpendicular, graph_t
+  use scree_line_cutting, only: cut_lines, graph_t
   use scree_loop_tracing, only: trace_regions
   use scree_mathematical_mesh, only: between_triangles, mesh_edges, mesh_regions, shortest_edge
   use scree_mesh, only: mesh_t
@@ -14,6 +14,7 @@ module scree_face_cutting
   use scree_sets, only: root_of, unite
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_sorting, only: sort_by
+  use scree_straight_lines, only: drop_perpendicular
   implicit none
   private
   public :: cut_faces, faces_t
@@ -53,7 +54,7 @@ contains
     uncovered = 0
     n_joints = size(blocks%vertex, 2) + size(blocks%crack, 3)
     call gather_lines(blocks, mesh, ends, joint)
-    call cut_lines(ends, 0, 0.0_dp, graph, error)
+    call cut_lines(ends, spread(.false., 1, size(ends, 3)), 0.0_dp, graph, error)
     if (allocated(error)) return
     allocate (material(2, size(graph%line)))
     material(1, :) = joint(graph%line)

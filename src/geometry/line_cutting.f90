@@ -1,22 +1,26 @@
 !> Lines to a planar graph: nodes, and pieces that meet at nodes and nowhere else (Shi's dc03 to dc06).
 !>
-!> Shi's rules with two distances, e = e0 w0 for a node and a piece, 1.25 e for two nodes: what is nearer is one. Where
-!> he deletes what lies too near, here it is bent through the node, which loses no area. One pass finds all crossings
-!> and all nodes too near to a piece, splits the pieces there, and the passes repeat until there are none (iterated
-!> snapping; Halperin and Packer 2002 for the idea). They end: a new node lies apart from all others, so there are
-!> finitely many, and a piece is split only into shorter ones: at nodes nearer to both its ends than they are to each
-!> other. What remains is planar by an exact test (scree_predicates), however nearly parallel the lines.
+!> Shi's rules have two distances: e = e0 w0 between a node and a piece, and 1.25 e between two nodes. Nodes and pieces that
+!> are nearer to each other become one. Shi deletes a piece that is too near to a node. Here the piece is bent through the
+!> node, which loses no area. A straight line is never bent: the node goes onto the line.
+!>
+!> One pass finds all crossings and all nodes that are too near to a piece, and splits the pieces there. The passes repeat
+!> until they find nothing (iterated snapping; Halperin and Packer 2002). The passes end, because new nodes lie apart from
+!> all others, so that there are finitely many nodes, and because a piece is split only into shorter pieces: at nodes that
+!> are nearer to both its ends than these are to each other. The result is planar by an exact test (scree_predicates), even
+!> where lines are nearly parallel.
 module scree_line_cutting
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_segments, set_up_grid
+  use scree_cut_nodes, only: add_node, cut_nodes_t, in_order, make_room, node_at, node_share, unlist_node
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp
   use scree_predicates, only: orientation
   use scree_sorting, only: columns, sort_by
+  use scree_straight_lines, only: drop_perpendicular, list_straight_lines, nearest_straight_line, straight_lines_t
   implicit none
   private
-  public :: cut_lines, drop_perpendicular, graph_t
+  public :: cut_lines, graph_t
 
-  real(dp), parameter :: node_share = 1.25_dp                !! of e: distance at which two nodes are one
   real(dp), parameter :: least_share = 64*epsilon(1.0_dp)    !! of the extent: e is never less, as crossings are rounded
   integer, parameter :: most_passes = 200
 
@@ -30,39 +34,30 @@ module scree_line_cutting
     real(dp) :: rounding = 0.0_dp          !! the least e: what lies nearer to a line is on it, length
   end type graph_t
 
-  !> Nodes by cell, so that the one next to a position is found at once.
-  type :: nodes_t
-    type(cell_grid_t) :: grid
-    integer, allocatable :: head(:)        !! (n_cells) last node of a cell
-    integer, allocatable :: before(:)      !! (n) node before it in its cell
-    real(dp), allocatable :: position(:, :)   !! (2, n)
-    logical, allocatable :: boundary(:)    !! (n) made by boundary lines alone
-    logical, allocatable :: free(:)        !! (n) end of one line that touches nothing
+  !> Pairs of pieces and nodes that split them, or of pieces that cross.
+  type :: pairs_t
+    integer, allocatable :: piece(:), other(:)
     integer :: n = 0
-  end type nodes_t
-
-  !> Nodes that split pieces.
-  type :: splits_t
-    integer, allocatable :: piece(:), node(:)
-    integer :: n = 0
-  end type splits_t
+  end type pairs_t
 
 contains
 
   !> Cuts lines at each other.
   !>
-  !> Boundary lines are the first; among themselves they keep details smaller than e, as in dc. Ends are joined before
-  !> anything is cut, so that the argument above holds for the lines as they are then. A single end within e of
-  !> another line is brought onto it. Errors: the passes do not end, which the argument above excludes.
-  subroutine cut_lines(ends, n_boundary, nearest, graph, error)
+  !> Straight lines keep their course to rounding, and among themselves they keep details that are smaller than e. A crossing or an
+  !> end of other lines that lies within e of a straight line is moved onto it. Ends are joined before anything is cut, so that
+  !> the argument above holds for the lines as they are then. A single end within e of another line is brought onto that line.
+  !> Errors: the passes do not end, which the argument above excludes.
+  subroutine cut_lines(ends, straight, nearest, graph, error)
     real(dp), intent(in) :: ends(:, :, :)     !! (xy, end, n_lines), length
-    integer, intent(in) :: n_boundary         !! lines that are boundary
+    logical, intent(in) :: straight(:)        !! (n_lines) lines that nothing bends
     real(dp), intent(in) :: nearest           !! e, length
     type(graph_t), intent(out) :: graph
     type(error_t), allocatable, intent(out) :: error
-    type(nodes_t) :: nodes
+    type(cut_nodes_t) :: nodes
     type(cell_grid_t) :: grid
-    type(splits_t) :: splits
+    type(pairs_t) :: splits
+    type(straight_lines_t) :: lines
     real(dp) :: low(2), high(2)
     integer :: pass
 
@@ -71,15 +66,16 @@ contains
     graph%rounding = least_share*maxval(high - low)
     graph%nearest = max(nearest, graph%rounding)
     call set_up_grid(nodes%grid, reshape(ends, [2, 2*size(ends, 3)]), 2*size(ends, 3))
-    call take_ends(ends, n_boundary, nodes, graph)
+    call list_straight_lines(ends, straight, graph%nearest, lines)
+    call take_ends(ends, straight, lines, nodes, graph)
     do pass = 1, most_passes
       if (size(graph%line) == 0) exit ! all are of no length
       call set_up_grid(grid, nodes%position(:, :nodes%n), size(graph%line))
       call place_segments(grid, nodes%position(:, :nodes%n), graph%ends, 2*graph%nearest)
       splits%n = 0
-      call cross_pieces(grid, n_boundary, pass == 1, graph, nodes, splits)
-      if (pass == 1) call settle_free_ends(grid, graph, nodes, splits)
-      call snap_to_nodes(grid, n_boundary, graph, nodes, splits)
+      call cross_pieces(grid, straight, lines, pass == 1, graph, nodes, splits)
+      if (pass == 1) call settle_free_ends(grid, lines, graph, nodes, splits)
+      call snap_to_nodes(grid, straight, graph, nodes, splits)
       deallocate (grid%first, grid%item)
       if (splits%n == 0 .and. pass > 1) exit
       call split_pieces(nodes, splits, graph)
@@ -88,30 +84,35 @@ contains
     if (pass > most_passes) call fail(error, status_run_failed, 'cutting the lines does not come to an end')
   end subroutine cut_lines
 
-  !> Nodes of the ends of lines, one where they coincide, and one where ends that coincide with others lie near each
-  !> other; lines without length are dropped.
-  subroutine take_ends(ends, n_boundary, nodes, graph)
+  !> Makes the nodes at the ends of lines: one node where ends coincide, and one where ends that coincide with others lie near
+  !> each other. An end within e of a straight line is moved onto it. Lines without length are dropped.
+  subroutine take_ends(ends, straight, lines, nodes, graph)
     real(dp), intent(in) :: ends(:, :, :)
-    integer, intent(in) :: n_boundary
-    type(nodes_t), intent(inout) :: nodes
+    logical, intent(in) :: straight(:)
+    type(straight_lines_t), intent(in) :: lines
+    type(cut_nodes_t), intent(inout) :: nodes
     type(graph_t), intent(inout) :: graph
-    type(nodes_t) :: met
+    type(cut_nodes_t) :: met
     integer :: node(2, size(ends, 3)), i, k
     integer, allocatable :: into(:), number(:)
+    real(dp) :: position(2)
 
     met%grid = nodes%grid
     call make_room(met, size(node))
     do i = 1, size(ends, 3)
       do k = 1, 2
-        node(k, i) = node_at(met, ends(:, k, i), graph%rounding, graph%rounding, .false., .true.)
+        position = ends(:, k, i)
+        if (.not. straight(i)) call move_onto_straight(lines, graph, position)
+        node(k, i) = node_at(met, position, graph%rounding, graph%rounding, .false., .true.)
         if (node(k, i) > 0) then
           met%free(node(k, i)) = met%free(node(k, i)) .and. k == 2 .and. node(1, i) == node(2, i)
+          met%corner(node(k, i)) = met%corner(node(k, i)) .or. straight(i)
         else
-          call add_node(met, ends(:, k, i), i <= n_boundary, .true., node(k, i))
+          call add_node(met, position, straight(i), .true., node(k, i))
         end if
       end do
     end do
-    call merge_shared_ends(met, graph, into)
+    call merge_shared_ends(met, lines, graph, into)
     call make_room(nodes, 2*size(node))
     graph%line = pack([(i, i=1, size(ends, 3))], into(node(1, :)) /= into(node(2, :)))
     graph%against = graph%line
@@ -120,168 +121,82 @@ contains
     do i = 1, size(graph%line)
       do k = 1, 2
         associate (n => graph%ends(k, i))
-          if (number(n) == 0) call add_node(nodes, met%position(:, n), met%boundary(n), met%free(n), number(n))
+          if (number(n) == 0) call add_node(nodes, met%position(:, n), met%corner(n), met%free(n), number(n))
           n = number(n)
         end associate
       end do
     end do
   end subroutine take_ends
 
-  !> The node that each node becomes: a shared end joins the nearest of those before it that stay, within 1.25 e, all
-  !> others stay. The order is of positions, so that neither the numbers of the lines nor the lengths of chains of near
-  !> nodes matter: what stays is apart, and nothing moves farther than 1.25 e.
-  subroutine merge_shared_ends(nodes, graph, into)
-    type(nodes_t), intent(in) :: nodes
+  !> Moves a position that lies within e of a straight line onto that line.
+  pure subroutine move_onto_straight(lines, graph, position, line)
+    type(straight_lines_t), intent(in) :: lines
+    type(graph_t), intent(in) :: graph
+    real(dp), intent(inout) :: position(2)
+    integer, intent(out), optional :: line   !! number of that straight line, 0: none is near
+    real(dp) :: foot(2)
+    integer :: near
+
+    call nearest_straight_line(lines, position, graph%nearest, near, foot)
+    if (near > 0 .and. norm2(foot - position) > graph%rounding) position = foot
+    if (present(line)) line = near
+  end subroutine move_onto_straight
+
+  !> The node that each node becomes: a shared end joins the nearest of those before it that stay, within 1.25 e, and all others
+  !> stay. The order is of positions: corners first, then nodes on straight lines. So neither the numbers of the lines nor the
+  !> lengths of chains of near nodes matter. Nodes that stay are apart, and no node moves farther than 1.25 e.
+  subroutine merge_shared_ends(nodes, lines, graph, into)
+    type(cut_nodes_t), intent(in) :: nodes
+    type(straight_lines_t), intent(in) :: lines
     type(graph_t), intent(in) :: graph
     integer, allocatable, intent(out) :: into(:)  !! (n)
-    type(nodes_t) :: staying
+    type(cut_nodes_t) :: staying
     integer :: i, k, near, shared(count(.not. nodes%free(:nodes%n))), node_of(size(shared))
 
     into = [(i, i=1, nodes%n)]
-    shared = in_order(nodes, pack(into, .not. nodes%free(:nodes%n)))
+    shared = in_order(nodes, pack(into, .not. nodes%free(:nodes%n)), rank_of(nodes, lines, graph))
     staying%grid = nodes%grid
     call make_room(staying, size(shared))
     do i = 1, size(shared)
       k = shared(i)
-      near = node_at(staying, nodes%position(:, k), graph%nearest, graph%rounding, nodes%boundary(k), .true.)
+      near = node_at(staying, nodes%position(:, k), graph%nearest, graph%rounding, nodes%corner(k), .true.)
       if (near > 0) then
         into(k) = node_of(near)
       else
-        call add_node(staying, nodes%position(:, k), nodes%boundary(k), .false., near)
+        call add_node(staying, nodes%position(:, k), nodes%corner(k), .false., near)
         node_of(near) = k
       end if
     end do
   end subroutine merge_shared_ends
 
-  !> Nodes by position: those of the boundary first, then from left to right, then upwards.
-  pure function in_order(nodes, list) result(sorted)
-    type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: list(:)
-    integer :: sorted(size(list))
-    real(dp) :: key(size(list))
+  !> Which nodes come first where nodes join: corners (0), then nodes on straight lines (1), then all others (2).
+  pure function rank_of(nodes, lines, graph) result(rank)
+    type(cut_nodes_t), intent(in) :: nodes
+    type(straight_lines_t), intent(in) :: lines
+    type(graph_t), intent(in) :: graph
+    real(dp) :: rank(nodes%n)
+    real(dp) :: foot(2)
+    integer :: k, line
 
-    sorted = list
-    key = nodes%position(2, sorted)
-    call sort_by(key, sorted)
-    key = nodes%position(1, sorted)
-    call sort_by(key, sorted)
-    key = merge(0.0_dp, 1.0_dp, nodes%boundary(sorted))
-    call sort_by(key, sorted)
-  end function in_order
-
-  !> Makes empty lists for a number of nodes, which may grow.
-  pure subroutine make_room(nodes, n)
-    type(nodes_t), intent(inout) :: nodes
-    integer, intent(in) :: n
-
-    allocate (nodes%head(nodes%grid%n(1)*nodes%grid%n(2)), source=0)
-    allocate (nodes%position(2, n), nodes%before(n), nodes%boundary(n), nodes%free(n))
-  end subroutine make_room
-
-  !> Adds a node.
-  pure subroutine add_node(nodes, position, boundary, free, node)
-    type(nodes_t), intent(inout) :: nodes
-    real(dp), intent(in) :: position(2)
-    logical, intent(in) :: boundary, free
-    integer, intent(out) :: node
-    integer, allocatable :: before(:)
-    logical, allocatable :: flag(:)
-    real(dp), allocatable :: places(:, :)
-    integer :: n
-
-    n = nodes%n
-    if (n == size(nodes%before)) then
-      allocate (before(2*n), places(2, 2*n))
-      allocate (flag(2*n), source=.false.)
-      before(:n) = nodes%before
-      call move_alloc(before, nodes%before)
-      places(:, :n) = nodes%position
-      call move_alloc(places, nodes%position)
-      flag(:n) = nodes%boundary
-      nodes%boundary = flag
-      flag(:n) = nodes%free
-      call move_alloc(flag, nodes%free)
-    end if
-    node = n + 1
-    nodes%n = node
-    nodes%position(:, node) = position
-    nodes%boundary(node) = boundary
-    nodes%free(node) = free
-    call list_node(nodes, node)
-  end subroutine add_node
-
-  !> Puts a node into its cell.
-  pure subroutine list_node(nodes, node)
-    type(nodes_t), intent(inout) :: nodes
-    integer, intent(in) :: node
-    integer :: cell, range(2, 2)
-
-    range = cells_of_box(nodes%grid, nodes%position(:, node), nodes%position(:, node))
-    cell = number_of_cell(nodes%grid, range(1, 1), range(2, 1))
-    nodes%before(node) = nodes%head(cell)
-    nodes%head(cell) = node
-  end subroutine list_node
-
-  !> Takes a node out of its cell.
-  pure subroutine unlist_node(nodes, node)
-    type(nodes_t), intent(inout) :: nodes
-    integer, intent(in) :: node
-    integer :: cell, k, range(2, 2)
-
-    range = cells_of_box(nodes%grid, nodes%position(:, node), nodes%position(:, node))
-    cell = number_of_cell(nodes%grid, range(1, 1), range(2, 1))
-    k = nodes%head(cell)
-    if (k == node) then
-      nodes%head(cell) = nodes%before(node)
-      return
-    end if
-    do while (nodes%before(k) /= node)
-      k = nodes%before(k)
+    do k = 1, nodes%n
+      rank(k) = 0.0_dp
+      if (nodes%corner(k)) cycle
+      call nearest_straight_line(lines, nodes%position(:, k), graph%rounding, line, foot)
+      rank(k) = merge(1.0_dp, 2.0_dp, line > 0)
     end do
-    nodes%before(k) = nodes%before(node)
-  end subroutine unlist_node
+  end function rank_of
 
-  !> The node that a position is one with, 0 where there is none.
-  pure integer function node_at(nodes, position, nearest, least, boundary, with_free, but)
-    type(nodes_t), intent(in) :: nodes
-    real(dp), intent(in) :: position(2)
-    real(dp), intent(in) :: nearest, least   !! e, and its least
-    logical, intent(in) :: boundary          !! the place is of boundary lines alone
-    logical, intent(in) :: with_free         !! free ends count
-    integer, intent(in), optional :: but     !! a node that does not count
-    real(dp) :: distance, nearest_yet
-    integer :: column, k, left_out, range(2, 2), row
-
-    left_out = 0
-    if (present(but)) left_out = but
-    node_at = 0
-    nearest_yet = node_share*nearest
-    range = cells_of_box(nodes%grid, position - nearest_yet, position + nearest_yet)
-    do row = range(2, 1), range(2, 2)
-      do column = range(1, 1), range(1, 2)
-        k = nodes%head(number_of_cell(nodes%grid, column, row))
-        do while (k > 0)
-          distance = norm2(nodes%position(:, k) - position)
-          if (distance <= nearest_yet .and. (with_free .or. .not. nodes%free(k)) .and. k /= left_out) then
-            if (.not. (boundary .and. nodes%boundary(k)) .or. distance <= node_share*least) then
-              node_at = k
-              nearest_yet = distance
-            end if
-          end if
-          k = nodes%before(k)
-        end do
-      end do
-    end do
-  end function node_at
-
-  !> Finds where pieces cross, and the node there.
-  subroutine cross_pieces(grid, n_boundary, settling, graph, nodes, splits)
+  !> Finds where pieces cross, and the node there. Crossings of two straight lines come first, and crossings with one of them
+  !> before those of other lines, so that others go to them.
+  subroutine cross_pieces(grid, straight, lines, settling, graph, nodes, splits)
     type(cell_grid_t), intent(in) :: grid
-    integer, intent(in) :: n_boundary
+    logical, intent(in) :: straight(:)         !! (n_lines)
+    type(straight_lines_t), intent(in) :: lines
     logical, intent(in) :: settling            !! free ends will be joined to what they lie beside
     type(graph_t), intent(in) :: graph
-    type(nodes_t), intent(inout) :: nodes
-    type(splits_t), intent(inout) :: splits
+    type(cut_nodes_t), intent(inout) :: nodes
+    type(pairs_t), intent(inout) :: splits
+    type(pairs_t) :: crossing(0:2) ! by how many of the two are straight
     real(dp) :: low(2, size(graph%line)), high(2, size(graph%line))
     integer :: cell, i, k, p, q
 
@@ -296,55 +211,98 @@ contains
           q = grid%item(k)
           if (low(1, p) > high(1, q) .or. low(1, q) > high(1, p)) cycle
           if (low(2, p) > high(2, q) .or. low(2, q) > high(2, p)) cycle
-          call cross(p, q)
+          if (are_crossing(p, q)) call add_pair(crossing(count(straight(graph%line([p, q])))), p, q)
         end do
+      end do
+    end do
+    do k = 2, 0, -1
+      do i = 1, crossing(k)%n
+        p = crossing(k)%piece(i)
+        q = crossing(k)%other(i)
+        if (straight(graph%line(q)) .and. .not. straight(graph%line(p))) then
+          call meet(q, p)
+        else
+          call meet(p, q)
+        end if
       end do
     end do
 
   contains
 
-    !> One pair: where each has the ends of the other on different sides.
-    subroutine cross(p, q)
+    !> Whether each of two pieces has the ends of the other on different sides.
+    pure logical function are_crossing(p, q)
       integer, intent(in) :: p, q
-      real(dp) :: along, off(2), position(2), v(2)
-      integer :: node
-      logical :: boundary
 
+      are_crossing = .false.
       associate (a => graph%ends(1, p), b => graph%ends(2, p), c => graph%ends(1, q), d => graph%ends(2, q))
         if (a == c .or. a == d .or. b == c .or. b == d) return
         associate (pa => nodes%position(:, a), pb => nodes%position(:, b), pc => nodes%position(:, c), pd => nodes%position(:, d))
           if (orientation(pa, pb, pc)*orientation(pa, pb, pd) >= 0) return
-          if (orientation(pc, pd, pa)*orientation(pc, pd, pb) >= 0) return
-          v = pd - pc
-          off = [v(1)*(pa(2) - pc(2)) - v(2)*(pa(1) - pc(1)), v(1)*(pb(2) - pc(2)) - v(2)*(pb(1) - pc(1))]
-          position = pa + (pb - pa)*(abs(off(1))/max(abs(off(1)) + abs(off(2)), tiny(1.0_dp)))
-          along = dot_product(position - pc, v)
-          if (along < 0) position = pc ! where the two are parallel to rounding, any position that both pass will do
-          if (along > dot_product(v, v)) position = pd
-          where (.not. abs(v) > 0) position = pc ! on a line along an axis without rounding
+          are_crossing = orientation(pc, pd, pa)*orientation(pc, pd, pb) < 0
         end associate
       end associate
-      boundary = graph%line(p) <= n_boundary .and. graph%line(q) <= n_boundary
-      node = node_at(nodes, position, graph%nearest, graph%rounding, boundary, .false.)
+    end function are_crossing
+
+    !> Splits two pieces at the node of their crossing: a node that is near, or a new one. If one of the two is straight, it is p.
+    subroutine meet(p, q)
+      integer, intent(in) :: p, q
+      real(dp) :: position(2), onto(2)
+      integer :: line, node
+      logical :: corner
+
+      position = crossing_of(p, q)
+      corner = straight(graph%line(p)) .and. straight(graph%line(q))
+      if (straight(graph%line(p))) then
+        node = node_at(nodes, position, graph%nearest, graph%rounding, corner, .false., line=nodes%position(:, graph%ends(:, p)))
+      else
+        onto = position
+        call move_onto_straight(lines, graph, onto, line)
+        if (line == 0) then
+          node = node_at(nodes, onto, graph%nearest, graph%rounding, .false., .false.)
+        else
+          node = node_at(nodes, onto, graph%nearest, graph%rounding, .false., .false., line=lines%ends(:, :, line))
+          if (node == 0 .and. may_meet(p, onto) .and. may_meet(q, onto)) call add_node(nodes, onto, .false., .false., node)
+        end if
+      end if
       if (node > 0) then
-        if (.not. (may_meet(p, node) .and. may_meet(q, node))) node = 0
+        if (.not. ((any(graph%ends(:, p) == node) .or. may_meet(p, nodes%position(:, node))) .and. &
+                   (any(graph%ends(:, q) == node) .or. may_meet(q, nodes%position(:, node))))) node = 0
       end if
       if (node == 0) node = node_at(nodes, position, 0.0_dp, graph%rounding, .false., .false.)
-      if (node == 0) call add_node(nodes, position, boundary, .false., node)
-      if (may_split(graph, nodes, p, node)) call add_split(splits, p, node)
-      if (may_split(graph, nodes, q, node)) call add_split(splits, q, node)
-    end subroutine cross
+      if (node == 0) call add_node(nodes, position, corner, .false., node)
+      if (may_split(graph, nodes, p, node)) call add_pair(splits, p, node)
+      if (may_split(graph, nodes, q, node)) call add_pair(splits, q, node)
+    end subroutine meet
 
-    !> Whether a piece ends at a node, or can be split there, or has a free end that will be joined to it.
-    pure logical function may_meet(piece, node)
-      integer, intent(in) :: piece, node
+    !> Where two pieces cross, on the first of them to rounding.
+    pure function crossing_of(p, q) result(position)
+      integer, intent(in) :: p, q
+      real(dp) :: position(2)
+      real(dp) :: along, off(2), v(2)
+
+      associate (pa => nodes%position(:, graph%ends(1, p)), pb => nodes%position(:, graph%ends(2, p)), &
+                 pc => nodes%position(:, graph%ends(1, q)), pd => nodes%position(:, graph%ends(2, q)))
+        v = pd - pc
+        off = [v(1)*(pa(2) - pc(2)) - v(2)*(pa(1) - pc(1)), v(1)*(pb(2) - pc(2)) - v(2)*(pb(1) - pc(1))]
+        position = pa + (pb - pa)*(abs(off(1))/max(abs(off(1)) + abs(off(2)), tiny(1.0_dp)))
+        along = dot_product(position - pc, v)
+        if (along < 0) position = pc ! where the two are parallel to rounding, any position that both pass will do
+        if (along > dot_product(v, v)) position = pd
+        where (.not. abs(v) > 0) position = pc ! on a line along an axis without rounding
+      end associate
+    end function crossing_of
+
+    !> Whether a piece can be split at a position, or has a free end that will be joined to a node there.
+    pure logical function may_meet(piece, position)
+      integer, intent(in) :: piece
+      real(dp), intent(in) :: position(2)
       integer :: k
 
-      may_meet = any(graph%ends(:, piece) == node) .or. may_split(graph, nodes, piece, node)
+      may_meet = is_between(nodes%position(:, graph%ends(1, piece)), nodes%position(:, graph%ends(2, piece)), position)
       do k = 1, 2
         associate (at => graph%ends(k, piece))
           may_meet = may_meet .or. (settling .and. nodes%free(at) .and. &
-                                    norm2(nodes%position(:, at) - nodes%position(:, node)) <= node_share*graph%nearest)
+                                    norm2(nodes%position(:, at) - position) <= node_share*graph%nearest)
         end associate
       end do
     end function may_meet
@@ -354,45 +312,50 @@ contains
   !> Whether a node is no end of a piece, and nearer to both ends than they are to each other.
   pure logical function may_split(graph, nodes, piece, node)
     type(graph_t), intent(in) :: graph
-    type(nodes_t), intent(in) :: nodes
+    type(cut_nodes_t), intent(in) :: nodes
     integer, intent(in) :: piece, node
-    real(dp) :: length
 
-    may_split = .false.
-    if (any(graph%ends(:, piece) == node)) return
-    associate (a => nodes%position(:, graph%ends(1, piece)), b => nodes%position(:, graph%ends(2, piece)), &
-               c => nodes%position(:, node))
-      length = sum((b - a)**2)
-      may_split = sum((c - a)**2) < length .and. sum((c - b)**2) < length
-    end associate
+    may_split = .not. any(graph%ends(:, piece) == node)
+    if (may_split) may_split = is_between(nodes%position(:, graph%ends(1, piece)), nodes%position(:, graph%ends(2, piece)), &
+                                          nodes%position(:, node))
   end function may_split
 
-  !> Adds to the list.
-  pure subroutine add_split(splits, piece, node)
-    type(splits_t), intent(inout) :: splits
-    integer, intent(in) :: piece, node
+  !> Whether a position is nearer to both of two others than they are to each other.
+  pure logical function is_between(a, b, position)
+    real(dp), intent(in) :: a(2), b(2), position(2)
+    real(dp) :: length
+
+    length = sum((b - a)**2)
+    is_between = sum((position - a)**2) < length .and. sum((position - b)**2) < length
+  end function is_between
+
+  !> Adds a pair to a list.
+  pure subroutine add_pair(pairs, piece, other)
+    type(pairs_t), intent(inout) :: pairs
+    integer, intent(in) :: piece, other
     integer, allocatable :: longer(:)
 
-    if (.not. allocated(splits%piece)) allocate (splits%piece(1024), splits%node(1024))
-    if (splits%n == size(splits%piece)) then
-      allocate (longer(2*splits%n))
-      longer(:splits%n) = splits%piece
-      splits%piece = longer
-      longer(:splits%n) = splits%node
-      call move_alloc(longer, splits%node)
+    if (.not. allocated(pairs%piece)) allocate (pairs%piece(1024), pairs%other(1024))
+    if (pairs%n == size(pairs%piece)) then
+      allocate (longer(2*pairs%n))
+      longer(:pairs%n) = pairs%piece
+      pairs%piece = longer
+      longer(:pairs%n) = pairs%other
+      call move_alloc(longer, pairs%other)
     end if
-    splits%n = splits%n + 1
-    splits%piece(splits%n) = piece
-    splits%node(splits%n) = node
-  end subroutine add_split
+    pairs%n = pairs%n + 1
+    pairs%piece(pairs%n) = piece
+    pairs%other(pairs%n) = other
+  end subroutine add_pair
 
   !> Joins ends that coincide with no other to a node beside them, or to another such end, or brings them onto the line
   !> beside them, in the order of their places.
-  subroutine settle_free_ends(grid, graph, nodes, splits)
+  subroutine settle_free_ends(grid, lines, graph, nodes, splits)
     type(cell_grid_t), intent(in) :: grid
+    type(straight_lines_t), intent(in) :: lines
     type(graph_t), intent(inout) :: graph
-    type(nodes_t), intent(inout) :: nodes
-    type(splits_t), intent(inout) :: splits
+    type(cut_nodes_t), intent(inout) :: nodes
+    type(pairs_t), intent(inout) :: splits
     real(dp) :: distance, foot(2), foot_yet(2), nearest_yet
     integer :: at_end(2, nodes%n), i, k, l, node, other, piece
     integer, allocatable :: ends(:)
@@ -403,7 +366,7 @@ contains
         if (nodes%free(graph%ends(k, i))) at_end(:, graph%ends(k, i)) = [k, i]
       end do
     end do
-    ends = in_order(nodes, pack([(l, l=1, nodes%n)], at_end(1, :) > 0))
+    ends = in_order(nodes, pack([(l, l=1, nodes%n)], at_end(1, :) > 0), rank_of(nodes, lines, graph))
     do l = 1, size(ends)
       node = ends(l)
       if (.not. nodes%free(node) .or. at_end(1, node) == 0) cycle ! it has met one before it
@@ -413,7 +376,7 @@ contains
         call move_end(node, other)
         cycle
       end if
-      other = node_at(nodes, nodes%position(:, node), graph%nearest, graph%rounding, nodes%boundary(node), .true., node)
+      other = node_at(nodes, nodes%position(:, node), graph%nearest, graph%rounding, nodes%corner(node), .true., node)
       if (other > 0) then ! two free ends meet
         nodes%free(node) = .false.
         call move_end(other, node)
@@ -424,9 +387,10 @@ contains
       call look_around()
       if (piece == 0) cycle
       if (nearest_yet <= graph%rounding) foot_yet = nodes%position(:, node) ! on the line as it is
+      call move_onto_straight(lines, graph, foot_yet)
       call add_node(nodes, foot_yet, .false., .false., other)
       call move_end(node, other)
-      if (may_split(graph, nodes, piece, other)) call add_split(splits, piece, other)
+      if (may_split(graph, nodes, piece, other)) call add_pair(splits, piece, other)
     end do
 
   contains
@@ -463,27 +427,13 @@ contains
 
   end subroutine settle_free_ends
 
-  !> Foot of the perpendicular from a position to a segment, and its length; huge where the foot is not between the ends.
-  pure subroutine drop_perpendicular(a, b, position, foot, distance)
-    real(dp), intent(in) :: a(2), b(2), position(2)
-    real(dp), intent(out) :: foot(2), distance
-    real(dp) :: share
-
-    foot = a
-    distance = huge(distance)
-    if (.not. sum((b - a)**2) > 0) return ! both ends of a short line have become one
-    share = dot_product(position - a, b - a)/dot_product(b - a, b - a)
-    foot = a + share*(b - a)
-    if (share > 0 .and. share < 1) distance = norm2(position - foot)
-  end subroutine drop_perpendicular
-
   !> Finds nodes that lie too near to a piece.
-  subroutine snap_to_nodes(grid, n_boundary, graph, nodes, splits)
+  subroutine snap_to_nodes(grid, straight, graph, nodes, splits)
     type(cell_grid_t), intent(in) :: grid
-    integer, intent(in) :: n_boundary
+    logical, intent(in) :: straight(:)         !! (n_lines)
     type(graph_t), intent(in) :: graph
-    type(nodes_t), intent(in) :: nodes
-    type(splits_t), intent(inout) :: splits
+    type(cut_nodes_t), intent(in) :: nodes
+    type(pairs_t), intent(inout) :: splits
     real(dp) :: distance, foot(2), reach
     integer :: at, cell, node, p, range(2, 2)
 
@@ -495,18 +445,18 @@ contains
         p = grid%item(at)
         if (.not. may_split(graph, nodes, p, node)) cycle
         reach = graph%nearest
-        if (nodes%boundary(node) .and. graph%line(p) <= n_boundary) reach = graph%rounding
+        if (straight(graph%line(p))) reach = graph%rounding
         call drop_perpendicular(nodes%position(:, graph%ends(1, p)), nodes%position(:, graph%ends(2, p)), nodes%position(:, node), &
                                 foot, distance)
-        if (distance <= reach) call add_split(splits, p, node)
+        if (distance <= reach) call add_pair(splits, p, node)
       end do
     end do
   end subroutine snap_to_nodes
 
   !> Splits the pieces at their nodes, in order along them, and keeps one of those that coincide.
   subroutine split_pieces(nodes, splits, graph)
-    type(nodes_t), intent(in) :: nodes
-    type(splits_t), intent(in) :: splits
+    type(cut_nodes_t), intent(in) :: nodes
+    type(pairs_t), intent(in) :: splits
     type(graph_t), intent(inout) :: graph
     integer :: first(size(graph%line) + 1), order(splits%n), i, k, n
     integer, allocatable :: ends(:, :), piece(:), line(:), against(:), chain(:)
@@ -524,7 +474,7 @@ contains
     end do
     do i = 1, splits%n
       associate (at => first(splits%piece(i)))
-        order(at) = splits%node(i)
+        order(at) = splits%other(i)
         at = at + 1
       end associate
     end do
@@ -557,7 +507,7 @@ contains
 
   !> Whether a step of a chain is not shorter than the straight between its ends.
   pure logical function grows(nodes, chain)
-    type(nodes_t), intent(in) :: nodes
+    type(cut_nodes_t), intent(in) :: nodes
     integer, intent(in) :: chain(:)
     integer :: k
 

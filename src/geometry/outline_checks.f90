@@ -90,7 +90,7 @@ contains
     position = vertex(:, 1)
     ends(:, 1, :) = local
     ends(:, 2, :) = local(:, vertices_after(first))
-    call cut_lines(ends, 0, near, graph, error)
+    call cut_lines(ends, spread(.false., 1, size(ends, 3)), near, graph, error)
     is_wrong = allocated(error)
     if (is_wrong) return
     call trace_regions(graph, reshape([(1, k=1, 2*size(graph%line))], [2, size(graph%line)]), shape, corner, line, beside)

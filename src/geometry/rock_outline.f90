@@ -72,10 +72,10 @@ contains
     rounded = rounded + 0.0_dp ! no -0
   end function rounded
 
-  !> Lines around the rock, in the order of the outlines. Those not longer than `shortest` are left out.
-  pure subroutine boundary_lines(rock, shortest, lines)
+  !> Lines around the rock, in the order of the outlines. Lines of no length are left out, and no others: a missing side would
+  !> open the outline.
+  pure subroutine boundary_lines(rock, lines)
     type(rock_t), intent(in) :: rock
-    real(dp), intent(in) :: shortest
     type(line_t), allocatable, intent(out) :: lines(:)
     real(dp), allocatable :: position(:, :)
     integer :: i, k, m, n
@@ -90,7 +90,7 @@ contains
           beside = rock_beside(rock, position(:, m:m + 1))
           if (beside(1) .eqv. beside(2)) cycle
           if (any_near(rock, i - 1, middle_of(position(:, m:m + 1)))) cycle ! an earlier outline has this piece
-          call add_line(rock, position(:, m:m + 1), shortest, rock%outline(i)%material, rock%outline(i)%deck_line, lines, n)
+          call add_line(rock, position(:, m:m + 1), 0.0_dp, rock%outline(i)%material, rock%outline(i)%deck_line, lines, n)
         end do
       end do
     end do

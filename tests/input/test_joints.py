@@ -263,7 +263,6 @@ BAD = {
     "a tunnel that crosses itself": (WINDOW + "&tunnel x=1 2 2 1, y=1 2 1 2 /\n", 2, "meet at their corners"),
     "a tunnel outside": (WINDOW + "&tunnel centre=30 1, radius=1 /\n", 2, "from the window"),
     "a tunnel that takes all": (WINDOW + "&tunnel x=-1 21 21 -1, y=-1 -1 11 11 /\n", 1, "rock left"),
-    "a tunnel of short sides": (WINDOW + "&tunnel centre=10 5, radius=0.1, sides=100 /\n", 2, "longer than e0 w0"),
     "a slope of one point": (WINDOW + "&slope x=1, y=1 /\n", 2, "from 2"),
     "a slope that ends inside": (WINDOW + "&slope x=0 10, y=4 5 /\n", 2, "from the left"),
     "a slope above the window": (WINDOW + "&slope x=0 20, y=11 12 /\n", 2, "from the window"),
