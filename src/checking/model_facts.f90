@@ -15,13 +15,14 @@ module scree_model_facts
   use scree_meeting_joints, only: meeting_joints, meeting_joints_t
   use scree_model, only: cache_t, model_t
   use scree_own_weight, only: column_t, worst_column
+  use scree_loaded_edges, only: gaps_of_lines
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
   use scree_scene, only: model_dda, scene_t
   use scree_simplex_integration, only: moments_t
   use scree_state, only: state_t
   use scree_step_constraints, only: constraints_of_step
   use scree_system, only: fixed_point, roller_end
-  use scree_text, only: number_text
+  use scree_text, only: number_text, text_t
   use scree_time_table, only: ramp_at
   implicit none
   private
@@ -76,6 +77,7 @@ module scree_model_facts
     type(hold_t), allocatable :: hinge(:)       !! blocks that one fixed point alone holds, and that touch others or are static
     type(hold_t), allocatable :: short_line(:)  !! fixed lines with two ends that make one fixed point
     integer, allocatable :: idle_bolt(:)        !! numbers in the decks of bolts with both ends in one block
+    type(text_t), allocatable :: gap(:)         !! lines that hold, load or absorb, along which edges are missing
     integer, allocatable :: unheld(:)           !! numbers of blocks that touch nothing that leads to one that is held
     type(column_t) :: column                    !! compressed most by own weight
     real(dp) :: face_stiffness = 0.0_dp         !! of the softest joint as wide as that block, or two contacts, force/length
@@ -112,6 +114,7 @@ contains
     end do
     facts%held = facts%fixed_points > 0 .or. are_supported(model)
     facts%short_line = short_lines(scene, blocks)
+    facts%gap = gaps_of_lines(scene, model%system_t, state)
     allocate (facts%idle_bolt(0))
     do i = 1, size(blocks%bolt)
       if (blocks%bolt(i)%block(1) == blocks%bolt(i)%block(2)) facts%idle_bolt = [facts%idle_bolt, blocks%bolt_of(i)]

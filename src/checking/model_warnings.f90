@@ -74,6 +74,7 @@ contains
       call add('expected bolts between two blocks, or a block and the ground, found bolt '//number_text(facts%idle_bolt(i))// &
                ' with both ends in one block, whose joints it does not hold')
     end do
+    warning = [warning, facts%gap]
     if (size(facts%sliver) > 0) &
       call add('expected no block thinner than 1/100 of its length or sharper than 3 degrees, found '//list_text(facts%sliver))
     if (may_make_energy(scene%settings%rules) .and. scene%settings%strain == strain_small .and. .not. scene%is_static()) &

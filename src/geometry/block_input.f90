@@ -38,6 +38,7 @@ module scree_block_input
   type :: blocks_t
     type(regions_t) :: shape
     real(dp) :: origin(2) = 0.0_dp             !! length
+    real(dp) :: nearest = 0.0_dp               !! e of the cut: what is nearer is one; 0 where blocks are given, length
     real(dp), allocatable :: vertex(:, :)      !! (2, n_vertices), length
     integer :: n_joined = 0                    !! that were too small and joined a neighbour
     type(boundary_t) :: boundary
@@ -214,6 +215,7 @@ contains
     type(graph_t) :: graph
     real(dp) :: ends(2, 2, size(scene%lines)), low(2), high(2)
     integer, allocatable :: beside(:, :), crack(:)
+    logical, allocatable :: straight(:)
     integer :: i
 
     do i = 1, size(scene%lines)
@@ -230,7 +232,9 @@ contains
       call wrong(scene, scene%lines(1)%deck_line, 'lines that enclose a block', 'lines without length', error)
       return
     end if
-    call cut_lines(ends, [(i <= scene%n_boundary, i=1, size(scene%lines))], scene%least_distance*scale, graph, error)
+    blocks%nearest = scene%least_distance*scale
+    straight = [(stays_straight(scene, i, blocks%nearest), i=1, size(scene%lines))]
+    call cut_lines(ends, straight, blocks%nearest, graph, error)
     if (allocated(error)) return
     call trace_blocks(scene, graph, blocks, beside)
     if (region_count(blocks%shape) == 0) then
@@ -239,7 +243,7 @@ contains
       return
     end if
     if (scene%n_boundary > 0) call leave_out_air(scene, scale, graph, blocks, beside)
-    if (scene%settings%least_block_area > 0) call join_small_blocks(scene, scale, graph, blocks, beside)
+    if (scene%settings%least_block_area > 0) call join_small_blocks(scene, scale, straight, graph, blocks, beside)
     crack = pack([(i, i=1, size(graph%line))], beside(1, :) == beside(2, :) .and. beside(1, :) > 0)
     allocate (blocks%crack(2, 2, size(crack)))
     do i = 1, size(crack)
@@ -316,10 +320,31 @@ contains
     end do
   end function blocks_at_holes
 
+  !> Whether nothing bends a line: a boundary line, or a line that runs along one on which a stage holds, loads, absorbs or removes.
+  pure logical function stays_straight(scene, i, nearest)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: i                !! number of the line
+    real(dp), intent(in) :: nearest         !! length
+    real(dp) :: off(2), v(2)
+    integer :: k, m
+
+    stays_straight = i <= scene%n_boundary
+    if (stays_straight .or. .not. allocated(scene%named_lines)) return
+    associate (line => scene%lines(i)%ends)
+      do k = 1, size(scene%named_lines, 3)
+        v = scene%named_lines(:, 2, k) - scene%named_lines(:, 1, k)
+        off = [(v(1)*(line(2, m) - scene%named_lines(2, 1, k)) - v(2)*(line(1, m) - scene%named_lines(1, 1, k)), m=1, 2)]
+        stays_straight = maxval(abs(off)) <= nearest*norm2(v)
+        if (stays_straight) return
+      end do
+    end associate
+  end function stays_straight
+
   !> Lets blocks smaller than `&blocks least_area` join their neighbours; not those of hole points.
-  subroutine join_small_blocks(scene, scale, graph, blocks, beside)
+  subroutine join_small_blocks(scene, scale, straight, graph, blocks, beside)
     type(scene_t), intent(in) :: scene
     real(dp), intent(in) :: scale
+    logical, intent(in) :: straight(:)      !! (n_lines)
     type(graph_t), intent(inout) :: graph
     type(blocks_t), intent(inout) :: blocks
     integer, allocatable, intent(inout) :: beside(:, :) !! (2, n_pieces) block left and right of each piece, 0: none
@@ -332,7 +357,7 @@ contains
     at_hole = blocks_at_holes(scene, scale, blocks)
     held = .false.
     held(pack(at_hole, at_hole > 0)) = .true.
-    call join_small_regions(scene%settings%least_block_area, area, held, scene%n_boundary, beside, graph, blocks%n_joined)
+    call join_small_regions(scene%settings%least_block_area, area, held, straight, beside, graph, blocks%n_joined)
     if (blocks%n_joined > 0) call trace_blocks(scene, graph, blocks, beside)
   end subroutine join_small_blocks
 

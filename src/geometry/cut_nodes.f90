@@ -95,18 +95,15 @@ contains
     nodes%before(k) = nodes%before(node)
   end subroutine unlist_node
 
-  !> The nearest node within 1.25 e of a position, 0 where there is none.
-  !>
-  !> Two corners are one only within 1.25 times the least e, so that straight lines keep details that are smaller than e. With
-  !> `line`, only nodes that lie on that straight line count, so that nothing bends the line.
-  pure integer function node_at(nodes, position, nearest, least, corner, with_free, but, line)
+  !> The nearest node within 1.25 e of a position, 0 where there is none. With `line`, only nodes on that line count.
+  pure integer function node_at(nodes, position, nearest, with_free, but, line, off)
     type(cut_nodes_t), intent(in) :: nodes
     real(dp), intent(in) :: position(2)      !! length
-    real(dp), intent(in) :: nearest, least   !! e and the least e, length
-    logical, intent(in) :: corner            !! the position is a corner
+    real(dp), intent(in) :: nearest          !! e, length
     logical, intent(in) :: with_free         !! free ends count
     integer, intent(in), optional :: but     !! a node that does not count
     real(dp), intent(in), optional :: line(2, 2) !! (xy, end), length
+    real(dp), intent(in), optional :: off    !! distance from the line at which a node is on it, length
     real(dp) :: distance, nearest_yet
     integer :: column, k, left_out, range(2, 2), row
 
@@ -121,7 +118,7 @@ contains
         do while (k > 0)
           distance = norm2(nodes%position(:, k) - position)
           if (distance <= nearest_yet .and. (with_free .or. .not. nodes%free(k)) .and. k /= left_out) then
-            if (counts(k)) then
+            if (is_on_line(nodes%position(:, k))) then
               node_at = k
               nearest_yet = distance
             end if
@@ -133,18 +130,16 @@ contains
 
   contains
 
-    !> Whether a node that is near counts.
-    pure logical function counts(k)
-      integer, intent(in) :: k
-      real(dp) :: off
+    !> Whether a place is on the line, or there is no line.
+    pure logical function is_on_line(place)
+      real(dp), intent(in) :: place(2)
 
-      counts = .not. (corner .and. nodes%corner(k)) .or. distance <= node_share*least
-      if (.not. (counts .and. present(line))) return
-      associate (a => line(:, 1), v => line(:, 2) - line(:, 1), p => nodes%position(:, k))
-        off = abs(v(1)*(p(2) - a(2)) - v(2)*(p(1) - a(1)))
-        counts = off <= least*norm2(v)
+      is_on_line = .true.
+      if (.not. present(line)) return
+      associate (a => line(:, 1), v => line(:, 2) - line(:, 1))
+        is_on_line = abs(v(1)*(place(2) - a(2)) - v(2)*(place(1) - a(1))) <= off*norm2(v)
       end associate
-    end function counts
+    end function is_on_line
 
   end function node_at
 

@@ -66,7 +66,7 @@ contains
     graph%rounding = least_share*maxval(high - low)
     graph%nearest = max(nearest, graph%rounding)
     call set_up_grid(nodes%grid, reshape(ends, [2, 2*size(ends, 3)]), 2*size(ends, 3))
-    call list_straight_lines(ends, straight, graph%nearest, lines)
+    call list_straight_lines(ends, straight, node_share*graph%nearest, lines)
     call take_ends(ends, straight, lines, nodes, graph)
     do pass = 1, most_passes
       if (size(graph%line) == 0) exit ! all are of no length
@@ -103,7 +103,7 @@ contains
       do k = 1, 2
         position = ends(:, k, i)
         if (.not. straight(i)) call move_onto_straight(lines, graph, position)
-        node(k, i) = node_at(met, position, graph%rounding, graph%rounding, .false., .true.)
+        node(k, i) = node_at(met, position, graph%rounding, .true.)
         if (node(k, i) > 0) then
           met%free(node(k, i)) = met%free(node(k, i)) .and. k == 2 .and. node(1, i) == node(2, i)
           met%corner(node(k, i)) = met%corner(node(k, i)) .or. straight(i)
@@ -128,19 +128,40 @@ contains
     end do
   end subroutine take_ends
 
-  !> Moves a position that lies within e of a straight line onto that line.
-  pure subroutine move_onto_straight(lines, graph, position, line)
+  !> Moves a position that lies within 1.25 e of a straight line onto that line. Two nodes are one at the same distance, so a
+  !> position that stays off the line joins no node on it or beyond it.
+  pure subroutine move_onto_straight(lines, graph, position)
     type(straight_lines_t), intent(in) :: lines
     type(graph_t), intent(in) :: graph
     real(dp), intent(inout) :: position(2)
-    integer, intent(out), optional :: line   !! number of that straight line, 0: none is near
     real(dp) :: foot(2)
-    integer :: near
+    integer :: line
 
-    call nearest_straight_line(lines, position, graph%nearest, near, foot)
-    if (near > 0 .and. norm2(foot - position) > graph%rounding) position = foot
-    if (present(line)) line = near
+    call nearest_straight_line(lines, position, node_share*graph%nearest, line, foot)
+    if (line > 0 .and. norm2(foot - position) > graph%rounding) position = foot
   end subroutine move_onto_straight
+
+  !> The node that a position joins: the nearest within 1.25 e, and on the straight line that the position lies on, if any. A
+  !> corner joins no node but one at the same place. 0 where there is none.
+  pure integer function node_to_join(lines, graph, nodes, position, corner, with_free, but) result(node)
+    type(straight_lines_t), intent(in) :: lines
+    type(graph_t), intent(in) :: graph
+    type(cut_nodes_t), intent(in) :: nodes
+    real(dp), intent(in) :: position(2)      !! length
+    logical, intent(in) :: corner            !! made by straight lines alone
+    logical, intent(in) :: with_free         !! free ends count
+    integer, intent(in), optional :: but     !! a node that does not count
+    real(dp) :: foot(2), within
+    integer :: line
+
+    within = merge(graph%rounding, graph%nearest, corner)
+    call nearest_straight_line(lines, position, graph%rounding, line, foot)
+    if (line > 0) then
+      node = node_at(nodes, position, within, with_free, but, lines%ends(:, :, line), graph%rounding)
+    else
+      node = node_at(nodes, position, within, with_free, but)
+    end if
+  end function node_to_join
 
   !> The node that each node becomes: a shared end joins the nearest of those before it that stay, within 1.25 e, and all others
   !> stay. The order is of positions: corners first, then nodes on straight lines. So neither the numbers of the lines nor the
@@ -159,7 +180,7 @@ contains
     call make_room(staying, size(shared))
     do i = 1, size(shared)
       k = shared(i)
-      near = node_at(staying, nodes%position(:, k), graph%nearest, graph%rounding, nodes%corner(k), .true.)
+      near = node_to_join(lines, graph, staying, nodes%position(:, k), nodes%corner(k), .true.)
       if (near > 0) then
         into(k) = node_of(near)
       else
@@ -247,32 +268,35 @@ contains
     subroutine meet(p, q)
       integer, intent(in) :: p, q
       real(dp) :: position(2), onto(2)
-      integer :: line, node
+      integer :: node
       logical :: corner
 
       position = crossing_of(p, q)
       corner = straight(graph%line(p)) .and. straight(graph%line(q))
-      if (straight(graph%line(p))) then
-        node = node_at(nodes, position, graph%nearest, graph%rounding, corner, .false., line=nodes%position(:, graph%ends(:, p)))
+      onto = position
+      if (straight(graph%line(p)) .and. .not. corner) then
+        node = node_at(nodes, position, graph%nearest, .false., line=nodes%position(:, graph%ends(:, p)), off=graph%rounding)
       else
-        onto = position
-        call move_onto_straight(lines, graph, onto, line)
-        if (line == 0) then
-          node = node_at(nodes, onto, graph%nearest, graph%rounding, .false., .false.)
-        else
-          node = node_at(nodes, onto, graph%nearest, graph%rounding, .false., .false., line=lines%ends(:, :, line))
-          if (node == 0 .and. may_meet(p, onto) .and. may_meet(q, onto)) call add_node(nodes, onto, .false., .false., node)
-        end if
+        if (.not. corner) call move_onto_straight(lines, graph, onto)
+        node = node_to_join(lines, graph, nodes, onto, corner, .false.)
       end if
       if (node > 0) then
-        if (.not. ((any(graph%ends(:, p) == node) .or. may_meet(p, nodes%position(:, node))) .and. &
-                   (any(graph%ends(:, q) == node) .or. may_meet(q, nodes%position(:, node))))) node = 0
+        if (.not. (can_be_at(p, node) .and. can_be_at(q, node))) node = 0
+      else if (may_meet(p, onto) .and. may_meet(q, onto)) then
+        position = onto
       end if
-      if (node == 0) node = node_at(nodes, position, 0.0_dp, graph%rounding, .false., .false.)
+      if (node == 0) node = node_at(nodes, position, 0.0_dp, .false.)
       if (node == 0) call add_node(nodes, position, corner, .false., node)
       if (may_split(graph, nodes, p, node)) call add_pair(splits, p, node)
       if (may_split(graph, nodes, q, node)) call add_pair(splits, q, node)
     end subroutine meet
+
+    !> Whether a piece ends at a node or may meet it.
+    pure logical function can_be_at(piece, node)
+      integer, intent(in) :: piece, node
+
+      can_be_at = any(graph%ends(:, piece) == node) .or. may_meet(piece, nodes%position(:, node))
+    end function can_be_at
 
     !> Where two pieces cross, on the first of them to rounding.
     pure function crossing_of(p, q) result(position)
@@ -371,12 +395,12 @@ contains
       node = ends(l)
       if (.not. nodes%free(node) .or. at_end(1, node) == 0) cycle ! it has met one before it
       i = at_end(2, node)
-      other = node_at(nodes, nodes%position(:, node), graph%nearest, graph%rounding, .false., .false.)
+      other = node_to_join(lines, graph, nodes, nodes%position(:, node), nodes%corner(node), .false.)
       if (other > 0) then
         call move_end(node, other)
         cycle
       end if
-      other = node_at(nodes, nodes%position(:, node), graph%nearest, graph%rounding, nodes%corner(node), .true., node)
+      other = node_to_join(lines, graph, nodes, nodes%position(:, node), nodes%corner(node), .true., node)
       if (other > 0) then ! two free ends meet
         nodes%free(node) = .false.
         call move_end(other, node)

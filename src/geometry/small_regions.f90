@@ -11,13 +11,13 @@ contains
 
   !> Takes out of a graph the pieces between each region that is too small and the neighbour with which it shares the longest edge.
   !>
-  !> The smallest join first, and what has joined counts as one, until none can. Pieces of boundary lines stay, and so do regions
+  !> The smallest join first, and what has joined counts as one, until none can. Pieces of straight lines stay, and so do regions
   !> that are held. The passes end, as each that joins anything leaves fewer regions.
-  pure subroutine join_small_regions(least, area, held, n_boundary, beside, graph, joined)
+  pure subroutine join_small_regions(least, area, held, straight, beside, graph, joined)
     real(dp), intent(in) :: least          !! area that is not too small, length^2
     real(dp), intent(in) :: area(:)        !! (n_regions) length^2
     logical, intent(in) :: held(:)         !! (n_regions) stay as they are
-    integer, intent(in) :: n_boundary      !! lines, the first, whose pieces stay
+    logical, intent(in) :: straight(:)     !! (n_lines) lines whose pieces stay
     integer, intent(in) :: beside(:, :)    !! (2, n_pieces) region left and right of each piece, 0: none
     type(graph_t), intent(inout) :: graph
     integer, intent(out) :: joined         !! regions that are no longer
@@ -30,7 +30,7 @@ contains
     sum_of = area
     do i = 1, size(parts)
       length(i) = norm2(graph%position(:, graph%ends(2, i)) - graph%position(:, graph%ends(1, i)))
-      parts(i) = graph%line(i) > n_boundary .and. all(beside(:, i) > 0)
+      parts(i) = .not. straight(graph%line(i)) .and. all(beside(:, i) > 0)
       if (parts(i)) parts(i) = .not. any(held(beside(:, i)))
     end do
     do
@@ -52,7 +52,7 @@ contains
     end do
     if (joined == 0) return
     kept = pack([(i, i=1, size(length))], beside(1, :) == beside(2, :) .or. into(beside(1, :)) /= into(beside(2, :)) &
-                .or. graph%line <= n_boundary)
+                .or. straight(graph%line))
     graph%ends = graph%ends(:, kept)
     graph%line = graph%line(kept)
     graph%against = graph%against(kept)

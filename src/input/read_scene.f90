@@ -16,12 +16,17 @@ module scree_read_scene
   use scree_setting_rules, only: check_rules, drop_overridden
   use scree_setting_table, only: deck_part_t, from_of, given_at, index_of, is_given_by
   use scree_settings, only: fill_settings, set_word, store_settings
-  use scree_stages, only: add_bolts_of_stage, begin_stage, check_names, end_of_stage_prefix, find_removed, parts_to_stages
+  use scree_stages, only: add_bolts_of_stage, begin_stage, check_names, end_of_stage_prefix, find_removed, named_lines, &
+                          parts_to_stages
   use scree_system, only: fixed_point, load_point
   use scree_text, only: in_lower_case, number_text, real_of, text_t
   implicit none
   private
   public :: read_geometry, read_scene
+
+  !> An edge that is nearer to a line of a group than this share of the extent lies on the line, even where e0 is smaller: people
+  !> type the coordinates of such lines with four digits.
+  real(dp), parameter :: on_line = 1e-4_dp
 
 contains
 
@@ -65,11 +70,12 @@ contains
     call check_names(parts, error)
     if (allocated(error)) return
     allocate (scene%later(size(parts) - 1))
-    call take_bolts_of_stages(parts, scene, error)
+    call take_places_of_stages(parts, scene, error)
     if (allocated(error)) return
     call make_blocks(scene, blocks, error)
     if (allocated(error)) return
     scene%extent = maxval(maxval(blocks%vertex, 2) - minval(blocks%vertex, 2))
+    scene%nearest = max(blocks%nearest, on_line*scene%extent)
     allocate (scene%removed(size(blocks%material)), source=.false.)
 
     call read_analysis_deck(deck, count(blocks%point_kind == fixed_point), count(blocks%point_kind == load_point), scene, error)
@@ -213,8 +219,9 @@ contains
     call take_motions(scene, error)
   end subroutine complete_stage
 
-  !> Takes the bolts of all stages together, and which of them each stage has. Errors: as of `add_bolts_of_stage`.
-  subroutine take_bolts_of_stages(parts, scene, error)
+  !> Takes what the cut of the lines needs to know of all stages: their bolts, and the lines that they name. Also tells which bolts
+  !> each stage has. Errors: those of `add_bolts_of_stage`.
+  subroutine take_places_of_stages(parts, scene, error)
     type(deck_part_t), intent(in) :: parts(:)
     type(scene_t), intent(inout) :: scene    !! with the bolts of the geometry
     type(error_t), allocatable, intent(out) :: error
@@ -225,10 +232,13 @@ contains
 
     if (.not. allocated(scene%bolts)) allocate (scene%bolts(0))
     allocate (bolts(0))
+    scene%named_lines = reshape([real(dp) ::], [2, 2, 0])
     own%bolts = scene%bolts
     do k = 1, size(parts)
       call begin_stage(parts(k)%words, own)
       call store_settings(own)
+      scene%named_lines = reshape([scene%named_lines, named_lines(own%settings)], &
+                                  [2, 2, size(scene%named_lines, 3) + size(named_lines(own%settings), 3)])
       call add_bolts_of_stage(own, bolts, installed, error)
       if (allocated(error)) return
       if (k == 1) scene%installed = installed
@@ -250,7 +260,7 @@ contains
       installed = [installed, (.false., i=size(installed) + 1, size(scene%bolts))]
     end subroutine lengthen
 
-  end subroutine take_bolts_of_stages
+  end subroutine take_places_of_stages
 
   !> Takes the numbers of materials that &materials and &joints give in place of those of the deck.
   pure subroutine take_materials(scene)
@@ -346,6 +356,7 @@ contains
     call drop_overridden(scene%words)
     call store_settings(scene)
     if (allocated(scene%bolts)) scene%bolts%ground_holds = scene%settings%ground_holds_bolts
+    scene%named_lines = named_lines(scene%settings)
   end subroutine read_geometry
 
   !> Whether a name is that of a block file, in capitals or not.

@@ -61,6 +61,8 @@ contains
                             default='the geometry on the command line'), s%geometry)
     call row%choice(setting_t('deck', 'dialect', 'order of the numbers; auto: short beside groups, else told by their count', &
                               choices='|auto|short|shi|'), s%dialect, dialect_auto)
+    call row%choice(setting_t('deck', 'gaps', 'whether edges may be missing along a tenth or more of a line of &support, '// &
+                              '&boundary or &absorbing', choices='|refuse|allow|'), s%allows_gaps, .false.)
   end subroutine visit_deck
 
   !> A stage of a run, which its group begins.

@@ -7,14 +7,15 @@ module scree_stages
   use scree_polygon, only: holds, inner_place
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of
   use scree_rock_outline, only: crosses_itself
-  use scree_scene, only: bolt_record_t, kind_of, scene_t, word_t
+  use scree_scene, only: bolt_record_t, kind_of, scene_t, settings_t, word_t
   use scree_setting_rules, only: drop_idle, drop_overridden
   use scree_setting_table, only: deck_part_t, given_at, index_of, is_given_by, kind_choice, setting_t, taken_away
   use scree_settings, only: settings_table
   use scree_text, only: number_text, real_text, text_t
   implicit none
   private
-  public :: add_bolts_of_stage, begin_stage, check_names, end_of_stage_prefix, find_removed, lines_of_stages, parts_to_stages
+  public :: add_bolts_of_stage, begin_stage, check_names, end_of_stage_prefix, find_removed, lines_of_stages, named_lines, &
+            parts_to_stages
 
 contains
 
@@ -265,6 +266,43 @@ contains
     if (.not. any(inside)) &
       call fail(error, status_bad_input, place//': expected blocks in the polygons of stage.remove_inside, found none')
   end subroutine find_inside
+
+  !> The lines on which settings hold, load or absorb, and the sides of the polygons whose blocks they remove.
+  pure function named_lines(settings) result(ends)
+    type(settings_t), intent(in) :: settings
+    real(dp), allocatable :: ends(:, :, :)       !! (xy, end, n), length
+    real(dp), allocatable :: corner(:, :), side(:)
+    integer, allocatable :: first(:)
+    integer :: i, k
+
+    allocate (ends(2, 2, 0))
+    call add(settings%support_normal)
+    call add(settings%support_x)
+    call add(settings%support_y)
+    call add(settings%support_both)
+    call add(settings%boundary_lines)
+    call add(settings%absorbing_lines)
+    call add(settings%absorbing_base)
+    if (.not. allocated(settings%removed_inside)) return
+    call part_polygons(settings%removed_inside, corner, first)
+    if (.not. allocated(first)) return ! an error that `find_inside` tells
+    do i = 1, size(first) - 1
+      do k = first(i), first(i + 1) - 1
+        side = [corner(:, k), corner(:, merge(first(i), k + 1, k == first(i + 1) - 1))]
+        call add(side)
+      end do
+    end do
+
+  contains
+
+    !> Adds lines that are given as x1 y1 x2 y2 each.
+    pure subroutine add(numbers)
+      real(dp), intent(in), allocatable :: numbers(:)
+
+      if (allocated(numbers)) ends = reshape([ends, numbers(:4*(size(numbers)/4))], [2, 2, size(ends, 3) + size(numbers)/4])
+    end subroutine add
+
+  end function named_lines
 
   !> Parts corners to polygons, each of which ends with its first corner again, which is left out.
   pure subroutine part_polygons(numbers, corner, first)

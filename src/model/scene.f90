@@ -124,6 +124,7 @@ module scree_scene
   type :: settings_t
     character(len=:), allocatable :: geometry !! file of the geometry
     integer :: dialect = dialect_auto
+    logical :: allows_gaps = .false.        !! edges may be missing along lines that hold, load or absorb
     logical :: shi = .false.                !! preset='shi'
     integer :: model = model_dda
     integer :: strain = strain_small
@@ -290,6 +291,8 @@ module scree_scene
     real(dp) :: step_size = 0.0_dp          !! of the classic deck (Shi: g1), time
     real(dp) :: extent = 0.0_dp             !! larger side of the box around the blocks, length
     integer :: n_boundary = 0               !! boundary lines, the first of the lines
+    real(dp) :: nearest = 0.0_dp            !! what is nearer to a line is on it, length
+    real(dp), allocatable :: named_lines(:, :, :) !! (xy, end, n) on which stages hold, load, absorb or remove, length
     type(line_t), allocatable :: lines(:)          !! boundary and joints; empty where blocks are given
     type(line_t), allocatable :: material_lines(:)
     type(line_t), allocatable :: fixed_lines(:)    !! equal ends: a fixed point

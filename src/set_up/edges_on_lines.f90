@@ -1,16 +1,24 @@
 !> The pieces of edges of blocks that lie on lines of the deck, or below a water table.
 module scree_edges_on_lines
   use scree_kinds, only: dp
+  use scree_sorting, only: sort_by
   use scree_state, only: state_t
   use scree_system, only: system_t
   implicit none
   private
-  public :: add_point, piece_t, pieces_beside, pieces_on_line, pieces_under_water
+  public :: add_point, gap_t, largest_gap, piece_t, pieces_beside, pieces_on_line, pieces_under_water
 
-  !> An edge lies on a line that is nearer than this share of the extent to it, and leans from it by less than this (sine).
-  real(dp), parameter :: nearest = 1e-4_dp, least_turn = 1e-2_dp
+  !> An edge that lies on a line leans from it by less than this (sine).
+  real(dp), parameter :: least_turn = 1e-2_dp
   !> Pieces shorter than this share of their line are none.
   real(dp), parameter :: shortest = 1e-9_dp
+
+  !> What of a line has no edge on it.
+  type :: gap_t
+    real(dp) :: length = 0.0_dp     !! of all gaps, length
+    real(dp) :: within = 0.0_dp     !! part of the line that is in the box around the blocks, length
+    real(dp) :: ends(2, 2) = 0.0_dp !! (xy, end) of the largest gap, in coordinates of the deck, length
+  end type gap_t
 
   !> A piece of an edge.
   type :: piece_t
@@ -23,11 +31,11 @@ module scree_edges_on_lines
 contains
 
   !> Finds the pieces of outer edges, and of both sides of joints, that lie on a line, in the order of their elements.
-  pure function pieces_on_line(system, state, line, extent) result(pieces)
+  pure function pieces_on_line(system, state, line, nearest) result(pieces)
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: line(2, 2)      !! its ends in coordinates of the deck, length
-    real(dp), intent(in) :: extent          !! of the model, length
+    real(dp), intent(in) :: nearest         !! an edge that is nearer to the line lies on it, length
     type(piece_t), allocatable :: pieces(:)
     type(piece_t) :: piece
     integer, allocatable :: edge(:, :)
@@ -37,7 +45,7 @@ contains
     allocate (pieces(0))
     edge = outer_edges(system)
     do i = 1, size(edge, 2)
-      call cut(state%vertex(:, edge(2:3, i)), line - spread(system%origin, 2, 2), extent, piece, found)
+      call cut(state%vertex(:, edge(2:3, i)), line - spread(system%origin, 2, 2), nearest, piece, found)
       if (.not. found) cycle
       piece%element = edge(1, i)
       pieces = [pieces, piece]
@@ -67,9 +75,9 @@ contains
   end function outer_edges
 
   !> Cuts out the piece of an edge that lies on a line, if any.
-  pure subroutine cut(edge, line, extent, piece, found)
+  pure subroutine cut(edge, line, nearest, piece, found)
     real(dp), intent(in) :: edge(2, 2), line(2, 2) !! (xy, end), length
-    real(dp), intent(in) :: extent
+    real(dp), intent(in) :: nearest         !! length
     type(piece_t), intent(out) :: piece
     logical, intent(out) :: found
     real(dp) :: along(2), s(2), side(2), span
@@ -82,13 +90,68 @@ contains
       side(k) = along(1)*(edge(2, k) - line(2, 1)) - along(2)*(edge(1, k) - line(1, 1))
     end do
     piece%share = min(1.0_dp, max(0.0_dp, s))
-    found = maxval(abs(side)) <= nearest*extent .and. abs(side(2) - side(1)) <= least_turn*norm2(edge(:, 2) - edge(:, 1)) .and. &
+    found = maxval(abs(side)) <= nearest .and. abs(side(2) - side(1)) <= least_turn*norm2(edge(:, 2) - edge(:, 1)) .and. &
             abs(piece%share(2) - piece%share(1)) >= shortest
     if (.not. found) return
     do k = 1, 2
       piece%ends(:, k) = edge(:, 1) + (piece%share(k) - s(1))/(s(2) - s(1))*(edge(:, 2) - edge(:, 1))
     end do
   end subroutine cut
+
+  !> The part of a line that no piece covers. Only the part in the box around the blocks counts, so a line may be longer than
+  !> the rock.
+  pure type(gap_t) function largest_gap(line, pieces, low, high, nearest) result(gap)
+    real(dp), intent(in) :: line(2, 2)      !! its ends in coordinates of the deck, length
+    type(piece_t), intent(in) :: pieces(:)  !! on the line
+    real(dp), intent(in) :: low(2), high(2) !! corners of the box, in coordinates of the deck, length
+    real(dp), intent(in) :: nearest         !! an edge that is nearer to the line lies on it, length
+    real(dp) :: at, from(size(pieces)), inside(2), largest, next, span, to(size(pieces))
+    integer :: i, order(size(pieces))
+
+    inside = share_in_box(line, low, high, nearest)
+    span = norm2(line(:, 2) - line(:, 1))
+    if (inside(2) <= inside(1)) return
+    gap%within = span*(inside(2) - inside(1))
+    do i = 1, size(pieces)
+      from(i) = minval(pieces(i)%share)
+      to(i) = maxval(pieces(i)%share)
+      order(i) = i
+    end do
+    call sort_by(from, order)
+    at = inside(1)
+    largest = 0.0_dp
+    do i = 1, size(pieces) + 1
+      next = inside(2)
+      if (i <= size(pieces)) next = min(from(i), next)
+      if (next > at) gap%length = gap%length + span*(next - at)
+      if (next - at > largest) then
+        largest = next - at
+        gap%ends(:, 1) = (1 - at)*line(:, 1) + at*line(:, 2)
+        gap%ends(:, 2) = (1 - next)*line(:, 1) + next*line(:, 2)
+      end if
+      if (i <= size(pieces)) at = max(at, to(order(i)))
+    end do
+  end function largest_gap
+
+  !> The shares of a line between which it lies in a box: from the first to the second, which is the smaller one where no part does.
+  !> A line along a side of the box may lie beside it by as much as edges may lie beside the line.
+  pure function share_in_box(line, low, high, nearest) result(share)
+    real(dp), intent(in) :: line(2, 2), low(2), high(2), nearest !! length
+    real(dp) :: share(2)
+    real(dp) :: at(2), v(2)
+    integer :: i
+
+    share = [0.0_dp, 1.0_dp]
+    v = line(:, 2) - line(:, 1)
+    do i = 1, 2
+      if (abs(v(i)) > least_turn*norm2(v)) then
+        at = ([low(i), high(i)] - line(i, 1))/v(i)
+        share = [max(share(1), minval(at)), min(share(2), maxval(at))]
+      else if (maxval(line(i, :)) < low(i) - nearest .or. minval(line(i, :)) > high(i) + nearest) then
+        share(2) = -1.0_dp
+      end if
+    end do
+  end function share_in_box
 
   !> What is left of pieces without what others are on already.
   pure function pieces_beside(pieces, others) result(left)

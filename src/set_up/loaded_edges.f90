@@ -2,7 +2,7 @@
 module scree_loaded_edges
   use scree_absorbing_edge, only: absorbing_edge_t
   use scree_edge_load, only: edge_load_t
-  use scree_edges_on_lines, only: add_point, piece_t, pieces_beside, pieces_on_line, pieces_under_water
+  use scree_edges_on_lines, only: add_point, gap_t, largest_gap, piece_t, pieces_beside, pieces_on_line, pieces_under_water
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
   use scree_material, only: elasticity
@@ -11,10 +11,13 @@ module scree_loaded_edges
   use scree_sorting, only: sort_into
   use scree_state, only: state_t
   use scree_system, only: absorber_end, edge_end, roller_end, system_t
-  use scree_text, only: number_text
+  use scree_text, only: number_text, short_text, text_t
   implicit none
   private
-  public :: absorb_on_edges, hold_edges, load_carriers, load_edges
+  public :: absorb_on_edges, gaps_of_lines, hold_edges, load_carriers, load_edges
+
+  !> Share of a line without an edge above which a run is refused, and above which `check` and a run warn.
+  real(dp), parameter :: most_gap = 0.1_dp, noticeable_gap = 1e-3_dp
 
 contains
 
@@ -247,7 +250,8 @@ contains
     is_there = system%present(system%elements%block(piece%element))
   end function is_there
 
-  !> Finds the pieces on a line of a setting, of blocks that no stage has removed. Errors: a line on which no edge lies.
+  !> Finds the pieces on a line of a setting, of blocks that no stage has removed. Errors: a line on which no edge lies, or none along
+  !> more than a tenth of the line unless the deck allows it.
   subroutine find_pieces(scene, system, state, name, i, line, piece, error)
     type(scene_t), intent(in) :: scene
     type(system_t), intent(in) :: system
@@ -258,10 +262,79 @@ contains
     type(piece_t), allocatable, intent(out) :: piece(:)
     type(error_t), allocatable, intent(out) :: error
 
-    piece = pieces_on_line(system, state, line, scene%extent)
-    if (size(piece) == 0) call fail(error, status_bad_input, given_at(scene%words, name)//': expected lines that edges of '// &
-                                    'blocks lie on in '//name//', found none on line '//number_text(i))
+    type(gap_t) :: gap
+
+    piece = pieces_on_line(system, state, line, scene%nearest)
+    if (size(piece) == 0) then
+      call fail(error, status_bad_input, given_at(scene%words, name)//': expected lines that edges of '// &
+                'blocks lie on in '//name//', found none on line '//number_text(i))
+      return
+    end if
+    gap = gap_of_line(scene, system, state, line, piece)
+    if (gap%length > most_gap*gap%within .and. .not. scene%settings%allows_gaps) &
+      call fail(error, status_bad_input, given_at(scene%words, name)//': expected edges of blocks all along line '// &
+                number_text(i)//' of '//name//', found '//gap_text(gap)//'; &deck gaps=''allow'' takes such lines')
     piece = pack(piece, is_there(system, piece))
   end subroutine find_pieces
+
+  !> The part of a line in the box around the blocks on which no edge lies.
+  pure type(gap_t) function gap_of_line(scene, system, state, line, piece) result(gap)
+    type(scene_t), intent(in) :: scene
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: line(2, 2)          !! (xy, end), length
+    type(piece_t), intent(in) :: piece(:)
+
+    gap = largest_gap(line, piece, minval(state%vertex, 2) + system%origin, maxval(state%vertex, 2) + system%origin, scene%nearest)
+  end function gap_of_line
+
+  !> A gap in words.
+  function gap_text(gap) result(text)
+    type(gap_t), intent(in) :: gap
+    character(len=:), allocatable :: text
+
+    text = 'none on '//short_text(gap%length)//' of its '//short_text(gap%within)//' in the model, most from ('// &
+           short_text(gap%ends(1, 1))//', '//short_text(gap%ends(2, 1))//') to ('//short_text(gap%ends(1, 2))//', '// &
+           short_text(gap%ends(2, 2))//')'
+  end function gap_text
+
+  !> A line for each line of &support, &boundary and &absorbing along which edges are missing by more than a thousandth.
+  function gaps_of_lines(scene, system, state) result(text)
+    type(scene_t), intent(in) :: scene
+    type(system_t), intent(in) :: system
+    type(state_t), intent(in) :: state
+    type(text_t), allocatable :: text(:)
+    integer :: i
+
+    allocate (text(0))
+    associate (s => scene%settings)
+      call look('support.normal', s%support_normal)
+      call look('support.x', s%support_x)
+      call look('support.y', s%support_y)
+      call look('support.both', s%support_both)
+      call look('absorbing.base', s%absorbing_base)
+      call look('absorbing.lines', s%absorbing_lines)
+      call look('boundary.lines', s%boundary_lines)
+    end associate
+
+  contains
+
+    !> Looks at the lines of a setting.
+    subroutine look(name, lines)
+      character(len=*), intent(in) :: name
+      real(dp), allocatable, intent(in) :: lines(:)
+      type(gap_t) :: gap
+      real(dp) :: line(2, 2)
+
+      if (.not. allocated(lines)) return
+      do i = 1, size(lines)/4
+        line = reshape(lines(4*i - 3:4*i), [2, 2])
+        gap = gap_of_line(scene, system, state, line, pieces_on_line(system, state, line, scene%nearest))
+        if (gap%length > noticeable_gap*gap%within) &
+          text = [text, text_t('expected edges of blocks all along line '//number_text(i)//' of '//name//', found '//gap_text(gap))]
+      end do
+    end subroutine look
+
+  end function gaps_of_lines
 
 end module scree_loaded_edges
