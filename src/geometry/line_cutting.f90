@@ -175,7 +175,7 @@ contains
     integer :: i, k, near, shared(count(.not. nodes%free(:nodes%n))), node_of(size(shared))
 
     into = [(i, i=1, nodes%n)]
-    shared = in_order(nodes, pack(into, .not. nodes%free(:nodes%n)), rank_of(nodes, lines, graph))
+    shared = in_order(nodes, pack(into, .not. nodes%free(:nodes%n)), priority_of(nodes, lines, graph))
     staying%grid = nodes%grid
     call make_room(staying, size(shared))
     do i = 1, size(shared)
@@ -191,21 +191,21 @@ contains
   end subroutine merge_shared_ends
 
   !> Which nodes come first where nodes join: corners (0), then nodes on straight lines (1), then all others (2).
-  pure function rank_of(nodes, lines, graph) result(rank)
+  pure function priority_of(nodes, lines, graph) result(priority)
     type(cut_nodes_t), intent(in) :: nodes
     type(straight_lines_t), intent(in) :: lines
     type(graph_t), intent(in) :: graph
-    real(dp) :: rank(nodes%n)
+    real(dp) :: priority(nodes%n)
     real(dp) :: foot(2)
     integer :: k, line
 
     do k = 1, nodes%n
-      rank(k) = 0.0_dp
+      priority(k) = 0.0_dp
       if (nodes%corner(k)) cycle
       call nearest_straight_line(lines, nodes%position(:, k), graph%rounding, line, foot)
-      rank(k) = merge(1.0_dp, 2.0_dp, line > 0)
+      priority(k) = merge(1.0_dp, 2.0_dp, line > 0)
     end do
-  end function rank_of
+  end function priority_of
 
   !> Finds where pieces cross, and the node there. Crossings of two straight lines come first, and crossings with one of them
   !> before those of other lines, so that others go to them.
@@ -390,7 +390,7 @@ contains
         if (nodes%free(graph%ends(k, i))) at_end(:, graph%ends(k, i)) = [k, i]
       end do
     end do
-    ends = in_order(nodes, pack([(l, l=1, nodes%n)], at_end(1, :) > 0), rank_of(nodes, lines, graph))
+    ends = in_order(nodes, pack([(l, l=1, nodes%n)], at_end(1, :) > 0), priority_of(nodes, lines, graph))
     do l = 1, size(ends)
       node = ends(l)
       if (.not. nodes%free(node) .or. at_end(1, node) == 0) cycle ! it has met one before it

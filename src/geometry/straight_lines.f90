@@ -29,8 +29,8 @@ contains
     call place_segments(lines%grid, reshape(lines%ends, [2, 2*n]), reshape([(i, i=1, 2*n)], [2, n]), 2*within)
   end subroutine list_straight_lines
 
-  !> The straight line that is nearest to a position, of those whose foot lies between their ends, and the foot; 0 where none is within
-  !> the distance.
+  !> The straight line that is nearest to a position, of those whose foot lies between their ends, and the foot. 0 where none is
+  !> within the distance.
   pure subroutine nearest_straight_line(lines, position, within, line, foot)
     type(straight_lines_t), intent(in) :: lines
     real(dp), intent(in) :: position(2)     !! length

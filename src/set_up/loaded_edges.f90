@@ -250,8 +250,8 @@ contains
     is_there = system%present(system%elements%block(piece%element))
   end function is_there
 
-  !> Finds the pieces on a line of a setting, of blocks that no stage has removed. Errors: a line on which no edge lies, or none along
-  !> more than a tenth of the line unless the deck allows it.
+  !> Finds the pieces on a line of a setting, of blocks that no stage has removed. Errors: a line on which no edge lies, or none
+  !> along more than a tenth of the line unless the deck allows it.
   subroutine find_pieces(scene, system, state, name, i, line, piece, error)
     type(scene_t), intent(in) :: scene
     type(system_t), intent(in) :: system
