@@ -134,7 +134,7 @@ contains
     subroutine declare_costs()
       call a_step('deformation_iterations', [integer ::], '1', 'iterations of the step', records%iterations, .true.)
       call a_step('solves', [integer ::], '1', 'systems of equations solved in the step', records%solves, .true.)
-      call a_step('rejected', [integer ::], '1', 'tries of the step that were cut', records%rejected, .true.)
+      call a_step('rejected', [integer ::], '1', 'how often the step was tried again with a smaller size', records%rejected, .true.)
       if (allocated(model%effects%accuracy)) &
         call a_step('green_elements', [integer ::], '1', 'elements that took Green strain in the step', records%green, .true.)
     end subroutine declare_costs

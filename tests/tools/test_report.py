@@ -141,8 +141,40 @@ def test_remarks_are_on_what_is_off(tmp_path):
     """Small strain at large steps takes rotation for growth: 1 + r^2 in a step."""
     grown = scree.run(SOURCE / "input/paper/rotation/t1.ana", output=tmp_path / "t1.h5")
     level, words, remarks = facts.verdict(grown, Units())
-    assert level == "look" and words.startswith("The run is complete") and len(remarks) == 1 and remarks[0].startswith("The area")
+    assert level == "look" and words.startswith("The run is complete") and len(remarks) == 1 and remarks[0].startswith("The blocks grew")
     assert facts.verdict(scree.run(SOURCE / "input/paper/rotation/t4.ana", output=tmp_path / "t4.h5"), Units())[::2] == ("good", [])
+
+
+def test_what_a_stage_removes_and_steps_tried_again_are_no_fault(tmp_path):
+    """A stage digs away one block of three: the others keep their areas to the strain that their weight makes. Notes say what was removed,
+    and how many steps were tried again."""
+    pillar = scree.run(SOURCE / "input/validation/s3-excavations/pillar.ana", output=tmp_path / "pillar.h5")
+    assert np.abs(facts.growth_of_areas(pillar)).max() < 1e-6
+    assert facts.verdict(pillar, Units())[::2] == ("good", [])
+    assert list(facts.notes_on(pillar, Units("m,Pa,s"))) == ["Stage 2 (dug) removed 1 block with an area of 1 m²."]
+    with h5py.File(pillar.path, "a") as f:
+        f["history/rejected"][3] = 40
+        f["history/area"][300] *= 1.02  # of the blocks that are left
+    pillar = scree.read(pillar.path)
+    level, _, remarks = facts.verdict(pillar, Units())
+    assert level == "look" and len(remarks) == 1 and remarks[0].startswith("The blocks grew by up to 2 % of their area")
+    assert next(facts.notes_on(pillar, Units())).startswith("40 steps were tried again with a smaller size, of 403 steps taken.")
+    assert subprocess.run([TOOL, pillar.path], capture_output=True).returncode == 0
+    text = pillar.path.with_suffix(".html").read_text()
+    assert '<ul class="notes"><li>40 steps were tried again' in text and "tries cut" not in text
+
+
+def test_an_overlap_is_measured_by_the_blocks_that_overlap(tmp_path):
+    """A pebble far away makes no overlap of large blocks suspicious."""
+    results = scree.run(SOURCE / "input/validation/s3-excavations/pillar.ana", output=tmp_path / "pillar.h5")
+    deepest = results.summary["overlap"]
+    size, words = facts.size_of_overlapping(results)
+    assert size == pytest.approx(np.sqrt(results.bodies.area[0][np.array(deepest["blocks"]) - 1].min()))
+    assert words in [f"block {block}" for block in deepest["blocks"]]
+    other = next(b for b in range(results.n_blocks) if b + 1 not in deepest["blocks"])
+    with h5py.File(results.path, "a") as f:
+        f["bodies/area"][:, other] = 1e-20
+    assert facts.size_of_overlapping(scree.read(results.path)) == (size, words)
 
 
 def test_a_run_that_was_killed_has_a_page(tmp_path):
@@ -327,6 +359,42 @@ def test_all_that_may_be_drawn_over_is_drawn(shown):
         browser.choose(name, off)
         assert browser.evaluate("player.canvas.toDataURL()") == plain, name
     assert browser.picture().startswith(b"\x89PNG")
+
+
+def shapes_of_canvases(browser):
+    """Width over height of each canvas: of its pixels, and where it is shown."""
+    return np.array(browser.evaluate("""[...document.querySelectorAll('canvas')].map(canvas => {
+        const box = canvas.getBoundingClientRect();
+        return [canvas.width / canvas.height, box.width / box.height];
+    })"""))
+
+
+@needs_browser
+def test_paper_distorts_no_picture(page):
+    """Paper is narrower than the window, and no script draws a page anew for paper: what was drawn is shown smaller, in its shape."""
+    with Browser() as browser:
+        browser.open(page[1])
+        browser.evaluate("window.sharp = []; window.addEventListener('beforeprint', () => sharp.push(player.canvas.width / player.canvas.clientWidth))")
+        assert len(browser.call("Page.printToPDF")["data"]) > 10_000
+        assert len(browser.evaluate("sharp")) == 1 and browser.evaluate("sharp[0]") >= 2.9
+        browser.call("Emulation.setEmulatedMedia", media="print")
+        for width in (700, 400, 1100):
+            browser.evaluate(f"document.body.style.width = '{width}px'")
+            drawn, shown_as = shapes_of_canvases(browser).T
+            np.testing.assert_allclose(shown_as, drawn, rtol=0.02)  # sizes are whole pixels
+        assert not browser.problems
+
+
+@needs_browser
+def test_a_window_of_another_size_distorts_no_picture(page):
+    with Browser() as browser:
+        browser.open(page[1])
+        for width in (700, 1500):
+            browser.call("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=False)
+            browser.until(f"window.innerWidth === {width} && player.wide === player.canvas.clientWidth")
+            drawn, shown_as = shapes_of_canvases(browser).T
+            np.testing.assert_allclose(shown_as, drawn, rtol=0.02)
+        assert not browser.problems
 
 
 @needs_browser

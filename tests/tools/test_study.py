@@ -1,18 +1,21 @@
 """tools/study: one scene with many numbers, also when it is killed, and elsewhere."""
 import csv
+import itertools
 import math
 import os
 import pathlib
 import shutil
 import signal
 import subprocess
+import sys
 import time
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import scree
 from scree.records import explain
-from scree.study import picture
+from scree.study import command, picture
 from scree.study.picture import rank_correlation
 from scree.study.runs import Study
 from scree.study.tables import TableError, read_table
@@ -374,6 +377,66 @@ def test_the_picture_of_a_study(folder):
     assert picture.read_bytes().startswith(b"\x89PNG") and picture.stat().st_size > 10000
 
 
+MODES = ([], ["--collect"], ["--part", "0/1"], ["--slurm"], ["--snakemake"])
+DRAWN = {"down": 0, "displacement.largest": 0, "at_rest": 0, "joint(1).phi": 0, "energy.given": 0,  # exit statuses
+         "status": 2, "results": 2, "no such column": 2}
+
+
+@pytest.fixture(scope="module")
+def studied(tmp_path_factory):
+    """A folder with a study of two runs whose results files are kept, so that its records serve every choice of options."""
+    folder = tmp_path_factory.mktemp("options")
+    (folder / "slide.ana").write_text(SLIDE.read_text().replace("slope30.blk", str(SLIDE.parent / "slope30.blk")))
+    (folder / "slide.toml").write_text("""deck = "slide.ana"
+set = ["step.count=5", "output.every=5"]
+[grid]
+"joint(1).phi" = [10, 20]
+[quantities]
+down = ["measured_points/displacement", -1, 0, 1]
+""")
+    return folder
+
+
+def options(mode, *words):
+    return [*(["--keep"] if words[0] else []), *(["--units", "mm=1e-3,kPa=1e3"] if words[1] else []), *(["--to", "all.csv"] if words[2] else []),
+            *mode, *(["--draw", words[3]] if words[3] else [])]
+
+
+# Each choice of --keep, --units and --to with each way to run; each column that may be drawn, with results files kept and not.
+CHOICES = [(mode, *on, quantity) for mode in MODES for *on, quantity in itertools.product(*3 * [(False, True)], (None, "down", "results"))]
+CHOICES += [(MODES[0], keep, False, False, quantity) for keep in (False, True) for quantity in DRAWN]
+
+
+def test_options_go_together_or_are_refused_in_one_line(studied, monkeypatch, capsys):
+    monkeypatch.chdir(studied)
+    monkeypatch.setattr(picture, "DPI", 20)
+    for mode, *choice in CHOICES:
+        quantity = choice[3]
+        monkeypatch.setattr(sys, "argv", [str(TOOL), "slide.toml", *options(mode, *choice)])
+        status = command.main()
+        said, case = capsys.readouterr(), (mode, choice)
+        writes_a_table = mode in (MODES[0], MODES[1])
+        refused = quantity is not None and (not writes_a_table or DRAWN[quantity] == 2)
+        assert status == (2 if refused else 0), (case, said.err)
+        if refused:
+            lines = [line for line in said.err.splitlines() if line.startswith("tools/study: ")]
+            assert len(lines) == 1 and "--draw: expected" in lines[0], (case, said.err)
+        elif quantity:
+            drawn = studied / "slide" / f"{quantity}.png"
+            assert drawn.read_bytes().startswith(b"\x89PNG") and said.out.endswith(f"{quantity}.png\n"), case
+            drawn.unlink()
+        plt.close("all")
+
+
+@pytest.mark.parametrize("option", ["--slurm", "--snakemake", "--part"])
+def test_a_picture_that_cannot_be_drawn_is_refused_before_any_run(folder, option):
+    """Where no table is written there is nothing to draw."""
+    words = [option, *(["0/1"] if option == "--part" else [])]
+    assert "draw with --collect" in study(folder, "slide.toml", "--draw", "down", *words, status=2).stderr
+    study(folder, "slide.toml", "--draw", "colour", status=2)
+    assert not list((folder / "slide" / "runs").glob("*.json"))
+
+
 def test_rank_correlation_is_spearmans():
     """1 - 6 sum d^2 / (n (n^2 - 1)) without ties; a law that grows has 1."""
     chance = np.random.default_rng(1)
@@ -403,7 +466,7 @@ first = ["VTKHDF/CellData/block", 0]
     assert found["joint(1).c"] == found["material(2).E"] == "force/length^2" and found["joint(1).phi"] == "degree"
     assert found["step.size"] == found["deck.g1"] == found["time.reached"] == "time" and found["down"] == found["overlap.largest"] == "length"
     assert not {"contact.restitution", "deck.n5", "first", "steps.taken"} & set(found)
-    columns = made.columns()
+    columns = made.header(), made.lines()
     figure = picture.drawn(table.names, *columns, "down", found, Units("mm=1e-3,kPa=1e3"))
     assert [axis.get_xlabel() for axis in figure.axes[:2]] == ["joint(1).c [kPa]", "contact.restitution"]
     assert figure.axes[0].get_ylabel() == "down [mm]" and figure.axes[2].get_ylabel() == "contact.restitution"

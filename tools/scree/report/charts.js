@@ -1,40 +1,51 @@
 const MARGIN = {left: 62, right: 10, top: 8, bottom: 24};
 
-/** Draws a panel of histories into an element of the page; what it returns moves the line that marks a frame. */
-function drawChart(box, {title, steps, series}, clicked) {
+/** Makes a panel of histories in an element of the page: `draw` draws it in the size that the page gives it, so many pixels of the
+ *  canvas a pixel of the page, `mark` moves the line that marks a frame. */
+function makeChart(box, {title, steps, series}, clicked) {
   box.innerHTML = `<h3></h3><div class="plot"><canvas></canvas><div class="now"></div></div><p class="legend"></p>`;
   box.querySelector("h3").textContent = title;
   const canvas = box.querySelector("canvas"), now = box.querySelector(".now"), legend = box.querySelector(".legend");
-  const ratio = window.devicePixelRatio || 1, wide = canvas.clientWidth, tall = canvas.clientHeight, pen = canvas.getContext("2d");
-  canvas.width = wide * ratio;
-  canvas.height = tall * ratio;
-  pen.scale(ratio, ratio);
-  const right = wide - MARGIN.right, bottom = tall - MARGIN.bottom, xs = ends([steps]), ys = ends(series.map(one => one.values));
+  const pen = canvas.getContext("2d"), xs = ends([steps]), ys = ends(series.map(one => one.values)), inX = words(xs), inY = words(ys);
+  let right = 0, bottom = 0, marked = xs[0];
   const toX = t => MARGIN.left + (t - xs[0]) / (xs[1] - xs[0]) * (right - MARGIN.left);
   const toY = value => bottom - (value - ys[0]) / (ys[1] - ys[0]) * (bottom - MARGIN.top);
-  pen.font = "11px system-ui, sans-serif";
-  pen.lineWidth = 1;
-  const inY = words(ys), inX = words(xs);
-  for (const value of ticks(ys)) {
-    pen.strokeStyle = "#e4e4e4";
-    line(pen, [[MARGIN.left, toY(value)], [right, toY(value)]]);
-    pen.textAlign = "right";
-    pen.fillText(inY(value), MARGIN.left - 6, toY(value) + 4);
+
+  function draw(ratio) {
+    const wide = canvas.clientWidth, tall = canvas.clientHeight;
+    [right, bottom] = [wide - MARGIN.right, tall - MARGIN.bottom];
+    [canvas.width, canvas.height] = [Math.round(wide * ratio), Math.round(tall * ratio)];
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.font = "11px system-ui, sans-serif";
+    pen.lineWidth = 1;
+    for (const value of ticks(ys)) {
+      pen.strokeStyle = "#e4e4e4";
+      line(pen, [[MARGIN.left, toY(value)], [right, toY(value)]]);
+      pen.textAlign = "right";
+      pen.fillText(inY(value), MARGIN.left - 6, toY(value) + 4);
+    }
+    for (const value of ticks(xs)) {
+      pen.textAlign = "center";
+      pen.fillText(inX(value), toX(value), tall - 6);
+      pen.strokeStyle = "#e4e4e4";
+      line(pen, [[toX(value), MARGIN.top], [toX(value), bottom]]);
+    }
+    series.forEach((one, i) => {
+      pen.strokeStyle = LOOK.lines[i % LOOK.lines.length];
+      pen.lineWidth = 1.4;
+      line(pen, one.values.map((value, k) => [toX(steps[k]), toY(value)]));
+    });
+    mark(marked);
   }
-  for (const value of ticks(xs)) {
-    pen.textAlign = "center";
-    pen.fillText(inX(value), toX(value), tall - 6);
-    pen.strokeStyle = "#e4e4e4";
-    line(pen, [[toX(value), MARGIN.top], [toX(value), bottom]]);
+
+  function mark(step) {
+    marked = step;
+    now.style.left = `${toX(step)}px`;
   }
-  series.forEach((one, i) => {
-    pen.strokeStyle = LOOK.lines[i % LOOK.lines.length];
-    pen.lineWidth = 1.4;
-    line(pen, one.values.map((value, k) => [toX(steps[k]), toY(value)]));
-    if (series.length > 1) legend.append(entry(one.name, LOOK.lines[i % LOOK.lines.length], 2));
-  });
+
+  if (series.length > 1) series.forEach((one, i) => legend.append(entry(one.name, LOOK.lines[i % LOOK.lines.length], 2)));
   canvas.addEventListener("click", event => clicked(xs[0] + (event.offsetX - MARGIN.left) / (right - MARGIN.left) * (xs[1] - xs[0])));
-  return step => { now.style.left = `${toX(step)}px`; };
+  return {draw, mark};
 }
 
 /** Least and largest number of lists, apart in any case. */

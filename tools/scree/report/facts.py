@@ -5,6 +5,7 @@ from ..histories import COLUMNS, axis_of, histories_of, is_static, names_of_hist
 from ..units import number
 
 SHARE = 0.01      # of what is compared with: an error above it is worth a look
+TOO_FAR_OFF = 2   # times the error that was asked for: an estimate tells no more
 BINS = 300        # over the time of a chart, each with the least and the largest of a series
 MOST_LINES = 6    # of a chart, those of the largest at the end
 
@@ -37,22 +38,88 @@ def remarks_on(results, units):
     history, summary = results.history, results.summary
     if not len(history.time):
         return
-    before, area = results.bodies.area[0].sum(), history.area
-    if np.abs(area / before - 1).max() > SHARE:
-        yield f"The area of all blocks changed by up to {percent(np.abs(area / before - 1).max())}: small strain takes rotation for growth."
+    growth = growth_of_areas(results)
+    worst = growth[np.abs(growth).argmax()] if len(growth) else 0.0
+    if abs(worst) > SHARE:
+        yield f"The blocks {'grew' if worst > 0 else 'shrank'} by up to {percent(abs(worst))} of their area: small strain takes rotation for growth."
     if "overlap" in history:
-        size, k = np.sqrt(results.bodies.area[0].min()), int(history.overlap.argmax())
+        k = int(history.overlap.argmax())
+        size, whose = size_of_overlapping(results)
         if history.overlap[k] > SHARE * size:
             yield (f"Contacts overlapped by up to {units.quantity(float(history.overlap[k]), 'length')}, "
-                   f"{percent(history.overlap[k] / size)} of the size of the smallest block, at time "
+                   f"{percent(history.overlap[k] / size)} of the size of {whose}, at time "
                    f"{units.quantity(float(history.time[k]), 'time')}.")
-    if "error" in history and history.error.share.max() > SHARE:
-        yield f"Steps are estimated to be off by up to {percent(history.error.share.max())} of the displacement."
+    off, asked = estimated_error(results)
+    if off > (TOO_FAR_OFF * asked if asked else SHARE):
+        yield (f"The run estimates that its displacements are off by {percent(off)}" +
+               (f"; step.accuracy asks for {percent(asked)}." if asked else "."))
     if summary and summary["energy"]["share_lost"] < -SHARE:
         yield f"Energy was made{since_restart(results, units)}: {percent(-summary['energy']['share_lost'])} of what there was to give."
-    cut = int(history.rejected.sum())
-    if cut > SHARE * len(history.time):
-        yield f"{cut} tries of steps were cut, of {len(history.time)} steps taken."
+
+
+def notes_on(results, units):
+    """What a reader may take for a fault, and is none."""
+    history = results.history
+    again = int(history.rejected.sum()) if "rejected" in history else 0
+    if again:
+        yield (f"{counted(again, 'step was', 'steps were')} tried again with a smaller size, of {len(history.time)} steps taken. Steps are "
+               "tried again where many contacts change at once; nothing is wrong with them.")
+    before, area, names = np.ones(results.n_blocks, bool), results.bodies.area[0], results.stage_names
+    for stage, there in blocks_of_stages(results).items():
+        if gone := int((before & ~there).sum()):
+            name = f"Stage {stage}" + (f" ({names[stage - 1]})" if names[stage - 1] != f"stage {stage}" else "")
+            yield (f"{name} removed {counted(gone, 'block', 'blocks')} with an area of "
+                   f"{units.quantity(float(area[before & ~there].sum()), 'length^2')}.")
+        before = there
+
+
+def counted(number, one, many):
+    return f"{number} {one if number == 1 else many}"
+
+
+def blocks_of_stages(results):
+    """For each stage that has a frame, whether each block is there (n_blocks), or a stage has removed the block."""
+    stages = results.frame_stages[:results.n_frames]
+    return {int(stage): there_in(results, int(np.flatnonzero(stages == stage)[-1])) for stage in np.unique(stages)}
+
+
+def there_in(results, frame):
+    """Whether each block is there in a frame (n_blocks)."""
+    there = np.zeros(results.n_blocks, bool)
+    there[results.block[results.present(frame)] - 1] = True
+    return there
+
+
+def growth_of_areas(results):
+    """Growth of the area of the blocks that are there, as a share of their area at the start, at each step of a stage that has a frame.
+    Blocks that a stage has removed count in neither area."""
+    history, area = results.history, results.bodies.area[0]
+    stage = history.stage if "stage" in history else np.ones(len(history.time), int)
+    growth = np.zeros(len(history.time))
+    for number, there in blocks_of_stages(results).items():
+        growth[stage == number] = history.area[stage == number] / area[there].sum() - 1
+    return growth
+
+
+def size_of_overlapping(results):
+    """The size of the smaller one of the two blocks with the deepest overlap, and its name; of the smallest block where the run was
+    killed, as nothing then says which two they were. The size is the square root of the area."""
+    size = np.sqrt(results.bodies.area[0])
+    said = results.summary and results.summary["overlap"]
+    if not said or not said["blocks"]:
+        return size.min(), "the smallest block"
+    smaller = min(said["blocks"], key=lambda block: size[block - 1])
+    return size[smaller - 1], f"block {smaller}"
+
+
+def estimated_error(results):
+    """The share of the displacement that the run estimates to be off by at its end, and what was asked for, 0 where nothing was."""
+    if "error" not in results.history:
+        return 0.0, 0.0
+    said = (results.summary or {}).get("error")
+    if said:
+        return said["share"], said["asked"] or 0.0
+    return float(results.history.error.share[-1]), 0.0
 
 
 def outcome_rows(results, units):
@@ -66,27 +133,32 @@ def outcome_rows(results, units):
 
     def where(name, dimension):
         found = said[name]
-        return f"{units.quantity(found['largest'], dimension)}, block {found['block']} at {place(found['position'])}"
+        return f"{units.quantity(found['largest'], dimension)}" + (
+            f", block {found['block']} at {place(found['position'])}" if found["largest"] else "")
 
-    rows = [("time", f"{units.quantity(said['time']['reached'], 'time')} of {units.quantity(said['time']['asked'], 'time')}"),
-            ("steps", f"{said['steps']['taken']} taken of {number(said['steps']['planned'])} planned, {said['steps']['cut']} tries cut, "
-                      f"{said['steps']['solves']} solves, {said['steps']['factors']} factors"),
-            ("farthest vertex", where("displacement", "length")), ("fastest vertex", where("speed", "length/time"))]
+    time, steps = said["time"], said["steps"]
+    rows = [("time", units.quantity(time["reached"], "time") + (f" of {units.quantity(time['asked'], 'time')}" if time["asked"] is not None else "")),
+            ("steps", f"{steps['taken']} taken" + (f" of {number(steps['planned'])} planned" if steps["planned"] is not None else "") +
+                      f", {steps['cut']} tried again with a smaller size; {steps['solves']} solves, {steps['factors']} factors"),
+            ("largest displacement", where("displacement", "length")), ("largest speed", where("speed", "length/time"))]
     if said["at_rest"] is not None:
         rows.append(("at rest", "yes" if said["at_rest"] else "no"))
     if said["balance"]:
-        rows.append(("out of balance", f"{number(said['balance']['share'])} of what acts on block {said['balance']['block']}; up to "
-                                       f"{number(said['balance']['tolerance'])} is equilibrium"))
-    rows.append(("area", f"changed by {percent(said['change_of_area'])}"))
+        rows.append(("unbalanced force", f"{number(said['balance']['share'])} of the forces on block {said['balance']['block']}; up to "
+                                         f"{number(said['balance']['tolerance'])} counts as equilibrium"))
+    rows.append(("area", f"{'shrank' if said['change_of_area'] < 0 else 'grew'} by {percent(abs(said['change_of_area']))}"))
     if said["overlap"]:
         deepest = said["overlap"]
         rows.append(("worst overlap", f"{units.quantity(deepest['largest'], 'length')} at time {units.quantity(deepest['time'], 'time')}, "
                                       f"block {deepest['blocks'][0]} in block {deepest['blocks'][1]} at {place(deepest['position'])}"
                      if deepest["largest"] else "none"))
-    given, friction, damping, lost = (units.quantity(said["energy"][name], results.history.units("energy/kinetic"))
-                                      for name in ("given", "friction", "damping", "lost_otherwise"))
-    rows.append(("energy", f"{given} given; friction took {friction}, damping {damping}; lost otherwise {lost}, "
-                           f"{percent(said['energy']['share_lost'])}"))
+    lost = said["energy"]["lost_otherwise"]
+    given, friction, damping, other = (units.quantity(abs(value), results.history.units("energy/kinetic"))
+                                       for value in (*(said["energy"][name] for name in ("given", "friction", "damping")), lost))
+    share = percent(abs(said["energy"]["share_lost"]))
+    rows.append(("energy", f"{given} supplied; friction took {friction}, damping {damping}; " + (
+        f"{other} ({share}) was gained, an error of the steps" if lost < 0 else
+        f"{other} ({share}) was lost in {'static steps' if is_static(results) else 'impacts and steps'}")))
     return rows
 
 

@@ -1,16 +1,17 @@
 const byId = id => document.getElementById(id);
 const FRAMES_A_SECOND = 20;
+const PRINTED = 3;     // pixels of a canvas a pixel of the page, for paper
 
 /** Makes the page alive: unpacks the frames, draws histories, listens. */
 async function begin() {
   const facts = JSON.parse(byId("facts").textContent), bytes = await unzipped(byId("frames").textContent);
   const scene = new Scene(facts.scene, name => facts.arrays[name] && unfolded(bytes, facts.arrays[name]));
   const player = new Player(byId("scene"), scene);
-  const marks = facts.charts.map(chart => {
+  const charts = facts.charts.map(chart => {
     const box = document.createElement("section");
     box.className = "chart";
     byId("charts").append(box);
-    return drawChart(box, chart, step => show(nearestFrame(scene.steps, step)));
+    return makeChart(box, chart, step => show(nearestFrame(scene.steps, step)));
   });
   let pointed = -1, playing = 0;
 
@@ -18,7 +19,7 @@ async function begin() {
     player.frame = frame;
     byId("frame").value = frame;
     byId("time").textContent = `${scene.moments[frame]}, frame ${frame} of ${scene.frames - 1}`;
-    for (const mark of marks) mark(scene.steps[frame]);
+    for (const chart of charts) chart.mark(scene.steps[frame]);
     player.draw();
     say();
   }
@@ -46,6 +47,13 @@ async function begin() {
     show(player.frame);
   }
 
+  /** Draws all anew in the size that the page gives it, with at least so many pixels of a canvas a pixel of the page. */
+  function drawAll(finest) {
+    player.finest = finest;
+    player.draw();
+    for (const chart of charts) chart.draw(Math.max(finest, window.devicePixelRatio || 1));
+  }
+
   function step(stamp) {
     if (!playing) return;
     if (stamp - playing >= 1000 / FRAMES_A_SECOND - 4) { // a screen shows at its own times
@@ -68,7 +76,9 @@ async function begin() {
   for (const name of ["field", "joints", "vectors", "crosses", "mesh", "points", "numbers", "magnify"])
     byId(name).addEventListener("input", redraw);
   byId("fit").addEventListener("click", () => { player.fit(); player.draw(); });
-  window.addEventListener("resize", () => player.draw());
+  window.addEventListener("resize", () => drawAll(1));
+  window.addEventListener("beforeprint", () => drawAll(PRINTED));
+  window.addEventListener("afterprint", () => drawAll(1));
   document.addEventListener("keydown", event => {
     if (event.target.tagName === "INPUT" && event.target.type === "number") return;
     const moves = {ArrowRight: 1, ArrowLeft: -1};
@@ -82,6 +92,7 @@ async function begin() {
   Object.assign(window, {player, show});
   player.frame = scene.frames - 1;
   redraw();
+  drawAll(1);
 }
 
 function nearestFrame(steps, step) {

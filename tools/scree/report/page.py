@@ -26,7 +26,7 @@ def page_of(file, units):
     look = look_of(file, units)
     level, words, remarks = facts.verdict(results, units)
     parts = {
-        "name": html.escape(file.name), "level": level, "verdict": html.escape(words), "remarks": listed(remarks),
+        "name": html.escape(file.name), "level": level, "verdict": html.escape(words), "remarks": listed(remarks) + listed(list(facts.notes_on(results, units)), "notes"),
         "fields": "".join(f"<option>{name}</option>" for name in FIELDS), "tables": tables(results, units), "decks": decks(results),
         "style": own("style.css"), "facts": as_json({"scene": scene, "arrays": pack.directory, "charts": facts.charts(results, units)}),
         "frames": pack.text(), "along": html.escape(axis_of(results, units, is_static(results))[0]),
@@ -88,8 +88,8 @@ def drawn(look):
     return {"colour": to_hex(look["colors"]), "width": look["linewidths"] * 4 / 3, "dash": [] if style == "solid" else list(style[1])}
 
 
-def listed(words):
-    return '<ul class="remarks">' + "".join(f"<li>{html.escape(line)}</li>" for line in words) + "</ul>" if words else ""
+def listed(words, kind="remarks"):
+    return f'<ul class="{kind}">' + "".join(f"<li>{html.escape(line)}</li>" for line in words) + "</ul>" if words else ""
 
 
 def table(title, rows, numbers=()):

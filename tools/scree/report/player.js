@@ -6,7 +6,7 @@ const DARK = "#262626", GREY = "#b3b3b3", MESH = "#59595940";
 /** Draws a frame of a scene on a canvas, where one can zoom and pan. */
 class Player {
   constructor(canvas, scene) {
-    Object.assign(this, {canvas, scene, pen: canvas.getContext("2d"), frame: 0, magnified: 1, field: "block", joints: "", vectors: "",
+    Object.assign(this, {canvas, scene, pen: canvas.getContext("2d"), frame: 0, magnified: 1, field: "block", joints: "", vectors: "", finest: 1,
       crosses: false, mesh: true, points: false, numbers: false});
     this.bins = new Int32Array(scene.elements);
     this.fit();
@@ -15,7 +15,7 @@ class Player {
 
   /** Takes the size that the page gives the canvas. */
   resize() {
-    this.ratio = window.devicePixelRatio || 1;
+    this.ratio = Math.max(this.finest, window.devicePixelRatio || 1);
     this.wide = this.canvas.clientWidth;
     this.tall = this.canvas.clientHeight;
     const size = [this.wide, this.tall].map(length => Math.round(length * this.ratio));

@@ -129,10 +129,22 @@ def study_of(given):
     return Study(table, [deck.absolute() for deck in decks], given.set, given.output.absolute(), given.scree, given.keep)
 
 
+def check_drawing(given, header):
+    """ScreeError, before any run, where a picture cannot be drawn: there is no table to draw from, or no such column in it."""
+    without = next((f"--{word}" for word in ("slurm", "snakemake", "part") if getattr(given, word) not in (None, False)), None)
+    if without:
+        raise ScreeError(f"--draw: expected a study that writes its table, found {without}: draw with --collect, when all runs are there")
+    if given.draw not in header:
+        raise ScreeError(f"--draw: expected a column of the table: {', '.join(header)}; found '{given.draw}'")
+
+
 def work(given):
     """Does what is asked; returns the exit status."""
     study, units = study_of(given), Units(given.units)
     check_output(given.to)
+    header = study.header()
+    if given.draw is not None:
+        check_drawing(given, header)
     if given.slurm or given.snakemake:
         return write_job(given, study)
     numbers = range(len(study.keys)) if given.part is None else range(given.part[0], len(study.keys), given.part[1])
@@ -141,14 +153,14 @@ def work(given):
         raise ScreeError(f"{stopped} runs were ended by a signal: the same command goes on")
     if given.part is not None:
         return 0
-    header, lines = study.columns()
+    lines = study.lines()
     write_table(given.to, header, lines)
     status = tell(study, made)
     print(given.to.absolute())
     if given.draw:
         from .picture import draw, drawn  # here, as matplotlib takes a second to begin
         figure = drawn(study.table.names, header, lines, given.draw, study.dimensions(), units)
-        print(draw(figure, given.output / f"{given.draw}.png"))
+        print(draw(figure, given.output / f"{given.draw.replace('/', '-')}.png"))
     return status
 
 

@@ -9,6 +9,7 @@ from ..errors import ScreeError
 from .output import numbers_of
 
 MOST_COLUMNS = 3  # of panels
+DPI = 150
 
 
 def ranks(values):
@@ -61,7 +62,7 @@ def drawn(names, header, lines, quantity, dimensions, units):
 def draw(figure, path):
     """Writes a figure. Returns the path."""
     try:
-        figure.savefig(path, dpi=150)
+        figure.savefig(path, dpi=DPI)
     except (OSError, ValueError) as problem:
         raise ScreeError(f"{path}: cannot write the picture: {problem}") from None
     return path

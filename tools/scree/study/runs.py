@@ -153,13 +153,14 @@ class Study:
             if left.with_name(f"{left.name.split('-')[0]}.json").exists():
                 left.unlink(missing_ok=True)
 
-    def columns(self):
-        """Header and lines of the table of what the runs came to. It has no times of the clock: it is the same however often the
-        study was stopped."""
-        places = {name: [f"{name}.x", f"{name}.y"] if name in PLACES else [name] for name in SUMMARY}
-        header = ["run", *self.table.names, "status", *sum(places.values(), []), *self.table.quantities]
-        if self.keeps:
-            header.append("results")
+    def header(self):
+        """The names of the columns of the table, which are known before any run."""
+        places = [[f"{name}.x", f"{name}.y"] if name in PLACES else [name] for name in SUMMARY]
+        return ["run", *self.table.names, "status", *sum(places, []), *self.table.quantities, *(["results"] if self.keeps else [])]
+
+    def lines(self):
+        """The lines of the table of what the runs came to: numbers, truth values and texts, None where a run has nothing. The lines
+        hold no times of the clock: they are the same however often the study was stopped."""
         lines = []
         for number, row in enumerate(self.table.rows):
             found = self.record(number) or {"status": "not run"}
@@ -168,9 +169,9 @@ class Study:
             line = [number + 1, *row, found["status"], *values, *(quantities.get(name) for name in self.table.quantities)]
             if self.keeps:
                 there = self.results_path(number)
-                line.append(there.relative_to(self.folder) if there.exists() else None)
+                line.append(str(there.relative_to(self.folder)) if there.exists() else None)
             lines.append(line)
-        return header, lines
+        return lines
 
     def dimensions(self):
         """The dimensions of the columns that have one, by their names; of quantities those of the first run that came to its end."""
