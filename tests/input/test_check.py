@@ -304,14 +304,6 @@ def test_a_run_warns_once_and_runs(tmp_path):
     assert len(done.stderr.splitlines()) == 1 and done.stderr.startswith("scree: warning: joint material 1: "), done.stderr
 
 
-def test_no_deck_that_is_shipped_calls_for_a_warning():
-    decks = [path for path in sorted((SOURCE / "input").rglob("*.ana")) if "geometry=" in path.read_text()]
-    assert len(decks) > 50
-    for path in decks:
-        done = scree.call("check", path, "--strict", "--quiet")
-        assert done.returncode == 0 and done.stdout == "", (path, done.stdout)
-
-
 @pytest.mark.parametrize("preset", ["none", "shi"])
 def test_what_touches_does_not_depend_on_whose_rules_the_run_has(preset, tmp_path):
     """Shi's rules look for contacts up to 6 % of the model away, which is not touching."""
