@@ -153,6 +153,7 @@ module scree_contacts
     real(dp) :: penetration = huge(1.0_dp)  !! that multipliers leave; huge: springs alone, length
     real(dp) :: restitution = -1.0_dp       !! share of the velocity that an impact gives back; below 0: as the springs have it
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
+    real(dp) :: settling = 0.0_dp           !! of a column as high as the scene under its own weight, length
     real(dp) :: leap = 0.25_dp              !! of the sides about, that a vertex may move beyond what its velocity makes
     type(shi_law_t) :: shi
   end type contact_law_t

@@ -35,6 +35,7 @@ module scree_bearings
     logical :: reached = .false.             !! by the impact, or it closes
     real(dp) :: energy = 0.0_dp              !! of the approach, of the masses as the contact feels them; force length
     real(dp) :: swing = huge(1.0_dp)         !! of these masses on its spring, time
+    real(dp) :: rebound = huge(1.0_dp)       !! of all that energy against what the bodies bear, length
     real(dp) :: depth = 0.0_dp               !! to which the approach presses its spring, length
     real(dp) :: struck = 0.0_dp              !! impulse between its two bodies, were they rigid and met when it began; force time
     real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
@@ -52,7 +53,7 @@ module scree_bearings
   end type blow_t
 
   !> Steps in a swing of a spring that leave to chance what it gives back.
-  real(dp), parameter :: steps_in_swing = 10.0_dp
+  real(dp), parameter, public :: steps_in_swing = 10.0_dp
   !> An approach below this share of what cancels in it is round-off.
   real(dp), parameter :: round_off = 64*epsilon(1.0_dp)
   !> An impact reaches a contact that it strikes by more than this share of the largest impulse of what closes.
@@ -68,7 +69,8 @@ module scree_bearings
 contains
 
   !> What strikes in a step that does not resolve how its springs swing, so that the phase of the step decides what they give back
-  !> (doc/theory.md, section 4). Of what meets with two corners at once each has a share that it would have alone.
+  !> (doc/theory.md, section 4). Of what meets with two corners at once each has a share that it would have alone. What would rise
+  !> by no more than the rock settles under its weight (`settling`) is the swing of a weight that acts at once, and no impact.
   pure type(blow_t) function blow_of_step(model, cache, state, rule, d, try) result(blow)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -83,7 +85,8 @@ contains
     part_of = bonded_bodies(model, state, try)
     call list_bearings(model, part_of, d, try, bearing)
     call find_approaches(model, cache, state, part_of, rule, d, try, bearing)
-    associate (by_chance => bearing%strikes .and. bearing%swing < steps_in_swing*rule%dt)
+    associate (by_chance => bearing%strikes .and. bearing%swing < steps_in_swing*rule%dt .and. &
+                            bearing%rebound > try%law%settling)
       if (.not. any(by_chance)) return
       blow = blow_t(sum(bearing%energy, mask=by_chance), minval(bearing%swing, mask=by_chance))
     end associate
@@ -284,6 +287,7 @@ contains
           own%energy = 0.5_dp*approach**2/resistance(1)
           own%swing = 2*pi/sqrt(resistance(1)*stiffness(1))
           own%depth = approach/sqrt(resistance(1)*stiffness(1))
+          if (minval(borne(own%block)) > 0) own%rebound = own%energy/minval(borne(own%block))
         end if
         own%strikes = own%closes .and. approach > minval(borne(own%block))*sqrt(resistance(1)/stiffness(1))
         if (own%closes) own%met_at = min(1.0_dp, max(0.0_dp, try%start(active, own%contact)%gap)/(approach*rule%dt))

@@ -159,9 +159,9 @@ contains
     if (.not. allocated(error)) then
       call resume_pace(scene%settings, state)
       if (at_end(scene%settings, state) .and. .not. (state%stage%number < n_stages .and. is_settled(scene%settings, state))) &
-        call fail(error, status_bad_input, past%path//': expected step.end_time and step.count '// &
-        'beyond the checkpoint to go on with, found it at time '//rounded_text(time_of_run(state))// &
-        '; give --set step.end_time=...')
+        call fail(error, status_bad_input, past%path//': the run has come to its end, at time '// &
+        rounded_text(time_of_run(state))//'; to go on beyond the checkpoint give a larger --set step.end_time=... '// &
+        'and step.count=...')
     end if
     if (allocated(error)) call leave_past(past)
   end subroutine take_past

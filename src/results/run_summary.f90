@@ -71,6 +71,7 @@ module scree_run_summary
     real(dp) :: friction = 0.0_dp, damping = 0.0_dp, yield = 0.0_dp, asleep = 0.0_dp, dissipated = 0.0_dp
     logical :: has_bolts = .false.       !! the scene has
     logical :: may_swing = .false.       !! it has bolts, or joints with a stiffness of their own
+    logical :: is_static = .false.       !! the run, or its last stage: its steps begin at rest
     type(stage_ending_t), allocatable :: stage(:) !! of a run of several those that it was in
     real(dp) :: staged = 0.0_dp          !! energy that the changes from stage to stage gave; below 0: took
     real(dp) :: given = 0.0_dp           !! kinetic and strain energy at the start, fallen, and absolute work
@@ -194,6 +195,7 @@ contains
       summary%at_rest = all(bodies_at_rest(model, cache, state, resting))
     if (allocated(state%deviation)) summary%off = share_off(model, cache, state%deviation)
     summary%aim = model%settings%aim
+    summary%is_static = model%effects%is_static()
     summary%area = area_of(cache)
     associate (now => state%books, from => summary%books_from)
       summary%work = now%work - from%work

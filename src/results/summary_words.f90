@@ -1,6 +1,7 @@
 !> What a run came to, in words for a screen, and as a JSON object (doc/results.md).
 module scree_summary_words
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use scree_bearings, only: steps_in_swing
   use scree_equilibrium, only: words_of_balance
   use scree_json, only: begin_list, begin_object, end_list, end_object, json_t, put, put_null
   use scree_kinds, only: dp
@@ -44,12 +45,12 @@ contains
       end do
     end if
     call add('steps: '//words_of_steps(summary, ending))
-    call add('moves: '//words_of_motion(summary))
+    call add('displacement: '//words_of_vertex(summary%displacement, summary%extent))
+    if (.not. summary%is_static) call add('speed: '//words_of_speed(summary))
     if (allocated(summary%balance)) call add('balance: '//words_of_forces(summary))
     call add('energy: '//words_of_energy(summary))
     call add('area: '//words_of_change(change_of_area(summary)))
     if (summary%touches) call add('overlap: '//words_of_overlap(summary))
-    if (summary%blows%energy > 0) call add('impacts: '//words_of_blows(summary))
     if (allocated(summary%off)) call add('error: '//words_of_error(summary))
     call add('time: '//words_of_time(ending%cost))
     if (size(ending%warning) > 0) call add('warnings: '//number_text(size(ending%warning)))
@@ -84,7 +85,8 @@ contains
     text = stage%name//': '//trim(merge('static ', 'dynamic', stage%static))//', '//stage%verdict//', '// &
            number_text(stage%steps)//' steps to time '//words_of_instant(stage%to)
     if (abs(stage%given) > 0) &
-      text = text//'; its beginning '//trim(merge('took', 'gave', stage%given < 0))//' energy of '//words(abs(stage%given))
+      text = text//'; the change to it '//trim(merge('removed ', 'supplied', stage%given < 0))//' an energy of '// &
+             words(abs(stage%given))
   end function words_of_stage
 
   !> Steps planned and taken, and what they took.
@@ -95,11 +97,11 @@ contains
 
     text = number_text(summary%taken)//' taken'
     if (summary%planned >= 0) text = text//' of '//number_text(summary%planned)//' planned'
-    text = text//', '//number_text(summary%cut)//' tries cut'//words_of_cuts(summary)//', '// &
-           number_text(summary%solves)//' solves, '//number_text(factors_of(ending%cost))//' factors'
+    text = text//', '//number_text(summary%cut)//' tried again smaller'//words_of_cuts(summary)//'; '// &
+           number_text(summary%solves)//' systems solved, '//number_text(factors_of(ending%cost))//' matrices factorised'
   end function words_of_steps
 
-  !> Tries cut, by reason, in brackets; nothing where none was.
+  !> How many tries were made again with a smaller step, by reason, in brackets; nothing where none was.
   function words_of_cuts(summary) result(text)
     type(summary_t), intent(in) :: summary
     character(len=:), allocatable :: text
@@ -112,16 +114,15 @@ contains
     if (len(text) > 0) text = ' ('//text(3:)//')'
   end function words_of_cuts
 
-  !> What went farthest, what is fastest, and whether all is at rest.
-  function words_of_motion(summary) result(text)
+  !> What is fastest, and whether all is at rest.
+  function words_of_speed(summary) result(text)
     type(summary_t), intent(in) :: summary
     character(len=:), allocatable :: text
 
-    text = 'farthest '//words_of_vertex(summary%displacement, summary%extent)// &
-           '; fastest '//words_of_vertex(summary%speed, summary%extent)
+    text = words_of_vertex(summary%speed, summary%extent)
     if (.not. allocated(summary%at_rest)) return
-    text = text//'; '//trim(merge('at rest    ', 'not at rest', summary%at_rest))
-  end function words_of_motion
+    text = text//'; '//trim(merge('all blocks are at rest    ', 'not all blocks are at rest', summary%at_rest))
+  end function words_of_speed
 
   !> Whether the forces of a static run balance, and how it moves where they do not.
   function words_of_forces(summary) result(text)
@@ -132,34 +133,40 @@ contains
       if (balance%block == 0) then
         text = 'nothing can move'
       else if (balance%share <= summary%tolerance) then
-        text = 'in equilibrium, to '//words(balance%share)//' of what acts on block '//number_text(balance%block)
+        text = 'in equilibrium; the largest unbalanced force is '//words(balance%share)//' of the forces on block '// &
+               number_text(balance%block)
       else
         text = 'not in equilibrium: '//words_of_balance(balance)
       end if
     end associate
   end function words_of_forces
 
-  !> A value, its block and its place.
+  !> The largest value, its block and its place.
   function words_of_vertex(most, extent) result(text)
     type(vertex_most_t), intent(in) :: most
     real(dp), intent(in) :: extent       !! of the model, length
     character(len=:), allocatable :: text
 
-    text = 'nothing'
+    text = 'none'
     if (abs(most%value) > 0 .or. .not. ieee_is_finite(most%value)) &
-      text = 'block '//number_text(most%block)//' by '//words(most%value)//' at '//words_of_position(most%position, extent)
+      text = 'at most '//words(most%value)//', of block '//number_text(most%block)//' at '//words_of_position(most%position, extent)
   end function words_of_vertex
 
-  !> What was given, and where it went.
+  !> What was supplied, and where it went. A static step drops the kinetic energy that it ends with: half of what a load supplies
+  !> that acts on linear springs at once.
   function words_of_energy(summary) result(text)
     type(summary_t), intent(in) :: summary
     character(len=:), allocatable :: text
 
     associate (lost => lost_otherwise(summary))
-      text = words(summary%given)//' given; friction took '//words(summary%friction)//', damping '//words(summary%damping)
+      text = words(summary%given)//' supplied; friction took '//words(summary%friction)//', damping '//words(summary%damping)
       if (summary%has_bolts) text = text//', bolts '//words(summary%yield)
-      text = text//'; '//words(abs(lost))//trim(merge(' made', ' lost', lost < 0))//' otherwise, '// &
-             words(100*abs(share_lost(summary)))//' %'
+      text = text//'; '//words(abs(lost))//' ('//words(100*abs(share_lost(summary)))//' %) was '
+      if (lost < 0) then
+        text = text//'gained, an error of the steps'
+      else
+        text = text//'lost in '//trim(merge('static steps     ', 'impacts and steps', summary%is_static))
+      end if
     end associate
   end function words_of_energy
 
@@ -168,7 +175,7 @@ contains
     real(dp), intent(in) :: change
     character(len=:), allocatable :: text
 
-    text = words(100*abs(change))//' % '//trim(merge('lost  ', 'gained', change < 0))
+    text = 'the blocks '//trim(merge('shrank', 'grew  ', change < 0))//' by '//words(100*abs(change))//' %'
   end function words_of_change
 
   !> The deepest overlap, where and when.
@@ -178,30 +185,22 @@ contains
 
     associate (overlap => summary%overlap)
       text = 'none'
-      if (overlap%blocks(1) > 0) text = words(overlap%value)//' at most, block '//number_text(overlap%blocks(1))//' in block '// &
-        number_text(overlap%blocks(2))//', '//words_of_position(overlap%position, summary%extent)//', time '// &
+      if (overlap%blocks(1) > 0) text = 'at most '//words(overlap%value)//', of block '//number_text(overlap%blocks(1))// &
+        ' in block '//number_text(overlap%blocks(2))//' at '//words_of_position(overlap%position, summary%extent)//', time '// &
         words_of_instant(overlap%time)
     end associate
   end function words_of_overlap
 
-  !> What strikes in steps that do not resolve it.
-  function words_of_blows(summary) result(text)
-    type(summary_t), intent(in) :: summary
-    character(len=:), allocatable :: text
-
-    text = words(100*share_of_blows(summary))//' % of what was given struck contacts whose springs swing in '// &
-           words(summary%blows%swing)//', which the steps do not resolve'
-  end function words_of_blows
-
-  !> Warning where that may be more than a tenth of all; nothing else.
+  !> Warning where more than a tenth of the energy strikes in steps that are too long for its bounce; nothing else.
   function warning_of_blows(summary) result(text)
     type(summary_t), intent(in) :: summary
     character(len=:), allocatable :: text
 
     text = ''
     if (share_of_blows(summary) > suspicious_blows) &
-      text = words_of_blows(summary)//': chance decides how much of it comes back; contact.restitution, of 0 to 1, decides it, '// &
-             'or steps of a tenth of that'
+      text = words(100*share_of_blows(summary))//' % of the supplied energy went into impacts that the steps are too long to '// &
+             'follow, so chance decides how far blocks bounce: set contact.restitution, from 0 (no bounce) to 1 (full bounce), '// &
+             'or take steps of at most '//words(summary%blows%swing/steps_in_swing)
   end function warning_of_blows
 
   !> How far the run is off, by its own estimate.
@@ -209,8 +208,8 @@ contains
     type(summary_t), intent(in) :: summary
     character(len=:), allocatable :: text
 
-    text = 'off by '//words(summary%off)//' of its displacement, by its own estimate'
-    if (summary%aim > 0) text = text//', '//words(summary%aim)//' asked for'
+    text = 'the run estimates that its displacements are off by '//words(summary%off)//' of their size'
+    if (summary%aim > 0) text = text//'; step.accuracy asks for '//words(summary%aim)
   end function words_of_error
 
   !> Warning where that is clearly more than was asked for; nothing else.
@@ -221,7 +220,7 @@ contains
     text = ''
     if (.not. (allocated(summary%off) .and. summary%aim > 0)) return
     if (summary%off > too_far_off*summary%aim) &
-      text = words_of_error(summary)//': lower step.accuracy until what is looked at stays the same'
+      text = words_of_error(summary)//': lower step.accuracy until the results that you look at stay the same'
   end function warning_of_error
 
   !> Warning where more was lost than the estimate of the error may leave out: it has nothing of what steps take from blocks that
@@ -233,8 +232,8 @@ contains
     text = ''
     if (.not. (allocated(summary%off) .and. summary%may_swing)) return
     if (share_lost(summary) > merge(summary%aim, suspicious_loss, summary%aim > 0)) &
-      text = words(100*share_lost(summary))//' % of what was given went in impacts, or as blocks swung on bolts and joints: of '// &
-             'that the estimate of the error has nothing; try a tenth of step.size or of step.accuracy'
+      text = words(100*share_lost(summary))//' % of the supplied energy was lost in impacts, or where blocks swing on bolts '// &
+             'and joints; the estimated error does not contain that loss: try a tenth of step.size or of step.accuracy'
   end function warning_of_swings
 
   !> Time of the wall, and the phases that took most of it.
@@ -383,7 +382,7 @@ contains
 
   contains
 
-    !> A value, its block and its place.
+    !> The largest value, its block and its place.
     subroutine put_vertex(name, most)
       character(len=*), intent(in) :: name
       type(vertex_most_t), intent(in) :: most

@@ -3,7 +3,7 @@ module scree_make_effects
   use scree_block_input, only: blocks_t
   use scree_bolt, only: bolt_t
   use scree_contact_rules, only: looks_at_all
-  use scree_contacts, only: shi_law_t
+  use scree_contacts, only: contact_law_t, shi_law_t
   use scree_cover_input, only: cover_quality_t
   use scree_interpolation, only: kinematics_of, kinematics_t
   use scree_kinds, only: dp, pi
@@ -147,7 +147,8 @@ contains
         if (effects%rotation /= rotation_linear) &
           call name('finite rotation', "rotation='"//scene%words(index_of(scene%words, 'method.rotation'))%value//"' in &method")
         if (effects%mass_follows_area) call name('mass that follows area', "mass='follows_area' in &method or preset='shi'")
-        if (scene%carried < 1) call name('static', 'the deck hands on '//percent(scene%carried)//' of the velocity (k01)')
+        if (scene%carried < 1) &
+          call name('static', 'a step begins with '//percent(scene%carried)//' of the velocity of the step before (k01)')
       end associate
     end subroutine cover_blocks
 
@@ -221,9 +222,9 @@ contains
         held%by_springs = scene%settings%fixed /= fixed_exact
         held%stiffness = scene%settings%fixed_stiffness
         if (size(of_kind) > 0) call name('fixed points', number_text(size(of_kind))//' in the geometry, '// &
-                                         merge('held by springs   ', 'eliminated exactly', held%by_springs))
-        if (size(rollers) > 0) call name('rollers', 'lines of &support, '//number_text(size(rollers)/places_of_piece)// &
-                                         ' times an edge, '//merge('held by springs   ', 'eliminated exactly', held%by_springs))
+                                         merge('held by springs', 'held exactly   ', held%by_springs))
+        if (size(rollers) > 0) call name('rollers', 'edges on lines of &support, '//number_text(size(rollers)/places_of_piece)// &
+                                         ' in all, '//merge('held by springs', 'held exactly   ', held%by_springs))
         call by_element(system, [of_kind, rollers], table, held%first, held%point, held%table)
         if (size(rollers) > 0) held%direction = direction(:, held%point)
         held%home = state%point(:, held%point)
@@ -287,8 +288,38 @@ contains
         end if
         effects%contact%cohesion = [joint%cohesion, 0.0_dp]
         effects%contact%strength = [joint%tensile_strength, 0.0_dp]
+        if (allocated(effects%gravity)) effects%contact%settling = settling_of_scene(effects%contact)
       end associate
     end subroutine let_touch
+
+    !> What a column of rock as high as the scene settles by under its own weight, length: unit weight times height squared over
+    !> twice the modulus of a mass of blocks, 1/(1/E + 1/(s b)), with s the stiffness of a joint across and b the mean size of a
+    !> block. A joint without a stiffness of its own is two springs on a face.
+    !>
+    !> A weight that acts at once makes speeds of up to g H/c, as a point is free until the wave from the foot comes by, at
+    !> c = (E/rho)^1/2. What comes back of that speed rises by g H^2/(2 c^2), which is this settling.
+    pure real(dp) function settling_of_scene(law) result(settling)
+      type(contact_law_t), intent(in) :: law
+      type(kinematics_t) :: element
+      real(dp) :: area, height, size_of_block, soft
+      integer :: e
+
+      area = 0.0_dp
+      do e = 1, system%n_elements
+        element = kinematics_of(system, state, e)
+        area = area + element%area
+      end do
+      size_of_block = sqrt(area/system%n_blocks)
+      height = maxval(state%vertex(2, :)) - minval(state%vertex(2, :))
+      soft = size_of_block/(2*law%normal_stiffness)
+      if (allocated(law%joint_stiffness)) then
+        if (any(law%joint_stiffness(1, :) > 0)) &
+          soft = max(soft, 1/minval(law%joint_stiffness(1, :), mask=law%joint_stiffness(1, :) > 0))
+      end if
+      associate (rock => scene%block_material(system%elements%material))
+        settling = maxval(rock%unit_weight*(1/rock%young + soft/size_of_block))*height**2/2
+      end associate
+    end function settling_of_scene
 
     !> Islands at rest need no computing where a touch or a load can wake them, and a weight tells what little is.
     subroutine let_sleep()

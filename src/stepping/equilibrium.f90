@@ -357,11 +357,13 @@ contains
     type(balance_t), intent(in) :: balance
     character(len=:), allocatable :: text
 
-    text = 'block '//number_text(balance%block)//' at '//place_text(balance%position, balance%extent)//' is out of balance by '// &
-           short_text(balance%share)//' of what acts on it, and moved by '//pair_text(balance%way)// &
-           ' in the last step, '//short_text(balance%speed)//' a time'
+    text = 'block '//number_text(balance%block)//' at '//place_text(balance%position, balance%extent)// &
+           ' has an unbalanced force, '//short_text(balance%share)//' of the forces on the block; it moved by '// &
+           pair_text(balance%way)// &
+           ' in the last step, at a speed of '//short_text(balance%speed)
     if (balance%moves) text = text//', and nothing stops it'
-    if (balance%others > 0) text = text//'; so are '//number_text(balance%others)//' others'
+    if (balance%others == 1) text = text//'; another block is not in equilibrium either'
+    if (balance%others > 1) text = text//'; '//number_text(balance%others)//' other blocks are not in equilibrium either'
   end function words_of_balance
 
 end module scree_equilibrium

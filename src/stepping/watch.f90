@@ -83,7 +83,7 @@ contains
     integer :: e
 
     if (ieee_is_finite(stored_energy(state%books))) return
-    trouble%what = 'velocity or stress is beyond all numbers'
+    trouble%what = 'its velocity or stress is not a finite number'
     trouble%advice = 'a smaller step.size, and check density, E and loads'
     do e = 1, model%n_elements
       if (all(ieee_is_finite(state%velocity(model%elements%unknown(:, e)))) .and. &
@@ -105,8 +105,8 @@ contains
 
     if (watch%impact_warned .or. .not. allocated(trouble%what)) return
     watch%impact_warned = .true.
-    call warn(progress, 'time '//rounded_text(time)//': an impact is left to springs, without contact.restitution: '// &
-              words_of(trouble, model))
+    call warn(progress, 'time '//rounded_text(time)//': contact.restitution was not applied to an impact, which the contact '// &
+              'springs carried instead: '//words_of(trouble, model))
   end subroutine watch_impact
 
   !> Looks at areas and energy after a step.
@@ -163,12 +163,12 @@ contains
       trouble%element = worst
       trouble%position = cache%element(worst)%kinematics%centroid
       if (ratio < 1) then
-        trouble%what = 'it is crushed to '//rounded_text(ratio)//' of its area at the start, under '//words_of_stress(worst)
-        if (.not. ratio > 0) trouble%what = 'it is turned inside out'
+        trouble%what = 'the block is crushed to '//rounded_text(ratio)//' of its initial area, under '//words_of_stress(worst)
+        if (.not. ratio > 0) trouble%what = 'the block is turned inside out'
         trouble%advice = 'a smaller step.size, and check density, unit weight, E and loads for their units'
       else
-        trouble%what = 'it has grown to '//rounded_text(ratio)//' times its area at the start'
-        trouble%advice = 'method.strain=green or a smaller step.size, as small strain takes rotation for growth'
+        trouble%what = 'the block has grown to '//rounded_text(ratio)//' times its initial area'
+        trouble%advice = 'method.strain=green or a smaller step.size, because small strain turns rotation into growth'
         if (finite) trouble%advice = 'a smaller step.size, and check loads and E for their units'
       end if
       if (farthest > nonsense_area) then
@@ -186,9 +186,9 @@ contains
       do k = 1, size(model%elements%free)
         e = model%elements%free(k)
         if (.not. maxval(abs(state%stress(:, e))) > nonsense_stress*stiffness_of(e)) cycle
-        call fail(error, status_run_failed, words_of(new_trouble('it is under '//words_of_stress(e)// &
-                  ', for which small strain has no law', 'method.strain=green, and check density, unit weight, E and loads '// &
-                  'for their units', e, cache%element(e)%kinematics%centroid), model))
+        call fail(error, status_run_failed, words_of(new_trouble('the block is under '//words_of_stress(e)// &
+                  ', and the law of small strain does not hold there', 'method.strain=green, and check density, '// &
+                  'unit weight, E and loads for their units', e, cache%element(e)%kinematics%centroid), model))
         return
       end do
     end subroutine watch_stress
@@ -199,7 +199,7 @@ contains
       character(len=:), allocatable :: words
 
       associate (largest => maxval(abs(state%stress(:, e))))
-        words = 'a stress of '//rounded_text(largest)//', '//rounded_text(largest/stiffness_of(e))//' of its stiffness'
+        words = 'a stress of '//rounded_text(largest)//', which is '//rounded_text(largest/stiffness_of(e))//' of its stiffness'
       end associate
     end function words_of_stress
 
@@ -219,8 +219,9 @@ contains
         if (watch%soft(e)) cycle
         if (least_stretch(state%deformation(:, e)) > least_stable_stretch) cycle
         watch%soft(e) = .true.
-        call say(new_trouble('it is compressed to a stretch below '//short_text(least_stable_stretch, 3)// &
-                           ', where Green strain has lost its stiffness', &
+        call say(new_trouble('the block is compressed to less than '//short_text(least_stable_stretch, 3)// &
+                           ' of its length, where Green strain has lost its stiffness and results do not hold', &
+                           'a larger E or smaller loads, and check their units', &
                            element=e, position=cache%element(e)%kinematics%centroid))
       end do
     end subroutine watch_stiffness
@@ -251,10 +252,10 @@ contains
       end do
       trouble%position = cache%element(trouble%element)%kinematics%centroid
       associate (e => trouble%element)
-        trouble%what = 'energy has come from nothing, '//rounded_text(gain)//' times all that weight, loads and the start can '// &
-          'give; most of it moves this block, at a mean speed of '//rounded_text(sqrt(2*most/cache%element(e)%mass))
+        trouble%what = 'energy has come from nothing, '//rounded_text(gain)//' times what weight, loads and the initial state '// &
+          'can supply; this block has most of it, at a mean speed of '//rounded_text(sqrt(2*most/cache%element(e)%mass))
       end associate
-      trouble%advice = 'a smaller step.size or contact.stiffness, and check units and blocks that overlap'
+      trouble%advice = 'a smaller step.size or contact.stiffness, and look for wrong units and for blocks that overlap'
       if (gain > nonsense_gain) then
         call fail(error, status_run_failed, words_of(trouble, model))
       else

@@ -18,6 +18,9 @@ LONG = "studies"  # 200 runs; test_study.py has shorter ones
 def test_what_an_example_or_a_page_says_is_so(name, tmp_path):
     rows, _ = gallery.run_in_its_own(SCENES[name], tmp_path, pathlib.Path(os.environ["SCREE"]).absolute())
     assert rows and all(row.holds for row in rows), rows
+    if name not in ("practice", "results"):  # which show warnings, too
+        for results in sorted((tmp_path / name).glob("*.h5")):
+            assert scree.read(results).warnings == [], results
     for picture in SCENES[name].pictures:
         with Image.open(tmp_path / name / picture) as made, Image.open(gallery.PICTURES / picture) as kept:
             assert made.size == kept.size  # and not to the dot: fonts differ
