@@ -3,7 +3,7 @@ module scree_sorting
   use scree_kinds, only: dp
   implicit none
   private
-  public :: columns, order_of_pairs, sort_by, sort_into
+  public :: columns, order_of_pairs, order_of_places, sort_by, sort_into
 
   integer, parameter :: sparse = 8 !! times as many numbers as items, beyond which counting them takes longer than comparing items
 
@@ -81,6 +81,29 @@ contains
     call sort_into(number(list), maxval(number), first, place)
     list = list(place)
   end subroutine sort_by_number
+
+  !> Order of places ascending by x, and by y where x is the same; places that coincide stay in their order.
+  pure function order_of_places(position) result(order)
+    real(dp), intent(in) :: position(:, :) !! (2, n)
+    integer :: order(size(position, 2))
+    real(dp) :: x(size(order)), y(size(order))
+    integer :: from, k, to
+
+    order = [(k, k=1, size(order))]
+    x = position(1, :)
+    call sort_by(x, order)
+    y = position(2, order)
+    from = 1
+    do while (from <= size(order)) ! the places with one x are from:to
+      to = from
+      do while (to < size(order))
+        if (x(to + 1) > x(from)) exit
+        to = to + 1
+      end do
+      call sort_by(y(from:to), order(from:to))
+      from = to + 1
+    end do
+  end function order_of_places
 
   !> Sorts things into boxes: box b has thing(first(b):first(b+1)-1), in their order.
   pure subroutine sort_into(box, n_boxes, first, thing)
