@@ -8,9 +8,9 @@ module scree_outline_checks
   use scree_kinds, only: dp
   use scree_line_cutting, only: cut_lines, graph_t
   use scree_loop_tracing, only: trace_regions
-  use scree_polygon, only: distance_to_segment, inner_place, winding_number
+  use scree_polygon, only: distance_to_segment, inner_place, winding_numbers
   use scree_predicates, only: orientation
-  use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count, regions_t
+  use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count, regions_t, vertices_after
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_sorting, only: sort_by
   implicit none
@@ -82,9 +82,9 @@ contains
     type(moments_t) :: moments
     type(error_t), allocatable :: error
     real(dp) :: ends(2, 2, size(vertex, 2)), local(2, size(vertex, 2)), sides
-    real(dp), allocatable :: corner(:, :)
-    integer, allocatable :: beside(:, :), line(:), loops(:)
-    integer :: areas, k, r, winding
+    real(dp), allocatable :: corner(:, :), place(:, :)
+    integer, allocatable :: beside(:, :), line(:), loops(:), winding(:)
+    integer :: areas, k, n, r
 
     local = vertex - spread(vertex(:, 1), 2, size(vertex, 2))
     position = vertex(:, 1)
@@ -94,33 +94,26 @@ contains
     is_wrong = allocated(error)
     if (is_wrong) return
     call trace_regions(graph, reshape([(1, k=1, 2*size(graph%line))], [2, size(graph%line)]), shape, corner, line, beside)
-    areas = 0
+    allocate (place(2, region_count(shape)))
+    n = 0
     do r = 1, region_count(shape)
       associate (polygon => corner(:, first_vertex_of(shape, r):last_vertex_of(shape, r)))
         loops = loops_of(shape, r)
         moments = polygon_moments(polygon, loops)
         sides = sum(norm2(polygon(:, vertices_after(loops)) - polygon, 1))
         if (2*moments%area < coarse*sides) cycle
-        position = inner_place(polygon, loops)
-        winding = winding_number(local, position, first)
-        position = position + vertex(:, 1)
+        n = n + 1
+        place(:, n) = inner_place(polygon, loops)
       end associate
-      if (winding == 1) areas = areas + 1
-      is_wrong = winding < 0 .or. winding > 1 .or. areas > 1
+    end do
+    winding = winding_numbers(local, place(:, :n), first)
+    areas = 0
+    do r = 1, n
+      position = place(:, r) + vertex(:, 1)
+      if (winding(r) == 1) areas = areas + 1
+      is_wrong = winding(r) < 0 .or. winding(r) > 1 .or. areas > 1
       if (is_wrong) return
     end do
   end subroutine find_wrong_area
-
-  !> The vertex after each one, around its loop.
-  pure function vertices_after(first) result(next)
-    integer, intent(in) :: first(:)  !! (n_loops+1)
-    integer :: next(first(size(first)) - 1)
-    integer :: k, loop
-
-    next = [(k + 1, k=1, size(next))]
-    do loop = 1, size(first) - 1
-      next(first(loop + 1) - 1) = first(loop)
-    end do
-  end function vertices_after
 
 end module scree_outline_checks

@@ -2,11 +2,12 @@
 module scree_polygon
   use scree_kinds, only: dp
   use scree_predicates, only: orientation
+  use scree_regions, only: vertices_after
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_sorting, only: sort_by
   implicit none
   private
-  public :: distance_to_segment, holds, inner_place, nearest_on_segment, twice_area, winding_number
+  public :: distance_to_segment, holds, inner_place, nearest_on_segment, twice_area, winding_numbers
 
 contains
 
@@ -40,28 +41,51 @@ contains
     nearest = a + max(0.0_dp, min(1.0_dp, dot_product(position - a, side)/max(dot_product(side, side), tiny(1.0_dp))))*side
   end function nearest_on_segment
 
-  !> How often loops run around a position that is on none of their edges, counter-clockwise.
-  pure integer function winding_number(vertex, position, first)
+  !> How often loops run counter-clockwise around each of some positions that are on none of their edges.
+  !>
+  !> Each edge is held against the positions that are level with it alone.
+  pure function winding_numbers(vertex, position, first) result(winding)
     real(dp), intent(in) :: vertex(:, :)       !! (2, n), length
-    real(dp), intent(in) :: position(2)           !! length
+    real(dp), intent(in) :: position(:, :)     !! (2, m), length
     integer, intent(in) :: first(:)            !! (n_loops+1) loop k owns vertices first(k):first(k+1)-1
-    integer :: k, loop, next
+    integer :: winding(size(position, 2))
+    integer :: i, k, next(first(size(first)) - 1), order(size(position, 2))
+    real(dp) :: y(size(position, 2))
 
-    winding_number = 0
-    do loop = 1, size(first) - 1
-      do k = first(loop), first(loop + 1) - 1
-        next = merge(first(loop), k + 1, k + 1 == first(loop + 1))
-        associate (p => vertex(:, k), q => vertex(:, next))
-          if ((p(2) > position(2)) .eqv. (q(2) > position(2))) cycle ! does not cross the horizontal through the place
+    winding = 0
+    order = [(k, k=1, size(order))]
+    y = position(2, :)
+    call sort_by(y, order)
+    next = vertices_after(first)
+    do k = 1, size(next)
+      associate (p => vertex(:, k), q => vertex(:, next(k)))
+        do i = n_below(y, min(p(2), q(2))) + 1, n_below(y, max(p(2), q(2)))
           if (q(2) > p(2)) then
-            if (orientation(p, q, position) > 0) winding_number = winding_number + 1
+            if (orientation(p, q, position(:, order(i))) > 0) winding(order(i)) = winding(order(i)) + 1
           else
-            if (orientation(p, q, position) < 0) winding_number = winding_number - 1
+            if (orientation(p, q, position(:, order(i))) < 0) winding(order(i)) = winding(order(i)) - 1
           end if
-        end associate
-      end do
+        end do
+      end associate
     end do
-  end function winding_number
+  end function winding_numbers
+
+  !> How many of some ascending numbers are below a limit.
+  pure integer function n_below(x, limit)
+    real(dp), intent(in) :: x(:), limit
+    integer :: high, middle
+
+    n_below = 0
+    high = size(x)
+    do while (n_below < high)
+      middle = (n_below + high + 1)/2
+      if (x(middle) < limit) then
+        n_below = middle
+      else
+        high = middle - 1
+      end if
+    end do
+  end function n_below
 
   !> Whether loops hold a position, their edges included: a ray to the right crosses them an odd number of times.
   pure logical function holds(vertex, position, first)
@@ -98,22 +122,22 @@ contains
     end do
   end function holds
 
-  !> A position well inside: the centroid, or else the middle of the widest run of a horizontal between two corners.
+  !> A position well inside: the centroid, or else the middle of a run of a horizontal between two levels of corners, the one with
+  !> the most room, which is the smaller of its length and of the distance between the levels.
   pure function inner_place(vertex, first) result(position)
     real(dp), intent(in) :: vertex(:, :)       !! (2, n), length
     integer, intent(in), optional :: first(:)  !! (n_loops+1), as in `holds`
     real(dp) :: position(2)
     real(dp), parameter :: close = 0.05_dp ! of the size of the polygon
-    real(dp) :: above, best, crossing(size(vertex, 2)), room, y
+    real(dp) :: above, best, crossing(size(vertex, 2)), level(size(vertex, 2)), room, y
+    real(dp), allocatable :: drop(:)
     type(moments_t) :: moments
-    integer :: i, k, n, next(size(vertex, 2)), none(size(vertex, 2))
-    integer, allocatable :: start(:)
+    integer :: best_corner, corner(size(vertex, 2)), g, k, n, next(size(vertex, 2)), none(size(vertex, 2))
+    integer, allocatable :: gap(:), start(:), top(:)
 
     start = [1, size(vertex, 2) + 1]
     if (present(first)) start = first
-    do i = 1, size(start) - 1
-      next(start(i):start(i + 1) - 1) = [(k, k=start(i) + 1, start(i + 1) - 1), start(i)]
-    end do
+    next = vertices_after(start)
     moments = polygon_moments(vertex, start)
     position = moments%centroid
     room = huge(room)
@@ -124,26 +148,39 @@ contains
       if (holds(vertex, position, start)) return
     end if
 
+    corner = [(k, k=1, size(corner))]
+    level = vertex(2, :)
+    call sort_by(level, corner)
+    top = pack([(k, k=2, size(level))], level(2:) > level(:size(level) - 1)) ! the first corner above each gap between levels
+    drop = level(top - 1) - level(top)
+    gap = [(g, g=1, size(top))]
+    call sort_by(drop, gap)
     best = -1.0_dp
-    do i = 1, size(vertex, 2)
-      if (.not. any(vertex(2, :) > vertex(2, i))) cycle
-      above = minval(vertex(2, :), mask=vertex(2, :) > vertex(2, i))
-      y = vertex(2, i) + (above - vertex(2, i))/2
-      n = 0
-      do k = 1, size(vertex, 2)
-        associate (a => vertex(:, k), b => vertex(:, next(k)))
-          if (a(2) > y .eqv. b(2) > y) cycle
-          n = n + 1
-          crossing(n) = a(1) + (b(1) - a(1))*((y - a(2))/(b(2) - a(2)))
-        end associate
-      end do
-      call sort_by(crossing(:n), none(:n))
-      do k = 1, n - 1, 2
-        room = min(crossing(k + 1) - crossing(k), above - vertex(2, i))
-        if (room <= best) cycle
-        best = room
-        position = [(crossing(k) + crossing(k + 1))/2, y]
-      end do
+    best_corner = 0
+    do g = 1, size(gap) ! from the widest gap, as a narrower one has no more room
+      if (-drop(g) < best) exit
+      k = 1
+      if (gap(g) > 1) k = top(gap(g) - 1)
+      associate (i => (corner(k))) ! the first corner below the gap
+        above = level(top(gap(g)))
+        y = vertex(2, i) + (above - vertex(2, i))/2
+        n = 0
+        do k = 1, size(vertex, 2)
+          associate (a => vertex(:, k), b => vertex(:, next(k)))
+            if (a(2) > y .eqv. b(2) > y) cycle
+            n = n + 1
+            crossing(n) = a(1) + (b(1) - a(1))*((y - a(2))/(b(2) - a(2)))
+          end associate
+        end do
+        call sort_by(crossing(:n), none(:n))
+        do k = 1, n - 1, 2
+          room = min(crossing(k + 1) - crossing(k), above - vertex(2, i))
+          if (room < best .or. (i >= best_corner .and. .not. room > best)) cycle
+          best = room
+          best_corner = i
+          position = [(crossing(k) + crossing(k + 1))/2, y]
+        end do
+      end associate
     end do
   end function inner_place
 

@@ -2,7 +2,7 @@
 module scree_regions
   implicit none
   private
-  public :: first_vertex_of, joint_between, keep_regions, last_vertex_of, loops_of, region_count, regions_t
+  public :: first_vertex_of, joint_between, keep_regions, last_vertex_of, loops_of, region_count, regions_t, vertices_after
 
   !> Regions made of loops: the outer loop of a region first and counter-clockwise, its holes clockwise
   !> (Shi: d and k0). The vertices of a region are consecutive.
@@ -46,14 +46,33 @@ contains
     first = regions%first_vertex(regions%first_loop(i):regions%first_loop(i + 1)) - first_vertex_of(regions, i) + 1
   end function loops_of
 
+  !> The vertex after each vertex, around its loop.
+  pure function vertices_after(first) result(next)
+    integer, intent(in) :: first(:)  !! (n_loops+1) loop k owns vertices first(k):first(k+1)-1
+    integer :: next(first(size(first)) - 1)
+    integer :: k, loop
+
+    next = [(k + 1, k=1, size(next))]
+    do loop = 1, size(first) - 1
+      next(first(loop + 1) - 1) = first(loop)
+    end do
+  end function vertices_after
+
   !> Joint material of the edge between two vertices of region `i`, 0 for a seam.
   pure integer function joint_between(regions, i, from, to) result(joint)
     type(regions_t), intent(in) :: regions
     integer, intent(in) :: i, from, to
-    integer :: loop
+    integer :: loop, middle, upper
 
-    do loop = regions%first_loop(i), regions%first_loop(i + 1) - 1
-      if (from < regions%first_vertex(loop + 1)) exit
+    loop = regions%first_loop(i)
+    upper = regions%first_loop(i + 1)
+    do while (upper - loop > 1) ! `from` is a vertex of the loops from `loop` to below `upper`
+      middle = (loop + upper)/2
+      if (from < regions%first_vertex(middle)) then
+        upper = middle
+      else
+        loop = middle
+      end if
     end do
     joint = 0
     if (to == from + 1 .and. to < regions%first_vertex(loop + 1)) joint = regions%joint(from)
