@@ -178,7 +178,7 @@ contains
   end subroutine cut_into_cells
 
   !> Cuts polygons up into triangles: element e has the triangles first(e) to first(e+1)-1.
-  pure subroutine cut_into_triangles(shape, vertex, first, triangle)
+  subroutine cut_into_triangles(shape, vertex, first, triangle)
     type(regions_t), intent(in) :: shape
     real(dp), intent(in) :: vertex(:, :)                  !! (2, n_vertices) length
     integer, allocatable, intent(out) :: first(:)         !! (n_elements+1)

@@ -12,11 +12,11 @@ module scree_block_file
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_files, only: holds_something
   use scree_groups_of_places, only: groups_text
-  use scree_keyholes, only: join_loops
+  use scree_keyholes, only: polygons_of
   use scree_kinds, only: dp
   use scree_scene, only: point_t, polygons_t, scene_t, word_t
   use scree_system, only: bolt_end, fixed_point, load_point, measured_point
-  use scree_regions, only: first_vertex_of, joint_between, last_vertex_of, loops_of, region_count
+  use scree_regions, only: first_vertex_of, joint_between, last_vertex_of, region_count
   use scree_simplex_integration, only: moments_t
   use scree_text, only: number_text, real_text
   implicit none
@@ -234,12 +234,13 @@ contains
     type(moments_t) :: moments(region_count(blocks%shape))
     character(len=200) :: reason
     character(len=:), allocatable :: groups
-    integer, allocatable :: order(:)
-    integer :: b, k, n(region_count(blocks%shape)), row, status, unit
+    integer, allocatable :: corner(:), first(:)
+    integer :: b, before, k, n(region_count(blocks%shape)), row, status, unit
     real(dp) :: radius
 
+    call polygons_of(blocks%shape, blocks%vertex, first, corner)
+    n = first(2:) - first(:size(n))
     do b = 1, size(n)
-      n(b) = last_vertex_of(blocks%shape, b) - first_vertex_of(blocks%shape, b) + 1 + 2*(size(loops_of(blocks%shape, b)) - 2)
       moments(b) = block_moments(blocks, b)
       moments(b)%centroid = moments(b)%centroid + blocks%origin
     end do
@@ -256,15 +257,16 @@ contains
     end do
     do b = 1, size(n)
       associate (from => first_vertex_of(blocks%shape, b), to => last_vertex_of(blocks%shape, b))
-        order = from - 1 + join_loops(blocks%vertex(:, from:to), loops_of(blocks%shape, b))
         radius = sqrt(maxval((blocks%vertex(1, from:to) + blocks%origin(1) - moments(b)%centroid(1))**2 &
                              + (blocks%vertex(2, from:to) + blocks%origin(2) - moments(b)%centroid(2))**2))
       end associate
-      do k = 1, size(order)
-        call put(joint_between(blocks%shape, b, order(modulo(k - 2, size(order)) + 1), order(k)), &
-                 blocks%vertex(:, order(k)) + blocks%origin)
+      before = corner(first(b + 1) - 1)
+      do k = first(b), first(b + 1) ! the first one twice
+        associate (v => corner(merge(k, first(b), k < first(b + 1))))
+          call put(joint_between(blocks%shape, b, before, v), blocks%vertex(:, v) + blocks%origin)
+          before = v
+        end associate
       end do
-      call put(joint_between(blocks%shape, b, order(size(order)), order(1)), blocks%vertex(:, order(1)) + blocks%origin)
       call put(0, [radius, moments(b)%area])
       call put(0, moments(b)%area*moments(b)%centroid)
       call put(0, moments(b)%centroid)
