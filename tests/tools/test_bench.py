@@ -254,22 +254,28 @@ def test_a_table_has_dashes_where_there_is_no_figure(capsys, tmp_path):
 # Single features
 
 def tables_of_cutting(*words):
-    """Both tables of the case cutting: lists of rows of words."""
+    """The tables of the case cutting, of lines, traces and covers: lists of rows of words."""
     done = subprocess.run([TOOLS / "bench", "cutting", "--scree", SCREE, *map(str, words)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return [[line.split() for line in table.splitlines()[1:]] for table in done.stdout.split("\n\n")]
 
 
 def test_the_bench_cuts_as_many_blocks_as_there_are_faces():
-    rows, _ = tables_of_cutting("--lines", 50, 400, "--covers", "--seed", 7)
+    rows, *_ = tables_of_cutting("--lines", 50, 400, "--traces", "--covers", "--seed", 7)
     assert [row[0] for row in rows] == ["50", "400"]
     for n, found in zip((50, 400), rows):
         lines = [LineString(line.reshape(2, 2)) for line in cutting.joint_map(n, 6, 7)]
         assert int(found[1]) == len(list(polygonize(unary_union(lines))))
 
 
+def test_the_bench_finds_the_islands_of_traces():
+    _, rows, _ = tables_of_cutting("--lines", "--traces", 300, "--covers", "--seed", 3)
+    faces = list(polygonize(unary_union([LineString(line.reshape(2, 2)) for line in cutting.trace_map(300, 3)])))
+    assert [row[:3] for row in rows] == [["300", str(len(faces)), str(max(len(face.interiors) for face in faces))]]
+
+
 def test_the_bench_cuts_as_many_elements_as_triangles_meet_the_square():
-    _, rows = tables_of_cutting("--lines", "--covers", 30, 500)
+    *_, rows = tables_of_cutting("--lines", "--traces", "--covers", 30, 500)
     for n, found in zip((30, 500), rows):
         edge = cutting.edge_for(n)
         corner = edge * np.array([[0, 0], [1, 0], [0.5, np.sqrt(0.75)], [1.5, np.sqrt(0.75)]])

@@ -9,7 +9,8 @@
                          [--set GROUP.NAME=VALUE] [--step 0.005] [--end SECONDS] [--limit 600] [--json FILE] [--keep FOLDER]
     tools/bench peers    [--scenes wall10 column100 pyramid10] [--programs scree box2d ...] [--accuracies default fine]
     tools/bench problems [FILE.h5 ...] [--json FILE]
-    tools/bench cutting  [--lines 1000 10000 100000] [--covers 10000 100000 1000000] [--crossings 6] [--seed 1]
+    tools/bench cutting  [--lines 1000 10000 100000] [--traces 1000 10000 60000] [--covers 10000 100000 1000000]
+                         [--crossings 6] [--seed 1]
     tools/bench reading  [--blocks 1000 10000 100000]
     tools/bench contact
     tools/bench rules    [--steps 200]
@@ -38,9 +39,9 @@ the springs, what is left out of balance over the largest force, matrices factor
 
 cutting: how time and memory grow, from lines to blocks and from a block to manifold elements. The lines are random joints in a
 square, of the length that gives each the same number of crossings whatever their number, so that the work is n log n at best. The
-elements are those of a regular mesh of triangles over a square block. Growth is the exponent of n between a row and the one before
-it; beside it that of n log n. Times are the least of five rounds, of fewer once they have taken thirty seconds; memory is the peak
-of the process.
+traces are so few in their area that most blocks are islands in one block; the block file is read back. The elements are those of a
+regular mesh of triangles over a square block. Growth is the exponent of n between a row and the one before it; beside it that of
+n log n. Times are the least of five rounds, of fewer once they have taken thirty seconds; memory is the peak of the process.
 
 reading: how time and memory grow with the blocks of a block file, squares that do not touch, each with a measured point: reading and
 checking them, and the set-up, in seconds of the processor. Rounds, growth and memory as of cutting.
@@ -132,6 +133,8 @@ def add_others(cases, options):
     case.set_defaults(case=problems.problems)
     case = cases.add_parser("cutting", parents=[options], help="time and memory beside n, joint maps and covers")
     case.add_argument("--lines", type=whole_from(2), nargs="*", default=[1000, 10000, 100000], metavar="N")
+    case.add_argument("--traces", type=whole_from(2), nargs="*", default=[1000, 10000, 60000], metavar="N",
+                      help="wavy ones, of which most blocks are islands in one block")
     case.add_argument("--covers", type=whole_from(2), nargs="*", default=[10000, 100000, 1000000], metavar="N",
                       help="triangles in the area of the block; those on its sides are cut, so there are more elements")
     case.add_argument("--crossings", type=float, default=6, help="of a line on average")

@@ -1,4 +1,4 @@
-"""Time and memory beside n: joint maps, covers, block files."""
+"""Time and memory beside n: joint maps, blocks with many holes, covers, block files."""
 import math
 import re
 
@@ -33,10 +33,25 @@ def joint_map(n, crossings, seed):
     return np.vstack([WINDOW, np.clip(np.hstack([middle - half, middle + half]), 0, 1)])
 
 
-def write_geometry(path, lines):
-    """A geometry deck of lines of joint material 1, the first four boundary, with e0 = 0."""
+def trace_map(n, seed):
+    """The sides of the square and n wavy traces of eight vertices (7 n + 4, 4), so few that most blocks are islands in one.
+
+    A trace is as long as 1.7 times the side of the square that it has for itself (21 m, one in 150 m2); its vertices lie 1/200 of
+    its length off, in both directions. A trace may end beyond the square.
+    """
+    random = np.random.default_rng(seed)
+    length = 1.7 / np.sqrt(n)
+    angle = np.where(random.random(n) < 0.5, 0.3, 2.0) + 0.1 * random.standard_normal(n)
+    along = length * np.arange(8) / 7
+    x = random.random((n, 1)) + along * np.cos(angle)[:, None] + length / 200 * random.standard_normal((n, 8))
+    y = random.random((n, 1)) + along * np.sin(angle)[:, None] + length / 200 * random.standard_normal((n, 8))
+    return np.vstack([WINDOW, np.stack([x[:, :-1], y[:, :-1], x[:, 1:], y[:, 1:]], -1).reshape(-1, 4)])
+
+
+def write_geometry(path, lines, e0=0):
+    """A geometry deck of lines of joint material 1, the first four boundary."""
     rows = "".join(f"{x1!r} {y1!r} {x2!r} {y2!r} 1\n" for x1, y1, x2, y2 in np.asarray(lines, float).tolist())
-    path.write_text(f"0\n{len(lines)} 4\n0\n0 0 0 0 0\n{rows}")
+    path.write_text(f"{e0}\n{len(lines)} 4\n0\n0 0 0 0 0\n{rows}")
 
 
 def edge_for(n):
@@ -44,16 +59,27 @@ def edge_for(n):
     return math.sqrt(4 / (math.sqrt(3) * n))
 
 
+def cut_file(given, folder, source, to):
+    """Seconds of all; blocks, most holes of a block, seconds of the phases, peak memory."""
+    printed, seconds, megabytes = run(given.scree, "cut", folder / source, "-o", folder / to)
+    found = re.match(r" *(\d+) blocks.* read +([\d.]+) s, cut +([\d.]+) s, write +([\d.]+) s\n", printed).groups()
+    holes = max(int(line.split()[3]) for line in printed.splitlines()[2:])
+    return seconds, int(found[0]), holes, *map(float, found[1:]), megabytes
+
+
 def cut_lines(given, folder, n):
     """Lines, blocks, seconds of the phases, peak memory."""
     write_geometry(folder / "map.geo", joint_map(n, given.crossings, given.seed))
+    _, blocks, _, *costs = least_of_rounds(lambda: cut_file(given, folder, "map.geo", "map.blk"))
+    return n, blocks, *costs
 
-    def measure():
-        printed, seconds, megabytes = run(given.scree, "cut", folder / "map.geo", "-o", folder / "map.blk")
-        found = re.match(r" *(\d+) blocks.* read +([\d.]+) s, cut +([\d.]+) s, write +([\d.]+) s\n", printed).groups()
-        return seconds, int(found[0]), *map(float, found[1:]), megabytes
 
-    return n, *least_of_rounds(measure)[1:]
+def cut_islands(given, folder, n):
+    """Traces, blocks, holes of one, seconds of the phases, and of reading and checking what was written, peak memory."""
+    write_geometry(folder / "map.geo", trace_map(n, given.seed), 1e-6)  # a block file has no edges of 1e-8 of a block
+    _, blocks, holes, read_, cut, write, megabytes = least_of_rounds(lambda: cut_file(given, folder, "map.geo", "map.blk"))
+    back = least_of_rounds(lambda: cut_file(given, folder, "map.blk", "again.blk"))
+    return n, blocks, holes, read_, cut, write, sum(back[3:5]), megabytes
 
 
 def cut_covers(given, folder, n):
@@ -76,6 +102,12 @@ def cutting(given, folder):
     added = zip(growth(rows, lambda row: row[3]), growth(rows, lambda row: sum(row[2:5])), growth(rows, n_log_n))
     print_table([("lines", "d"), ("blocks", "d"), ("read s", ".3f"), ("cut s", ".3f"), ("write s", ".3f"), ("MB", ".0f"),
                  ("growth of cut", ".2f"), ("of all", ".2f"), ("n log n", ".2f")],
+                [row + more for row, more in zip(rows, added)])
+    print()
+    rows = [cut_islands(given, folder, n) for n in given.traces]
+    added = zip(growth(rows, lambda row: row[5]), growth(rows, lambda row: sum(row[3:7])), growth(rows, n_log_n))
+    print_table([("traces", "d"), ("blocks", "d"), ("holes of one", "d"), ("read s", ".3f"), ("cut s", ".3f"), ("write s", ".3f"),
+                 ("read back s", ".3f"), ("MB", ".0f"), ("growth of write", ".2f"), ("of all", ".2f"), ("n log n", ".2f")],
                 [row + more for row, more in zip(rows, added)])
     print()
     rows = [cut_covers(given, folder, n) for n in given.covers]
