@@ -2,9 +2,10 @@
 !>
 !> The rules are those of Shi's dc as the derivative ntdda has them (doc/decks.md).
 module scree_block_input
-  use scree_block_finder, only: block_at, block_finder_t, blocks_along, distance_outside, find_crossings, &
-                                find_nearest_block, path_t, set_up_finder
+  use scree_block_finder, only: block_at, block_finder_t, distance_outside, find_crossings, set_up_finder
+  use scree_bolt_ends, only: carried_bolts_t, carry_bolts
   use scree_boundary_rock, only: boundary_t, is_air, lone_ends, outside_text
+  use scree_carried_points, only: add_point, check_inside, found_points_t, near_blocks, region_size
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_given_blocks, only: take_polygons
   use scree_kinds, only: dp
@@ -12,30 +13,25 @@ module scree_block_input
   use scree_loop_tracing, only: trace_regions
   use scree_polygon, only: twice_area
   use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
-  use scree_scene, only: bolt_record_t, line_t, point_t, scene_t, somewhere
+  use scree_scene, only: line_t, point_t, scene_t
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_small_regions, only: join_small_regions
-  use scree_system, only: bolt_end, fixed_point, load_point, measured_point
-  use scree_text, only: number_text, place_text, real_text, short_text
+  use scree_system, only: fixed_point, load_point, measured_point
+  use scree_text, only: number_text, real_text
   implicit none
   private
   public :: block_area, block_moments, block_size, block_source, blocks_t, joined_text, make_blocks, scale_of_lines
 
   !> A fixed point lies this share of the scale inside the edge that its line crosses.
   real(dp), parameter :: inwards = 0.005_dp
-  !> Points this share of the scale outside all blocks belong to the nearest (Shi: of a vertex); points whose block is given,
-  !> this share of its size outside, to that.
-  real(dp), parameter :: near_blocks = 1e-5_dp
-  !> An end of a bolt this share of the bolt's length outside all blocks is moved to the nearest one: the head and the plate of a
-  !> bolt of 3 m stand out of the rock by some 3 cm.
-  real(dp), parameter :: stands_out = 0.01_dp
   !> The origin of blocks is not 0 where they are this many times their extent away from it.
   real(dp), parameter :: far_away = 4.0_dp
-  !> What the geometry made of a scene.
+
+  !> What the geometry made of a scene: blocks with their points and bolts.
   !>
   !> Places count from `origin`, which is 0 unless the deck's coordinates are large against its extent: differences of
   !> such coordinates are exact, sums are not.
-  type :: blocks_t
+  type, extends(carried_bolts_t) :: blocks_t
     type(regions_t) :: shape
     real(dp) :: origin(2) = 0.0_dp             !! length
     real(dp) :: nearest = 0.0_dp               !! e of the cut: what is nearer is one; 0 where blocks are given, length
@@ -48,23 +44,9 @@ module scree_block_input
     real(dp), allocatable :: point(:, :)       !! (2, n_points), length
     integer, allocatable :: point_block(:)     !! (n_points) block that carries it
     integer, allocatable :: points_of_line(:)  !! (n_fixed_lines) fixed points that each fixed line made: the first of the points
-    type(bolt_record_t), allocatable :: bolt(:) !! with the blocks that carry their ends, in the coordinates of the deck; of grouted
-                                               !! bolts one at each joint that they cross
-    integer, allocatable :: bolt_of(:)         !! (n_bolts) their numbers in the decks
-    integer, allocatable :: end_point(:, :)    !! (2, n_bolts) point at each end, 0: in the ground
-    integer :: n_moved = 0                     !! ends of bolts that stood out of the blocks and were moved to the nearest one
-    real(dp) :: moved = 0.0_dp                 !! the farthest way of these, length
-    integer, allocatable :: joint_point(:, :)  !! (2, n_bolts) point of either block at the joint, 0: not grouted
     real(dp), allocatable :: crack(:, :, :)    !! (xy, end, n) pieces of joints that end inside blocks, length
     integer, allocatable :: crack_joint(:)     !! (n) their joint materials
   end type blocks_t
-
-  !> Points as they are found.
-  type :: found_points_t
-    integer :: n = 0
-    integer, allocatable :: kind(:), block(:)
-    real(dp), allocatable :: position(:, :)
-  end type found_points_t
 
 contains
 
@@ -124,7 +106,7 @@ contains
     if (allocated(error)) return
     call add_points(scene, measured_point, 'measured', scene%measured_points, finder, blocks, points, error)
     if (allocated(error)) return
-    call add_bolts(scene, finder, blocks, points, error)
+    call carry_bolts(scene%bolts, finder, blocks%shape, blocks%vertex, blocks%origin, points, blocks%carried_bolts_t, error)
     blocks%point_kind = points%kind(:points%n)
     blocks%point_block = points%block(:points%n)
     blocks%point = points%position(:, :points%n)
@@ -501,195 +483,21 @@ contains
         b = block_at(finder, blocks%shape, blocks%vertex, position)
         if (b == 0) call wrong(scene, given(i)%deck_line, 'a '//what//' point inside a block', 'one outside', error)
       else
-        call check_inside(blocks, b, position, 'a '//what//' point', source_of(scene, given(i)%deck_line), error)
+        call check_inside(blocks%shape, blocks%vertex, b, position, 'a '//what//' point', &
+                          source_of(scene, given(i)%deck_line), error)
       end if
       if (allocated(error)) return
       call add_point(points, kind, position, b)
     end do
   end subroutine add_points
 
-  !> Error where a place is not in a block, nor beside it.
-  subroutine check_inside(blocks, b, position, what, source, error)
-    type(blocks_t), intent(in) :: blocks
-    integer, intent(in) :: b
-    real(dp), intent(in) :: position(2)     !! length
-    character(len=*), intent(in) :: what, source
-    type(error_t), allocatable, intent(out) :: error
-    real(dp) :: distance
-
-    distance = distance_outside(blocks%shape, blocks%vertex, b, position)
-    if (distance > near_blocks*block_size(blocks, b)) &
-      call fail(error, status_bad_input, source//': expected '//what//' in its block '//number_text(b)//' or within '// &
-                real_text(near_blocks)//' of its size, found one '//real_text(distance)//' outside')
-  end subroutine check_inside
-
-  !> Adds the bolts, with the ends of each to the blocks that hold them; of a grouted one a bolt at each joint that it crosses.
-  subroutine add_bolts(scene, finder, blocks, points, error)
-    type(scene_t), intent(in) :: scene
-    type(block_finder_t), intent(in) :: finder
-    type(blocks_t), intent(inout) :: blocks
-    type(found_points_t), intent(inout) :: points
-    type(error_t), allocatable, intent(out) :: error
-    integer :: i
-
-    allocate (blocks%bolt(0), blocks%bolt_of(0), blocks%end_point(2, 0), blocks%joint_point(2, 0))
-    do i = 1, size(scene%bolts)
-      if (scene%bolts(i)%shear_stiffness > 0) then
-        call add_crossings(scene%bolts(i), i, finder, blocks, points, error)
-      else
-        call add_free_bolt(scene%bolts(i), i, finder, blocks, points, error)
-      end if
-      if (allocated(error)) return
-    end do
-    if (size(blocks%bolt) > 0 .or. size(scene%bolts) == 0) return
-    call fail(error, status_bad_input, scene%bolts(1)%source//': expected grouted bolts that cross joints between two blocks, '// &
-              'found none that does')
-  end subroutine add_bolts
-
-  !> Adds a bolt between two points, each in a block or in the ground. Errors: an end that lies in no block where the deck does not
-  !> let the ground hold it, a bolt without an end in a block.
-  subroutine add_free_bolt(given, number, finder, blocks, points, error)
-    type(bolt_record_t), intent(in) :: given
-    integer, intent(in) :: number
-    type(block_finder_t), intent(in) :: finder
-    type(blocks_t), intent(inout) :: blocks
-    type(found_points_t), intent(inout) :: points
-    type(error_t), allocatable, intent(out) :: error
-    type(bolt_record_t) :: bolt
-    real(dp) :: position(2)
-    integer :: end_point(2), k
-
-    bolt = given
-    end_point = 0
-    do k = 1, 2
-      position = bolt%ends(:, k) - blocks%origin
-      if (bolt%block(k) == somewhere) then
-        call carry_end(finder, k, bolt, blocks, position, error)
-        if (allocated(error)) return
-      else
-        call check_inside(blocks, bolt%block(k), position, 'an end of a bolt', bolt%source, error)
-        if (allocated(error)) return
-      end if
-      if (bolt%block(k) == 0) cycle
-      call add_point(points, bolt_end, position, bolt%block(k))
-      end_point(k) = points%n
-    end do
-    call enter_bolt(bolt, number, end_point, [0, 0], blocks)
-    if (any(bolt%block > 0)) return
-    call fail(error, status_bad_input, bolt%source//': expected a bolt with an end in a block, found both outside')
-  end subroutine add_free_bolt
-
-  !> Finds the block that carries an end of a bolt. An end that stands out of the blocks is moved to the nearest one. An end farther
-  !> away is in the ground, block 0, if the deck says so. Errors: else.
-  subroutine carry_end(finder, k, bolt, blocks, position, error)
-    type(block_finder_t), intent(in) :: finder
-    integer, intent(in) :: k                 !! the end
-    type(bolt_record_t), intent(inout) :: bolt
-    type(blocks_t), intent(inout) :: blocks
-    real(dp), intent(inout) :: position(2)   !! of the end, length
-    type(error_t), allocatable, intent(out) :: error
-    real(dp) :: distance, place(2), reach
-    integer :: nearest
-
-    bolt%block(k) = block_at(finder, blocks%shape, blocks%vertex, position)
-    if (bolt%block(k) > 0) return
-    call find_nearest_block(blocks%shape, blocks%vertex, position, nearest, place)
-    distance = norm2(place - position)
-    reach = stands_out*norm2(bolt%ends(:, 2) - bolt%ends(:, 1))
-    if (distance <= reach) then
-      bolt%block(k) = nearest
-      bolt%ends(:, k) = place + blocks%origin
-      position = place
-      blocks%n_moved = blocks%n_moved + 1
-      blocks%moved = max(blocks%moved, distance)
-    else if (.not. bolt%ground_holds) then
-      call fail(error, status_bad_input, bolt%source//': expected both ends of a bolt in blocks, or within '//short_text(reach)// &
-                ' of one, '//short_text(stands_out)//' of its length, found the end '//place_text(bolt%ends(:, k), reach)//', '// &
-                short_text(distance)//' from block '//number_text(nearest)// &
-                ': move the end into the rock, or let the ground hold such ends by &bolts outside=''ground'' /')
-    end if
-  end subroutine carry_end
-
-  !> Adds a bolt for each joint that a grouted one crosses, from the middle of its way through the one block, or its end there, to
-  !> that of its way through the other.
-  subroutine add_crossings(given, number, finder, blocks, points, error)
-    type(bolt_record_t), intent(in) :: given
-    integer, intent(in) :: number
-    type(block_finder_t), intent(in) :: finder
-    type(blocks_t), intent(inout) :: blocks
-    type(found_points_t), intent(inout) :: points
-    type(error_t), allocatable, intent(out) :: error
-    type(bolt_record_t) :: bolt
-    type(path_t) :: path
-    real(dp) :: ends(2, 2), share(2)
-    integer :: end_point(2), joint_point(2), i, k, n
-    logical, allocatable :: crossed(:) !! joint between a block and the next
-
-    ends = given%ends - spread(blocks%origin, 2, 2)
-    path = blocks_along(finder, blocks%shape, blocks%vertex, ends)
-    n = size(path%block)
-    if (n == 0) then
-      call fail(error, status_bad_input, given%source//': expected a grouted bolt in blocks, found one outside')
-      return
-    end if
-    crossed = [.false., .not. path%from(2:) > path%to(:n - 1), .false.]
-    do i = 1, n - 1
-      if (.not. crossed(i + 1)) cycle
-      share = [path%from(i), path%to(i + 1)]
-      if (crossed(i)) share(1) = 0.5_dp*(share(1) + path%to(i))
-      if (crossed(i + 2)) share(2) = 0.5_dp*(share(2) + path%from(i + 1))
-      bolt = given
-      bolt%block = path%block(i:i + 1)
-      do k = 1, 2
-        bolt%ends(:, k) = given%ends(:, 1) + share(k)*(given%ends(:, 2) - given%ends(:, 1))
-        call add_point(points, bolt_end, bolt%ends(:, k) - blocks%origin, bolt%block(k))
-        end_point(k) = points%n
-        call add_point(points, bolt_end, ends(:, 1) + path%to(i)*(ends(:, 2) - ends(:, 1)), bolt%block(k))
-        joint_point(k) = points%n
-      end do
-      call enter_bolt(bolt, number, end_point, joint_point, blocks)
-    end do
-  end subroutine add_crossings
-
-  !> Enters a bolt in the list.
-  subroutine enter_bolt(bolt, number, end_point, joint_point, blocks)
-    type(bolt_record_t), intent(in) :: bolt
-    integer, intent(in) :: number                        !! in the decks
-    integer, intent(in) :: end_point(2), joint_point(2)
-    type(blocks_t), intent(inout) :: blocks
-
-    blocks%bolt = [blocks%bolt, bolt]
-    blocks%bolt_of = [blocks%bolt_of, number]
-    blocks%end_point = reshape([blocks%end_point, end_point], [2, size(blocks%bolt)])
-    blocks%joint_point = reshape([blocks%joint_point, joint_point], [2, size(blocks%bolt)])
-  end subroutine enter_bolt
-
   !> Larger side of the box around a block, length.
   pure real(dp) function block_size(blocks, b)
     type(blocks_t), intent(in) :: blocks
     integer, intent(in) :: b
 
-    associate (vertex => blocks%vertex(:, first_vertex_of(blocks%shape, b):last_vertex_of(blocks%shape, b)))
-      block_size = maxval(maxval(vertex, 2) - minval(vertex, 2))
-    end associate
+    block_size = region_size(blocks%shape, blocks%vertex, b)
   end function block_size
-
-  !> Adds one point.
-  pure subroutine add_point(points, kind, position, block)
-    type(found_points_t), intent(inout) :: points
-    integer, intent(in) :: kind, block
-    real(dp), intent(in) :: position(2)
-
-    if (points%n == size(points%kind)) then
-      points%kind = [points%kind, points%kind]
-      points%block = [points%block, points%block]
-      points%position = reshape([points%position, points%position], [2, 2*points%n])
-    end if
-    points%n = points%n + 1
-    points%kind(points%n) = kind
-    points%block(points%n) = block
-    points%position(:, points%n) = position
-  end subroutine add_point
 
   !> Error at a line of the geometry.
   subroutine wrong(scene, line, expected, found, error)
