@@ -8,7 +8,7 @@ module scree_joints
   use scree_joint_sets, only: draw_joints
   use scree_joints_deck, only: joints_t, read_joints_deck
   use scree_kinds, only: dp
-  use scree_progress, only: progress_t, set_up_progress, tell
+  use scree_progress, only: check_told, progress_t, set_up_progress, tell
   use scree_rock_outline, only: boundary_lines, hole_points, rock_t
   use scree_scene, only: line_t, scene_t
   use scree_text, only: number_text
@@ -73,6 +73,7 @@ contains
     if (allocated(error)) return
     call set_up_progress(quiet, progress)
     call tell(progress, geometry_path//': '//counts)
+    call check_told(progress, geometry_path, error)
   end subroutine make_joints
 
   !> Whether a geometry may take the place of a file: it holds nothing, or a geometry that was drawn here, which its remark says.

@@ -1,6 +1,5 @@
 !> A run: from a scene and its blocks to a results file, stage after stage, step by step, or to its model alone.
 module scree_simulation
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use scree_accurate_step, only: advance_estimated
   use scree_block_input, only: blocks_t
   use scree_cache, only: rebuild_cache
@@ -16,7 +15,8 @@ module scree_simulation
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_prediction, only: enough, note_step, probe_t
-  use scree_progress, only: end_progress, progress_t, set_up_progress, show_step, stays_short, tell, warn
+  use scree_progress, only: check_told, end_progress, progress_t, set_up_progress, show_step, stays_short, tell, tell_whole, &
+                            warn
   use scree_restart, only: leave_past, open_past, past_t, resume_output, take_past
   use scree_results_file, only: abandon_results
   use scree_results_target, only: check_targets
@@ -171,14 +171,15 @@ contains
     end if
     ending%status = status_of(options, run, error)
     if (options%with_json) then
-      write (output_unit, '(a)') json_of(run%summary, ending)
+      call tell_whole(run%progress, json_of(run%summary, ending))
     else
       line = lines_of(run%summary, ending)
       do i = 1, size(line)
         call tell(run%progress, line(i)%text)
       end do
     end if
-    flush (output_unit)
+    call check_told(run%progress, options%results_path, close_error)
+    if (.not. allocated(error)) call move_alloc(close_error, error)
   end subroutine end_run
 
   !> How a run ended, in a word, or in those of its error.

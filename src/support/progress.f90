@@ -1,14 +1,18 @@
-!> How far a run is: one line rewritten on a terminal, a line each tenth of the time in a log, nothing when quiet.
+!> How far a run is: one line rewritten on a terminal, lines in a log, nothing when quiet. A log has a line each tenth of the time
+!> of the run, and after half a minute without one.
 module scree_progress
-  use, intrinsic :: iso_c_binding, only: c_int
-  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp, i8
-  use scree_text, only: text_t
+  use scree_screen, only: folded, is_terminal, print_text, screen_columns
+  use scree_text, only: number_text, short_text, text_t
   implicit none
   private
-  public :: end_progress, progress_t, set_up_progress, show_step, stays_short, tell, warn
+  public :: check_told, end_progress, is_due, line_of_step, progress_t, set_up_progress, show_step, stays_short, tell, tell_whole, &
+            warn
 
-  real(dp), parameter :: between_lines = 0.1_dp !! s, on a terminal
+  real(dp), parameter :: between_lines = 0.1_dp, most_silent = 30.0_dp !! s, on a terminal; in a log
+  integer, parameter :: digits = 4                                     !! of times
   !> Steps below this share of the size that was asked for are short; so many in a row that take so long are worth a word.
   real(dp), parameter :: short_share = 0.5_dp, long = 3.0_dp !! long: s
   integer, parameter :: many = 20
@@ -18,7 +22,8 @@ module scree_progress
     logical :: quiet = .false.
     logical :: terminal = .false.
     integer :: shown_tenths = 0
-    logical :: line_open = .false.
+    integer :: open_letters = 0                 !! of the line that stands on the terminal and is written over
+    character(len=:), allocatable :: reason     !! why something could not be told; empty: all could
     integer(i8) :: begun = 0, shown = 0         !! clock
     real(dp) :: from = 0.0_dp                   !! time of the run when it began
     type(text_t), allocatable :: warning(:)     !! that were given
@@ -26,13 +31,6 @@ module scree_progress
     integer(i8) :: short_since = 0              !! clock
     logical :: told_of_short = .false.
   end type progress_t
-
-  interface
-    integer(c_int) function isatty(descriptor) bind(c, name='isatty')
-      import :: c_int
-      integer(c_int), value :: descriptor
-    end function isatty
-  end interface
 
 contains
 
@@ -43,7 +41,8 @@ contains
 
     progress%quiet = quiet
     allocate (progress%warning(0))
-    progress%terminal = isatty(1_c_int) /= 0
+    progress%terminal = is_terminal()
+    progress%reason = ''
     call system_clock(progress%begun)
     progress%shown = progress%begun
   end subroutine set_up_progress
@@ -53,30 +52,64 @@ contains
     type(progress_t), intent(inout) :: progress
     integer, intent(in) :: step, iterations
     real(dp), intent(in) :: time, end_time, dt
-    character(len=120) :: line
-    real(dp) :: left, spent
+    character(len=:), allocatable :: line
+    real(dp) :: left, silent, spent
     integer(i8) :: now, rate
-    integer :: tenths
+    integer :: columns, tenths
 
     if (progress%quiet) return
     tenths = int(10*time/end_time)
-    if (.not. progress%terminal .and. tenths <= progress%shown_tenths) return
     call system_clock(now, rate)
-    if (progress%terminal .and. real(now - progress%shown, dp) < between_lines*real(rate, dp) .and. time < end_time) return
+    silent = real(now - progress%shown, dp)/real(rate, dp)
+    if (.not. is_due(progress%terminal, silent, tenths - progress%shown_tenths, time < end_time)) return
     progress%shown = now
     progress%shown_tenths = tenths
     spent = real(now - progress%begun, dp)/real(rate, dp)
     left = spent*(end_time - time)/max(time - progress%from, tiny(time))
-    write (line, '(a,i0,a,es11.4,a,es11.4,a,es10.3,a,i0,a,a)') 'step ', step, '  time', time, ' of', end_time, '  dt', dt, &
-      '  iterations ', iterations, '  left ', duration(left)
     if (progress%terminal) then
-      write (output_unit, '(a)', advance='no') achar(13)//line(:78)
-      progress%line_open = .true.
+      columns = screen_columns() - 1 ! some terminals go on to the next line where the last one is taken
+      line = line_of_step(step, time, end_time, dt, iterations, left, columns)
+      call print(progress, achar(13)//line//repeat(' ', max(0, min(progress%open_letters, columns) - len(line))))
+      progress%open_letters = len(line)
     else
-      write (output_unit, '(a)') trim(line)
+      call print(progress, line_of_step(step, time, end_time, dt, iterations, left, huge(columns))//new_line('a'))
     end if
-    flush (output_unit)
   end subroutine show_step
+
+  !> Whether it is time for a line.
+  pure logical function is_due(terminal, silent, tenths, goes_on)
+    logical, intent(in) :: terminal
+    real(dp), intent(in) :: silent  !! time since the last line, s
+    integer, intent(in) :: tenths   !! of the time of the run that were done since then
+    logical, intent(in) :: goes_on  !! after this step
+
+    if (terminal) then
+      is_due = silent >= between_lines .or. .not. goes_on
+    else
+      is_due = silent >= most_silent .or. tenths > 0
+    end if
+  end function is_due
+
+  !> How far a run is, in a line of so many letters at most: what fits of it, and always the time that is left.
+  pure function line_of_step(step, time, end_time, dt, iterations, left, columns) result(line)
+    integer, intent(in) :: step, iterations
+    real(dp), intent(in) :: time, end_time, dt
+    real(dp), intent(in) :: left         !! s, of the clock
+    integer, intent(in) :: columns
+    character(len=:), allocatable :: last, line, number, of_time, size
+
+    number = 'step '//number_text(step)
+    of_time = '  time '//short_text(time, digits)//' of '//short_text(end_time, digits)
+    size = '  dt '//short_text(dt, digits)
+    last = 'left '//duration(left)
+    line = number//of_time//size//'  iterations '//number_text(iterations)//'  '//last
+    if (len(line) > columns) line = number//of_time//size//'  '//last
+    if (len(line) > columns) line = number//of_time//'  '//last
+    if (len(line) > columns) line = number//'  '//number_text(int(100*time/end_time))//' %  '//last
+    if (len(line) > columns) line = last
+    if (len(line) > columns) line = duration(left)
+    line = line(:min(len(line), columns))
+  end function line_of_step
 
   !> Whether steps have been short for so long that one who waits at a terminal is to know why: true once in a run.
   logical function stays_short(progress, dt, asked)
@@ -100,19 +133,53 @@ contains
   subroutine end_progress(progress)
     type(progress_t), intent(inout) :: progress
 
-    if (progress%line_open) write (output_unit, '(a)') ''
-    progress%line_open = .false.
+    if (progress%open_letters > 0) call print(progress, new_line('a'))
+    progress%open_letters = 0
   end subroutine end_progress
 
-  !> Says a line, unless quiet.
+  !> Says a line, unless quiet. On a terminal it is parted at blanks where it is longer than that is wide.
   subroutine tell(progress, line)
     type(progress_t), intent(inout) :: progress
     character(len=*), intent(in) :: line
 
     if (progress%quiet) return
     call end_progress(progress)
-    write (output_unit, '(a)') line
+    if (progress%terminal) then
+      call print(progress, folded(line, screen_columns() - 1)//new_line('a'))
+    else
+      call print(progress, line//new_line('a'))
+    end if
   end subroutine tell
+
+  !> Says a line as it is, quiet or not.
+  subroutine tell_whole(progress, line)
+    type(progress_t), intent(inout) :: progress
+    character(len=*), intent(in) :: line
+
+    call end_progress(progress)
+    call print(progress, line//new_line('a'))
+  end subroutine tell_whole
+
+  !> Writes to standard output; keeps why that could not be.
+  subroutine print(progress, text)
+    type(progress_t), intent(inout) :: progress
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: reason
+
+    call print_text(text, reason)
+    if (len(reason) > 0) progress%reason = reason
+  end subroutine print
+
+  !> Error where something could not be told. A run goes on without, and ends with this.
+  pure subroutine check_told(progress, kept, error)
+    type(progress_t), intent(in) :: progress
+    character(len=*), intent(in) :: kept     !! file that has all of it
+    type(error_t), allocatable, intent(out) :: error
+
+    if (len(progress%reason) > 0) &
+      call fail(error, status_run_failed, 'standard output: cannot write: '//progress%reason//'; what there is to know is in '// &
+                kept)
+  end subroutine check_told
 
   !> Warns on the error unit, quiet or not.
   subroutine warn(progress, line)
@@ -125,7 +192,7 @@ contains
   end subroutine warn
 
   !> Seconds as a person says them.
-  function duration(seconds)
+  pure function duration(seconds)
     real(dp), intent(in) :: seconds
     character(len=:), allocatable :: duration
     character(len=16) :: buffer
