@@ -19,6 +19,7 @@ module scree_block_file
   use scree_regions, only: first_vertex_of, joint_between, last_vertex_of, region_count
   use scree_simplex_integration, only: moments_t
   use scree_text, only: number_text, real_text
+  use scree_text_file, only: close_text_file, open_text_file, put_line, text_file_t
   implicit none
   private
   public :: may_replace_blocks, read_block_file, write_block_file
@@ -232,10 +233,11 @@ contains
     type(word_t), intent(in) :: words(:) !! settings, of which groups of places are written
     type(error_t), allocatable, intent(out) :: error
     type(moments_t) :: moments(region_count(blocks%shape))
-    character(len=200) :: reason
+    type(text_file_t) :: file
+    character(len=160) :: line
     character(len=:), allocatable :: groups
     integer, allocatable :: corner(:), first(:)
-    integer :: b, before, k, n(region_count(blocks%shape)), row, status, unit
+    integer :: b, before, k, n(region_count(blocks%shape)), row
     real(dp) :: radius
 
     call polygons_of(blocks%shape, blocks%vertex, first, corner)
@@ -244,15 +246,14 @@ contains
       moments(b) = block_moments(blocks, b)
       moments(b)%centroid = moments(b)%centroid + blocks%origin
     end do
-    open (newunit=unit, file=path, action='write', status='replace', iostat=status, iomsg=reason)
-    if (status == 0) write (unit, '(a)', iostat=status, iomsg=reason) &
-      number_text(size(n))//' '//number_text(size(blocks%bolt))//' '//number_text(sum(n + 4)), &
-      number_text(count(blocks%point_kind == fixed_point))//' '// &
-      number_text(count(blocks%point_kind == load_point))//' '//number_text(count(blocks%point_kind == measured_point))
+    call open_text_file(path, file, error)
+    if (allocated(error)) return
+    call put_line(file, number_text(size(n))//' '//number_text(size(blocks%bolt))//' '//number_text(sum(n + 4)))
+    call put_line(file, number_text(count(blocks%point_kind == fixed_point))//' '// &
+                  number_text(count(blocks%point_kind == load_point))//' '//number_text(count(blocks%point_kind == measured_point)))
     row = 1
     do b = 1, size(n)
-      if (status /= 0) exit
-      write (unit, '(i0,2(1x,i0))', iostat=status, iomsg=reason) blocks%material(b), row, row + n(b) - 1
+      call put_line(file, number_text(blocks%material(b))//' '//number_text(row)//' '//number_text(row + n(b) - 1))
       row = row + n(b) + 4
     end do
     do b = 1, size(n)
@@ -273,18 +274,20 @@ contains
     end do
     do k = 1, size(blocks%bolt)
       associate (bolt => blocks%bolt(k))
-        if (status == 0) write (unit, '(3(es23.16,1x),/,es23.16,2(1x,i0),/,a)', iostat=status, iomsg=reason) bolt%ends, &
-          bolt%block, bolt_text(bolt)
+        write (line, '(3(es23.16,1x))') bolt%ends(:, 1), bolt%ends(1, 2)
+        call put_line(file, trim(line))
+        write (line, '(es23.16,2(1x,i0))') bolt%ends(2, 2), bolt%block
+        call put_line(file, trim(line))
+        call put_line(file, bolt_text(bolt))
       end associate
     end do
     do k = 1, count(blocks%point_kind /= bolt_end)
-      if (status == 0) write (unit, '(2(es23.16,1x),i0)', iostat=status, iomsg=reason) blocks%point(:, k) + blocks%origin, &
-        blocks%point_block(k)
+      write (line, '(2(es23.16,1x),i0)') blocks%point(:, k) + blocks%origin, blocks%point_block(k)
+      call put_line(file, trim(line))
     end do
     groups = groups_text(words, cut=.true.)
-    if (status == 0 .and. len(groups) > 0) write (unit, '(a)', iostat=status, iomsg=reason) groups
-    if (status == 0) close (unit, iostat=status, iomsg=reason)
-    if (status /= 0) call fail(error, status_bad_input, path//': expected a file that can be written, found: '//trim(reason))
+    if (len(groups) > 0) call put_line(file, groups)
+    call close_text_file(file, error)
 
   contains
 
@@ -293,7 +296,8 @@ contains
       integer, intent(in) :: whole
       real(dp), intent(in) :: number(2)
 
-      if (status == 0) write (unit, '(i0,2(1x,es23.16))', iostat=status, iomsg=reason) whole, number
+      write (line, '(i0,2(1x,es23.16))') whole, number
+      call put_line(file, trim(line))
     end subroutine put
 
   end subroutine write_block_file

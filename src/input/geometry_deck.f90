@@ -10,6 +10,7 @@ module scree_geometry_deck
   use scree_kinds, only: dp
   use scree_scene, only: line_t, point_t, scene_t
   use scree_text, only: number_text, real_text
+  use scree_text_file, only: close_text_file, open_text_file, put_line, text_file_t
   implicit none
   private
   public :: read_geometry_deck, write_geometry_deck
@@ -125,50 +126,36 @@ contains
     type(scene_t), intent(in) :: scene
     character(len=*), intent(in) :: remark     !! one line
     type(error_t), allocatable, intent(out) :: error
-    character(len=200) :: reason
-    integer :: i, status, unit
+    type(text_file_t) :: file
+    integer :: i
 
-    open (newunit=unit, file=name, action='write', status='replace', iostat=status, iomsg=reason)
-    if (status /= 0) then
-      call fail(error, status_bad_input, name//': expected a file that can be written, found: '//trim(reason))
-      return
-    end if
-    call put(real_text(scene%least_distance))
-    call put(number_text(size(scene%lines))//' '//number_text(scene%n_boundary))
-    call put(number_text(size(scene%material_lines)))
-    call put(number_text(size(scene%bolts)))
-    call put(number_text(size(scene%fixed_lines)))
-    call put(number_text(size(scene%load_points)))
-    call put(number_text(size(scene%measured_points)))
-    call put(number_text(size(scene%hole_points)))
+    call open_text_file(name, file, error)
+    if (allocated(error)) return
+    call put_line(file, real_text(scene%least_distance))
+    call put_line(file, number_text(size(scene%lines))//' '//number_text(scene%n_boundary))
+    call put_line(file, number_text(size(scene%material_lines)))
+    call put_line(file, number_text(size(scene%bolts)))
+    call put_line(file, number_text(size(scene%fixed_lines)))
+    call put_line(file, number_text(size(scene%load_points)))
+    call put_line(file, number_text(size(scene%measured_points)))
+    call put_line(file, number_text(size(scene%hole_points)))
     call put_lines(scene%lines, .true.)
     call put_lines(scene%material_lines, .true.)
     do i = 1, size(scene%bolts)
-      call put(place_text(scene%bolts(i)%ends(:, 1))//' '//place_text(scene%bolts(i)%ends(:, 2))//' '//bolt_text(scene%bolts(i)))
+      call put_line(file, place_text(scene%bolts(i)%ends(:, 1))//' '//place_text(scene%bolts(i)%ends(:, 2))//' '// &
+                    bolt_text(scene%bolts(i)))
     end do
     call put_lines(scene%fixed_lines, .false.)
     call put_points(scene%load_points)
     call put_points(scene%measured_points)
     call put_points(scene%hole_points)
-    call put('! '//remark)
+    call put_line(file, '! '//remark)
     if (allocated(scene%words)) then
-      if (len(groups_text(scene%words, cut=.false.)) > 0) call put(groups_text(scene%words, cut=.false.))
+      if (len(groups_text(scene%words, cut=.false.)) > 0) call put_line(file, groups_text(scene%words, cut=.false.))
     end if
-    close (unit, iostat=status)
-    if (status /= 0 .and. .not. allocated(error)) &
-      call fail(error, status_run_failed, name//': expected a file that can be written, found no room')
+    call close_text_file(file, error)
 
   contains
-
-    !> Writes a line; nothing after a failure.
-    subroutine put(line)
-      character(len=*), intent(in) :: line
-
-      if (allocated(error)) return
-      write (unit, '(a)', iostat=status, iomsg=reason) line
-      if (status /= 0) &
-        call fail(error, status_run_failed, name//': expected a file that can be written, found: '//trim(reason))
-    end subroutine put
 
     !> Writes x1 y1 x2 y2 and, where the lines have one, a material.
     subroutine put_lines(lines, has_material)
@@ -180,7 +167,7 @@ contains
       material = ''
       do i = 1, size(lines)
         if (has_material) material = ' '//number_text(lines(i)%material)
-        call put(place_text(lines(i)%ends(:, 1))//' '//place_text(lines(i)%ends(:, 2))//material)
+        call put_line(file, place_text(lines(i)%ends(:, 1))//' '//place_text(lines(i)%ends(:, 2))//material)
       end do
     end subroutine put_lines
 
@@ -190,7 +177,7 @@ contains
       integer :: i
 
       do i = 1, size(points)
-        call put(place_text(points(i)%position))
+        call put_line(file, place_text(points(i)%position))
       end do
     end subroutine put_points
 

@@ -1,12 +1,12 @@
 !> Files that are there already: whether two names are of one file, how a file begins, whether the system has taken all of it.
 module scree_files
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_intptr_t, c_null_char, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
   use scree_errors, only: error_t, fail, status_bad_input
   implicit none
   private
-  public :: beginning_of, check_size, expect_regular, holds_something, is_directory, refuse_to_replace, same_file, &
-            set_length
+  public :: beginning_of, check_size, expect_regular, holds_something, is_directory, move_file, refuse_to_replace, remove_file, &
+            same_file, set_length, without_links
 
   interface
     !> C: sets the length of a file.
@@ -15,7 +15,29 @@ module scree_files
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int64_t), value :: length
     end function c_truncate
+
+    !> C: gives a file another name, that of a file which is there where that is so.
+    integer(c_int) function c_rename(from, to) bind(c, name='rename')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: from(*), to(*)
+    end function c_rename
+
+    !> POSIX: takes a name of a file away, and with the last one the file, once nobody has it open.
+    integer(c_int) function c_unlink(path) bind(c, name='unlink')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_unlink
+
+    !> POSIX: the bytes that a symbolic link holds, and how many they are; below 0 where a name is no link.
+    integer(c_intptr_t) function c_readlink(path, bytes, most) bind(c, name='readlink')
+      import :: c_char, c_intptr_t, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      character(kind=c_char), intent(inout) :: bytes(*)
+      integer(c_size_t), value :: most
+    end function c_readlink
   end interface
+
+  integer, parameter :: longest_path = 4096, most_links = 40 !! PATH_MAX of Linux, and links that it follows
 
 contains
 
@@ -117,5 +139,40 @@ contains
     if (status /= 0) write (reason, '(2(a,i0),a)') 'the system has taken ', max(found, 0_int64), ' of ', expected, &
       ' bytes: the disk may be full'
   end subroutine check_size
+
+  !> The name that symbolic links lead to, whether there is a file yet or not.
+  function without_links(path) result(name)
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: name, target_
+    character(kind=c_char) :: bytes(longest_path)
+    integer :: i, k, n
+
+    name = path
+    do k = 1, most_links
+      n = int(c_readlink(name//c_null_char, bytes, size(bytes, kind=c_size_t)))
+      if (n < 0) return
+      allocate (character(len=n) :: target_)
+      do i = 1, n
+        target_(i:i) = bytes(i)
+      end do
+      if (index(target_, '/') /= 1) target_ = name(:index(name, '/', back=.true.))//target_
+      call move_alloc(target_, name)
+    end do
+  end function without_links
+
+  !> Gives a file another name, at once, that of a file which is there where that is so. False where that cannot be.
+  logical function move_file(from, to)
+    character(len=*), intent(in) :: from, to
+
+    move_file = c_rename(from//c_null_char, to//c_null_char) == 0
+  end function move_file
+
+  !> Takes a file away, if it is there.
+  subroutine remove_file(path)
+    character(len=*), intent(in) :: path
+    integer(c_int) :: status
+
+    status = c_unlink(path//c_null_char)
+  end subroutine remove_file
 
 end module scree_files
