@@ -18,7 +18,8 @@ module scree_xdmf
 
   !> The open side-car.
   type :: xdmf_t
-    character(len=:), allocatable :: path, hdf5_name
+    character(len=:), allocatable :: path
+    character(len=:), allocatable :: hdf5_name !! as XML has it
     character(len=:), allocatable :: topology !! the polygons, the same in every frame
     integer :: n_vertices = 0
     integer :: n_elements = 0
@@ -55,7 +56,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     xdmf%path = xdmf_path(results_path)
-    xdmf%hdf5_name = results_path(index(results_path, '/', back=.true.) + 1:)
+    xdmf%hdf5_name = in_xml(results_path(index(results_path, '/', back=.true.) + 1:))
     xdmf%n_elements = size(first) - 1
     xdmf%n_vertices = n_vertices
     xdmf%hides = hides
@@ -65,6 +66,27 @@ contains
     call put(xdmf, head, .true., error)
     if (allocated(error)) error%status = status_bad_input
   end subroutine begin_xdmf
+
+  !> A text as XML has it between its tags: `&` and `<` begin something else there, and `>` may end it.
+  pure function in_xml(text) result(escaped)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: escaped
+    integer :: i
+
+    escaped = ''
+    do i = 1, len(text)
+      select case (text(i:i))
+      case ('&')
+        escaped = escaped//'&amp;'
+      case ('<')
+        escaped = escaped//'&lt;'
+      case ('>')
+        escaped = escaped//'&gt;'
+      case default
+        escaped = escaped//text(i:i)
+      end select
+    end do
+  end function in_xml
 
   !> A row of text for each element: 3 for polygon, its number of vertices, the vertices from 0.
   function polygon_rows(first, corner) result(rows)
