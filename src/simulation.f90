@@ -18,7 +18,7 @@ module scree_simulation
   use scree_progress, only: check_told, end_progress, progress_t, set_up_progress, show_step, stays_short, tell, tell_whole, &
                             warn
   use scree_restart, only: leave_past, open_past, past_t, resume_output, take_past
-  use scree_results_file, only: abandon_results
+  use scree_results_file, only: abandon_results, take_place
   use scree_results_target, only: check_targets
   use scree_run_records, only: note_kinds
   use scree_run_summary, only: add_step, begin_stage, begin_summary, end_stage, sum_up, summary_t
@@ -107,15 +107,18 @@ contains
     call heed_signals()
     call begin_phase(run%cache%timers, phase_frames)
     call begin_output(options, scene, list, run%model, first, run%watch, run%output, error)
-    if (len(options%restart_path) > 0) then
-      if (.not. allocated(error)) call resume_output(past, options%results_path, run%state, run%watch, run%output, error)
-      if (allocated(error)) then
-        call leave_past(past)
-        call abandon_results(run%output%file)
-        return
+    if (.not. allocated(error)) then
+      if (len(options%restart_path) > 0) then
+        call resume_output(past, run%state, run%watch, run%output, error)
+      else
+        call put_frame(run%output, run%model, run%cache, run%state, run%watch, error)
       end if
-    else if (.not. allocated(error)) then
-      call put_frame(run%output, run%model, run%cache, run%state, run%watch, error)
+    end if
+    if (.not. allocated(error)) call take_place(run%output%file, error)
+    if (allocated(error)) then
+      call leave_past(past)
+      call abandon_results(run%output%file)
+      return
     end if
     call begin_phase(run%cache%timers, phase_other)
     if (present(probe)) run%probe = probe
@@ -165,6 +168,7 @@ contains
     ending%warning = run%progress%warning
     call end_output(run%output, run%cache, ending, run%summary, close_error)
     if (.not. allocated(error)) call move_alloc(close_error, error)
+    if (run%output%file%lost) ending%path = ''
     if (.not. allocated(run%summary)) then
       if (.not. allocated(error)) call tell(run%progress, 'results: '//options%results_path)
       return

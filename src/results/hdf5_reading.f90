@@ -1,6 +1,6 @@
 !> The few HDF5 calls that reading a results file needs. A file that is not as expected gives nothing, or less than was asked for.
 module scree_hdf5_reading
-  use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_null_char, c_ptr
   use hdf5
   use scree_kinds, only: dp
   implicit none
@@ -9,16 +9,26 @@ module scree_hdf5_reading
 
 contains
 
-  !> Makes the library ready, with errors as statuses alone.
+  !> Makes the library ready, with errors as statuses alone, and without its locks: some file systems have none, and whoever
+  !> reads would be kept out while a run goes on. The lock of a run is `scree_file_lock`.
   subroutine begin_hdf5()
     integer :: status
+    interface
+      !> POSIX: gives a variable of the environment a value.
+      integer(c_int) function c_setenv(name, value, anew) bind(c, name='setenv')
+        import :: c_char, c_int
+        character(kind=c_char), intent(in) :: name(*), value(*)
+        integer(c_int), value :: anew
+      end function c_setenv
+    end interface
 
+    status = c_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 1_c_int)
     call h5dont_atexit_f(status) ! first: after a failed write the library's own handler would try again, and crash
     call h5open_f(status)
     call h5eset_auto_f(0, status)
   end subroutine begin_hdf5
 
-  !> Opens a file; below 0 where it is no HDF5 file, or one that is being written.
+  !> Opens a file; below 0 where it is no HDF5 file.
   subroutine open_for_reading(path, file)
     character(len=*), intent(in) :: path
     integer(hid_t), intent(out) :: file

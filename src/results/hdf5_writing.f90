@@ -4,12 +4,13 @@ module scree_hdf5_writing
   use, intrinsic :: iso_c_binding, only: c_associated, c_bool, c_char, c_f_pointer, c_funloc, c_funptr, c_int, c_int64_t, c_loc, &
                                          c_null_char, c_ptr
   use hdf5
+  use scree_c_errors, only: words_of_error
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp
   implicit none
   private
-  public :: append_rows, bytes_to_append, check_status, create_rows, fixed_rows, flush_file, grow_in_place, hold_space, &
-            keep_within_pages, reserve_disk, rows_t, write_text, write_whole, write_words
+  public :: append_rows, bytes_to_append, check_status, create_rows, descriptor_of, fixed_rows, flush_file, grow_in_place, &
+            hold_space, keep_within_pages, reserve_disk, rows_t, write_text, write_whole, write_words
 
   integer(hsize_t), parameter :: index_bytes = 8192 !! of a dataset: more than two nodes of its tree
   integer(c_int), parameter :: in_pages = 1         !! H5F_FSPACE_STRATEGY_PAGE
@@ -77,12 +78,6 @@ module scree_hdf5_writing
       integer(c_int), value :: descriptor
       integer(c_int64_t), value :: offset, length
     end function posix_fallocate
-
-    !> C: the system's words for an error.
-    type(c_ptr) function strerror(number) bind(c)
-      import :: c_int, c_ptr
-      integer(c_int), value :: number
-    end function strerror
   end interface
 
 contains
@@ -287,28 +282,36 @@ contains
     integer(hid_t), intent(in) :: file
     integer(hsize_t), intent(inout) :: reserved !! bytes of the file that have blocks
     type(error_t), allocatable, intent(out) :: error
-    type(c_ptr) :: handle
-    integer(c_int), pointer :: descriptor
-    integer(c_int) :: code
+    integer(c_int) :: code, descriptor
     integer(hsize_t) :: length
-    character(len=200) :: reason
     integer :: status
 
     call h5fget_filesize_f(file, length, status)
     if (length <= reserved) return
-    if (h5fget_vfd_handle(int(file, c_int64_t), int(H5P_DEFAULT_F, c_int64_t), handle) < 0) return
-    call c_f_pointer(handle, descriptor)
+    descriptor = descriptor_of(file)
+    if (descriptor < 0) return
     do
       code = posix_fallocate(descriptor, int(reserved, c_int64_t), int(length - reserved, c_int64_t))
       if (code /= interrupted) exit
     end do
     if (any(code == no_room)) then
-      call copy_text(strerror(code), reason)
-      call fail(error, status_run_failed, 'cannot write: '//trim(reason))
+      call fail(error, status_run_failed, 'cannot write: '//words_of_error(code))
     else
       reserved = length
     end if
   end subroutine reserve_disk
+
+  !> The system's descriptor of an open file; below 0 where it has none.
+  integer(c_int) function descriptor_of(file) result(descriptor)
+    integer(hid_t), intent(in) :: file
+    integer(c_int), pointer :: found
+    type(c_ptr) :: handle
+
+    descriptor = -1
+    if (h5fget_vfd_handle(int(file, c_int64_t), int(H5P_DEFAULT_F, c_int64_t), handle) < 0) return
+    call c_f_pointer(handle, found)
+    descriptor = found
+  end function descriptor_of
 
   !> Hands everything to the system.
   subroutine flush_file(file, error)

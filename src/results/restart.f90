@@ -6,11 +6,12 @@ module scree_restart
   use hdf5, only: h5iget_name_f, hid_t, hsize_t, size_t
   use scree_checkpoint, only: components_of, put_checkpoint, stage_in_checkpoint, take_checkpoint
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_file_lock, only: is_locked
   use scree_hdf5_reading, only: close_for_reading, count_rows, open_for_reading, read_attribute, read_count, read_rows, read_words
   use scree_hdf5_writing, only: append_rows, rows_t
   use scree_kinds, only: dp
   use scree_model, only: model_t
-  use scree_results_file, only: count_frames, make_room, results_t, take_place
+  use scree_results_file, only: count_frames, make_room, results_t
   use scree_run_output, only: run_output_t, version
   use scree_scene, only: scene_t
   use scree_stages, only: end_of_stage_prefix
@@ -90,7 +91,7 @@ contains
 
   end subroutine find_decks
 
-  !> Opens the results file of a run. Errors: it is none, or one that is being written; of another version.
+  !> Opens the results file of a run. Errors: it is none, or one that a run still writes; of another version.
   subroutine open_run(path, file, error)
     character(len=*), intent(in) :: path
     integer(hid_t), intent(out) :: file
@@ -104,12 +105,16 @@ contains
       call fail(error, status_bad_input, path//': expected the results file of a run to go on with, found no such file')
       return
     end if
+    if (is_locked(path)) then
+      call fail(error, status_bad_input, path//': expected the results file of a run that has ended, found one that a run '// &
+                'still writes; wait until that ends, or stop it')
+      return
+    end if
     call open_for_reading(path, file)
     found = ''
     if (file >= 0) found = read_attribute(file, '/scene', 'version')
     if (len(found) == 0) then
-      call fail(error, status_bad_input, path//': expected the results file of a run to go on with, found another file, or one '// &
-                'that is being written')
+      call fail(error, status_bad_input, path//': expected the results file of a run to go on with, found another file')
     else if (found /= 'scree '//version) then
       call fail(error, status_bad_input, path//': expected a run of scree '//version//' to go on with, found one of '//found)
     end if
@@ -260,11 +265,9 @@ contains
     past%stage = stage_in_checkpoint(past%numbers)
   end subroutine read_checkpoint
 
-  !> Begins a results file with what there was up to the checkpoint, and gives it its place. Errors: a failed write; rows that are
-  !> not there; other series.
-  subroutine resume_output(past, path, state, watch, output, error)
+  !> Begins a results file with what there was up to the checkpoint. Errors: a failed write; rows that are not there; other series.
+  subroutine resume_output(past, state, watch, output, error)
     type(past_t), intent(inout) :: past
-    character(len=*), intent(in) :: path       !! of the results
     type(state_t), intent(in) :: state         !! of the checkpoint
     type(watch_t), intent(in) :: watch
     type(run_output_t), intent(inout) :: output
@@ -279,7 +282,6 @@ contains
     call close_for_reading(past%file)
     if (.not. allocated(error)) call put_checkpoint(output%file, output%checkpoints, past%frame, state, watch, error)
     if (.not. allocated(error)) call count_frames(output%file, past%frame + 1, error)
-    if (.not. allocated(error)) call take_place(output%file, path, error)
     output%framed = step_of_run(state)
   end subroutine resume_output
 

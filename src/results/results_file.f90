@@ -7,19 +7,19 @@
 !> keeps no mark of being open, and chunks are large, so that the index of a dataset hardly ever changes.
 module scree_results_file
   use hdf5
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
+  use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_fortran_env, only: int64
   use scree_classic_output, only: classic_output_t
   use scree_disk_room, only: disk_room_t, give_back, hold_again
   use scree_errors, only: error_t, fail, status_run_failed
-  use scree_files, only: set_length
+  use scree_files, only: remove_file, set_length, without_links
   use scree_hdf5_reading, only: begin_hdf5
   use scree_hdf5_writing, only: check_status, create_rows, fixed_rows, flush_file, grow_in_place, write_text, write_whole, &
                                 write_words
   use scree_interruption, only: ignore_size_limit
   use scree_kinds, only: dp, i8
-  use scree_results_target, only: create_file
+  use scree_results_target, only: create_file, is_in_place, take_place_of
   use scree_row_series, only: add_row, bytes_to_write, more_series, rows_with_waiting, series_t, write_waiting
   use scree_text, only: number_text, same_length, text_t
   use scree_timers, only: cost_t
@@ -27,17 +27,9 @@ module scree_results_file
   implicit none
   private
 
-  interface
-    !> C: gives a file another name, that of a file which is there where that is so.
-    integer(c_int) function c_rename(from, to) bind(c, name='rename')
-      import :: c_char, c_int
-      character(kind=c_char), intent(in) :: from(*), to(*)
-    end function c_rename
-  end interface
-
-  public :: abandon_results, add_frame, close_results, count_frames, declare_series, layout_t, make_room, open_results, &
-            put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, work_row_t, write_rows, &
-            write_where_due
+  public :: abandon_results, add_frame, close_results, count_frames, declare_series, expect_place_still, layout_t, make_room, &
+            open_results, put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, work_row_t, &
+            write_rows, write_where_due
 
   integer, parameter :: vtk_polygon = 7
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
@@ -79,13 +71,17 @@ module scree_results_file
 
   !> The open file.
   type :: results_t
-    character(len=:), allocatable :: path
+    character(len=:), allocatable :: path   !! as it was asked for
+    character(len=:), allocatable :: name   !! that the file has now
     integer(hid_t) :: file = -1
+    integer :: unit = -1                    !! by which `is_in_place` knows the file
+    logical :: lost = .false.               !! it was taken away, or another one has its place
     integer(hid_t) :: steps = -1            !! group /VTKHDF/Steps
     type(disk_room_t) :: room
     integer :: n_frames = 0                 !! with those that wait
     integer :: n_counted = 0                !! frames that the file counts
     integer(int64) :: written = 0           !! ticks of the clock when rows were written last
+    integer(int64) :: looked = 0            !! likewise when the file was last seen in its place
     integer :: n_vertices = 0
     integer :: n_elements = 0
     integer :: expected_frames = 1, expected_steps = 1
@@ -98,22 +94,21 @@ module scree_results_file
 
 contains
 
-  !> Makes the file and what never changes in it.
+  !> Makes the file, by the name that it has until it takes its place, and what never changes in it.
   !>
   !> Errors: `status_bad_input` where the path cannot be a file; `status_run_failed` where writing fails.
-  subroutine open_results(results, path, layout, with_xdmf, hides, beside, error)
+  subroutine open_results(results, path, layout, with_xdmf, hides, error)
     type(results_t), intent(out) :: results
     character(len=*), intent(in) :: path
     type(layout_t), intent(in) :: layout
     logical, intent(in) :: with_xdmf
     logical, intent(in) :: hides            !! frames may have elements that are gone
-    logical, intent(in) :: beside           !! the file waits by another name until it takes its place
     type(error_t), allocatable, intent(out) :: error
     integer(hid_t) :: group
     integer :: status
 
     results%path = path
-    if (beside) results%path = path//'.part'
+    results%name = without_links(path)//'.part'
     results%n_vertices = layout%n_vertices
     results%n_elements = size(layout%block)
     results%expected_frames = max(1, layout%expected_frames)
@@ -122,7 +117,7 @@ contains
 
     call ignore_size_limit()
     call begin_hdf5()
-    call create_file(results%path, results%file, error)
+    call create_file(results%name, path, results%file, results%unit, error)
     if (allocated(error)) return
     call grow_in_place(results%file, error)
     if (allocated(error)) return
@@ -394,11 +389,45 @@ contains
     end do
   end subroutine write_rows
 
-  !> Gives back held space for the rows that wait, and the end. Errors: the disk has not so much room.
+  !> Does as `expect_place`, where that was not looked at for a second: frames may be hours apart.
+  subroutine expect_place_still(results, error)
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+    integer(int64) :: now, rate
+
+    call system_clock(now, rate)
+    if (now - results%looked < rate) return
+    results%looked = now
+    call expect_place(results, error)
+  end subroutine expect_place_still
+
+  !> Error where the file was taken away, or another one has its place: what is written to it then is in no file that has a name.
+  subroutine expect_place(results, error)
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: expected, frames
+    logical :: there
+
+    results%lost = .not. is_in_place(results%name, results%unit)
+    if (.not. results%lost) return
+    expected = results%path//': expected the results file in its place until the run ends, found that '
+    frames = '; the '//number_text(results%n_counted)//' frames of this run are '
+    inquire (file=results%name, exist=there)
+    if (there) then
+      call fail(error, status_run_failed, expected//'another program has put another file there'//frames//'lost; write to '// &
+                'another file (-o)')
+    else
+      call fail(error, status_run_failed, expected//'it was removed or renamed'//frames//'kept under its new name, if it has one')
+    end if
+  end subroutine expect_place
+
+  !> Gives back held space for the rows that wait, and the end. Errors: the file was taken away; the disk has not so much room.
   subroutine make_room(results, error)
     type(results_t), intent(inout) :: results
     type(error_t), allocatable, intent(out) :: error
 
+    call expect_place(results, error)
+    if (allocated(error)) return
     call give_back(results%room, results%file, bytes_of_waiting(results) + closing_bytes, error)
     call name_file(results, error)
     if (allocated(error) .and. results%n_counted > 0) error%message = error%message//'; the first '// &
@@ -514,7 +543,7 @@ contains
     type(cost_t), intent(in) :: cost(:)
     type(work_row_t), intent(in) :: work(:)
     type(error_t), allocatable, intent(out) :: error
-    type(error_t), allocatable :: status_error
+    type(error_t), allocatable :: lost_error, status_error
     integer(hsize_t) :: length
     integer(c_int) :: code
     integer :: status
@@ -539,27 +568,30 @@ contains
     call h5fclose_f(results%file, status)
     if (.not. allocated(error)) call check_status(status, results%path//': cannot close', error)
     results%file = -1
+    call expect_place(results, lost_error)
+    if (.not. allocated(error)) call move_alloc(lost_error, error)
+    close (results%unit, iostat=code)
+    if (results%lost) return
     if (results%n_counted == 0) then
-      call delete_file(results%path)
+      call remove_file(results%name)
     else if (.not. allocated(error)) then
       call h5close_f(status) ! after a failure it would try to write again
     else if (status < 0) then
       ! the failure may have cut the file shorter than its head says, and it would not open
-      was_set = set_length(results%path, int(length + results%room%bytes, int64))
+      was_set = set_length(results%name, int(length + results%room%bytes, int64))
     end if
   end subroutine close_results
 
-  !> Gives a file that was opened beside its place that place, at once, and to whatever was there before. Errors: it cannot be.
-  subroutine take_place(results, path, error)
+  !> Gives the file its place, once it has a frame: there is never one without, and what was there is there until then.
+  !> Errors: what is there now is not to be replaced; it cannot be.
+  subroutine take_place(results, error)
     type(results_t), intent(inout) :: results
-    character(len=*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
+    character(len=:), allocatable :: place
 
-    if (c_rename(results%path//c_null_char, path//c_null_char) /= 0) then
-      call fail(error, status_run_failed, path//': cannot take the place of this file')
-    else
-      results%path = path
-    end if
+    place = without_links(results%path)
+    call take_place_of(results%name, place, error)
+    if (.not. allocated(error)) results%name = place
   end subroutine take_place
 
   !> Closes a file that never took its place, or that of a run which only probes, and takes it away.
@@ -570,17 +602,10 @@ contains
     if (results%file < 0) return
     call h5fclose_f(results%file, status)
     results%file = -1
-    call delete_file(results%path)
+    results%lost = .not. is_in_place(results%name, results%unit)
+    close (results%unit, iostat=status)
+    if (.not. results%lost) call remove_file(results%name)
   end subroutine abandon_results
-
-  !> Takes a file away, if it is there.
-  subroutine delete_file(path)
-    character(len=*), intent(in) :: path
-    integer :: status, unit
-
-    open (newunit=unit, file=path, iostat=status)
-    if (status == 0) close (unit, status='delete')
-  end subroutine delete_file
 
   !> The tables of costs and of work.
   subroutine write_costs(file, cost, work, error)

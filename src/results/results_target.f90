@@ -1,20 +1,21 @@
 !> Who may write a results file: what a name may take the place of, and whose turn it is to make the file.
 module scree_results_target
-  use hdf5, only: h5aexists_by_name_f, h5fclose_f, h5fcreate_f, h5fflush_f, h5fis_hdf5_f, h5fopen_f, h5pclose_f, h5pcreate_f, &
-                  h5pset_fclose_degree_f, h5pset_libver_bounds_f, h5f_acc_rdonly_f, h5f_acc_rdwr_f, h5f_acc_trunc_f, &
-                  h5f_close_strong_f, h5f_libver_v110_f, h5f_libver_v18_f, h5f_scope_local_f, h5p_file_access_f, &
+  use hdf5, only: h5aexists_by_name_f, h5fclose_f, h5fcreate_f, h5fis_hdf5_f, h5fopen_f, h5pclose_f, h5pcreate_f, &
+                  h5pset_fclose_degree_f, h5pset_libver_bounds_f, h5f_acc_rdonly_f, h5f_acc_trunc_f, &
+                  h5f_close_strong_f, h5f_libver_v110_f, h5f_libver_v18_f, h5p_file_access_f, &
                   h5p_file_create_f, hid_t
   use, intrinsic :: iso_c_binding, only: c_ptr
   use scree_classic_output, only: classic_path, may_replace_classic
-  use scree_errors, only: error_t, fail, status_bad_input
-  use scree_files, only: expect_regular, holds_something, refuse_to_replace
+  use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
+  use scree_file_lock, only: is_locked, lock_file, may_write
+  use scree_files, only: expect_regular, holds_something, move_file, refuse_to_replace, remove_file
   use scree_hdf5_reading, only: begin_hdf5
-  use scree_hdf5_writing, only: check_status, keep_within_pages
+  use scree_hdf5_writing, only: check_status, descriptor_of, keep_within_pages
   use scree_turns, only: give_turn, take_turn
   use scree_xdmf, only: may_replace_xdmf, xdmf_path
   implicit none
   private
-  public :: check_targets, create_file
+  public :: check_targets, create_file, is_in_place, take_place_of
 
 contains
 
@@ -30,11 +31,7 @@ contains
       return
     end if
     call take_turn(path, turn)
-    call expect_regular(path, 'the results', error)
-    if (.not. allocated(error)) call refuse_if_locked(path, error)
-    if (.not. allocated(error)) then
-      if (.not. may_replace(path)) call refuse_to_replace(path, 'a results file of scree', error)
-    end if
+    call check_target(path, error)
     call give_turn(turn)
     if (with_xdmf .and. .not. allocated(error)) call expect_regular(xdmf_path(path), 'the XDMF side-car', error)
     if (with_xdmf .and. .not. allocated(error)) then
@@ -46,25 +43,41 @@ contains
     end if
   end subroutine check_targets
 
-  !> Error that a file of HDF5 cannot be opened to be written: another program has it open, reading or writing, or it is damaged.
-  subroutine refuse_if_locked(path, error)
+  !> Error where results may not take the place of what a name leads to.
+  subroutine check_target(path, error)
     character(len=*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
     integer(hid_t) :: file
     integer :: status
     logical :: is_hdf5
 
-    call begin_hdf5()
-    call h5fis_hdf5_f(path, is_hdf5, status)
-    if (status < 0 .or. .not. is_hdf5) return
-    call h5fopen_f(path, H5F_ACC_RDWR_F, file, status)
-    if (status < 0) then
-      call fail(error, status_bad_input, path//': expected a new file or a results file to write over, found one that another '// &
-                'program has open, or that is damaged or protected')
-    else
-      call h5fclose_f(file, status)
+    call expect_regular(path, 'the results', error)
+    if (.not. allocated(error)) call refuse_if_written(path, path, error)
+    if (allocated(error)) return
+    if (.not. holds_something(path)) return
+    if (.not. may_write(path)) then
+      call fail(error, status_bad_input, path//': expected a file that can be written for the results, found a protected one')
+    else if (.not. may_replace(path)) then
+      call h5fis_hdf5_f(path, is_hdf5, status)
+      if (status >= 0 .and. is_hdf5) call h5fopen_f(path, H5F_ACC_RDONLY_F, file, status)
+      if (is_hdf5 .and. status < 0) then
+        call fail(error, status_bad_input, path//': expected a new file or a results file to write over, found an HDF5 file '// &
+                  'that is cut short or damaged; remove it, or write to another file (-o)')
+      else
+        call refuse_to_replace(path, 'a results file of scree', error)
+      end if
     end if
-  end subroutine refuse_if_locked
+  end subroutine check_target
+
+  !> Error where another run writes a file, which is to be that of a path, or to become it.
+  subroutine refuse_if_written(name, path, error)
+    character(len=*), intent(in) :: name, path
+    type(error_t), allocatable, intent(out) :: error
+
+    if (is_locked(name)) &
+      call fail(error, status_bad_input, path//': expected a results file that no run is writing, found one that another run '// &
+                'writes; wait until that ends, stop it, or write to another file (-o)')
+  end subroutine refuse_if_written
 
   !> Whether results may take the place of a file: it holds nothing, or a status of scree's in HDF5.
   logical function may_replace(path)
@@ -81,42 +94,88 @@ contains
     call h5fclose_f(file, status)
   end function may_replace
 
-  !> Creates an empty file, whose heads and indices lie within pages. To empty one that is there takes its bytes from whoever writes
-  !> it, before HDF5 asks whether it is locked; so programs that begin at once do that one after the other, and what one has made
-  !> is on the disk, where others know it for a file of HDF5, before their turn comes.
-  subroutine create_file(path, file, error)
-    character(len=*), intent(in) :: path
+  !> Creates an empty file, whose heads and indices lie within pages, and locks it. Programs that begin at once do that one after
+  !> the other. One that is there, of a run that was killed, is taken away, not emptied: a run that still writes it, on a file
+  !> system without locks, finds at its next frame that its file is gone.
+  subroutine create_file(name, path, file, unit, error)
+    character(len=*), intent(in) :: name     !! of the file
+    character(len=*), intent(in) :: path     !! of the results that it is to become
     integer(hid_t), intent(inout) :: file    !! -1 where it cannot be written
+    integer, intent(out) :: unit             !! by which `is_in_place` knows it
     type(error_t), allocatable, intent(out) :: error
     integer(hid_t) :: access, creation
     integer :: status
     type(c_ptr) :: turn
 
-    call take_turn(path, turn)
-    call refuse_if_locked(path, error)
+    unit = -1
+    call take_turn(name, turn)
+    call refuse_if_written(name, path, error)
     if (allocated(error)) then
       call give_turn(turn)
       return
     end if
+    call remove_file(name)
     call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
     call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
     call h5pset_libver_bounds_f(access, H5F_LIBVER_V18_F, H5F_LIBVER_V110_F, status)
     call h5pcreate_f(H5P_FILE_CREATE_F, creation, status)
     call keep_within_pages(creation, error)
     if (.not. allocated(error)) then
-      call h5fcreate_f(path, H5F_ACC_TRUNC_F, file, status, creation, access)
+      call h5fcreate_f(name, H5F_ACC_TRUNC_F, file, status, creation, access)
       if (status < 0) then
         call check_status(status, path//': expected a file that can be written for the results, found', error)
         error%status = status_bad_input
         file = -1
       else
-        call h5fflush_f(file, H5F_SCOPE_LOCAL_F, status)
-        call check_status(status, path//': cannot write the results', error)
+        call hold(name, path, file, unit, error)
       end if
     end if
     call h5pclose_f(creation, status)
     call h5pclose_f(access, status)
     call give_turn(turn)
   end subroutine create_file
+
+  !> Locks a file that was made, and lets the compiler's library know it, by device and number. Errors: another run has locked it.
+  subroutine hold(name, path, file, unit, error)
+    character(len=*), intent(in) :: name, path
+    integer(hid_t), intent(in) :: file
+    integer, intent(out) :: unit
+    type(error_t), allocatable, intent(out) :: error
+    integer :: status
+
+    open (newunit=unit, file=name, access='stream', form='unformatted', action='read', status='old', iostat=status)
+    if (status /= 0) then
+      call fail(error, status_bad_input, path//': expected a place where files can be read again, found another')
+      unit = -1
+    else if (.not. lock_file(descriptor_of(file))) then
+      call fail(error, status_bad_input, path//': expected a file that no run is writing, found one that another run writes')
+    end if
+  end subroutine hold
+
+  !> Whether a name still leads to the file that was made by it, or that took its place.
+  logical function is_in_place(path, unit)
+    character(len=*), intent(in) :: path
+    integer, intent(in) :: unit
+    integer :: number
+
+    inquire (file=path, number=number)
+    is_in_place = number == unit .and. unit /= -1
+  end function is_in_place
+
+  !> Gives a file that was made by one name another, at once, that of a file which is there where that is so.
+  !> Errors: what is there now is not to be replaced, as by `check_targets`; it cannot be.
+  subroutine take_place_of(from, to, error)
+    character(len=*), intent(in) :: from, to
+    type(error_t), allocatable, intent(out) :: error
+    type(c_ptr) :: turn
+
+    call take_turn(to, turn)
+    call check_target(to, error)
+    if (.not. allocated(error)) then
+      if (.not. move_file(from, to)) &
+        call fail(error, status_run_failed, to//': cannot take the place of this file')
+    end if
+    call give_turn(turn)
+  end subroutine take_place_of
 
 end module scree_results_target

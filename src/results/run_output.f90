@@ -13,8 +13,8 @@ module scree_run_output
   use scree_model, only: cache_t, model_t
   use scree_problem_output, only: store_problem
   use scree_regions, only: joint_between
-  use scree_results_file, only: add_frame, close_results, layout_t, open_results, results_t, store_rows, store_text, &
-                                store_words, work_row_t, write_rows, write_where_due
+  use scree_results_file, only: add_frame, close_results, expect_place_still, layout_t, open_results, results_t, store_rows, &
+                                store_text, store_words, work_row_t, write_rows, write_where_due
   use scree_run_records, only: declare_records, displacement_of_vertices, kinds_t, put_frame_records, put_step_records, records_t, &
                                velocity_of_vertices
   use scree_run_summary, only: summary_t
@@ -59,8 +59,7 @@ contains
 
     output%checkpoint_every = scene%settings%checkpoint_every
     output%layout = layout_of(scene, model, state, options%runs)
-    call open_results(output%file, options%results_path, output%layout, options%with_xdmf, output%kinds%removal, &
-                      len(options%restart_path) > 0, error)
+    call open_results(output%file, options%results_path, output%layout, options%with_xdmf, output%kinds%removal, error)
     if (.not. allocated(error)) call describe_scene(output%file, scene, list, error)
     if (.not. allocated(error)) call store_parts(output%file, model, state, output%layout, error)
     if (.not. allocated(error) .and. model%model == model_nmm) call store_covers(output%file, model, state, error)
@@ -71,7 +70,7 @@ contains
       call begin_classic(output%file, model, output%layout, error)
   end subroutine begin_output
 
-  !> A row of each series of the steps.
+  !> A row of each series of the steps. Errors: a number that is not finite; the results file was taken away.
   subroutine put_step(output, model, cache, state, report, error)
     type(run_output_t), intent(inout) :: output
     type(model_t), intent(in) :: model
@@ -81,6 +80,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call put_step_records(output%file, output%records, model, cache, state, report, error)
+    if (.not. allocated(error)) call expect_place_still(output%file, error)
   end subroutine put_step
 
   !> The friction problems that a step posed, where they are to be written.

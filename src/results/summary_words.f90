@@ -23,7 +23,7 @@ module scree_summary_words
   !> How a run ended.
   type :: ending_t
     character(len=:), allocatable :: status      !! as in doc/results.md: complete, cut, interrupted, stopped: reason, ...
-    character(len=:), allocatable :: path        !! of the results
+    character(len=:), allocatable :: path        !! of the results, empty where they are lost
     type(text_t), allocatable :: warning(:)      !! that were given
     type(cost_t), allocatable :: cost(:)
   end type ending_t
@@ -54,7 +54,11 @@ contains
     if (allocated(summary%off)) call add('error: '//words_of_error(summary))
     call add('time: '//words_of_time(ending%cost))
     if (size(ending%warning) > 0) call add('warnings: '//number_text(size(ending%warning)))
-    call add('results: '//ending%path)
+    if (len(ending%path) > 0) then
+      call add('results: '//ending%path)
+    else
+      call add('results: none, as their file was removed, renamed or replaced')
+    end if
 
   contains
 
@@ -297,7 +301,11 @@ contains
 
     call begin_object(json, '')
     call put(json, 'status', ending%status)
-    call put(json, 'results', ending%path)
+    if (len(ending%path) > 0) then
+      call put(json, 'results', ending%path)
+    else
+      call put_null(json, 'results')
+    end if
     call put_stages(json, summary)
     call put_steps(json, summary, factors_of(ending%cost))
     call put_motion(json, summary)

@@ -1,9 +1,10 @@
-/* Loaded before a program, this records each write to the file that RECORDED names, and each change of its length, in the file that
-   RECORD names: two numbers (offset and bytes of a write, or new length and -1), then the bytes. */
-#define _GNU_SOURCE
+/* Loaded before a program, this records each write to the file that RECORDED names, or that is to become it and has .part behind
+   its name, and each change of its length, in the file that RECORD names: two numbers (offset and bytes of a write, or new length
+   and -1), then the bytes. */
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -11,8 +12,12 @@
 static int is_recorded(int file)
 {
     const char *name = getenv("RECORDED");
+    char part[4096];
     struct stat one, other;
-    return name && !fstat(file, &one) && !stat(name, &other) && one.st_ino == other.st_ino && one.st_dev == other.st_dev;
+    if (!name || fstat(file, &one)) return 0;
+    snprintf(part, sizeof part, "%s.part", name);
+    if (stat(part, &other) && stat(name, &other)) return 0;
+    return one.st_ino == other.st_ino && one.st_dev == other.st_dev;
 }
 
 static void record(int64_t first, int64_t second, const void *bytes, int64_t n)
