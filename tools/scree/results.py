@@ -7,8 +7,9 @@ import io
 import json
 import os
 import pathlib
+import time
 import typing
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import h5py
 import numpy as np
@@ -22,11 +23,17 @@ if typing.TYPE_CHECKING:
 
 GIVEN_AS = {"fixed": 1, "load": 2, "measured": 3}  # /points/kind
 STEPS = ("search", "alone", "assemble", "factor", "solve", "judge", "friction", "restitution", "check", "update", "sleep")
+LOOKS, PAUSE = 40, 0.01  # how often a run that goes on is looked at where a write is under way, and seconds between two looks
+TORN = (OSError, KeyError, RuntimeError, ValueError)  # what h5py raises where a write is under way
 
 
 def read(path: str | os.PathLike) -> Results:
     """The results of a file of `scree run` or `scree cut`."""
     return Results(path)
+
+
+class Absent(Exception):
+    """What a file has not."""
 
 
 class Group:
@@ -53,16 +60,13 @@ class Group:
             raise AttributeError(problem.args[0]) from None
 
     def __contains__(self, name: str) -> bool:
-        with self._results._open() as f:
-            return f"{self._name}/{name}" in f
+        return self._results._look(lambda f: f"{self._name}/{name}" in f)
 
     def __iter__(self) -> Iterator[str]:
-        with self._results._open() as f:
-            return iter(list(f[self._name or "/"]))
+        return iter(self._results._look(lambda f: list(f[self._name or "/"])))
 
     def __dir__(self) -> list[str]:
-        with self._results._open() as f:
-            return [*super().__dir__(), *f[self._name or "/"], *f[self._name or "/"].attrs]
+        return [*super().__dir__(), *self._results._look(lambda f: [*f[self._name or "/"], *f[self._name or "/"].attrs])]
 
     def units(self, name: str) -> str:
         """The dimension of a dataset, such as force/length^2."""
@@ -74,10 +78,12 @@ class Group:
 
     def series(self) -> list[str]:
         """Names of all datasets in it and below, such as energy/kinetic."""
-        names = []
-        with self._results._open() as f:
+        def list_series(f):
+            names = []
             f[self._name or "/"].visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
-        return names
+            return names
+
+        return self._results._look(list_series)
 
 
 class Contacts:
@@ -99,24 +105,34 @@ class Results(Group):
     step; `r.bodies.centroid`, `r.bodies.stress` of each block in each frame; `r.measured_points.displacement`; `r.scene.status`,
     `r.scene.settings`. Frames count from 0, the start, and from -1, the last; blocks are columns from 0 in arrays, and their
     numbers from 1 are those of the deck. Of a run that was killed the rows that all series have are there.
+
+    A run that goes on is read as far as it was when it was opened; its `scene.status` is running. Later frames are there where it is
+    read again. The file is opened without a lock, so that the run does not mind, and a file system without locks does not either.
     """
 
     def __init__(self, path: str | os.PathLike) -> None:
         super().__init__(self, "")
         self.path = pathlib.Path(path)
+        self._goes_on = True  # as far as is known
         try:
             self._stamp = self._stamp_now()
-            with h5py.File(self.path) as f:
-                if "VTKHDF" not in f or "history" not in f:
-                    raise ResultsError(f"{path}: expected a results file of scree, found another HDF5 file")
-                self.n_frames = int(f["VTKHDF/Steps"].attrs["NSteps"])
-                self.n_elements = len(f["VTKHDF/Offsets"]) - 1
-                self._n_vertices = int(f["VTKHDF/NumberOfPoints"][0]) if len(f["VTKHDF/NumberOfPoints"]) else 0
-                self._rows = self._rows_that_count(f)
+            self._look(self._take_counts)
         except OSError as problem:
             raise ResultsError(f"{path}: expected a results file, found: {reason_of(problem)}") from None
         except KeyError as problem:
             raise ResultsError(f"{path}: expected a results file of scree, found one without {problem.args[0]}") from None
+
+    def _take_counts(self, f):
+        """Takes from the open file what says how much of it counts."""
+        self._goes_on = "scene" in f and as_text(f["scene"].attrs.get("status", "")) == "running"
+        if self._goes_on and not ("history" in f and f["VTKHDF/Steps"].attrs["NSteps"]):
+            raise ResultsError(f"{self.path}: expected a frame, found a run that has written none, or not yet")
+        if "VTKHDF" not in f or "history" not in f:
+            raise ResultsError(f"{self.path}: expected a results file of scree, found another HDF5 file")
+        self.n_frames = int(f["VTKHDF/Steps"].attrs["NSteps"])  # first, as what it counts is there before
+        self.n_elements = len(f["VTKHDF/Offsets"]) - 1
+        self._n_vertices = int(f["VTKHDF/NumberOfPoints"][0]) if len(f["VTKHDF/NumberOfPoints"]) else 0
+        self._rows = self._rows_that_count(f)
 
     def __repr__(self) -> str:
         return f"<results {self.path}: {self.n_blocks} blocks, {self.n_frames} frames, {self.scene.status}>"
@@ -131,39 +147,61 @@ class Results(Group):
         return {"history": n_steps, "measured_points": n_steps, "bodies": self.n_frames, "bolts": self.n_frames}
 
     def _stamp_now(self):
+        """What tells a file from another one by its name, and from what it was."""
         found = os.stat(self.path)
-        return found.st_ino, found.st_size, found.st_mtime_ns
+        return (found.st_dev, found.st_ino), (found.st_size, found.st_mtime_ns)
 
-    def _open(self):
-        """The open file, if it is still the one that was read."""
+    def _is_the_one_read(self):
+        """Whether the file is still the one that was read: of a run that goes on the same file, else the same bytes."""
         try:
-            unchanged = self._stamp_now() == self._stamp
+            now = self._stamp_now()
         except OSError:
-            unchanged = False
-        if not unchanged:
-            raise ResultsError(f"{self.path}: has changed since it was read: read it again")
-        return h5py.File(self.path)
+            return False
+        return now[0] == self._stamp[0] if self._goes_on else now == self._stamp
+
+    def _look(self, at: Callable[[h5py.File], typing.Any]) -> typing.Any:
+        """What a function finds in the open file, if that is still the one that was read.
+
+        While a run writes, what is read may be new in part: then it is looked at again, with what describes the data read anew.
+        """
+        for again in range(LOOKS, 0, -1):
+            if not self._is_the_one_read():
+                raise ResultsError(f"{self.path}: has changed since it was read: read it again")
+            try:
+                with h5py.File(self.path, "r", locking=False) as f:
+                    return at(f)
+            except TORN:
+                if again == 1 or not self._goes_on or not self._is_changing():
+                    raise
+            time.sleep(PAUSE)
+
+    def _is_changing(self):
+        """Whether the file was written a short time ago, or its end is not yet there."""
+        return time.time() - os.stat(self.path).st_mtime < LOOKS * PAUSE
 
     def _fetch(self, group, name):
         """A group, an array, a text or an attribute."""
         path = f"{group}/{name}".strip("/")
-        with self._open() as f:
+
+        def find(f):
             item = f.get(path)
             if isinstance(item, h5py.Group):
                 return Group(self, path)
             if item is not None:
-                value = item[()]
-                rows = self._rows.get(path.split("/")[0])
-                return as_text(value if rows is None else value[:rows])
+                return as_text(item[:self._rows[path.split("/")[0]]] if path.split("/")[0] in self._rows else item[()])
             attributes = f[group or "/"].attrs
             if name in attributes:
                 return as_text(attributes[name])
-            raise KeyError(f"{self.path}: expected {path}, found {', '.join([*f[group or '/'], *attributes])}; "
-                           "what a scene does not call for has no dataset")
+            raise Absent(f"{self.path}: expected {path}, found {', '.join([*f[group or '/'], *attributes])}; "
+                         "what a scene does not call for has no dataset")
+
+        try:
+            return self._look(find)
+        except Absent as problem:
+            raise KeyError(problem.args[0]) from None
 
     def _attribute(self, path, name):
-        with self._open() as f:
-            return as_text(f[path.strip("/")].attrs[name])
+        return self._look(lambda f: as_text(f[path.strip("/")].attrs[name]))
 
     @property
     def summary(self):
@@ -236,8 +274,7 @@ class Results(Group):
     def _of_frame(self, name, frame, n):
         """The rows of a frame, n each, of a dataset below VTKHDF that has all frames one after the other; others are not read."""
         frame = self._frame(frame)
-        with self._open() as f:
-            return f[f"VTKHDF/{name}"][n * frame:n * (frame + 1)]
+        return self._look(lambda f: f[f"VTKHDF/{name}"][n * frame:n * (frame + 1)])
 
     def vertices(self, frame: int = -1) -> np.ndarray:
         """Places of all vertices in a frame (v, 2)."""

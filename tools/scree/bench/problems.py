@@ -50,7 +50,7 @@ def solve(scree, files=(KEPT,)):
     rows, sent = [], []
     for path in map(pathlib.Path, files):
         try:
-            file = h5py.File(path)
+            file = h5py.File(path, "r", locking=False)
         except OSError as problem:
             raise ScreeError(f"{path}: expected a results file, found: {reason_of(problem)}") from None
         with file:
