@@ -248,6 +248,50 @@ def test_the_package_installs_with_the_commands(tmp_path):
         assert f"{name} " in page.stdout.partition("\n\n")[2] and "tools/" not in page.stdout, page.stdout
 
 
+@pytest.fixture(scope="module")
+def pip_folder(tmp_path_factory):
+    """A copy of tools/, the package that pip installed from there, and a program that is in no tree."""
+    folder = tmp_path_factory.mktemp("pip")
+    shutil.copytree(SOURCE / "tools", folder / "tree" / "tools", ignore=shutil.ignore_patterns("__pycache__"))
+    subprocess.run([sys.executable, "-m", "pip", "install", "-q", "--no-index", "--no-deps", "--no-build-isolation", "--no-warn-script-location",
+                    "--root-user-action", "ignore", "--target", folder / "site", folder / "tree" / "tools"], check=True, cwd=folder)
+    (folder / "bin").mkdir()
+    shutil.copy(os.environ["SCREE"], folder / "bin" / "scree")
+    return folder
+
+
+@pytest.mark.parametrize("decks", ["none", "variable", "tree of the package", "tree of the program", "beside the program"])
+def test_installed_commands_find_their_decks_or_say_how_to_name_them(decks, pip_folder, tmp_path):
+    environment = {"PATH": f"{pip_folder / 'bin'}:/usr/bin:/bin", "PYTHONPATH": str(pip_folder / "site"), "HOME": str(tmp_path)}
+    link = None
+    if decks == "variable":
+        environment["SCREE_INPUT"] = str(SOURCE / "input")
+    elif decks == "tree of the package":
+        link = pip_folder / "tree" / "input"
+    elif decks == "beside the program":
+        link = pip_folder / "share" / "scree" / "input"
+    elif decks == "tree of the program":
+        link = tmp_path / "input"
+        built = tmp_path / "build" / "release" / "bin"
+        built.mkdir(parents=True)
+        environment["SCREE"] = shutil.copy(os.environ["SCREE"], built / "scree")
+    if link:
+        link.parent.mkdir(parents=True, exist_ok=True)
+        link.symlink_to(SOURCE / "input")
+    try:
+        for command, words in (("validate", ["b7"]), ("paper", ["rotation"])):
+            done = subprocess.run([pip_folder / "site" / "bin" / f"scree-{command}", *words], cwd=tmp_path, capture_output=True, text=True,
+                                  env=environment)
+            if decks == "none":
+                assert done.returncode == 2 and not done.stdout and len(done.stderr.splitlines()) == 1
+                assert "expected decks of scree" in done.stderr and "SCREE_INPUT" in done.stderr
+            else:
+                assert done.returncode == 0 and not done.stderr, done.stdout + done.stderr
+    finally:
+        if link:
+            link.unlink()
+
+
 @pytest.mark.parametrize("name", ["validate", "bench", "plot", "compare_shi", "paper", "dxf2geo"])
 def test_the_commands_tell_how_they_are_used_from_any_folder(name, tmp_path):
     done = subprocess.run([SOURCE / "tools" / name, "--help"], cwd=tmp_path, capture_output=True, text=True)

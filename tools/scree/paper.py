@@ -16,7 +16,7 @@ import numpy as np
 
 from .arguments import ends_in_a_line, parser_for, say
 from .errors import RunFailed
-from .program import Runner, input_folder, work_folder
+from .program import Runner, input_folder, shipped, work_folder
 from .validation import arc
 
 DECKS = input_folder() / "paper" / "rotation"
@@ -169,6 +169,7 @@ def main():
     parser.add_argument("--keep", type=pathlib.Path, help="folder for the results files; else they are not kept")
     given = parser.parse_args()
     case = {"rotation": compare_rotation, "arc": sweep_arc}[given.case]
+    shipped(f"paper/{given.case}")
     try:
         with work_folder(given.keep) as folder:
             return 1 if case(Runner(folder, given.scree)) else 0

@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.metadata
+import json
 import numbers
 import os
 import pathlib
@@ -10,6 +12,7 @@ import subprocess
 import tempfile
 import time
 import typing
+import urllib.parse
 from collections.abc import Iterable, Iterator, Mapping
 
 from .errors import ProgramMissing, RunFailed, ScreeError
@@ -23,22 +26,46 @@ PREFIX = (TREE / ".." / "..").resolve()  # where this is PREFIX/lib/python3/dist
 INSTALLED = PREFIX / "bin" / "scree"
 
 
+def origin() -> pathlib.Path | None:
+    """The source tree that pip has installed this package from, as pip notes it; None where that is not known."""
+    try:
+        noted = importlib.metadata.distribution("scree").read_text("direct_url.json")
+        url = urllib.parse.urlsplit(json.loads(noted)["url"])
+    except (importlib.metadata.PackageNotFoundError, TypeError, ValueError, KeyError):
+        return None
+    return pathlib.Path(urllib.parse.unquote(url.path)).parent if url.scheme == "file" else None
+
+
 def program(path: StrPath | None = None) -> pathlib.Path:
     """The path of the program: the one given, else that of the variable SCREE, else that of the build folder, else the one that is
-    installed beside this package, else the one that the shell finds."""
+    installed beside this package, else the one that the shell finds, else the one built in the tree that pip took the package from."""
     path = path or os.environ.get("SCREE") or next((there for there in (BUILT, INSTALLED) if there.exists()), None)
-    path = path or shutil.which("scree") or BUILT
+    path = path or shutil.which("scree") or next((tree / BUILT.relative_to(TREE) for tree in [origin()] if tree), BUILT)
     if not pathlib.Path(path).exists():
         raise ProgramMissing(f"expected the program {path}, found none: build it, or name it with --scree or the variable SCREE")
     return pathlib.Path(path).absolute()
 
 
 def input_folder() -> pathlib.Path:
-    """The folder input/ of the source tree, or of what is installed."""
-    found = shutil.which("scree")
-    prefixes = [PREFIX, *(pathlib.Path(found).resolve().parents[1:2] if found else [])]
-    folders = [TREE / "input", *(prefix / "share" / "scree" / "input" for prefix in prefixes)]
-    return next((folder for folder in folders if folder.exists()), TREE / "input")
+    """The folder input/, with the decks: that of the variable SCREE_INPUT, else that of the source tree, else of what is installed
+    with this package or with the program, else of the tree that the program was built in or that pip took this package from."""
+    if "SCREE_INPUT" in os.environ:
+        return pathlib.Path(os.environ["SCREE_INPUT"]).absolute()
+    found = [pathlib.Path(path).resolve() for path in (os.environ.get("SCREE"), shutil.which("scree")) if path]
+    prefixes = [PREFIX, *(path.parents[1] for path in found if len(path.parents) > 1)]
+    trees = [*(path.parents[3] for path in found if len(path.parents) > 3), *filter(None, [origin()])]
+    folders = [TREE / "input", *(prefix / "share" / "scree" / "input" for prefix in prefixes), *(tree / "input" for tree in trees)]
+    return next((folder for folder in folders if (folder / "validation").exists()), TREE / "input")
+
+
+def shipped(name: str) -> pathlib.Path:
+    """A deck or a folder of decks in input/, such as paper/rotation; ScreeError where it is not there."""
+    path = input_folder() / name
+    if not path.exists():
+        raise ScreeError(f"{path}: expected decks of scree, found none: pip installs the commands alone; the decks are in the folder "
+                         "input of the sources, and in share/scree/input of what cmake --install leaves: name that folder by the "
+                         "variable SCREE_INPUT")
+    return path
 
 
 def call(*words: StrPath, path: StrPath | None = None, **options: typing.Any) -> subprocess.CompletedProcess[str]:

@@ -8,10 +8,9 @@ import math
 from .. import touching
 from ..block_files import box, on_base, running_bond, turned
 from ..errors import ScreeError
-from ..program import call, done_or_failed, input_folder
+from ..program import call, done_or_failed, shipped
 
 DENSITY, GRAVITY, YOUNG, POISSON = 2500.0, 9.81, 1e10, 0.25
-SLOPES = input_folder() / "bench" / "slope"
 
 
 @dataclasses.dataclass
@@ -113,7 +112,7 @@ class Slope(Scene):
         analysis.write_text(f"{0 if self.static else 1} {self.steps(step)} 1 {len(self.friction[self.deck])} 0.01 {step!r}\n"
                             f"2600 {self.weight} 1e10 0.25 0 0 0 0 0 0 0 0 0\n{joints}"
                             "&deck dialect='short' /\n&method strain='green', plane='strain' /\n")
-        return [SLOPES / f"{self.deck}.geo", analysis]
+        return [shipped(f"bench/slope/{self.deck}.geo"), analysis]
 
 
 def slope(deck, static, end=0.5):

@@ -11,7 +11,7 @@ import pathlib
 
 from ..arguments import BAD_INPUT, ends_in_a_line, parser_for
 from ..errors import RunFailed, ScreeError
-from ..program import Runner, work_folder
+from ..program import Runner, shipped, work_folder
 from . import elastic  # noqa: F401  (its cases join CASES)
 from .cases import CASES
 
@@ -61,5 +61,6 @@ def main():
     unknown = [name for name in given.case if name not in CASES]
     if unknown:
         parser.error(f"expected cases of {' '.join(CASES)}, found {' '.join(unknown)}")
+    shipped("validation")
     with work_folder(given.keep) as folder:
         return 1 if compare(given.case or list(CASES), Runner(folder, given.scree, given.set)) else 0
