@@ -44,6 +44,23 @@ def test_each_command_is_there_and_says_how_it_is_used(installed, tmp_path):
     assert not list(installed.rglob("__pycache__"))
 
 
+def test_an_installed_command_finds_its_decks(installed, tmp_path):
+    done = call(installed, "scree-validate", "b7", cwd=tmp_path)
+    assert done.returncode == 0 and "every tolerance is met" in done.stdout, done.stdout + done.stderr
+
+
+def test_a_blas_that_is_asked_for_is_linked(tmp_path):
+    """Where OpenBLAS has files for CMake as well: those are for whoever asks for none."""
+    done = subprocess.run(["cmake", "-S", SOURCE, "-B", tmp_path, "-DBUILD_TESTING=OFF", "-DCMAKE_BUILD_TYPE=Release", "-DBLA_VENDOR=Generic"],
+                          capture_output=True, text=True)
+    if "LAPACK (OpenBLAS, or another) not found" in done.stderr:
+        pytest.skip("no libblas.so and liblapack.so")
+    assert done.returncode == 0, done.stderr
+    words = (tmp_path / "src" / "CMakeFiles" / "scree.dir" / "link.txt").read_text().split()
+    linked = {pathlib.Path(word).name.split(".")[0] for word in words if ".so" in word or ".a" in word}
+    assert {"libblas", "liblapack"} <= linked and "libopenblas" not in linked
+
+
 def test_a_package_that_is_missing_is_one_line(installed, tmp_path):
     (tmp_path / "matplotlib.py").write_text("raise ModuleNotFoundError('none', name='matplotlib')\n")
     done = call(installed, "scree-plot", "x.h5", cwd=tmp_path, PYTHONPATH=str(tmp_path))
