@@ -1,6 +1,7 @@
 /* Loaded before a program, this records each write to the file that RECORDED names, or that is to become it and has .part behind
    its name, and each change of its length, in the file that RECORD names: two numbers (offset and bytes of a write, or new length
    and -1), then the bytes. */
+#define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <stdint.h>
