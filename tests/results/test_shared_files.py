@@ -2,7 +2,6 @@
 import os
 import pathlib
 import resource
-import resource
 import shutil
 import signal
 import subprocess
@@ -103,6 +102,16 @@ def test_a_picture_and_a_page_of_a_run_that_goes_on_are_made(system, tool, start
     words = {"plot": ["--frames", "last", "-o", "r.png"], "report": ["-o", "r.html"]}[tool]
     done = subprocess.run([SOURCE / "tools" / tool, "r.h5", *words], capture_output=True, text=True, cwd=tmp_path, env=system)
     assert done.returncode == 0 and (tmp_path / words[-1]).stat().st_size > 1000, done.stderr
+
+
+def test_other_programs_with_hdf5_may_read_what_a_run_writes_but_not_write_it(start, tmp_path):
+    """With the locks that HDF5 takes where nothing is said."""
+    path = tmp_path / "r.h5"
+    start(DECK, "-o", path, *LONG, env=PLAIN)
+    with h5py.File(path, "r", locking=True) as f:
+        assert f["scene"].attrs["status"] == b"running"
+    with pytest.raises(OSError, match="Resource temporarily unavailable"):
+        h5py.File(path, "a", locking=True)
 
 
 def test_a_run_without_a_frame_is_said_to_have_none(tmp_path):
