@@ -33,14 +33,24 @@ contains
     call take_turn(path, turn)
     call check_target(path, error)
     call give_turn(turn)
-    if (with_xdmf .and. .not. allocated(error)) call expect_regular(xdmf_path(path), 'the XDMF side-car', error)
-    if (with_xdmf .and. .not. allocated(error)) then
-      if (.not. may_replace_xdmf(xdmf_path(path))) call refuse_to_replace(xdmf_path(path), 'an XDMF side-car of scree', error)
-    end if
-    if (with_classic .and. .not. allocated(error)) call expect_regular(classic_path(path), 'the replay', error)
-    if (with_classic .and. .not. allocated(error)) then
-      if (.not. may_replace_classic(classic_path(path))) call refuse_to_replace(classic_path(path), 'a replay of scree', error)
-    end if
+    if (with_xdmf) call check_beside(xdmf_path(path), 'the XDMF side-car', may_replace_xdmf, 'an XDMF side-car of scree')
+    if (with_classic) call check_beside(classic_path(path), 'the replay', may_replace_classic, 'a replay of scree')
+
+  contains
+
+    !> Error where a file beside the results is no regular one, or holds what is none of its kind.
+    subroutine check_beside(path, purpose, may_replace, kind)
+      character(len=*), intent(in) :: path
+      character(len=*), intent(in) :: purpose      !! what the file is for, with an article
+      procedure(may_replace_xdmf) :: may_replace   !! whether one of its kind may take the place of a file
+      character(len=*), intent(in) :: kind         !! with an article
+
+      if (allocated(error)) return
+      call expect_regular(path, purpose, error)
+      if (allocated(error)) return
+      if (.not. may_replace(path)) call refuse_to_replace(path, kind, error)
+    end subroutine check_beside
+
   end subroutine check_targets
 
   !> Error where results may not take the place of what a name leads to.
