@@ -5,7 +5,7 @@ module scree_command_line
   use scree_text, only: in_lower_case, text_t
   implicit none
   private
-  public :: command_t, help, read_command_line
+  public :: command_t, help, read_command_line, usage
 
   character(len=*), parameter :: help(*) = [character(len=104) :: &
     'scree: blocky and jointed rock by Discontinuous Deformation Analysis and the Numerical', &
@@ -40,6 +40,20 @@ module scree_command_line
     'Exit status: 0 done, 1 the run failed, 2 bad input, 130 or 143 stopped by SIGINT (Ctrl-C) or SIGTERM;', &
     'what a run that stops has done is in its results file.']
 
+  !> What the program says where it is called without a word.
+  character(len=*), parameter :: usage(*) = [character(len=88) :: &
+    'usage: scree COMMAND DECK ... [options]', &
+    '', &
+    '  scree check   slope.ana      reads a deck, says what is in it and what may be wrong', &
+    '  scree run     slope.ana      simulates it and writes slope.h5', &
+    '  scree cut     slope.geo      cuts lines to blocks and writes slope.blk', &
+    '  scree joints  slope.joints   draws joint sets and writes slope.geo', &
+    '  scree explain slope.ana      prints every number of a deck with its meaning', &
+    '  scree estimate slope.ana     tells how long a run will take', &
+    '  scree --help                 all commands and options', &
+    '', &
+    'expected a command, found none']
+
   character(len=*), parameter :: verbs(*) = [character(len=8) :: 'run', 'check', 'estimate', 'explain', 'cut', 'joints']
 
   !> An option, and the verbs that it goes with.
@@ -59,7 +73,7 @@ module scree_command_line
 
   !> What the command line asks for.
   type :: command_t
-    character(len=:), allocatable :: verb         !! one of the help, or --version, --help
+    character(len=:), allocatable :: verb         !! one of the help, or --version, --help, usage
     character(len=:), allocatable :: geometry     !! '' where the analysis names it
     character(len=:), allocatable :: analysis     !! deck; of `cut` and `joints` the one there is
     type(text_t), allocatable :: settings(:)    !! given with --set
@@ -85,8 +99,9 @@ contains
     command%options%results_path = ''
     command%options%restart_path = ''
     command%verb = argument(1)
+    if (command_argument_count() == 0) command%verb = 'usage'
     if (command%verb == '-h' .or. command%verb == 'help') command%verb = '--help'
-    if (command%verb == '--version' .or. command%verb == '--help') return
+    if (any(command%verb == [character(len=9) :: '--version', '--help', 'usage'])) return
     if (all(command%verb /= verbs)) then
       call fail(error, status_bad_input, 'expected run, check, estimate, explain, cut, joints, --version or --help, found '''// &
                 command%verb//'''')

@@ -5,7 +5,7 @@ program scree
   use scree_block_input, only: block_moments, blocks_t, joined_text, make_blocks
   use scree_boundary_rock, only: boundary_warning
   use scree_check_scene, only: check_scene
-  use scree_command_line, only: command_t, help, read_command_line
+  use scree_command_line, only: command_t, help, read_command_line, usage
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_estimate, only: estimate_runs
   use scree_explain, only: explain_scene, explain_settings
@@ -37,6 +37,9 @@ program scree
       write (output_unit, '(a)') 'scree '//version
     case ('--help')
       write (output_unit, '(a)') (trim(help(i)), i=1, size(help))
+    case ('usage')
+      write (error_unit, '(a)') (trim(usage(i)), i=1, size(usage))
+      call exit_with(status_bad_input)
     case default
       if (command%settings_only) then
         call explain_settings(output_unit)

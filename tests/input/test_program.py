@@ -13,8 +13,17 @@ def test_version_and_help():
     assert done.returncode == 0 and "Exit status" in done.stdout
 
 
+def test_without_words_the_program_says_how_to_call_it():
+    done = call()
+    assert done.returncode == 2 and done.stdout == ""
+    lines = done.stderr.splitlines()
+    assert lines[0].startswith("usage: scree COMMAND") and "scree --help" in done.stderr and len(lines) < 15
+    for verb in ("check", "run", "cut", "joints", "explain", "estimate"):
+        assert any(line.startswith(f"  scree {verb}") for line in lines), verb
+
+
 def test_wrong_words_are_one_line_and_status_2():
-    for words in ([], ["walk"], ["run"], ["run", "a", "b", "c"], ["run", T4, "--fast"], ["run", T4, "--set"], ["check", "--settings"],
+    for words in (["walk"], ["run"], ["run", "a", "b", "c"], ["run", T4, "--fast"], ["run", T4, "--set"], ["check", "--settings"],
                   ["cut", T4], ["cut", T4, "-o", T4], ["cut", "x.geo", "--set", "step.size=1"], ["cut", "x.geo", "--xdmf"],
                   ["cut", "x.geo", "-o", "x.geo"], ["cut", "x.geo", "y.ana", "-o", "x.geo"],
                   ["check", T4, "-o", "x"], ["explain", T4, "--output", "x"], ["estimate", T4, "-o", "x"], ["run", T4, "-o", ""],
