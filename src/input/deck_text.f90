@@ -51,13 +51,14 @@ module scree_deck_text
 contains
 
   !> Reads a file and finds its words. Errors: it cannot be read, or is not text.
-  subroutine read_deck(name, deck, error)
+  subroutine read_deck(name, deck, error, kind)
     character(len=*), intent(in) :: name
     type(deck_t), intent(out) :: deck
     type(error_t), allocatable, intent(out) :: error
+    character(len=*), intent(in), optional :: kind !! of file; deck where absent
 
     deck%name = name
-    call read_text(name, deck%text, error)
+    call read_text(name, deck%text, error, kind)
     if (allocated(error)) return
     call find_words(deck)
     if (deck%n_words == 0) return
@@ -72,29 +73,32 @@ contains
   end subroutine read_deck
 
   !> The whole of a text file, with line ends as LF. Errors: it cannot be read, or holds bytes that are no text.
-  subroutine read_text(name, text, error)
+  subroutine read_text(name, text, error, kind)
     character(len=*), intent(in) :: name
     character(len=:), allocatable, intent(out) :: text
     type(error_t), allocatable, intent(out) :: error
-    character(len=:), allocatable :: raw
+    character(len=*), intent(in), optional :: kind !! of file, deck where absent
+    character(len=:), allocatable :: expected, raw
     integer :: begin, i, line, n
     logical :: there
 
+    expected = name//': expected a deck'
+    if (present(kind)) expected = name//': expected a '//kind
     if (is_directory(name)) then
-      call fail(error, status_bad_input, name//': expected a deck, found a directory')
+      call fail(error, status_bad_input, expected//', found a directory')
       return
     end if
     inquire (file=name, exist=there)
     if (.not. there) then
-      call fail(error, status_bad_input, name//': expected a deck, found no such file')
+      call fail(error, status_bad_input, expected//', found no such file')
       return
     end if
     call read_bytes(name, longest_file, raw, there)
     if (.not. there) then
-      call fail(error, status_bad_input, name//': expected a deck that can be read, found one that the system does not give')
+      call fail(error, status_bad_input, expected//' that can be read, found one that the system does not give')
       return
     else if (len(raw) > longest_file) then
-      call fail(error, status_bad_input, name//': expected a deck of at most 1e9 bytes, found more')
+      call fail(error, status_bad_input, expected//' of at most 1e9 bytes, found more')
       return
     end if
     begin = 1
@@ -103,7 +107,7 @@ contains
       call fail(error, status_bad_input, name//':1: expected text in UTF-8 or ASCII, found UTF-16')
       return
     else if (index(raw, hdf5_mark) == 1) then
-      call fail(error, status_bad_input, name//': expected a deck, found a file of HDF5, as results are')
+      call fail(error, status_bad_input, expected//', found a file of HDF5, as results are')
       return
     end if
 

@@ -36,7 +36,7 @@ contains
     real(dp) :: version
     integer :: i
 
-    call read_deck(name, deck, error)
+    call read_deck(name, deck, error, kind='mesh')
     if (allocated(error)) return
     allocate (mesh%triangle(3, 0))
     call next_word(deck, '$MeshFormat', word, error)

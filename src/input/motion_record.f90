@@ -27,7 +27,7 @@ contains
     real(dp), allocatable :: row(:, :)
     integer :: n
 
-    call read_deck(name, deck, error)
+    call read_deck(name, deck, error, kind='record')
     if (allocated(error)) return
     call refuse_groups(deck, 'lines '//numbers, error)
     if (allocated(error)) return
@@ -104,7 +104,7 @@ contains
 
     step = 0.0_dp
     deck%name = name
-    call read_text(name, deck%text, error)
+    call read_text(name, deck%text, error, kind='record')
     if (allocated(error)) return
     call blank_head(deck, error)
     if (allocated(error)) return

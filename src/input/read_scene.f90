@@ -282,9 +282,25 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (.not. allocated(scene%settings%cover_mesh)) return
+    call expect_file(scene, 'mesh', 'cover.mesh', scene%settings%cover_mesh, error)
+    if (allocated(error)) return
     allocate (scene%mesh)
     call read_gmsh_file(beside_analysis(scene, scene%settings%cover_mesh), scene%mesh, error)
   end subroutine read_mesh
+
+  !> Error at the place of a setting that names a file which is not there.
+  subroutine expect_file(scene, kind, name, path, error)
+    type(scene_t), intent(in) :: scene
+    character(len=*), intent(in) :: kind   !! of file
+    character(len=*), intent(in) :: name   !! of the setting
+    character(len=*), intent(in) :: path   !! as the setting gives it
+    type(error_t), allocatable, intent(out) :: error
+    logical :: there
+
+    inquire (file=beside_analysis(scene, path), exist=there)
+    if (.not. there) call fail(error, status_bad_input, given_at(scene%words, name)//': expected a file for '//name// &
+                               ', found that the '//kind//' file '//beside_analysis(scene, path)//' does not exist')
+  end subroutine expect_file
 
   !> A path as the analysis deck means it: from its folder.
   function beside_analysis(scene, path)
@@ -321,6 +337,7 @@ contains
       scene%geometry_name = geometry
     else if (allocated(scene%settings%geometry)) then
       scene%geometry_name = beside_analysis(scene, scene%settings%geometry)
+      call expect_file(scene, 'geometry', 'deck.geometry', scene%settings%geometry, error)
     else
       dot = index(scene%analysis_name, '.', back=.true.)
       if (dot <= slash + 1) dot = len(scene%analysis_name) + 1
@@ -583,10 +600,14 @@ contains
         call take_record(table, group//'.table', numbers, from_of(scene%words, group//'.table'), record, error)
       else if (.not. allocated(file)) then
         return
-      else if (is_peer_file(file) .and. group == 'acceleration') then
-        call take_peer_record(scene, error)
       else
-        call read_record_file(beside_analysis(scene, file), numbers, record, error)
+        call expect_file(scene, 'record', group//'.file', file, error)
+        if (allocated(error)) return
+        if (is_peer_file(file) .and. group == 'acceleration') then
+          call take_peer_record(scene, error)
+        else
+          call read_record_file(beside_analysis(scene, file), numbers, record, error)
+        end if
       end if
       if (allocated(error)) return
       record%value = scale*record%value
@@ -602,7 +623,11 @@ contains
     character(len=:), allocatable :: vertical
 
     vertical = ''
-    if (allocated(scene%settings%ground_vertical)) vertical = beside_analysis(scene, scene%settings%ground_vertical)
+    if (allocated(scene%settings%ground_vertical)) then
+      vertical = beside_analysis(scene, scene%settings%ground_vertical)
+      call expect_file(scene, 'record', 'acceleration.vertical', scene%settings%ground_vertical, error)
+      if (allocated(error)) return
+    end if
     if (from_of(scene%words, 'acceleration.scale') == 'default') then
       call fail(error, status_bad_input, from_of(scene%words, 'acceleration.file')// &
                 ': expected acceleration.scale, which is g in units of the deck, with a PEER record, found none')
