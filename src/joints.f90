@@ -3,12 +3,12 @@ module scree_joints
   use scree_block_input, only: blocks_t, joined_text, make_blocks, scale_of_lines
   use scree_deck_text, only: read_text
   use scree_errors, only: error_t, fail, status_bad_input
-  use scree_files, only: holds_something, is_directory, refuse_to_replace, same_file
+  use scree_files, only: expect_regular, holds_something, refuse_to_replace, same_file
   use scree_geometry_deck, only: write_geometry_deck
   use scree_joint_sets, only: draw_joints
   use scree_joints_deck, only: joints_t, read_joints_deck
   use scree_kinds, only: dp
-  use scree_progress, only: check_told, progress_t, set_up_progress, tell
+  use scree_progress, only: check_told, progress_t, set_up_progress, tell, warn
   use scree_rock_outline, only: boundary_lines, hole_points, rock_t
   use scree_scene, only: line_t, scene_t
   use scree_text, only: number_text
@@ -34,15 +34,14 @@ contains
     type(line_t), allocatable :: boundary(:), traces(:)
     real(dp) :: shortest
     character(len=:), allocatable :: counts
+    integer :: i
 
     if (same_file(geometry_path, deck_path)) then
       call fail(error, status_bad_input, geometry_path//': expected another file for the geometry, found the deck of joint sets')
       return
     end if
-    if (is_directory(geometry_path)) then
-      call fail(error, status_bad_input, geometry_path//': expected a file for the geometry, found a directory')
-      return
-    end if
+    call expect_regular(geometry_path, 'the geometry', error)
+    if (allocated(error)) return
     if (.not. may_replace(geometry_path)) then
       call refuse_to_replace(geometry_path, 'a geometry of scree joints', error)
       return
@@ -72,6 +71,9 @@ contains
     call write_geometry_deck(geometry_path, scene, remark//deck_path//': '//counts, error)
     if (allocated(error)) return
     call set_up_progress(quiet, progress)
+    do i = 1, size(joints%warning)
+      call warn(progress, joints%warning(i)%text)
+    end do
     call tell(progress, geometry_path//': '//counts)
     call check_told(progress, geometry_path, error)
   end subroutine make_joints

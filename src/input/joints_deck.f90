@@ -12,7 +12,7 @@ module scree_joints_deck
   use scree_setting_rows, only: fill_defaults, list_rows, setting_rows_t, store_given
   use scree_setting_table, only: blank_words, from_of, full_name, index_of, put_word, setting_t
   use scree_settings, only: settings_table
-  use scree_text, only: number_text, real_text
+  use scree_text, only: number_text, real_text, text_t
   implicit none
   private
   public :: joints_t, read_joints_deck
@@ -23,11 +23,13 @@ module scree_joints_deck
     type(line_t), allocatable :: supports(:)   !! lines that hold edges
     type(joint_set_t), allocatable :: sets(:)
     integer :: seed = 1
+    type(text_t), allocatable :: warning(:)    !! what of the outlines is likely a mistake
   end type joints_t
 
   !> Largest coordinate; with this least window, products of lengths stay in range.
   real(dp), parameter :: farthest = 1e12_dp, least_window = 1e-9_dp
   real(dp), parameter :: least_share = 1e-5_dp     !! of a window in its distance from the origin, for its digits
+  real(dp), parameter :: rounding = 1e-9_dp        !! of a window: a point so near its side lies on it
   real(dp), parameter :: most_traces = 1e6_dp      !! of a set
   integer, parameter :: most_corners = 2000        !! of an outline
   real(dp), parameter :: default_least_distance = 0.001_dp !! e0
@@ -82,6 +84,7 @@ contains
       call wrong(deck, deck%n_lines, 'a &window', 'none', error)
       return
     end if
+    joints%warning = doubts_of_slopes(deck, window%corner, outline)
     call check_outlines(deck, window, outline, joints%rock, error)
     if (allocated(error)) return
     call check_sets(deck, joints, error)
@@ -411,6 +414,43 @@ contains
       corner(:, k) = group%centre + group%radius*[cos(angle), sin(angle)]
     end do
   end subroutine take_circle
+
+  !> Slopes with points outside the window, which cuts them off: one line for each.
+  pure function doubts_of_slopes(deck, window, outline) result(doubt)
+    type(deck_t), intent(in) :: deck
+    real(dp), intent(in) :: window(:, :)              !! (2, n) corners
+    type(outline_t), intent(in) :: outline(:)         !! slopes as they are given
+    type(text_t), allocatable :: doubt(:)
+    character(len=:), allocatable :: side
+    real(dp) :: beside, low(2), high(2)
+    integer :: i, k
+
+    allocate (doubt(0))
+    low = minval(window, 2)
+    high = maxval(window, 2)
+    beside = rounding*maxval(high - low)
+    do i = 1, size(outline)
+      if (outline(i)%kind /= slope_outline) cycle
+      do k = 1, size(outline(i)%corner, 2)
+        associate (point => outline(i)%corner(:, k))
+          side = ''
+          if (point(2) > high(2) + beside) then
+            side = 'above its top, y = '//real_text(high(2))//', which is the ground there'
+          else if (point(2) < low(2) - beside) then
+            side = 'below its bottom, y = '//real_text(low(2))//': no rock is left there'
+          else if (point(1) < low(1) - beside) then
+            side = 'beyond its left side, x = '//real_text(low(1))//', where the slope is cut off'
+          else if (point(1) > high(1) + beside) then
+            side = 'beyond its right side, x = '//real_text(high(1))//', where the slope is cut off'
+          end if
+          if (len(side) == 0) cycle
+          doubt = [doubt, text_t(place_of_line(deck, outline(i)%deck_line)//': expected points of &slope in the window, found ('// &
+                                 real_text(point(1))//', '//real_text(point(2))//') '//side)]
+        end associate
+        exit
+      end do
+    end do
+  end function doubts_of_slopes
 
   !> Makes the rock. Errors: outlines that cross themselves, have no area, miss the window, or leave nothing of it.
   subroutine check_outlines(deck, window, outline, rock, error)
