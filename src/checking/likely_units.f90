@@ -8,7 +8,7 @@ module scree_likely_units
   use scree_text, only: real_text, short_text
   implicit none
   private
-  public :: doubt_of_stiffness, doubt_of_weight
+  public :: doubt_of_stiffness, doubt_of_strength, doubt_of_water, doubt_of_weight
 
   !> Units that go together, and in them the density and stiffness of solids and the gravity of the earth.
   type :: unit_system_t
@@ -30,7 +30,63 @@ module scree_likely_units
   real(dp), parameter :: round_gravity = 10/9.81_dp !! many take 10 m/s2
   real(dp), parameter :: leeway = 0.05_dp           !! of gravity
 
+  !> Largest strength over Young's modulus. Clay has an undrained modulus of 100 to 1500 times its strength, rock one of 200 to 500
+  !> times its compressive strength (Deere & Miller 1966); a factor of two is left.
+  real(dp), parameter :: most_strength = 0.02_dp
+  !> Least strength over Young's modulus: 1 kPa of a joint in rock of 100 GPa is 1e-8, and a factor of ten is left.
+  real(dp), parameter :: least_strength = 1e-9_dp
+  !> The same of the walls of joints: weathered rock has a tenth of the strength of rock, and a factor of ten is left.
+  real(dp), parameter, public :: least_strength_of_walls = 1e-5_dp
+  !> Least strength over the weight of a column as high as the model: a cohesion c holds a vertical bank of height 4 c over the unit
+  !> weight (Culmann), so that less than this changes nothing that is seen.
+  real(dp), parameter :: least_bearing = 1e-4_dp
+  !> Unit weight of water over that of the material about it: 0.13 in steel, 0.2 to 0.5 in rock, 1 in peat; with a factor of two.
+  real(dp), parameter :: water_share(2) = [0.06_dp, 2.0_dp]
+
 contains
+
+  !> What is wrong with a strength of joints beside the stiffness and the weight of the blocks, '' where nothing is.
+  pure function doubt_of_strength(what, strength, rock, height, least_share) result(doubt)
+    character(len=*), intent(in) :: what                  !! the strength is
+    real(dp), intent(in) :: strength                      !! force/length^2
+    type(block_material_t), intent(in) :: rock(:)         !! that blocks are made of
+    real(dp), intent(in) :: height                        !! of the model, length
+    real(dp), intent(in), optional :: least_share         !! of Young's modulus; that of joints where absent
+    character(len=:), allocatable :: doubt
+    real(dp) :: least, weight
+
+    doubt = ''
+    if (.not. strength > 0 .or. size(rock) == 0) return
+    weight = maxval(abs(rock%unit_weight))*height
+    least = least_strength
+    if (present(least_share)) least = least_share
+    least = max(least*minval(rock%young), least_bearing*weight)
+    if (strength > most_strength*maxval(rock%young)) then
+      doubt = 'expected a '//what//' up to '//short_text(most_strength)//' of Young''s modulus, '// &
+              short_text(most_strength*maxval(rock%young))//', found '//short_text(strength)//': Pa beside MPa?'
+    else if (strength < least) then
+      doubt = 'expected a '//what//' of 0 or from '//short_text(least)//', found '//short_text(strength)
+      if (least_bearing*weight < least) then
+        doubt = doubt//', which is nothing beside Young''s modulus: MPa beside Pa?'
+      else
+        doubt = doubt//', which is nothing beside the weight of the model, '//short_text(weight)//': MPa beside Pa?'
+      end if
+    end if
+  end function doubt_of_strength
+
+  !> What is wrong with the unit weight of water beside those of the blocks, '' where nothing is.
+  pure function doubt_of_water(water, rock) result(doubt)
+    real(dp), intent(in) :: water, rock(:)                !! unit weights, force/length^3
+    character(len=:), allocatable :: doubt
+    real(dp) :: heaviest
+
+    doubt = ''
+    if (size(rock) == 0) return
+    heaviest = maxval(rock)
+    if (.not. heaviest > 0 .or. within(water, water_share*heaviest)) return
+    doubt = 'expected a unit weight from '//short_text(water_share(1)*heaviest)//' to '//short_text(water_share(2)*heaviest)// &
+            ', as that of the blocks is '//short_text(heaviest)//', found '//short_text(water)//': kN beside N?'
+  end function doubt_of_water
 
   !> What is wrong with the stiffness of a material beside its density, '' where nothing is.
   pure function doubt_of_stiffness(material) result(doubt)

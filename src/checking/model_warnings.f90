@@ -5,12 +5,14 @@ module scree_model_warnings
   use scree_likely_units, only: doubt_of_stiffness, doubt_of_weight
   use scree_model_facts, only: facts_t, hold_t, list_text, n_sides, side_name
   use scree_scene, only: contact_none, scene_t, scheme_bathe, scheme_generalized_alpha, scheme_newmark, strain_small
+  use scree_scene_warnings, only: warnings_of_scene
   use scree_text, only: number_text, place_text, short_text, text_t
   implicit none
   private
   public :: warnings_of
 
-  real(dp), parameter :: most_strain = 0.01_dp       !! under own weight: rock bears a hundredth of that
+  !> Of compression: rock crushes at 1/500 to 1/200 (Deere & Miller 1966: the modulus is 200 to 500 times the strength).
+  real(dp), parameter :: most_strain = 0.003_dp
   real(dp), parameter :: most_penetration = 0.01_dp  !! under own weight, of the width of the block
   real(dp), parameter :: least_angle = 1.0_dp        !! degrees; a friction angle below is one in radians, up to 57 degrees of them
 
@@ -48,10 +50,20 @@ contains
                    short_text(joint%tensile_strength))
       end associate
     end do
-    if (facts%column%strain > most_strain) &
-      call add('expected own weight to compress by at most '//short_text(100*most_strain)//' %, found '// &
-               short_text(100*facts%column%strain)//' % in block '//number_text(facts%column%block)//' under '// &
-               short_text(facts%column%height)//' of rock: units of E or of the unit weight?')
+    warning = [warning, warnings_of_scene(scene, facts%block_material, facts%joint_material)]
+    associate (column => facts%column)
+      if (column%strain - column%eased > most_strain) &
+        call add('expected own weight to compress by at most '//short_text(100*most_strain)//' %, found a strain gamma H/E of '// &
+                 short_text(100*(column%strain - column%eased))//' % in block '//number_text(column%block)//' under H = '// &
+                 short_text(column%height)//' of rock: units of E or of the unit weight? Soft rock needs an initial stress '// &
+                 '(s22, t22) that bears its weight')
+    end associate
+    do i = 1, size(scene%boundary_loads)
+      if (facts%has_weight .and. strain_under(scene, facts, i) > most_strain) &
+        call add('expected loads to compress by at most '//short_text(100*most_strain)//' %, found a strain of '// &
+                 short_text(100*strain_under(scene, facts, i))//' % under line '//number_text(i)// &
+                 ' of boundary.lines: units of E or of the load?')
+    end do
     if (facts%penetration > most_penetration*facts%column%width) &
       call add('expected contacts to bear own weight with an overlap of at most '//short_text(100*most_penetration)// &
                ' % of the block, found '//short_text(100*facts%penetration/facts%column%width)//' % of block '// &
@@ -116,6 +128,20 @@ contains
     end subroutine add_doubt
 
   end function warnings_of
+
+  !> Strain of the softest rock under the larger of the loads at the ends of a line, 0 where an initial stress may bear them.
+  pure real(dp) function strain_under(scene, facts, line) result(strain)
+    type(scene_t), intent(in) :: scene
+    type(facts_t), intent(in) :: facts
+    integer, intent(in) :: line
+    integer :: k
+
+    associate (load => scene%boundary_loads(line), rock => scene%block_material(facts%block_material))
+      strain = 0.0_dp
+      if (any([(any(abs([rock(k)%stress, rock(k)%stress_gradient]) > 0), k=1, size(rock))])) return
+      strain = max(maxval(abs(load%pressure)), norm2(load%traction(:, 1)), norm2(load%traction(:, 2)))/minval(rock%young)
+    end associate
+  end function strain_under
 
   !> Sides that the initial stress pushes without support: the force, and the block that has most of it.
   pure function side_text(facts) result(text)

@@ -20,6 +20,7 @@ module scree_own_weight
     real(dp) :: stress = 0.0_dp    !! at the foot, force/length^2
     real(dp) :: strain = 0.0_dp    !! there
     real(dp) :: width = 0.0_dp     !! of the lowest block, length
+    real(dp) :: eased = 0.0_dp     !! strain there that the initial stress has beforehand
   end type column_t
 
 contains
@@ -57,6 +58,10 @@ contains
       end do
       column = worst_on_line(block(:n), low(:n), top(:n), chord(:n), material(blocks%material(block(:n))), is_rigid(block(:n)))
       if (column%strain <= worst%strain) cycle
+      b = findloc(block(:n), column%block, 1)
+      associate (rock => material(blocks%material(column%block)))
+        column%eased = max(0.0_dp, -(rock%stress(2) + (low(b) + blocks%origin(2))*rock%stress_gradient(2)))/rock%young
+      end associate
       worst = column
       worst%width = right(worst%block) - left(worst%block)
     end do

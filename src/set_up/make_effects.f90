@@ -199,7 +199,8 @@ contains
       if (.not. allocated(scene%ground%time)) return
       if (.not. any(abs(scene%ground%value) > 0)) return
       call name('base acceleration', '&acceleration: '//number_text(size(scene%ground%time))//' times from '// &
-                real_text(scene%ground%time(1))//' to '//real_text(scene%ground%time(size(scene%ground%time))))
+                real_text(scene%ground%time(1))//' to '//real_text(scene%ground%time(size(scene%ground%time)))//', '// &
+                trim(merge('the last one from there', 'none from there        ', scene%ground%kept)))
       allocate (effects%base_acceleration)
       effects%base_acceleration%record = scene%ground
     end subroutine move_ground

@@ -155,6 +155,6 @@ def test_what_the_deck_does_not_ask_for_is_not_there(tmp_path):
     done = scree.call("check", tmp_path / "box.ana")
     assert done.returncode == 0 and "base acceleration" not in done.stdout
     done = scree.call("check", tmp_path / "box.ana", "--set", "acceleration.scale=2")
-    assert "effect: base acceleration - &acceleration: 2 times from 0 to 1" in done.stdout
+    assert "effect: base acceleration - &acceleration: 2 times from 0 to 1, none from there" in done.stdout
     done = scree.call("explain", tmp_path / "box.ana", "--set", "acceleration.scale=2")
     assert "acceleration of the ground at time 1 x y: 4 2 [length/time^2]" in done.stdout

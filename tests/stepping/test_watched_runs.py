@@ -61,8 +61,9 @@ def test_a_block_under_more_than_it_can_bear_is_named_and_ends_the_run(a, mode, 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("a", [1e-3, 1.0, 1e3])
 def test_a_block_under_a_thousandth_of_what_it_bears_is_not_spoken_of(a, mode, tmp_path):
+    """But for 2 km of rock without an initial stress, which `check` warns of."""
     said, _ = column(tmp_path, a, 1e-3 * 1e10 / (10.0 * a), mode, 0, steps=100)
-    assert said == ""
+    assert [line for line in said.splitlines() if "gamma H/E" not in line] == []
 
 
 SPIN = "1 {steps} 1 1 0.05 {dt!r}\n2.5 0 1e7 0.25\n0 0 0\n0 0 0\n1 0 {spin!r}\n0 0 0\n&deck dialect='short' /\n{groups}\n"
