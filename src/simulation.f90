@@ -435,7 +435,7 @@ contains
     call after_step(run%scene%settings, report%dt, report%rejected, run%state)
     if (run%scene%settings%chooses_step) &
       run%state%pace%size = following_size(run%scene, run%model, run%state%contacts, report%dt, report%travel)
-    call watch_impact(run%watch, run%model, time_of_run(run%state), report%impact, run%progress)
+    call watch_impact(run%watch, run%model, time_of_run(run%state), report%impact, report%as_one, run%progress)
     call begin_phase(run%cache%timers, phase_check)
     call check_numbers(run%model, run%cache, run%state, error)
     if (.not. allocated(error)) then

@@ -15,11 +15,12 @@ module scree_bearings
   use scree_sets, only: root_of, unite
   use scree_sorting, only: sort_into
   use scree_state, only: state_t
+  use scree_strikes_in_turn, only: bears, course_t, is_open, meeting_t, strike_in_turn, strikes, together
   use scree_system, only: element_unknowns
   implicit none
   private
   public :: across_contact, any_closes, bearing_t, blow_t, blow_of_step, bonded_bodies, deformation_of, find_approaches, &
-            find_impulses, find_islands, find_strokes, force_of, list_bearings, set_least, set_up_problem, &
+            find_impulses, let_go, find_strokes, force_of, list_bearings, meeting_of, set_least, set_up_problem, &
             taking_part
 
   !> A contact that bears at the beginning of the step or at its end.
@@ -32,6 +33,8 @@ module scree_bearings
     real(dp) :: before(2) = 0.0_dp           !! at the beginning
     logical :: closes = .false.              !! in this step, of bodies that come together
     logical :: strikes = .false.             !! closes faster than its spring rings under what the bodies bear
+    logical :: driven = .false.              !! closes, though its bodies do not come together when the step begins
+    logical :: follows = .false.             !! closes only because impacts of the step drive its bodies
     logical :: reached = .false.             !! by the impact, or it closes
     real(dp) :: energy = 0.0_dp              !! of the approach, of the masses as the contact feels them; force length
     real(dp) :: swing = huge(1.0_dp)         !! of these masses on its spring, time
@@ -56,11 +59,6 @@ module scree_bearings
   real(dp), parameter, public :: steps_in_swing = 10.0_dp
   !> An approach below this share of what cancels in it is round-off.
   real(dp), parameter :: round_off = 64*epsilon(1.0_dp)
-  !> An impact reaches a contact that it strikes by more than this share of the largest impulse of what closes.
-  real(dp), parameter :: felt = 1e-2_dp
-  !> Impacts within this share of the step of the first of them are one, also where the step ends between them.
-  real(dp), parameter, public :: together = 1e-6_dp
-
   !> Bonds in one place are no farther from each other than this share of the shorter.
   real(dp), parameter :: of_a_bond = 1e-2_dp
 
@@ -123,6 +121,29 @@ contains
       held_from_start = any(try%start(:contact%n_entrances, i)%closed) .or. holds(contact%entrance(contact%active))
     end associate
   end function held_from_start
+
+  !> Takes contacts for open that were closed when the step began, but bore nothing, and whose bodies parted: an impact of the step
+  !> before has left them so, and they may strike again in this step.
+  pure subroutine let_go(model, state, rule, try)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state           !! at the beginning of the step
+    type(step_rule_t), intent(in) :: rule
+    type(contact_try_t), intent(inout) :: try    !! as the step has left it
+    real(dp) :: way, ways(2*n)                   ! that they part by in the step, of each unknown; length
+    integer :: i, k
+
+    do i = 1, size(try%contact)
+      do k = 1, try%contact(i)%n_entrances
+        associate (start => try%start(k, i), entrance => try%contact(i)%entrance(k))
+          if (.not. start%closed .or. entrance%bonded) cycle
+          ways = rule%dt*row_across(try, i, k)*of_elements(model, elements_of(try, i, k), state%velocity)
+          way = sum(ways)
+          if (.not. way > together*sum(abs(ways))) cycle
+          if (start%multiplier(1)*start%hardening/entrance%stiffness(1) - start%gap < together*way) start%closed = .false.
+        end associate
+      end do
+    end do
+  end subroutine let_go
 
   !> Of each block the first of those that bonds hold it together with, which stands for their body. Two blocks that bonds hold in
   !> one place alone turn about that, and are bodies of their own.
@@ -278,6 +299,7 @@ contains
         if (.not. approach > round_off*cancels) then ! others may drive its bodies together within the step
           approach = (try%start(active, own%contact)%gap - (now%gap - deformed))/rule%dt
           if (.not. approach > together*fastest) approach = 0.0_dp
+          own%driven = .true.
         end if
         own%moment = together*approach*rule%dt
         own%closes = (own%force(1) > 0 .or. now%gap < deformed + own%moment) .and. approach > 0
@@ -392,6 +414,7 @@ contains
       call close_driven(rule, try, problem, motion, impulses, bearing, idle)
       if (all(idle .eqv. were_idle)) exit
     end do
+    if (try%law%restitution > 0) call close_in_turn(rule, try, problem, motion, bearing, idle)
     allocate (between(2, size(bearing)), number(size(bearing)))
     do i = 1, size(bearing)
       between(:, i) = pair_of(bearing(i)%block(1), bearing(i)%block(2))
@@ -461,13 +484,70 @@ contains
         approach = -velocity(1)
         if (.not. (approach > together*fastest .and. gap < (1 - first)*approach*rule%dt)) cycle
         idle(i) = .false.
-        own%closes = .true.
-        own%reached = .true.
-        own%met_at = first + gap/(approach*rule%dt)
-        own%moment = together*approach*rule%dt
+        call drive_together(rule, first + gap/(approach*rule%dt), approach, own)
       end associate
     end do
   end subroutine close_driven
+
+  !> Lets an open contact close because impacts drive its bodies together.
+  pure subroutine drive_together(rule, at, approach, own)
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: at                   !! share of the step
+    real(dp), intent(in) :: approach             !! length/time
+    type(bearing_t), intent(inout) :: own
+
+    own%closes = .true.
+    own%driven = .true.
+    own%follows = .true.
+    own%reached = .true.
+    own%met_at = at
+    own%moment = together*approach*rule%dt
+  end subroutine drive_together
+
+  !> Closes open contacts whose bodies come together in the step because impacts with a restitution follow each other.
+  subroutine close_in_turn(rule, try, problem, before, bearing, idle)
+    type(step_rule_t), intent(in) :: rule
+    type(contact_try_t), intent(in) :: try
+    type(impulse_problem_t), intent(inout) :: problem
+    real(dp), intent(in) :: before(:, :)         !! (3, n_bodies) motion when the step begins
+    type(bearing_t), intent(inout) :: bearing(:)
+    logical, intent(inout) :: idle(:)            !! of these: open, and have no part
+    type(meeting_t) :: meeting
+    type(impulses_t) :: impulses
+    type(course_t) :: course
+    integer :: i
+
+    call set_least(bearing, before, problem)
+    meeting = meeting_of(rule, try, bearing, idle)
+    impulses%motion = before
+    call strike_in_turn(problem, meeting, try%law%restitution, 0.0_dp, impulses, course)
+    do i = 1, size(bearing)
+      if (.not. (idle(i) .and. course%first_at(i) <= 1)) cycle
+      idle(i) = .false.
+      call drive_together(rule, course%first_at(i), course%approach(i), bearing(i))
+    end do
+  end subroutine close_in_turn
+
+  !> What contacts are to the impacts of a step that follow each other.
+  pure type(meeting_t) function meeting_of(rule, try, bearing, idle) result(meeting)
+    type(step_rule_t), intent(in) :: rule
+    type(contact_try_t), intent(in) :: try
+    type(bearing_t), intent(in) :: bearing(:)
+    logical, intent(in) :: idle(:)               !! open, and close in no impact so far
+    integer :: i
+
+    meeting%dt = rule%dt
+    meeting%at = bearing%met_at
+    meeting%kind = merge(strikes, bears, bearing%closes)
+    where (idle .or. bearing%follows) meeting%kind = is_open
+    meeting%driven = bearing%driven
+    meeting%closes = bearing%closes
+    allocate (meeting%meets(size(bearing)), source=.false.)
+    allocate (meeting%gap(size(bearing)))
+    do i = 1, size(bearing)
+      meeting%gap(i) = max(0.0_dp, try%start(try%contact(bearing(i)%contact)%active, bearing(i)%contact)%gap)
+    end do
+  end function meeting_of
 
   !> Shares of the step at which bodies are struck first, by what closes or through contacts that bear; 1 where they are not.
   pure function moments_of_impact(problem, impulses, bearing) result(at)
@@ -515,81 +595,6 @@ contains
       if (bearing(i)%closes) problem%least(i) = 0.0_dp
     end do
   end subroutine set_least
-
-  !> Tells the impacts apart: contacts of one island have bodies in common that are free to move. 0: no impact reaches it.
-  !>
-  !> From what closes an impact goes on by every contact that it strikes by more than a share of the largest impulse of what closes
-  !> there. All contacts of the bodies that it gets to belong to it, as these may not come closer by it.
-  pure subroutine find_islands(held, bearing)
-    logical, intent(in) :: held(:)               !! (n_blocks)
-    type(bearing_t), intent(inout) :: bearing(:)
-    real(dp) :: strongest(size(held))            !! impulse of what closes in the island of a label
-    integer :: label(size(held)), i
-    logical :: grows
-
-    label = 0
-    strongest = 0.0_dp
-    do i = 1, size(bearing)
-      associate (own => bearing(i))
-        if (own%reached) call join(held, own%block, merge(own%struck, 0.0_dp, own%closes), label, strongest)
-      end associate
-    end do
-    grows = .true.
-    do while (grows)
-      grows = .false.
-      do i = 1, size(bearing)
-        associate (own => bearing(i))
-          if (own%reached .or. .not. own%struck > 0) cycle
-          if (own%struck < felt*strength(held, own%block, label, strongest)) cycle
-          if (.not. strength(held, own%block, label, strongest) > 0) cycle
-          own%reached = .true.
-          call join(held, own%block, 0.0_dp, label, strongest)
-          grows = .true.
-        end associate
-      end do
-    end do
-    bearing%island = [(merge(1, 0, strength(held, bearing(i)%block, label, strongest) > 0), i=1, size(bearing))]
-    do i = 1, size(bearing)
-      if (bearing(i)%island > 0) call join(held, bearing(i)%block, 0.0_dp, label, strongest)
-    end do
-    do i = 1, size(bearing)
-      if (bearing(i)%island > 0) bearing(i)%island = maxval(pack(label(bearing(i)%block), .not. held(bearing(i)%block)))
-    end do
-  end subroutine find_islands
-
-  !> Largest impulse of what closes in the islands of two blocks; 0 where there is none.
-  pure real(dp) function strength(held, block, label, strongest)
-    logical, intent(in) :: held(:)               !! (n_blocks)
-    integer, intent(in) :: block(2), label(:)    !! (n_blocks)
-    real(dp), intent(in) :: strongest(:)         !! (n_blocks)
-    integer :: side
-
-    strength = 0.0_dp
-    do side = 1, 2
-      if (held(block(side)) .or. label(block(side)) == 0) cycle
-      strength = max(strength, strongest(label(block(side))))
-    end do
-  end function strength
-
-  !> Makes one island of those of two blocks, between which this impulse acts.
-  pure subroutine join(held, block, impulse, label, strongest)
-    logical, intent(in) :: held(:)               !! (n_blocks)
-    integer, intent(in) :: block(2)
-    real(dp), intent(in) :: impulse
-    integer, intent(inout) :: label(:)           !! (n_blocks)
-    real(dp), intent(inout) :: strongest(:)      !! (n_blocks)
-    integer :: gone, side, whole
-
-    whole = 0
-    do side = 1, 2
-      if (held(block(side))) cycle
-      if (label(block(side)) == 0) label(block(side)) = block(side)
-      gone = label(block(side))
-      if (whole == 0) whole = gone
-      strongest(whole) = max(strongest(whole), strongest(gone), impulse)
-      where (label == gone) label = whole
-    end do
-  end subroutine join
 
   !> Finds the impulses that are the impact's in the step: of what closes all, of what it reaches what comes on top. What opened
   !> bore until its bodies met others.

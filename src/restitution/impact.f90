@@ -20,23 +20,24 @@
 module scree_impact
   use scree_base_acceleration, only: force_of_base
   use scree_bearings, only: across_contact, bearing_t, bonded_bodies, deformation_of, find_approaches, find_impulses, &
-                            find_islands, find_strokes, force_of, list_bearings, set_least, set_up_problem, &
-                            taking_part, together
+                            find_strokes, force_of, list_bearings, meeting_of, set_least, set_up_problem, taking_part
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, rows_along
   use scree_contact_try, only: contact_try_t, elements_of, row_across, take_all
-  use scree_contacts, only: state_locked, state_open, state_sliding
+  use scree_contacts, only: contact_law_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: friction_of
   use scree_effects, only: mean_share_of_weight
   use scree_element_term, only: step_rule_t
-  use scree_impulse_problem, only: apply, impulse_problem_t, impulses_t, takes_no_part, velocity_at
-  use scree_impulses, only: energy_of, restore, solve_compression
+  use scree_impact_islands, only: find_islands
+  use scree_impulse_problem, only: apply, impulse_problem_t, impulses_t, velocity_at
+  use scree_impulses, only: solve_compression
   use scree_integrator, only: end_rates
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_rigid_bodies, only: add_motion, find_bodies, held_bodies, modes_of, motion_of, motion_of_holders, rigid_bodies_t, &
                                 take_deformation
   use scree_state, only: state_t
+  use scree_strikes_in_turn, only: course_t, meeting_t, strike_in_turn
   use scree_system, only: element_unknowns
   implicit none
   private
@@ -50,6 +51,7 @@ module scree_impact
     real(dp), allocatable :: push(:)         !! (n_unknowns) added to the velocity when the step begins
     real(dp), allocatable :: change(:)       !! (n_unknowns) added to the velocity at its end
     integer :: unsolved = 0                  !! a contact of the try whose impulses were not found; 0: none
+    integer :: cut_short = 0                 !! a contact of the try whose last impacts were made as one; 0: none
     real(dp) :: friction = 0.0_dp            !! work that it took, force length per unit thickness
     real(dp) :: work = 0.0_dp                !! of what moves supports, that their bodies go on as they did, likewise
   end type impact_t
@@ -59,7 +61,6 @@ module scree_impact
 
   !> Share by which a contact that loads make close as fast may differ from that by rounding.
   real(dp), parameter :: no_faster = 1e-9_dp
-  integer, parameter :: most_in_turn = 8 !! impacts of an island, one after the other in a step
 
   integer, parameter :: n = element_unknowns
 
@@ -118,7 +119,9 @@ contains
     real(dp), dimension(size(d)) :: velocity, acceleration, deformation
     real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step, pushed
     type(gap_and_slip_t) :: now
-    real(dp) :: available, deeper, deepest, loss(size(bearing)), rest, taken
+    type(meeting_t) :: meeting
+    type(course_t) :: course
+    real(dp) :: barred, deeper, deepest, e, loss(size(bearing))
     integer :: i
 
     call set_up_problem(model, cache, state, impact%part_of, d, try, bearing, bodies, problem)
@@ -139,21 +142,20 @@ contains
       end associate
     end do
     call bear_until_met(problem, bearing, before)
-    call set_least(bearing, before, problem)
-    call compress_in_turn(bearing, before, problem, impulses)
-    if (.not. impulses%settled) then
-      impact%unsolved = bearing(1)%contact
-      bearing%island = 0
-      return
-    end if
-    call find_energy(problem, bearing, of_step + before, try, impulses, taken, rest, available)
+    barred = barred_energy(problem, bearing, of_step + before, try)
     do i = 1, size(bearing)
-      available = available + dot_product(bearing(i)%impulse, velocity_at(problem, by_loads, i))
+      barred = barred - dot_product(bearing(i)%impulse, velocity_at(problem, by_loads, i))
     end do
-    if (.not. available > 0) then
+    impulses%motion = before
+    call set_least(bearing, before, problem)
+    meeting = meeting_of(rule, try, bearing, [(.false., i=1, size(bearing))])
+    call strike_in_turn(problem, meeting, 0.0_dp, barred, impulses, course)
+    if (.not. impulses%settled) impact%unsolved = bearing(1)%contact
+    if (.not. (impulses%settled .and. course%n_impacts > 0 .and. course%taken > barred)) then
       bearing%island = 0
       return
     end if
+    e = restitution_of(model, bodies, rule, try%law, problem, bearing, of_step - by_loads, by_loads)
 
     deformation = deformation_of(model, cache, state, impact%part_of, d, bearing)
     deepest = by_bodies*maxval(bearing%depth, mask=bearing%closes)
@@ -172,9 +174,48 @@ contains
     call solve_compression(problem, 0*pushed, impulses)
     pushed = pushed + impulses%motion
     bearing%impulse(1) = bearing%impulse(1) + impulses%P(1, :) ! what it pushes out belongs to it
+    call go_on_in_turn(problem, meeting, e, barred, before, bearing, pushed)
     call add_motion(model, cache, state, bodies, pushed, impact%push)
     impact%among(bodies%element) = .true.
   end subroutine push_island
+
+  !> Replaces the push of an island where impacts with a restitution follow each other in the step: by the push that brings rigid
+  !> bodies to where these impacts have them. One impact alone leaves its bodies together until the step ends.
+  subroutine go_on_in_turn(problem, meeting, restitution, barred, before, bearing, pushed)
+    type(impulse_problem_t), intent(inout) :: problem
+    type(meeting_t), intent(in) :: meeting
+    real(dp), intent(in) :: restitution
+    real(dp), intent(in) :: barred               !! energy that may not come back, force length per unit thickness
+    real(dp), intent(in) :: before(:, :)         !! (3, n_bodies) motion before the first impact
+    type(bearing_t), intent(inout) :: bearing(:)
+    real(dp), intent(inout) :: pushed(:, :)      !! (3, n_bodies)
+    type(impulses_t) :: impulses
+    type(course_t) :: course
+
+    if (.not. restitution > 0) return
+    impulses%motion = before
+    call set_least(bearing, before, problem)
+    call strike_in_turn(problem, meeting, restitution, barred, impulses, course)
+    if (course%n_impacts < 2 .or. .not. impulses%settled) return
+    pushed = course%pushed
+    bearing%impulse(1) = bearing%impulse(1) + impulses%P(1, :)
+  end subroutine go_on_in_turn
+
+  !> Restitution of an impact: none where loads, or weight in flight, bring all of its bodies together.
+  pure real(dp) function restitution_of(model, bodies, rule, law, problem, bearing, at_start, by_loads) result(restitution)
+    type(model_t), intent(in) :: model
+    type(rigid_bodies_t), intent(in) :: bodies
+    type(step_rule_t), intent(in) :: rule
+    type(contact_law_t), intent(in) :: law
+    type(impulse_problem_t), intent(in) :: problem
+    type(bearing_t), intent(in) :: bearing(:)
+    real(dp), intent(in) :: at_start(:, :)       !! (3, n_bodies) motion when the step begins
+    real(dp), intent(in) :: by_loads(:, :)       !! (3, n_bodies) that loads make in the step
+
+    restitution = 0.0_dp
+    if (comes_by_itself(problem, bearing, at_start, by_loads, velocity_by_weight(model, bodies, rule))) &
+      restitution = law%restitution
+  end function restitution_of
 
   !> Finds the velocities after the impacts of a step that was made with what they push. Where bodies that others drive take more
   !> than there is, it is no impact.
@@ -252,8 +293,10 @@ contains
     type(rigid_bodies_t) :: bodies
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
+    type(meeting_t) :: meeting
+    type(course_t) :: course
     real(dp), allocatable, dimension(:, :) :: at_start, before, of_step, turn, without
-    real(dp) :: available, e, rest, taken
+    real(dp) :: barred, e
     integer :: i
 
     call set_up_problem(model, cache, state, impact%part_of, d, try, bearing, bodies, problem)
@@ -264,28 +307,42 @@ contains
       call apply(problem, i, -bearing(i)%stopped, without)
     end do
     at_start = motion_of(model, cache, state, bodies, state%velocity)
-    e = merge(try%law%restitution, 0.0_dp, comes_by_itself(problem, bearing, at_start, without - at_start, &
-              velocity_by_weight(model, bodies, rule)))
+    e = restitution_of(model, bodies, rule, try%law, problem, bearing, at_start, without - at_start)
     before = without
     call bear_until_met(problem, bearing, before)
-    call set_least(bearing, before, problem)
-    call compress_in_turn(bearing, before, problem, impulses)
-    call find_energy(problem, bearing, without + before, try, impulses, taken, rest, available)
-    available = available + work_on(model, cache, bodies, impact%push, velocity - state%velocity) &
-                - sum(bodies%mass*turn*(of_step - turn/2))
+    barred = barred_energy(problem, bearing, without + before, try) &
+             - work_on(model, cache, bodies, impact%push, velocity - state%velocity) + sum(bodies%mass*turn*(of_step - turn/2))
     do i = 1, size(bearing)
-      available = available + dot_product(bearing(i)%stopped, velocity_at(problem, of_step + without, i))/2
+      barred = barred - dot_product(bearing(i)%stopped, velocity_at(problem, of_step + without, i))/2
     end do
-    possible = possible .and. available > 0
-    call restore(problem, share_given_back(e, taken, rest, min(available, taken - rest)), impulses)
-    possible = possible .and. impulses%settled
+    call set_least(bearing, before, problem)
+    meeting = meeting_of(rule, try, bearing, [(.false., i=1, size(bearing))])
+    meeting%meets = bearing%closes .and. presses(try, bearing)
+    impulses%motion = before
+    call strike_in_turn(problem, meeting, e, barred, impulses, course)
+    possible = possible .and. course%taken > barred .and. impulses%settled
     if (.not. impulses%settled) impact%unsolved = bearing(1)%contact
+    if (course%cut_short) impact%cut_short = bearing(1)%contact
     impact%work = impact%work + work_of_holders(problem, bearing, impulses, bodies, &
                                                 motion_of_holders(model, cache, state, bodies, velocity))
-    impact%friction = impact%friction + work_of_friction(problem, before, impulses, taken - rest - available)
+    impact%friction = impact%friction + work_of_friction(problem, before, impulses, barred)
     call add_motion(model, cache, state, bodies, impulses%motion - (of_step - turn), impact%change)
     call take_deformation(model, cache, state, bodies, 1 - e, of_step - turn, velocity, impact%change)
   end subroutine rebound_island
+
+  !> Whether contacts press.
+  pure function presses(try, bearing)
+    type(contact_try_t), intent(in) :: try
+    type(bearing_t), intent(in) :: bearing(:)
+    logical :: presses(size(bearing))
+    integer :: i
+
+    do i = 1, size(bearing)
+      associate (contact => try%contact(bearing(i)%contact))
+        presses(i) = contact%entrance(contact%active)%state /= state_open
+      end associate
+    end do
+  end function presses
 
   !> Work of what holds bodies in an impact, with its own motion: it bears what impulses do not change the motion of bodies by. What
   !> stopped bodies in the step is not the impact's twice.
@@ -406,47 +463,6 @@ contains
     end do
   end function velocity_by_weight
 
-  !> Compression of an island, one impact after the other: what closes later has no part in it yet. What closes between
-  !> the same two bodies, or one and what does not move, is one impact, and where there are many the last are.
-  subroutine compress_in_turn(bearing, motion, problem, impulses)
-    type(bearing_t), intent(in) :: bearing(:)
-    real(dp), intent(in) :: motion(:, :)         !! (3, n_bodies) before the first
-    type(impulse_problem_t), intent(inout) :: problem
-    type(impulses_t), intent(out) :: impulses    !! of all, with the motion after the last
-    type(impulses_t) :: own
-    logical :: ahead(size(bearing)), now(size(bearing))
-    integer :: pair(2, size(bearing))           ! bodies that meet, the lower first; 0: it does not move
-    real(dp) :: at, least(size(bearing))
-    integer :: i, k
-
-    least = problem%least
-    allocate (impulses%P(2, size(bearing)), source=0.0_dp)
-    impulses%motion = motion
-    ahead = bearing%closes
-    do i = 1, size(bearing)
-      associate (body => problem%body(:, i))
-        pair(:, i) = merge(body, 0, [(any(abs(problem%mobility(:, :, body(k))) > 0), k=1, 2)])
-        pair(:, i) = [minval(pair(:, i)), maxval(pair(:, i))]
-      end associate
-    end do
-    do k = 1, most_in_turn
-      at = minval(bearing%met_at, mask=ahead) + together
-      now = ahead .and. bearing%met_at <= at
-      do i = 1, size(bearing)
-        if (.not. (now(i) .and. bearing(i)%met_at <= at)) cycle
-        now = now .or. (ahead .and. pair(1, :) == pair(1, i) .and. pair(2, :) == pair(2, i))
-      end do
-      ahead = ahead .and. .not. now .and. k < most_in_turn
-      problem%least = merge(takes_no_part, least, ahead)
-      call solve_compression(problem, impulses%motion, own)
-      impulses%P = impulses%P + own%P
-      impulses%motion = own%motion
-      impulses%settled = impulses%settled .and. own%settled
-      if (.not. any(ahead)) exit
-    end do
-    problem%least = least
-  end subroutine compress_in_turn
-
   !> Adds to the motion before an impact what contacts that opened bore until then.
   pure subroutine bear_until_met(problem, bearing, motion)
     type(impulse_problem_t), intent(in) :: problem
@@ -477,37 +493,22 @@ contains
     end do
   end function work_on
 
-  !> Finds what energy compression took, less what contacts that opened bore and what springs keep; of that D may not come back.
-  pure subroutine find_energy(problem, bearing, twice_mean, try, impulses, taken, rest, available)
+  !> Energy that compression takes and that may not come back: what contacts that opened bore, and what springs keep.
+  pure real(dp) function barred_energy(problem, bearing, twice_mean, try) result(barred)
     type(impulse_problem_t), intent(in) :: problem
     type(bearing_t), intent(in) :: bearing(:)
     real(dp), intent(in) :: twice_mean(:, :)     !! (3, n_bodies) motion without and with what contacts that opened bore
     type(contact_try_t), intent(in) :: try
-    type(impulses_t), intent(in) :: impulses     !! of compression
-    real(dp), intent(out) :: taken, rest         !! of `energy_of`
-    real(dp), intent(out) :: available           !! force length
     integer :: i
 
-    call energy_of(problem, impulses, taken, rest)
-    available = taken - rest
+    barred = 0.0_dp
     do i = 1, size(bearing)
       associate (stiffness => try%contact(bearing(i)%contact)%entrance(1)%stiffness(1))
-        available = available - 0.5_dp*dot_product(bearing(i)%borne, velocity_at(problem, twice_mean, i)) &
-                    - bearing(i)%kept**2/(2*stiffness)
+        barred = barred + 0.5_dp*dot_product(bearing(i)%borne, velocity_at(problem, twice_mean, i)) &
+                 + bearing(i)%kept**2/(2*stiffness)
       end associate
     end do
-  end subroutine find_energy
-
-  !> Share s of the impulses of compression that gives back e^2 of the energy that is there, s rest + s^2 taken = e^2 available; at
-  !> most e.
-  pure real(dp) function share_given_back(e, taken, rest, available) result(s)
-    real(dp), intent(in) :: e
-    real(dp), intent(in) :: taken, rest          !! of `energy_of`
-    real(dp), intent(in) :: available            !! force length
-
-    s = 0.0_dp
-    if (taken > 0) s = min(e, (-rest + sqrt(rest**2 + 4*taken*e**2*max(0.0_dp, available)))/(2*taken))
-  end function share_given_back
+  end function barred_energy
 
   !> Motion that the forces of the impact make in the step, along the rows that they act on: of its middle.
   pure function pushed_by(model, cache, state, try, bearing, bodies) result(motion)

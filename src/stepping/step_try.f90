@@ -27,6 +27,7 @@ module scree_step_try
     type(trouble_t) :: trouble           !! why the last one has not settled
     type(trouble_t) :: cut               !! why the last that was rejected was
     type(trouble_t) :: impact            !! why an impact of the accepted one was left to springs
+    type(trouble_t) :: as_one            !! why its last impacts were made as one
     logical :: left = .false.            !! the last one was, in a friction problem, as a signal asks to stop
     integer :: solves = 0                !! of all
     integer, allocatable :: judged(:, :) !! (4, n) contacts open, sliding, locked, changing, at each judgement of all

@@ -18,7 +18,7 @@ module scree_time_stepper
   use scree_equilibrium, only: balance_t, find_balance
   use scree_equations, only: constrain_equations, group_elements, has_no_pairs
   use scree_errors, only: error_t, fail, status_run_failed
-  use scree_bearings, only: any_closes, blow_of_step, blow_t
+  use scree_bearings, only: any_closes, blow_of_step, blow_t, let_go
   use scree_impact, only: push_apart, rebound
   use scree_integrator, only: step_rule_for
   use scree_interruption, only: stop_signal
@@ -296,16 +296,15 @@ contains
     end do
   end subroutine settle_try
 
-  !> Whether an impact may be in a try that settled, and is not left to springs.
-  logical function may_strike(model, contacts)
+  !> Whether impacts of a try that settled are not left to springs, and any contact is closed.
+  pure logical function has_restitution(model, contacts)
     type(model_t), intent(in) :: model
     type(contact_try_t), intent(in) :: contacts
 
-    may_strike = .false.
+    has_restitution = .false.
     if (.not. allocated(model%effects%contact)) return
-    if (model%effects%contact%restitution < 0) return
-    if (any(contacts%count(2:) > 0)) may_strike = any_closes(contacts)
-  end function may_strike
+    has_restitution = model%effects%contact%restitution >= 0 .and. any(contacts%count(2:) > 0)
+  end function has_restitution
 
   !> What strikes in an accepted try and springs give back of by chance: nothing with restitution.
   pure type(blow_t) function blow_of_try(model, cache, state, try) result(blow)
@@ -330,13 +329,15 @@ contains
     type(state_t) :: pushed
     logical :: possible
 
-    if (.not. may_strike(model, try%contacts)) return
+    if (.not. has_restitution(model, try%contacts)) return
+    call let_go(model, state, try%rule, try%contacts)
+    if (.not. any_closes(try%contacts)) return
     call begin_phase(cache%timers, phase_restitution)
     again = try
     again%smooth = .false.
     call push_apart(model, cache, state, try%rule, try%d, again%contacts, again%impact)
     if (size(again%impact%bearing) == 0) then
-      call tell_unsolved(model, state, again, try)
+      call tell_of_impact(model, state, again, try)
       return
     end if
     pushed = state
@@ -364,21 +365,26 @@ contains
       try%outcome%judged = again%outcome%judged
       if (allocated(try%green)) call take_choice(model, try%green, cache)
     end if
-    call tell_unsolved(model, state, again, try)
+    call tell_of_impact(model, state, again, try)
   end subroutine make_impact
 
-  !> Tells of an impact that is left to springs as its impulses were not found.
-  subroutine tell_unsolved(model, state, again, try)
+  !> Tells of an impact whose impulses were not found, which is left to springs, and of impacts that were made as one.
+  subroutine tell_of_impact(model, state, again, try)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     type(try_t), intent(in) :: again             !! the try with the impact
     type(try_t), intent(inout) :: try
 
+    if (again%impact%cut_short > 0) then
+      try%outcome%as_one = new_trouble('so many impacts follow each other in a step that the last are made as one', &
+                                       'a smaller step.size')
+      call blame_contact(model, state, again%contacts%contact(again%impact%cut_short), try%outcome%as_one)
+    end if
     if (again%impact%unsolved == 0) return
     try%outcome%impact = new_trouble('bodies jam, and impulses that part them were not found', &
                                      'a smaller step.size, or less friction')
     call blame_contact(model, state, again%contacts%contact(again%impact%unsolved), try%outcome%impact)
-  end subroutine tell_unsolved
+  end subroutine tell_of_impact
 
   !> Makes the next try shorter, where that is what the rejected one asks for.
   !>

@@ -95,18 +95,22 @@ contains
     call fail(error, status_run_failed, words_of(trouble, model))
   end subroutine check_numbers
 
-  !> Warns once of an impact that was left to springs.
-  subroutine watch_impact(watch, model, time, trouble, progress)
+  !> Warns once of an impact that was left to springs, or of impacts that were made as one.
+  subroutine watch_impact(watch, model, time, trouble, as_one, progress)
     type(watch_t), intent(inout) :: watch
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: time                  !! after the step
-    type(trouble_t), intent(in) :: trouble        !! nothing where there is none
+    type(trouble_t), intent(in) :: trouble, as_one !! nothing where there is none
     type(progress_t), intent(inout) :: progress
 
-    if (watch%impact_warned .or. .not. allocated(trouble%what)) return
+    if (watch%impact_warned .or. .not. (allocated(trouble%what) .or. allocated(as_one%what))) return
     watch%impact_warned = .true.
-    call warn(progress, 'time '//rounded_text(time)//': contact.restitution was not applied to an impact, which the contact '// &
-              'springs carried instead: '//words_of(trouble, model))
+    if (allocated(trouble%what)) then
+      call warn(progress, 'time '//rounded_text(time)//': contact.restitution was not applied to an impact, which the contact '// &
+                'springs carried instead: '//words_of(trouble, model))
+    else
+      call warn(progress, 'time '//rounded_text(time)//': '//words_of(as_one, model))
+    end if
   end subroutine watch_impact
 
   !> Looks at areas and energy after a step.
