@@ -258,7 +258,7 @@ contains
     type(moments_t) :: moments(region_count(blocks%shape))
     logical :: air(0:size(moments)), rock(size(moments))
     integer, allocatable :: at_hole(:), kept(:)
-    integer :: b, i
+    integer :: b, i, number(0:size(moments)) !! of each region as a block
 
     air = [.true., is_air(size(moments), scene%n_boundary, beside, graph)]
     if (.not. any(air(1:))) return
@@ -283,7 +283,16 @@ contains
     graph%ends = graph%ends(:, kept)
     graph%line = graph%line(kept)
     graph%against = graph%against(kept)
-    call trace_blocks(scene, graph, blocks, beside)
+    number = 0
+    i = 0
+    do b = 1, size(moments)
+      if (air(b)) cycle
+      i = i + 1
+      number(b) = i
+    end do
+    beside = reshape(number([beside(:, kept)]), [2, size(kept)])
+    call keep_regions(blocks%shape, .not. air(1:), kept)
+    blocks%vertex = blocks%vertex(:, kept)
   end subroutine leave_out_air
 
   !> The blocks at the hole points, 0 where there is none.

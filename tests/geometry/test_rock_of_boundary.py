@@ -74,6 +74,18 @@ def test_a_hole_point_of_a_block_that_is_left_out_has_nothing_to_do(tmp_path):
     assert done.returncode == 2 and "expected a hole point inside a block, found one outside" in done.stderr
 
 
+def test_joints_that_end_outside_open_nothing_and_small_blocks_join_those_inside(tmp_path):
+    """A joint that ends in a block outside is no crack, one that ends inside is. A strip of 1 joins what lies below it."""
+    joints = [*TWO_BLOCKS_IN_THE_AIR, "0 9.9 10 9.9 1", "10 3 11 3 1", "0 2 3 2 1"]
+    write_deck(tmp_path, SQUARE, joints)
+    assert scree.call("cut", "m.geo", cwd=tmp_path).stdout.startswith("2 blocks, 1 cracks, area  1.0000000000000000E+02")
+    with (tmp_path / "m.geo").open("a") as deck:
+        deck.write("&blocks least_area=5 /\n")  # above the 4 of a block outside
+    done = scree.call("cut", "m.geo", cwd=tmp_path)
+    assert done.stdout.startswith("1 blocks, 1 cracks, area  1.0000000000000000E+02") and "1 blocks smaller" in done.stdout
+    assert "left out 2 blocks outside of it, of area 13" in done.stderr
+
+
 def test_an_error_about_a_place_outside_says_what_was_left_out(tmp_path):
     write_deck(tmp_path, SQUARE, TWO_BLOCKS_IN_THE_AIR, fixed=["11 3 11 3"])
     done = scree.call("cut", "m.geo", cwd=tmp_path)

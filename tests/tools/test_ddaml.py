@@ -69,7 +69,8 @@ def test_the_decks_have_the_numbers_of_the_files(tmp_path):
     rows = [[k, 0, 1e6, 0.2] + [0] * 9 for k in (1, 2)]
     assert numbers(tmp_path / "a_deck.ana") == [1, 20, 2, 2, 0.025, 0.01, *rows[0], *rows[1], 30, 0, 0, 0, 0, 0]
     groups = re.findall("&.*", (tmp_path / "a_deck.ana").read_text())
-    assert groups == ["&deck geometry='a_deck.geo', dialect='short' /", "&contact stiffness=50000000.0 /", "&loads force=3.0 0.0 /", "&output every=5 /"]
+    assert groups == ["&deck geometry='a_deck.geo', dialect='short' /",
+                      "&contact stiffness=50000000.0 /", "&loads force=3.0 0.0 /", "&output every=5 /"]
 
 
 @pytest.mark.parametrize("load, velocity", [((3.0, 3.0), 0.15), ((0.0, 75.0), 0.075)])
