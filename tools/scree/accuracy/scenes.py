@@ -9,7 +9,7 @@ import numpy as np
 from .. import touching
 from ..block_files import block_file, box, running_bond, on_base, turned
 from ..errors import ScreeError
-from ..program import shipped
+from ..program import shipped as place_of
 from ..validation import arc, references
 from .choices import AXES, DECK, INTEGRATORS, MULTIPLIERS, number
 
@@ -114,7 +114,7 @@ def summit(time, height, first, last):
 
 @shipped("the turning triangle of Zhang et al. 2019: one turn in a second, nothing but inertia")
 def triangle(name, text):
-    deck = shipped("paper/rotation/t1.ana")
+    deck = place_of("paper/rotation/t1.ana")
     stretch = 1e-6  # by what turns with it, and what that makes of an angle
     return Scene(name, text, with_groups(deck, "&method model='nmm', plane='strain' /"), {
         "area": Quantity(area_over_start, 1.0, 1.0, stretch),
@@ -167,7 +167,7 @@ def cantilever(name, text):
 
 @shipped("a block slides from rest down a plane of 30 degrees, mu 0.3: 1 s")
 def slide(name, text):
-    deck = shipped("validation/b1-slide/slope30.ana")
+    deck = place_of("validation/b1-slide/slope30.ana")
     down = np.array([math.cos(math.pi / 6), -math.sin(math.pi / 6)])
     exact = references.slide(math.pi / 6, 0.3, 1.0)
     return Scene(name, text, with_groups(deck), {
@@ -178,7 +178,7 @@ def slide(name, text):
 
 @shipped("a square falls with a corner on a plane of 45 degrees, sticks and spins off: 0.15 s; plastic")
 def corner_drop(name, text):
-    deck = shipped("validation/b5-corner-impact/impact.ana")
+    deck = place_of("validation/b5-corner-impact/impact.ana")
     x, y, angle = references.SlopeImpact(0.05, 0.05, 0.3).place((0.125, 0.475), 0.15)
     return Scene(name, text, with_groups(deck, "&contact restitution=0 /"), {
         "way": Quantity(at_end(lambda r: r.measured_points.displacement[:, 0]), (x - 0.125, y - 0.475), None, 1e-6),
@@ -189,7 +189,7 @@ def corner_drop(name, text):
 
 @shipped("a block of 0.5 by 2 m falls back from half the tilt that overturns it: 0.45 s, before it meets the ground")
 def rocking_block(name, text):
-    deck = shipped("validation/b10-rocking/tilt0.5.ana")
+    deck = place_of("validation/b10-rocking/tilt0.5.ana")
     block = references.Rocking(0.25, 1.0)
     start = 0.5 * block.alpha
     return Scene(name, text, with_groups(deck), {
@@ -215,7 +215,7 @@ def arc_slide(name, text):
         back = np.flatnonzero((time > top(r)[0]) & (x < -arc.LENGTH / 2 - 0.05))
         return -speed[back[0]] if back.size else math.nan
 
-    return Scene(name, text, with_groups(shipped("paper/arc/arc.ana"), "&contact restitution=0 /"), {
+    return Scene(name, text, with_groups(place_of("paper/arc/arc.ana"), "&contact restitution=0 /"), {
         "rise": Quantity(lambda r: top(r)[1], exact.rise, arc.RISE, 1e-6),
         "time of the top": Quantity(lambda r: top(r)[0], arc.PUSH_TIME + exact.top_time, None, 1e-6),
         "speed back": Quantity(speed_back, exact.speed_back, arc.SPEED, 1e-6),
@@ -231,7 +231,7 @@ def bounce(name, text):
         found = [summit(r.history.time, height, max(0, i - 1), i + 3)[1] for i in tops if height[i] > 0.005]
         return np.array([*found[:3], 0, 0, 0][:3])
 
-    return Scene(name, text, with_groups(shipped("validation/b7-bounce/restitution0.5.ana"), "&contact restitution=0.5 /"), {
+    return Scene(name, text, with_groups(place_of("validation/b7-bounce/restitution0.5.ana"), "&contact restitution=0.5 /"), {
         "heights": Quantity(heights, (0.25, 0.0625, 0.015625), 1.0, 1e-6)},
         1.4, 0.002, axes(steps=[4.0, 2.0, 1.0, 0.5, 0.25]))
 
