@@ -26,6 +26,9 @@ module scree_block_file
 
   real(dp), parameter :: most_joints = 999999999.0_dp !! highest number of a joint material, nine digits as of all numbers of things
 
+  character(len=1), parameter :: lf = new_line('a')
+  integer, parameter :: row_letters = 64 !! room for a whole number and two reals
+
   !> How many things a block file has of each kind.
   type :: counts_t
     integer :: blocks = 0, bolts = 0, rows = 0, fixed = 0, loads = 0, measured = 0
@@ -237,7 +240,7 @@ contains
     character(len=160) :: line
     character(len=:), allocatable :: groups
     integer, allocatable :: corner(:), first(:)
-    integer :: b, before, k, n(region_count(blocks%shape)), row
+    integer :: b, k, n(region_count(blocks%shape)), row
     real(dp) :: radius
 
     call polygons_of(blocks%shape, blocks%vertex, first, corner)
@@ -261,16 +264,7 @@ contains
         radius = sqrt(maxval((blocks%vertex(1, from:to) + blocks%origin(1) - moments(b)%centroid(1))**2 &
                              + (blocks%vertex(2, from:to) + blocks%origin(2) - moments(b)%centroid(2))**2))
       end associate
-      before = corner(first(b + 1) - 1)
-      do k = first(b), first(b + 1) ! the first one twice
-        associate (v => corner(merge(k, first(b), k < first(b + 1))))
-          call put(joint_between(blocks%shape, b, before, v), blocks%vertex(:, v) + blocks%origin)
-          before = v
-        end associate
-      end do
-      call put(0, [radius, moments(b)%area])
-      call put(0, moments(b)%area*moments(b)%centroid)
-      call put(0, moments(b)%centroid)
+      call put_line(file, rows_of(b))
     end do
     do k = 1, size(blocks%bolt)
       associate (bolt => blocks%bolt(k))
@@ -291,14 +285,20 @@ contains
 
   contains
 
-    !> A row of a whole number and two.
-    subroutine put(whole, number)
-      integer, intent(in) :: whole
-      real(dp), intent(in) :: number(2)
+    !> The rows of a block: joint material and place of each vertex, the first one twice, then radius, area, moments and centroid.
+    function rows_of(b) result(rows)
+      integer, intent(in) :: b
+      character(len=:), allocatable :: rows
+      integer :: k, v(n(b) + 1)
 
-      write (line, '(i0,2(1x,es23.16))') whole, number
-      call put_line(file, trim(line))
-    end subroutine put
+      allocate (character(len=row_letters*(n(b) + 4)) :: rows)
+      v(:n(b)) = corner(first(b):first(b + 1) - 1)
+      v(n(b) + 1) = v(1)
+      write (rows, '(*(i0,2(1x,es23.16),:,a))') &
+        (joint_between(blocks%shape, b, v(merge(n(b), k - 1, k == 1)), v(k)), blocks%vertex(:, v(k)) + blocks%origin, lf, &
+         k=1, n(b) + 1), 0, radius, moments(b)%area, lf, 0, moments(b)%area*moments(b)%centroid, lf, 0, moments(b)%centroid
+      rows = trim(rows)
+    end function rows_of
 
   end subroutine write_block_file
 

@@ -68,8 +68,8 @@ contains
     character(len=*), intent(in) :: line
 
     if (len(file%reason) > 0) return
-    if (c_fwrite(line//new_line('a'), 1_c_size_t, int(len(line) + 1, c_size_t), file%file) < len(line) + 1) &
-      file%reason = words_of_error(last_error())
+    if (c_fwrite(line, 1_c_size_t, len(line, c_size_t), file%file) < len(line) .or. &
+        c_fwrite(new_line('a'), 1_c_size_t, 1_c_size_t, file%file) < 1) file%reason = words_of_error(last_error())
   end subroutine put_line
 
   !> Closes the file and gives it its place. Errors: it could not be written; then there is what there was before.
