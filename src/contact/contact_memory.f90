@@ -14,7 +14,7 @@ module scree_contact_memory
   use scree_past_contacts, only: acted_before, entrance_before, has_slid, is_closed, moves_along, past_t
   implicit none
   private
-  public :: contact_as_shi, contact_over_edges, inherit, let_one_go_on, wear_as_beside
+  public :: contact_over_edges, entrance_ahead, inherit, let_one_go_on, recall, wear_as_beside
 
   real(dp), parameter :: in_line = 2e-2_dp        !! angle up to which faces that slide and press tilt, rad
   real(dp), parameter :: landing = 0.3_dp         !! of its way along: what goes farther across lands, or turns, and does not slide
@@ -401,67 +401,5 @@ contains
     contact%inherits = overlap
     if (heir > 0) call take_stiffness(past%contact(heir)%entrance(past%contact(heir)%active), contact)
   end subroutine inherit_by_line
-
-  !> The contact of an encounter as Shi's programs hand it on (df05, df06). Two corners have no friction: they slide at most.
-  !> Without a vertex where an element would touch itself.
-  pure subroutine contact_as_shi(outlines, survey, past, guard, encounter, contact)
-    type(outlines_t), intent(in) :: outlines
-    type(survey_t), intent(in) :: survey
-    type(past_t), intent(in) :: past
-    real(dp), intent(in) :: guard   !! added to the square of an edge on which an anchor is placed, length^2
-    type(encounter_t), intent(in) :: encounter
-    type(contact_t), intent(out) :: contact
-    integer :: k
-
-    contact%n_entrances = encounter%n_lines
-    do k = 1, contact%n_entrances
-      contact%entrance(k) = first_entrance(outlines, survey, past, guard, encounter%line(k))
-      if (contact%entrance(k)%vertex == 0) return
-    end do
-    if (contact%n_entrances == 2) contact%entrance%state = min(contact%entrance%state, state_sliding)
-    contact%active = entrance_ahead(survey, contact)
-  end subroutine contact_as_shi
-
-  !> The first pair of a line where its vertex lies within its edge, else the last, with what the pairs remember. Only the same
-  !> pair, and locked, keeps its anchor (Shi: df05, df06).
-  pure type(entrance_t) function first_entrance(outlines, survey, past, guard, line) result(first)
-    type(outlines_t), intent(in) :: outlines
-    type(survey_t), intent(in) :: survey
-    type(past_t), intent(in) :: past
-    real(dp), intent(in) :: guard   !! length^2
-    type(line_t), intent(in) :: line
-    real(dp) :: left
-    integer :: before, k, known
-    logical :: within
-
-    known = 0
-    within = .false.
-    do k = 1, line%n
-      if (outlines%of_vertex(line%vertex(k)) == outlines%element(line%edge(k))) cycle
-      before = place_of_pair(past%entrances, line%vertex(k), line%edge(k))
-      if (before > 0) known = past%entrances%number(before)
-      if (within) cycle
-      first%vertex = line%vertex(k)
-      first%edge = line%edge(k)
-      associate (x1 => survey%start(:, line%vertex(k)), x2 => survey%start(:, line%edge(k)), x3 => survey%finish(:, line%edge(k)))
-        within = k == 1 .and. dot_product(x2 - x1, x3 - x1) <= 0
-      end associate
-    end do
-    if (first%vertex == 0) return
-    first%joint = outlines%joint(first%edge)
-    associate (length => survey%length(first%edge))
-      left = length - along_edge(survey, first%vertex, first%edge)
-      first%anchor = 1 - left*length/(length**2 + guard)
-    end associate
-    if (known == 0) return
-    associate (was => past%contact(contact_of(known))%entrance(entrance_of(known)))
-      call recall(was, first)
-      if (was%state == state_locked .and. was%vertex == first%vertex) then
-        first%anchor = was%anchor
-      else if (was%state /= state_open .and. past%contact(contact_of(known))%n_entrances == 2) then
-        first%state = state_locked
-      end if
-    end associate
-  end function first_entrance
 
 end module scree_contact_memory

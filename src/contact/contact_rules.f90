@@ -13,12 +13,12 @@
 module scree_contact_rules
   use scree_conserving_contact, only: deepest_gap, inherit_overlap, judge_conserving, press_conserving, spring_of_conserving
   use scree_contact_geometry, only: find_geometry
-  use scree_contact_memory, only: contact_as_shi, contact_over_edges, inherit
+  use scree_contact_memory, only: contact_over_edges, inherit
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_try, only: contact_try_t, elements_of, of_elements
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, &
                             state_open, state_sliding
-  use scree_corner_meeting, only: encounter_t, meet_as_shi, meet_by_entrances, meeting_t
+  use scree_corner_meeting, only: encounter_t, meet_by_entrances, meeting_t
   use scree_corners, only: survey_t, tilt
   use scree_coulomb_contact, only: add_friction, anchor_where_crossed, friction_of, gap_before, judge_coulomb, press_springs, &
                                     slide_coulomb
@@ -28,6 +28,8 @@ module scree_contact_rules
   use scree_model, only: cache_t, model_t
   use scree_past_contacts, only: past_t
   use scree_shi_contact, only: adapted_stiffness, add_edge, anchor_where_closed, anchored_rows, close_touching, judge_shi, slide_shi
+  use scree_shi_meeting, only: meet_as_shi
+  use scree_shi_memory, only: contact_as_shi
   use scree_state, only: state_t
   use scree_system, only: element_unknowns
   implicit none

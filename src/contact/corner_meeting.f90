@@ -9,9 +9,9 @@ module scree_corner_meeting
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: encounter_of_edge, encounter_t, is_hollow, line_t, meet_as_shi, meet_by_entrances, meeting_t
+  public :: add_edge, add_line, angle_between, encounter_of_edge, encounter_t, is_hollow, line_of, line_t, meet_by_entrances, &
+            meeting_t, width_of
 
-  real(dp), parameter :: nearly = 0.3_dp*parallel !! edges that differ by less: those at the more upright corner act (Shi: 0.3 h1)
   real(dp), parameter :: turned = 1e-3_dp         !! corners that turn by more in a step have the lines of both its ends, rad
   real(dp), parameter :: flat = 1e-3_dp           !! a corner that is hollow by less is none, rad
   real(dp), parameter :: most_bent = 0.5_dp       !! likewise, of two for which one contact stood as they lay flat, or bonds, rad
@@ -177,48 +177,6 @@ contains
       call add_edge(a%vertex, b%before, meeting)
     end if
   end function meet_hollow
-
-  !> How corners a and b meet by Shi's rules (df04, df05): the convex one at either edge of a hollow one, as far as it fits on them;
-  !> of parallel edges one or both; else the upright corner chooses between edges that are nearly parallel.
-  pure function meet_as_shi(a, b) result(meeting)
-    type(corner_t), intent(in) :: a, b
-    type(meeting_t) :: meeting
-    integer :: low(2), high(2)
-    real(dp) :: between, upright, width
-
-    between = angle_between(a, b)
-    width = width_of(a, b, between)
-    if (is_hollow(a) .or. is_hollow(b)) then
-      if (.not. is_hollow(a)) then
-        call meet_edges_that_fit(a, b, meeting)
-      else
-        call meet_edges_that_fit(b, a, meeting)
-      end if
-    else if (width > pi + parallel) then
-      return
-    else if (width >= pi - parallel) then
-      if ((a%angle + b%angle)/2 - between >= pi - parallel) call add_line([a%vertex, b%vertex], [b%before, a%vertex], meeting)
-      if ((a%angle + b%angle)/2 + between >= pi - parallel) call add_line([b%vertex, a%vertex], [a%before, b%vertex], meeting)
-    else
-      upright = abs(sin(b%from + b%angle/2)) - abs(sin(a%from + a%angle/2))
-      low = merge([a%vertex, b%vertex], [b%vertex, a%vertex], &
-                  between - a%angle/2 + b%angle/2 >= merge(-nearly, nearly, upright >= 0))
-      high = merge([b%vertex, a%before], [a%vertex, b%before], &
-                   between + a%angle/2 - b%angle/2 >= merge(-nearly, nearly, upright <= 0))
-      call add_edge(low(1), low(2), meeting)
-      meeting%encounter(1)%n_lines = 2
-      meeting%encounter(1)%line(2) = line_of(high(:1), high(2:), [.true.])
-    end if
-  end function meet_as_shi
-
-  !> Adds the edges of the hollow corner b that corner a fits on.
-  pure subroutine meet_edges_that_fit(a, b, meeting)
-    type(corner_t), intent(in) :: a, b
-    type(meeting_t), intent(inout) :: meeting
-
-    if (edges_lead_away(a, b%from, parallel)) call add_edge(a%vertex, b%vertex, meeting)
-    if (edges_lead_away(a, b%into, parallel)) call add_edge(a%vertex, b%before, meeting)
-  end subroutine meet_edges_that_fit
 
   !> A contact of a vertex at an edge, or at one of some in a line.
   pure function encounter_of_edge(vertex, edge) result(encounter)
