@@ -4,7 +4,8 @@
 module scree_geometry_deck
   use scree_bolt_records, only: bolt_text, read_bolts
   use scree_deck_options, only: begin_thing
-  use scree_deck_text, only: deck_t, expect_end, next_count, next_index, next_real, next_reals
+  use scree_deck_rows, only: add_row, begin_rows, blame_line, deck_rows_t
+  use scree_deck_text, only: count_numbers, deck_t, expect_end, next_count, next_index, next_real, next_reals
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_groups_of_places, only: groups_text
   use scree_kinds, only: dp
@@ -44,6 +45,8 @@ contains
     if (allocated(error)) return
     call next_count(deck, 'hole points', 2, n_holes, error)
     if (allocated(error)) return
+    call check_rows(deck, [n_lines, n_material, n_bolts, n_fixed, n_loads, n_measured, n_holes], error)
+    if (allocated(error)) return
     call read_lines(deck, 'line', .true., n_lines, scene%lines, error)
     if (allocated(error)) return
     call read_lines(deck, 'material_line', .true., n_material, scene%material_lines, error)
@@ -60,6 +63,55 @@ contains
     if (allocated(error)) return
     call expect_end(deck, error)
   end subroutine read_geometry_deck
+
+  !> Error at the line of a deck that alone explains a wrong count of numbers; none where the count is right, or where no line
+  !> alone does.
+  subroutine check_rows(deck, count, error)
+    type(deck_t), intent(in) :: deck
+    integer, intent(in) :: count(7)          !! lines, material lines, bolts, fixed lines, load, measured and hole points
+    type(error_t), allocatable, intent(out) :: error
+    character(len=8), parameter :: head(*) = [character(len=8) :: 'e0', 'n', 'nb', 'nm', 'nr', 'nf', 'nl', 'nq', 'nh']
+    character(len=14), parameter :: thing(7) = [character(len=14) :: 'line', 'material line', 'bolt', 'fixed line', 'load point', &
+                                                'measured point', 'hole point']
+    character(len=8), parameter :: ends(4) = [character(len=8) :: 'x1', 'y1', 'x2', 'y2'], place(2) = [character(len=8) :: 'x', 'y']
+    integer, parameter :: width(7) = [5, 5, 7, 4, 2, 2, 2]
+    type(deck_rows_t) :: rows
+    integer :: expected, i, k
+
+    expected = size(head) + dot_product(count, width)
+    if (count_numbers(deck) == expected) return
+    call begin_rows(expected, rows)
+    call add_row(head, '', rows, is_loose=.true.)
+    do k = 1, size(count)
+      do i = 1, count(k)
+        call add_row(names_of(k), trim(thing(k))//' '//number_text(i), rows)
+      end do
+    end do
+    call blame_line(deck, rows, '; the deck has '//number_text(count_numbers(deck))//' numbers, expected '// &
+                    number_text(expected)//' by its counts', error)
+
+  contains
+
+    !> Names of the numbers of a thing.
+    pure function names_of(k) result(names)
+      integer, intent(in) :: k
+      character(len=8), allocatable :: names(:)
+
+      select case (k)
+      case (1)
+        names = [ends, [character(len=8) :: 'jm']]
+      case (2)
+        names = [ends, [character(len=8) :: 'bm']]
+      case (3)
+        names = [ends, [character(len=8) :: 'e0', 't0', 'f0']]
+      case (4)
+        names = ends
+      case default
+        names = place
+      end select
+    end function names_of
+
+  end subroutine check_rows
 
   !> Reads x1 y1 x2 y2 and, where the lines have one, a material.
   subroutine read_lines(deck, kind, has_material, n, lines, error)

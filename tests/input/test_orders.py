@@ -113,3 +113,18 @@ def test_a_deck_of_the_project_is_in_the_short_order_or_names_its_own(deck):
     numbers = re.split("[ ,\t\n]+", numbers.strip())
     short = 6 + 13 * int(numbers[2]) + 3 * int(numbers[3])
     assert len(numbers) == short or not groups or "dialect='shi'" in groups
+
+
+GEOMETRY = ["0.001 4 4 0 1 0 0 1 0", "0 0 10 0 1", "10 0 10 4 1", "10 4 0 4 1", "0 4 0 0 1", "1 1 20 1 1e6 0 0", "5 2"]
+
+
+@pytest.mark.parametrize("row", range(1, len(GEOMETRY)))
+def test_a_wrong_row_of_a_geometry_is_told_with_its_line(tmp_path, row):
+    """A number too few or too many shifts all that follow it, and the line that alone explains the count is named."""
+    for words, told in ((GEOMETRY[row].split()[:-1], "found the end of the"), (GEOMETRY[row].split() + ["3"], "numbers in this line")):
+        lines = list(GEOMETRY)
+        lines[row] = " ".join(words)
+        (tmp_path / "g.geo").write_text("\n".join(lines) + "\n")
+        done = scree.call("cut", "g.geo", cwd=tmp_path)
+        assert done.returncode == 2
+        assert f"g.geo:{row + 1}: expected" in done.stderr and told in done.stderr
