@@ -1,23 +1,21 @@
-!> Whose rules contacts follow: the only file that asks, but for defaults of settings.
+!> Whose rules contacts follow. Only this file asks for `contact.rules`, except for defaults of settings.
 !>
-!> There are three schools, each with kernels in a file of its own (`coulomb_contact`, `conserving_contact`, `shi_contact`), and
-!> five verbs that each of them has; the rest of this file is made of these, or answers a question of one kind:
+!> There are three schools of contact: `coulomb_contact`, `conserving_contact` and the folder `shi`. Each school has five verbs:
 !>
 !> - `pair`      what is near and what contacts remember  -> a contact of the step
 !> - `place`     displacement                             -> gap and slip, and the rows that they change by
 !> - `press`     gap and slip                             -> force, and what it changes by
 !> - `judge`     gap, slip and force                      -> state
 !> - `remember`  the accepted step                        -> anchor, bond, friction work, overlap
-!>
-!> What else a step has to know of the rules is a question with a name (`iteration_rules`, `looks_as_far_as_it_moves`, ...).
+!> All else that a step has to know of the rules is a question with a name (`iteration_rules`, `looks_as_far_as_it_moves`, ...).
 module scree_contact_rules
   use scree_conserving_contact, only: deepest_gap, inherit_overlap, judge_conserving, press_conserving, spring_of_conserving
   use scree_contact_geometry, only: find_geometry
   use scree_contact_memory, only: contact_over_edges, inherit
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_try, only: contact_try_t, elements_of, of_elements
-  use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, &
-                            state_open, state_sliding
+  use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, state_open, &
+                            state_sliding
   use scree_corner_meeting, only: encounter_t, meet_by_entrances, meeting_t
   use scree_corners, only: survey_t, tilt
   use scree_coulomb_contact, only: add_friction, anchor_where_crossed, friction_of, gap_before, judge_coulomb, press_springs, &
