@@ -14,8 +14,8 @@ module scree_contact_rules
   use scree_contact_memory, only: contact_over_edges, inherit
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_try, only: contact_try_t, elements_of, of_elements
-  use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, state_open, &
-                            state_sliding
+  use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, &
+                            state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, meet_by_entrances, meeting_t
   use scree_corners, only: survey_t, tilt
   use scree_coulomb_contact, only: add_friction, anchor_where_crossed, friction_of, gap_before, judge_coulomb, press_springs, &

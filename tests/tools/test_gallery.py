@@ -20,7 +20,9 @@ def test_what_an_example_or_a_page_says_is_so(name, tmp_path):
     assert rows and all(row.holds for row in rows), rows
     if name not in ("practice", "results"):  # which show warnings, too
         for results in sorted((tmp_path / name).glob("*.h5")):
-            assert scree.read(results).warnings == [], results
+            # falls.h5 shows blocks that move on, and says so
+            warnings = [text for text in scree.read(results).warnings if results.name != "falls.h5" or "nothing stops it" not in text]
+            assert warnings == [], results
     for picture in SCENES[name].pictures:
         with Image.open(tmp_path / name / picture) as made, Image.open(gallery.PICTURES / picture) as kept:
             assert made.size == kept.size  # and not to the dot: fonts differ

@@ -98,6 +98,15 @@ class Contacts:
         return len(self.state)
 
 
+def opened(path):
+    """A file of HDF5 for reading. A run locks its file in a way of its own, so a lock of HDF5 is not needed, and it is left out on
+    systems without locks. It is asked for first, because HDF5 refuses a file that the same process has open with another choice."""
+    try:
+        return h5py.File(path, "r")
+    except OSError:
+        return h5py.File(path, "r", locking=False)
+
+
 class Results(Group):
     """The results of a run.
 
@@ -168,7 +177,7 @@ class Results(Group):
             if not self._is_the_one_read():
                 raise ResultsError(f"{self.path}: has changed since it was read: read it again")
             try:
-                with h5py.File(self.path, "r", locking=False) as f:
+                with opened(self.path) as f:
                     return at(f)
             except TORN:
                 if again == 1 or not self._goes_on or not self._is_changing():

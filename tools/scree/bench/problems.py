@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import ScreeError, reason_of
 from ..program import BUILT, TREE
+from ..results import opened
 from .factorisation import ONE_THREAD
 from .tables import Table
 
@@ -50,7 +51,7 @@ def solve(scree, files=(KEPT,)):
     rows, sent = [], []
     for path in map(pathlib.Path, files):
         try:
-            file = h5py.File(path, "r", locking=False)
+            file = opened(path)
         except OSError as problem:
             raise ScreeError(f"{path}: expected a results file, found: {reason_of(problem)}") from None
         with file:
