@@ -128,7 +128,7 @@ BAD = {
     "a count that is real": (geometry(2, "4.5 0"), "g.geo:2:", "whole"),
     "more boundary than lines": (geometry(2, "4 5"), "g.geo:2:", "at most 4"),
     "bolts without room": (geometry(4, "9"), "g.geo:4:", "numbers for bolts"),
-    "bolts that are not there": (geometry(4, "1"), "g.geo:15:", "e0 t0 f0 of bolt 1"),
+    "bolts that are not there": (geometry(4, "1"), "g.geo:13:", "e0, number 5 of the row x1 y1 x2 y2 e0 t0 f0 of bolt 1"),
     "a bolt without stiffness": (bolts("0.1 0.1 0.9 0.9 0 0 0"), "g.geo:13:", "stiffness above 0"),
     "a bolt that is stretched beyond its strength": (bolts("0.1 0.1 0.9 0.9 5 1 2"), "g.geo:13:", "pretension up to the strength, 1"),
     "a bolt that pushes": (bolts("0.1 0.1 0.9 0.9 5 1 -2"), "g.geo:13:", "pretension from 0"),
