@@ -45,7 +45,7 @@ contains
   !> Cuts lines at each other.
   !>
   !> Straight lines keep their course to rounding, and among themselves they keep details that are smaller than e. A crossing or an
-  !> end of other lines that lies within e of a straight line is moved onto it. Ends are joined before anything is cut, so that
+  !> end of other lines that lies within 1.25 e of a straight line is moved onto it. Ends are joined before anything is cut, so that
   !> the argument above holds for the lines as they are then. A single end within e of another line is brought onto that line.
   !> Errors: the passes do not end, which the argument above excludes.
   subroutine cut_lines(ends, straight, nearest, graph, error)
@@ -85,7 +85,7 @@ contains
   end subroutine cut_lines
 
   !> Makes the nodes at the ends of lines: one node where ends coincide, and one where ends that coincide with others lie near
-  !> each other. An end within e of a straight line is moved onto it. Lines without length are dropped.
+  !> each other. An end within 1.25 e of a straight line is moved onto it. Lines without length are dropped.
   subroutine take_ends(ends, straight, lines, nodes, graph)
     real(dp), intent(in) :: ends(:, :, :)
     logical, intent(in) :: straight(:)
@@ -165,7 +165,7 @@ contains
 
   !> The node that each node becomes: a shared end joins the nearest of those before it that stay, within 1.25 e, and all others
   !> stay. The order is of positions: corners first, then nodes on straight lines. So neither the numbers of the lines nor the
-  !> lengths of chains of near nodes matter. Nodes that stay are apart, and no node moves farther than 1.25 e.
+  !> lengths of chains of near nodes matter. Nodes that stay are apart, and no node moves farther than 1.25 e here.
   subroutine merge_shared_ends(nodes, lines, graph, into)
     type(cut_nodes_t), intent(in) :: nodes
     type(straight_lines_t), intent(in) :: lines

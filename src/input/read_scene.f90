@@ -228,6 +228,7 @@ contains
     type(scene_t) :: own
     type(bolt_record_t), allocatable :: bolts(:)
     logical, allocatable :: installed(:)
+    real(dp), allocatable :: more(:, :, :)
     integer :: k
 
     if (.not. allocated(scene%bolts)) allocate (scene%bolts(0))
@@ -237,8 +238,8 @@ contains
     do k = 1, size(parts)
       call begin_stage(parts(k)%words, own)
       call store_settings(own)
-      scene%named_lines = reshape([scene%named_lines, named_lines(own%settings)], &
-                                  [2, 2, size(scene%named_lines, 3) + size(named_lines(own%settings), 3)])
+      more = named_lines(own%settings)
+      scene%named_lines = reshape([scene%named_lines, more], [2, 2, size(scene%named_lines, 3) + size(more, 3)])
       call add_bolts_of_stage(own, bolts, installed, error)
       if (allocated(error)) return
       if (k == 1) scene%installed = installed
