@@ -3,6 +3,8 @@ import os
 import pathlib
 
 from scree import call
+from scree.house import settings_pages
+
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 T4 = SOURCE / "input" / "paper" / "rotation" / "t4.ana"
 
@@ -49,7 +51,8 @@ def test_explain_names_every_number_and_where_settings_come_from():
 
 
 def test_the_manual_holds_the_table_of_settings():
-    assert call("explain", "--settings").stdout in (SOURCE / "doc" / "decks.md").read_text()
+    for page, text in settings_pages.pages(call("explain", "--settings").stdout).items():
+        assert page.read_text() == text, page
 
 
 def test_a_stem_finds_both_decks(tmp_path):

@@ -113,7 +113,7 @@ fn=(4) __scree_timers_MOD_begin_phase
     ("a block falls, no contact in the deck", "above a fixed slope, with contact", 2.0),
     ("two blocks fall 10 sizes apart, no contact in the deck", "with contact", 1.07)])
 def test_the_instructions_of_a_step_hardly_grow(base, what, most, tmp_path):
-    """Bounds lie a little above the table of doc/effects.md."""
+    """Bounds lie a little above the table of doc/notes/effects-2026-11.md."""
     counter = effects.Counter(SCREE)
     rows = {name: scene for scene, name, _ in CASES[base]}
     try:

@@ -1,8 +1,8 @@
-"""Runs the examples of input/examples and the pages of doc/ whose commands are to be tried, and holds them against what they say.
+"""Runs the examples of input/examples and the commands on pages of doc/, and compares what they print with what is quoted there.
 
     tools/gallery [NAME ...] [--write] [--keep FOLDER] [--jobs N] [--scree PROGRAM]
 
-A name is that of an example, or of a page (tutorial, practice, results, studies); without any all are run. An example is an
+A name is that of an example, or of a page with commands, such as tutorial; without any name all are run. An example is an
 analysis deck whose opening comment says what it shows, the commands to give (indented), and after `Expect:` the numbers to expect:
 
     history/rotation[-1, 2] = 1.5708 within 0.001: why        of the results of the deck; `largest` for an index: the largest there
@@ -31,11 +31,12 @@ from .program import TREE, program, work_folder
 from .records import stopped_at_once
 from .results import read
 
-EXAMPLES, PAGES, PICTURES = TREE / "input" / "examples", ("tutorial", "practice", "results", "studies"), TREE / "doc" / "pictures"
+EXAMPLES, DOC = TREE / "input" / "examples", TREE / "doc"
+PICTURES = DOC / "pictures"
 INTRODUCTION = """# Gallery
 
-What `input/examples` has, as its decks say it; their commands are given in the folder of scree. `tools/gallery` runs them and
-those of [the tutorial](tutorial.md), and holds the numbers against what is expected; `--write` makes this page and its pictures.
+The scenes of `input/examples`, as the opening comments of their decks describe them. Give the commands in the folder of scree. `tools/gallery` runs them, and
+compares the numbers with those that are expected; `--write` makes this page and its pictures.
 """
 EXPECTED = re.compile(r"(?P<what>.+?) = (?P<value>\S+) within (?P<within>\S+?)(?P<share> %)?: (?P<why>.+)")
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
@@ -135,10 +136,15 @@ class Example:
         places = tuple(slice(None) if word.strip() == "largest" else int(word) for word in index.split(","))
         return float(np.abs(values[places]).max()) if "largest" in index else float(values[places])
 
+    @property
+    def caption(self):
+        """The first sentence of the opening comment."""
+        return " ".join(self.paragraphs[0].split()).split(". ")[0].rstrip(".")
+
     def markdown(self):
         """The section of the example in doc/gallery.md."""
         lines = [f"## {self.name}", "", *(line for part in self.paragraphs for line in (part, "")),
-                 f"![{self.name}](pictures/{self.name}.png)", "", "| expected | | |", "|---|---|---|"]
+                 f"![{self.caption}](pictures/{self.name}.png)", "", "| expected | | |", "|---|---|---|"]
         lines += [f"| `{one.what}` | {one.value:.6g} | {one.why} |" for one in self.expected]
         return "\n".join(lines) + "\n"
 
@@ -203,10 +209,14 @@ def next_missing(quoted, output):
     return next((one for one in quoted if not any(agree(one, line) for line in lines)), None)
 
 
+def pages():
+    """The pages of doc/ with commands to try, but for its notes."""
+    return [Page(path) for path in sorted(DOC.rglob("*.md")) if "notes" not in path.parts and "```sh\n" in path.read_text()]
+
+
 def known():
     """All examples and pages, by name."""
-    scenes = [Example(EXAMPLES / folder.name / f"{folder.name}.ana") for folder in sorted(EXAMPLES.iterdir())]
-    scenes += [Page(TREE / "doc" / f"{name}.md") for name in PAGES]
+    scenes = [Example(EXAMPLES / folder.name / f"{folder.name}.ana") for folder in sorted(EXAMPLES.iterdir())] + pages()
     return {scene.name: scene for scene in scenes}
 
 

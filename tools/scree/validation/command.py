@@ -1,8 +1,9 @@
 """Runs cases with a known answer and prints case | quantity | reference | scree | error | tolerance.
 
-    tools/validate [CASE ...] [--set GROUP.NAME=VALUE] [--scree PROGRAM] [--keep FOLDER]
+    tools/validate [CASE ...] [--set GROUP.NAME=VALUE] [--scree PROGRAM] [--keep FOLDER] [--write]
 
-Without a case, all of them. A setting is for every run. doc/validation.md describes the cases and where the answers are from. Exit
+Without a case, all of them. A setting is for every run. doc/validation.md describes the cases and where the answers are from; --write
+makes the pages of doc/verification, one a case, with its picture, numbers and deck. Exit
 status 0 when every tolerance is met, 1 on a miss or a run that fails, 2 when the program is missing or a case
 cannot have a setting.
 Needs Debian's python3-numpy and python3-h5py.
@@ -11,8 +12,8 @@ import pathlib
 
 from ..arguments import BAD_INPUT, ends_in_a_line, parser_for
 from ..errors import RunFailed, ScreeError
-from ..program import Runner, shipped, work_folder
-from . import elastic  # noqa: F401  (its cases join CASES)
+from ..program import shipped, work_folder
+from . import elastic, pages  # noqa: F401  (the cases of elastic join CASES)
 from .cases import CASES
 
 
@@ -20,12 +21,12 @@ def text(value):
     return value if isinstance(value, str) else f"{value:.7g}"
 
 
-def compare(names, run):
-    """Prints the table, and what all of it took; returns the number of misses."""
+def compare(names, run, finished=lambda name, rows: None):
+    """Prints the table, and what all of it took; calls `finished` after each case with its rows; returns the number of misses."""
     misses = 0
     print(f"{'case':<5}{'quantity':<46}{'reference':>14}{'scree':>20}{'error':>10}{'tolerance':>11}{'seconds':>9}")
     for name in names:
-        rows = CASES[name](run)
+        rows, done = CASES[name](run), []
         while True:
             run.seconds = 0.0
             try:
@@ -39,11 +40,13 @@ def compare(names, run):
                 misses += 1
                 break
             misses += not row.met()
+            done.append(row)
             error = "" if isinstance(row.reference, str) else f"{row.error():.1e}"
             tolerance = "" if isinstance(row.reference, str) else f"{row.tolerance:.1e}"
             seconds = f"{run.seconds:.2f}" if run.seconds else ""
             print(f"{name:<5}{row.quantity:<46}{text(row.reference):>14}{text(row.found):>20}{error:>10}{tolerance:>11}{seconds:>9}"
                   f"{'  ok' if row.met() else '  MISS'}", flush=True)
+        finished(name, done)
     print(f"{misses} misses" if misses else "every tolerance is met",
           f"{run.solves} solves, {run.processor_seconds:.1f} s of the processor in steps", sep=", ")
     return misses
@@ -57,10 +60,17 @@ def main():
                         help="a setting of every run, unless its case has another; may be repeated")
     parser.add_argument("--scree", metavar="PROGRAM", help="the program; default: that of $SCREE, or of build/release")
     parser.add_argument("--keep", type=pathlib.Path, help="folder for geometries and results; else they are not kept")
+    parser.add_argument("--write", action="store_true", help="make the pages of doc/verification, with pictures")
     given = parser.parse_args()
     unknown = [name for name in given.case if name not in CASES]
     if unknown:
         parser.error(f"expected cases of {' '.join(CASES)}, found {' '.join(unknown)}")
     shipped("validation")
     with work_folder(given.keep) as folder:
-        return 1 if compare(given.case or list(CASES), Runner(folder, given.scree, given.set)) else 0
+        run = pages.Recorder(folder, given.scree, given.set)
+
+        def write(name, rows):
+            pages.write(name, CASES[name].__doc__.splitlines()[0].rstrip("."), rows, run.made)
+            run.made = []
+
+        return 1 if compare(given.case or list(CASES), run, *[write] * given.write) else 0

@@ -207,7 +207,7 @@ def off_linear_field(r, strain):
 
 @case
 def e8(run):
-    """The patch test on meshes that a polygon cuts: regular ones that lie anyhow, and one that gets finer towards its corner."""
+    """The patch test on meshes that a polygon cuts: regular ones that lie in any position, and one that gets finer towards its corner."""
     xx, yy, xy = 2e4, -1e4, 7e3
     strain = np.array([[xx - 0.25 * yy, 1.25 * xy], [1.25 * xy, yy - 0.25 * xx]]) / 1e9
     cuts = [[f"cover.edge={edge}", f"cover.angle={angle}", f"cover.origin={x} {y}"]
