@@ -236,10 +236,9 @@ contains
     width = sqrt(facts%largest%area)
     if (facts%column%width > 0) width = facts%column%width
     kn = 0.0_dp
-    closure = 0.0_dp
     associate (law => model%effects%contact)
       if (allocated(scene%settings%joint_kn)) kn = scene%settings%joint_kn(facts%joint_material)
-      if (allocated(law%closure)) closure = law%closure(facts%joint_material)
+      closure = law%joint(facts%joint_material)%closure%most
       where (kn > 0 .and. closure > 0) kn = kn + facts%column%stress/closure
       hard = law%penetration < huge(law%penetration)
       facts%face_stiffness = minval(merge(kn*width, merge(huge(width), 2*law%normal_stiffness, hard), kn > 0))

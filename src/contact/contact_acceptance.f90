@@ -6,7 +6,7 @@ module scree_contact_acceptance
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: blocks_of, contact_law_t, contact_memory_t, contact_t, outlines_t, state_locked, state_open, &
                             state_sliding
-  use scree_joint_closure, only: closing_energy
+  use scree_joint_rules, only: energy_beside_spring
   use scree_joint_stiffness, only: is_hard
   use scree_kinds, only: dp
   use scree_model, only: model_t
@@ -77,9 +77,8 @@ contains
           pulled = pulled_open(try, contact, now)
           if (entrance%rest < 0 .or. pulled) contact%overlap = overlap_of(contact, now)
           if (pulled) then
-            contact%energy = 0.5_dp*entrance%stiffness(1)*now(contact%active)%gap**2
-            if (allocated(try%law%closure)) &
-              contact%energy = contact%energy + closing_energy(try%law, entrance, -now(contact%active)%gap)
+            contact%energy = 0.5_dp*entrance%stiffness(1)*now(contact%active)%gap**2 &
+                             + energy_beside_spring(try%law, entrance, -now(contact%active)%gap)
             energy = energy + contact%energy
           end if
         else
@@ -177,8 +176,8 @@ contains
         contact%entrance(k)%multiplier = held + contact%entrance(k)%stiffness*[strained, slip]
     end associate
     contact%pressed = max(0.0_dp, -closed%gap)
-    closed%energy = 0.5_dp*dot_product(contact%entrance(contact%active)%stiffness, [strained, slip]**2)
-    if (allocated(law%closure)) closed%energy = closed%energy + closing_energy(law, contact%entrance(contact%active), -strained)
+    closed%energy = 0.5_dp*dot_product(contact%entrance(contact%active)%stiffness, [strained, slip]**2) &
+                    + energy_beside_spring(law, contact%entrance(contact%active), -strained)
   end subroutine accept_closed
 
   !> Largest gap and overlap of a closed contact at `d`, length.

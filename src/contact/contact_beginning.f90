@@ -6,6 +6,7 @@ module scree_contact_beginning
   use scree_contacts, only: entrance_t, outlines_t, state_locked
   use scree_effects, only: weights_of_blocks
   use scree_element_term, only: step_rule_t
+  use scree_joint_rules, only: joints_follow_stress
   use scree_joint_stiffness, only: bonded_entrance, bonded_length, keep_stiffness, mean_of_bonds, measure_contact, stiffen_contact
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -30,7 +31,7 @@ contains
     type(contact_try_t), intent(inout) :: try     !! with the contacts that were found
     real(dp) :: at_rest(model%n_unknowns)
     real(dp), allocatable :: bonds(:)             ! length that those about each stand for on the mean
-    logical :: first_of_run
+    logical :: first_of_run, measures
     integer :: i
 
     try%linear = .not. any(cache%element%green)
@@ -55,13 +56,14 @@ contains
     if (first_of_run) call bond_contacts(model%outlines, state%vertex, try)
     bonds = [(0.0_dp, i=1, size(try%contact))]
     if (first_of_run .and. bonds_by_length(try%law)) bonds = mean_of_bonds(model%outlines, try%law, try%contact)
+    measures = joints_follow_stress(try%law)
     do i = 1, size(try%contact)
       if (keeps_stiffness(try%law, try%contact(i))) then
         call keep_stiffness(try%contact(i))
       else
         call stiffen_contact(model%outlines, state%vertex, try%law, first_of_run, bonds(i), try%contact(i))
       end if
-      if (allocated(try%law%roughness)) call measure_contact(model%outlines, state%vertex, try%law, try%contact(i))
+      if (measures) call measure_contact(model%outlines, state%vertex, try%law, try%contact(i))
       call begin_contact(first_of_run, i, try)
     end do
     if (first_of_run .and. decides_outside(try%law)) call close_bonds(try)
@@ -140,7 +142,7 @@ contains
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
     type(contact_try_t), intent(inout) :: try
-    logical :: bonds(size(try%law%cohesion)) ! contacts of each joint
+    logical :: bonds(size(try%law%joint)) ! contacts of each joint
     integer :: i, k
 
     bonds = has_bonds(try%law)

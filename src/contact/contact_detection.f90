@@ -21,6 +21,7 @@ module scree_contact_detection
   use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, entrance_t, outlines_t, parallel, state_open
   use scree_corner_meeting, only: encounter_of_edge, encounter_t, is_hollow, line_t, meeting_t
   use scree_corners, only: along_edge, edges_lead_away, find_corners, gap_at, survey_edges, survey_t, tilt, turn, way_at
+  use scree_joint_rules, only: joints_dilate, joints_give_way, joints_wear
   use scree_joint_stiffness, only: at_end, follow_slip
   use scree_kinds, only: dp, pi
   use scree_past_contacts, only: acted_before, closed_between, moves_along, past_t, pressed_before, recall_contacts, &
@@ -79,8 +80,8 @@ contains
     end do
     call drop_repeats(size(outlines%start), found, n_found)
     call let_one_go_on(outlines, survey, past, found(:n_found))
-    if (allocated(try%law%joint_stiffness)) call follow_faces()
-    if (allocated(try%law%worn)) call wear_as_beside(outlines, survey, past, found(:n_found))
+    if (joints_give_way(try%law)) call follow_faces()
+    if (joints_wear(try%law)) call wear_as_beside(outlines, survey, past, found(:n_found))
     try%contact = found(:n_found)
     try%inside = pairs_inside(found(:n_found), survey%local)
     call move_alloc(survey%near, try%near)
@@ -141,7 +142,7 @@ contains
         survey%still(about) = reach(0.0_dp, spread(0.0_dp, 1, size(about)), survey%local_side(about))
       end associate
       call look_over_depth()
-      if (allocated(try%law%dilation)) call look_over_dilation()
+      if (joints_dilate(try%law)) call look_over_dilation()
     end subroutine look_as_far
 
     !> How far contacts of the vertices that are about are looked for.

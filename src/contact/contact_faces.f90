@@ -2,6 +2,7 @@
 module scree_contact_faces
   use scree_contacts, only: blocks_of, contact_law_t, contact_t, entrance_t, outlines_t, parallel
   use scree_corners, only: along_edge, survey_t, turn
+  use scree_joint_rules, only: weaker_joint
   use scree_joint_stiffness, only: at_end
   use scree_kinds, only: dp, pi
   implicit none
@@ -80,37 +81,6 @@ contains
       if (common(3 - k) > (1 - near_end)*common(k)) joint = weaker_joint(law, piece(k), piece(3 - k))
     end associate
   end function joint_of
-
-  !> The weaker one of two joint materials: that with the smaller friction, or of equal ones with the smaller cohesion, and so on
-  !> through all that the law tells them apart by. The first one where it tells them apart by nothing.
-  pure integer function weaker_joint(law, a, b) result(weaker)
-    type(contact_law_t), intent(in) :: law
-    integer, intent(in) :: a, b
-    real(dp), allocatable :: of_a(:), of_b(:)
-    integer :: k
-
-    weaker = a
-    if (a == b) return
-    of_a = properties(law, a)
-    of_b = properties(law, b)
-    k = findloc(abs(of_a - of_b) > 0, .true., 1)
-    if (k == 0) return
-    if (of_b(k) < of_a(k)) weaker = b
-  end function weaker_joint
-
-  !> All that a contact law has of a joint material: its strength, then its stiffness, each in its own units.
-  pure function properties(law, joint) result(property)
-    type(contact_law_t), intent(in) :: law
-    integer, intent(in) :: joint
-    real(dp), allocatable :: property(:)
-
-    property = [law%friction(joint), law%cohesion(joint), law%strength(joint)]
-    if (allocated(law%worn)) property = [property, law%worn(:, joint)]
-    if (allocated(law%roughness)) property = [property, law%roughness(:, joint)]
-    if (allocated(law%joint_stiffness)) property = [property, law%joint_stiffness(:, joint)]
-    if (allocated(law%closure)) property = [property, law%closure(joint)]
-    if (allocated(law%dilation)) property = [property, law%dilation(:, joint)]
-  end function properties
 
   !> Whether two edges are looked at, and one runs against the other.
   pure logical function lie_flat(survey, flat, a, b)

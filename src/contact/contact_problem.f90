@@ -4,10 +4,10 @@ module scree_contact_problem
   use scree_contact_rules, only: acts_by_another, anchor_what_closes, gaps_and_slips, rows_along, spring_of
   use scree_contact_try, only: contact_try_t, row_across
   use scree_contacts, only: state_locked, state_open, state_sliding
-  use scree_coulomb_contact, only: bond, friction_of
   use scree_equations, only: equations_t, island_problem, place_row
   use scree_friction_problem, only: friction_problem_t, spring_back, spring_forth, spring_locked, spring_open, &
                                     spring_pulled
+  use scree_joint_rules, only: bond, friction_of
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_system, only: element_unknowns
@@ -45,11 +45,13 @@ contains
         spring%shear_stiffness = entrance%stiffness(2)
         spring%friction = friction_of(try%law, entrance)
         spring%bonded = entrance%bonded .and. entrance%state /= state_open
-        if (spring%bonded) spring%cohesion = bond(entrance, try%law%cohesion(entrance%joint))
+        if (spring%bonded) spring%cohesion = bond(entrance, try%law%joint(entrance%joint)%cohesion)
         row(:, 1) = row_across(try, i, k)
         call rows_along(try, i, k, row(:, 2), row(:, 4))
         row(:, 3) = try%geometry(k, i)%normal
-        if (allocated(try%law%dilation)) row(:, 3) = row(:, 3) - try%start(k, i)%opening%by_slip*row(:, 4)
+        associate (opening => try%start(k, i)%opening)
+          if (abs(opening%by_slip) > 0) row(:, 3) = row(:, 3) - opening%by_slip*row(:, 4)
+        end associate
         if (acts_by_another(try, i)) then ! it stays open
           row = 0.0_dp
           spring%pressing = -spring%stiffness*now(k)%edge_length

@@ -1,9 +1,10 @@
 !> The quantities that the rules of contact speak of.
 module scree_contact_quantities
+  use scree_contacts, only: entrance_t
   use scree_kinds, only: dp
   implicit none
   private
-  public :: bend_t, contact_force_t, entrance_start_t, gap_and_slip_t, opening_t
+  public :: bend_t, contact_force_t, entrance_start_t, gap_and_slip_t, gap_before, opening_t
 
   !> Pieces of the law of a joint that dilates: it does not, or it does, or it has done all it does in the step.
   integer, parameter, public :: dilates_not = 0, dilates = 1, has_dilated = 2
@@ -54,5 +55,16 @@ module scree_contact_quantities
     real(dp) :: along_by_gap(2) = 0.0_dp     !! force/length
     real(dp) :: along_by_slip = 0.0_dp       !! force/length
   end type contact_force_t
+
+contains
+
+  !> Gap that the dashpot of an entrance was at when the step began: what is apart has none yet, unless it is bonded, and stretched.
+  pure real(dp) function gap_before(start, entrance)
+    type(entrance_start_t), intent(in) :: start
+    type(entrance_t), intent(in) :: entrance
+
+    gap_before = start%gap
+    if (.not. entrance%bonded) gap_before = min(start%gap, 0.0_dp)
+  end function gap_before
 
 end module scree_contact_quantities

@@ -12,16 +12,16 @@ module scree_contact_rules
   use scree_conserving_contact, only: deepest_gap, inherit_overlap, judge_conserving, press_conserving, spring_of_conserving
   use scree_contact_geometry, only: find_geometry
   use scree_contact_memory, only: contact_over_edges, inherit
-  use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
+  use scree_contact_quantities, only: contact_force_t, dilates_not, entrance_start_t, gap_and_slip_t, gap_before
   use scree_contact_try, only: contact_try_t, elements_of, of_elements
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, &
                             state_open, state_sliding
   use scree_corner_meeting, only: encounter_t, meet_by_entrances, meeting_t
   use scree_corners, only: survey_t, tilt
-  use scree_coulomb_contact, only: add_friction, anchor_where_crossed, friction_of, gap_before, judge_coulomb, press_springs, &
-                                    slide_coulomb
-  use scree_joint_closure, only: begin_bends, bend_springs, judge_bend
-  use scree_joint_dilation, only: begin_opening, feel_opening, feel_opening_change, judge_opening, remember_opening
+  use scree_coulomb_contact, only: add_friction, anchor_where_crossed, judge_coulomb, press_springs, slide_coulomb
+  use scree_joint_closure, only: bend_springs
+  use scree_joint_dilation, only: feel_opening, feel_opening_change
+  use scree_joint_rules, only: begin_joints, friction_of, joints_stiffen, judge_closing, judge_dilating, remember_dilating
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_past_contacts, only: past_t
@@ -76,8 +76,8 @@ contains
                                           most_stalled=most_solutions - 1, settles_always=.false., linear_springs=.false.)
     case default
       iteration_rules = iteration_rules_t()
-      if (allocated(law%closure)) iteration_rules%most_stalled = most_stiffening
-      iteration_rules%linear_springs = .not. (law%rules == rules_conserving .or. allocated(law%closure))
+      if (joints_stiffen(law)) iteration_rules%most_stalled = most_stiffening
+      iteration_rules%linear_springs = .not. (law%rules == rules_conserving .or. joints_stiffen(law))
     end select
   end function iteration_rules
 
@@ -256,8 +256,7 @@ contains
         start(k)%closed = contact%entrance(k)%state /= state_open
         start(k)%multiplier = contact%entrance(k)%multiplier
       end do
-      if (allocated(try%law%closure)) call begin_bends(try%law, contact, start)
-      if (allocated(try%law%dilation)) call begin_opening(try%law, try%dashpot, contact, start)
+      call begin_joints(try%law, try%dashpot, contact, start)
     end associate
   end subroutine begin_contact
 
@@ -334,8 +333,8 @@ contains
     real(dp), intent(in) :: before(2)         !! anchors that it was measured from
     type(contact_try_t), intent(inout) :: try
 
-    if (any(abs(try%contact(i)%entrance%anchor - before) > 0) .or. allocated(try%law%dilation)) &
-      call measure_contact(model, d, i, try)
+    if (any(abs(try%contact(i)%entrance%anchor - before) > 0) .or. abs(try%now(1, i)%opened) + abs(try%now(2, i)%opened) > 0 &
+        .or. try%start(try%contact(i)%active, i)%opening%piece /= dilates_not) call measure_contact(model, d, i, try)
   end subroutine measure_again
 
   !> Gap of entrance k and slip from its anchor at `d`, linear about the reference.
@@ -369,7 +368,7 @@ contains
       else
         now%slip = geometry%slid + slipped + (try%start(k, i)%share - entrance%anchor)*geometry%edge_length
       end if
-      if (allocated(try%law%dilation)) call feel_opening(try%start(k, i)%opening, now)
+      if (try%start(k, i)%opening%piece /= dilates_not) call feel_opening(try%start(k, i)%opening, now)
     end associate
   end function gap_and_slip
 
@@ -386,9 +385,10 @@ contains
     case default
       call press_springs(try%contact(i)%entrance(1)%stiffness(1), try%dashpot, try%contact(i), try%start(:, i), now, force)
     end select
-    if (allocated(try%law%closure)) call bend_springs(try%start(:, i), now, force)
-    if (allocated(try%law%dilation)) &
-      call feel_opening_change(try%start(try%contact(i)%active, i)%opening, try%contact(i)%active, force)
+    associate (start => try%start(:, i), active => try%contact(i)%active)
+      if (start(1)%bend%stiffer + start(2)%bend%stiffer > 0) call bend_springs(start, now, force)
+      if (start(active)%opening%piece /= dilates_not) call feel_opening_change(start(active)%opening, active, force)
+    end associate
   end subroutine press_across
 
   !> The entrance of contact i that acts as a spring that only presses: its force, and what it yields by.
@@ -524,9 +524,9 @@ contains
       case (rules_conserving)
         call judge_conserving(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
       case default
-        if (allocated(law%closure)) call judge_bend(law, now, doubt, contact, start, force, try%changes)
+        call judge_closing(law, now, doubt, contact, start, force, try%changes)
         call judge_coulomb(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
-        if (allocated(law%dilation)) call judge_opening(law, try%dashpot, now, doubt, contact, start, try%changes)
+        call judge_dilating(law, try%dashpot, now, doubt, contact, start, try%changes)
         if (acts_by_another(try, i)) then
           contact%entrance(contact%active)%state = state_open
           try%changes = changes + merge(0, 1, was_open)
@@ -606,9 +606,9 @@ contains
   !> Whether the contacts of each joint are bonded at the start: where it has cohesion, or strength under rules that can pull.
   pure function has_bonds(law)
     type(contact_law_t), intent(in) :: law
-    logical :: has_bonds(size(law%cohesion)) !! (n_joints)
+    logical :: has_bonds(size(law%joint)) !! (n_joints)
 
-    has_bonds = law%cohesion > 0 .or. (law%strength > 0 .and. .not. only_presses(law%rules))
+    has_bonds = law%joint%cohesion > 0 .or. (law%joint%strength > 0 .and. .not. only_presses(law%rules))
   end function has_bonds
 
   !> Whether a contact keeps the stiffness with which it closed, or that it inherits: a loaded spring whose stiffness changes would
@@ -645,7 +645,7 @@ contains
       call slide_shi(law, force%along, now%edge_length, entrance, slip, work)
     case default
       call slide_coulomb(force%along, now%edge_length, holds, entrance, slip, work)
-      if (allocated(law%dilation)) call remember_opening(now%slip - slip, now%opened, sum(force%across), entrance, work)
+      call remember_dilating(law, now%slip - slip, now%opened, sum(force%across), entrance, work)
     end select
   end subroutine remember_slide
 

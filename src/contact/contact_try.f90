@@ -14,6 +14,7 @@ module scree_contact_try
 
   !> The contacts of a step, and what its iteration makes of them.
   type :: contact_try_t
+    logical :: looked = .false.                          !! for contacts: it has the law
     type(contact_law_t) :: law                           !! with the stiffness of this try
     type(contact_t), allocatable :: contact(:)           !! in the order of their islands
     integer, allocatable :: of_island(:)                 !! (n_islands+1) island i has contact(of_island(i):of_island(i+1)-1)

@@ -11,7 +11,8 @@ module scree_open_close
                                  put_anchors
   use scree_contact_try, only: contact_try_t, elements_of, row_across
   use scree_contacts, only: blocks_of, contact_law_t, count_states, entrance_t, state_locked, state_open, state_sliding
-  use scree_coulomb_contact, only: act_on, bond, friction_of
+  use scree_coulomb_contact, only: act_on
+  use scree_joint_rules, only: bond, friction_of, joints_follow_stress
   use scree_joint_stiffness, only: is_hard
   use scree_kinds, only: dp
   use scree_model, only: model_t
@@ -164,7 +165,7 @@ contains
     type(contact_law_t), intent(in) :: law
     type(entrance_t), intent(in) :: entrance
 
-    can_lock = friction_of(law, entrance) > 0 .or. bond(entrance, law%cohesion(entrance%joint)) > 0
+    can_lock = friction_of(law, entrance) > 0 .or. bond(entrance, law%joint(entrance%joint)%cohesion) > 0
   end function can_lock
 
   !> Lets multipliers take the forces of closed contacts over, where more than the bound is left of an overlap, a gap or a slip that
@@ -321,7 +322,7 @@ contains
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
         if (.not. entrance%bonded .or. entrance%state == state_open) cycle
         call press_across(try, i, gaps_and_slips(model, try, i, d), force)
-        beyond(i) = -force%across(k) - bond(entrance, try%law%strength(entrance%joint)) - try%doubt(i)
+        beyond(i) = -force%across(k) - bond(entrance, try%law%joint(entrance%joint)%strength) - try%doubt(i)
       end associate
     end do
     enough = .not. any(beyond > 0)
@@ -351,7 +352,7 @@ contains
     integer :: i
 
     enough = .true.
-    if (.not. model%effects%is_static() .or. .not. (decides_outside(try%law) .and. allocated(try%law%roughness))) return
+    if (.not. model%effects%is_static() .or. .not. (decides_outside(try%law) .and. joints_follow_stress(try%law))) return
     do i = try%first, try%last
       associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
         if (entrance%state == state_open) cycle

@@ -1,5 +1,6 @@
 !> Who touches whom, and how: what contact knows of outlines, contacts and joints.
 module scree_contacts
+  use scree_joint_law, only: joint_t, laws_in_use_t
   use scree_kinds, only: dp, pi
   implicit none
   private
@@ -140,16 +141,9 @@ module scree_contacts
     integer :: rules = rules_coulomb        !! whose apply; `contact_rules` alone asks
     real(dp) :: normal_stiffness = 0.0_dp   !! p, where the joint has none, force/length per unit thickness (Shi: g0)
     real(dp) :: shear_stiffness = 0.0_dp    !! p over the shear ratio (Shi: h2)
-    real(dp), allocatable :: joint_stiffness(:, :) !! (2, n_joints) kn, ks, 0: none; where the scene has some, force/length^3
-    real(dp), allocatable :: friction(:)    !! (n_joints) tangent of the friction angle
-    real(dp), allocatable :: worn(:, :)     !! (2, n_joints) residual `friction`, slip by then, length; where the scene has them
-    !> (3, n_joints) JRC, rad; JCS, and cohesion of what is not bonded, force/length^2; where the scene has some
-    real(dp), allocatable :: roughness(:, :)
-    real(dp), allocatable :: closure(:)     !! (n_joints) largest, of a joint that stiffens as it closes, 0: none; likewise, length
-    real(dp), allocatable :: dilation(:, :) !! (2, n_joints) tangent of its angle, slip by which it ends, length; likewise
+    type(joint_t), allocatable :: joint(:)  !! (n_joints)
+    type(laws_in_use_t) :: uses             !! which laws any of these has; `joint_rules` alone asks
     real(dp) :: most_dilated = 0.0_dp       !! gap up to which a joint that has dilated is one, length
-    real(dp), allocatable :: cohesion(:)    !! (n_joints) force/length^2
-    real(dp), allocatable :: strength(:)    !! (n_joints) in tension, force/length^2
     real(dp) :: penetration = huge(1.0_dp)  !! that multipliers leave; huge: springs alone, length
     real(dp) :: restitution = -1.0_dp       !! share of the velocity that an impact gives back; below 0: as the springs have it
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness

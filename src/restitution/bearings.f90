@@ -4,10 +4,10 @@ module scree_bearings
   use scree_contact_rules, only: gap_and_slip, gaps_and_slips, press
   use scree_contact_try, only: contact_try_t, elements_of, of_elements, row_across
   use scree_contacts, only: blocks_of, entrance_t, state_locked, state_open
-  use scree_coulomb_contact, only: friction_of
   use scree_element_term, only: step_rule_t
   use scree_impulse_problem, only: impulse_problem_t, impulses_t, resistance_of, takes_no_part, velocity_at
   use scree_impulses, only: solve_compression
+  use scree_joint_rules, only: friction_of
   use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
   use scree_pairs, only: number_of_pair, pair_of, sorted_pairs

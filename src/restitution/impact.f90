@@ -25,13 +25,13 @@ module scree_impact
   use scree_contact_rules, only: gap_and_slip, rows_along
   use scree_contact_try, only: contact_try_t, elements_of, row_across, take_all
   use scree_contacts, only: contact_law_t, state_locked, state_open, state_sliding
-  use scree_coulomb_contact, only: friction_of
   use scree_effects, only: mean_share_of_weight
   use scree_element_term, only: step_rule_t
   use scree_impact_islands, only: find_islands
   use scree_impulse_problem, only: apply, impulse_problem_t, impulses_t, velocity_at
   use scree_impulses, only: solve_compression
   use scree_integrator, only: end_rates
+  use scree_joint_rules, only: friction_of
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_rigid_bodies, only: add_motion, find_bodies, held_bodies, modes_of, motion_of, motion_of_holders, rigid_bodies_t, &

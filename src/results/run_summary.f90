@@ -5,6 +5,7 @@ module scree_run_summary
   use scree_deviation, only: share_off
   use scree_energy, only: dissipated_energy, stored_energy
   use scree_equilibrium, only: balance_t, tolerance_of
+  use scree_joint_rules, only: joints_give_way
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_regions, only: first_vertex_of, last_vertex_of
@@ -105,7 +106,7 @@ contains
     summary%tolerance = tolerance_of(model%settings)
     summary%has_bolts = allocated(model%effects%bolt)
     summary%may_swing = summary%has_bolts
-    if (summary%touches) summary%may_swing = summary%may_swing .or. allocated(model%effects%contact%joint_stiffness)
+    if (summary%touches) summary%may_swing = summary%may_swing .or. joints_give_way(model%effects%contact)
     summary%asked = huge(summary%asked)
     if (n_stages > 1) return
     associate (s => model%settings)

@@ -6,7 +6,9 @@ module scree_make_effects
   use scree_contacts, only: contact_law_t, shi_law_t
   use scree_cover_input, only: cover_quality_t
   use scree_interpolation, only: kinematics_of, kinematics_t
-  use scree_kinds, only: dp, pi
+  use scree_joint_rules, only: laws_in_use
+  use scree_kinds, only: dp
+  use scree_make_joints, only: joints_of
   use scree_material, only: elasticity
   use scree_model, only: effects_t
   use scree_pairs, only: list_pairs, pair_of
@@ -257,7 +259,6 @@ contains
 
     !> Contact, where there is more than one block, or a joint in one under a mesh that may close.
     subroutine let_touch()
-      real(dp), parameter :: degree = pi/180
 
       associate (s => scene%settings, joint => scene%joint_material)
         if (s%contact == contact_none) return
@@ -271,24 +272,14 @@ contains
         allocate (effects%contact)
         effects%contact%normal_stiffness = s%contact_stiffness
         effects%contact%shear_stiffness = s%contact_stiffness/s%shear_ratio
-        if (allocated(s%joint_kn)) effects%contact%joint_stiffness = joint_stiffness_of(s)
         effects%contact%penetration = s%overlap
         effects%contact%restitution = s%restitution
         effects%contact%viscosity = s%viscosity
         effects%contact%rules = s%rules
         effects%contact%shi = shi_law_of(scene)
-        effects%contact%friction = [tan(joint%friction_angle*degree), 0.0_dp]
-        if (allocated(s%worn_angle)) effects%contact%worn = reshape([tan(s%worn_angle*degree), 0.0_dp, s%worn_slip, 0.0_dp], &
-                                                                   [2, size(s%worn_angle) + 1], order=[2, 1])
-        if (allocated(s%jrc) .or. allocated(s%worn_cohesion)) effects%contact%roughness = roughness_of(s, size(joint))
-        if (allocated(s%joint_closure)) effects%contact%closure = [s%joint_closure, 0.0_dp]
-        if (allocated(s%dilation)) then
-          effects%contact%dilation = reshape([tan(s%dilation*degree), 0.0_dp, s%dilation_slip, 0.0_dp], &
-                                             [2, size(s%dilation) + 1], order=[2, 1])
-          effects%contact%most_dilated = 2*maxval(product(effects%contact%dilation, 1))
-        end if
-        effects%contact%cohesion = [joint%cohesion, 0.0_dp]
-        effects%contact%strength = [joint%tensile_strength, 0.0_dp]
+        effects%contact%joint = joints_of(s, joint)
+        effects%contact%uses = laws_in_use(effects%contact%joint)
+        effects%contact%most_dilated = 2*maxval(effects%contact%joint%dilation%tangent*effects%contact%joint%dilation%slip)
         if (allocated(effects%gravity)) effects%contact%settling = settling_of_scene(effects%contact)
       end associate
     end subroutine let_touch
@@ -313,10 +304,9 @@ contains
       size_of_block = sqrt(area/system%n_blocks)
       height = maxval(state%vertex(2, :)) - minval(state%vertex(2, :))
       soft = size_of_block/(2*law%normal_stiffness)
-      if (allocated(law%joint_stiffness)) then
-        if (any(law%joint_stiffness(1, :) > 0)) &
-          soft = max(soft, 1/minval(law%joint_stiffness(1, :), mask=law%joint_stiffness(1, :) > 0))
-      end if
+      associate (kn => law%joint%stiffness%normal)
+        if (any(kn > 0)) soft = max(soft, 1/minval(kn, mask=kn > 0))
+      end associate
       associate (rock => scene%block_material(system%elements%material))
         settling = maxval(rock%unit_weight*(1/rock%young + soft/size_of_block))*height**2/2
       end associate
@@ -332,30 +322,6 @@ contains
         call name('sleep', 'weight and contact; step.sleep='//real_text(s%sleep))
       end associate
     end subroutine let_sleep
-
-    !> What friction depends on the stress by, of each joint material and of none.
-    pure function roughness_of(s, n_joints) result(roughness)
-      type(settings_t), intent(in) :: s
-      integer, intent(in) :: n_joints
-      real(dp) :: roughness(3, n_joints + 1)
-      real(dp), parameter :: degree = pi/180
-
-      roughness = 0.0_dp
-      if (allocated(s%jrc)) roughness(1, :n_joints) = s%jrc*degree
-      if (allocated(s%jcs)) roughness(2, :n_joints) = s%jcs
-      if (allocated(s%worn_cohesion)) roughness(3, :n_joints) = s%worn_cohesion
-    end function roughness_of
-
-    !> Stiffness across and along each joint material, and of none.
-    pure function joint_stiffness_of(s) result(stiffness)
-      type(settings_t), intent(in) :: s
-      real(dp) :: stiffness(2, size(s%joint_kn) + 1)
-
-      stiffness = 0.0_dp
-      stiffness(1, :size(s%joint_kn)) = s%joint_kn
-      stiffness(2, :size(s%joint_kn)) = s%joint_kn/s%shear_ratio
-      if (allocated(s%joint_ks)) stiffness(2, :size(s%joint_kn)) = s%joint_ks
-    end function joint_stiffness_of
 
     !> The springs of contacts in words.
     function springs_text(s) result(text)

@@ -246,7 +246,8 @@ contains
     type(try_t), intent(inout) :: try
     real(dp) :: predicted(2, size(model%outlines%start))
 
-    if (.not. allocated(try%contacts%law%friction)) then
+    if (.not. try%contacts%looked) then
+      try%contacts%looked = .true.
       try%contacts%law = model%effects%contact
       try%contacts%law%normal_stiffness = state%contacts%stiffness(1)
       try%contacts%law%shear_stiffness = state%contacts%stiffness(2)
@@ -422,7 +423,7 @@ contains
     state%books%work = state%books%work + work
     state%books%damping = state%books%damping + loss_of_step(model, cache, state, try%rule, try%d)
     if (allocated(model%effects%contact)) then
-      if (allocated(try%contacts%law%friction)) then
+      if (try%contacts%looked) then
         call accept_contacts(model, try%d, try%contacts, state%contacts, state%books%contact_springs, friction)
         state%books%friction = state%books%friction + friction + try%impact%friction
       else

@@ -3,8 +3,8 @@ module scree_shi_contact
   use scree_contact_geometry, only: frame_of_edge, entrance_geometry_t
   use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, shi_law_t, state_locked, state_open, state_sliding
-  use scree_coulomb_contact, only: bond
   use scree_interpolation, only: displacement_matrix
+  use scree_joint_rules, only: bond
   use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
@@ -146,7 +146,7 @@ contains
     if (entrance%state == state_open) then
       is_closed = across >= law%normal_stiffness*law%shi%closing
     else
-      is_closed = across >= -law%normal_stiffness*law%shi%opening - bond(entrance, law%strength(entrance%joint))
+      is_closed = across >= -law%normal_stiffness*law%shi%opening - bond(entrance, law%joint(entrance%joint)%strength)
     end if
   end function is_closed
 
@@ -164,8 +164,8 @@ contains
     friction = 0.0_dp
     cohesion = 0.0_dp
     if (rough) then
-      friction = law%friction(entrance%joint)
-      cohesion = bond(entrance, law%cohesion(entrance%joint))
+      friction = law%joint(entrance%joint)%friction
+      cohesion = bond(entrance, law%joint(entrance%joint)%cohesion)
     end if
     shear = entrance%multiplier(2) - law%shear_stiffness*slip
     limit = friction*max(0.0_dp, pressing)
@@ -196,7 +196,7 @@ contains
     work = abs(shear*slip)
     entrance%anchor = entrance%anchor + slip/edge_length
     slip = 0.0_dp
-    entrance%lagged_friction = entrance%lagged_friction - bond(entrance, law%cohesion(entrance%joint))
+    entrance%lagged_friction = entrance%lagged_friction - bond(entrance, law%joint(entrance%joint)%cohesion)
     entrance%bonded = .false.
   end subroutine slide_shi
 

@@ -16,63 +16,64 @@
 !>
 !> which is linear in g and s; it is one of three pieces, and the open-close iteration judges which.
 module scree_joint_dilation
-  use scree_contact_quantities, only: contact_force_t, dilates, dilates_not, entrance_start_t, gap_and_slip_t, has_dilated, &
-                                      opening_t
-  use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_sliding
-  use scree_coulomb_contact, only: bond, friction_of, gap_before
+  use scree_contact_quantities, only: contact_force_t, dilates, dilates_not, entrance_start_t, gap_and_slip_t, gap_before, &
+                                      has_dilated, opening_t
+  use scree_contacts, only: contact_t, entrance_t, state_locked, state_sliding
+  use scree_joint_law, only: dilation_t
   use scree_kinds, only: dp
   implicit none
   private
-  public :: begin_opening, feel_opening, feel_opening_change, judge_opening, remember_opening
+  public :: begin_opening, dilating_t, feel_opening, feel_opening_change, judge_opening, remember_opening, tangent_after
+
+  !> How an entrance dilates in a step, and what holds back the slip by which it does.
+  type :: dilating_t
+    real(dp) :: tangent = 0.0_dp  !! of the dilation angle; 0: it does not dilate, or not any more
+    real(dp) :: slip = 0.0_dp     !! at which dilation ends, length
+    real(dp) :: friction = 0.0_dp !! tangent of the friction angle
+    real(dp) :: bond = 0.0_dp     !! force of its cohesion
+    real(dp) :: dashpot = 0.0_dp  !! viscosity over the size of the step, force/length
+  end type dilating_t
 
 contains
 
-  !> Tangent of the angle at which an entrance dilates in the step; 0 where it does not, or not any more.
-  pure real(dp) function dilation_of(law, entrance) result(dilation)
-    type(contact_law_t), intent(in) :: law
-    type(entrance_t), intent(in) :: entrance
+  !> Tangent of the dilation angle after the farthest slip so far; 0 where the joint does not dilate any more.
+  pure real(dp) function tangent_after(dilation, farthest) result(tangent)
+    type(dilation_t), intent(in) :: dilation
+    real(dp), intent(in) :: farthest         !! length
 
-    associate (own => law%dilation(:, entrance%joint))
-      dilation = merge(own(1), 0.0_dp, entrance%farthest < own(2))
-    end associate
-  end function dilation_of
+    tangent = merge(dilation%tangent, 0.0_dp, farthest < dilation%slip)
+  end function tangent_after
 
   !> What an entrance dilates by in the step, on a piece of the law.
-  pure type(opening_t) function opening_on(piece, law, dashpot, start, entrance) result(opening)
+  pure type(opening_t) function opening_on(piece, dilating, start, entrance) result(opening)
     integer, intent(in) :: piece
-    type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: dashpot          !! viscosity over the size of the step, force/length
+    type(dilating_t), intent(in) :: dilating
     type(entrance_start_t), intent(in) :: start
     type(entrance_t), intent(in) :: entrance
-    real(dp) :: dilation, friction
 
     opening%piece = piece
     if (piece == dilates_not) return
-    dilation = dilation_of(law, entrance)
     if (piece == has_dilated) then
-      opening%behind = -dilation*(law%dilation(2, entrance%joint) - entrance%farthest)
+      opening%behind = -dilating%tangent*(dilating%slip - entrance%farthest)
       return
     end if
-    friction = friction_of(law, entrance)
-    associate (k => entrance%stiffness(2))
-      opening%by_slip = dilation*entrance%direction
-      opening%softer = 1 + dilation*friction/k*(entrance%stiffness(1) + start%bend%stiffer + dashpot)
-      opening%behind = dilation*(entrance%farthest - entrance%direction*entrance%displaced &
-                                 + (bond(entrance, law%cohesion(entrance%joint)) &
-                                    + friction*(start%bend%behind + dashpot*gap_before(start, entrance)))/k)
+    associate (k => entrance%stiffness(2), tangent => dilating%tangent, friction => dilating%friction, dashpot => dilating%dashpot)
+      opening%by_slip = tangent*entrance%direction
+      opening%softer = 1 + tangent*friction/k*(entrance%stiffness(1) + start%bend%stiffer + dashpot)
+      opening%behind = tangent*(entrance%farthest - entrance%direction*entrance%displaced &
+                                + (dilating%bond + friction*(start%bend%behind + dashpot*gap_before(start, entrance)))/k)
     end associate
   end function opening_on
 
   !> Begins with a contact that slides on as it did.
-  pure subroutine begin_opening(law, dashpot, contact, start)
-    type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: dashpot          !! force/length
+  pure subroutine begin_opening(dilating, contact, start)
+    type(dilating_t), intent(in) :: dilating !! of the entrance that acts
     type(contact_t), intent(in) :: contact
     type(entrance_start_t), intent(inout) :: start(2)
 
     associate (entrance => contact%entrance(contact%active), own => start(contact%active))
       if (entrance%state /= state_sliding .or. entrance%direction*entrance%displaced < entrance%farthest) return
-      if (dilation_of(law, entrance) > 0) own%opening = opening_on(dilates, law, dashpot, own, entrance)
+      if (dilating%tangent > 0) own%opening = opening_on(dilates, dilating, own, entrance)
     end associate
   end subroutine begin_opening
 
@@ -104,9 +105,8 @@ contains
   !>
   !> In one judgement a piece gives way to the next alone: what opens presses more and slides less, and a slide that nothing has
   !> yet held would leap to the end.
-  pure subroutine judge_opening(law, dashpot, now, doubt, contact, start, changes)
-    type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: dashpot          !! force/length
+  pure subroutine judge_opening(dilating, now, doubt, contact, start, changes)
+    type(dilating_t), intent(in) :: dilating !! of the entrance that acts
     type(gap_and_slip_t), intent(in) :: now(2)
     real(dp), intent(in) :: doubt            !! force that changes nothing
     type(contact_t), intent(in) :: contact
@@ -117,35 +117,34 @@ contains
 
     start(3 - contact%active)%opening = opening_t()
     associate (entrance => contact%entrance(contact%active), own => start(contact%active), here => now(contact%active))
-      if (.not. dilation_of(law, entrance) > 0) return
-      piece = piece_at(law, dashpot, own, here, entrance)
+      if (.not. dilating%tangent > 0) return
+      piece = piece_at(dilating, own, here, entrance)
       if (entrance%state == state_locked .or. entrance%state == state_sliding) &
         piece = max(own%opening%piece - 1, min(own%opening%piece + 1, piece))
-      own%opening = opening_on(piece, law, dashpot, own, entrance)
+      own%opening = opening_on(piece, dilating, own, entrance)
       felt = here
       felt%gap = here%gap + here%opened
       call feel_opening(own%opening, felt)
-      if (abs(felt%gap - here%gap)*(entrance%stiffness(1) + own%bend%stiffer + dashpot) > doubt) changes = changes + 1
+      if (abs(felt%gap - here%gap)*(entrance%stiffness(1) + own%bend%stiffer + dilating%dashpot) > doubt) changes = changes + 1
     end associate
   end subroutine judge_opening
 
   !> Piece of the law that an entrance is on, by what it slides in the step.
-  pure integer function piece_at(law, dashpot, start, now, entrance) result(piece)
-    type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: dashpot          !! force/length
+  pure integer function piece_at(dilating, start, now, entrance) result(piece)
+    type(dilating_t), intent(in) :: dilating
     type(entrance_start_t), intent(in) :: start
     type(gap_and_slip_t), intent(in) :: now
     type(entrance_t), intent(in) :: entrance
     real(dp) :: limit, pressing, reached
 
     piece = dilates_not
-    pressing = start%bend%behind + dashpot*gap_before(start, entrance) &
-               - (entrance%stiffness(1) + start%bend%stiffer + dashpot)*now%gap
+    pressing = start%bend%behind + dilating%dashpot*gap_before(start, entrance) &
+               - (entrance%stiffness(1) + start%bend%stiffer + dilating%dashpot)*now%gap
     if (entrance%state /= state_sliding .or. .not. pressing > 0) return
-    limit = friction_of(law, entrance)*pressing + bond(entrance, law%cohesion(entrance%joint))
+    limit = dilating%friction*pressing + dilating%bond
     reached = entrance%direction*(entrance%displaced + now%slip) - limit/entrance%stiffness(2)
     if (reached > entrance%farthest) piece = dilates
-    if (reached > law%dilation(2, entrance%joint)) piece = has_dilated
+    if (reached > dilating%slip) piece = has_dilated
   end function piece_at
 
   !> What an entrance remembers of sliding in an accepted step; what lifted is no loss of friction.

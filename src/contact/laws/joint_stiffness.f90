@@ -6,7 +6,8 @@
 module scree_joint_stiffness
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, parallel
-  use scree_joint_closure, only: closing_energy
+  use scree_joint_roughness, only: follows_stress
+  use scree_joint_rules, only: energy_beside_spring
   use scree_kinds, only: dp
   use scree_sets, only: root_of, unite
   implicit none
@@ -59,7 +60,7 @@ contains
       associate (entrance => contact%entrance(k))
         own = [law%normal_stiffness, law%shear_stiffness]
         if (has_its_own(law, entrance)) then
-          own = law%joint_stiffness(:, entrance%joint)*length_of_contact(outlines, position, contact%shared, from_start, entrance)
+          own = stiffness_of(law, entrance%joint)*length_of_contact(outlines, position, contact%shared, from_start, entrance)
         else if (bond > 0 .and. bonds > 0) then
           own = max(entrance%length/bonds, least_bond)*own
         end if
@@ -106,10 +107,8 @@ contains
   pure logical function has_its_own(law, entrance)
     type(contact_law_t), intent(in) :: law
     type(entrance_t), intent(in) :: entrance
-    real(dp) :: stiffness(2)
 
-    stiffness = stiffness_of(law, entrance%joint)
-    has_its_own = stiffness(1) > 0
+    has_its_own = law%joint(entrance%joint)%stiffness%normal > 0
   end function has_its_own
 
   !> Whether multipliers hold a contact: it does not have the stiffness of a joint with its own, which is to give way by that.
@@ -183,7 +182,7 @@ contains
     associate (entrance => contact%entrance(1))
       if (contact%n_entrances > 1 .or. entrance%bonded .or. .not. (entrance%gives_way .and. has_its_own(law, entrance))) return
       faces = faces_at(outlines, position, contact%shared, .false., entrance)
-      associate (own => law%joint_stiffness(:, entrance%joint))
+      associate (own => stiffness_of(law, entrance%joint))
         now = entrance%stiffness(1)/own(1)
         if (is_borne .and. any(faces%flat)) then
           length = max(0.5_dp*sum(faces%common, faces%flat), min(now, least*faces%shorter))
@@ -244,11 +243,11 @@ contains
       end if
       if (.not. all(was%stiffness > 0)) return
       across = contact%energy
-      if (allocated(before%closure)) across = across - closing_energy(before, was, contact%pressed)
+      across = across - energy_beside_spring(before, was, contact%pressed)
       along = 0.0_dp
       if (.not. is_hard(before, was)) along = min(across, 0.5_dp*contact%force(2)**2/was%stiffness(2))
       across = (across - along)*(active%stiffness(1)/was%stiffness(1))
-      if (allocated(law%closure)) across = across + closing_energy(law, active, contact%pressed)
+      across = across + energy_beside_spring(law, active, contact%pressed)
       contact%energy = across + along*(active%stiffness(2)/was%stiffness(2))
     end associate
   end subroutine change_stiffness
@@ -259,8 +258,7 @@ contains
     integer, intent(in) :: joint
     real(dp) :: stiffness(2)
 
-    stiffness = 0.0_dp
-    if (allocated(law%joint_stiffness)) stiffness = law%joint_stiffness(:, joint)
+    stiffness = [law%joint(joint)%stiffness%normal, law%joint(joint)%stiffness%shear]
   end function stiffness_of
 
   !> Gives the entrances of a contact whose friction follows their stress the length that they stand for. Bonds keep theirs.
@@ -273,7 +271,7 @@ contains
 
     do k = 1, contact%n_entrances
       associate (entrance => contact%entrance(k))
-        if (.not. entrance%bonded .and. any(law%roughness(:, entrance%joint) > 0)) &
+        if (.not. entrance%bonded .and. follows_stress(law%joint(entrance%joint)%roughness)) &
           entrance%length = length_of_contact(outlines, position, contact%shared, .false., entrance)
       end associate
     end do

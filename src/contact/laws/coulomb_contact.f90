@@ -10,91 +10,18 @@
 !> The forces h and h' are zero but with multipliers (augmented Lagrangian); g0 is the gap when the step begins, 0 where that is
 !> positive and no bond holds the contact.
 module scree_coulomb_contact
-  use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
+  use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t, gap_before
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
-  use scree_kinds, only: dp, pi
+  use scree_joint_rules, only: bond, friction_of
+  use scree_kinds, only: dp
   implicit none
   private
-  public :: act_on, add_friction, anchor_where_crossed, bond, friction_of, gap_before, judge_closed, judge_coulomb, press_springs, &
-            set_state, slide_coulomb
+  public :: act_on, add_friction, anchor_where_crossed, judge_closed, judge_coulomb, press_springs, set_state, slide_coulomb
 
-  !> Steepest friction of a joint under little stress, rad (Barton 1973).
-  real(dp), parameter :: steepest = 70*pi/180
   !> Two lines are crossed at once within this share of the step, and of the way across them.
   real(dp), parameter :: at_once = 1e-6_dp
 
 contains
-
-  !> Force of a bond: a strength of the joint times the length that the contact stands for.
-  pure real(dp) function bond(entrance, strength)
-    type(entrance_t), intent(in) :: entrance
-    real(dp), intent(in) :: strength !! force/length^2
-
-    bond = 0.0_dp
-    if (entrance%bonded) bond = strength*entrance%length
-  end function bond
-
-  !> Tangent of the friction angle of an entrance. Where its joint wears it falls in a line with the way that its faces had slid
-  !> when the step began, from the peak to what is left (Palmer & Rice 1973: slip weakening).
-  pure real(dp) function friction_of(law, entrance) result(friction)
-    type(contact_law_t), intent(in) :: law
-    type(entrance_t), intent(in) :: entrance
-
-    friction = law%friction(entrance%joint)
-    if (allocated(law%worn)) friction = worn_friction(law, entrance, friction)
-    if (allocated(law%roughness)) friction = friction_under_stress(law, entrance, friction)
-  end function friction_of
-
-  !> The same of a joint that wears.
-  pure real(dp) function worn_friction(law, entrance, peak) result(friction)
-    type(contact_law_t), intent(in) :: law
-    type(entrance_t), intent(in) :: entrance
-    real(dp), intent(in) :: peak
-
-    friction = peak
-    associate (worn => law%worn(:, entrance%joint))
-      if (worn(2) > 0) friction = friction + (worn(1) - friction)*min(1.0_dp, entrance%wear/worn(2))
-    end associate
-  end function worn_friction
-
-  !> Share of its roughness that the joint of an entrance still has.
-  pure real(dp) function unworn(law, entrance)
-    type(contact_law_t), intent(in) :: law
-    type(entrance_t), intent(in) :: entrance
-
-    unworn = 1.0_dp
-    if (.not. allocated(law%worn)) return
-    associate (slip => law%worn(2, entrance%joint))
-      if (slip > 0) unworn = 1 - min(1.0_dp, entrance%wear/slip)
-    end associate
-  end function unworn
-
-  !> Friction of a rough joint, or one with cohesion left, by the stress s that an entrance bore when the step began, or in a static
-  !> step when it had settled before: the slope of
-  !>
-  !>     tau = s tan(phi + JRC log10(JCS/s)) + c      (Barton & Choubey, Rock Mechanics 10, 1977; JRC in degrees)
-  !>
-  !> from the origin, no steeper than 70 degrees; of one that bore nothing tan phi, so that none rests on a stress that it does not
-  !> have. JRC wears off over the slip of the friction angle.
-  pure real(dp) function friction_under_stress(law, entrance, friction) result(slope)
-    type(contact_law_t), intent(in) :: law
-    type(entrance_t), intent(in) :: entrance
-    real(dp), intent(in) :: friction           !! without roughness
-    real(dp) :: angle, cohesion, jrc, stress
-
-    slope = friction
-    associate (own => law%roughness(:, entrance%joint))
-      jrc = own(1)*unworn(law, entrance)
-      cohesion = merge(0.0_dp, own(3), entrance%bonded)
-      if (.not. (jrc > 0 .or. cohesion > 0) .or. friction >= tan(steepest)) return
-      if (.not. (entrance%pressing > 0 .and. entrance%length > 0)) return
-      stress = entrance%pressing/entrance%length
-      angle = atan(friction)
-      if (jrc > 0) angle = angle + jrc*max(0.0_dp, log10(own(2)) - log10(stress))
-      slope = tan(steepest)
-      if (angle < steepest) slope = min(slope, tan(angle) + cohesion/stress)
-    end associate
-  end function friction_under_stress
 
   !> Forces across the entrances of a contact by spring, multiplier and dashpot, each as if it were the one that acts.
   pure subroutine press_springs(stiffness, dashpot, contact, start, now, force)
@@ -107,20 +34,14 @@ contains
     integer :: k
 
     do k = 1, contact%n_entrances
-      force%across(k) = contact%entrance(k)%multiplier(1) - stiffness*now(k)%gap &
-                        - dashpot*(now(k)%gap - gap_before(start(k), contact%entrance(k)))
+      force%across(k) = contact%entrance(k)%multiplier(1) - stiffness*now(k)%gap
       force%across_by_gap(k, k) = -stiffness - dashpot
     end do
+    if (.not. dashpot > 0) return
+    do k = 1, contact%n_entrances
+      force%across(k) = force%across(k) - dashpot*(now(k)%gap - gap_before(start(k), contact%entrance(k)))
+    end do
   end subroutine press_springs
-
-  !> Gap that the dashpot of an entrance was at when the step began: what is apart has none yet, unless it is bonded, and stretched.
-  pure real(dp) function gap_before(start, entrance)
-    type(entrance_start_t), intent(in) :: start
-    type(entrance_t), intent(in) :: entrance
-
-    gap_before = start%gap
-    if (.not. entrance%bonded) gap_before = min(start%gap, 0.0_dp)
-  end function gap_before
 
   !> Adds the friction of a sliding contact that presses with the forces of the same solution. A bond that is pulled by more than it
   !> rubs by has none: its direction is 0.
@@ -131,7 +52,7 @@ contains
     real(dp) :: friction
 
     friction = friction_of(law, entrance)
-    force%along = friction*(force%across(1) + force%across(2)) + bond(entrance, law%cohesion(entrance%joint))
+    force%along = friction*(force%across(1) + force%across(2)) + bond(entrance, law%joint(entrance%joint)%cohesion)
     force%along_by_gap = friction*(force%across_by_gap(:, 1) + force%across_by_gap(:, 2))
     force%along = -entrance%direction*force%along
     force%along_by_gap = -entrance%direction*force%along_by_gap
@@ -283,7 +204,7 @@ contains
     logical :: pulled
 
     shear = entrance%multiplier(2) - entrance%stiffness(2)*slip
-    rubs_by = friction_of(law, entrance)*pressing + bond(entrance, law%cohesion(entrance%joint))
+    rubs_by = friction_of(law, entrance)*pressing + bond(entrance, law%joint(entrance%joint)%cohesion)
     limit = max(0.0_dp, rubs_by)
     pulled = entrance%bonded .and. rubs_by < 0
     if (entrance%state == state_sliding .and. abs(rubs_by) <= doubt) pulled = .not. abs(entrance%direction) > 0

@@ -10,21 +10,14 @@
 !> the line is below the curve and u may be beyond V, where the curve has the force of the line.
 module scree_joint_closure
   use scree_contact_quantities, only: bend_t, contact_force_t, entrance_start_t, gap_and_slip_t
-  use scree_contacts, only: contact_law_t, contact_t, entrance_t
+  use scree_contacts, only: contact_t
+  use scree_joint_law, only: closure_t
   use scree_kinds, only: dp
   implicit none
   private
-  public :: begin_bends, bend_springs, closing_energy, judge_bend
+  public :: bend_springs, closing_energy, judge_bend, starting_bend
 
 contains
-
-  !> Largest closure of the joint of an entrance; 0 where its spring is linear, length.
-  pure real(dp) function most_closed(law, entrance)
-    type(contact_law_t), intent(in) :: law
-    type(entrance_t), intent(in) :: entrance
-
-    most_closed = merge(law%closure(entrance%joint), 0.0_dp, law%joint_stiffness(1, entrance%joint) > 0)
-  end function most_closed
 
   !> The line that touches the curve at a closure, as what the spring has beside p times the overlap.
   pure type(bend_t) function bend_at(closed, p, most) result(bend)
@@ -39,26 +32,21 @@ contains
     bend%stiffer = p*closed/most*(1 + left)/left**2
   end function bend_at
 
-  !> Begins with the lines at the overlaps of the beginning of the step. One beyond the most, as a later stage may have less, is
-  !> brought back by as much as a linear spring presses.
-  pure subroutine begin_bends(law, contact, start)
-    type(contact_law_t), intent(in) :: law
-    type(contact_t), intent(in) :: contact
-    type(entrance_start_t), intent(inout) :: start(2)
-    real(dp) :: most
-    integer :: k
+  !> The line at the overlap of the beginning of the step. An overlap beyond the largest closure, as a later stage may have a
+  !> smaller one, is brought back by as much as a linear spring presses.
+  pure type(bend_t) function starting_bend(closure, p, gap) result(bend)
+    type(closure_t), intent(in) :: closure
+    real(dp), intent(in) :: p      !! force/length
+    real(dp), intent(in) :: gap    !! length
 
-    do k = 1, contact%n_entrances
-      most = most_closed(law, contact%entrance(k))
-      if (.not. most > 0) cycle
-      if (-start(k)%gap < most) start(k)%bend%closed = max(0.0_dp, -start(k)%gap)
-      start(k)%bend = touching(contact%entrance(k)%stiffness(1), most, start(k)%gap, start(k)%bend)
-    end do
-  end subroutine begin_bends
+    if (-gap < closure%most) bend%closed = max(0.0_dp, -gap)
+    bend = touching(closure, p, gap, bend)
+  end function starting_bend
 
   !> The line for a gap, after one that has led there.
-  pure type(bend_t) function touching(p, most, gap, bend) result(next)
-    real(dp), intent(in) :: p, most        !! force/length, length
+  pure type(bend_t) function touching(closure, p, gap, bend) result(next)
+    type(closure_t), intent(in) :: closure
+    real(dp), intent(in) :: p              !! force/length
     real(dp), intent(in) :: gap            !! length
     type(bend_t), intent(in) :: bend
     real(dp) :: closed, force
@@ -66,9 +54,9 @@ contains
     closed = max(0.0_dp, -gap)
     if (closed > bend%closed) then
       force = bend%behind + (p + bend%stiffer)*closed
-      closed = force*most/(p*most + force)
+      closed = force*closure%most/(p*closure%most + force)
     end if
-    next = bend_at(closed, p, most)
+    next = bend_at(closed, p, closure%most)
   end function touching
 
   !> Adds to the forces of linear springs what those of joints that stiffen have beside.
@@ -85,8 +73,8 @@ contains
   end subroutine bend_springs
 
   !> Draws the line of the entrance that acts anew where it is. A change counts where it is felt by more than a faint force.
-  pure subroutine judge_bend(law, now, doubt, contact, start, force, changes)
-    type(contact_law_t), intent(in) :: law
+  pure subroutine judge_bend(closure, now, doubt, contact, start, force, changes)
+    type(closure_t), intent(in) :: closure    !! of the entrance that acts
     type(gap_and_slip_t), intent(in) :: now(2)
     real(dp), intent(in) :: doubt             !! force that changes nothing
     type(contact_t), intent(in) :: contact
@@ -94,12 +82,11 @@ contains
     type(contact_force_t), intent(inout) :: force
     integer, intent(inout) :: changes
     type(bend_t) :: bend
-    real(dp) :: more, most
+    real(dp) :: more
 
     associate (k => contact%active)
-      most = most_closed(law, contact%entrance(k))
-      if (.not. most > 0) return
-      bend = touching(contact%entrance(k)%stiffness(1), most, now(k)%gap, start(k)%bend)
+      if (.not. closure%most > 0) return
+      bend = touching(closure, contact%entrance(k)%stiffness(1), now(k)%gap, start(k)%bend)
       more = bend%behind - start(k)%bend%behind - (bend%stiffer - start(k)%bend%stiffer)*now(k)%gap
       if (abs(more) > doubt) changes = changes + 1
       force%across(k) = force%across(k) + more
@@ -108,24 +95,23 @@ contains
     end associate
   end subroutine judge_bend
 
-  !> Energy that the spring across an entrance has beside that of a linear one at an overlap, force length per unit thickness.
-  pure real(dp) function closing_energy(law, entrance, overlap) result(energy)
-    type(contact_law_t), intent(in) :: law
-    type(entrance_t), intent(in) :: entrance
+  !> Energy that the spring across has beside that of a linear one at an overlap, force length per unit thickness.
+  pure real(dp) function closing_energy(closure, p, overlap) result(energy)
+    type(closure_t), intent(in) :: closure
+    real(dp), intent(in) :: p                 !! force/length
     real(dp), intent(in) :: overlap           !! length
-    real(dp) :: closed, most
+    real(dp) :: closed
     real(dp), parameter :: small = 1e-3_dp    !! share of the largest closure below which the logarithm loses more than a series
 
     energy = 0.0_dp
-    most = most_closed(law, entrance)
-    if (.not. (most > 0 .and. overlap > 0)) return
-    closed = min(overlap/most, 1 - epsilon(closed))
+    if (.not. (closure%most > 0 .and. overlap > 0)) return
+    closed = min(overlap/closure%most, 1 - epsilon(closed))
     if (closed < small) then
       energy = closed**3*(1.0_dp/3 + closed*(0.25_dp + closed*(0.2_dp + closed/6)))
     else
       energy = -log(1 - closed) - closed - 0.5_dp*closed**2
     end if
-    energy = energy*entrance%stiffness(1)*most**2
+    energy = energy*p*closure%most**2
   end function closing_energy
 
 end module scree_joint_closure

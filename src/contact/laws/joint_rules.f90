@@ -1,0 +1,200 @@
+!> Which laws the joints of a scene have. Only this file asks; each law is a module of its own, which knows of no other one:
+!> `joint_stiffness`, `joint_closure`, `joint_dilation`, `joint_wear` and `joint_roughness`.
+module scree_joint_rules
+  use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
+  use scree_contacts, only: contact_law_t, contact_t, entrance_t
+  use scree_joint_closure, only: closing_energy, judge_bend, starting_bend
+  use scree_joint_dilation, only: begin_opening, dilating_t, judge_opening, remember_opening, tangent_after
+  use scree_joint_law, only: joint_t, laws_in_use_t
+  use scree_joint_roughness, only: follows_stress, rough_friction
+  use scree_joint_wear, only: unworn, worn_friction
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: begin_joints, bond, energy_beside_spring, friction_of, joints_dilate, joints_follow_stress, joints_give_way, &
+            joints_stiffen, joints_wear, judge_closing, judge_dilating, laws_in_use, remember_dilating, weaker_joint
+
+contains
+
+  !> The laws that any of the joints of a scene has.
+  pure type(laws_in_use_t) function laws_in_use(joint)
+    type(joint_t), intent(in) :: joint(:) !! (n_joints)
+
+    laws_in_use%stiffness = any(joint%stiffness%normal > 0)
+    laws_in_use%closure = any(joint%closure%most > 0)
+    laws_in_use%dilation = any(joint%dilation%tangent > 0)
+    laws_in_use%wear = any(joint%wear%slip > 0)
+    laws_in_use%roughness = any(follows_stress(joint%roughness))
+  end function laws_in_use
+
+  !> Whether joints give way by a stiffness of their own.
+  pure logical function joints_give_way(law)
+    type(contact_law_t), intent(in) :: law
+
+    joints_give_way = law%uses%stiffness
+  end function joints_give_way
+
+  !> Whether joints stiffen as they close.
+  pure logical function joints_stiffen(law)
+    type(contact_law_t), intent(in) :: law
+
+    joints_stiffen = law%uses%closure
+  end function joints_stiffen
+
+  !> Whether the faces of joints part as they slide.
+  pure logical function joints_dilate(law)
+    type(contact_law_t), intent(in) :: law
+
+    joints_dilate = law%uses%dilation
+  end function joints_dilate
+
+  !> Whether the friction of joints falls as they slide.
+  pure logical function joints_wear(law)
+    type(contact_law_t), intent(in) :: law
+
+    joints_wear = law%uses%wear
+  end function joints_wear
+
+  !> Whether the friction of joints follows the stress across them, for which their contacts need a length.
+  pure logical function joints_follow_stress(law)
+    type(contact_law_t), intent(in) :: law
+
+    joints_follow_stress = law%uses%roughness
+  end function joints_follow_stress
+
+  !> Force of a bond: a strength of the joint times the length that the contact stands for.
+  pure real(dp) function bond(entrance, strength)
+    type(entrance_t), intent(in) :: entrance
+    real(dp), intent(in) :: strength !! force/length^2
+
+    bond = 0.0_dp
+    if (entrance%bonded) bond = strength*entrance%length
+  end function bond
+
+  !> Tangent of the friction angle of an entrance, after the wear and under the stress with which the step began.
+  pure real(dp) function friction_of(law, entrance) result(friction)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+
+    associate (joint => law%joint(entrance%joint))
+      friction = joint%friction
+      if (law%uses%wear) friction = worn_friction(joint%wear, friction, entrance%wear)
+      if (law%uses%roughness) friction = rough_friction(joint%roughness, unworn(joint%wear, entrance%wear), friction, entrance)
+    end associate
+  end function friction_of
+
+  !> Begins a step: the springs of joints that stiffen touch their curves, and joints that were dilating go on.
+  pure subroutine begin_joints(law, dashpot, contact, start)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: dashpot          !! viscosity over the size of the step, force/length
+    type(contact_t), intent(in) :: contact
+    type(entrance_start_t), intent(inout) :: start(2)
+    integer :: k
+
+    if (law%uses%closure) then
+      do k = 1, contact%n_entrances
+        associate (closure => law%joint(contact%entrance(k)%joint)%closure)
+          if (closure%most > 0) start(k)%bend = starting_bend(closure, contact%entrance(k)%stiffness(1), start(k)%gap)
+        end associate
+      end do
+    end if
+    if (law%uses%dilation) &
+      call begin_opening(dilating_in_step(law, dashpot, contact%entrance(contact%active)), contact, start)
+  end subroutine begin_joints
+
+  !> Judges where on its curve a joint that stiffens is, before the state of its contact is judged.
+  pure subroutine judge_closing(law, now, doubt, contact, start, force, changes)
+    type(contact_law_t), intent(in) :: law
+    type(gap_and_slip_t), intent(in) :: now(2)
+    real(dp), intent(in) :: doubt            !! force that changes nothing
+    type(contact_t), intent(in) :: contact
+    type(entrance_start_t), intent(inout) :: start(2)
+    type(contact_force_t), intent(inout) :: force
+    integer, intent(inout) :: changes        !! counted on
+
+    if (.not. law%uses%closure) return
+    call judge_bend(law%joint(contact%entrance(contact%active)%joint)%closure, now, doubt, contact, start, force, changes)
+  end subroutine judge_closing
+
+  !> Judges how a joint dilates, after the state of its contact has been judged.
+  pure subroutine judge_dilating(law, dashpot, now, doubt, contact, start, changes)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: dashpot          !! force/length
+    type(gap_and_slip_t), intent(in) :: now(2)
+    real(dp), intent(in) :: doubt            !! force that changes nothing
+    type(contact_t), intent(in) :: contact
+    type(entrance_start_t), intent(inout) :: start(2)
+    integer, intent(inout) :: changes        !! counted on
+
+    if (.not. law%uses%dilation) return
+    call judge_opening(dilating_in_step(law, dashpot, contact%entrance(contact%active)), now, doubt, contact, start, changes)
+  end subroutine judge_dilating
+
+  !> How an entrance dilates in a step, and what holds back the slip by which it does.
+  pure type(dilating_t) function dilating_in_step(law, dashpot, entrance) result(dilating)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: dashpot          !! force/length
+    type(entrance_t), intent(in) :: entrance
+
+    associate (joint => law%joint(entrance%joint))
+      dilating%tangent = tangent_after(joint%dilation, entrance%farthest)
+      if (.not. dilating%tangent > 0) return
+      dilating%slip = joint%dilation%slip
+      dilating%friction = friction_of(law, entrance)
+      dilating%bond = bond(entrance, joint%cohesion)
+      dilating%dashpot = dashpot
+    end associate
+  end function dilating_in_step
+
+  !> What an entrance of a joint that dilates remembers of an accepted step.
+  pure subroutine remember_dilating(law, slid, opened, pressing, entrance, work)
+    type(contact_law_t), intent(in) :: law
+    real(dp), intent(in) :: slid             !! in the step, with its sign, length
+    real(dp), intent(in) :: opened           !! in the step, length
+    real(dp), intent(in) :: pressing         !! force
+    type(entrance_t), intent(inout) :: entrance
+    real(dp), intent(inout) :: work          !! lost in friction, force length
+
+    if (law%uses%dilation) call remember_opening(slid, opened, pressing, entrance, work)
+  end subroutine remember_dilating
+
+  !> Energy that the spring across an entrance has beside that of a linear spring, force length per unit thickness.
+  pure real(dp) function energy_beside_spring(law, entrance, overlap) result(energy)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+    real(dp), intent(in) :: overlap          !! length
+
+    energy = 0.0_dp
+    if (law%uses%closure) energy = closing_energy(law%joint(entrance%joint)%closure, entrance%stiffness(1), overlap)
+  end function energy_beside_spring
+
+  !> The weaker one of two joint materials: that with the smaller friction, or of equal ones with the smaller cohesion, and so on
+  !> through all that the law tells them apart by. The first one where it tells them apart by nothing.
+  pure integer function weaker_joint(law, a, b) result(weaker)
+    type(contact_law_t), intent(in) :: law
+    integer, intent(in) :: a, b
+    real(dp), allocatable :: of_a(:), of_b(:)
+    integer :: k
+
+    weaker = a
+    if (a == b) return
+    of_a = properties(law%joint(a))
+    of_b = properties(law%joint(b))
+    k = findloc(abs(of_a - of_b) > 0, .true., 1)
+    if (k == 0) return
+    if (of_b(k) < of_a(k)) weaker = b
+  end function weaker_joint
+
+  !> All that the law of a joint has: its strength, then its stiffness, each in its own units.
+  pure function properties(joint) result(property)
+    type(joint_t), intent(in) :: joint
+    real(dp), allocatable :: property(:)
+
+    associate (wear => joint%wear, roughness => joint%roughness, stiffness => joint%stiffness, dilation => joint%dilation)
+      property = [joint%friction, joint%cohesion, joint%strength, wear%friction, wear%slip, &
+                  roughness%jrc, roughness%jcs, roughness%cohesion, stiffness%normal, stiffness%shear, &
+                  joint%closure%most, dilation%tangent, dilation%slip]
+    end associate
+  end function properties
+
+end module scree_joint_rules

@@ -1,0 +1,59 @@
+!> What the law of a joint is made of. The folder `laws` of contact says how each part acts.
+module scree_joint_law
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: closure_t, dilation_t, joint_stiffness_t, joint_t, laws_in_use_t, roughness_t, wear_t
+
+  !> Stiffness of a joint of its own.
+  type :: joint_stiffness_t
+    real(dp) :: normal = 0.0_dp   !! 0: the joint has the stiffness of contact, force/length^3
+    real(dp) :: shear = 0.0_dp    !! force/length^3
+  end type joint_stiffness_t
+
+  !> A joint that stiffens as it closes.
+  type :: closure_t
+    real(dp) :: most = 0.0_dp     !! largest closure; 0: the joint does not stiffen, length
+  end type closure_t
+
+  !> A joint whose faces part as they slide.
+  type :: dilation_t
+    real(dp) :: tangent = 0.0_dp  !! of the dilation angle; 0: the joint does not dilate
+    real(dp) :: slip = 0.0_dp     !! at which dilation ends, length
+  end type dilation_t
+
+  !> A joint whose friction falls as its faces slide.
+  type :: wear_t
+    real(dp) :: friction = 0.0_dp !! tangent of the residual friction angle
+    real(dp) :: slip = 0.0_dp     !! at which that is reached; 0: the joint does not wear, length
+  end type wear_t
+
+  !> A joint whose strength follows the stress across it.
+  type :: roughness_t
+    real(dp) :: jrc = 0.0_dp      !! joint roughness coefficient, rad for each decade of the stress
+    real(dp) :: jcs = 0.0_dp      !! joint wall compressive strength, force/length^2
+    real(dp) :: cohesion = 0.0_dp !! that a broken bond leaves, force/length^2
+  end type roughness_t
+
+  !> The law of a joint material. A part whose numbers are 0 has no effect.
+  type :: joint_t
+    real(dp) :: friction = 0.0_dp !! tangent of the friction angle
+    real(dp) :: cohesion = 0.0_dp !! of a bond, force/length^2
+    real(dp) :: strength = 0.0_dp !! of a bond in tension, force/length^2
+    type(joint_stiffness_t) :: stiffness
+    type(closure_t) :: closure
+    type(dilation_t) :: dilation
+    type(wear_t) :: wear
+    type(roughness_t) :: roughness
+  end type joint_t
+
+  !> Which parts any joint of a scene has; `joint_rules` alone asks.
+  type :: laws_in_use_t
+    logical :: stiffness = .false.
+    logical :: closure = .false.
+    logical :: dilation = .false.
+    logical :: wear = .false.
+    logical :: roughness = .false.
+  end type laws_in_use_t
+
+end module scree_joint_law
