@@ -22,7 +22,7 @@ module scree_setting_rules
     character(len=60) :: value   !! the choice that the rule is about, or several between bars; '': whatever the deck gives
     character(len=40) :: other   !! group.name, several between ' or '; or g2 or k01 of the numbers of the deck
     character(len=70) :: allowed !! choices between bars, or one of the conditions above
-    logical :: idle              !! the rule broken, the settings do nothing; else they do harm
+    logical :: idle              !! true: settings that break the rule do nothing; false: they do harm
     character(len=102) :: why
   end type setting_rule_t
 
@@ -32,154 +32,160 @@ module scree_setting_rules
   character(len=*), parameter :: compared = 'generalized_alpha|bathe|central_difference'
 
   type(setting_rule_t), parameter :: setting_rules(*) = [ &
-    setting_rule_t('method.rotation', cures, 'method.strain', '|small|', .true., 'Green strain moves by the whole field'), &
-    setting_rule_t('method.accuracy', '', 'method.strain', '|auto|', .true., 'the others leave nothing to choose'), &
+    setting_rule_t('method.rotation', cures, 'method.strain', '|small|', .true., &
+                   'with Green strain the whole linear field moves a block'), &
+    setting_rule_t('method.accuracy', '', 'method.strain', '|auto|', .true., 'the other strain measures choose nothing'), &
     setting_rule_t('method.rotation', cures, 'method.model', '|dda|', .true., 'covers have no rotation of their own'), &
     setting_rule_t('cover.edge, cover.mesh, cover.origin, cover.angle, cover.least, cover.order', '', &
                    'method.model', '|nmm|', .true., 'a DDA block has its own field, and no mesh'), &
-    setting_rule_t('cover.mesh', '', 'cover.edge', is_not_given, .true., 'there is one mesh'), &
-    setting_rule_t('cover.origin, cover.angle', '', 'cover.edge', is_given, .true., 'they lay the regular mesh'), &
-    setting_rule_t('cover.least', '', 'cover.edge or cover.mesh', is_given, .true., 'it is a share of the triangles of a mesh'), &
-    setting_rule_t('cover.order', '', 'cover.edge or cover.mesh', is_given, .true., 'it is that of covers of a mesh'), &
+    setting_rule_t('cover.mesh', '', 'cover.edge', is_not_given, .true., 'a scene has one mesh'), &
+    setting_rule_t('cover.origin, cover.angle', '', 'cover.edge', is_given, .true., 'they place the regular mesh'), &
+    setting_rule_t('cover.least', '', 'cover.edge or cover.mesh', is_given, .true., 'it is relative to the triangles of a mesh'), &
+    setting_rule_t('cover.order', '', 'cover.edge or cover.mesh', is_given, .true., 'it is the order of covers of a mesh'), &
     setting_rule_t('cover.order', '1', 'integrator.scheme', '|newmark|energy_momentum|energy_decaying|', .false., &
-                   'cells have no matrix of mass that explicit steps could take for that of their covers'), &
-    setting_rule_t('cover.order', '1', 'step.accuracy', is_not_given, .false., 'the error of a step is that of linear fields'), &
-    setting_rule_t('cover.order', '1', 'output.error', '|none|', .false., 'the error of a step is that of linear fields'), &
-    setting_rule_t('cover.order', '1', 'boundary.pressure', is_not_given, .false., 'pressure takes edges for straight'), &
-    setting_rule_t('cover.order', '1', 'water.table', is_not_given, .false., 'pressure takes edges for straight'), &
-    setting_rule_t('cover.order', '1', 'absorbing.lines', is_not_given, .false., 'waves leave by edges that stay straight'), &
-    setting_rule_t('cover.order', '1', 'absorbing.base', is_not_given, .false., 'waves leave by edges that stay straight'), &
+                   'cells have no lumped mass matrix for explicit steps'), &
+    setting_rule_t('cover.order', '1', 'step.accuracy', is_not_given, .false., 'the estimate of the error assumes linear fields'), &
+    setting_rule_t('cover.order', '1', 'output.error', '|none|', .false., 'the estimate of the error assumes linear fields'), &
+    setting_rule_t('cover.order', '1', 'boundary.pressure', is_not_given, .false., 'pressure is integrated over straight edges'), &
+    setting_rule_t('cover.order', '1', 'water.table', is_not_given, .false., 'pressure is integrated over straight edges'), &
+    setting_rule_t('cover.order', '1', 'absorbing.lines', is_not_given, .false., 'absorbing edges must stay straight'), &
+    setting_rule_t('cover.order', '1', 'absorbing.base', is_not_given, .false., 'absorbing edges must stay straight'), &
     setting_rule_t('integrator.scheme', 'energy_momentum', 'method.strain', '|green|auto|', .false., &
-                   'the energy that it keeps is that of Green strain'), &
+                   'it conserves the energy of Green strain'), &
     setting_rule_t('integrator.scheme', 'energy_decaying', 'method.strain', '|green|auto|', .false., &
-                   'the energy that decays is that of Green strain'), &
+                   'it dissipates the energy of Green strain'), &
     setting_rule_t('integrator.beta', '', 'integrator.scheme', '|newmark|energy_momentum|energy_decaying|', .true., &
-                   'the others have weights of their own'), &
-    setting_rule_t('integrator.gamma', '', 'integrator.scheme', '|newmark|', .true., 'the other forms have one of their own'), &
+                   'the other schemes have their own weights'), &
+    setting_rule_t('integrator.gamma', '', 'integrator.scheme', '|newmark|', .true., 'the other schemes have their own weight'), &
     setting_rule_t('integrator.rho', '', 'integrator.scheme', '|generalized_alpha|', .true., &
-                   'the other forms have no such radius'), &
+                   'the other schemes have no spectral radius to choose'), &
     setting_rule_t('integrator.start', 'acceleration', 'integrator.scheme', &
                    '|newmark|energy_decaying|generalized_alpha|bathe|', .true., &
-                   'the others take no acceleration from step to step, or that of their beginning'), &
+                   'the other schemes store no acceleration, or compute it when a step begins'), &
     setting_rule_t('integrator.start', 'dissipative|consistent', 'integrator.scheme', &
                    '|newmark|energy_momentum|energy_decaying|generalized_alpha|bathe|', .true., &
-                   'explicit steps begin with the acceleration of their beginning'), &
+                   'explicit steps compute the acceleration when they begin'), &
     setting_rule_t('integrator.transport', 'rates', 'method.model', '|dda|', .false., 'covers carry a velocity field'), &
-    setting_rule_t('step.control', 'shi', 'step.travel', is_positive, .false., 'it keeps that displacement'), &
+    setting_rule_t('step.control', 'shi', 'step.travel', is_positive, .false., 'it chooses steps to keep that displacement'), &
     setting_rule_t('step.accuracy', '', 'k01', is_positive, .false., 'a static step has no error in time'), &
     setting_rule_t('step.accuracy', '', 'step.control', '|fixed|', .false., 'Shi''s rules choose steps by displacement'), &
-    setting_rule_t('step.accuracy', '', 'method.preset', '|none|', .false., 'that is for comparison, step by step'), &
+    setting_rule_t('step.accuracy', '', 'method.preset', '|none|', .false., &
+                   'the preset is for comparison with Shi''s programs, step by step'), &
     setting_rule_t('step.accuracy', '', 'contact.rules', '|coulomb|conserving|', .false., &
                    'Shi''s contact has no limit as steps get small'), &
-    setting_rule_t('step.accuracy', '', 'output.error', '|estimate|', .false., 'it goes by that'), &
+    setting_rule_t('step.accuracy', '', 'output.error', '|estimate|', .false., 'it chooses steps by that estimate'), &
     setting_rule_t('output.error', 'estimate', 'k01', is_positive, .true., 'a static step has no error in time'), &
     setting_rule_t('output.error', 'estimate', 'integrator.scheme', '|newmark|energy_momentum|energy_decaying|', .false., &
-                   'the errors of the other forms are not known to it'), &
+                   'the estimate does not know the errors of the other schemes'), &
     setting_rule_t('output.error', 'estimate', 'method.strain', '|small|green|auto|', .false., &
-                   'what the decomposition leaves is not known to it'), &
+                   'the estimate does not know the error of the decomposition'), &
     setting_rule_t('output.error', 'estimate', 'method.rotation', '|linear|exact|', .false., &
-                   'what the other cures leave is not known to it'), &
-    setting_rule_t('step.balance', '', 'k01', is_zero, .false., 'what moves is not in equilibrium'), &
+                   'the estimate does not know the errors of the other cures'), &
+    setting_rule_t('step.balance', '', 'k01', is_zero, .false., 'a dynamic run does not end in equilibrium'), &
     setting_rule_t('step.balance', '', 'step.control', '|fixed|', .false., 'Shi''s rules choose steps by displacement'), &
-    setting_rule_t('step.sleep', '', 'k01', is_positive, .false., 'a static step has no speed that tells of rest'), &
-    setting_rule_t('step.sleep', '', 'step.control', '|fixed|', .false., 'Shi''s rules look at all bodies'), &
-    setting_rule_t('step.sleep', '', 'contact.method', '|penalty|augmented|', .true., 'nothing touches that could wake it'), &
-    setting_rule_t('step.sleep', '', 'contact.rules', '|coulomb|conserving|', .false., 'Shi''s rules look at all bodies'), &
+    setting_rule_t('step.sleep', '', 'k01', is_positive, .false., 'a static step has no speed by which to judge rest'), &
+    setting_rule_t('step.sleep', '', 'step.control', '|fixed|', .false., 'Shi''s rules treat all bodies in every step'), &
+    setting_rule_t('step.sleep', '', 'contact.method', '|penalty|augmented|', .true., &
+                   'without contact nothing could wake a body'), &
+    setting_rule_t('step.sleep', '', 'contact.rules', '|coulomb|conserving|', .false., &
+                   'Shi''s rules treat all bodies in every step'), &
     setting_rule_t('iteration.method, iteration.test, iteration.tolerance, iteration.relaxation, '// &
                    'iteration.anderson', '', 'method.strain', '|green|auto|strain_rotation|', .true., &
-                   'small strain is linear, and its first solution exact'), &
+                   'small strain is linear, so its first solution is exact'), &
     setting_rule_t('boundary.pressure, boundary.traction', '', 'boundary.lines', is_given, .true., 'there is nothing to load'), &
-    setting_rule_t('boundary.ramp', '', 'boundary.lines or water.table', is_given, .true., 'there is nothing that grows'), &
+    setting_rule_t('boundary.ramp', '', 'boundary.lines or water.table', is_given, .true., 'there is no load that grows'), &
     setting_rule_t('water.unit_weight', '', 'water.table', is_given, .true., 'there is no water'), &
-    setting_rule_t('water.table', '', 'water.unit_weight', is_given, .false., 'its pressure is not known'), &
-    setting_rule_t('absorbing.file', '', 'absorbing.table', is_not_given, .true., 'there is one wave'), &
+    setting_rule_t('water.table', '', 'water.unit_weight', is_given, .false., 'without a unit weight its pressure is unknown'), &
+    setting_rule_t('absorbing.file', '', 'absorbing.table', is_not_given, .true., 'a scene has one wave'), &
     setting_rule_t('absorbing.scale', '', 'absorbing.table or absorbing.file', is_given, .true., 'there is nothing to scale'), &
     setting_rule_t('absorbing.lines, absorbing.base', '', 'k01', is_positive, .false., 'a static step has no velocity'), &
-    setting_rule_t('absorbing.base', '', 'absorbing.table or absorbing.file', is_given, .false., 'no wave comes in'), &
-    setting_rule_t('absorbing.table, absorbing.file', '', 'absorbing.base', is_given, .false., 'a wave has to come in somewhere'), &
+    setting_rule_t('absorbing.base', '', 'absorbing.table or absorbing.file', is_given, .false., 'it needs a wave that comes in'), &
+    setting_rule_t('absorbing.table, absorbing.file', '', 'absorbing.base', is_given, .false., 'a wave needs a base to come in'), &
     setting_rule_t('bolts.stiffness, bolts.pretension, bolts.strength, bolts.shear_stiffness, '// &
                    'bolts.shear_strength', '', 'bolts.ends', is_given, .true., &
-                   'bolts of the geometry have their own'), &
+                   'bolts of the geometry deck have their own numbers'), &
     setting_rule_t('iteration.relaxation, iteration.anderson', '', 'iteration.method', '|secant|hybrid|', .true., &
-                   'the tangent needs its whole correction'), &
+                   'corrections by the tangent are taken whole'), &
     setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.rules, '// &
                    'contact.initial, contact.adapt, contact.coupling', '', &
-                   'contact.method', '|penalty|augmented|', .true., 'nothing touches'), &
-    setting_rule_t('contact.overlap', '', 'contact.method', '|augmented|', .true., 'springs alone have no such bound'), &
-    setting_rule_t('contact.restitution', '', 'k01', is_positive, .true., 'a static step hands no velocity on'), &
+                   'contact.method', '|penalty|augmented|', .true., 'without contact it has no effect'), &
+    setting_rule_t('contact.overlap', '', 'contact.method', '|augmented|', .true., 'springs alone do not bound the overlap'), &
+    setting_rule_t('contact.restitution', '', 'k01', is_positive, .true., 'a static step passes on no velocity'), &
     setting_rule_t('contact.restitution', '', 'step.control', '|fixed|', .false., &
-                   'steps as long as the displacement lets them miss when an impact is, and make energy in it'), &
+                   'such long steps miss the time of an impact, and make energy in it'), &
     setting_rule_t('contact.restitution', '', 'contact.viscosity', is_not_given, .false., &
-                   'restitution alone says what an impact takes'), &
+                   'restitution alone determines the loss of an impact'), &
     setting_rule_t('contact.restitution', '', 'joints.closure', is_not_given, .false., &
-                   'an impact takes springs for linear ones'), &
+                   'impacts assume linear springs'), &
     setting_rule_t('joints.kn, joints.ks, joints.residual_phi, joints.residual_slip, joints.residual_c, '// &
                    'joints.jrc, joints.jcs', '', &
-                   'contact.method', '|penalty|augmented|', .true., 'nothing touches'), &
+                   'contact.method', '|penalty|augmented|', .true., 'without contact it has no effect'), &
     setting_rule_t('joints.kn, joints.ks', '', 'contact.rules', '|coulomb|conserving|', .false., &
-                   'contact by Shi''s rules has one stiffness for all'), &
-    setting_rule_t('joints.ks', '', 'joints.kn', is_given, .true., 'a joint that gives along it gives across it'), &
+                   'Shi''s rules have one stiffness for all contacts'), &
+    setting_rule_t('joints.ks', '', 'joints.kn', is_given, .true., 'a joint with a shear stiffness needs a normal stiffness'), &
     setting_rule_t('joints.residual_phi, joints.residual_slip, joints.residual_c, joints.jrc, joints.jcs', '', &
-                   'contact.rules', '|coulomb|conserving|', .false., 'Shi''s rules have one friction'), &
-    setting_rule_t('joints.jrc', '', 'joints.jcs', is_given, .true., 'roughness counts by the strength of what is rough'), &
-    setting_rule_t('joints.jcs', '', 'joints.jrc', is_given, .true., 'what is smooth has no use for it'), &
-    setting_rule_t('joints.residual_phi', '', 'joints.residual_slip', is_given, .true., 'it falls over a slip'), &
-    setting_rule_t('joints.residual_slip', '', 'joints.residual_phi', is_given, .true., 'there is nothing to fall to'), &
+                   'contact.rules', '|coulomb|conserving|', .false., 'Shi''s rules have one friction angle'), &
+    setting_rule_t('joints.jrc', '', 'joints.jcs', is_given, .true., 'the effect of roughness depends on the wall strength'), &
+    setting_rule_t('joints.jcs', '', 'joints.jrc', is_given, .true., 'a smooth joint does not use the wall strength'), &
+    setting_rule_t('joints.residual_phi', '', 'joints.residual_slip', is_given, .true., 'the angle falls over a slip'), &
+    setting_rule_t('joints.residual_slip', '', 'joints.residual_phi', is_given, .true., 'there is no residual angle'), &
     setting_rule_t('joints.dilation, joints.dilation_slip', '', 'contact.method', '|penalty|', .false., &
-                   'multipliers hold the walls where they touch'), &
+                   'multipliers keep the walls in contact'), &
     setting_rule_t('joints.dilation, joints.dilation_slip', '', 'contact.rules', '|coulomb|', .false., &
-                   'other rules press by the gap alone'), &
+                   'in the other rules the force depends on the gap alone'), &
     setting_rule_t('joints.dilation, joints.dilation_slip', '', 'contact.restitution', is_not_given, .false., &
-                   'an impact takes the speed at which walls part for a bounce'), &
-    setting_rule_t('joints.closure', '', 'contact.method', '|penalty|', .false., 'multipliers leave a joint no closure'), &
-    setting_rule_t('joints.closure', '', 'contact.rules', '|coulomb|', .false., 'other rules press by linear springs'), &
-    setting_rule_t('joints.closure', '', 'joints.kn', is_given, .true., 'that is the stiffness that it begins with'), &
-    setting_rule_t('joints.dilation', '', 'joints.dilation_slip', is_given, .true., 'its walls ride on each other at last'), &
-    setting_rule_t('joints.dilation_slip', '', 'joints.dilation', is_given, .true., 'there is nothing to end'), &
+                   'an impact would take dilation for a bounce'), &
+    setting_rule_t('joints.closure', '', 'contact.method', '|penalty|', .false., 'with multipliers a joint does not close'), &
+    setting_rule_t('joints.closure', '', 'contact.rules', '|coulomb|', .false., 'the other rules have linear springs'), &
+    setting_rule_t('joints.closure', '', 'joints.kn', is_given, .true., 'kn is the stiffness at which closure begins'), &
+    setting_rule_t('joints.dilation', '', 'joints.dilation_slip', is_given, .true., 'dilation ends after a slip'), &
+    setting_rule_t('joints.dilation_slip', '', 'joints.dilation', is_given, .true., 'there is no dilation to end'), &
     setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|auto|strain_rotation|', .true., &
-                   'small strain needs no iteration to nest in'), &
+                   'small strain has no iteration to nest contacts in'), &
     setting_rule_t('contact.adapt', 'shi', 'contact.rules', '|shi|', .false., &
-                   'a loaded spring whose stiffness changes makes energy: it is for comparison with his programs'), &
+                   'a loaded spring whose stiffness changes makes energy: it is for comparison alone'), &
     setting_rule_t('contact.rules', 'conserving', 'method.preset', '|none|', .false., 'Shi''s contact dissipates'), &
     setting_rule_t('contact.rules', 'conserving', 'method.strain', '|green|', .false., &
-                   'the energy that contact gives back is lost or made where a strain is taken as small'), &
+                   'small strain would lose or make the energy that contact returns'), &
     setting_rule_t('contact.rules', 'conserving', 'integrator.scheme', '|energy_momentum|', .false., &
-                   'no other form keeps what contact gives back'), &
+                   'no other scheme conserves the energy that contact returns'), &
     setting_rule_t('contact.rules', 'conserving', 'contact.method', '|penalty|', .false., 'multipliers store no energy'), &
     setting_rule_t('contact.rules', 'conserving', 'contact.restitution', is_not_given, .false., &
-                   'springs give the energy of an impact back, and restitution once more'), &
+                   'springs return the energy of an impact already'), &
     setting_rule_t('contact.rules', 'conserving', 'contact.viscosity', is_not_given, .false., &
-                   'a dashpot takes what it should keep'), &
-    setting_rule_t('contact.rules', 'conserving', 'method.mass', '|constant|', .false., 'a mass that changes keeps no energy'), &
+                   'a dashpot dissipates energy'), &
+    setting_rule_t('contact.rules', 'conserving', 'method.mass', '|constant|', .false., &
+                   'a mass that changes does not conserve energy'), &
     setting_rule_t('contact.rules', 'conserving', 'integrator.transport', '|field|', .false., &
-                   'rates of a block hand another energy on than that of its field'), &
+                   'the six rates of a block do not conserve the energy of its field'), &
     setting_rule_t('contact.rules', 'shi', 'method.preset', '|shi|', .false., &
-                   'on stiff springs they make energy without bound: they are for comparison with his programs'), &
+                   'they can make energy without bound on stiff springs: they are for comparison alone'), &
     setting_rule_t('contact.rules', 'shi', 'method.strain', '|small|green|', .false., &
-                   'his contact measures slip in another way with either'), &
+                   'Shi''s contact measures slip differently with small and Green strain'), &
     setting_rule_t('contact.rules', 'shi', 'contact.method', '|penalty|', .false., &
                    'multipliers need the friction of the same solution'), &
     setting_rule_t('contact.rules', 'shi', 'contact.coupling', '|merged|', .false., &
-                   'contacts whose friction lags do not settle within an iteration'), &
+                   'friction that lags by an iteration does not settle in a nested one'), &
     setting_rule_t('contact.rules', 'shi', 'contact.restitution', is_not_given, .false., &
-                   'an impact has no iteration before it to take its friction from'), &
+                   'lagged friction needs an iteration before, which an impact lacks'), &
     setting_rule_t('contact.adapt', 'shi', 'g2', is_positive, .false., 'it allows gaps in proportion to g2'), &
-    setting_rule_t('contact.adapt', 'shi', 'integrator.scheme', '|newmark|', .false., 'the other form would keep that energy'), &
+    setting_rule_t('contact.adapt', 'shi', 'integrator.scheme', '|newmark|', .false., &
+                   'the other schemes would conserve the energy that this makes'), &
     setting_rule_t('integrator.scheme', 'central_difference', 'method.strain', '|small|green|', .false., &
-                   'explicit steps take the same forces with either'), &
-    setting_rule_t('integrator.scheme', compared, 'method.preset', '|none|', .false., 'Shi''s programs step otherwise'), &
+                   'explicit steps take the forces of small or of Green strain'), &
+    setting_rule_t('integrator.scheme', compared, 'method.preset', '|none|', .false., 'Shi''s programs use Newmark''s scheme'), &
     setting_rule_t('integrator.scheme', compared, 'k01', is_positive, .false., 'a static step has no acceleration'), &
-    setting_rule_t('integrator.scheme', compared, 'step.control', '|fixed|', .false., 'Shi''s programs step otherwise'), &
+    setting_rule_t('integrator.scheme', compared, 'step.control', '|fixed|', .false., 'Shi''s programs use Newmark''s scheme'), &
     setting_rule_t('integrator.scheme', compared, 'contact.restitution', is_not_given, .false., &
-                   'an impact takes velocities for those of Newmark''s step'), &
+                   'impacts assume the velocities of Newmark''s step'), &
     setting_rule_t('fixed_points.stiffness', '', 'fixed_points.method', '|penalty|', .true., &
                    'exact fixed points have no springs'), &
-    setting_rule_t('acceleration.file', '', 'acceleration.table', is_not_given, .true., 'there is one ground'), &
+    setting_rule_t('acceleration.file', '', 'acceleration.table', is_not_given, .true., 'a scene has one ground'), &
     setting_rule_t('acceleration.vertical', '', 'acceleration.file', is_given, .true., &
                    'it is the other component of that record'), &
     setting_rule_t('acceleration.scale', '', 'acceleration.table or acceleration.file', is_given, .true., &
                    'there is nothing to scale'), &
-    setting_rule_t('output.interval', '', 'output.every', is_not_given, .true., 'frames come by time or by steps')]
+    setting_rule_t('output.interval', '', 'output.every', is_not_given, .true., 'frames are counted by time or by steps')]
 
 contains
 

@@ -20,7 +20,7 @@ module scree_setting_table
   type :: setting_t
     character(len=16) :: group
     character(len=20) :: name
-    character(len=100) :: meaning
+    character(len=110) :: meaning
     character(len=24) :: dimension = ''  !! of a number
     real(dp) :: least = -boundless       !! range of a number
     real(dp) :: most = boundless

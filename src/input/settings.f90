@@ -59,10 +59,13 @@ contains
 
     call row%text(setting_t('deck', 'geometry', 'geometry deck or block file, from the folder of the analysis deck', &
                             default='the geometry on the command line'), s%geometry)
-    call row%choice(setting_t('deck', 'dialect', 'order of the numbers; auto: short beside groups, else told by their count', &
+    call row%choice(setting_t('deck', 'dialect', &
+                              'order of the numbers; auto: short in a deck with groups, otherwise '// &
+                              'the order that their count fits', &
                               choices='|auto|short|shi|'), s%dialect, dialect_auto)
-    call row%choice(setting_t('deck', 'gaps', 'whether edges may be missing along a tenth or more of a line of &support, '// &
-                              '&boundary or &absorbing', choices='|refuse|allow|'), s%allows_gaps, .false.)
+    call row%choice(setting_t('deck', 'gaps', &
+                              'whether a line of &support, &boundary or &absorbing may lack edges '// &
+                              'along a tenth or more of its length', choices='|refuse|allow|'), s%allows_gaps, .false.)
   end subroutine visit_deck
 
   !> A stage of a run, which its group begins.
@@ -71,18 +74,21 @@ contains
     type(settings_t), intent(inout) :: s
     logical :: later
 
-    call row%text(setting_t('stage', 'name', 'what the stage that begins here is called', default='stage and its number'), &
+    call row%text(setting_t('stage', 'name', 'name of the stage that begins here', default='stage and its number'), &
                   s%stage_name)
     later = allocated(s%stage_name)
-    call row%choice(setting_t('stage', 'kind', 'whether steps hand velocity on; given, nothing of &step is taken over', &
+    call row%choice(setting_t('stage', 'kind', &
+                              'whether steps pass on velocity; with it nothing of &step is taken over from the stage before', &
                               choices='|dynamic|static|', default='as the stage before'), s%static, s%static, when=.false.)
-    call row%reals(setting_t('stage', 'remove_blocks', 'numbers of blocks that are gone from here on', '1', 1.0_dp), &
+    call row%reals(setting_t('stage', 'remove_blocks', 'numbers of blocks to remove from here on', '1', 1.0_dp), &
                    s%removed_blocks)
-    call row%reals(setting_t('stage', 'remove_materials', 'numbers of block materials all of whose blocks are', '1', 1.0_dp), &
+    call row%reals(setting_t('stage', 'remove_materials', &
+                             'block materials; all blocks of these are removed from here on', '1', 1.0_dp), &
                    s%removed_materials)
-    call row%reals(setting_t('stage', 'remove_inside', 'x y of corners of polygons, each closed by its first: blocks in them', &
+    call row%reals(setting_t('stage', 'remove_inside', &
+                             'x y of the corners of polygons, each closed by its first corner; blocks inside are removed', &
                              'length'), s%removed_inside)
-    call row%choice(setting_t('stage', 'reset', 'what begins anew: velocities at 0, displacements and rotations from here', &
+    call row%choice(setting_t('stage', 'reset', 'velocities to set to 0, displacements and rotations to count from here', &
                               choices='|none|velocities|displacements|both|'), s%reset, reset_none, when=later)
   end subroutine visit_stage
 
@@ -91,23 +97,26 @@ contains
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
-    call row%choice(setting_t('method', 'preset', 'shi: as Shi''s programs do; a name given beside it wins', &
+    call row%choice(setting_t('method', 'preset', 'shi: the methods of Shi''s programs; a setting that is given beside it wins', &
                               choices='|none|shi|'), s%shi, .false.)
     call row%choice(setting_t('method', 'model', 'DDA blocks, or manifold elements', choices='|dda|nmm|'), s%model, model_dda)
-    call row%choice(setting_t('method', 'strain', 'strain of a step; auto: small, but green in elements and steps that need it', &
+    call row%choice(setting_t('method', 'strain', &
+                              'strain measure; auto: Green strain in elements and steps for which small strain is not enough', &
                               choices='|small|green|auto|strain_rotation|', &
                               default='auto; small with preset shi, a rotation and central_difference; '// &
                               'green with rules conserving'), &
                     s%strain, default_strain(s))
-    call row%real(setting_t('method', 'accuracy', 'largest error of a strain in a step with which strain auto takes it as small', &
+    call row%real(setting_t('method', 'accuracy', 'largest error of a strain in a step for which strain auto takes small strain', &
                             '1', 0.0_dp, 1.0_dp), s%accuracy, 1e-8_dp, when=s%strain == strain_auto)
     call row%choice(setting_t('method', 'rotation', &
-                              'what moves a block of small strain that turns: its field, or a cure of its growth', &
+                              'displacement of a block of small strain that turns: its linear '// &
+                              'field, or a published cure of its growth', &
                               choices='|linear|exact|adjusted|second_order|trigonometric|exponential|'), &
                     s%rotation, rotation_linear)
-    call row%choice(setting_t('method', 'plane', 'what E and nu mean in the plane', choices='|stress|strain|'), &
+    call row%choice(setting_t('method', 'plane', &
+                              'plane stress or plane strain: the meaning of E and nu', choices='|stress|strain|'), &
                     s%plane, plane_stress)
-    call row%choice(setting_t('method', 'mass', 'mass of a block: its own, or density times present area', &
+    call row%choice(setting_t('method', 'mass', 'mass of a block: constant, or density times its present area', &
                               choices='|constant|follows_area|', default='constant; follows_area with preset shi'), &
                     s%mass, merge(mass_follows_area, mass_constant, s%shi))
   end subroutine visit_method
@@ -123,12 +132,15 @@ contains
     regular = s%cover_edge > 0
     call row%pair(setting_t('cover', 'origin', 'a node of the regular mesh', 'length'), s%cover_origin, [0.0_dp, 0.0_dp], &
                   when=regular)
-    call row%real(setting_t('cover', 'angle', 'of a family of its edges against x', 'degree', -360.0_dp, 360.0_dp), &
+    call row%real(setting_t('cover', 'angle', &
+                            'angle of one family of edges of the regular mesh against the x axis', 'degree', -360.0_dp, 360.0_dp), &
                   s%cover_angle, 0.0_dp, when=regular)
-    call row%text(setting_t('cover', 'mesh', 'mesh of triangles, Gmsh 4.1, from the folder of the analysis deck'), s%cover_mesh)
-    call row%real(setting_t('cover', 'least', 'share of its triangle with which an element carries covers of its own', '1', &
+    call row%text(setting_t('cover', 'mesh', &
+                            'file with a mesh of triangles, Gmsh 4.1, from the folder of the analysis deck'), s%cover_mesh)
+    call row%real(setting_t('cover', 'least', &
+                            'least area of an element over that of its triangle with which it carries covers of its own', '1', &
                             0.0_dp, 1.0_dp), s%least_share, 0.1_dp, when=regular .or. allocated(s%cover_mesh))
-    call row%choice(setting_t('cover', 'order', 'order of the cover functions: with 1 displacements are of second order', &
+    call row%choice(setting_t('cover', 'order', 'order of the cover functions; 1: displacements of second order', &
                               choices='|0|1|'), s%second_order, .false., when=regular .or. allocated(s%cover_mesh))
   end subroutine visit_cover
 
@@ -138,12 +150,13 @@ contains
     logical, intent(in) :: dynamic !! steps hand velocity on
     type(settings_t), intent(inout) :: s
 
-    call row%choice(setting_t('integrator', 'scheme', 'integrator', &
+    call row%choice(setting_t('integrator', 'scheme', 'integrator of the equations of motion', &
                               choices='|newmark|energy_momentum|energy_decaying|generalized_alpha|central_difference|bathe|', &
                               default='newmark with small strain and strain_rotation, with gamma and in static runs; '// &
                               'else energy_decaying; energy_momentum with rules conserving'), &
                     s%scheme, default_scheme(dynamic, row%given('integrator.gamma'), s))
-    call row%real(setting_t('integrator', 'beta', 'weight of the new acceleration in the velocity; 1/2 + chi of energy_...', &
+    call row%real(setting_t('integrator', 'beta', &
+                            'weight of the new acceleration in the velocity; 1/2 + chi of the energy_... schemes', &
                             '1', 0.5_dp, 1.0_dp), s%beta, 1.0_dp, &
                   when=all(s%scheme /= [scheme_generalized_alpha, scheme_central_difference, scheme_bathe]))
     call row%real(setting_t('integrator', 'rho', 'spectral radius of generalized_alpha at infinite frequency', '1', 0.0_dp, &
@@ -152,7 +165,8 @@ contains
                             open=.true., default='(beta + 1/2)^2/4; 1/2 with beta 1 and preset shi'), &
                   s%gamma, merge(0.5_dp, (s%beta + 0.5_dp)**2/4, s%shi .and. .not. s%beta < 1), &
                   when=s%scheme == scheme_newmark)
-    call row%choice(setting_t('integrator', 'start', 'first step: as it comes, with beta 1, or from a consistent state', &
+    call row%choice(setting_t('integrator', 'start', &
+                              'acceleration before the first step: zero, that of a first step with beta 1, or a consistent one', &
                               choices='|zero|dissipative|acceleration|consistent|', &
                               default='dissipative where beta < 1 and with generalized_alpha and bathe, else zero'), &
                     s%start, merge(start_dissipative, start_zero, &
@@ -193,35 +207,38 @@ contains
 
     counts = scene%settings%chooses_step .or. scene%settings%balance > 0
     associate (s => scene%settings)
-      call row%real(setting_t('step', 'size', 'largest step; with balance the first', 'time', 0.0_dp, open=.true., &
+      call row%real(setting_t('step', 'size', 'largest step; with step.balance the first step', 'time', 0.0_dp, open=.true., &
                               default='g1 of the deck'), &
                     s%step_size, scene%step_size)
-      call row%whole(setting_t('step', 'count', 'steps after which the run ends', '1', 1.0_dp, 1e9_dp, &
+      call row%whole(setting_t('step', 'count', 'number of steps after which the run ends', '1', 1.0_dp, 1e9_dp, &
                                default='none; n5 with balance and control shi'), &
                      s%most_steps, max(1, scene%n_steps), when=counts)
       steps = scene%n_steps
       if (s%most_steps < huge(steps)) steps = max(steps, s%most_steps)
-      call row%real(setting_t('step', 'end_time', 'end of the run', 'time', 0.0_dp, open=.true., &
+      call row%real(setting_t('step', 'end_time', 'time at which the run ends', 'time', 0.0_dp, open=.true., &
                               default='n5 steps of the size, or count if that is more; none with balance and control shi'), &
                     s%end_time, steps*s%step_size, when=.not. counts)
       call row%real(setting_t('step', 'travel', &
-                              'of a vertex in a step, at most, over half the size of the model; a longer step is cut', '1', &
+                              'largest displacement of a vertex in a step over half the size of the model; a longer step is cut', &
+                              '1', &
                               0.0_dp, open=.true., default='none; g2 with control shi'), &
                     s%travel, scene%displacement_ratio, when=s%chooses_step)
       call row%choice(setting_t('step', 'control', &
-                                'the size given, or sizes that Shi''s programs would choose to keep the displacement', &
+                                'steps of the given size, or of sizes that Shi''s programs choose to keep the displacement', &
                                 choices='|fixed|shi|'), s%chooses_step, .false.)
       call row%real(setting_t('step', 'accuracy', &
-                              'share of its displacement that the run may be off by at its end, for which it chooses steps', '1', &
+                              'largest error of the displacement at the end over the displacement; '// &
+                              'the run chooses its steps for it', '1', &
                               0.0_dp, 1.0_dp, .true., default='none: steps of the size given'), s%aim)
-      call row%real(setting_t('step', 'least', 'a step that must be smaller ends the run', 'time', 0.0_dp, open=.true., &
+      call row%real(setting_t('step', 'least', &
+                              'smallest step; a run that would need a smaller one ends', 'time', 0.0_dp, open=.true., &
                               default='1e-6 of the size, 1e-12 with balance'), &
                     s%least_step, merge(1e-12_dp, 1e-6_dp, s%balance > 0)*s%step_size)
       call row%real(setting_t('step', 'balance', &
-                              'share of its weight and loads that may be out of balance on a body where a static run ends', '1', &
+                              'force out of balance on a body over its weight and loads with which a static run ends', '1', &
                               0.0_dp, 1.0_dp, .true., default='none: a static run takes all its steps'), s%balance)
       call row%real(setting_t('step', 'sleep', &
-                              'share of weight, and of sqrt(g size), below which bodies at rest fall asleep; 0: none does', &
+                              'force over weight, and speed over sqrt(g size), below which bodies at rest fall asleep; 0: never', &
                               '1', 0.0_dp, 1.0_dp, default='1e-8 where there are weight and contact, in a dynamic run'), &
                     s%sleep, 1e-8_dp)
     end associate
@@ -233,22 +250,23 @@ contains
     type(settings_t), intent(inout) :: s
 
     call row%choice(setting_t('iteration', 'method', &
-                              'operator with Green strain: secant, tangent, or secant first and tangent near the end', &
+                              'matrix with Green strain: secant, tangent, or secant first and tangent near the end', &
                               choices='|secant|newton|hybrid|', default='hybrid; newton with step.balance'), &
                     s%iterate, merge(iterate_newton, iterate_hybrid, s%balance > 0))
-    call row%choice(setting_t('iteration', 'test', 'what must settle: the displacement gradient, or the balance of forces', &
+    call row%choice(setting_t('iteration', 'test', &
+                              'what must converge: the displacement gradient theta, or the residual of the forces', &
                               choices='|theta|residual|'), s%test, test_theta)
     call row%real(setting_t('iteration', 'tolerance', &
                             'largest change of theta, or largest force out of balance over the largest force', '1', &
                             0.0_dp, 1.0_dp, .true., default='1e-10 for theta, 1e-7 with step.balance; 1e-9 for residual'), &
                   s%tolerance, merge(merge(1e-7_dp, 1e-10_dp, s%balance > 0), 1e-9_dp, s%test == test_theta))
-    call row%whole(setting_t('iteration', 'most', 'iterations before the step is cut', '1', 1.0_dp, 1e6_dp), &
+    call row%whole(setting_t('iteration', 'most', 'iterations after which the step is cut', '1', 1.0_dp, 1e6_dp), &
                    s%most_iterations, 25)
-    call row%real(setting_t('iteration', 'relaxation', &
-                            'share of a correction by the secant that is taken, where nothing touches', '1', &
+    call row%real(setting_t('iteration', 'relaxation', 'factor of each correction by the secant, where nothing touches', '1', &
                             0.0_dp, 1.0_dp, .true.), s%relaxation, 1.0_dp)
     call row%whole(setting_t('iteration', 'anderson', &
-                             'earlier corrections by the secant that one is mixed with, where nothing touches', '1', &
+                             'number of earlier corrections that a correction by the secant is mixed with, where nothing touches', &
+                             '1', &
                              0.0_dp, 20.0_dp), s%anderson, 0)
   end subroutine visit_iteration
 
@@ -258,24 +276,24 @@ contains
     type(scene_t), intent(inout) :: scene
 
     associate (s => scene%settings)
-      call row%choice(setting_t('contact', 'method', 'springs, springs and multipliers, or no contact between bodies', &
+      call row%choice(setting_t('contact', 'method', 'springs, springs with multipliers, or no contact between bodies', &
                                 choices='|penalty|augmented|none|'), s%contact, contact_penalty)
-      call row%real(setting_t('contact', 'stiffness', 'of a spring across a contact, per unit thickness; of a bond, by the '// &
-                              'length that it stands for', 'force/length', 0.0_dp, &
+      call row%real(setting_t('contact', 'stiffness', &
+                              'normal stiffness of a contact, per unit thickness; of a bond, by the '// &
+                              'length of joint of its contact', 'force/length', 0.0_dp, &
                               open=.true., default='g0 of the deck, or 5 times the largest E; 50 times with preset shi'), &
                     s%contact_stiffness, merge(scene%contact_stiffness, merge(50, 5, s%shi)*largest_modulus(scene), &
                                                scene%contact_stiffness > 0))
-      call row%real(setting_t('contact', 'shear_ratio', 'stiffness across a contact over that along it', '1', 0.0_dp, &
+      call row%real(setting_t('contact', 'shear_ratio', 'normal stiffness of a contact over its shear stiffness', '1', 0.0_dp, &
                               open=.true.), s%shear_ratio, 2.5_dp)
-      call row%real(setting_t('contact', 'overlap', 'largest that method augmented leaves', 'length', 0.0_dp, open=.true., &
+      call row%real(setting_t('contact', 'overlap', 'largest overlap that method augmented leaves', 'length', 0.0_dp, open=.true., &
                               default='1e-7 of the size of the model'), &
                     s%overlap, 1e-7_dp*scene%extent, when=s%contact == contact_augmented)
-      call row%real(setting_t('contact', 'initial', &
-                              'depth to which blocks may overlap at the start, over the size of the smaller', '1', &
+      call row%real(setting_t('contact', 'initial', 'largest initial overlap of two blocks over the size of the smaller one', '1', &
                               0.0_dp, 1.0_dp), s%initial_overlap, 0.02_dp)
-      call row%real(setting_t('contact', 'restitution', 'velocity after an impact over that before', '1', 0.0_dp, 1.0_dp, &
+      call row%real(setting_t('contact', 'restitution', 'normal velocity after an impact over that before', '1', 0.0_dp, 1.0_dp, &
                               default='none: what the springs give back'), s%restitution)
-      call row%real(setting_t('contact', 'viscosity', 'of a dashpot across a closed contact, per unit thickness', &
+      call row%real(setting_t('contact', 'viscosity', 'viscosity of a dashpot across a closed contact, per unit thickness', &
                               'force time/length', 0.0_dp), s%viscosity)
     end associate
   end subroutine visit_contact
@@ -286,14 +304,15 @@ contains
     type(settings_t), intent(inout) :: s
 
     call row%choice(setting_t('contact', 'rules', &
-                              'Coulomb''s; the same, in forces that conserve energy; or those of Shi''s programs', &
+                              'Coulomb''s rules; the same with forces that conserve energy; or the rules of Shi''s programs', &
                               choices='|coulomb|conserving|shi|', default='coulomb; shi with preset shi and method penalty'), &
                     s%rules, merge(rules_shi, rules_coulomb, s%shi .and. s%contact == contact_penalty))
     call row%choice(setting_t('contact', 'adapt', &
-                              'stiffness that stays, or follows gaps and overlaps as in Shi''s programs', &
+                              'constant stiffness, or one that follows gaps and overlaps as in Shi''s programs', &
                               choices='|none|shi|'), s%adapts_stiffness, .false.)
     call row%choice(setting_t('contact', 'coupling', &
-                              'contacts and deformation in one iteration, or contacts settled in each of deformation', &
+                              'contacts and deformation in one iteration, or contacts settled '// &
+                              'within each iteration of deformation', &
                               choices='|merged|nested|'), s%nested, .false.)
   end subroutine visit_contact_states
 
@@ -302,11 +321,15 @@ contains
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
-    call row%reals(setting_t('materials', 'young', 'E in place of that of the deck, one number for each block material', &
+    call row%reals(setting_t('materials', 'young', &
+                             'Young''s modulus in place of that of the deck, one number for each block material', &
                              'force/length^2', 0.0_dp, open=.true., default='those of the deck'), s%young)
-    call row%reals(setting_t('materials', 'poisson', 'likewise nu', '1', -0.9999_dp, 0.4999_dp, default='those of the deck'), &
+    call row%reals(setting_t('materials', 'poisson', &
+                             'Poisson''s ratio in place of that of the deck, one number for each block material', &
+                             '1', -0.9999_dp, 0.4999_dp, default='those of the deck'), &
                    s%poisson)
-    call row%reals(setting_t('materials', 'unit_weight', 'likewise the unit weight', 'force/length^3', &
+    call row%reals(setting_t('materials', 'unit_weight', &
+                             'unit weight in place of that of the deck, one number for each block material', 'force/length^3', &
                              default='those of the deck'), s%unit_weight)
   end subroutine visit_materials
 
@@ -317,29 +340,46 @@ contains
 
     call row%reals(setting_t('joints', 'phi', 'friction angle in place of that of the deck, one number for each joint material', &
                              'degree', 0.0_dp, 89.9_dp, default='those of the deck'), s%joint_phi)
-    call row%reals(setting_t('joints', 'cohesion', 'likewise the cohesion', 'force/length^2', 0.0_dp, &
+    call row%reals(setting_t('joints', 'cohesion', &
+                             'cohesion in place of that of the deck, one number for each joint material', &
+                             'force/length^2', 0.0_dp, &
                              default='those of the deck'), s%joint_c)
-    call row%reals(setting_t('joints', 'tensile_strength', 'likewise the tensile strength', 'force/length^2', 0.0_dp, &
+    call row%reals(setting_t('joints', 'tensile_strength', &
+                             'tensile strength in place of that of the deck, one number for each joint material', &
+                             'force/length^2', 0.0_dp, &
                              default='those of the deck'), s%joint_t)
-    call row%reals(setting_t('joints', 'kn', 'stiffness across a joint, with multipliers too, one for each '// &
-                             'material; 0: that of contact', 'force/length^3', 0.0_dp), s%joint_kn)
-    call row%reals(setting_t('joints', 'ks', 'likewise along a joint; without it kn over contact.shear_ratio', &
+    call row%reals(setting_t('joints', 'kn', &
+                             'normal stiffness of a joint, one number for each joint material; 0: contact.stiffness', &
+                             'force/length^3', 0.0_dp), s%joint_kn)
+    call row%reals(setting_t('joints', 'ks', &
+                             'shear stiffness of a joint, one number for each joint material; '// &
+                             'without it kn over contact.shear_ratio', &
                              'force/length^3', 0.0_dp), s%joint_ks)
-    call row%reals(setting_t('joints', 'residual_phi', 'friction angle that sliding leaves, one for each material', 'degree', &
+    call row%reals(setting_t('joints', 'residual_phi', &
+                             'residual friction angle, after residual_slip, one number for each joint material', 'degree', &
                              0.0_dp, most=89.0_dp), s%worn_angle)
-    call row%reals(setting_t('joints', 'residual_slip', 'slip over which the angle falls to that; 0: it does not', 'length', &
+    call row%reals(setting_t('joints', 'residual_slip', &
+                             'slip over which friction falls to residual_phi, for each joint material; 0: it does not fall', &
+                             'length', &
                              0.0_dp), s%worn_slip)
     call row%reals(setting_t('joints', 'residual_c', &
-                             'cohesion of what is not bonded any more, a material each; with friction 70 degrees at most', &
+                             'cohesion of contacts that are not bonded, for each joint material; '// &
+                             'with a friction of at most 70 degrees', &
                              'force/length^2', 0.0_dp), s%worn_cohesion)
-    call row%reals(setting_t('joints', 'jrc', 'roughness coefficient of Barton, one for each material; 0: smooth', '1', 0.0_dp, &
+    call row%reals(setting_t('joints', 'jrc', &
+                             'joint roughness coefficient of Barton, one number for each joint material; 0: smooth', '1', 0.0_dp, &
                              most=30.0_dp), s%jrc)
-    call row%reals(setting_t('joints', 'jcs', 'compressive strength of the walls, likewise', 'force/length^2', 0.0_dp), s%jcs)
-    call row%reals(setting_t('joints', 'closure', 'largest closure of a joint that stiffens from kn on, likewise; 0: it does not', &
+    call row%reals(setting_t('joints', 'jcs', &
+                             'joint wall compressive strength of Barton, one number for each joint material', &
+                             'force/length^2', 0.0_dp), s%jcs)
+    call row%reals(setting_t('joints', 'closure', &
+                             'largest closure of a joint whose stiffness begins with kn and grows, '// &
+                             'for each joint material; 0: linear', &
                              'length', 0.0_dp), s%joint_closure)
-    call row%reals(setting_t('joints', 'dilation', 'angle at which a joint opens as it slides, one for each material', 'degree', &
+    call row%reals(setting_t('joints', 'dilation', 'dilation angle, one number for each joint material', 'degree', &
                              0.0_dp, most=89.0_dp), s%dilation)
-    call row%reals(setting_t('joints', 'dilation_slip', 'slip at which a joint has opened, and opens no more', 'length', 0.0_dp), &
+    call row%reals(setting_t('joints', 'dilation_slip', &
+                             'slip after which a joint dilates no more, one number for each joint material', 'length', 0.0_dp), &
                    s%dilation_slip)
   end subroutine visit_joints
 
@@ -351,14 +391,16 @@ contains
 
     with_contact = scene%contact_stiffness > 0 .or. row%given('contact.stiffness')
     associate (s => scene%settings)
-      call row%choice(setting_t('fixed_points', 'method', 'fixed points: eliminated, or held by springs', &
+      call row%choice(setting_t('fixed_points', 'method', 'fixed points and supports: exact, or held by springs', &
                                 choices='|exact|penalty|', default='exact; penalty with preset shi'), &
                       s%fixed, merge(fixed_penalty, fixed_exact, s%shi))
-      call row%real(setting_t('fixed_points', 'stiffness', 'of the springs, per unit thickness', 'force/length', 0.0_dp, &
+      call row%real(setting_t('fixed_points', 'stiffness', &
+                              'stiffness of the springs of fixed points, per unit thickness', 'force/length', 0.0_dp, &
                               open=.true., default='100 times that of contact where it is given, else 5000 times the largest E'), &
                     s%fixed_stiffness, merge(100*s%contact_stiffness, 5000*largest_modulus(scene), with_contact))
-      call row%reals(setting_t('loads', 'force', 'fx fy of each load point, constant, per unit thickness; Shi''s order has '// &
-                               'tables', 'force'), s%load_force)
+      call row%reals(setting_t('loads', 'force', &
+                               'fx fy of each load point, constant, per unit thickness; tables need Shi''s order of the numbers', &
+                               'force'), s%load_force)
     end associate
   end subroutine visit_points
 
@@ -367,7 +409,8 @@ contains
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
-    call row%real(setting_t('blocks', 'least_area', 'of a block cut from lines: a smaller one joins its neighbour', 'length^2', &
+    call row%real(setting_t('blocks', 'least_area', &
+                            'least area of a block cut from lines; a smaller block joins its neighbour', 'length^2', &
                             0.0_dp, default='0'), s%least_block_area)
   end subroutine visit_blocks
 
@@ -377,18 +420,23 @@ contains
     type(settings_t), intent(inout) :: s
 
     call row%reals(setting_t('bolts', 'ends', 'x1 y1 x2 y2 of each bolt, each end in a block', 'length'), s%bolt_ends)
-    call row%reals(setting_t('bolts', 'stiffness', 'along a bolt, per unit thickness; one number for each of ends, or for all', &
+    call row%reals(setting_t('bolts', 'stiffness', &
+                             'axial stiffness, per unit thickness; one number for each bolt, or one for all', &
                              'force/length', 0.0_dp, open=.true.), s%bolt_stiffness)
-    call row%reals(setting_t('bolts', 'pretension', 'tension at the start, likewise', 'force', 0.0_dp, default='0 of each'), &
+    call row%reals(setting_t('bolts', 'pretension', &
+                             'tension at the start, one number for each bolt, or one for all', &
+                             'force', 0.0_dp, default='0 of each'), &
                    s%bolt_pretension)
-    call row%reals(setting_t('bolts', 'strength', 'largest tension, likewise; 0: without limit', 'force', 0.0_dp, &
+    call row%reals(setting_t('bolts', 'strength', &
+                             'largest tension, one number for each bolt, or one for all; 0: no limit', 'force', 0.0_dp, &
                              default='0 of each'), &
                    s%bolt_strength)
-    call row%reals(setting_t('bolts', 'shear_stiffness', 'across a grouted bolt at each joint that it crosses; 0: not grouted', &
+    call row%reals(setting_t('bolts', 'shear_stiffness', &
+                             'stiffness across a grouted bolt at each joint that it crosses; 0: not grouted', &
                              'force/length', 0.0_dp, default='0 of each'), s%bolt_shear_stiffness)
-    call row%reals(setting_t('bolts', 'shear_strength', 'largest force across a grouted bolt; 0: without limit', 'force', 0.0_dp, &
+    call row%reals(setting_t('bolts', 'shear_strength', 'largest force across a grouted bolt; 0: no limit', 'force', 0.0_dp, &
                              default='0 of each'), s%bolt_shear_strength)
-    call row%choice(setting_t('bolts', 'limit', 'what bolts do at their strength, those of the geometry too', &
+    call row%choice(setting_t('bolts', 'limit', 'whether bolts yield or break at their strength, those of the geometry too', &
                               choices='|yields|breaks|'), s%bolts_break, .false.)
     call row%choice(setting_t('bolts', 'outside', 'ends of bolts that lie in no block: refused, or held by the ground', &
                               choices='|refused|ground|'), s%ground_holds_bolts, .false.)
@@ -399,28 +447,36 @@ contains
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
-    call row%reals(setting_t('support', 'normal', 'x1 y1 x2 y2 of lines: edges of blocks that lie on one do not move across it', &
+    call row%reals(setting_t('support', 'normal', 'x1 y1 x2 y2 of lines; edges of blocks on them do not move across the line', &
                              'length'), s%support_normal)
-    call row%reals(setting_t('support', 'x', 'likewise of lines whose edges do not move along x', 'length'), s%support_x)
-    call row%reals(setting_t('support', 'y', 'likewise of lines whose edges do not move along y', 'length'), s%support_y)
-    call row%reals(setting_t('support', 'both', 'likewise of lines whose edges do not move', 'length'), s%support_both)
-    call row%reals(setting_t('boundary', 'lines', 'x1 y1 x2 y2 of each line: edges of blocks that lie on it are loaded', &
+    call row%reals(setting_t('support', 'x', &
+                             'x1 y1 x2 y2 of lines; edges of blocks on them do not move along x', 'length'), s%support_x)
+    call row%reals(setting_t('support', 'y', &
+                             'x1 y1 x2 y2 of lines; edges of blocks on them do not move along y', 'length'), s%support_y)
+    call row%reals(setting_t('support', 'both', &
+                             'x1 y1 x2 y2 of lines; edges of blocks on them do not move', 'length'), s%support_both)
+    call row%reals(setting_t('boundary', 'lines', 'x1 y1 x2 y2 of lines; edges of blocks on them are loaded', &
                              'length'), s%boundary_lines)
-    call row%reals(setting_t('boundary', 'pressure', 'p1 p2 at the ends of each, linear between; it follows the edges', &
+    call row%reals(setting_t('boundary', 'pressure', 'p1 p2 at the ends of each line, linear between; it follows the edges', &
                              'force/length^2', default='0 of each'), s%boundary_pressure)
-    call row%reals(setting_t('boundary', 'traction', 'tx1 ty1 tx2 ty2 at the ends of each, linear between; it stays as it is', &
+    call row%reals(setting_t('boundary', 'traction', &
+                             'tx1 ty1 tx2 ty2 at the ends of each line, linear between; it keeps its direction', &
                              'force/length^2', default='0 of each'), s%boundary_traction)
-    call row%real(setting_t('boundary', 'ramp', 'from the start, in which these and water grow from 0', 'time', 0.0_dp, &
+    call row%real(setting_t('boundary', 'ramp', &
+                            'time from the start in which boundary loads and water pressure grow from 0', 'time', 0.0_dp, &
                            default='0'), s%boundary_ramp)
-    call row%reals(setting_t('water', 'table', 'x y of points of the water table, x ascending; it is level beyond its ends', &
+    call row%reals(setting_t('water', 'table', 'x y of points of the water table, with ascending x; it is level beyond its ends', &
                              'length'), s%water_table)
-    call row%real(setting_t('water', 'unit_weight', 'pressure of the water over its depth', 'force/length^3', 0.0_dp, &
+    call row%real(setting_t('water', 'unit_weight', 'unit weight of the water', 'force/length^3', 0.0_dp, &
                            open=.true.), s%water_weight)
-    call row%reals(setting_t('absorbing', 'lines', 'x1 y1 x2 y2 of lines: edges of blocks that lie on one absorb waves', &
+    call row%reals(setting_t('absorbing', 'lines', 'x1 y1 x2 y2 of lines; edges of blocks on them absorb waves', &
                              'length'), s%absorbing_lines)
-    call row%reals(setting_t('absorbing', 'base', 'likewise of lines on which a wave comes in', 'length'), s%absorbing_base)
-    call row%reals(setting_t('absorbing', 'table', 't vx vy at ascending times: velocity of that wave'), s%wave_table)
-    call row%text(setting_t('absorbing', 'file', 'file with lines t vx vy, from the folder of the analysis deck'), s%wave_file)
+    call row%reals(setting_t('absorbing', 'base', &
+                             'x1 y1 x2 y2 of lines; edges of blocks on them absorb waves and let a wave in', &
+                             'length'), s%absorbing_base)
+    call row%reals(setting_t('absorbing', 'table', 't vx vy at ascending times: velocity of the wave that comes in'), s%wave_table)
+    call row%text(setting_t('absorbing', 'file', &
+                            'file with lines t vx vy of the wave that comes in, from the folder of the analysis deck'), s%wave_file)
     call row%real(setting_t('absorbing', 'scale', 'factor of vx and vy, in units of the deck', '1'), s%wave_scale, 1.0_dp, &
                   when=allocated(s%wave_table) .or. allocated(s%wave_file))
   end subroutine visit_boundary
@@ -430,15 +486,18 @@ contains
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
-    call row%real(setting_t('gravity', 'ramp', 'from the start, in which the weight grows from 0', 'time', 0.0_dp, default='0'), &
+    call row%real(setting_t('gravity', 'ramp', &
+                            'time from the start in which the weight grows from 0', 'time', 0.0_dp, default='0'), &
                   s%gravity_ramp)
-    call row%reals(setting_t('acceleration', 'table', 't ax ay of the ground at ascending times'), s%ground_table)
-    call row%text(setting_t('acceleration', 'file', 'lines t ax ay, or PEER record (.at2) along x, from the folder of the deck'), &
+    call row%reals(setting_t('acceleration', 'table', 't ax ay at ascending times: acceleration of the ground'), s%ground_table)
+    call row%text(setting_t('acceleration', 'file', &
+                            'file with lines t ax ay, or PEER record (.at2) along x, from the folder of the analysis deck'), &
                   s%ground_file)
-    call row%text(setting_t('acceleration', 'vertical', 'PEER record along y, likewise'), s%ground_vertical)
+    call row%text(setting_t('acceleration', 'vertical', &
+                            'PEER record (.at2) along y, from the folder of the analysis deck'), s%ground_vertical)
     call row%real(setting_t('acceleration', 'scale', 'factor of ax and ay, in units of the deck', '1'), s%ground_scale, 1.0_dp, &
                   when=allocated(s%ground_table) .or. allocated(s%ground_file))
-    call row%real(setting_t('damping', 'mass', 'alpha of the force -alpha M v against the velocity', '1/time', 0.0_dp, &
+    call row%real(setting_t('damping', 'mass', 'alpha of the damping force -alpha M v', '1/time', 0.0_dp, &
                             default='0'), s%mass_damping)
   end subroutine visit_ground
 
@@ -447,17 +506,20 @@ contains
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
-    call row%whole(setting_t('output', 'every', 'steps from frame to frame', '1', 1.0_dp, 1e9_dp, &
+    call row%whole(setting_t('output', 'every', 'number of steps from frame to frame', '1', 1.0_dp, 1e9_dp, &
                              default='about 100 frames, even in time; by count with step.balance and control shi'), &
                    s%frame_every, 1 + (s%most_steps - 1)/default_frames, &
                    when=(s%chooses_step .or. s%balance > 0) .and. .not. s%frame_interval > 0)
-    call row%real(setting_t('output', 'interval', 'time from frame to frame, met exactly; instead of every', 'time', 0.0_dp, &
+    call row%real(setting_t('output', 'interval', &
+                            'time from frame to frame, which steps meet exactly; in place of output.every', 'time', 0.0_dp, &
                             open=.true.), s%frame_interval)
     call row%choice(setting_t('output', 'error', 'estimate of the error of the steps', choices='|none|estimate|', &
                               default='none; estimate with step.accuracy'), s%estimates_error, s%aim > 0)
-    call row%choice(setting_t('output', 'problems', 'friction problems that are written for tools/bench problems: those that '// &
-                              'were not solved, or all', choices='|none|failed|all|'), s%problems, problems_none)
-    call row%whole(setting_t('output', 'checkpoint', 'frames from one that a restart may go on from to the next; the last is one', &
+    call row%choice(setting_t('output', 'problems', &
+                              'friction problems to write for tools/bench problems: those that were not solved, or all', &
+                              choices='|none|failed|all|'), s%problems, problems_none)
+    call row%whole(setting_t('output', 'checkpoint', &
+                             'number of frames from checkpoint to checkpoint; the last frame always has one', &
                              '1', 1.0_dp, 1e9_dp), s%checkpoint_every)
   end subroutine visit_output
 

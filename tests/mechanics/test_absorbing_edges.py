@@ -150,8 +150,8 @@ def test_a_wave_wakes_what_sleeps(tmp_path):
 
 
 BAD = {"&absorbing lines=0 0 1 /": "four numbers", "&absorbing lines=0 0 0 0 /": "two ends of line 1",
-       "&absorbing lines=0 5 1 5 /": "found none on line 1", "&absorbing base=0 0 1 0 /": "no wave comes in",
-       "&absorbing lines=0 0 1 0, table=0 0 0 1 0 1 /": "somewhere", "&absorbing base=0 0 1 0, table=0 0 0 1 0 /": "t vx vy of absorbing.table",
+       "&absorbing lines=0 5 1 5 /": "found none on line 1", "&absorbing base=0 0 1 0 /": "it needs a wave that comes in",
+       "&absorbing lines=0 0 1 0, table=0 0 0 1 0 1 /": "a base to come in", "&absorbing base=0 0 1 0, table=0 0 0 1 0 /": "t vx vy of absorbing.table",
        "&absorbing base=0 0 1 0, table=0 0 0 0 0 1 /": "times of absorbing.table that increase"}
 
 
