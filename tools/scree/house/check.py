@@ -1,4 +1,4 @@
-"""The work of tools/check: layout, lint, rooms, complexity and arguments of the Fortran, as findings or as a table."""
+"""The work of tools/check: layout, lint, rooms, complexity and arguments of the Fortran, and words, as findings or as a table."""
 import argparse
 import pathlib
 import re
@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 
-from . import measures, parts, rooms
+from . import measures, parts, prose, rooms
 from .fortran import QUOTED_OR_COMMENT
 
 TREE = pathlib.Path(__file__).resolve().parents[3]
@@ -78,6 +78,7 @@ def findings():
     yield from rooms.against_order(rooms.arrows(source), rooms.order_of(source))
     yield from measures.too_complex(measures.all_procedures(source), source)
     yield from parts.parts_given(sorted(source.rglob("*.f90")))
+    yield from prose.findings(TREE)
 
 
 def table(source):
@@ -124,7 +125,7 @@ def main():
         for path, line, text in findings():
             print(f"{path.relative_to(TREE)}:{line}: {text}", flush=True)
             found += 1
-        print(f"{found} findings" if found else "check: layout, lint, rooms, complexity and arguments are as they should be")
+        print(f"{found} findings" if found else "check: layout, lint, rooms, complexity, arguments and words are as they should be")
         return 1 if found else 0
     except (CheckError, OSError, ValueError) as problem:
         print(f"tools/check: {problem}", file=sys.stderr)
