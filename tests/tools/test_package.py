@@ -231,7 +231,7 @@ def test_the_package_installs_with_the_commands(tmp_path):
                     "--root-user-action", "ignore", "--target", tmp_path / "site", tmp_path / "tools"], check=True, cwd=tmp_path)
     commands = {path.name for path in (tmp_path / "site" / "bin").iterdir()}
     python = {path.name for path in (SOURCE / "tools").iterdir() if path.is_file() and path.read_text().startswith("#!/usr/bin/python3")}
-    assert commands == {"scree-" + name.replace("_", "-") for name in python - {"gallery"}}  # which is of the manual
+    assert commands == {"scree-" + name.replace("_", "-") for name in python - {"figures", "gallery"}}  # which are of the manual
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin" / "scree").symlink_to(os.environ["SCREE"])
     environment = {"PATH": f"{tmp_path / 'bin'}:/usr/bin:/bin", "PYTHONPATH": str(tmp_path / "site"), "HOME": str(tmp_path)}

@@ -1,0 +1,1 @@
+"""Figures of the theory: one function a figure, a file a chapter."""
