@@ -22,6 +22,8 @@
 !>     g1 - g0 = a [(De x e).r + (r x De).e] + b e.De,   a = (1/L0 + 1/L1)/2,   b = -(c0 + c1)/(L0 L1 (L0 + L1))
 !>
 !> however far the edge turns and stretches, and the forces have no torque about the middle.
+!>
+!> These rows are derived in doc/theory/contact-geometry.md, eq-mean-row and eq-turning-rows.
 module scree_contact_geometry
   use scree_contacts, only: entrance_t
   use scree_interpolation, only: displacement_matrix

@@ -60,7 +60,7 @@ contains
   end subroutine check_numbers
 
   !> Whether Newmark's step keeps what is stiffer than it can follow bounded while steps grow by up to 1.25 and shrink to 0.2: where
-  !> its roots at infinite frequency are real, or far enough within 1 (doc/theory.md, section 3).
+  !> its roots at infinite frequency are real, or far enough within 1 (doc/theory/integrators.md, eq-area-of-changing-steps).
   pure logical function stays_bounded(beta, gamma)
     real(dp), intent(in) :: beta, gamma
 

@@ -6,6 +6,7 @@
 !>
 !> An element has a linear field. Its strain rates e = B v have the inverse mass B M^-1 B^T = N/rho, N made of the inverse of its
 !> second moments, and w^2 is the largest eigenvalue of area/rho D N: 12 E/(rho l^2) of a bar of the length l.
+!> (doc/theory/integrators.md, eq-critical-step)
 module scree_critical_step
   use scree_interpolation, only: kinematics_t
   use scree_kinds, only: dp

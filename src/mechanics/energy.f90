@@ -52,7 +52,7 @@ contains
 
   !> What central differences hold where a step ends: kinetic energy of the velocity half a step ago in place of that of the end,
   !> less what elastic forces and weight have taken up since. With it energy is exact where stiffness and mass are constant
-  !> (doc/theory.md, section 3).
+  !> (doc/theory/integrators.md, eq-held-energy).
   pure real(dp) function held_in_half_a_step(model, cache, state) result(held)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache

@@ -12,8 +12,8 @@
 !>                                                with the decomposition into strain and rotation (Fan, Zheng & Zhao 2017)
 !>     exponential     exp(r J + e)               what a gradient of the velocity that stays makes of a block
 !>
-!> None of them changes the forces of a step, which are those of small strain at its beginning; Green strain does. doc/theory.md,
-!> section 1, has the titles.
+!> None of them changes the forces of a step, which are those of small strain at its beginning; Green strain does. The
+!> titles are in doc/theory/references.md, the areas and angles in doc/theory/kinematics.md.
 module scree_finite_rotation
   use scree_kinds, only: dp
   use scree_material, only: push_stress_forward

@@ -13,6 +13,8 @@
 !>
 !> with A(theta) = [u_X v_X 0 0; 0 0 u_Y v_Y; u_Y v_Y u_X v_X] (the paper prints its third row wrongly)
 !> and S2 = [Sxx I, Sxy I; Sxy I, Syy I].
+!>
+!> The derivation is in doc/theory/kinematics.md, eq-green-strain and eq-operators.
 module scree_green_strain
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_interpolation, only: kinematics_t

@@ -5,11 +5,11 @@
 !>     d  = v0 dt + [(1/2 - gamma) a0 + gamma a1] dt^2
 !>     v1 = v0 + [(1 - beta) a0 + beta a1] dt          balance M a1 + internal forces = loads, at the end of the step.
 !>
-!> beta 1, gamma 1/2 is Shi's step. The energy-momentum form takes its kinematics, so that v1 = 2 d/dt - v0 and
-!> M a1 is M (v1 - v0)/dt, but balances it with the mid-step operator B0 + A/2 and the stress sigma0 + (1/2 + chi) D E:
-!> the torque about the mid-step configuration vanishes, and energy changes by -chi E.D.E (doc/theory.md). The energy-decaying form
-!> is the same with gamma 1/2 + chi^2/4, so that what is stiffer than the step can follow dies out; the acceleration of the step
-!> before turns with its block (`scree_turning`).
+!> beta 1, gamma 1/2 is Shi's step. The energy-momentum form takes its kinematics, so that v1 = 2 d/dt - v0 and M a1 is M (v1 -
+!> v0)/dt, but balances it with the mid-step operator B0 + A/2 and the stress sigma0 + (1/2 + chi) D E: the torque about the
+!> mid-step configuration vanishes, and energy changes by -chi E.D.E (doc/theory/integrators.md, eq-energy-momentum-loss). The
+!> energy-decaying form is the same with gamma 1/2 + chi^2/4, so that what is stiffer than the step can follow dies out; the
+!> acceleration of the step before turns with its block (`scree_turning`).
 !>
 !> The velocity feels the loads of a step about its end less (beta - 1/2) dt, its lag: they act with their mean over dt there. A
 !> static step begins at rest whatever was before, and Shi's takes no mean: they feel the loads of their end.
@@ -86,7 +86,7 @@ contains
   end function rule_at_rest
 
   !> Velocity at the time of the balance, (1 - 2 lag) v1 + 2 lag d/dt, as c d + `carried` of the unknowns d of a step: d/dt for beta
-  !> 1, the velocity at the end for beta 1/2, whose lag is beta - 1/2 (doc/theory.md, section 3).
+  !> 1, the velocity at the end for beta 1/2, whose lag is beta - 1/2 (doc/theory/integrators.md, eq-mass-damping).
   pure subroutine velocity_at_balance(rule, velocity, acceleration, c, carried)
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: velocity(:), acceleration(:) !! (n) at the beginning of the step
@@ -157,8 +157,9 @@ contains
     end select
   end function weights_of
 
-  !> Excess of gamma over beta/2: that share of M (a dt)^2/2 is held by the integrator, and may come back (doc/theory.md,
-  !> section 3). Of generalized-alpha and Bathe's composite no such share is known, and what central differences hold is another.
+  !> Excess of gamma over beta/2: that share of M (a dt)^2/2 is held by the integrator, and may come back
+  !> (doc/theory/integrators.md, eq-held-energy). Of generalized-alpha and Bathe's composite no such share is known, and what
+  !> central differences hold is another.
   pure real(dp) function held_weight(settings)
     type(settings_t), intent(in) :: settings
     type(step_rule_t) :: rule

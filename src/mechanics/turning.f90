@@ -3,7 +3,7 @@
 !> The step compares its change of velocity D1 = a1 dt with that of the step before, D0: d = dt (v0 + v1)/2 + e dt (D1 - D0). In a
 !> body that spins freely D1 is D0 turned by the angle of a step. With Q D0 in place of D0, Q that turn, the step of such a body is
 !> that of the energy-momentum form, which has its spin and its stress for ever, however large the angle. Any Q keeps D0.M D0, and
-!> with it the bound of the energy; so Q can be what is known when the step begins (doc/theory.md, section 3).
+!> with it the bound of the energy; so Q can be what is known when the step begins (doc/theory/integrators.md, eq-energy-decaying).
 !>
 !> The mean D0 of a free body does not turn, as its weight does not. A body that is held turns about where it is held, whose D0
 !> is 0.

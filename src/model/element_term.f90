@@ -27,7 +27,7 @@ module scree_element_term
     real(dp) :: scale(2*n) = 0.0_dp       !! sum of the magnitudes of the forces
   end type pair_term_t
 
-  !> The integrator in one step: its weights (doc/theory.md, section 3).
+  !> The integrator in one step: its weights (doc/theory/integrators.md, eq-newmark).
   type :: step_rule_t
     real(dp) :: dt = 0.0_dp               !! time
     real(dp) :: velocity_weight = 1.0_dp  !! beta of Zhang et al. 2019

@@ -67,8 +67,8 @@ module scree_bearings
 contains
 
   !> What strikes in a step that does not resolve how its springs swing, so that the phase of the step decides what they give back
-  !> (doc/theory.md, section 4). Of what meets with two corners at once each has a share that it would have alone. What would rise
-  !> by no more than the rock settles under its weight (`settling`) is the swing of a weight that acts at once, and no impact.
+  !> (doc/theory/impacts.md, eq-swing). Of what meets with two corners at once each has a share that it would have alone. What would
+  !> rise by no more than the rock settles under its weight (`settling`) is the swing of a weight that acts at once, and no impact.
   pure type(blow_t) function blow_of_step(model, cache, state, rule, d, try) result(blow)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache

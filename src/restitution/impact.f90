@@ -16,7 +16,7 @@
 !>     D = -p.M (v- - v0)
 !>
 !> with p the rates that the impulse adds, v0 and v- those when the step began and before the impact, however far bodies turn in it.
-!> So a step with an impact makes no energy where the step itself makes none (doc/theory.md, section 4).
+!> So a step with an impact makes no energy where the step itself makes none (doc/theory/impacts.md, eq-share-given-back).
 module scree_impact
   use scree_base_acceleration, only: force_of_base
   use scree_bearings, only: across_contact, bearing_t, bonded_bodies, deformation_of, find_approaches, find_impulses, &

@@ -18,6 +18,8 @@
 !> Both phases are projected Gauss-Seidel, each contact brought to its own law in turn (Moreau 1988; Jean 1999), made faster by
 !> conjugate directions (Silcowitz, Niebe & Erleben 2010). Where these sweeps take too long, as in piles, impulses are those of
 !> stiff springs (`stiff_impulses`). Impulses that neither finds say so (`settled`).
+!>
+!> Both phases are in doc/theory/impacts.md, eq-poisson.
 module scree_impulses
   use scree_impulse_problem, only: apply, impulse_problem_t, impulses_t, push, resistance_of, velocity_along, velocity_at
   use scree_kinds, only: dp

@@ -4,7 +4,7 @@
 !> impulses so far, the multipliers. These are taken over, and stiffer springs solved anew: what is left of an approach goes down by
 !> 1 + p times the softest answer of the bodies to unit impulses, so that three rounds do for a pile of 300 bodies, for which sweeps
 !> take 100 000. Springs that rub are a friction problem whose matrix is definite and whose forces act along the rows of changes: it
-!> has a solution, and that is found (doc/theory.md, section 4).
+!> has a solution, and that is found (doc/theory/impacts.md, eq-stiff-impulses).
 module scree_stiff_impulses
   use scree_friction_problem, only: add_spring_force, closed_forces, friction_problem_t, keep_rows_of_forces, obey_law, &
                                     place_springs

@@ -8,9 +8,10 @@
 !>
 !> An iteration keeps all of them above zero, and takes them down together: each solves the equations as if the products were a
 !> small number, which it takes from what a first try, at zero, would leave (Mehrotra 1992). There is no theorem for it, as friction
-!> makes the problem unsymmetric; it needs some 20 matrices, whatever their size, for steps where Newton's iteration runs in
-!> circles (doc/theory.md). Where it ends at a fold, limits of shear that follow what presses an iteration behind may lead round:
-!> each iteration is then of a problem that is a minimum, with a matrix that is symmetric and definite wherever A is.
+!> makes the problem unsymmetric; it needs some 20 matrices, whatever their size, for steps where Newton's iteration runs in circles
+!> (doc/theory/open-close.md, eq-complementarity). Where it ends at a fold, limits of shear that follow what presses an iteration
+!> behind may lead round: each iteration is then of a problem that is a minimum, with a matrix that is symmetric and definite
+!> wherever A is.
 module scree_friction_interior
   use scree_errors, only: error_t
   use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, &

@@ -1,7 +1,7 @@
 !> Part of a friction problem: the unknowns about some of its springs, while all others stay where they are.
 !>
-!> The part has a solution where the whole has one by the theorem (doc/theory.md, section 4): its matrix is a principal one of a
-!> matrix that is definite.
+!> The part has a solution where the whole has one by the theorem (doc/theory/open-close.md, eq-existence): its matrix is a
+!> principal one of a matrix that is definite.
 module scree_friction_part
   use scree_friction_problem, only: acts_on, friction_problem_t, place_springs, spring_elsewhere, unknowns_about
   use scree_friction_solver, only: effort_quick, friction_work_t, solve_friction

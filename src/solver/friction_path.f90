@@ -82,8 +82,8 @@ contains
   !>
   !> Where all come, A is positive definite and forces act along the rows of changes it leads to a solution: what solves the problem
   !> of any t is bounded, and before t = 0 there is nothing but the start, so the path cannot end or come back there
-  !> (doc/theory.md). What gaps are wider by differs from spring to spring, as no two are to meet their faces at once. Bonds come
-  !> with all springs alone.
+  !> (doc/theory/open-close.md, eq-apart). What gaps are wider by differs from spring to spring, as no two are to meet their faces
+  !> at once. Bonds come with all springs alone.
   subroutine bring_together(problem, is_apart, most, refined, solver, timers, x, state, found, factors, pieces)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: is_apart(:)         !! (m) these springs

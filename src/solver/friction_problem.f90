@@ -8,6 +8,8 @@
 !> The left side is continuous and linear in pieces: a piece for each choice of states, open, sliding or locked, of its springs.
 !> As inertia is in A, it has a solution. That is a solution of complementarity with friction, not of a minimum: pieces may have
 !> matrices of negative determinant, where Newton's iteration runs in circles.
+!>
+!> The proof of existence is in doc/theory/open-close.md, eq-existence.
 module scree_friction_problem
   use scree_kinds, only: dp
   use scree_sparse_matrix, only: add_element, on_fewer_places, sparse_matrix_t, times

@@ -7,6 +7,8 @@
 !> integral part (Gustafsson 1991). A step that adds more than four times what it may is made again, shorter. Blocks whose contacts
 !> open or close in a step have no order, and ask for nothing; but where a block in flight is struck too early in a step for what
 !> is asked, the step is made again to end at the blow.
+!>
+!> The control of the sizes is in doc/theory/error-estimate.md, eq-step-control.
 module scree_accurate_step
   use scree_block_motion, only: motion_t, motions_of
   use scree_cache, only: rebuild_cache

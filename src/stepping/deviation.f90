@@ -11,7 +11,8 @@
 !>
 !> as the error of Zienkiewicz and Xie 1991, of velocities in place of accelerations at both ends, so that it holds for every
 !> scheme, and sees how a body turns. What is off goes on: a free block by e' = u, u' = 0; one that is held, or touches, along the
-!> way that it goes, by e' = u, u' = k e, with k = da/ds of its speeding up along its way s (doc/theory.md, section 3).
+!> way that it goes, by e' = u, u' = k e, with k = da/ds of its speeding up along its way s (doc/theory/error-estimate.md,
+!> eq-error-growth).
 !>
 !> A step in which contacts of a block open or close has no order. Where it is struck, and restitution is asked for, it is off by
 !> what the instant of that makes (`take_blow`); else that is bounded, apart from the rest.

@@ -19,6 +19,8 @@
 !> hundredth of it, moves: there is no equilibrium nearby. What forces fell by is counted from the first of these steps on, as what
 !> bends goes up and down by a little with the size of a step, but where a step takes a hundredth of them. Where the others still
 !> settle they may come to hold it.
+!>
+!> The formulas are in doc/theory/equilibrium.md, eq-unbalanced and eq-way-left.
 module scree_equilibrium
   use scree_constraints, only: constraints_t
   use scree_contact_beginning, only: begin_contacts

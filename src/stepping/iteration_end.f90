@@ -11,8 +11,9 @@
 !>
 !> Elastic forces have no torque about the middle of a step, so of the first of these k c e is left, with e the strain of the
 !> correction, and c^2. Where the step begins with the acceleration of the one before, d is predicted but for gamma dt^3 times what
-!> that changes by a time, and the first correction is that: 12 gamma, 6.75, times what the step is off by. What is left works
-!> E area c (c u + (e + c^2) w) at most, u the strain of the step and w what it turns by (doc/theory.md, section 2).
+!> that changes by a time, and the first correction is that: 12 gamma, 6.75, times what the step is off by. What is left works E
+!> area c (c u + (e + c^2) w) at most, u the strain of the step and w what it turns by (doc/theory/kinematics.md,
+!> eq-next-correction).
 module scree_iteration_end
   use scree_element_term, only: step_rule_t
   use scree_green_strain, only: green_strain
@@ -102,7 +103,8 @@ contains
                     .and. change**2 <= share*share_of_moving_stress*strained .and. left < share*share_of_loss*lost
   end function leaves_little
 
-  !> Energy that an element loses in a step that ends where its try is, by its change of acceleration (doc/theory.md, section 3).
+  !> Energy that an element loses in a step that ends where its try is, by its change of acceleration (doc/theory/integrators.md,
+  !> eq-held-energy).
   pure real(dp) function lost_by_step(model, own, state, e, try) result(lost)
     type(model_t), intent(in) :: model
     type(element_cache_t), intent(in) :: own

@@ -1,4 +1,5 @@
-!> Contacts that the iteration of a step cannot settle, settled as friction problems (doc/theory.md, section 4).
+!> Contacts that the iteration of a step cannot settle, settled as friction problems (doc/theory/open-close.md,
+!> eq-friction-problem).
 !>
 !> A problem has the lines, anchors and bonds that contacts have where it is posed. Where forces bend, or lines change, what it ends
 !> in is judged, and another one follows: a round.
@@ -240,7 +241,8 @@ contains
   !>
   !> Stress turns with what it is in, so that with Green strain elements under pressure may have a tangent that is not definite, and
   !> contacts rows of forces that are not those of their changes: there may be no solution. With the secant, which does not have
-  !> stress turn, and with the rows of forces alone there is one (doc/theory.md), from where the iteration goes on.
+  !> stress turn, and with the rows of forces alone there is one (doc/theory/open-close.md, eq-existence), from where the iteration
+  !> goes on.
   subroutine solve_as_problem(model, cache, state, attempt, try, answer)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache

@@ -5,6 +5,8 @@
 !> are laid aside, and its bodies count among those that cannot move. It wakes before a step in which a body that is awake may reach
 !> one of its bodies, or in which a load, the ground or a support of one is another than when it fell asleep. So what is asleep
 !> touches nothing that moves.
+!>
+!> The bounds of rest are in doc/theory/equilibrium.md, eq-near-equilibrium.
 module scree_sleep
   use scree_contacts, only: blocks_of, contact_search_t, contact_t, count_states, outlines_t
   use scree_disturbance, only: disturbed

@@ -4,6 +4,8 @@
 !> an edge times the way along it. Where that exceeds the accuracy asked for an element takes Green strain. The choice changes no
 !> part of the state: stress, stiffness and shape follow the displacement of the step in the same way with both, so that there is
 !> nothing to convert and nothing to lose.
+!>
+!> The bound of the error is in doc/theory/kinematics.md, eq-error-of-small-strain.
 module scree_strain_choice
   use scree_green_strain, only: error_of_small_strain, largest_stretch
   use scree_kinds, only: dp

@@ -1,7 +1,8 @@
 !> Contact that gives back in a step all that it takes.
 !>
 !> A contact presses with the mean of a spring's force over the way from the gaps at the beginning of the step to those at its end,
-!> each entrance of two for the part of the way on which its gap is the larger (doc/theory.md). It slides by Coulomb's rules.
+!> each entrance of two for the part of the way on which its gap is the larger (doc/theory/contact-laws.md, eq-conserving). It
+!> slides by Coulomb's rules.
 module scree_conserving_contact
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contacts, only: contact_law_t, contact_t, state_open

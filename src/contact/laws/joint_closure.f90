@@ -8,6 +8,8 @@
 !> A step takes it as the line N(u0) + K(u0) (u - u0), which every judgement of the contacts draws anew where they are, until what
 !> is solved with a line is on the curve: Newton's iteration. On the way out it touches the curve at u itself; on the way in, where
 !> the line is below the curve and u may be beyond V, where the curve has the force of the line.
+!>
+!> The curve is in doc/theory/contact-laws.md, eq-closure.
 module scree_joint_closure
   use scree_contact_quantities, only: bend_t, contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contacts, only: contact_t

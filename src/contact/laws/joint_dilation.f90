@@ -15,6 +15,8 @@
 !>     g_felt = g - tan(psi) (a - (M - +-S)),   N = A - B g_felt,   B = p + c/dt
 !>
 !> which is linear in g and s; it is one of three pieces, and the open-close iteration judges which.
+!>
+!> The formulas are in doc/theory/contact-laws.md, eq-dilation and eq-felt-gap.
 module scree_joint_dilation
   use scree_contact_quantities, only: contact_force_t, dilates, dilates_not, entrance_start_t, gap_and_slip_t, gap_before, &
                                       has_dilated, opening_t

@@ -4,6 +4,8 @@
 !>
 !> A step has the slope of tau from the origin as its friction, at the stress that a contact bore when the step began. In a static
 !> step that is the stress at which the step had settled before.
+!>
+!> The curve is in doc/theory/contact-laws.md, eq-roughness.
 module scree_joint_roughness
   use scree_contacts, only: entrance_t
   use scree_joint_law, only: roughness_t

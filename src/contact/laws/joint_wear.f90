@@ -1,5 +1,6 @@
 !> Joints that wear: their friction falls in a line with the way that their faces have slid on each other, from the peak to the
 !> residual one (slip weakening: Palmer & Rice, Proc. R. Soc. A 332, 1973).
+!> It is in doc/theory/contact-laws.md, eq-wear.
 module scree_joint_wear
   use scree_joint_law, only: wear_t
   use scree_kinds, only: dp
