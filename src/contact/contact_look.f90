@@ -1,0 +1,162 @@
+!> What the detection of contacts looks at in one step: the outlines as they lie, the contacts of the step before, and how far
+!> around each vertex contacts are looked for.
+module scree_contact_look
+  use scree_body_search, only: list_all, reach_of
+  use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves
+  use scree_contact_search, only: find_nearby, most_turning
+  use scree_contact_try, only: contact_try_t
+  use scree_contacts, only: contact_memory_t, contact_search_t, contact_t, outlines_t, state_open
+  use scree_corners, only: find_corners, gap_at, survey_edges, survey_t
+  use scree_joint_rules, only: joints_dilate
+  use scree_kinds, only: dp
+  use scree_past_contacts, only: past_t, pressed_of_blocks, recall_contacts
+  implicit none
+  private
+  public :: begin_look, look_t
+
+  real(dp), parameter :: beyond_depth = 1.2_dp    !! ratio of the reach to the depth or gap of a contact that exists
+  real(dp), parameter :: beyond_turn = 1.2_dp     !! ratio of the turn that is looked at to the turn that velocities make
+
+  !> The detection of contacts in one step.
+  type :: look_t
+    type(survey_t) :: survey                      !! edges, corners and reaches
+    type(past_t) :: past                          !! contacts of the step before
+    logical :: may_rest                           !! a vertex behind an edge by which it did not enter has no contact there
+    real(dp) :: depth                             !! largest penetration at which a vertex over an edge is looked at, length
+    real(dp), allocatable :: pressed(:)           !! (n_blocks) largest penetration of a spring of each block, length
+    integer, allocatable :: nearby(:, :)          !! (2, n) vertices and edges near each other
+    integer :: n_sorted = 0                       !! pairs of `nearby` that are in the order of their edges
+    type(contact_t), allocatable :: found(:)      !! contacts found so far are found(:n_found)
+    integer :: n_found = 0
+  end type look_t
+
+contains
+
+  !> Surveys the outlines and lists which vertices are near which edges.
+  subroutine begin_look(outlines, position, predicted, self_contact, memory, search, try, look)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :)        !! (2, n_vertices) of the elements, length
+    real(dp), intent(in) :: predicted(:, :)       !! (2, n) displacement of the vertices of the outlines by their velocity, length
+    logical, intent(in) :: self_contact           !! a body may touch itself
+    type(contact_memory_t), intent(in) :: memory
+    type(contact_search_t), intent(inout) :: search
+    type(contact_try_t), intent(in) :: try        !! with its law, margin and swing
+    type(look_t), intent(out) :: look
+
+    if (.not. allocated(search%bodies%vertex)) call list_all(outlines, search%bodies)
+    associate (about => search%bodies%about)
+      call survey_edges(outlines, position, search%bodies%farther, about, look%survey)
+      look%survey%way = predicted
+      call find_corners(outlines%previous, about, look%survey)
+      look%survey%turning(about) = 0.0_dp
+      if (corners_turn(try%law)) &
+        look%survey%turning(about) = max(turning_of(outlines, look%survey, try%swing, about), &
+                                         turning_of(outlines, look%survey, try%swing, outlines%previous(about)))
+      call set_reaches(outlines, about, memory, try, look%survey)
+      call find_nearby(outlines, position, look%survey%near, look%survey%local, self_contact, search, look%nearby, look%n_sorted)
+      look%nearby = reshape([look%nearby, memory%inside], [2, size(look%nearby, 2) + size(memory%inside, 2)])
+      call measure_beside(outlines, look%nearby, look%survey%length, look%survey%local)
+      call measure_beside(outlines, look%nearby, look%survey%side, look%survey%local_side)
+      call set_reaches(outlines, about, memory, try, look%survey)
+    end associate
+    call recall_contacts(outlines, memory, look%past)
+    look%pressed = pressed_of_blocks(outlines, look%past)
+    look%may_rest = looks_as_far_as_it_moves(try%law)
+    look%depth = deepest_search(try%law)
+    allocate (look%found(size(memory%contact) + 8))
+  end subroutine begin_look
+
+  !> Gives vertices and edges that are near each other the smallest length about both, so that a large block takes the measure of a
+  !> small block beside it.
+  pure subroutine measure_beside(outlines, nearby, length, local)
+    type(outlines_t), intent(in) :: outlines
+    integer, intent(in) :: nearby(:, :)           !! (2, m) vertices and edges near each other
+    real(dp), intent(in) :: length(:)             !! (n) of edges or of their sides, length
+    real(dp), intent(inout) :: local(:)           !! (n) smallest of them at each vertex, length
+    real(dp) :: own(size(local))
+    integer :: k
+
+    own = local
+    do k = 1, size(nearby, 2)
+      associate (i => nearby(1, k), j => nearby(2, k))
+        local([j, outlines%next(j)]) = min(local([j, outlines%next(j)]), own(i))
+        local(i) = min(local(i), length(j))
+      end associate
+    end do
+  end subroutine measure_beside
+
+  !> Angle by which edges may turn in the step, rad.
+  pure function turning_of(outlines, survey, swing, edge) result(turning)
+    type(outlines_t), intent(in) :: outlines
+    type(survey_t), intent(in) :: survey
+    real(dp), intent(in) :: swing                 !! angle beyond what velocities make, rad
+    integer, intent(in) :: edge(:)
+    real(dp) :: turning(size(edge))
+
+    associate (way => survey%way, next => outlines%next(edge))
+      turning = min(most_turning, beyond_turn*norm2(way(:, next) - way(:, edge), 1)/survey%length(edge) + swing)
+    end associate
+  end function turning_of
+
+  !> Sets how far contacts are looked for. Corners meet vertices within a straight side only as far as the edges of the mesh there
+  !> allow. With a larger reach a corner would be near all the vertices of the side, and over none of its edges.
+  pure subroutine set_reaches(outlines, about, memory, try, survey)
+    type(outlines_t), intent(in) :: outlines
+    integer, intent(in) :: about(:)               !! vertices that are looked at
+    type(contact_memory_t), intent(in) :: memory
+    type(contact_try_t), intent(in) :: try
+    type(survey_t), intent(inout) :: survey
+    real(dp) :: still(size(about)), way(size(about))
+
+    way = norm2(survey%way(:, about), 1)
+    still = 0.0_dp
+    associate (law => try%law, pressed => memory%pressed, local => survey%local(about), side => survey%local_side(about))
+      survey%near(about) = reach_of(law, try%margin, pressed, way, local, side)
+      survey%meets(about) = reach_of(law, try%margin, pressed, way, local, merge(side, local, outlines%begins_side(about)))
+      survey%still(about) = reach_of(law, 0.0_dp, pressed, still, local, side)
+    end associate
+    call reach_over_depth(memory%contact, survey)
+    if (joints_dilate(try%law)) call reach_over_dilation(about, memory%contact, survey)
+  end subroutine set_reaches
+
+  !> Widens the reach at vertices of closed contacts: to the depth to which soft springs let them penetrate between short edges, and
+  !> to the gap to which they pull bonds.
+  pure subroutine reach_over_depth(contact, survey)
+    type(contact_t), intent(in) :: contact(:)     !! of the step before
+    type(survey_t), intent(inout) :: survey
+    real(dp) :: least
+    integer :: k
+
+    do k = 1, size(contact)
+      associate (entrance => contact(k)%entrance(contact(k)%active))
+        if (entrance%state == state_open) cycle
+        least = beyond_depth*abs(gap_at(survey, entrance%vertex, entrance%edge))
+        survey%near(entrance%vertex) = max(survey%near(entrance%vertex), least)
+        survey%meets(entrance%vertex) = max(survey%meets(entrance%vertex), least)
+        survey%still(entrance%vertex) = max(survey%still(entrance%vertex), least)
+      end associate
+    end do
+  end subroutine reach_over_depth
+
+  !> Widens the reach at vertices whose joints have dilated: their contacts last until the faces are apart by as much once more.
+  pure subroutine reach_over_dilation(about, contact, survey)
+    integer, intent(in) :: about(:)               !! vertices that are looked at
+    type(contact_t), intent(in) :: contact(:)     !! of the step before
+    type(survey_t), intent(inout) :: survey
+    real(dp) :: dilated(size(survey%near))
+    integer :: i, k
+
+    dilated = 0.0_dp
+    do k = 1, size(contact)
+      do i = 1, contact(k)%n_entrances
+        associate (entrance => contact(k)%entrance(i))
+          dilated(entrance%vertex) = max(dilated(entrance%vertex), 2*entrance%dilated)
+        end associate
+      end do
+    end do
+    survey%near(about) = survey%near(about) + dilated(about)
+    survey%meets(about) = survey%meets(about) + dilated(about)
+    survey%still(about) = survey%still(about) + dilated(about)
+  end subroutine reach_over_dilation
+
+end module scree_contact_look
