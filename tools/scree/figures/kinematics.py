@@ -145,7 +145,7 @@ def draw_push_forward(sheet):
 def draw_nested_iterations(sheet):
     """The two iterations of a step, merged and nested."""
     left, right = panels(sheet, 1, 2, 3.3)[0]
-    boxes = ["predict $d$", "linearise strain,\ngeometry and contact", r"solve $K\,\delta d = $ forces", "judge contacts",
+    boxes = ["predict $d$", "linearise strain,\ngeometry and contact", r"solve $K\,\delta d = $ forces", "update contact states",
              "deformation settled?"]
     for axis, title, back, words in ((left, "merged (default)", (4, 1), "no, or states changed"),
                                      (right, "nested (Fig. 9 of Zhang et al. 2019)", (3, 2), "states changed")):

@@ -120,10 +120,10 @@ def draw_methods(sheet):
     axis.set_aspect("auto")
     rows = [("open-close iteration\n(semi-smooth Newton)", BLUE, "no state changes: accept"),
             ("the part that goes on changing, all else held", SKY, "goes on with the iteration"),
-            ("path from the best iterate, at most 300 pieces", ORANGE, "judge lines and anchors anew"),
-            ("interior, then path, up to four starts", GREEN, "judge lines and anchors anew"),
-            ("take the springs at folds apart, bring them together", PINK, "judge lines and anchors anew"),
-            ("all springs from apart", RED, "judge lines and anchors anew"),
+            ("path from the best iterate, at most 300 pieces", ORANGE, "choose lines and anchors anew"),
+            ("interior, then path, up to four starts", GREEN, "choose lines and anchors anew"),
+            ("take the springs at folds apart, bring them together", PINK, "choose lines and anchors anew"),
+            ("all springs from apart", RED, "choose lines and anchors anew"),
             ("cut the step", GREY, "")]
     for k, (text, colour, then) in enumerate(rows):
         y = -0.52 * k
