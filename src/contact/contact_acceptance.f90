@@ -65,14 +65,14 @@ contains
     do i = 1, size(memory%contact)
       associate (contact => memory%contact(i), entrance => memory%contact(i)%entrance(memory%contact(i)%active))
         contact%force = 0.0_dp
-        contact%entrance%pressing = 0.0_dp
+        contact%entrance%memory%pressing = 0.0_dp
         contact%pressed = 0.0_dp
         contact%overlap = 0.0_dp
         contact%energy = 0.0_dp
         if (contact%n_entrances == 2) contact%entrance(3 - contact%active)%state = state_open
         now = gaps_and_slips(model, try, i, d)
         if (entrance%state == state_open) then
-          entrance%bonded = .false.
+          entrance%memory%bonded = .false.
           entrance%multiplier = 0.0_dp
           pulled = pulled_open(try, contact, now)
           if (entrance%rest < 0 .or. pulled) contact%overlap = overlap_of(contact, now)
@@ -85,13 +85,13 @@ contains
           call press(try, i, now, force)
           call accept_closed(try%law, force, force_to_hold(try, i, now, force), now, held(i), contact, closed)
           memory%gap = max(memory%gap, closed%gap)
-          contact%overlap = max(0.0_dp, -(entrance%rest + entrance%dilated + closed%gap))
+          contact%overlap = max(0.0_dp, -(entrance%rest + entrance%memory%dilated + closed%gap))
           memory%pressed = max(memory%pressed, -closed%gap)
           contact%energy = closed%energy
           energy = energy + closed%energy
           friction = friction + closed%work
         end if
-        contact%slipped = entrance%slid - try%contact(i)%entrance(contact%active)%slid
+        contact%slipped = entrance%memory%slid - try%contact(i)%entrance(contact%active)%memory%slid
         memory%penetration = max(memory%penetration, contact%overlap)
       end associate
     end do
@@ -107,7 +107,7 @@ contains
 
     do i = 1, size(contact)
       associate (entrance => contact(i)%entrance(contact(i)%active))
-        is_locked(i) = entrance%bonded .and. entrance%state == state_locked
+        is_locked(i) = entrance%memory%bonded .and. entrance%state == state_locked
       end associate
     end do
     held = .false.
@@ -125,7 +125,7 @@ contains
     type(gap_and_slip_t), intent(in) :: now(:)
 
     associate (n => contact%n_entrances)
-      overlap = max(0.0_dp, -maxval(contact%entrance(:n)%rest + contact%entrance(:n)%dilated + now(:n)%gap))
+      overlap = max(0.0_dp, -maxval(contact%entrance(:n)%rest + contact%entrance(:n)%memory%dilated + now(:n)%gap))
     end associate
   end function overlap_of
 
@@ -166,7 +166,7 @@ contains
 
     associate (k => contact%active)
       contact%force = [sum(force%across), force%along]
-      contact%entrance(k)%pressing = max(0.0_dp, contact%force(1))
+      contact%entrance(k)%memory%pressing = max(0.0_dp, contact%force(1))
       slip = now(k)%slip
       if (is_hard(law, contact%entrance(k))) contact%entrance(k)%multiplier = held
       if (contact%entrance(k)%state == state_sliding) &

@@ -150,10 +150,10 @@ contains
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k))
           if (.not. bonds(entrance%joint)) cycle
-          entrance%length = bonded_length(outlines, position, try%contact(i)%shared, entrance)
-          entrance%bonded = entrance%length > 0
-          if (decides_outside(try%law)) entrance%bonded = entrance%bonded .and. &
-                                                          try%geometry(k, i)%gap <= max(try%rounding, of_a_file*entrance%length)
+          entrance%memory%length = bonded_length(outlines, position, try%contact(i)%shared, entrance)
+          entrance%memory%bonded = entrance%memory%length > 0
+          if (decides_outside(try%law) .and. try%geometry(k, i)%gap > max(try%rounding, of_a_file*entrance%memory%length)) &
+            entrance%memory%bonded = .false.
         end associate
       end do
     end do

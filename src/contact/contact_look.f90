@@ -150,7 +150,7 @@ contains
     do k = 1, size(contact)
       do i = 1, contact(k)%n_entrances
         associate (entrance => contact(k)%entrance(i))
-          dilated(entrance%vertex) = max(dilated(entrance%vertex), 2*entrance%dilated)
+          dilated(entrance%vertex) = max(dilated(entrance%vertex), 2*entrance%memory%dilated)
         end associate
       end do
     end do

@@ -131,17 +131,17 @@ contains
     real(dp) :: gap, overlap, slip
 
     call recall(was, entrance)
-    gap = gap_at(survey, entrance%vertex, entrance%edge) - entrance%dilated
+    gap = gap_at(survey, entrance%vertex, entrance%edge) - entrance%memory%dilated
     if (entrance%state /= state_open) then
       slip = slip_of(survey, was)
       entrance%anchor = entrance%anchor - slip/survey%length(entrance%edge)
-      overlap = max(0.0_dp, was%rest + was%dilated - gap_at(survey, was%vertex, was%edge))
+      overlap = max(0.0_dp, was%rest + was%memory%dilated - gap_at(survey, was%vertex, was%edge))
       if (entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) then
         if (.not. (was%gives_way .and. has_slid(was, overlap) .and. entrance%rest - gap <= deeper*overlap .and. &
                    size(faces_of_entrance(outlines, survey, in_line, entrance)) > 0)) entrance%rest = min(0.0_dp, gap + overlap)
       end if
     end if
-    if (entrance%bonded .and. entrance%state /= state_open) return
+    if (entrance%memory%bonded .and. entrance%state /= state_open) return
     if (gap >= entrance%rest) entrance%rest = min(0.0_dp, gap) ! what has come out stays out
   end subroutine go_on
 
@@ -311,10 +311,10 @@ contains
               apart = norm2(survey%start(:, other%vertex) - survey%start(:, entrance%vertex))
               if (apart >= closest) cycle
               closest = apart
-              wear = other%wear
+              wear = other%memory%wear
             end associate
           end do
-          entrance%wear = max(entrance%wear, wear)
+          entrance%memory%wear = max(entrance%memory%wear, wear)
         end associate
       end do
     end do
@@ -325,7 +325,7 @@ contains
     type(contact_t), intent(in) :: contact
 
     associate (entrance => contact%entrance(contact%active))
-      has_worn = entrance%state /= state_open .and. entrance%wear > 0
+      has_worn = entrance%state /= state_open .and. entrance%memory%wear > 0
     end associate
   end function has_worn
 

@@ -44,7 +44,7 @@ contains
         spring%shear = entrance%multiplier(2) - entrance%stiffness(2)*now(k)%slip
         spring%shear_stiffness = entrance%stiffness(2)
         spring%friction = friction_of(try%law, entrance)
-        spring%bonded = entrance%bonded .and. entrance%state /= state_open
+        spring%bonded = entrance%memory%bonded .and. entrance%state /= state_open
         if (spring%bonded) spring%cohesion = bond(entrance, try%law%joint(entrance%joint)%cohesion)
         row(:, 1) = row_across(try, i, k)
         call rows_along(try, i, k, row(:, 2), row(:, 4))

@@ -64,7 +64,7 @@ contains
     type(entrance_t), intent(in) :: entrance
 
     gap_before = start%gap
-    if (.not. entrance%bonded) gap_before = min(start%gap, 0.0_dp)
+    if (.not. entrance%memory%bonded) gap_before = min(start%gap, 0.0_dp)
   end function gap_before
 
 end module scree_contact_quantities

@@ -218,7 +218,7 @@ contains
           else
             call find_geometry(model, cache, state, pair, entrance, d, geometry, try%acting(k, i))
           end if
-          geometry%gap = geometry%gap - entrance%rest - entrance%dilated
+          geometry%gap = geometry%gap - entrance%rest - entrance%memory%dilated
           if (anchored) then
             call add_edge(model, cache, state, pair, entrance, geometry, try%edge(:, :, k, i))
             if (allocated(try%acting)) try%acting(k, i)%normal = geometry%normal
@@ -548,7 +548,7 @@ contains
     do k = max(try%first, i - most_tips + 1), i - 1
       associate (other => try%contact(k)%entrance(try%contact(k)%active), own => try%contact(i)%entrance(try%contact(i)%active))
         acts_by_another = try%contact(k)%n_entrances == 2 .and. other%vertex == own%vertex .and. other%edge == own%edge .and. &
-                          other%rest + other%dilated >= own%rest + own%dilated
+                          other%rest + other%memory%dilated >= own%rest + own%memory%dilated
       end associate
       if (acts_by_another) return
     end do
@@ -645,7 +645,7 @@ contains
       call slide_shi(law, force%along, now%edge_length, entrance, slip, work)
     case default
       call slide_coulomb(force%along, now%edge_length, holds, entrance, slip, work)
-      call remember_dilating(law, now%slip - slip, now%opened, sum(force%across), entrance, work)
+      call remember_dilating(law, now%slip - slip, now%opened, sum(force%across), entrance%memory, work)
     end select
   end subroutine remember_slide
 

@@ -290,7 +290,7 @@ contains
     do i = try%first, try%last
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active), &
                  start => try%start(try%contact(i)%active, i))
-        if (entrance%state == state_open .or. entrance%bonded .or. start%closed .or. .not. start%gap > 0) cycle
+        if (entrance%state == state_open .or. entrance%memory%bonded .or. start%closed .or. .not. start%gap > 0) cycle
         now = gaps_and_slips(model, try, i, d)
         call press(try, i, now, force)
         if (abs(force%along) <= try%doubt(i)) cycle
@@ -320,7 +320,7 @@ contains
     beyond = 0.0_dp
     do i = try%first, try%last
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
-        if (.not. entrance%bonded .or. entrance%state == state_open) cycle
+        if (.not. entrance%memory%bonded .or. entrance%state == state_open) cycle
         call press_across(try, i, gaps_and_slips(model, try, i, d), force)
         beyond(i) = -force%across(k) - bond(entrance, try%law%joint(entrance%joint)%strength) - try%doubt(i)
       end associate
@@ -333,7 +333,7 @@ contains
       associate (contact => try%contact(i))
         contact%entrance(contact%active)%state = state_open
         contact%entrance(contact%active)%multiplier = 0.0_dp
-        contact%entrance%bonded = .false.
+        contact%entrance%memory%bonded = .false.
       end associate
     end do
     try%count = count_states(try%contact(try%first:try%last))
@@ -358,7 +358,7 @@ contains
         if (entrance%state == state_open) cycle
         before = friction_of(try%law, entrance)
         call press_across(try, i, gaps_and_slips(model, try, i, d), force)
-        entrance%pressing = entrance%pressing + share*(max(0.0_dp, sum(force%across)) - entrance%pressing)
+        entrance%memory%pressing = entrance%memory%pressing + share*(max(0.0_dp, sum(force%across)) - entrance%memory%pressing)
         if (abs(friction_of(try%law, entrance) - before) > same_friction*before) enough = .false.
       end associate
     end do

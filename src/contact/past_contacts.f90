@@ -40,7 +40,7 @@ contains
     type(entrance_t), intent(in) :: entrance
     real(dp), intent(in) :: pressed !! overlap of its spring, length
 
-    has_slid = entrance%state /= state_open .and. .not. entrance%bonded .and. entrance%slid > far*pressed
+    has_slid = entrance%state /= state_open .and. .not. entrance%memory%bonded .and. entrance%memory%slid > far*pressed
   end function has_slid
 
   !> Whether a contact has slid as far, or its joint, which has a stiffness of its own, has given way along it by as much.
@@ -118,7 +118,7 @@ contains
     integer, intent(in) :: closed(:) !! of the two, as of `closed_between`
     integer :: k
 
-    were_bonded = any([(past%contact(contact_of(closed(k)))%entrance(entrance_of(closed(k)))%bonded, k=1, size(closed))])
+    were_bonded = any([(past%contact(contact_of(closed(k)))%entrance(entrance_of(closed(k)))%memory%bonded, k=1, size(closed))])
   end function were_bonded
 
   !> Numbers of the entrances of two vertices at the edges at the other one that were closed when the step before ended.

@@ -1,6 +1,6 @@
 !> Who touches whom, and how: what contact knows of outlines, contacts and joints.
 module scree_contacts
-  use scree_joint_law, only: joint_t, laws_in_use_t
+  use scree_joint_law, only: joint_memory_t, joint_t, laws_in_use_t
   use scree_kinds, only: dp, pi
   implicit none
   private
@@ -49,14 +49,7 @@ module scree_contacts
     real(dp) :: multiplier(2) = 0.0_dp   !! forces across and along that the springs need not make up
     real(dp) :: stiffness(2) = 0.0_dp    !! across and along, of both entrances of a contact, force/length per unit thickness
     logical :: gives_way = .false.       !! it has the stiffness of a joint of its own, by which multipliers do not hold it
-    real(dp) :: length = 0.0_dp          !! of the joint that the contact stands for, where its strength asks for it
-    real(dp) :: pressing = 0.0_dp        !! force across at the end of the last step
-    logical :: bonded = .false.          !! cohesion and tensile strength are not lost
-    real(dp) :: slid = 0.0_dp            !! way that the contact has slid since it was found, length
-    real(dp) :: wear = 0.0_dp            !! way that its faces have slid on each other, by which their joint wears, length
-    real(dp) :: displaced = 0.0_dp       !! slip since then with its sign, where the scene has joints that dilate, length
-    real(dp) :: farthest = 0.0_dp        !! largest size of that so far, length
-    real(dp) :: dilated = 0.0_dp         !! gap by which its faces have parted in sliding, length
+    type(joint_memory_t) :: memory       !! of the joint
     real(dp) :: lagged_friction = 0.0_dp !! friction of the iteration before, by Shi's rules, force
   end type entrance_t
 

@@ -3,7 +3,7 @@ module scree_joint_law
   use scree_kinds, only: dp
   implicit none
   private
-  public :: closure_t, dilation_t, joint_stiffness_t, joint_t, laws_in_use_t, roughness_t, wear_t
+  public :: closure_t, dilation_t, joint_memory_t, joint_stiffness_t, joint_t, laws_in_use_t, roughness_t, wear_t
 
   !> Stiffness of a joint of its own.
   type :: joint_stiffness_t
@@ -46,6 +46,18 @@ module scree_joint_law
     type(wear_t) :: wear
     type(roughness_t) :: roughness
   end type joint_t
+
+  !> What the laws of a joint remember at an entrance.
+  type :: joint_memory_t
+    logical :: bonded = .false.     !! cohesion and tensile strength are not lost
+    real(dp) :: length = 0.0_dp     !! of the joint that the contact stands for, where its strength asks for it
+    real(dp) :: pressing = 0.0_dp   !! force across at the end of the last step
+    real(dp) :: slid = 0.0_dp       !! way that the contact has slid since it was found, length
+    real(dp) :: wear = 0.0_dp       !! way that its faces have slid on each other, by which the joint wears, length
+    real(dp) :: displaced = 0.0_dp  !! slip since the contact was found, with its sign, where joints dilate, length
+    real(dp) :: farthest = 0.0_dp   !! largest size of that slip so far, length
+    real(dp) :: dilated = 0.0_dp    !! gap by which its faces have parted in sliding, length
+  end type joint_memory_t
 
   !> Which parts any joint of a scene has; `joint_rules` alone asks.
   type :: laws_in_use_t

@@ -141,7 +141,7 @@ contains
     do i = 1, size(try%contact)
       do k = 1, try%contact(i)%n_entrances
         associate (start => try%start(k, i), entrance => try%contact(i)%entrance(k))
-          if (.not. start%closed .or. entrance%bonded) cycle
+          if (.not. start%closed .or. entrance%memory%bonded) cycle
           overlap = start%multiplier(1)*start%hardening/entrance%stiffness(1) - start%gap
           if (overlap >= together*farthest) cycle
           ways = rule%dt*row_across(try, i, k)*of_elements(model, elements_of(try, i, k), state%velocity)
@@ -193,7 +193,8 @@ contains
 
     associate (a => try%contact(i)%entrance(try%contact(i)%active), b => try%contact(j)%entrance(try%contact(j)%active), &
                start => model%outlines%start)
-      are_apart = norm2(state%vertex(:, start(a%vertex)) - state%vertex(:, start(b%vertex))) > of_a_bond*min(a%length, b%length)
+      are_apart = norm2(state%vertex(:, start(a%vertex)) - state%vertex(:, start(b%vertex))) &
+                  > of_a_bond*min(a%memory%length, b%memory%length)
     end associate
   end function are_apart
 
@@ -242,7 +243,7 @@ contains
   pure logical function holds(entrance)
     type(entrance_t), intent(in) :: entrance
 
-    holds = entrance%bonded .and. entrance%state == state_locked
+    holds = entrance%memory%bonded .and. entrance%state == state_locked
   end function holds
 
   !> Forces of contact i across and along, none where it is open.

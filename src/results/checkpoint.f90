@@ -404,14 +404,14 @@ contains
       call archive%part('entrance%stiffness', entrance%stiffness(i))
     end do
     call archive%part('entrance%gives_way', entrance%gives_way)
-    call archive%part('entrance%length', entrance%length)
-    call archive%part('entrance%pressing', entrance%pressing)
-    call archive%part('entrance%bonded', entrance%bonded)
-    call archive%part('entrance%slid', entrance%slid)
-    call archive%part('entrance%wear', entrance%wear)
-    call archive%part('entrance%displaced', entrance%displaced)
-    call archive%part('entrance%farthest', entrance%farthest)
-    call archive%part('entrance%dilated', entrance%dilated)
+    call archive%part('entrance%length', entrance%memory%length)
+    call archive%part('entrance%pressing', entrance%memory%pressing)
+    call archive%part('entrance%bonded', entrance%memory%bonded)
+    call archive%part('entrance%slid', entrance%memory%slid)
+    call archive%part('entrance%wear', entrance%memory%wear)
+    call archive%part('entrance%displaced', entrance%memory%displaced)
+    call archive%part('entrance%farthest', entrance%memory%farthest)
+    call archive%part('entrance%dilated', entrance%memory%dilated)
     call archive%part('entrance%lagged_friction', entrance%lagged_friction)
   end subroutine visit_entrances
 

@@ -132,7 +132,7 @@ contains
     associate (entrance => contact%entrance(:contact%n_entrances))
       numbers = [contact%n_entrances, contact%active, contact%covered, merge(1, 0, contact%shared), &
                  entrance%vertex, entrance%edge, entrance%joint, entrance%pair, entrance%state, &
-                 merge(1, 0, entrance%bonded), merge(1, 0, entrance%gives_way)]
+                 merge(1, 0, entrance%memory%bonded), merge(1, 0, entrance%gives_way)]
     end associate
   end function whole_numbers_of
 
@@ -144,8 +144,9 @@ contains
     associate (entrance => contact%entrance(:contact%n_entrances))
       numbers = [contact%force, contact%pressed, contact%slipped, contact%overlap, contact%energy, contact%inherits, &
                  entrance%direction, entrance%anchor, entrance%rest, &
-                 entrance%multiplier(1), entrance%multiplier(2), entrance%length, entrance%pressing, entrance%slid, entrance%wear, &
-                 entrance%displaced, entrance%farthest, entrance%dilated, &
+                 entrance%multiplier(1), entrance%multiplier(2), entrance%memory%length, entrance%memory%pressing, &
+                 entrance%memory%slid, entrance%memory%wear, entrance%memory%displaced, &
+                 entrance%memory%farthest, entrance%memory%dilated, &
                  entrance%lagged_friction, entrance%stiffness(1), entrance%stiffness(2)]
     end associate
   end function numbers_of_contact

@@ -110,7 +110,7 @@ contains
         k = crossed_last(merge(0.0_dp, [start(1)%gap, start(2)%gap], start%closed), [now(1)%gap, now(2)%gap])
       end if
       if (abs(across(2) - across(1)) <= doubt) k = active
-      if (contact%entrance(active)%bonded .and. contact%entrance(active)%state /= state_open) k = active
+      if (contact%entrance(active)%memory%bonded .and. contact%entrance(active)%state /= state_open) k = active
     end associate
   end function entrance_that_acts
 
@@ -152,7 +152,7 @@ contains
     if (entrance%state == state_open) then
       is_closed = across >= 0
     else
-      is_closed = entrance%bonded .or. across >= -doubt
+      is_closed = entrance%memory%bonded .or. across >= -doubt
     end if
   end function is_closed
 
@@ -185,7 +185,7 @@ contains
     real(dp) :: along
     real(dp) :: share               ! of its way, after which it crosses; of one that parts, of what began nearly there the first
 
-    if (.not. start%gap > 0 .or. start%closed .or. start%anchored .or. entrance%bonded) return
+    if (.not. start%gap > 0 .or. start%closed .or. start%anchored .or. entrance%memory%bonded) return
     along = slip + entrance%anchor*now%edge_length
     share = start%gap/max(start%gap - now%gap, start%gap, now%gap)
     entrance%anchor = start%share + share*(along/now%edge_length - start%share)
@@ -206,7 +206,7 @@ contains
     shear = entrance%multiplier(2) - entrance%stiffness(2)*slip
     rubs_by = friction_of(law, entrance)*pressing + bond(entrance, law%joint(entrance%joint)%cohesion)
     limit = max(0.0_dp, rubs_by)
-    pulled = entrance%bonded .and. rubs_by < 0
+    pulled = entrance%memory%bonded .and. rubs_by < 0
     if (entrance%state == state_sliding .and. abs(rubs_by) <= doubt) pulled = .not. abs(entrance%direction) > 0
     if (entrance%state == state_sliding .and. limit > doubt .and. entrance%direction*shear > 0) then
       state = state_locked ! it turned back; whether it slides there the next iteration tells
@@ -244,10 +244,10 @@ contains
     kept = (entrance%multiplier(2) - shear)/entrance%stiffness(2)
     work = abs(shear*(slip - kept))
     entrance%anchor = entrance%anchor + (slip - kept)/edge_length
-    entrance%slid = entrance%slid + abs(slip - kept)
-    entrance%wear = entrance%wear + abs(slip - kept)
+    entrance%memory%slid = entrance%memory%slid + abs(slip - kept)
+    entrance%memory%wear = entrance%memory%wear + abs(slip - kept)
     slip = kept
-    entrance%bonded = entrance%bonded .and. (holds .or. .not. abs(shear) > 0)
+    entrance%memory%bonded = entrance%memory%bonded .and. (holds .or. .not. abs(shear) > 0)
   end subroutine slide_coulomb
 
 end module scree_coulomb_contact

@@ -21,7 +21,7 @@ module scree_joint_dilation
   use scree_contact_quantities, only: contact_force_t, dilates, dilates_not, entrance_start_t, gap_and_slip_t, gap_before, &
                                       has_dilated, opening_t
   use scree_contacts, only: contact_t, entrance_t, state_locked, state_sliding
-  use scree_joint_law, only: dilation_t
+  use scree_joint_law, only: dilation_t, joint_memory_t
   use scree_kinds, only: dp
   implicit none
   private
@@ -56,13 +56,13 @@ contains
     opening%piece = piece
     if (piece == dilates_not) return
     if (piece == has_dilated) then
-      opening%behind = -dilating%tangent*(dilating%slip - entrance%farthest)
+      opening%behind = -dilating%tangent*(dilating%slip - entrance%memory%farthest)
       return
     end if
     associate (k => entrance%stiffness(2), tangent => dilating%tangent, friction => dilating%friction, dashpot => dilating%dashpot)
       opening%by_slip = tangent*entrance%direction
       opening%softer = 1 + tangent*friction/k*(entrance%stiffness(1) + start%bend%stiffer + dashpot)
-      opening%behind = tangent*(entrance%farthest - entrance%direction*entrance%displaced &
+      opening%behind = tangent*(entrance%memory%farthest - entrance%direction*entrance%memory%displaced &
                                 + (dilating%bond + friction*(start%bend%behind + dashpot*gap_before(start, entrance)))/k)
     end associate
   end function opening_on
@@ -74,7 +74,7 @@ contains
     type(entrance_start_t), intent(inout) :: start(2)
 
     associate (entrance => contact%entrance(contact%active), own => start(contact%active))
-      if (entrance%state /= state_sliding .or. entrance%direction*entrance%displaced < entrance%farthest) return
+      if (entrance%state /= state_sliding .or. entrance%direction*entrance%memory%displaced < entrance%memory%farthest) return
       if (dilating%tangent > 0) own%opening = opening_on(dilates, dilating, own, entrance)
     end associate
   end subroutine begin_opening
@@ -144,22 +144,22 @@ contains
                - (entrance%stiffness(1) + start%bend%stiffer + dilating%dashpot)*now%gap
     if (entrance%state /= state_sliding .or. .not. pressing > 0) return
     limit = dilating%friction*pressing + dilating%bond
-    reached = entrance%direction*(entrance%displaced + now%slip) - limit/entrance%stiffness(2)
-    if (reached > entrance%farthest) piece = dilates
+    reached = entrance%direction*(entrance%memory%displaced + now%slip) - limit/entrance%stiffness(2)
+    if (reached > entrance%memory%farthest) piece = dilates
     if (reached > dilating%slip) piece = has_dilated
   end function piece_at
 
   !> What an entrance remembers of sliding in an accepted step; what lifted is no loss of friction.
-  pure subroutine remember_opening(slid, opened, pressing, entrance, work)
+  pure subroutine remember_opening(slid, opened, pressing, memory, work)
     real(dp), intent(in) :: slid             !! in the step, with its sign, length
     real(dp), intent(in) :: opened           !! in the step, length
     real(dp), intent(in) :: pressing         !! force
-    type(entrance_t), intent(inout) :: entrance
+    type(joint_memory_t), intent(inout) :: memory
     real(dp), intent(inout) :: work          !! lost in friction, force length
 
-    entrance%displaced = entrance%displaced + slid
-    entrance%farthest = max(entrance%farthest, abs(entrance%displaced))
-    entrance%dilated = entrance%dilated + opened
+    memory%displaced = memory%displaced + slid
+    memory%farthest = max(memory%farthest, abs(memory%displaced))
+    memory%dilated = memory%dilated + opened
     work = work - pressing*opened
   end subroutine remember_opening
 

@@ -7,8 +7,7 @@
 !>
 !> The curve is in doc/theory/contact-laws.md, eq-roughness.
 module scree_joint_roughness
-  use scree_contacts, only: entrance_t
-  use scree_joint_law, only: roughness_t
+  use scree_joint_law, only: joint_memory_t, roughness_t
   use scree_kinds, only: dp, pi
   implicit none
   private
@@ -28,19 +27,19 @@ contains
 
   !> Friction of an entrance by the stress that it bore: the slope of tau/s, and no more than that of 70 degrees. An entrance that
   !> bore nothing has tan(phi), so that no contact rests on a stress that it does not have. A bond has no cohesion of this kind.
-  pure real(dp) function rough_friction(roughness, unworn, friction, entrance) result(slope)
+  pure real(dp) function rough_friction(roughness, unworn, friction, memory) result(slope)
     type(roughness_t), intent(in) :: roughness
     real(dp), intent(in) :: unworn   !! share of the roughness that is left
     real(dp), intent(in) :: friction !! tangent of phi, the friction angle without roughness
-    type(entrance_t), intent(in) :: entrance
+    type(joint_memory_t), intent(in) :: memory
     real(dp) :: angle, cohesion, jrc, stress
 
     slope = friction
     jrc = roughness%jrc*unworn
-    cohesion = merge(0.0_dp, roughness%cohesion, entrance%bonded)
+    cohesion = merge(0.0_dp, roughness%cohesion, memory%bonded)
     if (.not. (jrc > 0 .or. cohesion > 0) .or. friction >= tan(steepest)) return
-    if (.not. (entrance%pressing > 0 .and. entrance%length > 0)) return
-    stress = entrance%pressing/entrance%length
+    if (.not. (memory%pressing > 0 .and. memory%length > 0)) return
+    stress = memory%pressing/memory%length
     angle = atan(friction)
     if (jrc > 0) angle = angle + jrc*max(0.0_dp, log10(roughness%jcs) - log10(stress))
     slope = tan(steepest)

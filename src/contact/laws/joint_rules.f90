@@ -5,7 +5,7 @@ module scree_joint_rules
   use scree_contacts, only: contact_law_t, contact_t, entrance_t
   use scree_joint_closure, only: closing_energy, judge_bend, starting_bend
   use scree_joint_dilation, only: begin_opening, dilating_t, judge_opening, remember_opening, tangent_after
-  use scree_joint_law, only: joint_t, laws_in_use_t
+  use scree_joint_law, only: joint_memory_t, joint_t, laws_in_use_t
   use scree_joint_roughness, only: follows_stress, rough_friction
   use scree_joint_wear, only: unworn, worn_friction
   use scree_kinds, only: dp
@@ -68,7 +68,7 @@ contains
     real(dp), intent(in) :: strength !! force/length^2
 
     bond = 0.0_dp
-    if (entrance%bonded) bond = strength*entrance%length
+    if (entrance%memory%bonded) bond = strength*entrance%memory%length
   end function bond
 
   !> Tangent of the friction angle of an entrance, after the wear and under the stress with which the step began.
@@ -76,10 +76,10 @@ contains
     type(contact_law_t), intent(in) :: law
     type(entrance_t), intent(in) :: entrance
 
-    associate (joint => law%joint(entrance%joint))
+    associate (joint => law%joint(entrance%joint), memory => entrance%memory)
       friction = joint%friction
-      if (law%uses%wear) friction = worn_friction(joint%wear, friction, entrance%wear)
-      if (law%uses%roughness) friction = rough_friction(joint%roughness, unworn(joint%wear, entrance%wear), friction, entrance)
+      if (law%uses%wear) friction = worn_friction(joint%wear, friction, memory%wear)
+      if (law%uses%roughness) friction = rough_friction(joint%roughness, unworn(joint%wear, memory%wear), friction, memory)
     end associate
   end function friction_of
 
@@ -137,7 +137,7 @@ contains
     type(entrance_t), intent(in) :: entrance
 
     associate (joint => law%joint(entrance%joint))
-      dilating%tangent = tangent_after(joint%dilation, entrance%farthest)
+      dilating%tangent = tangent_after(joint%dilation, entrance%memory%farthest)
       if (.not. dilating%tangent > 0) return
       dilating%slip = joint%dilation%slip
       dilating%friction = friction_of(law, entrance)
@@ -147,15 +147,15 @@ contains
   end function dilating_in_step
 
   !> What an entrance of a joint that dilates remembers of an accepted step.
-  pure subroutine remember_dilating(law, slid, opened, pressing, entrance, work)
+  pure subroutine remember_dilating(law, slid, opened, pressing, memory, work)
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: slid             !! in the step, with its sign, length
     real(dp), intent(in) :: opened           !! in the step, length
     real(dp), intent(in) :: pressing         !! force
-    type(entrance_t), intent(inout) :: entrance
+    type(joint_memory_t), intent(inout) :: memory
     real(dp), intent(inout) :: work          !! lost in friction, force length
 
-    if (law%uses%dilation) call remember_opening(slid, opened, pressing, entrance, work)
+    if (law%uses%dilation) call remember_opening(slid, opened, pressing, memory, work)
   end subroutine remember_dilating
 
   !> Energy that the spring across an entrance has beside that of a linear spring, force length per unit thickness.

@@ -62,7 +62,7 @@ contains
         if (has_its_own(law, entrance)) then
           own = stiffness_of(law, entrance%joint)*length_of_contact(outlines, position, contact%shared, from_start, entrance)
         else if (bond > 0 .and. bonds > 0) then
-          own = max(entrance%length/bonds, least_bond)*own
+          own = max(entrance%memory%length/bonds, least_bond)*own
         end if
         if (own(1) > stiffness(1)) then
           stiffness = own
@@ -99,8 +99,8 @@ contains
     type(contact_t), intent(in) :: contact
 
     k = contact%active
-    if (.not. contact%entrance(k)%bonded) k = 3 - k
-    if (.not. contact%entrance(k)%bonded) k = 0
+    if (.not. contact%entrance(k)%memory%bonded) k = 3 - k
+    if (.not. contact%entrance(k)%memory%bonded) k = 0
   end function bonded_entrance
 
   !> Whether the joint of an entrance has a stiffness of its own.
@@ -146,7 +146,7 @@ contains
     do i = 1, size(contact)
       if (set(i) == 0) cycle
       set(i) = root_of(root, set(i))
-      total(set(i)) = total(set(i)) + contact(i)%entrance(bonded_entrance(contact(i)))%length
+      total(set(i)) = total(set(i)) + contact(i)%entrance(bonded_entrance(contact(i)))%memory%length
       n(set(i)) = n(set(i)) + 1
     end do
     length = 0.0_dp
@@ -180,7 +180,8 @@ contains
     real(dp) :: length, now
 
     associate (entrance => contact%entrance(1))
-      if (contact%n_entrances > 1 .or. entrance%bonded .or. .not. (entrance%gives_way .and. has_its_own(law, entrance))) return
+      if (contact%n_entrances > 1 .or. entrance%memory%bonded) return
+      if (.not. (entrance%gives_way .and. has_its_own(law, entrance))) return
       faces = faces_at(outlines, position, contact%shared, .false., entrance)
       associate (own => stiffness_of(law, entrance%joint))
         now = entrance%stiffness(1)/own(1)
@@ -271,8 +272,8 @@ contains
 
     do k = 1, contact%n_entrances
       associate (entrance => contact%entrance(k))
-        if (.not. entrance%bonded .and. follows_stress(law%joint(entrance%joint)%roughness)) &
-          entrance%length = length_of_contact(outlines, position, contact%shared, .false., entrance)
+        if (.not. entrance%memory%bonded .and. follows_stress(law%joint(entrance%joint)%roughness)) &
+          entrance%memory%length = length_of_contact(outlines, position, contact%shared, .false., entrance)
       end associate
     end do
   end subroutine measure_contact

@@ -197,7 +197,7 @@ contains
     entrance%anchor = entrance%anchor + slip/edge_length
     slip = 0.0_dp
     entrance%lagged_friction = entrance%lagged_friction - bond(entrance, law%joint(entrance%joint)%cohesion)
-    entrance%bonded = .false.
+    entrance%memory%bonded = .false.
   end subroutine slide_shi
 
   !> Contact stiffness after a step ("spri" of df): such that gaps and overlaps of closed contacts would be those allowed, but no
