@@ -4,7 +4,7 @@ import pathlib
 import re
 
 import pytest
-from scree.house import check, fortran, measures, parts, rooms
+from scree.house import ablate, check, fortran, limits, measures, parts, rooms
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"]) / "src"
 
@@ -82,6 +82,7 @@ def test_procedures_are_counted_as_by_hand(sample):
     found = {p.name: (len(p.arguments), p.own_lines, p.complexity) for p in fortran.procedures(sample)}
     # outer: do, if, and, or, if, else if, case = 7; `case default`, strings and the variable `where` are none
     assert found == {"plain": (2, 5, 1), "outer": (3, 25, 8), "inner": (0, 5, 2), "last": (0, 3, 1)}
+    assert {p.name: p.all_lines for p in fortran.procedures(sample)} == {"plain": 5, "outer": 30, "inner": 5, "last": 3}
     assert {p.full_name() for p in fortran.procedures(sample)} >= {"scree_sample.outer", "scree_sample.inner"}
     assert fortran.modules_used(sample) == [(3, "iso_fortran_env"), (4, "scree_kinds")]
 
@@ -181,3 +182,52 @@ def test_something_and_its_part_are_no_two_arguments(tmp_path):
     found = parts.parts_given([tmp_path / "given.f90"])
     assert [line for _, line, _ in found] == [14, 19, 21]
     assert "change is given own and its part own%share" in found[0][2]
+
+
+NAMES = """module scree_names
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use scree_a, only: b, c => d, &
+                     operator(+), e ! f, g
+  implicit none
+  private
+  public :: one, two, &
+            three
+  integer, parameter, public :: four = 4, five(2) = [1, 2]
+  integer, parameter :: six = 6
+end module scree_names
+"""
+
+
+def test_public_and_imported_names_are_counted_as_by_hand(tmp_path):
+    (tmp_path / "names.f90").write_text(NAMES)
+    assert fortran.public_names(tmp_path / "names.f90") == 5
+    assert fortran.imported_names(tmp_path / "names.f90") == 5
+
+
+def test_exceptions_to_limits_may_only_fall(tmp_path):
+    table, path = tmp_path / "limits.txt", tmp_path / "x.f90"
+    table.write_text("# A comment.\nlines scree_x.long 170\npublic scree_x 20\n")
+    listed = limits.read(table)
+    found = {("lines", "scree_x.long"): (171, path, 9), ("public", "scree_x"): (20, path, 1), ("lines", "scree_x.new"): (151, path, 3)}
+    assert [(line, text.split(":")[0]) for _, line, text in limits.beyond(found, listed, table)] == [
+        (9, "scree_x.long has 171 lines, above 170"), (3, "scree_x.new has 151 lines, above 150")]
+    found = {("lines", "scree_x.long"): (160, path, 9), ("public", "scree_x"): (15, path, 1)}
+    assert len(list(limits.beyond(found, listed, table))) == 2
+    limits.lower(found, listed, table)
+    assert table.read_text() == "# A comment.\nlines scree_x.long 160\n"
+    assert list(limits.beyond(found, limits.read(table), table)) == []
+
+
+def test_the_sources_keep_the_limits():
+    found = limits.measured(measures.all_procedures(SOURCE), SOURCE)
+    assert list(limits.beyond(found, limits.read())) == []
+
+
+def test_each_rule_of_the_ablations_is_once_in_the_sources_and_names_unit_tests():
+    tests = {path.stem for path in (SOURCE.parent / "tests").rglob("*.pf")}
+    for room in ("contact/laws", "contact/shi"):
+        for rule in ablate.rules_of(room):
+            assert ablate.without(rule, (SOURCE / rule["file"]).read_text()) != (SOURCE / rule["file"]).read_text()
+            assert rule["tests"] and set(rule["tests"]) <= tests
+    with pytest.raises(ValueError, match="expected a folder that has rules"):
+        ablate.rules_of("solver")

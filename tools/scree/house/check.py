@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 
-from . import measures, parts, prose, rooms
+from . import ablate, limits, measures, parts, prose, rooms
 from .fortran import QUOTED_OR_COMMENT
 
 TREE = pathlib.Path(__file__).resolve().parents[3]
@@ -76,7 +76,9 @@ def findings():
     yield from layout(sources())
     yield from lint()
     yield from rooms.against_order(rooms.arrows(source), rooms.order_of(source))
-    yield from measures.too_complex(measures.all_procedures(source), source)
+    procedures = measures.all_procedures(source)
+    yield from measures.too_complex(procedures, source)
+    yield from limits.beyond(limits.measured(procedures, source), limits.read())
     yield from parts.parts_given(sorted(source.rglob("*.f90")))
     yield from prose.findings(TREE)
 
@@ -114,8 +116,16 @@ def main():
     parser = argparse.ArgumentParser(prog="tools/check", description=__doc__)
     parser.add_argument("--table", nargs="?", const=TREE / "src", type=pathlib.Path, metavar="SOURCE",
                         help="print the figures of src/, or of the src/ of another tree, and check nothing")
+    parser.add_argument("--lower", action="store_true", help="write the exceptions to the limits that have become smaller")
+    parser.add_argument("--ablate", metavar="ROOM",
+                        help="take out the rules of a folder of src/ one at a time, and tell which unit test notices each")
     given = parser.parse_args()
     try:
+        if given.lower:
+            limits.lower(limits.measured(measures.all_procedures(TREE / "src"), TREE / "src"), limits.read())
+            return 0
+        if given.ablate:
+            return ablate.ablate(given.ablate, TREE)
         if given.table:
             if not given.table.is_dir():
                 raise CheckError(f"{given.table}: expected a folder of sources, found none")

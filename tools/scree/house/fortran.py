@@ -35,6 +35,7 @@ class Procedure:
     arguments: list
     own_lines: int = 0
     complexity: int = 1
+    all_lines: int = 0  # with those of the procedures that it contains
 
     def full_name(self):
         return f"{self.module}.{self.name}"
@@ -85,5 +86,26 @@ def procedures(path):
         around[-1].own_lines += s.n_lines
         around[-1].complexity += bool(BRANCH.match(s.text)) + len(re.findall(r"\.and\.|\.or\.", s.text))
         if END.match(s.text):
-            around.pop()
+            ended = around.pop()
+            ended.all_lines += ended.own_lines
+            if around:
+                around[-1].all_lines += ended.all_lines
     return found
+
+
+def names_in(listed):
+    """How many names a list has, without its brackets: `a, b => c`."""
+    while (inner := re.sub(r"\([^()]*\)|\[[^][]*\]", "", listed)) != listed:
+        listed = inner
+    return sum(bool(name.strip()) for name in listed.split(","))
+
+
+def public_names(path):
+    """How many names a module lets others use: those of its `public` statements, and what is declared with that attribute."""
+    return sum(names_in(match[1]) for s in statements(path)
+               if (match := re.match(r"public\s*(?:::|\s)(.*)", s.text) or re.match(r"[^:]*,\s*public\b[^:]*::(.*)", s.text)))
+
+
+def imported_names(path):
+    """How many names a file imports from modules of its own or of others."""
+    return sum(names_in(match[1]) for s in statements(path) if (match := re.match(r"use\b.*?,\s*only\s*:(.*)", s.text)))
