@@ -40,7 +40,7 @@ WEDGE = turned(np.array([[0.0, 0.0], [1.0, 0.0], [0.45, 0.85]]), 0.25)
 def draw_entrance_block(sheet):
     """Two polygons, their entrance block with its lines in order, and the list of the lines by distance."""
     left, right = panels(sheet, 1, 2, 3.1, gridspec_kw={"width_ratios": [1.5, 1]})[0]
-    A, B = WEDGE + [2.45, 1.35], HOUSE
+    A, B = WEDGE + [2.0, 1.8], HOUSE
     point = A[0]
     E = entrance_block(A, B, point)
     scene(left, r"$A$, $B$ and the entrance block $E(A, B)$ of the point $a_0$")
@@ -48,7 +48,7 @@ def draw_entrance_block(sheet):
     body(left, B, BLUE)
     body(left, A, RED)
     left.plot(*point, "o", color=RED, markersize=4)
-    left.text(point[0] - 0.05, point[1] - 0.2, "$a_0$", color=RED)
+    left.text(point[0] + 0.08, point[1] - 0.14, "$a_0$", color=RED)
     left.text(1.05, 0.6, "$B$", color=BLUE)
     left.text(*A.mean(0), "$A$", color=RED, ha="center", va="center")
     lines = entrance_lines(A, B)
@@ -60,7 +60,7 @@ def draw_entrance_block(sheet):
     leading = max(lines, key=lambda line: line[1])
     foot = point - leading[1] * leading[0]
     arrow(left, foot, point, BLACK, "<->")
-    left.text(*((foot + point) / 2 + [0.06, 0.04]), "$g$", fontsize=9)
+    left.text(*((foot + point) / 2 + [0.08, -0.1]), "$g$", fontsize=9)
     order = sorted(enumerate(lines, 1), key=lambda row: -row[1][1])
     colours = [BLUE if line[2][0] == "B" else RED for _, line in order]
     right.barh(range(len(order)), [line[1] for _, line in order], color=colours, alpha=0.75)
@@ -95,7 +95,7 @@ def draw_gap_along_a_slide(sheet):
     top = [max(row[x] for row in gaps.values()) for x in places]
     right.plot(places, top, color=BLACK, linewidth=3, alpha=0.25, label="gap of the pair: the largest")
     right.set_ylim(-0.5, 0.6)
-    right.set_xlabel("way of the block")
+    right.set_xlabel("displacement of the block")
     right.set_ylabel("distance across the line")
     right.legend(loc="upper left")
 
@@ -159,14 +159,14 @@ def draw_memory_by_arc_length(sheet):
     s = [0.0, math.hypot(1.1, 0.28), 1.2 + math.hypot(1.1, 0.28), 1.2 + 2 * math.hypot(1.1, 0.28)]
     for x, y, label in ((0, 0, "$s_0$"), (1.1, 0.28, "$s_1$"), (2.3, 0.28, "$s_2$"), (3.4, 0, "$s_3$")):
         left.plot(x, y, ".", color=BLACK)
-        left.text(x, y - 0.22, label, ha="center", fontsize=8)
+        left.text(x, y - 0.25, label, ha="center", fontsize=8)
     left.set_xlim(-0.2, 3.6)
     for k, colour in enumerate((PINK, RED, GREEN)):
         right.axvspan(s[k], s[k + 1], color=to_pale(colour), zorder=0)
     path = np.linspace(0.25, 3.2, 50)
     shear = np.minimum(1.0, 1.6 * (path - 0.25))
     right.plot(path, shear, color=BLACK, label="shear force over its limit")
-    right.plot(path, 0.35 * np.maximum(0, path - 0.875), color=ORANGE, label="way that has slid, wear")
+    right.plot(path, 0.35 * np.maximum(0, path - 0.875), color=ORANGE, label="path slid, wear")
     right.set_xticks(s, ["$s_0$", "$s_1$", "$s_2$", "$s_3$"])
     right.set_xlabel("arc length of the contact along $B$")
     right.set_yticks([0, 1])

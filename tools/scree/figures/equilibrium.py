@@ -8,14 +8,14 @@ from .sheet import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, RED, arrow, body, fig
 
 @figure("static-steps")
 def draw_static_steps(sheet):
-    """What static steps leave of the force on a spring, and the way that is left, of a body that settles and of one that slides."""
+    """The force that static steps leave on a spring, and the force over the displacement of a body that settles or slides."""
     left, right = panels(sheet, 1, 2, 2.4)[0]
     steps = np.arange(0, 41)
     for ratio, colour in ((10, RED), (1, ORANGE), (0.1, GREEN), (0.001, BLUE)):
         left.semilogy(steps, (ratio / (1 + ratio)) ** steps, color=colour, label=f"$c/k = {ratio:g}$")
     left.set_ylim(1e-12, 2)
     left.set_xlabel("static steps of one size")
-    left.set_ylabel("share of the force out of balance")
+    left.set_ylabel("ratio of the force out of balance")
     left.legend(loc="lower left", bbox_to_anchor=(0.28, 0.0))
     size, share, moved, grow = 1.0, 1.0, 0.0, 3.0
     ways, shares = [0.0], [1.0]
@@ -32,8 +32,8 @@ def draw_static_steps(sheet):
     right.text(0.60, 0.44, r"goes on by $w\,r_1/(r_0 - r_1)$", fontsize=7.5)
     right.set_xlim(-0.03, 1.35)
     right.set_ylim(-0.03, 1.05)
-    right.set_xlabel("way of the body")
-    right.set_ylabel("share out of balance $r$")
+    right.set_xlabel("displacement of the body")
+    right.set_ylabel("force out of balance $r$")
     right.legend(loc="upper right")
 
 
@@ -112,7 +112,7 @@ def draw_error_along_a_run(sheet):
         left.plot(time, angles - reference, color=colour, label=rf"$\Delta t = {dt:g}$ s: error")
         left.plot(time, estimate, "--", color=colour, label="estimate")
     left.set_xlabel("time, s")
-    left.set_ylabel("error, share of the arm")
+    left.set_ylabel("error over the arm")
     left.legend(loc="upper left", ncol=2)
     left.set_ylim(-0.24, 0.3)
     time = np.linspace(0, 2.5, 200)

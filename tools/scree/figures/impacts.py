@@ -32,7 +32,7 @@ def bounce(dt, phase, steps, restitution=None):
 
 
 def kept(dt, phase):
-    """Share of the energy of the fall that the block has when springs let it go, by its largest height after the first contact."""
+    """Fraction of the energy of the fall that a block keeps, by its largest height after the first contact."""
     height = bounce(dt, phase, int(0.6 / dt))
     first = int(np.argmax(height <= 0))
     return max(height[first:].max(), 0) / DROP
@@ -55,7 +55,7 @@ def draw_bounce(sheet):
         right.plot(phases, [kept(size, phase) for phase in phases], color=colour, label=f"springs, {1e3 * size:g} ms")
     right.axhline(0.25, color=BLUE, label="restitution 0.5")
     right.set_xlabel("phase of the step in which the block arrives")
-    right.set_ylabel("share of the energy that is kept")
+    right.set_ylabel("fraction of the energy that is kept")
     right.set_ylim(0, 1.05)
     right.legend(loc="upper center", ncol=2)
 

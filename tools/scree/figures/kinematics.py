@@ -94,7 +94,7 @@ def draw_growth(sheet):
         F = map_of("linear", 0.2) @ F
     steps, r = np.arange(0, 101), 2 * math.pi / 100
     for name, label, colour in (("linear", "linear: $(1 + r^2)^n$", RED), ("second_order", "second order: $(1 + r^4/4)^n$", ORANGE),
-                                ("exact", "trigonometric, exact, adjusted, exponential; Green strain", BLUE)):
+                                ("exact", "all others, and Green strain", BLUE)):
         right.plot(steps, 100 * (np.linalg.det(map_of(name, r)) ** steps - 1), color=colour, label=label)
     right.set_xlabel("step, of 100 in a turn ($r = 3.6$ degrees)")
     right.set_ylabel("growth of the area, %")
