@@ -28,17 +28,17 @@ module scree_command_line
     '  -o, --output FILE         what run, cut or joints writes; default: the stem of the deck and', &
     '                            .h5, .blk or .geo, here; with --restart the file itself', &
     '  --accuracy A ...          estimate: values of step.accuracy, each of which is a run of its own', &
-    '  --set GROUP.NAME=VALUE    a setting, over what the deck says; may be repeated', &
+    '  --set GROUP.NAME=VALUE    a setting, in place of that of the deck; may be repeated', &
     '  --set "joint(1).phi=30"   a number of a deck, by its name in doc/decks.md, with the checks of the deck', &
-    '  --restart FILE            run: goes on with a run; --set may say anew how it goes on', &
+    '  --restart FILE            run: goes on with a run; --set may change how it goes on', &
     '  --xdmf                    writes an XDMF side-car too', &
     '  --classic-output          run: writes the frames as Shi''s programs keep them too, .replay', &
     '  --strict                  run, check: warnings are errors', &
     '  --quiet                   prints errors and warnings alone', &
-    '  --summary json            run: prints at the end what it came to as a JSON object, quiet or not', &
+    '  --summary json            run: prints the summary of the run as a JSON object, with --quiet too', &
     '', &
     'Exit status: 0 done, 1 the run failed, 2 bad input, 130 or 143 stopped by SIGINT (Ctrl-C) or SIGTERM;', &
-    'what a run that stops has done is in its results file.']
+    'the results file of a run that stops has all that it did.']
 
   !> What the program says where it is called without a word.
   character(len=*), parameter :: usage(*) = [character(len=88) :: &

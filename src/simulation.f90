@@ -57,7 +57,7 @@ module scree_simulation
     type(summary_t), allocatable :: summary !! of its steps
     type(trouble_t) :: cut               !! why a try was cut last
     integer :: framed = 0                !! step of the last frame, or one that none is to follow
-    type(probe_t), allocatable :: probe  !! of a run that is to tell what it takes, and leaves no results
+    type(probe_t), allocatable :: probe  !! of a run that measures its own time and leaves no results
   end type run_t
 
 contains
@@ -134,7 +134,7 @@ contains
     end if
   end subroutine simulate
 
-  !> Writes how a run ended, and says what it came to.
+  !> Writes how a run ended, and prints its summary.
   subroutine end_run(options, run, error)
     type(run_options_t), intent(in) :: options
     type(run_t), intent(inout) :: run
@@ -398,7 +398,7 @@ contains
       call put_frame(run%output, run%model, run%cache, run%state, run%watch, frame_error)
   end subroutine run_steps
 
-  !> Share of a run that is done, its stages taken for equally long.
+  !> Fraction of a run that is done, its stages taken for equally long.
   pure real(dp) function share_of_run(run) result(share)
     type(run_t), intent(in) :: run
 

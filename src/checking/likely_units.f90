@@ -1,7 +1,7 @@
 !> The units that a deck is likely to be written in, told by density and stiffness, and whether its weight is gravity in them.
 !>
-!> A deck says no units. But rock, soil, ice and steel lie within a factor of a hundred in density and of 1e9 in stiffness,
-!> so that most mixtures of units, as kN beside kg or GPa beside Pa, fall out of every system.
+!> A deck names no units. But rock, soil, ice and steel lie within a factor of a hundred in density and of 1e9 in stiffness. So most
+!> mixtures of units, such as kN beside kg or GPa beside Pa, fit no system.
 module scree_likely_units
   use scree_kinds, only: dp
   use scree_scene, only: block_material_t
@@ -37,8 +37,8 @@ module scree_likely_units
   real(dp), parameter :: least_strength = 1e-9_dp
   !> The same of the walls of joints: weathered rock has a tenth of the strength of rock, and a factor of ten is left.
   real(dp), parameter, public :: least_strength_of_walls = 1e-5_dp
-  !> Least strength over the weight of a column as high as the model: a cohesion c holds a vertical bank of height 4 c over the unit
-  !> weight (Culmann), so that less than this changes nothing that is seen.
+  !> Least strength over the weight of a column as high as the model. A cohesion c holds a vertical bank of height 4 c over the unit
+  !> weight (Culmann), so a smaller strength changes nothing visible.
   real(dp), parameter :: least_bearing = 1e-4_dp
   !> Unit weight of water over that of the material about it: 0.13 in steel, 0.2 to 0.5 in rock, 1 in peat; with a factor of two.
   real(dp), parameter :: water_share(2) = [0.06_dp, 2.0_dp]
@@ -134,7 +134,7 @@ contains
       power = 3*nint((log10(systems(i)%gravity) - log10(max(g, tiny(g))))/3) ! of kilo, mega
       if (.not. likely(i) .or. abs(power) > 12) cycle
       if (.not. is_gravity(g*10.0_dp**power, systems(i)%gravity)) cycle
-      doubt = doubt//': a factor of '//real_text(10.0_dp**abs(power))//', as of kN beside N'
+      doubt = doubt//': a factor of '//real_text(10.0_dp**abs(power))//', such as kN beside N'
       return
     end do
   end function doubt_of_weight

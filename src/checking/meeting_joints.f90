@@ -18,8 +18,10 @@ module scree_meeting_joints
 
 contains
 
-  !> Places of contacts at which a face lies on an edge, and at which edges on the line of that edge have different joint materials:
-  !> those of the vertex, the edge, and where the vertex is at an end of the edge, the next one. Each place once.
+  !> Places of contacts at which pieces of different joint materials meet, each place once.
+  !>
+  !> A face lies on an edge there. The pieces are those of the vertex, the edge, and the next edge where the vertex is at an end of
+  !> it.
   pure function meeting_joints(model, state, contact) result(meeting)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state

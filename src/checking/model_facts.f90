@@ -223,9 +223,9 @@ contains
 
   !> How much softer joints make a mass of blocks, and how far they close under its weight.
   !>
-  !> A block of width w and a joint of stiffness K = kn w, or two contacts a face, are springs in series: E_mass/E = K/(E + K), the
-  !> same for all widths where K is that of contacts. Under the stress s a joint that closes by c at most closes by s/(kn + s/c)
-  !> (Bandis 1983). Contacts that multipliers hold do not give way, and overlap by what these leave.
+  !> A block of width w and a joint of stiffness K = kn w, or two contacts a face, are springs in series: E_mass/E = K/(E + K). With
+  !> the stiffness of contacts the ratio is the same for all widths. Under the stress s a joint with the largest closure c closes by
+  !> s/(kn + s/c) (Bandis 1983). Contacts with multipliers do not deform, and overlap by the tolerance of these.
   pure subroutine soften(scene, model, facts)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
@@ -296,8 +296,8 @@ contains
 
   !> What the initial stress pushes free edges with, beyond what loads and supports on them bear when the run begins.
   !>
-  !> An element that a fixed point holds, or that shares unknowns with one, bears its own; and so does the straight side of a
-  !> block that two fixed points lie on, of whichever elements it is made.
+  !> An element with a fixed point, or one that shares unknowns with it, bears its own stress. So does the straight side of a block
+  !> with two fixed points on it, of whichever elements the side is made.
   pure subroutine push_free_sides(scene, model, state, free, side)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model

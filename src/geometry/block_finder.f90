@@ -18,11 +18,11 @@ module scree_block_finder
   !> The blocks that a line goes through, one after the other.
   type :: path_t
     integer, allocatable :: block(:)  !! (n)
-    real(dp), allocatable :: from(:)  !! (n) where it enters and leaves them, share of the line
+    real(dp), allocatable :: from(:)  !! (n) where it enters and leaves them, fraction of the line
     real(dp), allocatable :: to(:)
   end type path_t
 
-  !> Sine of an angle between a line and an edge below which they are parallel, and share of an edge that is none.
+  !> Sine of an angle between a line and an edge below which they are parallel, and fraction of an edge that is none.
   real(dp), parameter :: along = 1e-12_dp
   !> Of a line, a piece that is too short to tell in which block it lies.
   real(dp), parameter :: no_piece = 1e-9_dp

@@ -22,7 +22,7 @@ module scree_block_input
   private
   public :: block_area, block_moments, block_size, block_source, blocks_t, joined_text, make_blocks, scale_of_lines
 
-  !> A fixed point lies this share of the scale inside the edge that its line crosses.
+  !> A fixed point lies this fraction of the scale inside the edge that its line crosses.
   real(dp), parameter :: inwards = 0.005_dp
   !> The origin of blocks is not 0 where they are this many times their extent away from it.
   real(dp), parameter :: far_away = 4.0_dp

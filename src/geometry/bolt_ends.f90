@@ -12,8 +12,8 @@ module scree_bolt_ends
   private
   public :: carried_bolts_t, carry_bolts
 
-  !> An end of a bolt this share of the bolt's length outside all blocks is moved to the nearest one: the head and the plate of a
-  !> bolt of 3 m stand out of the rock by some 3 cm.
+  !> Distance from all blocks, over the bolt's length, within which an end of a bolt is moved to the nearest block. The head and the
+  !> plate of a bolt of 3 m stand out of the rock by some 3 cm.
   real(dp), parameter :: stands_out = 0.01_dp
 
   !> Bolts with what holds them.
@@ -126,8 +126,8 @@ contains
     end if
   end subroutine carry_end
 
-  !> Adds a bolt for each joint that a grouted one crosses, from the middle of its way through the one block, or its end there, to
-  !> that of its way through the other.
+  !> Adds a bolt for each joint that a grouted bolt crosses. Its ends are the middles of the two lengths in the blocks on both
+  !> sides, or the end of the grouted bolt.
   subroutine add_crossings(given, number, finder, shape, vertex, origin, points, bolts, error)
     type(bolt_record_t), intent(in) :: given
     integer, intent(in) :: number

@@ -9,8 +9,8 @@ module scree_carried_points
   private
   public :: add_point, check_inside, found_points_t, region_size
 
-  !> Points this share of the scale outside all blocks belong to the nearest (Shi: of a vertex); points whose block is given,
-  !> this share of its size outside, to that.
+  !> Points this fraction of the scale outside all blocks belong to the nearest (Shi: of a vertex); points whose block is given,
+  !> this fraction of its size outside, to that.
   real(dp), parameter, public :: near_blocks = 1e-5_dp
 
   !> Points as they are found.

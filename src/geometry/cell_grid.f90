@@ -1,7 +1,7 @@
-!> A grid of cells that finds what is near: each cell lists the segments or boxes that touch it.
+!> A grid of cells that finds neighbours: each cell lists the segments or boxes that touch it.
 !>
-!> Half of the columns are of one width, the other half hold equally many of the places that the grid is made for, and so
-!> the rows: what crowds in a corner is told apart there, at the price of a bisection.
+!> Half of the columns have one width. The other half hold equal numbers of the places for which the grid is made. Rows are made in
+!> the same way. So places that crowd in a corner are told apart, at the price of a bisection.
 module scree_cell_grid
   use scree_kinds, only: dp
   use scree_sorting, only: sort_by

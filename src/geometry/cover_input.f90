@@ -1,10 +1,12 @@
 !> Blocks to elements and covers (Shi's mc).
 !>
-!> A block of the DDA is one element with its own cover. In the NMM a mathematical mesh lies over the blocks; what a triangle
-!> has in common with a block are manifold elements, one or more polygons of any shape, and every node of the mesh makes
-!> as many physical covers as its triangles' elements fall into connected parts. Without a mesh each block is one element
-!> on three covers of its own: those of the block itself where it is a triangle and no sliver, else of the equilateral
-!> triangle around the circle that holds it; the field is affine and its integrals exact, so the choice does not matter.
+!> A block of the DDA is one element with its own cover. In the NMM a mathematical mesh lies over the blocks. The regions that a
+!> triangle has in common with a block are manifold elements: one or more polygons of any shape. The elements of the triangles of a
+!> node fall into connected parts, and each part is a physical cover.
+!>
+!> Without a mesh each block is one element on three covers of its own. They are those of the block where it is a triangle and no
+!> sliver, else those of the equilateral triangle around the circle that holds it. The field is affine and its integrals are exact,
+!> so the choice does not matter.
 module scree_cover_input
   use scree_block_input, only: blocks_t
   use scree_errors, only: error_t
@@ -26,7 +28,7 @@ module scree_cover_input
 
   !> What the cut made of the mesh.
   type :: cover_quality_t
-    integer :: small = 0                !! elements below the least share of their triangle
+    integer :: small = 0                !! elements below the least fraction of their triangle
     integer :: extended = 0             !! covers that follow others
     real(dp) :: least_share = 1.0_dp    !! smallest area of an element over that of its triangle
     real(dp) :: farthest = 0.0_dp       !! largest weight of an extension
@@ -94,12 +96,11 @@ contains
   !> The lines of the mesh join the edges of the blocks and the cracks in them in one cut. Elements are connected across
   !> lines of the mesh, never across joints.
   !>
-  !> A cover whose elements all have less than `least_share` of their triangles is too small to stand on its own: its
-  !> stiffness and mass go to zero with the area, and the condition of the equations with them (the small-cut problem).
-  !> It follows the nearest element that is large enough: the linear field of that element, extended to the node
-  !> (aggregation; Badia, Verdugo, Martin 2018). The fields that are left hold every linear field and stay continuous, so
-  !> that nothing else changes. Covers of second order are those of nodes and of edges; there it is the field of second order that
-  !> is extended.
+  !> A cover whose elements all have less than `least_share` of their triangles is too small to stand on its own. Its stiffness and
+  !> mass go to zero with the area, and the condition number of the equations grows without bound (the small-cut problem). The cover
+  !> follows the nearest element that is large enough: the linear field of that element, extended to the node (aggregation; Badia,
+  !> Verdugo, Martin 2018). The remaining fields hold every linear field and stay continuous, so nothing else changes. Covers of
+  !> second order are those of nodes and of edges. They follow the extended field of second order.
   subroutine cover_with_mesh(blocks, mesh, least_share, second_order, covered, error)
     type(blocks_t), intent(in) :: blocks
     type(mesh_t), intent(in) :: mesh       !! in the coordinates of the blocks
@@ -181,8 +182,10 @@ contains
     elements%linked = [(root_of(elements%linked, f), f=1, n)]
   end subroutine connect_faces
 
-  !> Covers without an element of the least share follow the nearest that has one, by steps across lines of the mesh, and of those
-  !> as near the one whose triangle has its middle nearest to the cover; where a part of a block has none, its largest.
+  !> Lets covers without an element of the least fraction follow the nearest large element.
+  !>
+  !> Distance is counted in steps across lines of the mesh. Of elements at one distance the one is taken whose triangle has its
+  !> middle nearest to the cover. In a part of a block without a large element the largest element is taken.
   subroutine extend_covers(faces, least_share, cover, elements, extension)
     type(faces_t), intent(in) :: faces
     real(dp), intent(in) :: least_share
@@ -249,7 +252,7 @@ contains
     if (abs(to_a - to_b) <= as_near*to_b) leads_better = faces%share(a) > (1 + as_near)*faces%share(b)
   end function leads_better
 
-  !> Faces that others may follow: those of the least share; of a part of a block that has none, its largest.
+  !> Faces that others may follow: those of the least fraction; of a part of a block that has none, its largest.
   pure function stand_alone(faces, least_share) result(large)
     type(faces_t), intent(in) :: faces
     real(dp), intent(in) :: least_share

@@ -192,8 +192,10 @@ contains
     end do
   end subroutine find_triangles
 
-  !> Finds a place in a block where the mesh does not hold together, if any: neighbours with a line between them that has not one
-  !> triangle on either side, as where nodes hang on it, are there twice, or triangles overlap.
+  !> Finds a place in a block where the triangles of the mesh do not fit together, if any.
+  !>
+  !> There a line between neighbours has not exactly one triangle on either side, because nodes hang on it or are doubled, or
+  !> because triangles overlap.
   pure subroutine find_tear(between, edge, position, ends, faces)
     logical, intent(in) :: between(:)      !! whether an edge of the mesh has one triangle on either side
     integer, intent(in) :: edge(:)         !! (m) of the mesh, between two neighbours
@@ -209,7 +211,7 @@ contains
     end do
   end subroutine find_tear
 
-  !> Keeps the faces of blocks, in the order of these, with the share that each has of its triangle.
+  !> Keeps the faces of blocks, in the order of these, with the fraction that each has of its triangle.
   subroutine keep_faces(mesh, area, faces)
     type(mesh_t), intent(in) :: mesh
     real(dp), intent(in) :: area(:)        !! (n) of the faces

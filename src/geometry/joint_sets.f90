@@ -1,8 +1,8 @@
 !> Statistical joint sets (Shi: dl): parallel lines, on each of them traces and bridges of rock by turns, clipped to the rock.
 !>
-!> Spacing, length and bridge are mean (1 + randomness (2u - 1)) with u uniform in [0, 1). The first line, and on each
-!> line the first trace, are those of a process that has gone on for ever: the interval that covers the edge is drawn
-!> with a probability in proportion to its length, and the edge lies anywhere in it. So the means hold from the edge on.
+!> Spacing, length and bridge are mean (1 + randomness (2u - 1)) with u uniform in [0, 1). The first line, and the first trace of
+!> each line, belong to a stationary process. The interval that covers the edge is drawn with a probability in proportion to its
+!> length, and the edge lies at a uniform place in it. So the means hold from the edge on.
 module scree_joint_sets
   use scree_kinds, only: dp, pi
   use scree_random_numbers, only: next_uniform, random_t, split_random

@@ -208,7 +208,7 @@ contains
     end do
   end function places_of
 
-  !> The edge of a polygon that runs each edge the other way, 0 where there is none; edge k leaves vertex k.
+  !> The edge of a polygon that runs along each edge in reverse, 0 where there is none; edge k leaves vertex k.
   pure function ways_back(place) result(back)
     integer, intent(in) :: place(:)   !! (n)
     integer :: back(size(place))

@@ -5,10 +5,9 @@
 !> node, which loses no area. A straight line is never bent: the node goes onto the line.
 !>
 !> One pass finds all crossings and all nodes that are too near to a piece, and splits the pieces there. The passes repeat
-!> until they find nothing (iterated snapping; Halperin and Packer 2002). The passes end, because new nodes lie apart from
-!> all others, so that there are finitely many nodes, and because a piece is split only into shorter pieces: at nodes that
-!> are nearer to both its ends than these are to each other. The result is planar by an exact test (scree_predicates), even
-!> where lines are nearly parallel.
+!> until they find nothing (iterated snapping; Halperin and Packer 2002). The passes end for two reasons. New nodes lie apart from
+!> all others, so there are finitely many. A piece is split only into shorter pieces, at nodes that are nearer to both its ends than
+!> these are to each other. The result is planar by an exact test (scree_predicates), even where lines are nearly parallel.
 module scree_line_cutting
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_segments, set_up_grid
   use scree_cut_nodes, only: add_node, cut_nodes_t, in_order, make_room, node_at, node_share, unlist_node
@@ -29,7 +28,7 @@ module scree_line_cutting
     real(dp), allocatable :: position(:, :)   !! (2, n_nodes), length
     integer, allocatable :: ends(:, :)     !! (2, n_pieces) nodes
     integer, allocatable :: line(:)        !! (n_pieces) line that a piece is of, and runs along; the first of those that coincide
-    integer, allocatable :: against(:)     !! (n_pieces) the first of these that runs the other way; `line` where none does
+    integer, allocatable :: against(:)     !! (n_pieces) the first of these in reverse direction; `line` where none is
     real(dp) :: nearest = 0.0_dp           !! e as used, length
     real(dp) :: rounding = 0.0_dp          !! the least e: what lies nearer to a line is on it, length
   end type graph_t
@@ -545,7 +544,7 @@ contains
     end associate
   end function grows
 
-  !> Keeps, of the pieces between two nodes, the one of the first line, with the first line that runs the other way.
+  !> Keeps one of the pieces between two nodes: that of the first line, with the first line in reverse direction.
   subroutine drop_doubles(n_nodes, ends, line, against, graph)
     integer, intent(in) :: n_nodes, ends(:, :), line(:), against(:)
     type(graph_t), intent(inout) :: graph

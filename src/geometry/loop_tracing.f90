@@ -16,7 +16,7 @@ module scree_loop_tracing
   private
   public :: trace_regions
 
-  !> A corner nearer to its chord than this share of the graph's rounding is none. Nodes are farther than that rounding
+  !> A corner nearer to its chord than this fraction of the graph's rounding is none. Nodes are farther than that rounding
   !> from the pieces they are no end of, so that no region loses its area.
   real(dp), parameter :: straight = 0.25_dp
 

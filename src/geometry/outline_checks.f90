@@ -1,8 +1,8 @@
 !> Whether the loops that a file gives bound one area: outlines may cross themselves, fold back, or run round twice.
 !>
-!> Edges that are no neighbours and keep their distance do none of this, and a sweep tells that of almost every block. Where
-!> they do not, the loops are cut at each other as any lines are, and how often the loops wind around each region that comes
-!> of it decides: once around one of them, which is the block, and not around its holes.
+!> Edges that are no neighbours and keep their distance do none of this. A sweep finds that for almost every block. Where edges come
+!> nearer, the loops are cut at each other as any lines are. The loops must wind once around one of the resulting regions, which is
+!> the block, and not around its holes.
 module scree_outline_checks
   use scree_errors, only: error_t
   use scree_kinds, only: dp

@@ -122,8 +122,10 @@ contains
     end do
   end function holds
 
-  !> A position well inside: the centroid, or else the middle of a run of a horizontal between two levels of corners, the one with
-  !> the most room, which is the smaller of its length and of the distance between the levels.
+  !> A position well inside a polygon.
+  !>
+  !> It is the centroid where that lies inside. Else it is the middle of a horizontal run between two levels of corners. Of such
+  !> runs the one is taken for which the smaller of its length and of the distance between the levels is the largest.
   pure function inner_place(vertex, first) result(position)
     real(dp), intent(in) :: vertex(:, :)       !! (2, n), length
     integer, intent(in), optional :: first(:)  !! (n_loops+1), as in `holds`

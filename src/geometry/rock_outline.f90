@@ -30,7 +30,7 @@ module scree_rock_outline
     integer :: decimals = 0                    !! coordinates are whole multiples of 10^-decimals
   end type rock_t
 
-  !> Shares of the extent. Each is ten times the one before, so that none takes the other's differences for its own.
+  !> Fractions of the extent. Each is ten times the one before, so that none takes the other's differences for its own.
   real(dp), parameter :: digit = 1e-10_dp !! coordinates are rounded to the next power of ten above it, at most 1e-9
   real(dp), parameter :: near = 2e-9_dp   !! what is closer touches
   real(dp), parameter :: aside = 2e-8_dp  !! distance of the places that tell whether there is rock beside a line

@@ -1,14 +1,14 @@
 !> Seams: straight lines inside a region that join each of its holes to its outline, so that one polygon holds them all.
 !>
 !> A vertical line sweeps over the region from left to right. The edges with the region above them, from bottom to top, are its
-!> floors. Between a floor and what lies above it, the region is a trapezoid, whose left side a vertex has made: the mark of the
-!> floor. The first vertex of a hole lies on the right side of a trapezoid, so the line to the mark runs inside it and meets
-!> neither an edge nor another seam, which are all in trapezoids of their own (de Berg et al. 2008, "Computational Geometry",
-!> section 3.2, diagonals of split vertices). n vertices take a time of order n log n.
+!> floors. Between a floor and the edge above it, the region is a trapezoid, whose left side a vertex has made: the mark of the
+!> floor. The first vertex of a hole lies on the right side of a trapezoid. So the line to the mark runs inside it and meets neither
+!> an edge nor another seam, because these lie in other trapezoids. (de Berg et al. 2008, "Computational Geometry", section 3.2,
+!> diagonals of split vertices). n vertices take a time of order n log n.
 !>
 !> Of vertices with the same x the lower one comes first, as if the sweep line leaned a little. Loops may touch at vertices. There
-!> the sweep takes what is no region to be a little smaller: what ends at the place comes first and what begins there comes last,
-!> and edges that leave the place are told apart by their directions.
+!> the sweep takes holes and the outside to be a little smaller: edges that end at the place come first, and edges that begin there
+!> come last. Edges that leave the place are told apart by their directions.
 module scree_seams
   use scree_kinds, only: dp
   use scree_ordered_list, only: bring_up, find_before, insert_after, ordered_list_t, remove_item, replace_item, set_up_list

@@ -4,21 +4,20 @@
 !>
 !>     u = sum_i w_i [a_i + B_i (x - x_i)] = sum_i w_i a_i + sum_(ij) w_i w_j (B_i - B_j)(x_j - x_i),
 !>
-!> with w_i the linear weights and (ij) the edges. So 18 numbers stand for 12, and a B that is the same on all covers, or a turn,
-!> B_i = b0 + b1 rot (x_i), for nothing: of each component of u a mesh has three functions too many, as many as a framework of
-!> its edges has rigid motions, whatever its size (An, Li, Ma, Zhang 2011 predict such numbers). Here the edges have
-!> what is theirs instead: besides the covers of nodes there are covers of edges, all with constant functions, the displacements
-!> of nodes and of middles of edges, and with the weights
+!> with w_i the linear weights and (ij) the edges. So 18 numbers describe 12. A B that is the same on all covers, or a turn, B_i =
+!> b0 + b1 rot (x_i), has no effect. For each component of u a mesh has three functions too many, whatever its size: as many as a
+!> framework of its edges has rigid motions (An, Li, Ma, Zhang 2011 predict such numbers). Here edges have covers of their own
+!> besides those of nodes. All have constant functions, the displacements of nodes and of middles of edges, with the weights
 !>
 !>     w_i (2 w_i - 1),   4 w_i w_j
 !>
-!> of six-node triangles, which sum up to 1. They hold all that linear cover functions do, depend on nothing, and so
-!> the equations have the rank that they should.
+!> of six-node triangles, which sum up to 1. They hold every field of linear cover functions and are independent, so the equations
+!> have full rank.
 !>
-!> An element is cut up into triangles, whatever its shape, and each of these into six cells, on each of which everything is taken
-!> as it is at one point: the rule of six points that integrates polynomials of degree four (Cowper 1973; Dunavant 1985),
-!> each cell as large as the weight of its point. So mass, the forces of Green strain and their changes are those of simplex
-!> integration (Shi 1984), which are of degree four, and everything else of an element is that of a cell.
+!> An element of any shape is cut up into triangles, and each of these into six cells. On a cell every quantity has its value at one
+!> point. The points are those of the rule that integrates polynomials of degree four (Cowper 1973; Dunavant 1985), and each cell is
+!> as large as the weight of its point. Mass, the forces of Green strain and their changes are of degree four, so they equal those
+!> of simplex integration (Shi 1984).
 module scree_second_order
   use scree_kinds, only: dp
   use scree_keyholes, only: polygons_of

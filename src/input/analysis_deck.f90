@@ -43,7 +43,7 @@ contains
     n%fixed = n_fixed
     n%loads = n_loads
     call begin_thing(deck%options, 'deck')
-    call next_real(deck, 'the share of velocity handed on (k01; 0 static, 1 dynamic)', scene%carried, error, &
+    call next_real(deck, 'the fraction of the velocity passed on (k01; 0 static, 1 dynamic)', scene%carried, error, &
                    least=0.0_dp, most=1.0_dp, name='k01')
     if (allocated(error)) return
     call next_index(deck, 'the number of steps (n5)', scene%n_steps, error, name='n5')

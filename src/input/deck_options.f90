@@ -1,7 +1,7 @@
 !> Numbers of a deck that `--set` gives: THING.NAME=VALUE, such as joint(1).phi=30, over what the deck says.
 !>
-!> The reader of a deck says what it reads as it goes, a thing and then the names of its numbers; what `--set` gives takes the
-!> place of the word of the deck there, and so is checked as that would be. What no reader asked for is an error at the end.
+!> The reader of a deck names what it reads: a thing, and then its numbers. A value of `--set` replaces the word of the deck there,
+!> so it is checked as that word would be. A value that no reader asked for is an error at the end.
 module scree_deck_options
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_text, only: in_lower_case, number_text

@@ -50,7 +50,7 @@ contains
     do i = 1, size(scene%options)
       call title('  given: --set '//scene%options(i)%text)
     end do
-    call number('share of velocity handed on (k01)', scene%carried, '1')
+    call number('fraction of the velocity passed on (k01)', scene%carried, '1')
     call number('steps (n5)', real(scene%n_steps, dp), '1')
     call number('largest displacement of a step over half the model size (g2)', scene%displacement_ratio, '1')
     call number('step size (g1)', scene%step_size, 'time')

@@ -1,4 +1,4 @@
-!> The deck of joint sets: named groups for a window, what is cut out of it, joint sets and points. doc/decks.md has them.
+!> The deck of joint sets: named groups for a window, what is cut out of it, joint sets and points. doc/joint-sets.md has them.
 module scree_joints_deck
   use scree_deck_text, only: count_numbers, deck_t, in_quotes, read_deck
   use scree_errors, only: error_t, fail, status_bad_input

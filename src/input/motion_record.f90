@@ -1,5 +1,6 @@
-!> A record of a motion, t x y at ascending times, from a file or from the deck itself: acceleration of the ground, or velocity of
-!> a wave; or a component of the acceleration a file, as the PEER strong motion databases have them.
+!> A record of motion, t x y at ascending times, from a file or from the deck: acceleration of the ground, or velocity of a wave.
+!>
+!> Files of the PEER strong motion databases hold one component of the acceleration each.
 module scree_motion_record
   use scree_deck_text, only: deck_t, expect, find_words, in_quotes, next_index, next_real, next_reals, numbers_left, read_deck, &
                              read_text
@@ -61,7 +62,7 @@ contains
     is_peer_file = in_lower_case(name(max(1, len(name) - 3):)) == '.at2'
   end function is_peer_file
 
-  !> Reads a record of PEER, in shares of the gravity: the component along x, and the one along y where a file of it is named.
+  !> Reads a record of PEER, in fractions of the gravity: the component along x, and the one along y where a file of it is named.
   !> The first acceleration is that of time 0; the component that ends first is 0 from there.
   !>
   !> Errors: a file that is no such record, time steps that differ.

@@ -24,8 +24,8 @@ module scree_read_scene
   private
   public :: read_geometry, read_scene
 
-  !> An edge that is nearer to a line of a group than this share of the extent lies on the line, even where e0 is smaller: people
-  !> type the coordinates of such lines with four digits.
+  !> An edge nearer to a line of a group than this fraction of the extent lies on the line, even where e0 is smaller. People type
+  !> the coordinates of such lines with four digits.
   real(dp), parameter :: on_line = 1e-4_dp
 
 contains
@@ -588,8 +588,9 @@ contains
                   ': expected acceleration.vertical beside a PEER record (.at2) in acceleration.file, found one beside '//file)
     end subroutine check_vertical
 
-    !> One of them, from its table or its file; zero outside of its times, but for the ground of a static stage, of which it is a
-    !> load that stays: an equilibrium is of the acceleration that the record ends with.
+    !> Reads one record, from its table or its file. It is zero outside of its times.
+    !>
+    !> In a static stage the last acceleration of the ground stays, because it is the load of the equilibrium.
     subroutine take(group, numbers, table, file, scale, record)
       character(len=*), intent(in) :: group, numbers
       real(dp), allocatable, intent(in) :: table(:)

@@ -80,7 +80,7 @@ contains
     end if
     row = findloc(table%group == group .and. table%name == name, .true., 1)
     if (row == 0 .and. len(name_now(given%name, given%value)) > 0) then
-      call fail(error, status_bad_input, where//'expected a name that there is, found '//given%name//': '// &
+      call fail(error, status_bad_input, where//'expected a present name, found '//given%name//': '// &
                 name_now(given%name, given%value))
       return
     end if

@@ -1,5 +1,7 @@
-!> Rock bolts: axial springs between two points of bodies, or of a body and the ground (Shi 1988, bolting connections); and where
-!> fully grouted ones cross joints, springs along and across them (`scree_grouted_bolt`), each crossing a bolt of its own here.
+!> Rock bolts: axial springs between two points of bodies, or of a body and the ground (Shi 1988, bolting connections).
+!>
+!> A fully grouted bolt has springs along and across it where it crosses a joint (`scree_grouted_bolt`). Each crossing is a bolt of
+!> its own here.
 !>
 !> With a the vector from the first end to the second, l its length and r the length without force, the tension is
 !>
@@ -10,10 +12,10 @@
 !>
 !>     F = N a / l,   N = N0 + w (N1 - N0),   a = a0 + omega (a1 - a0),   l = l0 + omega (l1 - l0),
 !>
-!> w and omega those of the strain (`step_rule_t`); where it yields in the step, that N as far as it does not, and N1 = its strength
-!> for the rest (`weigh`). Newmark's w = omega = 1 is the force at the end. The energy-momentum form has
-!> w = omega = 1/2, and (a0 + a1).(a1 - a0) = l1^2 - l0^2 makes its work exactly the change of k (l - r)^2/2, less N1 times what it
-!> yields; F is along the axis half-way, so that it has no torque. w > 1/2 takes (w - 1/2) k (l1 - l0)^2 more. With n1 = a1/l1,
+!> with w and omega of the strain (`step_rule_t`). Where the bolt yields in the step, N is that up to yield, and N1 = its strength
+!> for the rest (`weigh`). Newmark's w = omega = 1 is the force at the end. The energy-momentum form has w = omega = 1/2. Then (a0 +
+!> a1).(a1 - a0) = l1^2 - l0^2 makes the work exactly the change of k (l - r)^2/2, less N1 times the yield. F is along the axis
+!> half-way, so it has no torque. w > 1/2 dissipates (w - 1/2) k (l1 - l0)^2 more. With n1 = a1/l1,
 !>
 !>     dF/da1 = w k (a/l) n1^T + omega N/l (I - (a/l) n1^T),
 !>
@@ -161,8 +163,8 @@ contains
     force = within_strength(force, self%strength(:, i))
   end function forces_of
 
-  !> Force of bolt `i` against what its springs follow in a step, and what it changes by with that: the way of its second end from
-  !> the first, or at a crossing of a grouted one of `gap_and_axis`.
+  !> Force of bolt `i` against the variables of its springs in a step, and its derivative with respect to these. The variables are
+  !> the displacement of the second end against the first, or `gap_and_axis` at a crossing of a grouted bolt.
   pure subroutine pull(self, memory, i, position, way, rule, force, change, symmetric)
     type(bolt_t), intent(in) :: self
     type(bolt_memory_t), intent(in) :: memory
@@ -345,8 +347,8 @@ contains
     if (is_grouted(self, i)) energy = energy + 0.5_dp*force(2)**2/self%stiffness(2, i)
   end function energy_at
 
-  !> Lets the bolts that reached their strength in an accepted step yield or break, and adds up the energy that this takes: their
-  !> forces times what their springs grew by, and what a bolt that breaks had.
+  !> Lets the bolts that reached their strength in an accepted step yield or break, and adds up the dissipated energy: forces times
+  !> the growth of the springs, and the energy of bolts that break.
   pure subroutine accept_bolts(self, position, memory, lost)
     type(bolt_t), intent(in) :: self
     real(dp), intent(in) :: position(:, :)   !! (2, n_points) at the end of the step, length

@@ -1,11 +1,11 @@
 !> The largest step with which explicit central differences are stable: 2/w, w the highest frequency of any element.
 !>
-!> The frequencies of a body whose mass and stiffness are sums over its elements, as consistent ones are, lie below the highest of
-!> an element alone (Fried 1972; Hughes, The Finite Element Method, 1987, section 9.1); exact supports lower them. Contacts and the
-!> springs of fixed points are balanced at the end of a step and set no bound.
+!> The mass and stiffness of a body are sums over its elements. So its frequencies lie below the highest frequency of an element
+!> alone (Fried 1972; Hughes, The Finite Element Method, 1987, section 9.1). Exact supports lower them. Contacts and the springs of
+!> fixed points are balanced at the end of a step and set no bound.
 !>
-!> An element has a linear field. Its strain rates e = B v have the inverse mass B M^-1 B^T = N/rho, N made of the inverse of its
-!> second moments, and w^2 is the largest eigenvalue of area/rho D N: 12 E/(rho l^2) of a bar of the length l.
+!> An element has a linear field. Its strain rates e = B v have the inverse mass B M^-1 B^T = N/rho, where N follows from the
+!> inverse of its second moments. w^2 is the largest eigenvalue of area/rho D N. For a bar of the length l it is 12 E/(rho l^2).
 !> (doc/theory/integrators.md, eq-critical-step)
 module scree_critical_step
   use scree_interpolation, only: kinematics_t
@@ -15,8 +15,8 @@ module scree_critical_step
   private
   public :: critical_step, find_largest_step
 
-  !> Share of the critical step that explicit steps take. At 0.87 a vibration has a period of three steps, and what is not linear in
-  !> it drives it: a stress of 1e-4 E of small strain doubled its energy in a thousand steps at 0.9, and kept it at 0.8.
+  !> Fraction of the critical step that explicit steps take. At 0.87 a vibration has a period of three steps, and its nonlinear
+  !> terms drive it. With a stress of 1e-4 E and small strain the energy doubled in a thousand steps at 0.9, and stayed at 0.8.
   real(dp), parameter :: safe_share = 0.8_dp
 
 contains

@@ -14,7 +14,7 @@ module scree_disturbance
 contains
 
   !> Blocks that sleep and whose loads, ground or supports in the next step differ from those with which they fell asleep: forces by
-  !> more than the share of their weight, supports at all.
+  !> more than the fraction of their weight, supports at all.
   pure function disturbed(model, dt, state) result(block)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: dt          !! time
@@ -48,7 +48,7 @@ contains
     block = pack([(b, b=1, model%n_blocks)], is_disturbed)
   end function disturbed
 
-  !> Blocks that sleep and that the ground, or a wave, moves in the next step by more than the share of their weight.
+  !> Blocks that sleep and that the ground, or a wave, moves in the next step by more than the fraction of their weight.
   pure function is_shaken(model, dt, state)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: dt          !! time

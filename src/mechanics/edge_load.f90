@@ -1,12 +1,12 @@
 !> Pressure and traction on pieces of edges, linear along them.
 !>
-!> A piece from A to B is of one element, whose displacement is linear along it: what acts on it works as the forces
+!> A piece from A to B belongs to one element, whose displacement is linear along it. A load q on it does the work of the forces
 !>
 !>     f_A = (2 q_A + q_B)/6,   f_B = (q_A + 2 q_B)/6
 !>
-!> at its ends. Of a traction t, which stays as it is, q = l t with the length l at the start; of a pressure p, which follows the
-!> edge, q = -p (y_B - y_A, x_A - x_B), against the outer normal times the present length. That is taken where the velocities bring
-!> the edge in half a step, which is of second order, keeps the equations symmetric and linear, and is where it is at rest.
+!> at its ends. A traction t keeps its direction: q = l t with the length l at the start. A pressure p follows the edge:
+!> q = -p (y_B - y_A, x_A - x_B), against the outer normal times the present length. The edge is taken where the velocities bring it
+!> in half a step. This is of second order and keeps the equations symmetric and linear.
 module scree_edge_load
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_interpolation, only: displacement_matrix, kinematics_t

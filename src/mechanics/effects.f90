@@ -306,7 +306,7 @@ contains
       loss = loss + absorbed_energy(model%effects%absorbing_edge, e, state%point, rule%dt, own%kinematics, unknown)
   end function loss_by_damping
 
-  !> Share of the weight that acts at a time.
+  !> Fraction of the weight that acts at a time.
   pure real(dp) function share_of_weight(model, time) result(share)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: time
@@ -315,7 +315,7 @@ contains
     if (allocated(model%effects%gravity)) share = ramp_at(model%effects%gravity%ramp, time)
   end function share_of_weight
 
-  !> Share of the weights that acts in a step, on the mean: their ramp.
+  !> Fraction of the weights that acts in a step, on the mean: their ramp.
   pure real(dp) function mean_share_of_weight(model, rule) result(share)
     type(model_t), intent(in) :: model
     type(step_rule_t), intent(in) :: rule

@@ -112,7 +112,7 @@ contains
              + books%bolts + books%held
   end function stored_energy
 
-  !> All energy that has gone since the run began: what it began with, and what changes and work gave, less what it has.
+  !> Energy dissipated since the run began: initial energy, changes by stages and work, less the present energy.
   pure real(dp) function dissipated_energy(books) result(energy)
     type(books_t), intent(in) :: books
 

@@ -1,7 +1,7 @@
-!> What moves a block of small strain that turns: the published cures of its false growth, one beside the other.
+!> The displacement of a block of small strain that turns: published cures of its false growth.
 !>
-!> A step of Shi's DDA finds the rotation r and the strains ex, ey, g of a block, and moves it by its linear field: positions about
-!> its centroid by F = I + r J + e, with J = [0 -1; 1 0] and e = [ex g/2; g/2 ey]. A rotation then lets an area grow by 1 + r^2.
+!> A step of Shi's DDA finds the rotation r and the strains ex, ey, g of a block, and moves it by its linear field. Positions about
+!> its centroid move by F = I + r J + e, with J = [0 -1; 1 0] and e = [ex g/2; g/2 ey]. An area then grows by the factor 1 + r^2.
 !> The cures solve the same equations and move the block by another F:
 !>
 !>     exact           R(r) + e                   Shi's programs can (df25); R(r) = cos r I + sin r J

@@ -4,12 +4,12 @@
 !>
 !>     strain          E    = (B0 + A(theta)/2) theta
 !>     operator        B    = B0 + omega A(theta)          omega 1: variation of E; 1/2: energy-momentum form
-!>     stress          S    = sigma0 + w D E               w: share of the increment in the balance
+!>     stress          S    = sigma0 + w D E               w: fraction of the increment in the balance
 !>     forces          area G^T B^T S
 !>     secant          area G^T B^T w D (B0 + A/2) G       symmetric for omega 1/2
 !>     tangent         area G^T [B^T w D (B0 + A) + omega S2] G    symmetric for omega 1 and w 1
 !>
-!> Where the balance takes a share of the forces at the end alone, the rest are those of the beginning, area G^T B0^T sigma0.
+!> Where the balance takes a fraction of the forces at the end alone, the rest are those of the beginning, area G^T B0^T sigma0.
 !>
 !> with A(theta) = [u_X v_X 0 0; 0 0 u_Y v_Y; u_Y v_Y u_X v_X] (the paper prints its third row wrongly)
 !> and S2 = [Sxx I, Sxy I; Sxy I, Syy I].
@@ -44,8 +44,10 @@ contains
               theta(2) + theta(3) + theta(1)*theta(3) + theta(2)*theta(4)]
   end function green_strain
 
-  !> What small strain neglects of a step: the largest of A(theta) theta / 2 in any direction, alpha^2/2 of a rotation by alpha
-  !> (Zhang et al. 2019, Eq. 14), and what the stress that there is, as a strain, changes by as it turns and stretches.
+  !> Strain that small strain neglects in a step: the larger of two numbers.
+  !>
+  !> The first is the largest of A(theta) theta / 2 in any direction, which is alpha^2/2 for a rotation by alpha (Zhang et al. 2019,
+  !> Eq. 14). The second is the change of the present stress, as a strain, as it turns and stretches.
   pure real(dp) function error_of_small_strain(theta, strained) result(error)
     real(dp), intent(in) :: theta(4)    !! u_X, v_X, u_Y, v_Y
     real(dp), intent(in) :: strained(3) !! stress over stiffness

@@ -1,17 +1,17 @@
-!> A fully grouted bolt where it crosses a joint: a spring along it and one across it, a dowel, between the two bodies that the
-!> joint parts (local reinforcement: Lorig, 26th US Symposium on Rock Mechanics, 1985).
+!> A fully grouted bolt where it crosses a joint: a spring along it and one across it, between the two bodies on both sides (local
+!> reinforcement: Lorig, 26th US Symposium on Rock Mechanics, 1985).
 !>
-!> The bolt is held all along, so its springs are short and at the joint. With d from the place of the crossing in the first body
-!> to that in the second, and q the mean of the unit vectors that lay along the bolt in either body at the start and have moved
-!> with them,
+!> Grout holds the bolt along its whole length, so its springs are short and at the joint. Let d lead from the place of the crossing
+!> in the first body to that in the second. Let q be the mean of the unit vectors that lay along the bolt in either body at the
+!> start and have moved with them. Then
 !>
 !>     opening a = q.d,   slip s = q x d,   N = ka (a - a0) up to the strength along,   V = ks (s - s0) up to the strength across.
 !>
-!> Turning all turns q and d alike, so opening and slip are those of the bodies against each other. Both are of second degree
-!> in y = (d, q), which is linear in the unknowns: with r their rows half-way of a step that takes y by D, a1 - a0 = r.D exactly.
-!> So the force N r_a + V r_s, rows where the integrator balances, has the weights of bolts between two points (`scree_bolt`): in
-!> the middle its work is exactly the change of N^2/2ka + V^2/2ks and what yields, and at the end it is the gradient of that.
-!> Forces and moments on the two bodies are opposite.
+!> A rotation of the whole scene turns q and d alike, so opening and slip are those of the bodies against each other. Both are of
+!> second degree in y = (d, q), which is linear in the unknowns. With r their rows half-way of a step that changes y by D,
+!> a1 - a0 = r.D exactly. So the force N r_a + V r_s, with the rows where the integrator balances, has the weights of bolts between
+!> two points (`scree_bolt`). With rows in the middle its work is exactly the change of N^2/2ka + V^2/2ks, plus the yield. With rows
+!> at the end it is the gradient of that energy. Forces and moments on the two bodies are opposite.
 module scree_grouted_bolt
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
@@ -49,9 +49,11 @@ contains
     within_strength = [min(force(1), strength(1)), sign(min(abs(force(2)), strength(2)), force(2))]
   end function within_strength
 
-  !> Force of a spring in a step that takes it from `start` to `reach`, or to where it is `held` as it yields, and the share of its
-  !> stiffness that it follows with: weighed over the part of the step in which it is elastic, and for the rest that of the end.
-  !> With weight 1/2 that is the mean along the way, whose work is the change of the energy and `held` times what yields.
+  !> Force of a spring in a step, and the fraction of its stiffness with which it follows.
+  !>
+  !> The force goes from `start` to `reach`, or to `held` where the spring yields. It is weighted over the part of the step in which
+  !> the spring is elastic, and is the force of the end for the rest. With weight 1/2 it is the mean over the step, whose work is
+  !> the change of the energy plus `held` times the yield.
   elemental subroutine weigh(weight, start, reach, held, force, follows)
     real(dp), intent(in) :: weight           !! of the end of the step
     real(dp), intent(in) :: start, reach, held !! forces

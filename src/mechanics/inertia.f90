@@ -29,9 +29,10 @@ contains
     end associate
   end function mass_matrix
 
-  !> Adds M / (gamma dt^2) to the matrix and the forces of the acceleration of the step,
-  !> a = (d - v dt) / (gamma dt^2) - (1/2 - gamma)/gamma a0 (Zhang et al. 2019, Eq. 5; Shi: 2 M/dt^2, 2 M v/dt); where the
-  !> balance takes a share of it, of the rest of a0.
+  !> Adds M / (gamma dt^2) to the matrix, and the forces of the acceleration of the step.
+  !>
+  !> The acceleration is a = (d - v dt) / (gamma dt^2) - (1/2 - gamma)/gamma a0 (Zhang et al. 2019, Eq. 5; Shi: 2 M/dt^2, 2 M v/dt).
+  !> Where the balance takes a fraction of it, the rest is that of a0.
   pure subroutine add_inertia(M, velocity, acceleration, unknown, rule, term)
     real(dp), intent(in) :: M(n, n)
     real(dp), intent(in) :: velocity(n), acceleration(n) !! at the beginning of the step

@@ -5,10 +5,10 @@
 !>     d  = v0 dt + [(1/2 - gamma) a0 + gamma a1] dt^2
 !>     v1 = v0 + [(1 - beta) a0 + beta a1] dt          balance M a1 + internal forces = loads, at the end of the step.
 !>
-!> beta 1, gamma 1/2 is Shi's step. The energy-momentum form takes its kinematics, so that v1 = 2 d/dt - v0 and M a1 is M (v1 -
-!> v0)/dt, but balances it with the mid-step operator B0 + A/2 and the stress sigma0 + (1/2 + chi) D E: the torque about the
-!> mid-step configuration vanishes, and energy changes by -chi E.D.E (doc/theory/integrators.md, eq-energy-momentum-loss). The
-!> energy-decaying form is the same with gamma 1/2 + chi^2/4, so that what is stiffer than the step can follow dies out; the
+!> beta 1, gamma 1/2 is Shi's step. The energy-momentum form has its kinematics, so v1 = 2 d/dt - v0 and M a1 is M (v1 - v0)/dt. It
+!> balances inertia with the mid-step operator B0 + A/2 and the stress sigma0 + (1/2 + chi) D E. So the torque about the mid-step
+!> configuration vanishes, and energy changes by -chi E.D.E (doc/theory/integrators.md, eq-energy-momentum-loss). The
+!> energy-decaying form is the same with gamma 1/2 + chi^2/4, which damps vibrations that the step does not resolve. There the
 !> acceleration of the step before turns with its block (`scree_turning`).
 !>
 !> The velocity feels the loads of a step about its end less (beta - 1/2) dt, its lag: they act with their mean over dt there. A
@@ -25,11 +25,11 @@
 !> the step before. With v0 = v(-1/2) + dt0/2 a0, which is of second order for the velocity where the step begins, these are
 !> Newmark's with beta 3/2 and gamma 1 (in equal steps). Contacts are those of the end (Carpenter, Taylor & Katona 1991).
 !>
-!> Bathe's composite (Bathe & Baig 2005, Bathe 2007) takes steps in twos, of the sizes h and dt: the trapezoidal rule, then the
-!> backward formula of second order through the three ends, at which velocity and acceleration are (c1 x0 + c2 x1 + c3 x2) of what
-!> they are the rate of, c1 = dt/(h (h + dt)), c3 = (h + 2 dt)/(dt (h + dt)), c2 = -c1 - c3. As d = h (v0 + v1)/2 in the first, the
-!> second is Newmark's step with beta 1/(c3 dt) = (h + dt)/(h + 2 dt) and gamma beta^2, 2/3 and 4/9 of equal steps, from the mean
-!> acceleration of the first, (v1 - v0)/h: that is what the first hands on.
+!> Bathe's composite (Bathe & Baig 2005, Bathe 2007) takes pairs of steps of the sizes h and dt. The first is the trapezoidal rule.
+!> The second is the backward formula of second order through the three ends. The rate of x there is c1 x0 + c2 x1 + c3 x2, with
+!> c1 = dt/(h (h + dt)), c3 = (h + 2 dt)/(dt (h + dt)) and c2 = -c1 - c3. In the first step d = h (v0 + v1)/2. So the second is
+!> Newmark's step with beta 1/(c3 dt) = (h + dt)/(h + 2 dt) and gamma beta^2, which are 2/3 and 4/9 for equal steps. It begins with
+!> the mean acceleration of the first, (v1 - v0)/h, which the first step passes on.
 module scree_integrator
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
@@ -85,8 +85,10 @@ contains
     rule%load_to = time
   end function rule_at_rest
 
-  !> Velocity at the time of the balance, (1 - 2 lag) v1 + 2 lag d/dt, as c d + `carried` of the unknowns d of a step: d/dt for beta
-  !> 1, the velocity at the end for beta 1/2, whose lag is beta - 1/2 (doc/theory/integrators.md, eq-mass-damping).
+  !> Velocity at the time of the balance, (1 - 2 lag) v1 + 2 lag d/dt, as c d + `carried` of the unknowns d of a step.
+  !>
+  !> The lag is beta - 1/2. For beta 1 this is d/dt, for beta 1/2 the velocity at the end (doc/theory/integrators.md,
+  !> eq-mass-damping).
   pure subroutine velocity_at_balance(rule, velocity, acceleration, c, carried)
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: velocity(:), acceleration(:) !! (n) at the beginning of the step
@@ -157,9 +159,9 @@ contains
     end select
   end function weights_of
 
-  !> Excess of gamma over beta/2: that share of M (a dt)^2/2 is held by the integrator, and may come back
-  !> (doc/theory/integrators.md, eq-held-energy). Of generalized-alpha and Bathe's composite no such share is known, and what
-  !> central differences hold is another.
+  !> Excess of gamma over beta/2: that fraction of M (a dt)^2/2 is held by the integrator, and may come back
+  !> (doc/theory/integrators.md, eq-held-energy). For generalized-alpha and Bathe's composite no such fraction is known. Central
+  !> differences hold another energy.
   pure real(dp) function held_weight(settings)
     type(settings_t), intent(in) :: settings
     type(step_rule_t) :: rule

@@ -4,12 +4,12 @@
 !>
 !>     u(x) = T(x) d,   theta = (u_X, v_X, u_Y, v_Y) = G d,   T(x) = T(c) + [X I, Y I] G,   X = x - c,
 !>
-!> with c the centroid. A block of the DDA has d = (u0, v0, r0, ex, ey, gxy) about its centroid (Shi 1988);
-!> an element of the NMM has three covers with constant displacement and linear weights, d = (u1, v1, u2, v2, u3, v3)
-!> (Shi 1991). What the two carry differently from step to step is here too.
+!> with c the centroid. A block of the DDA has d = (u0, v0, r0, ex, ey, gxy) about its centroid (Shi 1988). An element of the NMM
+!> has three covers with constant displacement and linear weights, d = (u1, v1, u2, v2, u3, v3) (Shi 1991). The two pass on
+!> velocities differently from step to step, which is here too.
 !>
-!> A cell of an element of second order moves as a block of the DDA does, about its point: displacement and gradient there are what
-!> the six covers of the element make them, of which its unknowns are followers.
+!> A cell of an element of second order moves as a block of the DDA does, about its point. Its unknowns follow the six covers of the
+!> element, which determine displacement and gradient at that point.
 module scree_interpolation
   use scree_kinds, only: dp
   use scree_regions, only: first_vertex_of, last_vertex_of
@@ -33,7 +33,7 @@ module scree_interpolation
   !> One element in the configuration at the beginning of a step.
   type :: kinematics_t
     real(dp) :: area = 0.0_dp              !! length^2
-    real(dp) :: size = 1.0_dp              !! root of the area, at least of a share of that of the mathematical triangle, length
+    real(dp) :: size = 1.0_dp              !! root of the area, at least of a fraction of that of the mathematical triangle, length
     real(dp) :: centroid(2) = 0.0_dp       !! length
     real(dp) :: second(3) = 0.0_dp         !! integrals of X^2, Y^2, X Y about the centroid, length^4
     real(dp) :: at_centroid(2, n) = 0.0_dp !! T at the centroid
@@ -200,11 +200,12 @@ contains
     end if
   end function most_moved
 
-  !> A displacement by which a DDA block keeps its size, and one that turns about a point in it or near it its distance from there;
-  !> that of covers as it is.
+  !> A displacement with which a DDA block keeps its size. A block that turns about a point in it or near it keeps its distance from
+  !> that point. The displacement of covers is returned unchanged.
   !>
-  !> With complex numbers it goes from x to x + z (x - q). That the acceleration changes in the step is an error of z, of which the
-  !> part that strains is taken back: x goes to q + (1 + z)/|1 + z| (x - q), or so about its middle, where q is far.
+  !> With complex numbers x moves to x + z (x - q). The acceleration changes within the step, which makes an error of z. The part of
+  !> the error that strains is removed: x moves to q + (1 + z)/|1 + z| (x - q). Where q is far, the middle of the block takes its
+  !> place.
   pure function kept_distance(model, element, unknown) result(d)
     integer, intent(in) :: model           !! `model_dda` or `model_nmm` of the scene
     type(kinematics_t), intent(in) :: element
@@ -279,9 +280,9 @@ contains
 
   !> Rates of the unknowns (velocity or acceleration) of one element in the new configuration.
   !>
-  !> The rates of covers are vectors at points and carry over as they are. Those of a DDA block are re-based on the
-  !> moved centroid: the vector field stays, so its gradient becomes L F^-1; or the six numbers stay, as in Shi's
-  !> programs, where a turning block then never feels the centrifugal stress.
+  !> The rates of covers are vectors at points and stay the same. Those of a DDA block are re-based on the moved centroid. Either
+  !> the vector field stays, so its gradient becomes L F^-1. Or the six numbers stay, as in Shi's programs, where a turning block
+  !> then never feels the centrifugal stress.
   pure function carried_rates(model, transport, F, rates) result(carried)
     integer, intent(in) :: model, transport
     real(dp), intent(in) :: F(4)           !! of the step: xx, yx, xy, yy

@@ -34,7 +34,7 @@ module scree_model
     real(dp), allocatable :: accuracy
     integer :: rotation = rotation_linear          !! what moves a block of small strain that turns
     logical :: mass_follows_area = .false.         !! as in Shi's programs
-    real(dp) :: carried = 1.0_dp                   !! share of the velocity that a step hands on (Shi: k01)
+    real(dp) :: carried = 1.0_dp                   !! fraction of the velocity that a step hands on (Shi: k01)
     integer :: transport = 0                       !! `transport_field` or `transport_rates` of the scene
     type(gravity_t), allocatable :: gravity
     type(base_acceleration_t), allocatable :: base_acceleration
@@ -45,7 +45,7 @@ module scree_model
     type(absorbing_edge_t), allocatable :: absorbing_edge
     type(bolt_t), allocatable :: bolt
     type(contact_law_t), allocatable :: contact
-    real(dp), allocatable :: sleep                 !! share of weight and speed below which islands at rest fall asleep
+    real(dp), allocatable :: sleep                 !! fraction of weight and speed below which islands at rest fall asleep
   contains
     procedure :: is_static
   end type effects_t
@@ -69,7 +69,7 @@ module scree_model
     real(dp), allocatable :: start_point(:, :) !! (2, n_points) where the points do, length
   end type model_t
 
-  !> What follows from model and state, kept because it is dear; and problems that are to be written.
+  !> Data that follow from model and state, kept because they are expensive to compute; and problems that are to be written.
   type :: cache_t
     type(element_cache_t), allocatable :: element(:) !! (n_elements) of the state
     type(books_t) :: fixed                           !! energies of elements that cannot move

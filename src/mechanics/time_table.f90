@@ -72,7 +72,7 @@ contains
     end do
   end function mean_over
 
-  !> Share of a load that grows evenly from 0 at time 0 to all of it at the end of a ramp.
+  !> Fraction of a load that grows evenly from 0 at time 0 to all of it at the end of a ramp.
   pure real(dp) function ramp_at(ramp, time) result(share)
     real(dp), intent(in) :: ramp     !! time; 0: none
     real(dp), intent(in) :: time
@@ -96,7 +96,7 @@ contains
 
   contains
 
-    !> Integral of the share up to a time.
+    !> Integral of the fraction up to a time.
     pure real(dp) function area_until(time)
       real(dp), intent(in) :: time
 

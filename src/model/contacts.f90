@@ -44,7 +44,7 @@ module scree_contacts
     integer :: from = 0                  !! number of the entrance of the step before that it goes on from; 0: it is new
     integer :: state = state_open
     real(dp) :: direction = 1.0_dp       !! of sliding: 1 along the edge, -1 back, 0 of a bond pulled by more than it rubs by
-    real(dp) :: anchor = 0.0_dp          !! share of the edge at which the shear spring holds the vertex
+    real(dp) :: anchor = 0.0_dp          !! fraction of the edge at which the shear spring holds the vertex
     real(dp) :: rest = 0.0_dp            !! gap without force across; below 0 for a vertex that was found inside, length
     real(dp) :: multiplier(2) = 0.0_dp   !! forces across and along that the springs need not make up
     real(dp) :: stiffness(2) = 0.0_dp    !! across and along, of both entrances of a contact, force/length per unit thickness
@@ -138,7 +138,7 @@ module scree_contacts
     type(laws_in_use_t) :: uses             !! which laws any of these has; `joint_rules` alone asks
     real(dp) :: most_dilated = 0.0_dp       !! gap up to which a joint that has dilated is one, length
     real(dp) :: penetration = huge(1.0_dp)  !! that multipliers leave; huge: springs alone, length
-    real(dp) :: restitution = -1.0_dp       !! share of the velocity that an impact gives back; below 0: as the springs have it
+    real(dp) :: restitution = -1.0_dp       !! fraction of the velocity that an impact gives back; below 0: as the springs have it
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
     real(dp) :: settling = 0.0_dp           !! of a column as high as the scene under its own weight, length
     real(dp) :: leap = 0.25_dp              !! of the sides about, that a vertex may move beyond what its velocity makes

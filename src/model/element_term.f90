@@ -34,9 +34,9 @@ module scree_element_term
     real(dp) :: displacement_weight = 0.5_dp !! gamma of Zhang et al. 2019
     real(dp) :: carried_weight = 0.0_dp   !! of the old acceleration in the displacement; 1/2 - gamma where steps are equal
     real(dp) :: handed_weight = 1.0_dp    !! of the new acceleration in that which is handed on; the rest is the old one
-    real(dp) :: stress_weight = 1.0_dp    !! share of the step's stress increment in the balance
+    real(dp) :: stress_weight = 1.0_dp    !! fraction of the step's stress increment in the balance
     real(dp) :: operator_weight = 1.0_dp  !! omega in B0 + omega A(theta): 1 end of step, 1/2 energy-momentum
-    real(dp) :: inertia_weight = 1.0_dp   !! share of the end in the inertia that balances; the rest is that of the beginning
+    real(dp) :: inertia_weight = 1.0_dp   !! fraction of the end in the inertia that balances; the rest is that of the beginning
     real(dp) :: end_weight = 1.0_dp       !! likewise in the elastic forces
     real(dp) :: lag = 0.5_dp              !! of what balances, loads and damping, behind the end of the step; over its size
     real(dp) :: load_from = 0.0_dp        !! the balance takes loads and the ground with their means from here

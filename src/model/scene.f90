@@ -156,15 +156,15 @@ module scree_scene
     real(dp) :: travel = huge(1.0_dp)       !! of a vertex in a step, at most, over half the size of the model
     logical :: chooses_step = .false.       !! by Shi's rules, from the displacement that a step may have
     real(dp) :: least_step = 0.0_dp         !! a step that must be smaller ends the run, time
-    real(dp) :: aim = 0.0_dp                !! share of its displacement that the run may be off by; 0: steps as given
-    real(dp) :: balance = -1.0_dp           !! share of what acts that may be out of balance where a static run ends; below 0: none
-    real(dp) :: sleep = 0.0_dp              !! share of weight and speed below which bodies at rest fall asleep, 0: none does
+    real(dp) :: aim = 0.0_dp                !! fraction of its displacement that the run may be off by; 0: steps as given
+    real(dp) :: balance = -1.0_dp           !! fraction of the forces out of balance at which a static run ends; below 0: none
+    real(dp) :: sleep = 0.0_dp              !! fraction of weight and speed below which bodies at rest fall asleep, 0: none does
     integer :: iterate = iterate_hybrid
     integer :: test = test_theta
     real(dp) :: tolerance = 1e-10_dp        !! of the chosen test
     integer :: most_iterations = 25
     integer :: anderson = 0                 !! earlier corrections by the secant that one is mixed with, where nothing touches
-    real(dp) :: relaxation = 1.0_dp         !! share of a correction by the secant that is taken, where nothing touches
+    real(dp) :: relaxation = 1.0_dp         !! fraction of a correction by the secant that is taken, where nothing touches
     integer :: contact = contact_penalty
     real(dp) :: contact_stiffness = 0.0_dp  !! across a contact, force/length per unit thickness
     real(dp) :: shear_ratio = 2.5_dp        !! of that to the stiffness along it
@@ -263,7 +263,7 @@ module scree_scene
 
   !> What may differ from stage to stage.
   type :: stage_t
-    real(dp) :: carried = 1.0_dp            !! share of velocity that a step hands on; 0 static, 1 dynamic (Shi: k01)
+    real(dp) :: carried = 1.0_dp            !! fraction of velocity that a step hands on; 0 static, 1 dynamic (Shi: k01)
     type(settings_t) :: settings
     type(word_t), allocatable :: words(:)   !! what the settings were read from, in the order of the table of settings
     type(block_material_t), allocatable :: block_material(:)

@@ -53,9 +53,9 @@ module scree_state
     integer :: frames = 0                !! after the first; with a spacing, the last multiple of it that was passed
   end type pace_t
 
-  !> How a static run comes to equilibrium, after its last step. A share is that of a force out of balance in what acts on a body.
+  !> How near a static run is to equilibrium after its last step. Fractions are forces out of balance over the forces on a body.
   type :: settling_t
-    real(dp) :: unbalanced = huge(1.0_dp)      !! the largest share of a body
+    real(dp) :: unbalanced = huge(1.0_dp)      !! the largest fraction of a body
     logical :: steady = .false.                !! loads and supports stay as they are from here on
     real(dp) :: grows = 1.0_dp                 !! size that the next step may have over that of the last
     integer :: moving = 0                      !! block that moves on and on; 0: none
@@ -91,8 +91,8 @@ module scree_state
     real(dp), allocatable :: motion(:, :)      !! (3, n_blocks) of the velocity, length/time
     real(dp), allocatable :: growth(:)         !! (n_blocks) area that small strain has made, over the area
     real(dp), allocatable :: impact(:)         !! (n_blocks) what the instants of impacts may have moved, length
-    real(dp), allocatable :: late(:)           !! (n_blocks) what blows acted late by, until a step has none, time
-    real(dp), allocatable :: acceleration(:, :) !! (3, n_blocks) mean of the last step, before a blow, length/time^2
+    real(dp), allocatable :: late(:)           !! (n_blocks) delay of impacts, until a step has none, time
+    real(dp), allocatable :: acceleration(:, :) !! (3, n_blocks) mean of the last step, before an impact, length/time^2
     real(dp), allocatable :: restoring(:, :)   !! (2, n_blocks) sums whose quotient is how its way speeds it up, 1/time^2
     real(dp), allocatable :: slow(:, :)        !! (7, n_blocks) means of velocity, acceleration and squared velocity
     real(dp), allocatable :: pace(:, :)        !! (5, n_blocks) sums of late: what steps add, its size, and that of steps

@@ -25,8 +25,9 @@ module scree_system
     real(dp), allocatable :: mass(:)      !! (n) at the start, mass/length
   end type elements_t
 
-  !> Manifold elements of second order as the cells that they are cut up into, each an element (see `cut_into_cells`): what six
-  !> covers mean for the one point of each, whose displacement and gradient are its six unknowns.
+  !> Cells of manifold elements of second order, each an element of its own (see `cut_into_cells`).
+  !>
+  !> The six unknowns of a cell are displacement and gradient at its one point, which follow from the six covers of its element.
   type :: sampling_t
     real(dp), allocatable :: value(:, :)     !! (6, n_elements) weights of its covers there
     real(dp), allocatable :: slope(:, :, :)  !! (xy, 6, n_elements) their gradients in the configuration of the start, 1/length

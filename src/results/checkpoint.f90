@@ -1,4 +1,4 @@
-!> Checkpoints: all that a run goes on from, in the results file with a frame (doc/results.md).
+!> Checkpoints: all that a run goes on from, in the results file with a frame (doc/running.md).
 !>
 !> That is the state, and what the watch has seen. `visit_run` alone says what it is made of: the same calls write it and read it.
 !> A component of those types that it does not name is found by `tests/results/test_restart.py`.

@@ -1,7 +1,7 @@
 !> The frames as Shi's programs keep them for drawing again: polygons and points as text, the `.replay` of ntdda.
 !>
-!> Layout in doc/results.md. Closed after every frame. The number of frames is the first number of the file, has a fixed
-!> width, and is written over once a frame is complete, so that a run that dies leaves a file that says how far it came.
+!> doc/classic-output.md has the layout. The file is closed after every frame. The number of frames is the first number of the file,
+!> has a fixed width, and is written over once a frame is complete. So a run that is killed leaves the number of whole frames.
 module scree_classic_output
   use, intrinsic :: iso_fortran_env, only: int64
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed

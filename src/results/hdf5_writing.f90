@@ -137,9 +137,9 @@ contains
 
   !> Lets datasets that are made from now on grow in place (HDF5 1.10's extensible arrays).
   !>
-  !> The older index of a dataset is a tree whose nodes are parted as it grows, and a run that is killed between the two halves
-  !> would leave a file that has lost rows that it had. The file itself keeps the head of HDF5 1.8: the newer one is marked while a
-  !> program writes, and what a killed run has marked would not open. Errors: HDF5 refuses.
+  !> The older index of a dataset is a tree whose nodes are split as it grows. A run that is killed between the two halves would
+  !> lose rows that were counted. The file keeps the head of HDF5 1.8, because a newer head is marked while a program writes, and a
+  !> file that a killed run has marked does not open. Errors: HDF5 refuses.
   subroutine grow_in_place(file, error)
     integer(hid_t), intent(in) :: file
     type(error_t), allocatable, intent(out) :: error
@@ -148,10 +148,10 @@ contains
                                                int(H5F_LIBVER_V110_F, c_int))), 'cannot write the results', error)
   end subroutine grow_in_place
 
-  !> Gives what describes the data of a file that is made its place within pages of 4096 bytes.
+  !> Places the metadata of a file that is created within pages of 4096 bytes.
   !>
-  !> A system writes page by page, and a run that is killed in a write across two leaves the first alone: a description
-  !> that is half new, whose checksum is wrong, and all rows of its dataset with it. Errors: HDF5 refuses.
+  !> A system writes page by page. A run that is killed in a write across two pages would leave metadata that is half new, with a
+  !> wrong checksum, and all rows of its dataset would be lost. Errors: HDF5 refuses.
   subroutine keep_within_pages(creation, error)
     integer(hid_t), intent(in) :: creation !! properties of the file
     type(error_t), allocatable, intent(out) :: error
@@ -160,8 +160,10 @@ contains
                       'cannot write the results', error)
   end subroutine keep_within_pages
 
-  !> Makes a dataset of rows that grows, with its index, which HDF5 writes in pieces where the first rows come: a run that is
-  !> killed between two of them would leave a dataset that cannot be read.
+  !> Creates a dataset of rows that grows, with its whole index.
+  !>
+  !> HDF5 would write the index in pieces with the first rows. A run that is killed between two pieces would leave a dataset that
+  !> cannot be read.
   subroutine create_rows(file, path, shape, whole, units, description, chunk_rows, rows, error, byte)
     integer(hid_t), intent(in) :: file
     character(len=*), intent(in) :: path, units, description
@@ -253,9 +255,9 @@ contains
 
   !> Takes space at the end of the file with a dataset without a name; closing it gives the space back.
   !>
-  !> A flush writes the index of new rows before the head of the file, and a run that is killed between the two would
-  !> leave an index beyond the end that the head says; a flush of a file that has become shorter cuts it before it writes
-  !> the head. So some space is always held while the file is flushed, and given back only while rows are appended.
+  !> A flush writes the index of new rows before the head of the file. A run that is killed between the two would leave an index
+  !> beyond the end that the head gives. A flush of a file that has become shorter cuts it before it writes the head. So some space
+  !> is always reserved while the file is flushed, and returned only while rows are appended.
   subroutine hold_space(file, bytes, dataset, error)
     integer(hid_t), intent(in) :: file
     integer(hsize_t), intent(in) :: bytes

@@ -1,7 +1,7 @@
-!> Going on with a run from the last checkpoint of its results file (doc/results.md).
+!> Going on with a run from the last checkpoint of its results file (doc/running.md).
 !>
-!> The new file begins with the rows of the old one up to the checkpoint, and with the checkpoint, and takes its place only then: a
-!> results file is always that of one run, and there is always one to go on from.
+!> The new file begins with the rows of the old one up to the checkpoint, and with the checkpoint. Only then does it take the place
+!> of the old one. So a results file is always that of one run, and there is always one to go on from.
 module scree_restart
   use hdf5, only: h5iget_name_f, hid_t, hsize_t, size_t
   use scree_checkpoint, only: components_of, put_checkpoint, stage_in_checkpoint, take_checkpoint

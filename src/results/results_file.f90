@@ -1,10 +1,10 @@
 !> The results of a run in one HDF5 file (doc/results.md): VTKHDF frames, series a step, series a frame.
 !>
-!> Knows nothing of steps or systems: numbers come in as arrays. Rows wait in memory, those of frames too, and are written at a
-!> frame: the first, one with a checkpoint, and one at which a quarter of a second has gone by or 16 MB wait, as HDF5 takes a
-!> millisecond for it, more than a step of a few blocks takes. Frames are written, flushed, and only then counted in
-!> `Steps@NSteps`, so that a run that dies leaves every counted frame readable. The head of the file is that of HDF5 1.8, which
-!> keeps no mark of being open, and chunks are large, so that the index of a dataset hardly ever changes.
+!> The module knows nothing of steps or systems: numbers come in as arrays. Rows and frames wait in memory. They are written at the
+!> first frame, at one with a checkpoint, and at one for which a quarter of a second has passed or 16 MB wait. A write takes HDF5 a
+!> millisecond, more than a step of a few blocks. Frames are written, flushed, and only then counted in `Steps@NSteps`, so a run
+!> that is killed leaves every counted frame readable. The head of the file is that of HDF5 1.8, which has no mark of being open.
+!> Chunks are large, so the index of a dataset hardly ever changes.
 module scree_results_file
   use hdf5
   use, intrinsic :: iso_c_binding, only: c_int
@@ -622,7 +622,7 @@ contains
     if (allocated(error)) return
     call fixed_rows(file, '/cost/processor_seconds', [integer ::], .false., 's', 'processor time', cost%processor, error)
     if (allocated(error)) return
-    call fixed_rows(file, '/cost/share', [integer ::], .false., '1', 'share of the wall-clock time', cost%share, error)
+    call fixed_rows(file, '/cost/share', [integer ::], .false., '1', 'fraction of the wall-clock time', cost%share, error)
     if (allocated(error)) return
     call write_words(file, '/cost/work', work%kind, error)
     if (allocated(error)) return

@@ -105,8 +105,8 @@ contains
   end function may_replace
 
   !> Creates an empty file, whose heads and indices lie within pages, and locks it. Programs that begin at once do that one after
-  !> the other. One that is there, of a run that was killed, is taken away, not emptied: a run that still writes it, on a file
-  !> system without locks, finds at its next frame that its file is gone.
+  !> the other. A file of a killed run is removed, not emptied. A run that still writes to it, on a file system without locks, finds
+  !> at its next frame that its file is gone.
   subroutine create_file(name, path, file, unit, error)
     character(len=*), intent(in) :: name     !! of the file
     character(len=*), intent(in) :: path     !! of the results that it is to become

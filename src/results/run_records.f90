@@ -99,7 +99,7 @@ contains
     subroutine declare_motion()
       call a_step('time', [integer ::], 'time', 'end of the step', records%time)
       call a_step('step_size', [integer ::], 'time', 'size of the step', records%step_size)
-      call a_step('area', [integer ::], 'length^2', 'area of all blocks that are there', records%area)
+      call a_step('area', [integer ::], 'length^2', 'area of all blocks that are present', records%area)
       call a_step('rotation', [n], 'rad', 'rotation of each block since the start', records%rotation)
       call a_step('momentum', [3], 'mass*length/time (x, y), mass*length^2/time (about the origin), per unit thickness', &
                   'momentum and angular momentum of all blocks', records%momentum)
@@ -118,14 +118,14 @@ contains
                   'work of loads, the moving ground and moving supports since the start', records%work)
       if (kinds%stages > 1) then
         call a_step('stage', [integer ::], '1', 'stage that the step is of, from 1', records%stage, .true.)
-        call a_step('energy/stages', [integer ::], energy_unit, 'energy that changes from stage to stage gave; below 0: took', &
+        call a_step('energy/stages', [integer ::], energy_unit, 'energy that changes of stages added; below 0: removed', &
                     records%staged)
       end if
       if (kinds%held) &
         call a_step('energy/held', [integer ::], energy_unit, 'energy that the integrator holds between steps', records%held)
       if (kinds%damping) &
         call a_step('energy/damping', [integer ::], energy_unit, &
-                    'energy that mass damping and absorbing edges took since the start', records%damping)
+                    'energy lost to mass damping and absorbing edges since the start', records%damping)
       call a_step('energy/dissipated', [integer ::], energy_unit, &
                   'energy at the start and work since, less the energy now', records%dissipated)
     end subroutine declare_energies
@@ -136,35 +136,35 @@ contains
       call a_step('solves', [integer ::], '1', 'systems of equations solved in the step', records%solves, .true.)
       call a_step('rejected', [integer ::], '1', 'how often the step was tried again with a smaller size', records%rejected, .true.)
       if (allocated(model%effects%accuracy)) &
-        call a_step('green_elements', [integer ::], '1', 'elements that took Green strain in the step', records%green, .true.)
+        call a_step('green_elements', [integer ::], '1', 'elements with Green strain in the step', records%green, .true.)
     end subroutine declare_costs
 
     !> Declares how far the run is estimated to be off, of a step.
     subroutine declare_errors()
       call a_step('error/displacement', [integer ::], 'length', 'largest estimated error of the place of a block', &
                   records%error)
-      call a_step('error/growth', [integer ::], '1', 'area that small strain has made of a block, over its area, the largest', &
+      call a_step('error/growth', [integer ::], '1', 'largest area that small strain has added to a block, over its area', &
                   records%error_growth)
       call a_step('error/share', [integer ::], '1', 'the larger of the growth and the error of the place over the displacement', &
                   records%error_share)
-      call a_step('error/step', [integer ::], 'length', 'largest that the step adds to the error of a place at the end', &
+      call a_step('error/step', [integer ::], 'length', 'largest error that the step adds to a place at the end', &
                   records%error_step)
-      call a_step('error/impacts', [integer ::], 'length', 'what the instants of impacts may have moved a block, the largest', &
+      call a_step('error/impacts', [integer ::], 'length', 'largest error of a place by the unknown instants of impacts', &
                   records%error_impact)
       call a_step('error/rough', [integer ::], '1', 'blocks whose contacts opened or closed in the step', records%rough, .true.)
-      call a_step('error/refused', [integer ::], '1', 'steps made again as they were off by too much', records%refused, .true.)
+      call a_step('error/refused', [integer ::], '1', 'steps made again because their error was too large', records%refused, .true.)
     end subroutine declare_errors
 
     !> Declares how near a static run is to equilibrium, and what sleeps.
     subroutine declare_rest()
       if (kinds%static) then
-        call a_step('unbalanced', [integer ::], '1', 'largest force out of balance of a block over what acts on it', &
+        call a_step('unbalanced', [integer ::], '1', 'largest force out of balance of a block over the forces on it', &
                     records%unbalanced)
         call a_step('unbalanced_block', [integer ::], '1', 'that block, from 1', records%unbalanced_block, .true.)
       end if
       if (kinds%sleep) then
         call a_step('asleep', [integer ::], '1', 'bodies that sleep', records%sleeping, .true.)
-        call a_step('energy/asleep', [integer ::], energy_unit, 'motion of what fell asleep, since the start', records%slept)
+        call a_step('energy/asleep', [integer ::], energy_unit, 'energy of bodies when they fell asleep', records%slept)
       end if
     end subroutine declare_rest
 
@@ -178,11 +178,10 @@ contains
     !> Declares how many contacts a step has, how they settled, and their energy.
     subroutine declare_open_close()
       call a_step('contacts', [3], '1', 'contacts open, sliding, locked', records%contacts, .true.)
-      call a_step('open_close_iterations', [integer ::], '1', 'judgements of the contacts of an island', records%open_close, .true.)
-      call a_series('/open_close/step', [integer ::], '1', 'step of each judgement, from 1', records%judged_step, .true.)
-      call a_series('/open_close/contacts', [4], '1', 'contacts open, sliding, locked, and of these changing, at each '// &
-                    'judgement', records%judged, .true.)
-      call a_step('overlap', [integer ::], 'length', 'deepest of a contact', records%overlap)
+      call a_step('open_close_iterations', [integer ::], '1', 'state updates of contacts of an island', records%open_close, .true.)
+      call a_series('/open_close/step', [integer ::], '1', 'step of each state update, from 1', records%judged_step, .true.)
+      call a_series('/open_close/contacts', [4], '1', 'contacts open, sliding, locked, and changing', records%judged, .true.)
+      call a_step('overlap', [integer ::], 'length', 'deepest overlap of a contact', records%overlap)
       call a_step('energy/contact', [integer ::], energy_unit, 'energy of the springs of contacts', records%spring)
       call a_step('energy/friction', [integer ::], energy_unit, 'work lost in sliding since the start', records%friction)
     end subroutine declare_open_close
@@ -195,7 +194,7 @@ contains
       call a_frame('velocity', [2, n], 'length/time', 'velocity of the centroid', records%body_velocity)
       call a_frame('stress', [3, n], 'force/length^2', 'mean Cauchy stress xx, yy, xy', records%body_stress)
       if (allocated(model%effects%accuracy)) &
-        call a_frame('green_share', [n], '1', 'share of its area that took Green strain in the last step', records%body_green)
+        call a_frame('green_share', [n], '1', 'fraction of its area with Green strain in the last step', records%body_green)
       if (kinds%error) &
         call a_frame('error', [n], 'length', 'estimated error of the place, root mean square over the block', records%body_error)
       if (kinds%sleep) call a_frame('asleep', [n], '1', 'first body of the island that it sleeps with, from 1; 0: it is awake', &
@@ -222,7 +221,7 @@ contains
       call a_series('/bolts/force', [m], 'force', 'tension; below 0 it pushes', records%bolt_force, per_frame=.true.)
       call a_series('/bolts/elongation', [m], 'length', 'growth of its length since the start', records%bolt_elongation, &
                     per_frame=.true.)
-      call a_series('/bolts/state', [m], '1', '0 elastic, 1 has yielded, 2 broken, 3 none of this stage', records%bolt_state, &
+      call a_series('/bolts/state', [m], '1', '0 elastic, 1 has yielded, 2 broken, 3 not in this stage', records%bolt_state, &
                     .true., per_frame=.true.)
       if (any(model%effects%bolt%stiffness(2, :) > 0)) then
         call a_series('/bolts/shear', [m], 'force', 'force across a grouted bolt where it crosses a joint', records%bolt_shear, &

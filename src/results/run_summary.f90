@@ -19,7 +19,7 @@ module scree_run_summary
   public :: add_step, begin_stage, begin_summary, change_of_area, end_stage, lost_otherwise, share_lost, share_of_blows, &
             stage_ending_t, sum_up, summary_t, vertex_most_t
 
-  !> Share of its weight, and of sqrt(g size), below which a body counts as at rest.
+  !> Fraction of its weight, and of sqrt(g size), below which a body counts as at rest.
   real(dp), parameter :: resting = 1e-3_dp
 
   !> The vertex at which something is largest.
@@ -64,7 +64,7 @@ module scree_run_summary
     logical :: touches = .false.         !! the scene has contact
     type(overlap_most_t) :: overlap
     type(blow_t) :: blows                !! of all steps, of what springs give back by chance; the shortest swing
-    real(dp), allocatable :: off         !! share of its displacement that the run is estimated to be off by, where it estimates it
+    real(dp), allocatable :: off         !! estimated error over the displacement, where the run estimates it
     real(dp) :: aim = 0.0_dp             !! `step.accuracy`, what it may be off by; 0: its steps do not go by that
     real(dp) :: area = 0.0_dp            !! of all blocks, length^2
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness as all energies

@@ -16,8 +16,8 @@ module scree_summary_words
 
   integer, parameter :: most_phases = 5          !! named on the screen
   real(dp), parameter :: least_share = 0.02_dp   !! of the time that a phase named there took
-  real(dp), parameter :: suspicious_blows = 0.1_dp !! share of the energy that is worth a warning
-  real(dp), parameter :: suspicious_loss = 1e-2_dp !! share of the energy, where nothing says how far a run may be off
+  real(dp), parameter :: suspicious_blows = 0.1_dp !! fraction of the energy that is worth a warning
+  real(dp), parameter :: suspicious_loss = 1e-2_dp !! fraction of the energy, where nothing says how far a run may be off
   real(dp), parameter :: too_far_off = 2.0_dp    !! times what was asked for that is, as far as an estimate can tell
 
   !> How a run ended.

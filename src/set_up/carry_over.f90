@@ -1,9 +1,9 @@
-!> From the end of one stage to the beginning of the next: what of the state goes on, in a model that may hold, load, bolt and weigh
-!> otherwise, and may have fewer blocks.
+!> First state of a stage from the last state of the stage before, in a model that may have other supports, loads, bolts and
+!> weights, and fewer blocks.
 !>
-!> Places, stress and what contacts and bolts remember go on; of motion, velocities. A point that the stage before did not have, the
-!> end of an edge that is held or loaded from here on, is where the linear field of its element has taken it: with X its place at
-!> the start and x_0, X_0 those of a vertex of the element, at x_0 + F (X - X_0).
+!> Places, stress, velocities and the memory of contacts and bolts go on. A point may be new in this stage, such as the end of an
+!> edge that is supported or loaded from here on. The linear field of its element has moved it to x_0 + F (X - X_0). Here X is its
+!> place at the start, and X_0 and x_0 are the first and the present place of a vertex of the element.
 module scree_carry_over
   use scree_bolt, only: begin_bolt
   use scree_contacts, only: contact_t, state_open

@@ -10,7 +10,7 @@ module scree_edges_on_lines
 
   !> An edge that lies on a line leans from it by less than this (sine).
   real(dp), parameter :: least_turn = 1e-2_dp
-  !> Pieces shorter than this share of their line are none.
+  !> Pieces shorter than this fraction of their line are none.
   real(dp), parameter :: shortest = 1e-9_dp
 
   !> What of a line has no edge on it.
@@ -133,8 +133,8 @@ contains
     end do
   end function largest_gap
 
-  !> The shares of a line between which it lies in a box: from the first to the second, which is the smaller one where no part does.
-  !> A line along a side of the box may lie beside it by as much as edges may lie beside the line.
+  !> First and last fraction of a line that lie in a box; the second is smaller where no part does. A line along a side of the box
+  !> may lie beside it by the distance by which edges may lie beside the line.
   pure function share_in_box(line, low, high, nearest) result(share)
     real(dp), intent(in) :: line(2, 2), low(2), high(2), nearest !! length
     real(dp) :: share(2)
@@ -195,7 +195,7 @@ contains
     end do
   end function less
 
-  !> The part of a piece between two shares of it.
+  !> The part of a piece between two fractions of it.
   pure type(piece_t) function part_of(piece, from, to) result(part)
     type(piece_t), intent(in) :: piece
     real(dp), intent(in) :: from, to

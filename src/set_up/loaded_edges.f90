@@ -16,7 +16,7 @@ module scree_loaded_edges
   private
   public :: absorb_on_edges, gaps_of_lines, hold_edges, load_carriers, load_edges
 
-  !> Share of a line without an edge above which a run is refused, and above which `check` and a run warn.
+  !> Fraction of a line without an edge above which a run is refused, and above which `check` and a run warn.
   real(dp), parameter :: most_gap = 0.1_dp, noticeable_gap = 1e-3_dp
 
 contains
@@ -98,8 +98,8 @@ contains
     end associate
   end subroutine add_piece
 
-  !> Adds a piece of an edge along which displacement is of second order: a traction q that is linear along it works as the forces
-  !> q_A/6, (q_A + q_B)/3 and q_B/6 at its ends and middle, each of which is a piece without length.
+  !> Adds a piece of an edge along which displacement is of second order. A traction q that is linear along it does the work of the
+  !> forces q_A/6, (q_A + q_B)/3 and q_B/6 at its ends and middle. Each of these is a piece without length.
   pure subroutine load_three_places(piece, traction, system, state, load)
     type(piece_t), intent(in) :: piece
     real(dp), intent(in) :: traction(2, 2)   !! (xy, 2) at the ends times the length, force per unit thickness

@@ -28,8 +28,8 @@ module scree_make_effects
   !> Of the extent, where contacts follow Shi's rules: overlap that closes, and gap that opens (Shi: s0, 2e-4 w0; f0, 2e-7 w0).
   real(dp), parameter :: closing_share = 1e-4_dp, opening_share = 1e-7_dp
   real(dp), parameter :: shortest_return = 5e-8_dp !! of the extent: slip back at which sliding that lags ends (Shi: 1e-7 w0)
-  !> Where contacts are found as Shi's programs do, of the extent: gap over the displacement ratio, and the least; overlap over
-  !> that gap; and what is added to the square of an edge (Shi: d0 = 2.5 g2 w0, d9 = 0.3 d0, 3 g3 w0, 1e-9 w0).
+  !> Search for contacts as in Shi's programs, relative to the extent: gap over the displacement ratio, and the least gap; overlap
+  !> over that gap; number added to the square of an edge. (Shi: d0 = 2.5 g2 w0, d9 = 0.3 d0, 3 g3 w0, 1e-9 w0)
   real(dp), parameter :: search_share = 1.25_dp, search_least = 6e-4_dp, search_inside = 0.3_dp, search_guard = 5e-10_dp
 
 contains
@@ -284,12 +284,13 @@ contains
       end associate
     end subroutine let_touch
 
-    !> What a column of rock as high as the scene settles by under its own weight, length: unit weight times height squared over
-    !> twice the modulus of a mass of blocks, 1/(1/E + 1/(s b)), with s the stiffness of a joint across and b the mean size of a
-    !> block. A joint without a stiffness of its own is two springs on a face.
+    !> Settlement of a column of rock as high as the scene under its own weight, length.
     !>
-    !> A weight that acts at once makes speeds of up to g H/c, as a point is free until the wave from the foot comes by, at
-    !> c = (E/rho)^1/2. What comes back of that speed rises by g H^2/(2 c^2), which is this settling.
+    !> It is the unit weight times the height squared over twice the modulus of a mass of blocks, 1/(1/E + 1/(s b)). Here s is the
+    !> normal stiffness of a joint and b the mean size of a block. A joint without its own stiffness is two springs on a face.
+    !>
+    !> A weight that acts at once makes speeds of up to g H/c, because a point is free until the wave from the foot arrives, with
+    !> the speed c = (E/rho)^1/2. A block with that speed rises by g H^2/(2 c^2), which is this settlement.
     pure real(dp) function settling_of_scene(law) result(settling)
       type(contact_law_t), intent(in) :: law
       type(kinematics_t) :: element
@@ -423,8 +424,8 @@ contains
     table = tables(place)
   end subroutine by_element
 
-  !> Numbers of Shi's rules of contact: shares of the model, half of whose size he calls w0. The search has its own distances where
-  !> the scene has a displacement ratio (g2).
+  !> Numbers of Shi's rules of contact, relative to the model, half of whose size he calls w0. The search has its own distances
+  !> where the scene has a displacement ratio (g2).
   pure type(shi_law_t) function shi_law_of(scene) result(law)
     type(scene_t), intent(in) :: scene
 
@@ -455,7 +456,7 @@ contains
     read (digits, *) rounded
   end function rounded
 
-  !> A share as a percentage.
+  !> A fraction as a percentage.
   pure function percent(share)
     real(dp), intent(in) :: share
     character(len=:), allocatable :: percent

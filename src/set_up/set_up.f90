@@ -83,7 +83,7 @@ contains
     if (.not. allocated(model%effects%gravity) .and. model%settings%sleep > 0 &
         .and. from_of(scene%words, 'step.sleep') /= 'default') then
       call fail(error, status_bad_input, given_at(scene%words, 'step.sleep')//': expected blocks with weight with step.sleep, '// &
-                'a share of it, found none')
+                'which is relative to it, found none')
       return
     end if
     if (.not. allocated(model%effects%contact)) return
@@ -335,8 +335,8 @@ contains
       call fail(error, status_bad_input, from//': expected a mesh that holds every block, found one that leaves '// &
                 number_text(quality%uncovered)//' parts of blocks out')
     else if (allocated(covered%torn)) then
-      call fail(error, status_bad_input, from//': expected that in '''//scene%settings%cover_mesh//''' triangles beside each '// &
-                'other in a block share the two nodes of the line between them, one on either side, found others at '// &
+      call fail(error, status_bad_input, from//': expected triangles of '''//scene%settings%cover_mesh//''' that fit '// &
+                'together in a block, with one triangle on either side of each edge and both nodes in common, found others at '// &
                 place_text(covered%torn + system%origin, system%extent, digits=6))
     else if (shortest_edge(mesh) > norm2(high - low)) then ! of a file
       call fail(error, status_bad_input, from//': expected a mesh with edges up to the diagonal of the model, '// &

@@ -84,7 +84,7 @@ contains
       try%contacts%leapt = try%d
     else if (leaps .or. beyond(4) > 1) then
       call find_farthest(model, cache, state, try%d, farthest, e)
-      call reject(try%outcome, cut_by_leap, 'a vertex leapt over what is near it, or turned too far', 'a smaller step.least', e, &
+      call reject(try%outcome, cut_by_leap, 'a vertex jumped over an edge near it, or turned too far', 'a smaller step.least', e, &
                   cache%element(e)%kinematics%centroid)
     else if (any(beyond(:2) > 0)) then
       try%outcome%settled = .false.

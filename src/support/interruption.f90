@@ -1,9 +1,9 @@
 !> Signals: those that ask a run to stop, and the one that a limit of file size sends.
 !>
-!> SIGINT (Ctrl-C) and SIGTERM (kill, the end of a batch job) leave word, and the run stops between two tries of a step, where no
-!> file is being written. One more, a second or two later, ends the program at once; those that come with the first are the same
-!> request, as `timeout` and batch systems send one to a process and one to its group. To block the signals and poll them would need
-!> no word, but the threads of the linear algebra take a signal that only this one blocks.
+!> The handler of SIGINT (Ctrl-C) and SIGTERM (kill, the end of a batch job) sets a flag. The run stops between two tries of a step,
+!> where no file is being written. Another signal, a second or two later, ends the program at once. Signals that come with the first
+!> are the same request: `timeout` and batch systems send one to a process and one to its group. Blocking the signals and polling
+!> them would need no flag, but the threads of the linear algebra would take a signal that only this thread blocks.
 module scree_interruption
   use, intrinsic :: iso_c_binding, only: c_funloc, c_int, c_intptr_t, c_long, c_null_ptr, c_ptr
   implicit none

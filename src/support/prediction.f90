@@ -1,14 +1,15 @@
-!> What a run will take, told from the beginning of it: a probe notes how far each step got and when, and what is left is taken to
-!> cost as that did, or as another run of the scene that came to its end.
+!> Forecast of the time that a run takes, from its first steps.
 !>
-!> Seconds are of the processor, of which a run uses one: what else the machine does is not in them.
+!> A probe records how far each step got and when. The rest of the run is assumed to cost as much as the steps of the probe, or as
+!> the rest of another run of the scene that reached its end. Seconds are processor seconds. A run uses one processor, so other work
+!> of the machine is not in them.
 module scree_prediction
   use scree_kinds, only: dp
   implicit none
   private
   public :: amounts_t, begin_probe, enough, forecast_t, note_step, predict, probe_t, seconds_of, steps_of
 
-  !> Shares of the way of a probe from which on its pace is taken: what it says first, and what the spread is told by.
+  !> Fractions of a probe from which on its speed is measured: the first gives the forecast, the others its range.
   real(dp), parameter :: pace_from(4) = [0.75_dp, 0.0_dp, 0.25_dp, 0.5_dp]
 
   !> The steps of a run that may end early.
@@ -45,7 +46,7 @@ contains
     call cpu_time(probe%begun)
   end subroutine begin_probe
 
-  !> Notes a step, or, with a share of 0, that steps begin.
+  !> Records a step, or, with a fraction of 0, that steps begin.
   subroutine note_step(share, probe)
     real(dp), intent(in) :: share !! of the run that is done
     type(probe_t), intent(inout) :: probe
@@ -86,10 +87,11 @@ contains
     amounts = amounts_t(probe%ended, probe%share(:probe%n), [(real(i - 1, dp), i=1, probe%n)])
   end function steps_of
 
-  !> What a run will come to. Of one that ended it is known.
+  !> Forecast of the amount of work of a run, which is known for a run that ended.
   !>
-  !> The pace of its last quarter goes on; the spread is that of the paces from other points on. Where another run ended, what is
-  !> left takes as many times what was done as it did there; else as its share of the run says.
+  !> The speed of the last quarter of the probe is extrapolated; the range comes from the speeds from other points on. Where another
+  !> run ended, the rest over what was done is that of the other run; otherwise it follows from the fraction of the run that is
+  !> done.
   pure function predict(done, shape) result(forecast)
     type(amounts_t), intent(in) :: done            !! at least of two points
     type(amounts_t), intent(in), optional :: shape !! of another run
@@ -111,7 +113,7 @@ contains
     forecast = forecast_t(whole(1), minval(whole), maxval(whole))
   end function predict
 
-  !> Share of its amount that a run takes up to a share of its way.
+  !> Fraction of the work of a run that is done at a fraction of its time.
   pure real(dp) function work_until(share, shape) result(work)
     real(dp), intent(in) :: share
     type(amounts_t), intent(in), optional :: shape

@@ -13,7 +13,7 @@ module scree_progress
 
   real(dp), parameter :: between_lines = 0.1_dp, most_silent = 30.0_dp !! s, on a terminal; in a log
   integer, parameter :: digits = 4                                     !! of times
-  !> Steps below this share of the size that was asked for are short; so many in a row that take so long are worth a word.
+  !> Steps below this fraction of the size that was asked for are short; so many in a row that take so long are worth a message.
   real(dp), parameter :: short_share = 0.5_dp, long = 3.0_dp !! long: s
   integer, parameter :: many = 20
 

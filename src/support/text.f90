@@ -199,8 +199,10 @@ contains
     pair_text = '('//short_text(pair(1))//', '//short_text(pair(2))//')'
   end function pair_text
 
-  !> A place in or about a model for people, (x, y): to four digits, or as many as `digits`, and to one more for each power of ten
-  !> by which a coordinate is larger than the model, so that a model far from the origin is told as well as one that is not.
+  !> Text of a place in a model for people, (x, y), to four digits or to `digits`.
+  !>
+  !> A coordinate has one digit more for each power of ten by which it is larger than the model, so that places of a model far from
+  !> the origin can be told apart as well.
   pure function place_text(place, size, digits)
     real(dp), intent(in) :: place(2)
     real(dp), intent(in) :: size              !! of the model, length

@@ -1,14 +1,15 @@
 !> What each phase of a run costs: how often it begins, and its time of the wall and of the processor.
 !>
 !> One phase goes on at any time; where the next begins it ends, so the phases make up the whole run. All begins are counted,
-!> but not each lap from one phase to the next is timed: a step of one block takes 4 us, and a reading of the clock 30 ns. The
-!> clocks are read as often as takes a small share of what a phase has taken so far, at laps drawn at random:
+!> but not each lap from one phase to the next is timed: a step of one block takes 4 us, and a reading of the clock 30 ns. Readings
+!> may cost a small fraction of the time of a phase.
 !>
-!> - a phase whose laps are long has each of them timed, by both clocks;
-!> - the clock of the processor, which costs a call of the system, is left out where laps are shorter;
-!> - of a phase with short laps some are timed, and each counts for those since the one before.
+!> - In a phase with long laps both clocks time each lap.
+!> - In a phase with shorter laps the clock of the processor, which costs a system call, is left out.
+!> - In a phase with short laps a random sample is timed, and each timed lap counts for those since the one before.
 !>
-!> What the first kind leaves of the whole is shared among phases as the other two say. So times add up to the whole.
+!> The time that the first kind leaves of the whole is divided among the other phases in proportion to their samples. So times add
+!> up to the whole.
 module scree_timers
   use scree_kinds, only: dp, i8
   use scree_random_numbers, only: next_uniform, random_t
@@ -25,8 +26,7 @@ module scree_timers
     'read', 'set-up', 'search', 'alone', 'assemble', 'factor', 'solve', 'judge', 'friction', 'restitution', 'check', 'update', &
     'sleep', 'history', 'frames', 'other']
 
-  !> Share of its time that reading the clocks may take of a phase, by its laps so far; a lap that is timed takes two readings, and
-  !> what is made of them as long again.
+  !> Fraction of the time of a phase that reading the clocks may take. A timed lap takes two readings, and their evaluation as long.
   real(dp), parameter :: share = 1.0_dp/1000
   real(dp), parameter :: most_laps = 1000.0_dp !! between two that are timed, on average
   !> Times the mean of its phase from which on a lap counts once, not for others: the process had to wait, or it is a rare one.

@@ -84,7 +84,7 @@ class Run(Frames):
 
 
 class Replay(Frames):
-    """A classic replay, whose layout is in doc/results.md. What follows the frames that it counts is not read."""
+    """A classic replay, whose layout is in doc/classic-output.md. What follows the frames that it counts is not read."""
 
     def __init__(self, path):
         try:

@@ -1,4 +1,4 @@
-"""Writes files of DDAML, the XML of the program ntdda, as a geometry deck and an analysis deck (doc/decks.md).
+"""Writes files of DDAML, the XML of the program ntdda, as a geometry deck and an analysis deck (doc/drawings.md).
 
     tools/ddaml2deck FILE.geo FILE.ana [-o STEM]
 

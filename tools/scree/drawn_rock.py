@@ -1,6 +1,6 @@
 """The rock of a drawing: what a window or polygon clips from it, without its tunnels, as lines of a geometry deck.
 
-One rule, as of `scree joints` (doc/decks.md): a line is split wherever it meets an outline, and the places beside the middle of a
+One rule, as of `scree joints` (doc/joint-sets.md): a line is split wherever it meets an outline, and the places beside the middle of a
 piece tell whether there is rock. A piece of an outline with rock on one side bounds the rock, a piece of a joint with rock on both
 lies in it. Lines that no outline meets keep their coordinates to the bit.
 

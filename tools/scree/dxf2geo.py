@@ -1,4 +1,4 @@
-"""Turns a DXF joint map into a geometry deck (doc/decks.md).
+"""Turns a DXF joint map into a geometry deck (doc/drawings.md).
 
     tools/dxf2geo MAP.dxf [-o OUT.geo] [--e0 0.001] [--sagitta S] [--layer NAME=ROLE ...] [--clip X1 Y1 X2 Y2 [X3 Y3 ...]]
                   [--plane xy|xz|yz] [--close G] [--least-area A]

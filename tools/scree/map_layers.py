@@ -1,4 +1,4 @@
-"""Layers of a joint map: the role that each has by its name or by the option --layer (doc/decks.md)."""
+"""Layers of a joint map: the role that each has by its name or by the option --layer (doc/drawings.md)."""
 import collections
 import math
 import re
