@@ -131,9 +131,9 @@ BAD = {
                                     "at (1, 0.25)"),
     "nodes twice on a line in a block": (of_triangles(["1 0 0", "1 1 0"], ["1 2 5", "1 5 4", "7 3 6", "7 6 8"]), "a.ana:9:",
                                          "both nodes in common", "at (1, 0.5)"),
-    "a triangle over others": (of_triangles([], ["1 2 5", "1 5 4", "2 3 6", "2 6 5", "1 3 5"]), "a.ana:9:", "one on either side",
+    "a triangle over others": (of_triangles([], ["1 2 5", "1 5 4", "2 3 6", "2 6 5", "1 3 5"]), "a.ana:9:", "one triangle on either side",
                                "at (0.5, 0.5)"),
-    "every triangle twice": (of_triangles([], 2*["1 2 5", "1 5 4", "2 3 6", "2 6 5"]), "a.ana:9:", "one on either side", "at "),
+    "every triangle twice": (of_triangles([], 2*["1 2 5", "1 5 4", "2 3 6", "2 6 5"]), "a.ana:9:", "one triangle on either side", "at "),
 }
 
 

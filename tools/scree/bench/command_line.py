@@ -34,7 +34,7 @@ peers: the same walls, column and pyramid by other programs too, from PyPI, wher
 its default accuracy and at a fine one. Overlap is measured by one routine for all, from the places of the blocks.
 
 problems: friction problems that steps posed, where their iteration ran in circles, each solved by the solver of such problems alone:
-those of results files of runs with output.problems='all', or 'failed', else a kept set (tests/README.md). A row has the unknowns,
+those of results files of runs with output.problems='all', or 'failed', else a kept set (doc/testing.md). A row has the unknowns,
 the springs, what is left out of balance over the largest force, matrices factorised, pieces of paths, and seconds of the processor.
 
 cutting: how time and memory grow, from lines to blocks and from a block to manifold elements. The lines are random joints in a

@@ -24,19 +24,15 @@ BANNED = {
     r"other ways?|in ways": "'other methods' or 'other settings'",
     r"ways? (?:inside|round|through) ": "'path' or 'method'",
     r"(?:a|the|this|whose|largest|least) shares?|shares? of": "'ratio', 'fraction' or 'part'",
-    r"blows?": "'impact'",
-    r"judgements?": "'state update'",
     r"paces?": "'step size' or 'speed'",
     r"by as much as|by so much": "the number or the formula",
     r"as (?:is|are) told|is told by": "'is given by'",
     r"those (?:of before|that came before)": "the noun",
     r"holds? against": "'compares with'",
 }
-NOT_YET = "theory.md"  # the page that is being rewritten
-
 # How many sentences above MOST_WORDS_DOCSTRING and banned phrases the docstrings of each room have; these may only fall.
 ROOMS = {
-    "contact": 97,
+    "contact": 91,
     "restitution": 47,
     "solver": 40,
     "stepping": 113,
@@ -182,7 +178,7 @@ def against_counts(source, allowed=None):
 def findings(tree):
     """All findings: path, line, text."""
     notes = sorted((tree / "doc" / "notes").glob("*.md"))
-    pages = [path for path in sorted((tree / "doc").rglob("*.md")) if path not in notes and path.name != NOT_YET]
+    pages = [path for path in sorted((tree / "doc").rglob("*.md")) if path not in notes]
     pages += [tree / "README.md", tree / "tests" / "README.md"]
     for path in pages:
         yield from of_page(path)

@@ -34,7 +34,7 @@ myst_heading_anchors = 4
 myst_links_external_new_tab = False
 pygments_style = "friendly"
 
-LINK = re.compile(r"[-|] \[(?P<title>[^]]+)\]\((?P<page>[\w/-]+)\.md\)")
+LINK = re.compile(r"(?:[-|]|\d+\.) \[(?P<title>[^]]+)\]\((?P<page>[\w/-]+)\.md\)")
 OVERVIEWS = {"validation": "verification", "settings": "settings"}  # pages that list those of a folder
 
 
