@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shapely.geometry import Polygon
 
-from scree.figures import contacts, problems
+from scree.figures import contacts, integrators, kinematics, problems
 from scree.figures.command import draw
 from scree.figures.sheet import FIGURES
 
@@ -102,3 +102,26 @@ def test_the_path_of_the_figure_ends_in_a_solution_and_turns_on_the_way():
     for angle in np.linspace(0, 2 * math.pi, 100):  # far away forces point inward, as the proof says
         at = 10 * np.array([math.cos(angle), math.sin(angle)])
         assert at @ problems.left_over(at) < 0
+
+
+@pytest.mark.parametrize("matrix, radius", [
+    (lambda w: integrators.newmark_matrix(1, 0.5, w), 1), (lambda w: integrators.newmark_matrix(1, 9 / 16, w), 1 / 3),
+    (lambda w: integrators.newmark_matrix(0.5, 0.5, w), 1), (lambda w: integrators.generalised_alpha_matrix(0.5, w), 0.5),
+    (integrators.bathe_matrix, 0)])
+def test_the_roots_that_are_drawn_are_those_of_chapter_3_at_infinite_frequency(matrix, radius):
+    assert integrators.radius(matrix(1e8)) == pytest.approx(radius, abs=1e-3)  # a double root is off by the root of rounding
+
+
+@pytest.mark.parametrize("rotation, area", [("linear", lambda r: 1 + r**2), ("second_order", lambda r: 1 + r**4 / 4),
+                                            ("trigonometric", lambda r: 1), ("exact", lambda r: 1)])
+def test_the_maps_that_are_drawn_grow_by_the_table_of_chapter_2(rotation, area):
+    for r in (1e-3, 0.0628, 0.5):
+        assert np.linalg.det(kinematics.map_of(rotation, r)) == pytest.approx(area(r), rel=1e-14)
+
+
+def test_forces_of_a_friction_problem_obey_the_bound_that_proves_a_solution():
+    random = np.random.default_rng(2)
+    springs = problems.N0**2 / (4 * problems.STIFFNESS) + problems.T0**2 / (4 * problems.SHEAR_STIFFNESS)
+    for _ in range(1000):
+        x = random.normal(size=2) * 10 ** random.uniform(-2, 2)
+        assert x @ problems.left_over(x) <= x @ problems.LOAD - x @ problems.A @ x + springs + 1e-9 * (1 + x @ x)
