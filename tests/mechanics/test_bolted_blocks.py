@@ -163,15 +163,15 @@ def test_a_bolted_pair_sleeps_and_wakes_together(tmp_path):
 
 def test_bolts_are_drawn(tmp_path):
     """A picture of frames, of a geometry and of a model; with bolts it is another."""
-    from scree import plot
+    from scree import drawing
 
     deck = write(tmp_path, "rows", ROWS)
     scree.run(deck)
     write(tmp_path, "none")
     assert call("cut", tmp_path / "rows.geo", "-o", tmp_path / "rows.blk").returncode == 0
-    frames, blocks = plot.Frames(tmp_path / "rows.h5", "r"), plot.Blocks(tmp_path / "rows.blk", "b")
+    frames, blocks = drawing.Frames(tmp_path / "rows.h5", "r"), drawing.Blocks(tmp_path / "rows.blk", "b")
     assert frames.bolts(0)[0] == pytest.approx(blocks.bolts(0)[0]) and list(frames.bolts(-1)[1]) == [1, 0]
-    figure = plot.draw_frames([frames], ["last"], "block")
+    figure = drawing.draw_frames([frames], ["last"], "block")
     labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert labels == ["bolt", "bolt that has yielded"]
 

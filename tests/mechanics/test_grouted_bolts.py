@@ -80,9 +80,9 @@ def test_a_bolt_has_springs_at_each_joint_that_it_crosses(tmp_path):
     assert r.bolts.number[0].tolist() == [1, 1, 2, 2]
     assert r.bolts.ends[0] == pytest.approx(np.array([[1, 2, 1, 0.5], [1, 0.5, 1, -1], [3, -1, 3, 0.5], [3, 0.5, 3, 2]]))
     assert r.bolts.force[0] == pytest.approx([2, 2, 1, 1]) and r.bolts.shear[0] == pytest.approx(0, abs=1e-12)
-    from scree import plot
+    from scree import drawing
 
-    ends, states = plot.Frames(tmp_path / "r.h5", "r").bolts(0)
+    ends, states = drawing.Frames(tmp_path / "r.h5", "r").bolts(0)
     assert ends.shape == (4, 2, 2) and not states.any()
 
 

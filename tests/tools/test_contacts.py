@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 import scree
-from scree import overlays, plot, touching
+from scree import drawing, overlays, touching
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 TOOL = SOURCE / "tools" / "contacts"
@@ -36,7 +36,7 @@ def written(request, tmp_path_factory):
 def expected(results, frame):
     """Points and data of a frame."""
     contacts, space = results.contacts_of(frame), lambda pairs: np.column_stack([pairs, np.zeros(len(pairs))])
-    force = overlays.contact_forces(plot.Frames(results.path, "run"), frame)
+    force = overlays.contact_forces(drawing.Frames(results.path, "run"), frame)
     return space(contacts.place), {
         "state": contacts.state, "force": space(force), "across": contacts.force[:, 0], "along": contacts.force[:, 1],
         "normal": space(contacts.normal), "block": contacts.blocks[:, 0], "against": contacts.blocks[:, 1]}

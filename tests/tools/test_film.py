@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scree
 from PIL import Image
-from scree import film, plot
+from scree import drawing, filming
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 TOOL = SOURCE / "tools" / "film"
@@ -65,13 +65,13 @@ def test_each_nth_frame_with_all_that_is_drawn_over(run, tmp_path):
 
 
 def test_colours_and_scales_are_those_of_all_frames(run):
-    file = plot.Frames(run, "fall")
-    panels = plot.Panels([file], [(file, frame) for frame in range(11)], "displacement", (), plot.Look(range=["full"]))
+    file = drawing.Frames(run, "fall")
+    panels = drawing.Panels([file], [(file, frame) for frame in range(11)], "displacement", (), drawing.Look(range=["full"]))
     figure, axes = panels.figure(1, 1, 4.0)
     for frame in (0, 10):
         assert panels.draw(axes[0, 0], file, frame)[0].get_clim() == (0, max(file.values(10, "displacement")[0]))
         assert len(axes[0, 0].collections) == (1 if frame == 0 else 2)  # with the outlines of the start
-        film.clear(axes[0, 0])
+        filming.clear(axes[0, 0])
         assert not axes[0, 0].collections
     assert figure.get_axes() == [axes[0, 0]]
 

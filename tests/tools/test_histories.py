@@ -5,10 +5,10 @@ import pathlib
 import numpy as np
 import pytest
 import scree
-from scree import plot
+from scree import drawing
 from scree.errors import PlotError
 from scree.histories import histories_of, names_of_histories
-from scree.report import facts
+from scree.pages import facts
 from scree.units import Units
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
@@ -52,7 +52,7 @@ def test_angular_momentum_has_a_unit_of_its_own(results):
     assert (along.dimension, angular.dimension) == ("mass*length/time", "mass*length^2/time")
     np.testing.assert_array_equal(np.hstack([along.values, angular.values]), results.history.momentum)
     units = Units("mm=1e-3,kPa=1e3,s")
-    figure = plot.draw_histories([results.path], ["momentum"], units)
+    figure = drawing.draw_histories([results.path], ["momentum"], units)
     assert [axis.get_ylabel() for axis in figure.axes] == ["[kPa mm$^2$ s]", "[kPa mm$^3$ s]"]
     assert figure.axes[0].lines[1].get_ydata() == pytest.approx(1e3 * results.history.momentum[:, 1], rel=1e-12)
     assert figure.axes[1].lines[0].get_ydata() == pytest.approx(1e6 * results.history.momentum[:, 2], rel=1e-12)
@@ -73,9 +73,9 @@ def test_what_is_no_history_is_said(results):
 
 
 def test_curves_are_named(results):
-    figure = plot.draw_histories([results.path], ["contacts", "measured_points/displacement", "rotation", "area"])
+    figure = drawing.draw_histories([results.path], ["contacts", "measured_points/displacement", "rotation", "area"])
     names = [[line.get_label() for line in axis.lines] for axis in figure.axes]
     assert names[0] == ["open", "sliding", "locked"] and len(names[1]) == 6 and names[2][0] == "block 1" and names[3] == ["s"]
     assert [axis.get_legend() is not None for axis in figure.axes] == [True, True, False, False]
-    figure = plot.draw_histories([results.path, results.path], ["contacts"])
+    figure = drawing.draw_histories([results.path, results.path], ["contacts"])
     assert [line.get_label() for line in figure.axes[0].lines][3:] == ["s, open", "s, sliding", "s, locked"]

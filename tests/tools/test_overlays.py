@@ -9,7 +9,7 @@ import scree
 from matplotlib import image
 from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.quiver import Quiver
-from scree import overlays, plot
+from scree import drawing, overlays
 from scree.errors import PlotError
 
 SCREE = os.environ["SCREE"]
@@ -40,7 +40,7 @@ def lines_of(axis, name):
 
 
 def frames(path):
-    return plot.Frames(path, path.stem)
+    return drawing.Frames(path, path.stem)
 
 
 @pytest.fixture(scope="module")
@@ -65,9 +65,9 @@ def test_vectors_are_those_of_the_centroids_and_crosses_the_principal_stresses(m
     if model == "dda":
         np.testing.assert_allclose(overlays.displacements(file, 2), r.bodies.centroid[2] - r.bodies.centroid[0], atol=1e-12 * edge)
         np.testing.assert_allclose(overlays.velocities(file, 2), r.bodies.velocity[2], rtol=1e-9)
-    area, centre = np.array([plot.area_and_centroid(polygon)[0] for polygon in file.polygons(2)]), overlays.centroids(file, 2)
+    area, centre = np.array([drawing.area_and_centroid(polygon)[0] for polygon in file.polygons(2)]), overlays.centroids(file, 2)
     assert len(area) == (1 if model == "dda" else len(file.start)) and (model == "dda" or len(area) > 5)
-    np.testing.assert_allclose(centre, [plot.area_and_centroid(polygon)[1] for polygon in file.polygons(2)], atol=1e-12 * edge)
+    np.testing.assert_allclose(centre, [drawing.area_and_centroid(polygon)[1] for polygon in file.polygons(2)], atol=1e-12 * edge)
 
     values, angle = overlays.principal_stresses(file, 0)
     for (xx, yy, xy), (major, minor), a in zip(r.stress(0), values, angle):
@@ -75,7 +75,7 @@ def test_vectors_are_those_of_the_centroids_and_crosses_the_principal_stresses(m
         assert (minor, major) == pytest.approx(tuple(true), rel=1e-9) and major > 0 > minor
         assert abs(axes[:, 1] @ [np.cos(a), np.sin(a)]) == pytest.approx(1, rel=1e-9)
 
-    panel = plot.draw_frames([file], ["0"], "major", [overlays.draw_crosses]).axes[0]
+    panel = drawing.draw_frames([file], ["0"], "major", [overlays.draw_crosses]).axes[0]
     for name, value, turned in (("tension", values[:, 0], 0), ("compression", values[:, 1], np.pi / 2)):
         bars = lines_of(panel, name)
         along = bars[:, 1] - bars[:, 0]
@@ -84,7 +84,7 @@ def test_vectors_are_those_of_the_centroids_and_crosses_the_principal_stresses(m
         np.testing.assert_allclose(length, overlays.CROSS * 1.1 * edge * abs(value[0]) / abs(values).max(), rtol=1e-6)
         np.testing.assert_allclose(abs(along @ direction), length, rtol=1e-9)
 
-    panel = plot.draw_frames([file], ["last"], "major", [overlays.VECTORS["displacement"]]).axes[0]
+    panel = drawing.draw_frames([file], ["last"], "major", [overlays.VECTORS["displacement"]]).axes[0]
     arrows, = [c for c in panel.collections if isinstance(c, Quiver)]
     moved = overlays.displacements(file, 3)
     drawn = np.column_stack([arrows.U, arrows.V])
@@ -142,7 +142,7 @@ def test_forces_of_contacts_bear_the_weight(slides):
     signs = np.where(contacts.blocks[:, 0] == 2, 1, -1)[:, None]
     weight = 24525 * file.file.bodies.area[0, 1]
     np.testing.assert_allclose((signs * overlays.contact_forces(file, last)).sum(0), [0, weight], atol=2e-3 * weight)
-    panel = plot.draw_frames([file], ["last"], "block", [overlays.draw_contact_forces]).axes[0]
+    panel = drawing.draw_frames([file], ["last"], "block", [overlays.draw_contact_forces]).axes[0]
     bars = lines_of(panel, "force")
     np.testing.assert_allclose(bars.mean(1), contacts.place, atol=1e-9)
     along, force = bars[:, 1] - bars[:, 0], overlays.contact_forces(file, last)
@@ -153,14 +153,14 @@ def test_colours_leave_out_what_is_far_off_unless_told():
     values = np.append(np.linspace(0, 1, 199), 1e6)
     assert overlays.robust_limits(values) == (values[2], values[197])
     assert overlays.robust_limits(values[-50:]) == (values[-50], 1e6)  # of few all count
-    look = plot.Look()
-    assert plot.limits_of(values, "displacement", look)[:2] == (values[2], values[197])
-    assert plot.limits_of(values, "block", look)[:2] == (0, 1e6)
-    assert plot.limits_of(values, "displacement", plot.Look(range=["full"]))[:2] == (0, 1e6)
-    assert plot.limits_of(values, "displacement", plot.Look(range=[0.2, 0.3])) == (0.2, 0.3, "cividis")
-    assert plot.limits_of(np.array([-3.0, 1.0]), "major", look) == (-3, 3, "RdBu_r")  # white at zero
-    assert plot.limits_of(np.array([-3.0, 0.1]), "major", look) == (-3, 0.1, "cividis")
-    assert plot.limits_of(np.zeros(3), "major", look)[:2] == (0, 1)
+    look = drawing.Look()
+    assert drawing.limits_of(values, "displacement", look)[:2] == (values[2], values[197])
+    assert drawing.limits_of(values, "block", look)[:2] == (0, 1e6)
+    assert drawing.limits_of(values, "displacement", drawing.Look(range=["full"]))[:2] == (0, 1e6)
+    assert drawing.limits_of(values, "displacement", drawing.Look(range=[0.2, 0.3])) == (0.2, 0.3, "cividis")
+    assert drawing.limits_of(np.array([-3.0, 1.0]), "major", look) == (-3, 3, "RdBu_r")  # white at zero
+    assert drawing.limits_of(np.array([-3.0, 0.1]), "major", look) == (-3, 0.1, "cividis")
+    assert drawing.limits_of(np.zeros(3), "major", look)[:2] == (0, 1)
 
 
 def test_one_arrow_in_each_cell():
@@ -188,7 +188,7 @@ def test_what_a_stage_has_removed_is_not_drawn(tmp_path):
     open_ = overlays.joint_states(file, last)["open"]
     lowest = min(polygon[:, 1].min() for polygon, there in zip(file.polygons(last), file.present(last)) if there and polygon[0, 1] > 0)
     assert len(open_) > 0 and open_[:, :, 1].max() < lowest + 1e-6
-    common = overlays.Common([(file, last)], 10.0, plot.Look().units)
+    common = overlays.Common([(file, last)], 10.0, drawing.Look().units)
     assert not gone[overlays.spread_out(overlays.centroids(file, last), file.present(last), common)].any()
     assert subprocess.run([TOOL, file.file.path, "--frames", "last", "--joints", "state", "--vectors", "--crosses", "-o", tmp_path / "x.png"],
                           capture_output=True).returncode == 0
@@ -202,13 +202,13 @@ def test_lines_of_the_mesh_are_thin_or_none_and_the_window_is_what_was_asked_for
     (tmp_path / "s.geo").write_text(SQUARE.format(a=1))
     (tmp_path / "s.ana").write_text(SHEARED.format(geometry="s.geo"))
     scree.run("s.ana", settings=["method.model=nmm", "cover.edge=0.4"], cwd=tmp_path)
-    for look, width in ((None, 0.15), (plot.Look(mesh=False), 1.0)):
-        panel = plot.draw_frames([frames(tmp_path / "s.h5")], ["0"], "major", (), look).axes[0]
+    for look, width in ((None, 0.15), (drawing.Look(mesh=False), 1.0)):
+        panel = drawing.draw_frames([frames(tmp_path / "s.h5")], ["0"], "major", (), look).axes[0]
         fill = next(c for c in panel.collections if isinstance(c, PathCollection))
         outline = lines_of(panel, [c for c in panel.collections if isinstance(c, LineCollection)][-1].get_label())
         assert np.linalg.norm(outline[:, 1] - outline[:, 0], axis=1).sum() == pytest.approx(4)
         assert fill.get_linewidths()[0] == width and (len(fill.get_edgecolors()) == 0) == (look is not None)
-    panel = plot.draw_frames([frames(tmp_path / "s.h5")], ["0"], "major", (), plot.Look(window=[0.1, 0.2, 0.5, 0.4])).axes[0]
+    panel = drawing.draw_frames([frames(tmp_path / "s.h5")], ["0"], "major", (), drawing.Look(window=[0.1, 0.2, 0.5, 0.4])).axes[0]
     assert panel.get_xlim() == (0.1, 0.5) and panel.get_ylim() == (0.2, 0.4)
 
 
@@ -257,7 +257,7 @@ def test_magnified_displacements_move_all_that_is_drawn(slides):
             off = [np.abs(side[:, 0] * (end - edges[:, 0])[:, 1] - side[:, 1] * (end - edges[:, 0])[:, 0]) / (side ** 2).sum(1) for end in part]
             assert np.max(off, axis=0).min() < 1e-9
     np.testing.assert_array_equal(overlays.displacements(large, last), overlays.displacements(file, last))  # numbers stay
-    panel = plot.draw_frames([large], ["last"], "block", (), plot.Look(magnify=1e4)).axes[0]
+    panel = drawing.draw_frames([large], ["last"], "block", (), drawing.Look(magnify=1e4)).axes[0]
     assert panel.get_title() == f"t = {file.times[last]:.6g}, displacements × 10000"
-    bars = lines_of(plot.draw_frames([large], ["last"], "block", [overlays.draw_contact_forces], plot.Look(magnify=1e4)).axes[0], "force")
+    bars = lines_of(drawing.draw_frames([large], ["last"], "block", [overlays.draw_contact_forces], drawing.Look(magnify=1e4)).axes[0], "force")
     np.testing.assert_allclose(bars.mean(1), large.vertices(last)[overlays.vertices_of_contacts(large, last)], atol=1e-9)

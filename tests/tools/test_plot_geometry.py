@@ -9,7 +9,7 @@ import scree
 from matplotlib import image
 from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.path import Path
-from scree import plot as tool
+from scree import drawing as tool
 from scree.polygons import loops_of
 
 SCREE = os.environ["SCREE"]

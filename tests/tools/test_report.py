@@ -11,10 +11,10 @@ import pytest
 import scree
 from browser import CHROMIUM, WITHOUT, Browser
 from matplotlib import colormaps
-from scree import overlays, plot, touching
-from scree.report import facts
-from scree.report.frames import pack_frames
-from scree.report.packing import Pack, quantised
+from scree import drawing, overlays, touching
+from scree.pages import facts
+from scree.pages.frames import pack_frames
+from scree.pages.packing import Pack, quantised
 from scree.units import Units
 from shapely.geometry import Polygon
 
@@ -56,7 +56,7 @@ def page(request, tmp_path_factory):
     done = subprocess.run([TOOL, results.path], capture_output=True, text=True)
     path = results.path.with_suffix(".html")
     assert done.returncode == 0 and done.stdout == f"{path}\n", done.stderr
-    return plot.Frames(results.path, results.path.stem), path
+    return drawing.Frames(results.path, results.path.stem), path
 
 
 @pytest.fixture(scope="module")
@@ -235,7 +235,7 @@ def test_magnified_blocks_are_farther_from_where_they_began(shown):
 
 
 @needs_browser
-@pytest.mark.parametrize("field", plot.FIELDS)
+@pytest.mark.parametrize("field", drawing.FIELDS)
 def test_fields_are_those_of_pictures(shown, field):
     file, browser = shown
     frame = len(file.times) - 1
@@ -244,7 +244,7 @@ def test_fields_are_those_of_pictures(shown, field):
     every = np.concatenate([np.abs(file.file.stress(k)).max(1) for k in range(len(file.times))]).max()
     largest = every if field.startswith(("stress", "major", "minor")) else np.abs(values).max()
     np.testing.assert_allclose(found, values, atol=2e-3 * largest)
-    low, high, colours = plot.limits_of(np.concatenate([file.values(k, field)[0] for k in range(frame + 1)]), field, plot.Look())
+    low, high, colours = drawing.limits_of(np.concatenate([file.values(k, field)[0] for k in range(frame + 1)]), field, drawing.Look())
     assert browser.evaluate(f"LOOK.fields.{field}.limits") == pytest.approx([low, high])
     assert browser.evaluate(f"LOOK.fields.{field}.map") == colours
 
@@ -401,7 +401,7 @@ def test_a_window_of_another_size_distorts_no_picture(page):
 def test_bolts_and_points_are_drawn(tmp_path):
     results = bolts(tmp_path)
     assert subprocess.run([TOOL, results.path], check=False).returncode == 0
-    file = plot.Frames(results.path, "bolts")
+    file = drawing.Frames(results.path, "bolts")
     with Browser() as browser:
         browser.open(results.path.with_suffix(".html"))
         last = len(file.times) - 1
@@ -424,7 +424,7 @@ def test_places_far_from_the_origin_are_kept(edge, tmp_path):
     (tmp_path / "s.geo").write_text(f"0.001 4 4 0 0 0 0 0 0\n{lines}")
     (tmp_path / "s.ana").write_text(f"1 20 1 1 0.01 0.01\n2500 0 1e9 0.2 0 0 0 0 0 0 {edge!r} 0 0\n30 0 0\n&deck geometry='s.geo' /\n")
     results = scree.run("s.ana", settings=["output.every=10"], cwd=tmp_path)
-    pack, file = Pack(), plot.Frames(results.path, "s")
+    pack, file = Pack(), drawing.Frames(results.path, "s")
     scene = pack_frames(file, pack, Units())
     start = unpacked(pack, "start").T * scene["size"] / 2**30
     moved = unpacked(pack, "motion")[:, :, -1] * scene["motion_factor"][0]
@@ -458,7 +458,7 @@ def test_a_page_has_stages_and_units(tmp_path):
     results = scree.run(SOURCE / "tests/data/stages/stages.ana", output=tmp_path / "stages.h5", settings=["output.every=10"])
     done = subprocess.run([TOOL, results.path, "--units", "mm=1e-3,kPa=1e3,ms=1e-3"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    file, last, text = plot.Frames(results.path, "stages"), results.n_frames - 1, results.path.with_suffix(".html").read_text()
+    file, last, text = drawing.Frames(results.path, "stages"), results.n_frames - 1, results.path.with_suffix(".html").read_text()
     assert "The run is complete, at time 710 ms." in text and f"{1e3 * results.summary['speed']['largest'] / 1e3:.4g} mm/ms, block 2" in text
     assert "<td>stage 3 (dug)</td><td>dynamic</td><td>complete</td><td>150 steps</td><td>110 ms to 410 ms</td>" in text
     with Browser() as browser:

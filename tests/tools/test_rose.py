@@ -5,7 +5,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from scree import block_files, plot, rose, tables, touching
+from scree import block_files, drawing, rose, tables, touching
 from scree.errors import PlotError
 from scree.units import Units
 from shapely.ops import unary_union
@@ -20,7 +20,7 @@ LINES = [(0, 0, 4, 0, 1), (4, 0, 4, 3, 1), (4, 3, 0, 3, 1), (0, 3, 0, 0, 1), (0,
 def test_lengths_are_those_of_the_joints_in_their_directions(edge, tmp_path):
     text = "".join(f"{a * edge!r} {b * edge!r} {c * edge!r} {d * edge!r} {k}\n" for a, b, c, d, k in LINES)
     (tmp_path / "x.geo").write_text(f"0.001 {len(LINES)} 4 0 0 0 0 0 0\n{text}")
-    file = plot.open_shapes(tmp_path / "x.geo", SCREE, tmp_path)
+    file = drawing.open_shapes(tmp_path / "x.geo", SCREE, tmp_path)
     angle, length, material = rose.joint_directions(file)
     for k, direction, true in ((1, 0, 4), (2, 90, 3), (3, np.degrees(np.arctan2(3, 4)), 5)):
         assert length[material == k].sum() == pytest.approx(true * edge) and angle[material == k] == pytest.approx(direction, abs=1e-6)
@@ -40,14 +40,14 @@ def test_of_edges_that_lie_in_part_against_others_these_parts_count(size, tmp_pa
     blocks = [base, *blocks, block_files.box(5.01, 7, 0, 1)]
     base[1:3, 0] = 6
     (tmp_path / "wall.blk").write_text(block_files.on_base("Wall", [size * block for block in blocks]))
-    angle, length, _ = rose.joint_directions(plot.open_shapes(tmp_path / "wall.blk", SCREE, tmp_path))
+    angle, length, _ = rose.joint_directions(drawing.open_shapes(tmp_path / "wall.blk", SCREE, tmp_path))
     assert length[angle == 0].sum() == pytest.approx((25 + 0.99) * size) and length[angle == 90].sum() == pytest.approx(22 * size)
     assert length.sum() == pytest.approx(47.99 * size)
 
 
 @pytest.mark.parametrize("kind", ["dda", "nmm"])
 def test_joints_of_rock_cut_at_random_are_half_of_all_edges_but_those_of_its_outline(kind, tmp_path):
-    file = plot.open_shapes(touching.jointed_rock(tmp_path, kind, 3, 1), SCREE, tmp_path)
+    file = drawing.open_shapes(touching.jointed_rock(tmp_path, kind, 3, 1), SCREE, tmp_path)
     edges = file.edges(0)[0]
     every = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).sum()
     outline = unary_union([tables.shape_of(polygon).buffer(1e-6, join_style=2) for polygon in file.start]).length
@@ -65,4 +65,4 @@ def test_the_command_draws_maps_and_results_and_says_where_there_are_no_joints(t
     assert done.returncode == 0 and (tmp_path / "r.png").stat().st_size > 5000
     (tmp_path / "one.geo").write_text("0.001 4 4 0 0 0 0 0 0\n0 0 1 0 1\n1 0 1 1 1\n1 1 0 1 1\n0 1 0 0 1\n")
     with pytest.raises(PlotError, match="joints between blocks for --rose, found none"):
-        rose.draw_rose(plot.open_shapes(tmp_path / "one.geo", SCREE, tmp_path), Units())
+        rose.draw_rose(drawing.open_shapes(tmp_path / "one.geo", SCREE, tmp_path), Units())

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import scree
 from PIL import Image
-from scree import plot
+from scree import drawing
 from scree.errors import PlotError
-from scree.report import facts
-from scree.report.frames import pack_frames
-from scree.report.packing import Pack
+from scree.pages import facts
+from scree.pages.frames import pack_frames
+from scree.pages.packing import Pack
 from scree.units import Units
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
@@ -50,15 +50,15 @@ def test_displacements_count_from_a_frame(run, slide):
             began = (results.vertices(frame) - results.displacement(frame))[there]
             np.testing.assert_allclose(began, results.vertices(results.counted_from(frame))[there], atol=1e-13)
     assert {results.counted_from(k) for k in range(results.n_frames)} == {0} and run.counted_from(-1) > 0
-    file = plot.Frames(run.path, "s")
+    file = drawing.Frames(run.path, "s")
     file.magnified = 5
     began, there = run.vertices(run.counted_from(-1)), run.corners()[1]
     np.testing.assert_allclose((file.vertices(run.n_frames - 1) - began)[there], 5 * run.displacement(-1)[there], atol=1e-12)
 
 
 def test_panels_are_the_ends_of_stages(run):
-    file = plot.Frames(run.path, "s")
-    figure = plot.draw_frames([file], None, "block", stages=["all"])
+    file = drawing.Frames(run.path, "s")
+    figure = drawing.draw_frames([file], None, "block", stages=["all"])
     steps = run.frame_steps
     ends = [int(steps[run.frame_stages == k][-1]) for k in (1, 2)]
     assert [axis.get_title() for axis in figure.axes[:4]] == [f"stage 1, step {ends[0]}", f"loaded, step {ends[1]}", "dug, t = 0.41",
@@ -73,8 +73,8 @@ def test_panels_are_the_ends_of_stages(run):
 
 @pytest.mark.parametrize("words, ends", [(["2", "free"], [2, 4]), (["dug"], [3])])
 def test_a_stage_has_a_number_and_a_name(run, words, ends):
-    file = plot.Frames(run.path, "s")
-    assert plot.ends_of_stages(file, words) == [int(np.flatnonzero(run.frame_stages == k)[-1]) for k in ends]
+    file = drawing.Frames(run.path, "s")
+    assert drawing.ends_of_stages(file, words) == [int(np.flatnonzero(run.frame_stages == k)[-1]) for k in ends]
 
 
 def test_a_stage_that_is_none_is_one_line(run, slide):
@@ -85,7 +85,7 @@ def test_a_stage_that_is_none_is_one_line(run, slide):
         done = subprocess.run([TOOLS / "plot", path, "--stage", *words], capture_output=True, text=True)
         assert done.returncode == 2 and expected in done.stderr.splitlines()[-1] and "Traceback" not in done.stderr
     with pytest.raises(PlotError, match="found 'x'"):
-        plot.frames_of_stage(plot.Frames(run.path, "s"), "x")
+        drawing.frames_of_stage(drawing.Frames(run.path, "s"), "x")
 
 
 def test_a_film_of_a_stage_has_its_frames(run, tmp_path):
@@ -99,10 +99,10 @@ def test_a_film_of_a_stage_has_its_frames(run, tmp_path):
 def test_a_model_as_set_up_and_a_static_run_have_no_time(tmp_path):
     """No time passes in a static run: its steps count."""
     model = scree.cut(SOURCE / "tests/data/stages/stages.ana", output=tmp_path / "m.h5")
-    assert plot.Look().title(plot.Frames(model, "m"), 0) == "as set up"
+    assert drawing.Look().title(drawing.Frames(model, "m"), 0) == "as set up"
     still = scree.run(SOURCE / "input/validation/b1-slide/slope30.ana", output=tmp_path / "still.h5",
                       settings=["deck.k01=0", "joint(1).phi=35", "step.balance=1e-6"])
-    assert plot.Look().title(plot.Frames(still.path, "s"), still.n_frames - 1) == f"step {len(still.history.time)}"
+    assert drawing.Look().title(drawing.Frames(still.path, "s"), still.n_frames - 1) == f"step {len(still.history.time)}"
 
 
 def test_histories_of_a_static_run_are_drawn_along_its_steps(run, slide, tmp_path):
@@ -112,11 +112,11 @@ def test_histories_of_a_static_run_are_drawn_along_its_steps(run, slide, tmp_pat
     units, steps = Units("mm=1e-3,kPa=1e3,ms=1e-3"), np.arange(1, 21)
     for files, label, along in (([still], "step", steps), ([run], "time [ms]", 1e3 * run.history.time),
                                 ([still, slide], "time [ms]", 1e3 * still.history.time)):
-        axis, = plot.draw_histories([file.path for file in files], ["energy/kinetic"], units).axes
+        axis, = drawing.draw_histories([file.path for file in files], ["energy/kinetic"], units).axes
         assert axis.get_xlabel() == label
         np.testing.assert_allclose(axis.lines[0].get_xdata(), along, rtol=1e-12)
     assert all(chart["steps"] == list(steps) for chart in facts.charts(still, units))
-    assert pack_frames(plot.Frames(still.path, "still"), Pack(), units)["steps"] == [0, 5, 10, 15, 20]
+    assert pack_frames(drawing.Frames(still.path, "still"), Pack(), units)["steps"] == [0, 5, 10, 15, 20]
     for file, label in ((still, "step"), (run, "time [ms]")):
         words = [file.path, "-o", tmp_path / "page.html", "--units", "mm=1e-3,kPa=1e3,ms=1e-3"]
         subprocess.run([TOOLS / "report", *words], check=True)

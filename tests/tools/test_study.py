@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 import scree
 from scree.records import explain
-from scree.study import command, picture
-from scree.study.picture import rank_correlation
-from scree.study.runs import Study
-from scree.study.tables import TableError, read_table
+from scree.studies import command, picture
+from scree.studies.picture import rank_correlation
+from scree.studies.runs import Study
+from scree.studies.tables import TableError, read_table
 from scree.units import Units
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])

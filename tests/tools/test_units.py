@@ -5,7 +5,7 @@ import pathlib
 import numpy as np
 import pytest
 import scree
-from scree import overlays, plot
+from scree import drawing, overlays
 from scree.errors import PlotError
 from scree.units import Units
 
@@ -38,9 +38,9 @@ def test_pictures_say_numbers_in_the_units(tmp_path):
     """A weight in N and m: stress in kPa, lengths in mm; the bar of displacement is as long as it says."""
     scree.run(SOURCE / "input/paper/rockfall/rockfall.ana", output=tmp_path / "r.h5",
               settings=["step.end_time=0.1", "output.interval=0.05"])
-    file = plot.Frames(tmp_path / "r.h5", "r")
-    look = plot.Look(units=Units("mm=1e-3,kPa=1e3,ms=1e-3"))
-    figure = plot.draw_frames([file], ["last"], "stress_yy", [overlays.VECTORS["displacement"]], look)
+    file = drawing.Frames(tmp_path / "r.h5", "r")
+    look = drawing.Look(units=Units("mm=1e-3,kPa=1e3,ms=1e-3"))
+    figure = drawing.draw_frames([file], ["last"], "stress_yy", [overlays.VECTORS["displacement"]], look)
     panel, bar = figure.axes[0], figure.axes[1]
     true = file.values(2, "stress_yy")[0]
     np.testing.assert_allclose(panel.collections[1].get_array(), true / 1e3)
@@ -54,7 +54,7 @@ def test_pictures_say_numbers_in_the_units(tmp_path):
     line, = [line for line in panel.lines if line.get_label() == "_scale"]
     size = max(np.ptp(panel.get_xlim()), np.ptp(panel.get_ylim()))
     assert np.ptp(line.get_xdata()) == pytest.approx(overlays.LONGEST * size * value / 1e3 / largest)
-    axis = plot.draw_histories([tmp_path / "r.h5"], ["overlap", "energy/kinetic"], look.units).axes[1]
+    axis = drawing.draw_histories([tmp_path / "r.h5"], ["overlap", "energy/kinetic"], look.units).axes[1]
     r = scree.read(tmp_path / "r.h5")
     np.testing.assert_allclose(axis.lines[0].get_ydata(), r.history.energy.kinetic / (1e3 * 1e-6))
     assert axis.get_ylabel() == "[kPa mm$^2$]" and axis.get_xlabel() == "time [ms]"
@@ -67,8 +67,8 @@ def test_numbers_along_axes_are_whole(tmp_path):
         + "450000 5200000 450009 5200000\n")
     (tmp_path / "far.ana").write_text("1 5 1 1 0.05 0.01\n2500 24525 1e10 0.25\n0 0 0  0 0 0  0 0 0\n45 0 0\n&deck geometry='far.geo' /\n")
     scree.run("far.ana", output="far.h5", cwd=tmp_path)
-    for figure in (plot.draw_frames([plot.Frames(tmp_path / "far.h5", "far")], ["last"], "stress_yy"),
-                   plot.draw_histories([tmp_path / "far.h5"], ["area"])):
+    for figure in (drawing.draw_frames([drawing.Frames(tmp_path / "far.h5", "far")], ["last"], "stress_yy"),
+                   drawing.draw_histories([tmp_path / "far.h5"], ["area"])):
         figure.canvas.draw()
         axes = [axis for panel in figure.axes for axis in (panel.xaxis, panel.yaxis)]
         assert not any("+" in axis.get_offset_text().get_text() for axis in axes)

@@ -344,7 +344,7 @@ class Results(Group):
     def _repr_png_(self) -> bytes | None:
         """A picture of the last frame; None without matplotlib."""
         try:
-            from .plot import Frames, draw_frames, plt
+            from .drawing import Frames, draw_frames, plt
         except ImportError:
             return None
         figure = draw_frames([Frames(self.path, self.path.stem)], ["last"], "block")

@@ -21,7 +21,7 @@ import re
 
 from .arguments import above, above_zero, ends_in_a_line, parser_for, say
 from .errors import NoFactor, ScreeError
-from .plot import draw_frames, open_shapes
+from .drawing import draw_frames, open_shapes
 from .program import call, done_or_failed, made_folder, with_settings
 
 STANDS, MOVES, UNDECIDED = "complete", "moves: ", "not in equilibrium: "  # how the status of a static run begins that ends

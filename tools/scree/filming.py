@@ -20,7 +20,7 @@ from matplotlib.animation import FFMpegWriter, PillowWriter
 
 from .arguments import above, beside, check_ending, ends_in_a_line, parser_for, whole_from
 from .errors import PlotError
-from .plot import WHOLE, Frames, Panels, add_words_of_frames, extras_of, frames_of_stage, kind_of, look_of
+from .drawing import WHOLE, Frames, Panels, add_words_of_frames, extras_of, frames_of_stage, kind_of, look_of
 from .records import Bar
 
 WRITERS = {".mp4": (FFMpegWriter, "ffmpeg"), ".gif": (PillowWriter, "python3-pil")}  # and what Debian calls what they need

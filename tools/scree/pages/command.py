@@ -11,7 +11,7 @@ import pathlib
 
 from ..arguments import beside, check_ending, ends_in_a_line, parser_for
 from ..errors import PlotError
-from ..plot import Frames, kind_of
+from ..drawing import Frames, kind_of
 from ..units import Units, add_units
 from .page import page_of
 

@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex
 from .. import overlays
 from ..histories import LINES, axis_of, is_static
 from ..overlays import Common, lengths_of, principal_values
-from ..plot import BOLTS, FIELDS, POINTS, Look, limits_of, paler
+from ..drawing import BOLTS, FIELDS, POINTS, Look, limits_of, paler
 from . import facts
 from .frames import pack_frames
 from .packing import Pack
@@ -46,7 +46,7 @@ def as_json(value):
 
 
 def look_of(file, units):
-    """Colours and sizes, those of pictures (plot.py, overlays.py), with limits and scales of all frames; what numbers are divided by."""
+    """Colours and sizes, those of pictures (drawing.py, overlays.py), with limits and scales of all frames; what numbers are divided by."""
     frames = range(len(file.times))
     fields = {}
     for field in FIELDS:
