@@ -34,8 +34,9 @@ myst_heading_anchors = 4
 myst_links_external_new_tab = False
 pygments_style = "friendly"
 
-LINK = re.compile(r"(?:[-|]|\d+\.) \[(?P<title>[^]]+)\]\((?P<page>[\w/-]+)\.md\)")
+LINK = re.compile(r"[-|] \[(?P<title>[^]]+)\]\((?P<page>[\w/-]+)\.md\)")
 OVERVIEWS = {"validation": "verification", "settings": "settings"}  # pages that list those of a folder
+PRINTED = "theory"  # the page, and the folder of pages, that `tools/site --pdf` prints: the root of a build of its own
 
 
 def navigation(text):
@@ -50,10 +51,9 @@ def add_navigation(app, name, source):
     """The pages that the front page lists, under its headings; those of a folder under the page that lists them."""
     if name == "index":
         source[0] += "".join(navigation(source[0]))
-    elif name in OVERVIEWS:
-        listed = [found["page"] for found in map(LINK.match, source[0].splitlines()) if found]
-        within = [page for page in listed if page.startswith(OVERVIEWS[name] + "/")]
-        source[0] += "\n".join(["", "```{toctree}", ":hidden:", "", *within, "```", ""])
+    elif name in OVERVIEWS or name == app.config.root_doc:
+        pages = re.findall(rf"\]\(({OVERVIEWS.get(name, PRINTED)}/[\w-]+)\.md[)#]", source[0])
+        source[0] += "\n".join(["", "```{toctree}", ":hidden:", "", *dict.fromkeys(pages), "```", ""])
 
 
 class LonePictures(SphinxTransform):
