@@ -73,7 +73,8 @@ module scree_setting_rules
                    'the preset is for comparison with Shi''s programs, step by step'), &
     setting_rule_t('step.accuracy', '', 'contact.rules', '|coulomb|conserving|', .false., &
                    'Shi''s contact has no limit as steps get small'), &
-    setting_rule_t('step.accuracy', '', 'output.error', '|estimate|', .false., 'it chooses steps by that estimate'), &
+    setting_rule_t('step.accuracy', '', 'output.error or integrator.scheme', '|estimate|small_steps|', .false., &
+                   'it chooses steps by that estimate'), &
     setting_rule_t('output.error', 'estimate', 'k01', is_positive, .true., 'a static step has no error in time'), &
     setting_rule_t('output.error', 'estimate', 'integrator.scheme', '|newmark|energy_momentum|energy_decaying|', .false., &
                    'the estimate does not know the errors of the other schemes'), &
@@ -178,6 +179,27 @@ module scree_setting_rules
     setting_rule_t('integrator.scheme', compared, 'step.control', '|fixed|', .false., 'Shi''s programs use Newmark''s scheme'), &
     setting_rule_t('integrator.scheme', compared, 'contact.restitution', is_not_given, .false., &
                    'impacts assume the velocities of Newmark''s step'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'method.model', '|dda|', .false., 'rigid blocks have no mesh'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'method.preset', '|none|', .false., 'Shi''s programs step otherwise'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'k01', is_positive, .false., &
+                   'a static stage solves the equations of equilibrium'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'step.control', '|fixed|', .false., 'small steps choose their own size'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'contact.method', '|penalty|', .false., &
+                   'small steps have neither springs nor multipliers'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'contact.rules', '|coulomb|', .false., &
+                   'small steps know Coulomb''s law only'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'contact.viscosity', is_not_given, .false., &
+                   'rigid contacts have no dashpot'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'joints.closure', is_not_given, .false., &
+                   'rigid joints do not close'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'joints.dilation', is_not_given, .false., &
+                   'sequential impulses do not part faces that slide'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'absorbing.lines', is_not_given, .false., &
+                   'no wave runs through rigid blocks'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'absorbing.base', is_not_given, .false., &
+                   'no wave runs through rigid blocks'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'fixed_points.method', '|exact|', .false., &
+                   'small steps hold points without springs'), &
     setting_rule_t('fixed_points.stiffness', '', 'fixed_points.method', '|penalty|', .true., &
                    'exact fixed points have no springs'), &
     setting_rule_t('acceleration.file', '', 'acceleration.table', is_not_given, .true., 'a scene has one ground'), &
@@ -321,9 +343,17 @@ contains
     case (is_zero)
       if (abs(number_of(scene, trim(rule%other))) > 0) found = with_number()
     case default
-      associate (word => scene%words(index_of(scene%words, trim(rule%other))))
-        if (index(rule%allowed, '|'//word%value//'|') == 0) found = with_value(trim(rule%other), word%value)
-      end associate
+      at = 1
+      do while (at <= len_trim(rule%other))
+        call next_name(rule%other, ' or ', at, name)
+        associate (word => scene%words(index_of(scene%words, name)))
+          if (index(rule%allowed, '|'//word%value//'|') > 0) then
+            found = ''
+            return
+          end if
+          if (len(found) == 0) found = with_value(name, word%value)
+        end associate
+      end do
     end select
 
   contains

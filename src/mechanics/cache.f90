@@ -20,6 +20,7 @@ contains
     type(cache_t), intent(inout) :: cache
 
     cache%search = contact_search_t()
+    if (allocated(cache%bodies)) deallocate (cache%bodies)
     if (allocated(cache%element)) deallocate (cache%element)
     call refresh_elements(model, state, cache)
     cache%fixed = books_of_fixed(model, cache, state)

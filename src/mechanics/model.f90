@@ -4,6 +4,7 @@
 module scree_model
   use scree_absorbing_edge, only: absorbing_edge_t
   use scree_base_acceleration, only: base_acceleration_t
+  use scree_bodies, only: bodies_t
   use scree_bolt, only: bolt_t
   use scree_contacts, only: contact_law_t, contact_search_t
   use scree_edge_load, only: edge_load_t
@@ -76,6 +77,7 @@ module scree_model
     type(contact_search_t) :: search                 !! who is near whom
     type(equations_t) :: equations                   !! pattern and factor
     type(posed_problem_t), allocatable :: posed(:)   !! friction problems to be written, where any are
+    type(bodies_t), allocatable :: bodies            !! of small steps: pieces of the blocks, and which are near each other
     type(timers_t) :: timers                         !! what the run costs; no bit of it follows from them
   end type cache_t
 

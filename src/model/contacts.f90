@@ -50,6 +50,7 @@ module scree_contacts
     real(dp) :: stiffness(2) = 0.0_dp    !! across and along, of both entrances of a contact, force/length per unit thickness
     logical :: gives_way = .false.       !! it has the stiffness of a joint of its own, by which multipliers do not hold it
     type(joint_memory_t) :: memory       !! of the joint
+    real(dp) :: held = 0.0_dp            !! slip that friction holds in small steps, length
     real(dp) :: lagged_friction = 0.0_dp !! friction of the iteration before, by Shi's rules, force
   end type entrance_t
 
@@ -65,6 +66,8 @@ module scree_contacts
     real(dp) :: slipped = 0.0_dp        !! way that it slid in the last step, length
     real(dp) :: overlap = 0.0_dp        !! then, with what it rests at; of an open one as far as it rests inside, length
     real(dp) :: energy = 0.0_dp         !! of its springs then, force length per unit thickness
+    integer :: end = 0                  !! of small steps: at which end of what two bodies have in common, 1 or 2; 0: of others
+    integer :: strained = 0             !! steps in a row in which its bond has been at its limits, of small steps
     real(dp) :: inherits = -1.0_dp      !! overlap of the contact whose place it takes; below 0: none, length
     type(entrance_t) :: entrance(2)
   end type contact_t

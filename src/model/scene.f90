@@ -28,7 +28,8 @@ module scree_scene
   !> Integrator: Newmark in the letters of Zhang et al. 2019, the energy-momentum form, or that which dissipates; to compare with,
   !> the generalized-alpha method, explicit central differences, and Bathe's composite.
   integer, parameter, public :: scheme_newmark = 1, scheme_energy_momentum = 2, scheme_energy_decaying = 3, &
-                                scheme_generalized_alpha = 4, scheme_central_difference = 5, scheme_bathe = 6
+                                scheme_generalized_alpha = 4, scheme_central_difference = 5, scheme_bathe = 6, &
+                                scheme_small_steps = 7
   !> First step: as it comes, one step with beta 1, consistent acceleration, or that and the stress to it.
   integer, parameter, public :: start_zero = 1, start_dissipative = 2, start_acceleration = 3, start_consistent = 4
   !> Velocity of a DDA block from step to step: a vector field, or Shi's six rates.
@@ -156,6 +157,7 @@ module scree_scene
     real(dp) :: travel = huge(1.0_dp)       !! of a vertex in a step, at most, over half the size of the model
     logical :: chooses_step = .false.       !! by Shi's rules, from the displacement that a step may have
     real(dp) :: least_step = 0.0_dp         !! a step that must be smaller ends the run, time
+    real(dp) :: run_out = 0.01_dp           !! likewise of small steps, by which they choose their size
     real(dp) :: aim = 0.0_dp                !! fraction of its displacement that the run may be off by; 0: steps as given
     real(dp) :: balance = -1.0_dp           !! fraction of the forces out of balance at which a static run ends; below 0: none
     real(dp) :: sleep = 0.0_dp              !! fraction of weight and speed below which bodies at rest fall asleep, 0: none does

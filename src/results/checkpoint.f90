@@ -129,6 +129,7 @@ contains
     call archive%part('pace%size', state%pace%size)
     call archive%part('pace%last', state%pace%last)
     call archive%part('pace%bound', state%pace%bound)
+    call archive%part('pace%small', state%pace%small)
     call archive%part('pace%easy', state%pace%easy)
     call archive%part('pace%frames', state%pace%frames)
     call archive%array('vertex', state%vertex)
@@ -378,6 +379,8 @@ contains
     call archive%part('contact%slipped', contact%slipped)
     call archive%part('contact%overlap', contact%overlap)
     call archive%part('contact%energy', contact%energy)
+    call archive%part('contact%end', contact%end)
+    call archive%part('contact%strained', contact%strained)
     call archive%part('contact%inherits', contact%inherits)
     do i = 1, 2
       call visit_entrances(archive, contact%entrance(i))
@@ -412,6 +415,7 @@ contains
     call archive%part('entrance%displaced', entrance%memory%displaced)
     call archive%part('entrance%farthest', entrance%memory%farthest)
     call archive%part('entrance%dilated', entrance%memory%dilated)
+    call archive%part('entrance%held', entrance%held)
     call archive%part('entrance%lagged_friction', entrance%lagged_friction)
   end subroutine visit_entrances
 

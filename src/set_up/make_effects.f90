@@ -14,6 +14,7 @@ module scree_make_effects
   use scree_pairs, only: list_pairs, pair_of
   use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, rotation_linear, scene_t, &
                          scheme_bathe, scheme_central_difference, scheme_energy_decaying, scheme_energy_momentum, &
+                         scheme_small_steps, &
                          scheme_generalized_alpha, settings_t, strain_auto, strain_green, strain_rotation, time_table_t
   use scree_setting_table, only: index_of
   use scree_sorting, only: columns, sort_into
@@ -105,6 +106,8 @@ contains
           call name('inertia', 'every scene; the energy-decaying form of the step')
         case (scheme_central_difference)
           call name('inertia', 'every scene; explicit central differences, in steps that no element is too stiff for')
+        case (scheme_small_steps)
+          call name('inertia', 'every scene; small steps of rigid blocks, without strain, waves and stiffness of joints')
         case (scheme_generalized_alpha)
           call name('inertia', 'every scene; the generalized-alpha form of the step')
         case (scheme_bathe)

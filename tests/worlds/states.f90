@@ -22,7 +22,8 @@ contains
     if (a%stage%number /= b%stage%number .or. a%stage%steps /= b%stage%steps .or. &
         .not. same([a%stage%begins], [b%stage%begins])) name = 'stage'
     if (a%pace%easy /= b%pace%easy .or. a%pace%frames /= b%pace%frames .or. .not. &
-        same([a%pace%size, a%pace%last, a%pace%bound], [b%pace%size, b%pace%last, b%pace%bound])) name = 'pace'
+        same([a%pace%size, a%pace%last, a%pace%small, a%pace%bound], [b%pace%size, b%pace%last, b%pace%small, b%pace%bound])) &
+      name = 'pace'
     if (.not. same([a%vertex], [b%vertex])) name = 'vertex'
     if (.not. same([a%point], [b%point])) name = 'point'
     if (.not. same([a%home], [b%home])) name = 'home'
@@ -130,7 +131,7 @@ contains
     integer, allocatable :: numbers(:)
 
     associate (entrance => contact%entrance(:contact%n_entrances))
-      numbers = [contact%n_entrances, contact%active, contact%covered, merge(1, 0, contact%shared), &
+      numbers = [contact%n_entrances, contact%active, contact%covered, contact%end, contact%strained, merge(1, 0, contact%shared), &
                  entrance%vertex, entrance%edge, entrance%joint, entrance%pair, entrance%state, &
                  merge(1, 0, entrance%memory%bonded), merge(1, 0, entrance%gives_way)]
     end associate
@@ -147,7 +148,7 @@ contains
                  entrance%multiplier(1), entrance%multiplier(2), entrance%memory%length, entrance%memory%pressing, &
                  entrance%memory%slid, entrance%memory%wear, entrance%memory%displaced, &
                  entrance%memory%farthest, entrance%memory%dilated, &
-                 entrance%lagged_friction, entrance%stiffness(1), entrance%stiffness(2)]
+                 entrance%held, entrance%lagged_friction, entrance%stiffness(1), entrance%stiffness(2)]
     end associate
   end function numbers_of_contact
 

@@ -1,0 +1,258 @@
+!> Which convex pieces are near each other: a grid over their boxes, widened by a skin, so that the answer holds for many steps.
+module scree_near_pieces
+  use scree_bodies, only: bodies_t, near_t
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: find_near, grow_skin, is_worn, place_of_pair
+
+  real(dp), parameter :: cell_size = 1.5_dp   !! of the mean box of what moves
+  real(dp), parameter :: large = 4.0_dp       !! of that: larger boxes are compared with all others
+  integer, parameter :: most_cells = 4000     !! along an axis; beyond, cells grow
+  real(dp), parameter :: least_skin = 0.1_dp, most_skin = 0.5_dp !! of the mean size of what moves
+  real(dp), parameter :: steps_ahead = 40.0_dp !! of the fastest body, that a skin is to last for
+
+contains
+
+  !> Whether bodies may have come nearer than the skin saw.
+  pure logical function is_worn(near)
+    type(near_t), intent(in) :: near
+
+    is_worn = 2*near%moved > near%skin
+  end function is_worn
+
+  !> Chooses the skin by how far the fastest body goes in a step.
+  pure subroutine grow_skin(bodies, way)
+    type(bodies_t), intent(inout) :: bodies
+    real(dp), intent(in) :: way               !! length
+    real(dp) :: mean
+
+    mean = sum(bodies%size, mask=bodies%moves)/max(1, count(bodies%moves))
+    bodies%near%skin = mean*min(most_skin, max(least_skin, steps_ahead*way/mean))
+  end subroutine grow_skin
+
+  !> Finds the pairs of pieces of different bodies, one of which at least moves, whose boxes are nearer than the skin. What pairs of
+  !> the list before remember goes on.
+  subroutine find_near(bodies)
+    type(bodies_t), intent(inout) :: bodies
+    real(dp) :: box(4, bodies%n_pieces), extent(bodies%n_pieces)
+    integer, allocatable :: candidate(:), first_in(:), in_cell(:), wide(:)
+    type(near_t) :: before
+    integer :: a, cells(2), i, n_candidates
+    real(dp) :: cell, corner(2), mean
+
+    before = bodies%near
+    do a = 1, bodies%n_pieces
+      associate (x => bodies%at(:, bodies%first(a):bodies%first(a + 1) - 1))
+        box(1:2, a) = minval(x, 2) - bodies%near%skin/2
+        box(3:4, a) = maxval(x, 2) + bodies%near%skin/2
+      end associate
+    end do
+    extent = max(box(3, :) - box(1, :), box(4, :) - box(2, :))
+    mean = sum(extent, mask=bodies%moves(bodies%body))/max(1, count(bodies%moves(bodies%body)))
+    wide = pack([(i, i=1, bodies%n_pieces)], extent > large*mean)
+    call sort_into_cells()
+
+    call empty(bodies%near, max(before%n + before%n/4, 4*bodies%n_pieces))
+    allocate (candidate(bodies%n_pieces))
+    do a = 1, bodies%n_pieces
+      n_candidates = 0
+      call list_candidates(a)
+      call sort(candidate(:n_candidates))
+      call append(a)
+    end do
+
+  contains
+
+    !> Cells that the box of a piece covers: from, to.
+    pure function cells_of(p) result(range)
+      integer, intent(in) :: p
+      integer :: range(2, 2)
+
+      range(:, 1) = max(1, min(cells, int((box(1:2, p) - corner)/cell) + 1))
+      range(:, 2) = max(1, min(cells, int((box(3:4, p) - corner)/cell) + 1))
+    end function cells_of
+
+    !> Lists the pieces that are not large by the cells of a grid.
+    subroutine sort_into_cells()
+      integer :: ix, iy, p, range(2, 2), round
+      integer, allocatable :: filled(:)
+      real(dp) :: spread(2)
+
+      corner = [minval(box(1, :), mask=extent <= large*mean), minval(box(2, :), mask=extent <= large*mean)]
+      spread = [maxval(box(3, :), mask=extent <= large*mean), maxval(box(4, :), mask=extent <= large*mean)] - corner
+      cells = 1
+      cell = 1.0_dp
+      if (size(wide) < bodies%n_pieces) then
+        cell = max(cell_size*mean, maxval(spread)/most_cells)
+        cells = int(spread/cell) + 1
+      end if
+      allocate (first_in(product(cells) + 1), source=0)
+      do round = 1, 2
+        if (round == 2) then
+          first_in(1) = 1
+          do p = 1, product(cells)
+            first_in(p + 1) = first_in(p + 1) + first_in(p)
+          end do
+          filled = first_in
+          allocate (in_cell(first_in(size(first_in)) - 1))
+        end if
+        do p = 1, bodies%n_pieces
+          if (extent(p) > large*mean) cycle
+          range = cells_of(p)
+          do iy = range(2, 1), range(2, 2)
+            do ix = range(1, 1), range(1, 2)
+              associate (c => ix + cells(1)*(iy - 1))
+                if (round == 1) then
+                  first_in(c + 1) = first_in(c + 1) + 1
+                else
+                  in_cell(filled(c)) = p
+                  filled(c) = filled(c) + 1
+                end if
+              end associate
+            end do
+          end do
+        end do
+      end do
+    end subroutine sort_into_cells
+
+    !> Lists the pieces with higher numbers that are near a piece; some several times.
+    subroutine list_candidates(p)
+      integer, intent(in) :: p
+      integer :: ix, iy, k, range(2, 2)
+
+      if (extent(p) > large*mean) then
+        do k = p + 1, bodies%n_pieces
+          call consider(p, k)
+        end do
+        return
+      end if
+      do k = 1, size(wide)
+        if (wide(k) > p) call consider(p, wide(k))
+      end do
+      range = cells_of(p)
+      do iy = range(2, 1), range(2, 2)
+        do ix = range(1, 1), range(1, 2)
+          do k = first_in(ix + cells(1)*(iy - 1)), first_in(ix + cells(1)*(iy - 1) + 1) - 1
+            if (in_cell(k) > p) call consider(p, in_cell(k))
+          end do
+        end do
+      end do
+    end subroutine list_candidates
+
+    !> Adds a piece to the candidates if it is near another.
+    subroutine consider(p, q)
+      integer, intent(in) :: p, q
+
+      if (box(1, p) > box(3, q) .or. box(1, q) > box(3, p) .or. box(2, p) > box(4, q) .or. box(2, q) > box(4, p)) return
+      if (bodies%body(p) == bodies%body(q)) return
+      if (.not. (bodies%moves(bodies%body(p)) .or. bodies%moves(bodies%body(q)))) return
+      if (n_candidates == size(candidate)) candidate = [candidate, candidate]
+      n_candidates = n_candidates + 1
+      candidate(n_candidates) = q
+    end subroutine consider
+
+    !> Appends the pairs of a piece, each once, with what they remember.
+    subroutine append(p)
+      integer, intent(in) :: p
+      integer :: k, old
+
+      old = first_of(before, p)
+      do k = 1, n_candidates
+        if (k > 1) then
+          if (candidate(k) == candidate(k - 1)) cycle
+        end if
+        associate (near => bodies%near)
+          if (near%n == size(near%edge)) call enlarge(near)
+          near%n = near%n + 1
+          near%piece(:, near%n) = [p, candidate(k)]
+          near%edge(near%n) = 0
+          near%vertex(near%n) = 1
+          do while (old <= before%n)
+            if (before%piece(1, old) > p .or. before%piece(2, old) >= candidate(k)) exit
+            old = old + 1
+          end do
+          if (old > before%n) cycle
+          if (any(before%piece(:, old) /= [p, candidate(k)])) cycle
+          near%edge(near%n) = before%edge(old)
+          near%vertex(near%n) = before%vertex(old)
+          near%memory(near%n) = before%memory(old)
+        end associate
+      end do
+    end subroutine append
+
+  end subroutine find_near
+
+  !> Place in a list of the first pair whose first piece is p or a later one.
+  pure integer function first_of(near, p)
+    type(near_t), intent(in) :: near
+    integer, intent(in) :: p
+    integer :: high, middle
+
+    first_of = 1
+    high = near%n + 1
+    do while (first_of < high)
+      middle = (first_of + high)/2
+      if (near%piece(1, middle) < p) then
+        first_of = middle + 1
+      else
+        high = middle
+      end if
+    end do
+  end function first_of
+
+  !> Place of a pair of pieces in the list, in whatever order they are given; 0: they are not near each other.
+  pure integer function place_of_pair(near, p, q) result(place)
+    type(near_t), intent(in) :: near
+    integer, intent(in) :: p, q
+
+    do place = first_of(near, min(p, q)), near%n
+      if (near%piece(1, place) > min(p, q)) exit
+      if (near%piece(2, place) == max(p, q)) return
+    end do
+    place = 0
+  end function place_of_pair
+
+  !> An empty list with room for some pairs, of the same skin.
+  subroutine empty(near, room)
+    type(near_t), intent(inout) :: near
+    integer, intent(in) :: room
+    real(dp) :: skin
+
+    skin = near%skin
+    near = near_t(skin=skin)
+    allocate (near%piece(2, room), near%edge(room), near%vertex(room))
+    allocate (near%memory(room))
+  end subroutine empty
+
+  !> Doubles the room of a list.
+  subroutine enlarge(near)
+    type(near_t), intent(inout) :: near
+    type(near_t) :: larger
+
+    larger%skin = near%skin
+    call empty(larger, 2*size(near%edge))
+    larger%n = near%n
+    larger%piece(:, :near%n) = near%piece
+    larger%edge(:near%n) = near%edge
+    larger%vertex(:near%n) = near%vertex
+    larger%memory(:near%n) = near%memory
+    near = larger
+  end subroutine enlarge
+
+  !> Sorts numbers ascending (insertion: candidates are few, and mostly in order).
+  pure subroutine sort(list)
+    integer, intent(inout) :: list(:)
+    integer :: i, j, next
+
+    do i = 2, size(list)
+      next = list(i)
+      do j = i - 1, 1, -1
+        if (list(j) <= next) exit
+        list(j + 1) = list(j)
+      end do
+      list(j + 1) = next
+    end do
+  end subroutine sort
+
+end module scree_near_pieces
