@@ -14,11 +14,11 @@ module scree_contact_rows
   private
   public :: bond_reach, edge_below, keep_impulses, look_for_contacts, make_rows, row_t, rows_t
 
-  !> Share of a body by which bonded faces may be apart before their bond is lost.
+  !> Gap of bonded faces at which their bond is lost, over the size of a body.
   real(dp), parameter :: bond_reach = 0.01_dp
   !> Steps in a row in which all points of a bond are at their limits before it is lost: a single sweep settles over some steps.
   integer, parameter :: steps_to_part = 4
-  real(dp), parameter :: at_limit = 1 - 1e-9_dp  !! share of a limit from which on it is reached
+  real(dp), parameter :: at_limit = 1 - 1e-9_dp  !! fraction of a limit from which on it is reached
   real(dp), parameter :: like = 0.9_dp           !! cosine of the angle between normals of a point that is said to go on
   integer, parameter :: last_colour = 63         !! whose rows may have bodies in common
 

@@ -1,8 +1,8 @@
 !> Small steps: many rigid blocks, contact found anew in each step, one sweep of sequential impulses.
 !>
-!> A step of the run is made of small ones of one size h. Velocities belong to the middle of a small step (Stoermer, Verlet): loads
-!> change them, a sweep changes them by impulses, the bodies move by them, and a second sweep takes out what the first one gave to
-!> push overlaps out (`scree_sweeps`). Contact has no margin (`scree_contact_rows`). Every step of the run begins from the state
+!> A step of the run is made of small ones of one size h. Velocities belong to the middle of a small step (Stoermer, Verlet). Loads
+!> change them, then a sweep changes them by impulses. The bodies move by them, and a second sweep takes out what the first one gave
+!> to push overlaps out (`scree_sweeps`). Contact has no margin (`scree_contact_rows`). Every step of the run begins from the state
 !> alone: what it keeps of the bodies decides no bit.
 !>
 !> M. Macklin et al., *Small steps in physics simulation* (SCA 2019); G.-H. Shi, *Contact theory* (2015).

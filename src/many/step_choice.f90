@@ -20,7 +20,7 @@ module scree_step_choice
   real(dp), parameter :: falls_of_step = 300.0_dp !! steps in sqrt(size/g), for 1 %
   real(dp), parameter :: measured_at = 0.01_dp    !! accuracy of both
   real(dp), parameter :: order = 0.63_dp          !! halves of the step for 1 % make it 3 %
-  real(dp), parameter :: small_ones = 0.05_dp     !! share of the blocks that may be smaller than the size
+  real(dp), parameter :: small_ones = 0.05_dp     !! fraction of the blocks that may be smaller than the size
   integer, parameter :: most_halves = 12
 
 contains

@@ -1,8 +1,8 @@
 !> Sweeps of sequential impulses over the rows of a step.
 !>
 !> Each row in turn gets the impulses with which its two bodies satisfy it, as if there were no others. With the *bias* a row is
-!> soft as a spring with a dashpot that the size h of the step chooses, of frequency w = (pi/2)/h and damping ratio 10, by implicit
-!> Euler: it takes back an overlap over some steps, and slip that friction holds. After the bodies have moved a second sweep without
+!> a spring with a dashpot, of frequency w = (pi/2)/h and damping ratio 10, in a step of size h of implicit Euler. The spring takes
+!> back overlap over some steps, and slip that friction holds. After the bodies have moved a second sweep without
 !> bias takes out the velocity that the bias has given. Impulses across come before those along, of the same row, else friction
 !> lags by a step.
 !>
@@ -18,11 +18,11 @@ module scree_sweeps
   real(dp), parameter :: turn_in_a_step = pi/2   !! frequency of a soft row times the size of the step, rad
   real(dp), parameter :: damping = 10.0_dp       !! ratio of a soft row
   real(dp), parameter :: along_w = 2*damping + turn_in_a_step, stiff = turn_in_a_step*along_w
-  real(dp), parameter, public :: bias_rate = turn_in_a_step/along_w !! share of an error that a step takes back
+  real(dp), parameter, public :: bias_rate = turn_in_a_step/along_w !! fraction of an error that a step takes back
   real(dp), parameter, public :: mass_scale = stiff/(1 + stiff)     !! of a soft row
-  real(dp), parameter, public :: impulse_scale = 1/(1 + stiff)      !! share of its impulse that a soft row gives up
+  real(dp), parameter, public :: impulse_scale = 1/(1 + stiff)      !! fraction of its impulse that a soft row gives up
   real(dp), parameter :: most_pushed = 0.02_dp   !! of a body, that an overlap is taken back by in a step
-  real(dp), parameter :: at_limit = 1 - 1e-9_dp  !! share of a limit from which on it is reached
+  real(dp), parameter :: at_limit = 1 - 1e-9_dp  !! fraction of a limit from which on it is reached
   integer, parameter :: sweeps_of_bounces = 8    !! two points of a flat block settle in these to 1 %
 
 contains
@@ -181,7 +181,7 @@ contains
     !$omp end do
   end subroutine advance_rows
 
-  !> Lets points that were new in the step part by a share of the speed at which they came together.
+  !> Lets points that were new in the step part by a fraction of the speed at which they came together.
   subroutine bounce(restitution, least_speed, rows, bodies)
     real(dp), intent(in) :: restitution
     real(dp), intent(in) :: least_speed        !! slower ones do not bounce, length/time

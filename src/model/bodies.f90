@@ -1,7 +1,7 @@
 !> Rigid bodies in flat arrays, cut into convex pieces, and which pieces are near each other: what small steps work on.
 !>
-!> All of it follows from model and state when a step of the run begins, but for the cuts and the nearness, which are kept as they
-!> are dear to find; no bit of a run follows from whether they were.
+!> All of it follows from model and state when a step of the run begins. The pieces and the list of near ones are kept, as they are
+!> expensive to find. No bit of a run follows from whether they were.
 module scree_bodies
   use scree_kinds, only: dp
   implicit none
