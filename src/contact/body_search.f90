@@ -36,8 +36,8 @@ contains
   !> found or lost there would bring or take the energy of its spring. Corners that turn by less than `parallel` may.
   pure function reach_of(law, margin, pressed, way, edge, side) result(near)
     type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: margin               !! that the search adds to the way, length
-    real(dp), intent(in) :: pressed              !! largest overlap of a spring, length
+    real(dp), intent(in) :: margin(:)            !! (n) that the search adds to the way, length
+    real(dp), intent(in) :: pressed(:)           !! (n) largest overlap of a spring of their body, length
     real(dp), intent(in) :: way(:)               !! (n) by the velocity, length
     real(dp), intent(in) :: edge(:)              !! (n) shortest about, length
     real(dp), intent(in) :: side(:)              !! (n) shortest about, length
@@ -67,7 +67,7 @@ contains
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt                    !! time
-    real(dp), intent(in) :: margin                !! that the search adds to the way of a vertex, length
+    real(dp), intent(in) :: margin(:)             !! (n_blocks) that the search adds to the way of a vertex, length
     type(body_search_t), intent(inout) :: bodies
     logical, intent(out) :: drawn
     real(dp), intent(in), optional :: leapt(:)    !! (n_unknowns) displacement of the try before
@@ -75,8 +75,8 @@ contains
     integer :: i
 
     drawn = .not. allocated(bodies%reach)
-    if (.not. drawn) drawn = margin > bodies%margin .or. state%contacts%pressed > bodies%pressed
-    if (drawn) call measure_bodies(model, state, margin, state%contacts%pressed, bodies)
+    if (.not. drawn) drawn = maxval(margin) > bodies%margin .or. state%contacts%pressed > bodies%pressed
+    if (drawn) call measure_bodies(model, state, maxval(margin), state%contacts%pressed, bodies)
     way = bodies%speed
     call find_largest(model, state%velocity, bodies, way)
     bodies%speed = way
@@ -88,14 +88,14 @@ contains
     do i = 1, size(model%free_block)
       if (drawn) exit
       associate (b => model%free_block(i))
-        drawn = bodies%moved(b) + reach_in_step(model, state, margin, bodies%longest(b) + 2*bodies%moved(b), &
+        drawn = bodies%moved(b) + reach_in_step(model, state, margin(b), bodies%longest(b) + 2*bodies%moved(b), &
                                                 dt*bodies%speed(b)) > bodies%reach(b)
       end associate
     end do
     if (.not. drawn) return
-    call measure_bodies(model, state, margin, state%contacts%pressed, bodies)
+    call measure_bodies(model, state, maxval(margin), state%contacts%pressed, bodies)
     associate (b => model%free_block)
-      reach = reach_in_step(model, state, margin, bodies%longest(b), dt*bodies%speed(b)) + steps*dt*bodies%speed(b) &
+      reach = reach_in_step(model, state, margin(b), bodies%longest(b), dt*bodies%speed(b)) + steps*dt*bodies%speed(b) &
               + spare*bodies%longest(b)
     end associate
     call find_near(model, state, reach, bodies)
@@ -170,7 +170,7 @@ contains
   subroutine move_circles(model, dt, margin, d, all_clear, bodies)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: dt                    !! of the step, time
-    real(dp), intent(in) :: margin                !! that the search added to the way of a vertex, length
+    real(dp), intent(in) :: margin(:)             !! (n_blocks) that the search added to the way of a vertex, length
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
     logical, intent(in) :: all_clear              !! all bodies that no other is near kept clear
     type(body_search_t), intent(inout) :: bodies
@@ -181,7 +181,7 @@ contains
       do i = 1, size(model%free_block)
         associate (b => model%free_block(i))
           bodies%moved(b) = bodies%moved(b) + dt*bodies%speed(b) &
-                            + beyond_velocity(model, margin, bodies%longest(b) + 2*bodies%moved(b))
+                            + beyond_velocity(model, margin(b), bodies%longest(b) + 2*bodies%moved(b))
         end associate
       end do
     else
@@ -227,7 +227,7 @@ contains
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt                    !! time
-    real(dp), intent(in) :: margin                !! length
+    real(dp), intent(in) :: margin(:)             !! (n_blocks) length
     real(dp), contiguous, intent(in) :: d(:)      !! (n_unknowns)
     type(body_search_t), intent(in) :: bodies
     integer, allocatable, intent(out) :: unclear(:) !! not allocated: none
@@ -245,7 +245,7 @@ contains
         beyond(i) = d(model%elements%unknown(i, e)) - dt*state%velocity(model%elements%unknown(i, e))
       end do
       if (most_moved(model%model, model%effects%rotation, beyond, 2*(bodies%radius(b) + bodies%moved(b))) &
-          <= beyond_velocity(model, margin, local)) cycle
+          <= beyond_velocity(model, margin(b), local)) cycle
       if (.not. allocated(unclear)) allocate (unclear(0))
       if (all(unclear /= b)) unclear = [unclear, b]
     end do

@@ -40,10 +40,15 @@ contains
     logical, intent(in) :: self_contact           !! a body may touch itself
     type(contact_memory_t), intent(in) :: memory
     type(contact_search_t), intent(inout) :: search
-    type(contact_try_t), intent(in) :: try        !! with its law, margin and swing
+    type(contact_try_t), intent(inout) :: try     !! with its law, and its margin and swing, else it gets none
     type(look_t), intent(out) :: look
 
     if (.not. allocated(search%bodies%vertex)) call list_all(outlines, search%bodies)
+    if (.not. allocated(try%margin)) allocate (try%margin(maxval(outlines%block)), source=0.0_dp)
+    if (.not. allocated(try%swing)) allocate (try%swing(maxval(outlines%block)), source=0.0_dp)
+    call recall_contacts(outlines, memory, look%past)
+    try%pressed = pressed_of_blocks(outlines, look%past)
+    look%pressed = try%pressed
     associate (about => search%bodies%about)
       call survey_edges(outlines, position, search%bodies%farther, about, look%survey)
       look%survey%way = predicted
@@ -59,8 +64,6 @@ contains
       call measure_beside(outlines, look%nearby, look%survey%side, look%survey%local_side)
       call set_reaches(outlines, about, memory, try, look%survey)
     end associate
-    call recall_contacts(outlines, memory, look%past)
-    look%pressed = pressed_of_blocks(outlines, look%past)
     look%may_rest = looks_as_far_as_it_moves(try%law)
     look%depth = deepest_search(try%law)
     allocate (look%found(size(memory%contact) + 8))
@@ -89,12 +92,12 @@ contains
   pure function turning_of(outlines, survey, swing, edge) result(turning)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
-    real(dp), intent(in) :: swing                 !! angle beyond what velocities make, rad
+    real(dp), intent(in) :: swing(:)              !! (n_blocks) angle beyond what velocities make, rad
     integer, intent(in) :: edge(:)
     real(dp) :: turning(size(edge))
 
-    associate (way => survey%way, next => outlines%next(edge))
-      turning = min(most_turning, beyond_turn*norm2(way(:, next) - way(:, edge), 1)/survey%length(edge) + swing)
+    associate (way => survey%way, next => outlines%next(edge), block => outlines%block(edge))
+      turning = min(most_turning, beyond_turn*norm2(way(:, next) - way(:, edge), 1)/survey%length(edge) + swing(block))
     end associate
   end function turning_of
 
@@ -110,10 +113,11 @@ contains
 
     way = norm2(survey%way(:, about), 1)
     still = 0.0_dp
-    associate (law => try%law, pressed => memory%pressed, local => survey%local(about), side => survey%local_side(about))
-      survey%near(about) = reach_of(law, try%margin, pressed, way, local, side)
-      survey%meets(about) = reach_of(law, try%margin, pressed, way, local, merge(side, local, outlines%begins_side(about)))
-      survey%still(about) = reach_of(law, 0.0_dp, pressed, still, local, side)
+    associate (law => try%law, margin => try%margin(outlines%block(about)), pressed => try%pressed(outlines%block(about)), &
+               local => survey%local(about), side => survey%local_side(about))
+      survey%near(about) = reach_of(law, margin, pressed, way, local, side)
+      survey%meets(about) = reach_of(law, margin, pressed, way, local, merge(side, local, outlines%begins_side(about)))
+      survey%still(about) = reach_of(law, still, pressed, still, local, side)
     end associate
     call reach_over_depth(memory%contact, survey)
     if (joints_dilate(try%law)) call reach_over_dilation(about, memory%contact, survey)

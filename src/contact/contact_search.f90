@@ -15,11 +15,19 @@ module scree_contact_search
   use scree_system, only: values_of
   implicit none
   private
-  public :: find_at_outlines, find_nearby, find_outrun, most_turning, predict_ways
+  public :: find_at_outlines, find_nearby, find_outrun, most_turning, outrun_t, predict_ways
 
   !> Room to move of a vertex that goes fast: so many times as far as pairs are near, up to a share of the edges about.
   real(dp), parameter :: steps = 4.0_dp, spare = 0.25_dp
   real(dp), parameter :: most_turning = pi/6 !! of a corner in a step, rad
+
+  !> By how much a try went beyond what the search for contacts looked at.
+  type :: outrun_t
+    real(dp), allocatable :: way(:)  !! (n_blocks) largest displacement of a vertex beyond that, 0: none, length
+    real(dp), allocatable :: turn(:) !! (n_blocks) largest turn of an edge that may touch beyond that, 0: none, rad
+    real(dp), allocatable :: leap(:) !! (n_blocks) largest displacement beyond the predicted one, over the most that is looked at
+    real(dp) :: most_turned = 0.0_dp !! largest turn of an edge that may touch, over the most that is looked at
+  end type outrun_t
 
 contains
 
@@ -204,28 +212,27 @@ contains
     end do
   end subroutine predict_ways
 
-  !> How far a vertex went beyond what the search for contacts looked at, 0 where none did; how far an edge that may touch turned
-  !> beyond that, rad; and the largest way beyond what was predicted, and turn, over the most that is looked at.
-  pure subroutine find_outrun(model, cache, state, dt, try, d, farthest)
+  !> Finds by how much a try went beyond what the search for contacts looked at.
+  pure subroutine find_outrun(model, cache, state, dt, try, d, outrun)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
     type(cache_t), intent(in) :: cache
     real(dp), intent(in) :: dt                       !! of the step, time
     type(contact_try_t), intent(inout) :: try        !! is told whether all is clear
     real(dp), contiguous, intent(in) :: d(:)         !! (n_unknowns)
-    real(dp), intent(out) :: farthest(4)
+    type(outrun_t), intent(out) :: outrun
     real(dp), allocatable :: u(:, :)
     integer, allocatable :: unclear(:)
-    integer :: i, k
+    integer :: b, i, k
 
-    farthest = 0.0_dp
+    allocate (outrun%way(model%n_blocks), outrun%turn(model%n_blocks), outrun%leap(model%n_blocks), source=0.0_dp)
     associate (outlines => model%outlines, bodies => cache%search%bodies)
       if (allocated(bodies%near)) call list_unclear(model, state, dt, try%margin, d, bodies, unclear)
       try%all_clear = allocated(bodies%near) .and. .not. allocated(unclear)
       if (allocated(unclear)) then
         do k = 1, size(unclear)
           call add_way(model, cache, state, dt, try, d, &
-                       outlines%of_block(outlines%first(unclear(k)):outlines%first(unclear(k) + 1) - 1), farthest)
+                       outlines%of_block(outlines%first(unclear(k)):outlines%first(unclear(k) + 1) - 1), outrun)
         end do
       end if
       if (size(bodies%vertex) == 0) return
@@ -233,24 +240,27 @@ contains
       call find_at_outlines(model, cache, state, d, 1.0_dp, bodies%farther, u)
       do k = 1, size(bodies%vertex)
         i = bodies%vertex(k)
-        call add_beyond(norm2(u(:, i)) - try%near(i), try%local_side(i), try%margin, try%law%leap, farthest)
+        b = outlines%block(i)
+        call add_beyond(norm2(u(:, i)) - try%near(i), try%local_side(i), try%margin(b), try%law%leap, outrun%way(b), &
+                        outrun%leap(b))
       end do
     end associate
-    if (corners_turn(try%law)) call add_turns(model, state, cache%search%bodies%vertex, try, u, farthest)
+    if (corners_turn(try%law)) call add_turns(model, state, cache%search%bodies%vertex, try, u, outrun)
   end subroutine find_outrun
 
   !> Adds a way beyond what was looked at, of a vertex.
-  pure subroutine add_beyond(beyond, side, margin, leap, farthest)
+  pure subroutine add_beyond(beyond, side, margin, most, farthest, leap)
     real(dp), intent(in) :: beyond, side, margin     !! length
-    real(dp), intent(in) :: leap                     !! of the sides about
-    real(dp), intent(inout) :: farthest(4)
+    real(dp), intent(in) :: most                     !! of the sides about, that a vertex may go beyond the predicted displacement
+    real(dp), intent(inout) :: farthest              !! length
+    real(dp), intent(inout) :: leap
 
-    farthest(1) = max(farthest(1), beyond)
-    if (beyond > 0) farthest(3) = max(farthest(3), (beyond/side + min(margin/side, leap))/leap)
+    farthest = max(farthest, beyond)
+    if (beyond > 0) leap = max(leap, (beyond/side + min(margin/side, most))/most)
   end subroutine add_beyond
 
   !> Adds what vertices of a body that no other is near went beyond what would have been looked at.
-  pure subroutine add_way(model, cache, state, dt, try, d, list, farthest)
+  pure subroutine add_way(model, cache, state, dt, try, d, list, outrun)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state               !! at the beginning of the step
@@ -258,33 +268,37 @@ contains
     type(contact_try_t), intent(in) :: try
     real(dp), intent(in) :: d(:)                     !! (n_unknowns)
     integer, intent(in) :: list(:)                   !! vertices of the outlines
-    real(dp), intent(inout) :: farthest(4)
+    type(outrun_t), intent(inout) :: outrun
     real(dp), dimension(2, size(model%outlines%start)) :: u, predicted
-    real(dp) :: edge, near(1), side
-    integer :: k
+    real(dp) :: edge, near(1), pressed, side
+    integer :: b, k
 
     call find_at_outlines(model, cache, state, d, 1.0_dp, list, u)
     call predict_ways(model, cache, state, dt, try, list, predicted)
+    if (size(list) == 0) return
+    b = model%outlines%block(list(1))
+    pressed = 0.0_dp
+    if (allocated(try%pressed)) pressed = try%pressed(b)
     associate (outlines => model%outlines, x => state%vertex, law => model%effects%contact)
       do k = 1, size(list)
         associate (i => list(k), before => outlines%previous(list(k)))
           edge = minval(norm2(x(:, outlines%finish([i, before])) - x(:, outlines%start([i, before])), 1))
           side = minval(side_lengths(outlines, x, [i, before]))
-          near = reach_of(law, try%margin, state%contacts%pressed, [norm2(predicted(:, i))], [edge], [side])
-          call add_beyond(norm2(u(:, i)) - near(1), side, try%margin, law%leap, farthest)
+          near = reach_of(law, [try%margin(b)], [pressed], [norm2(predicted(:, i))], [edge], [side])
+          call add_beyond(norm2(u(:, i)) - near(1), side, try%margin(b), law%leap, outrun%way(b), outrun%leap(b))
         end associate
       end do
     end associate
   end subroutine add_way
 
   !> Adds how far edges that may touch turned beyond what was looked at.
-  pure subroutine add_turns(model, state, list, try, u, farthest)
+  pure subroutine add_turns(model, state, list, try, u, outrun)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
     integer, intent(in) :: list(:)                   !! vertices that are looked at
     type(contact_try_t), intent(in) :: try
     real(dp), intent(in) :: u(:, :)                  !! (2, n) displacement of these and those after and before
-    real(dp), intent(inout) :: farthest(4)
+    type(outrun_t), intent(inout) :: outrun
     real(dp) :: turned
     logical :: may_touch(size(model%outlines%start)) !! the corner at a vertex
     integer :: i, k, side
@@ -300,8 +314,10 @@ contains
           i = merge(list(k), outlines%previous(list(k)), side == 1)
           associate (next => outlines%next(i), start => outlines%start)
             turned = norm2(u(:, next) - u(:, i))/norm2(state%vertex(:, start(next)) - state%vertex(:, start(i)))
-            farthest(2) = max(farthest(2), turned - min(try%turning(i), try%turning(next)) - 0.5_dp*parallel)
-            farthest(4) = max(farthest(4), turned/most_turning)
+            associate (farthest => outrun%turn(outlines%block(i)))
+              farthest = max(farthest, turned - min(try%turning(i), try%turning(next)) - 0.5_dp*parallel)
+            end associate
+            outrun%most_turned = max(outrun%most_turned, turned/most_turning)
           end associate
         end do
       end do

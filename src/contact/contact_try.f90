@@ -25,8 +25,9 @@ module scree_contact_try
     real(dp), allocatable :: near(:)                     !! (n) how far a vertex may move in the step, length
     real(dp), allocatable :: local_side(:)               !! (n) shorter side at each vertex, length
     real(dp), allocatable :: turning(:)                  !! (n) how far the corner at each vertex may turn in the step, rad
-    real(dp) :: margin = 0.0_dp                          !! of the way, beyond what velocity makes, length
-    real(dp) :: swing = 0.0_dp                           !! of the turn, beyond what velocity makes, rad
+    real(dp), allocatable :: margin(:)                   !! (n_blocks) displacement beyond the velocity that is looked at, length
+    real(dp), allocatable :: swing(:)                    !! (n_blocks) turn beyond the velocity that is looked at, rad
+    real(dp), allocatable :: pressed(:)                  !! (n_blocks) largest overlap of a spring in the step before, length
     real(dp), allocatable :: leapt(:)                    !! (n_unknowns) displacement of a try before that leapt
     logical :: goes_on = .false.                         !! from the displacement of a try before, which settled
     logical :: linear = .true.                           !! gaps and slips are, in displacements; else some follow the motion

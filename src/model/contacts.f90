@@ -77,8 +77,8 @@ module scree_contacts
     type(contact_t), allocatable :: contact(:)
     integer, allocatable :: inside(:, :)    !! (2, n) vertices, each with the edge that it has been inside of since the run began
     real(dp) :: stiffness(2) = 0.0_dp       !! across a contact and along it, force/length per unit thickness
-    real(dp) :: margin = 0.0_dp             !! way that the search adds to what the velocity of a vertex makes, length
-    real(dp) :: swing = 0.0_dp              !! angle that the search adds to what a corner turns by its velocity, rad
+    real(dp), allocatable :: margin(:)      !! (n_blocks) displacement beyond the velocity that the search looks at, length
+    real(dp), allocatable :: swing(:)       !! (n_blocks) turn beyond the velocity that the search looks at, rad
     real(dp) :: penetration = 0.0_dp        !! largest at the end of the last step, length
     real(dp) :: pressed = 0.0_dp            !! largest overlap of a spring then, length
     real(dp) :: gap = 0.0_dp                !! largest of a closed contact then, length

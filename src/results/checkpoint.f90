@@ -254,8 +254,8 @@ contains
 
     call archive%array('contacts%inside', memory%inside)
     call archive%part('contacts%stiffness', memory%stiffness)
-    call archive%part('contacts%margin', memory%margin)
-    call archive%part('contacts%swing', memory%swing)
+    call archive%array('contacts%margin', memory%margin)
+    call archive%array('contacts%swing', memory%swing)
     call archive%part('contacts%penetration', memory%penetration)
     call archive%part('contacts%pressed', memory%pressed)
     call archive%part('contacts%gap', memory%gap)

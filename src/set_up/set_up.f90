@@ -102,6 +102,7 @@ contains
     model%outlines%fixed = fixed(model%outlines%block)
     model%outlines%gone = .not. model%present(model%outlines%block)
     allocate (state%contacts%contact(0))
+    allocate (state%contacts%margin(model%n_blocks), state%contacts%swing(model%n_blocks), source=0.0_dp)
     state%contacts%stiffness = [model%effects%contact%normal_stiffness, model%effects%contact%shear_stiffness]
     if (model%n_elements == model%n_blocks) then
       call find_overlaps(model%outlines, state%vertex, model%overlaps, state%contacts%inside)

@@ -2,7 +2,7 @@
 !> overlap; what turns too far; what is lost.
 module scree_step_checks
   use scree_contact_acceptance, only: farthest_apart
-  use scree_contact_search, only: find_outrun
+  use scree_contact_search, only: find_outrun, outrun_t
   use scree_contact_rules, only: judges_anew, looks_as_far_as_it_moves, stiffness_adapts, stiffness_after
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_interpolation, only: displacement_matrix
@@ -68,32 +68,47 @@ contains
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
-    real(dp) :: beyond(4), farthest
+    type(outrun_t) :: beyond
+    real(dp) :: farthest
     integer :: e
     logical :: again, leaps
 
     if (.not. looks_as_far_as_it_moves(model%effects%contact)) return
     call find_outrun(model, cache, state, try%dt, try%contacts, try%d, beyond)
-    try%leap = max(try%leap, maxval(beyond(3:)))
-    leaps = beyond(3) > 1
-    again = leaps .and. .not. (beyond(4) > 1 .or. allocated(try%contacts%leapt) .or. allocated(state%settling))
+    try%leap = max(try%leap, maxval(beyond%leap), beyond%most_turned)
+    leaps = any(beyond%leap > 1)
+    again = leaps .and. .not. (beyond%most_turned > 1 .or. allocated(try%contacts%leapt) .or. allocated(state%settling))
     if (again) again = .not. any_body_leaps(model, cache, state, try)
     if (again) then
       try%outcome%settled = .false.
       try%remedy = remedy_wider
-      try%contacts%leapt = try%d
-    else if (leaps .or. beyond(4) > 1) then
+      try%contacts%leapt = of_blocks(model, beyond%leap > 1, try%d)
+    else if (leaps .or. beyond%most_turned > 1) then
       call find_farthest(model, cache, state, try%d, farthest, e)
       call reject(try%outcome, cut_by_leap, 'a vertex jumped over an edge near it, or turned too far', 'a smaller step.least', e, &
                   cache%element(e)%kinematics%centroid)
-    else if (any(beyond(:2) > 0)) then
+    else if (any(beyond%way > 0) .or. any(beyond%turn > 0)) then
       try%outcome%settled = .false.
       try%remedy = remedy_wider
-      try%contacts%margin = try%contacts%margin + 2*beyond(1)
-      try%contacts%swing = try%contacts%swing + 2*beyond(2)
+      try%contacts%margin = try%contacts%margin + 2*beyond%way
+      try%contacts%swing = try%contacts%swing + 2*beyond%turn
       try%contacts%goes_on = judges_anew(try%contacts%law)
     end if
   end subroutine check_search
+
+  !> The displacement of some blocks, and none of the others.
+  pure function of_blocks(model, block, d) result(own)
+    type(model_t), intent(in) :: model
+    logical, intent(in) :: block(:)                  !! (n_blocks) whose displacement is taken
+    real(dp), intent(in) :: d(:)                     !! (n_unknowns)
+    real(dp) :: own(size(d))
+    integer :: e
+
+    own = 0.0_dp
+    do e = 1, model%n_elements
+      if (block(model%elements%block(e))) own(model%elements%unknown(:, e)) = d(model%elements%unknown(:, e))
+    end do
+  end function of_blocks
 
   !> Whether a body went farther beyond its velocity than a vertex of its longest edges may.
   pure logical function any_body_leaps(model, cache, state, try) result(leaps)

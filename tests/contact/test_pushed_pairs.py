@@ -42,3 +42,19 @@ def test_thin_bodies_do_not_cross_like_swords(deck, tmp_path):
     r = random_pairs.run(tmp_path, pairs)
     worst = random_pairs.unborne(r, pairs).max(1)
     assert worst.max() < 1e-6, f"pairs {np.flatnonzero(worst >= 1e-6)} overlap by more than their springs bear"
+
+
+def test_a_pair_moves_beside_others_as_it_does_alone(tmp_path):
+    """To 1e-9 of the displacement: no other pair touches it, and how far the search looks around a block is told by that block alone."""
+    random = np.random.default_rng(77)
+    pairs = [random_pairs.drawn(random) for _ in range(40)]
+    places = random_pairs.lattice(pairs)
+    small = "&method strain='small' /"
+    together = random_pairs.run(tmp_path, pairs, groups=[small]).bodies.centroid
+    off = []
+    for k, pair in enumerate(pairs):
+        alone = random_pairs.run(tmp_path, [pair], places[k:k + 1], groups=[small], name="alone").bodies.centroid
+        way = alone - alone[0]
+        beside = together[:, 2 * k:2 * k + 2] - together[0, 2 * k:2 * k + 2]
+        off.append(np.abs(way - beside).max() / np.abs(way).max())
+    assert max(off) < 1e-9, f"pairs {np.flatnonzero(np.array(off) >= 1e-9)} of 40, by up to {max(off)} of the displacement"
