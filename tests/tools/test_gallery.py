@@ -12,7 +12,7 @@ from scree import gallery
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 SCENES = gallery.known()
 PAGES = {page.name for page in gallery.pages()}
-SHOW_WARNINGS = {"results", "vibration", "when-a-run-stops"}
+SHOW_WARNINGS = {"joints", "results", "vibration", "when-a-run-stops"}
 LONG = "studies"  # 200 runs; test_study.py has shorter ones
 
 
