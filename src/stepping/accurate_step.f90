@@ -1,12 +1,13 @@
 !> A step with an estimate of its error, and steps of the sizes that an accuracy asks for.
 !>
-!> What is asked is the error at the end of the run, a share of the displacement of the scene. What all steps so far will have come
-!> to by then is taken off, and what is left is spread over the time that is left: a step may add that much a time. So errors that
-!> take each other back leave more to be spent. The constants below are choices, tried on the shipped scenes. The error of a step a
-!> time goes with its size to the power of the order of the scheme; sizes follow it by a controller with a proportional and an
-!> integral part (Gustafsson 1991). A step that adds more than four times what it may is made again, shorter. Blocks whose contacts
-!> open or close in a step have no order, and ask for nothing; but where a block in flight is struck too early in a step for what
-!> is asked, the step is made again to end at the blow.
+!> The accuracy is a bound of the error at the end of the run, relative to the displacement of the scene. The error that all steps
+!> so far will have made by then is subtracted. The rest is spread over the remaining time, and gives the error that a step may add
+!> per time. So errors that cancel each other leave more to be spent. The constants below are choices, tried on the shipped scenes.
+!>
+!> The error of a step per time goes with its size to the power of the order of the scheme. Sizes follow it by a controller with a
+!> proportional and an integral part (Gustafsson 1991). A step that adds more than four times its allowance is made again, shorter.
+!> Steps in which contacts of a block open or close have no order, so such blocks limit no step. A block in flight may be struck too
+!> early in a step for the accuracy: then the step is made again to end at the blow.
 !>
 !> The control of the sizes is in doc/theory/error-estimate.md, eq-step-control.
 module scree_accurate_step
@@ -26,7 +27,7 @@ module scree_accurate_step
   private
   public :: advance_estimated, excess_of, first_share, following_factor
 
-  !> Of the largest step the first has this share, as nothing is known before it.
+  !> Of the largest step the first has this fraction, as nothing is known before it.
   real(dp), parameter :: first_share = 0.01_dp
   !> Of what is asked, what a step may always add, spread over the time left, whatever those before it took.
   real(dp), parameter :: least_spent = 0.1_dp
@@ -36,7 +37,7 @@ module scree_accurate_step
   real(dp), parameter :: integral = 0.3_dp, proportional = 0.4_dp, shrinks = 0.2_dp, grows = 1.25_dp
   !> Over what a step may add, that has it made again, and what is aimed at then.
   real(dp), parameter :: refused = 4.0_dp, safety = 0.9_dp
-  !> A step that would be shorter by no more than this share of it is not made again.
+  !> A step that would be shorter by no more than this fraction of it is not made again.
   real(dp), parameter :: in_vain = 1e-6_dp
   !> A step over a period that it resolves to an accuracy of 1 with a scheme of order 2: sqrt(12)/(2 pi), rounded.
   real(dp), parameter :: resolved = 0.5_dp
@@ -107,7 +108,7 @@ contains
   pure real(dp) function excess_of(settings, step, way, state, dt) result(excess)
     type(settings_t), intent(in) :: settings
     type(step_error_t), intent(in) :: step
-    real(dp), intent(in) :: way            !! displacement that the accuracy is a share of, length
+    real(dp), intent(in) :: way            !! displacement that the accuracy is a fraction of, length
     type(state_t), intent(in) :: state     !! at the end of the step
     real(dp), intent(in) :: dt             !! time
     real(dp) :: left, share
@@ -126,7 +127,7 @@ contains
   pure real(dp) function excess_of_impact(settings, step, way) result(excess)
     type(settings_t), intent(in) :: settings
     type(step_error_t), intent(in) :: step
-    real(dp), intent(in) :: way            !! displacement that the accuracy is a share of, length
+    real(dp), intent(in) :: way            !! displacement that the accuracy is a fraction of, length
 
     excess = maxval(step%impact)/max(struck*(settings%aim*way - maxval(step%total + step%impacts)), least_struck*settings%aim*way)
   end function excess_of_impact
@@ -135,12 +136,12 @@ contains
   pure real(dp) function excess_of_blow(settings, step, way) result(excess)
     type(settings_t), intent(in) :: settings
     type(step_error_t), intent(in) :: step !! with what the blow makes in its total
-    real(dp), intent(in) :: way            !! displacement that the accuracy is a share of, length
+    real(dp), intent(in) :: way            !! displacement that the accuracy is a fraction of, length
 
     excess = maxval(step%blow)/max(settings%aim*way - maxval(step%total - step%blow), least_struck*settings%aim*way)
   end function excess_of_blow
 
-  !> Share of a step that may come after a blow, by half.
+  !> Fraction of a step that may come after a blow, by half.
   pure real(dp) function latest_blow(step, excess) result(share)
     type(step_error_t), intent(in) :: step
     real(dp), intent(in) :: excess         !! of `excess_of_blow`
@@ -182,8 +183,8 @@ contains
     state%pace%size = min(longest, max(least_size(settings, state), size))
   end subroutine choose_size
 
-  !> Smallest step that an error asks for, time. What rings at the start, as contacts that are loaded at once, cannot be told
-  !> from what goes on until means over `remembered_time` do: until then a step is no shorter than resolves a period of that time.
+  !> Smallest step that an error asks for, time. Means over `remembered_time` tell motion from ringing at the start, such as that of
+  !> contacts that are loaded at once. Until then a step is no shorter than needed to resolve a period of that time.
   pure real(dp) function least_size(settings, state) result(least)
     type(settings_t), intent(in) :: settings
     type(state_t), intent(in) :: state

@@ -1,7 +1,7 @@
 !> How blocks move, as rigid ones, and when in a step they strike others.
 !>
-!> Of a vertex that closes on an edge in a step the gap g when it began, the speed w of approach and what that gains, the mean
-!> acceleration of the step before with what turning adds, tell when: g = w t + w' t^2/2.
+!> A vertex that closes on an edge in a step strikes it at the time t with g = w t + w' t^2/2. Here g is the gap when the step
+!> begins and w the speed of approach. w' is its gain: the mean acceleration of the step before, with the effect of turning.
 module scree_block_motion
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: state_open

@@ -1,4 +1,4 @@
-!> Corrections by the secant, of which a share is taken, mixed with those before.
+!> Corrections by the secant, of which a fraction is taken, mixed with those before.
 module scree_correction_mixing
   use scree_anderson, only: anderson_t, mix_step
   use scree_kinds, only: dp
@@ -9,7 +9,7 @@ module scree_correction_mixing
 
 contains
 
-  !> Takes the share of a correction that is asked for, mixed with those before. Elements may share unknowns: each counts once.
+  !> Takes the fraction of a correction that is asked for, mixed with those before. Elements may share unknowns: each counts once.
   subroutine mix(model, cache, member, mixing, d)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache

@@ -1,21 +1,21 @@
 !> How far a run is off: an estimate of the error that each step makes, and of what has become of those before it.
 !>
-!> Blocks are looked at as rigid ones: x, y and the rotation times its radius of gyration make a vector q, whose length is the root
-!> mean square over the block. With the velocities v0, v1 at both ends of a step and the mean accelerations of it and the step
-!> before, of which j is the rate of change, a step that moves by d is off by
+!> Blocks are treated as rigid: x, y and the rotation times its radius of gyration make a vector q, whose length is the root mean
+!> square over the block. Let v0, v1 be the velocities at both ends of a step, and j the rate of change of the mean acceleration
+!> from the step before to this one. A step that moves by d is off by
 !>
 !>     place      d - [dt (v0 + v1)/2 - dt^3 j/12]      what the motion at its ends says, to the fourth order (Hermite)
 !>     motion     (beta - 1/2) dt^2 (j - w^3)           where forces balance at beta dt, not in the middle (Newmark), w^3 of the
 !>                                                      spin w where strain is Green's: what points feel as they go round
 !>     growth     u_X v_Y - u_Y v_X                     area that small strain makes of a turn (Zhang et al. 2019, Eq. 14)
 !>
-!> as the error of Zienkiewicz and Xie 1991, of velocities in place of accelerations at both ends, so that it holds for every
-!> scheme, and sees how a body turns. What is off goes on: a free block by e' = u, u' = 0; one that is held, or touches, along the
-!> way that it goes, by e' = u, u' = k e, with k = da/ds of its speeding up along its way s (doc/theory/error-estimate.md,
-!> eq-error-growth).
+!> like the error of Zienkiewicz and Xie 1991, with velocities in place of accelerations at both ends. So it holds for every scheme,
+!> and sees how a body turns. An error goes on. For a free block e' = u, u' = 0. For a block that is supported, or touches, it goes
+!> on along its path by e' = u, u' = k e, with k = da/ds, the change of its acceleration along the path s
+!> (doc/theory/error-estimate.md, eq-error-growth).
 !>
-!> A step in which contacts of a block open or close has no order. Where it is struck, and restitution is asked for, it is off by
-!> what the instant of that makes (`take_blow`); else that is bounded, apart from the rest.
+!> A step in which contacts of a block open or close has no order. With restitution a blow makes an error by its instant within the
+!> step (`take_blow`). Without it that error is bounded, apart from the rest.
 module scree_deviation
   use scree_block_motion, only: motion_t, motions_of, strike_t, strikes_of
   use scree_integrator, only: held_weight
@@ -28,15 +28,14 @@ module scree_deviation
   private
   public :: begin_deviation, error_of_blocks, estimate_step, order_of, remembered_time, share_off, step_error_t, way_of_run
 
-  !> What steps add, and how a block speeds up along its way, are means over this share of the run, which stiff contacts and
-  !> supports do not ring through, or over some steps where these are longer: what is remembered in a step at least.
+  !> Fraction of the run over which the errors of steps and the acceleration along the path are averaged, so that ringing drops out.
+  !> Where steps are longer, the past keeps a least weight in each step.
   real(dp), parameter :: remembered_time = 0.01_dp, least_memory = 0.8_dp
-  !> A block that is held shakes on the spot, and goes nowhere, where the square of its mean velocity is below this share of its
-  !> mean square: springs ring.
+  !> A supported block only shakes on the spot where the square of its mean velocity is below this fraction of its mean square.
   real(dp), parameter :: on_the_spot = 0.25_dp
-  !> Of the square of a way that the centre of a block has to have, to tell the lead of the block.
+  !> Fraction of the squared displacement that the centre of a block must have, for a lead of the block to be known.
   real(dp), parameter :: least_of_centre = 0.1_dp
-  !> Share of the root of the area of the blocks that displacements are at least compared with.
+  !> Least displacement that errors are compared with, over the root of the area of the blocks.
   real(dp), parameter :: least_way = 0.1_dp
   !> An error grows by e to this at most in the time that is left, where forces drive it.
   real(dp), parameter :: farthest = 3.0_dp
@@ -47,7 +46,7 @@ module scree_deviation
     real(dp) :: last = 0.0_dp, dt = 0.0_dp  !! size of the step before, and of the step, time
     real(dp) :: time = 0.0_dp, left = 0.0_dp !! at its end: time, and what is left of the run
     real(dp) :: memory = 0.0_dp             !! over which means are taken, time
-    real(dp) :: remembered = 0.0_dp         !! share of sums that stays in the step
+    real(dp) :: remembered = 0.0_dp         !! fraction of sums that stays in the step
   end type span_t
 
   !> What is wrong with a step of one block.
@@ -69,7 +68,7 @@ module scree_deviation
     real(dp), allocatable :: growth(:)      !! (n_blocks) area over the area
     real(dp), allocatable :: total(:)       !! (n_blocks) what all steps so far will have come to, length
     real(dp), allocatable :: blow(:)        !! (n_blocks) what one in flight will have come to, as it acts at the end, length
-    real(dp), allocatable :: struck_at(:)   !! (n_blocks) share of the step that was before it
+    real(dp), allocatable :: struck_at(:)   !! (n_blocks) fraction of the step that was before it
     real(dp), allocatable :: impact(:)      !! (n_blocks) what it may turn by as nobody knows when in the step it was struck, length
     real(dp), allocatable :: impacts(:)     !! (n_blocks) that of all impacts before, length
     logical, allocatable :: known(:)        !! (n_blocks) there is an estimate of `at_end`
@@ -206,19 +205,19 @@ contains
     call carry_on(model%settings, k, b, span, own, deviation, step)
   end subroutine estimate_block
 
-  !> What is wrong with a step in which a block is struck, and what the blow makes of what was wrong before.
+  !> Error of a step in which a block is struck, and the effect of the blow on earlier errors.
   !>
-  !> The scheme has the blow at the end of the step, by impulses where the body is then; it comes T before that. With a the
-  !> acceleration before it, b after it, V what the blow adds to the velocity at the arm r, w the speed of approach and w' its gain,
-  !> e the restitution and s the spin v1 ends with, a block in flight is off by
+  !> The scheme applies the blow at the end of the step, by impulses at the place of the body there. It happens T earlier. Let a be
+  !> the acceleration before the blow, b that after it, and V the change of velocity by the blow, at the arm r. Let w be the speed
+  !> of approach, w' its gain, e the restitution and s the spin at the end. A block in flight is off by
   !>
   !>     place      E = d - [(dt - T) (v0 + a (dt - T)/2) + T (v1 - U - a T/2)]
   !>     motion     U = T w'/w V/(1 + e) + T s^2 (r.V) (V/V^2 - v1/v1^2) + T (a - b)
   !>
-  !> as it strikes faster by w' T, what comes back being of the energy at the blow, and as the arm has turned by s T. The last
-  !> is known when the next step has been made. One that was ahead by h towards what it strikes, and faster by u, is struck h/w
-  !> earlier: V h/w of its place, V u/w - h/w (w'/w V + a - b) of its motion. A block that others hold, as on a track with kinks,
-  !> gains what constraints have of a and b; of U the part along v1 is left.
+  !> because it strikes faster by w' T, and because the arm has turned by s T. The term with b is known when the next step has been
+  !> made. A block that was ahead by h towards the edge, and faster by u, is struck h/w earlier. This changes its place by V h/w and
+  !> its motion by V u/w - h/w (w'/w V + a - b). A block that others hold, such as on a track with kinks, gains the constrained
+  !> parts of a and b. Of U only the part along v1 remains.
   pure subroutine take_blow(model, before, after, b, strike, span, deviation, own, step)
     type(model_t), intent(in) :: model
     type(motion_t), intent(in) :: before, after
@@ -262,7 +261,7 @@ contains
     end associate
   end subroutine take_blow
 
-  !> Velocity of a block at the end of a step, of which a share is handed on.
+  !> Velocity of a block at the end of a step, of which a fraction is handed on.
   pure function end_velocity_of(model, after, b) result(velocity)
     type(model_t), intent(in) :: model
     type(motion_t), intent(in) :: after
@@ -493,8 +492,8 @@ contains
           *maxval(norm2(motion%velocity, 1))
   end function way_of_run
 
-  !> How far the run is estimated to be off, a share of the displacement of the scene: of growth and of the places, the larger; all
-  !> of it where a block was off by more than that on the way, as nobody knows what it met then.
+  !> Estimated error of the run over the displacement of the scene: the larger of growth and of the error of places. It is at least
+  !> 1 where a block was off by more than the displacement before, because nobody knows what it met then.
   pure real(dp) function share_off(model, cache, deviation) result(share)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache

@@ -1,24 +1,28 @@
 !> Whether a static run has come to equilibrium, and what moves where it has not.
 !>
-!> A static step begins at rest and balances its forces with inertia, M d/(gamma dt^2): it stands still where that is nothing, not
-!> before. So where a step ends the forces are summed up once more without it, in the places, stresses and contacts that the next
-!> step would begin with: loads less elastic forces, contacts between them, less what fixed points and followed covers bear.
+!> A static step begins at rest and balances its forces with inertia, M d/(gamma dt^2). It is in equilibrium only where inertia is
+!> 0. So at the end of a step the forces are summed up once more without inertia, in the places, stresses and contacts with which
+!> the next step would begin. They are loads less elastic forces, with contacts, less the reactions of fixed points and followed
+!> covers.
 !>
-!> Of a body that is a force r of each unknown, over the displacement that a unit of it makes (`span`): of a DDA block two forces, a
-!> moment and three forces of strain over its size, of manifold elements two forces of each cover. What is out of balance is the sum
-!> of their magnitudes, two by two: the resultant of a rigid body that accelerates, whatever the mesh, and more where it bends. Its
-!> share is of what acts on the body, its weight and its loads; where it has none, of what acts on the scene; where nothing does, of
-!> the elastic forces and contacts that balance on all bodies, and of those of a strain that is nothing. A body that falls freely
-!> has a share of 1, one that slides down a plane sin a - cos a tan phi.
+!> On a body this is a force r of each unknown, over the displacement that a unit of it makes (`span`). A DDA block has two forces,
+!> a moment and three forces of strain over its size. Manifold elements have two forces of each cover. The force out of balance is
+!> the sum of their magnitudes, two by two. For a rigid body that accelerates it is the resultant, whatever the mesh; where the body
+!> bends it is more.
 !>
-!> A run that is to end in equilibrium chooses its steps. What holds a body takes up what is out of balance: if that went from r0 to
-!> r1 while the body moved by w (root mean square), it goes on by w r1/(r0 - r1) until it is nothing, were forces linear, in steps
-!> of any size. So a body that would not go farther than a small share of its size, or that fixed points or supports hold in both
-!> directions, asks for no small steps; another goes by at most that share in one, as the way goes with the square of the step. One
-!> that would go on by more than its size, by its own force and by those on all bodies, and in such steps in a row has gone by a
-!> hundredth of it, moves: there is no equilibrium nearby. What forces fell by is counted from the first of these steps on, as what
-!> bends goes up and down by a little with the size of a step, but where a step takes a hundredth of them. Where the others still
-!> settle they may come to hold it.
+!> The ratio is that force over the weight and loads of the body. Without these it is compared with the forces on the scene; without
+!> these too, with the elastic forces and contacts on all bodies, and with those of a negligible strain. A body that falls freely
+!> has the ratio 1, one that slides down a plane sin a - cos a tan phi.
+!>
+!> A run that ends in equilibrium chooses its steps. Let the force out of balance go from r0 to r1 while the body moves by w (root
+!> mean square). Were forces linear, the body would go on by w r1/(r0 - r1), in steps of any size. A body that would not go farther
+!> than a small fraction of its size limits no step, and neither does a body that supports hold in both directions. Any other body
+!> goes by at most that fraction in a step, because displacement goes with the square of the step.
+!>
+!> A body moves, without an equilibrium nearby, if two conditions hold. It would go on by more than its size, by its own force and
+!> by those on all bodies. In such steps in a row it has gone by a hundredth of its size. The fall of forces is counted from the
+!> first of these steps on, except where a step takes a hundredth of them, because bending makes them vary a little with the step
+!> size. While other bodies still settle, they may come to support it.
 !>
 !> The formulas are in doc/theory/equilibrium.md, eq-unbalanced and eq-way-left.
 module scree_equilibrium
@@ -53,18 +57,18 @@ module scree_equilibrium
 
   !> Strain that is nothing.
   real(dp), parameter :: no_strain = 1e-12_dp
-  !> Most that a step may be larger than the one before, and the least share of it.
+  !> Largest and smallest ratio of a step to the one before.
   real(dp), parameter :: most_growth = 3.0_dp, least_growth = 0.1_dp
-  !> Of its size, what a body that nothing holds may move by in a step.
+  !> Displacement of an unsupported body in a step, over its size.
   real(dp), parameter :: reach = 0.005_dp
-  !> Of the way that ends a try, what a vertex may leap in a step.
+  !> Displacement that a vertex may have in a step, over the displacement that ends a try.
   real(dp), parameter :: leaps = 0.5_dp
-  !> Share out of balance, over that before a step, below which the step itself tells how far its body would go on.
+  !> Ratio of the force out of balance to that before a step, below which the step itself tells how far its body would go on.
   real(dp), parameter :: fell = 0.99_dp
-  !> Of its size, what a body goes that moves, and what it would go on by.
+  !> Displacement of a body that moves, and the displacement by which it would go on, over its size.
   real(dp), parameter :: gone = 0.01_dp, goes_on = 1.0_dp
 
-  !> Share of the square of the number of rollers of a body, above which they hold it in both directions.
+  !> Fraction of the squared number of rollers of a body, above which they support it in both directions.
   real(dp), parameter :: across = 1e-6_dp
 
   !> How far a state is from equilibrium: of the body that is farthest, or that moves on and on.
@@ -201,7 +205,7 @@ contains
     held = held .or. spread_of(1, :)*spread_of(2, :) - spread_of(3, :)**2 > across*(spread_of(1, :) + spread_of(2, :))**2
   end function held_both_ways
 
-  !> How far a body is to go on, were forces linear: it went a way while the share out of balance went from one value to another.
+  !> How far a body is to go on, were forces linear: it went a way while the fraction out of balance went from one value to another.
   pure real(dp) function way_left(way, from, to)
     real(dp), intent(in) :: way, from, to
 

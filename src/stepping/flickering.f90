@@ -1,8 +1,8 @@
 !> Which contacts change from judgement to judgement of a step, where others have come to their states.
 !>
-!> Newton's iteration leaves a part of the changes of the judgement before: a hundredth where it goes well. Where it leaves more, a
-!> few bodies that bear little, as the upper courses of a wall when a wave throws them up, change their contacts for ever, and
-!> all others solve their equations with them. These are settled among themselves.
+!> In a healthy iteration each state update changes about a hundredth as many contacts as the one before. Where more change, a few
+!> bodies with small forces change their contacts for ever, such as the upper courses of a wall that a wave throws up. All other
+!> bodies would solve their equations with them. So these bodies are settled among themselves.
 module scree_flickering
   use scree_contact_try, only: contact_try_t, states_of
   use scree_kinds, only: dp

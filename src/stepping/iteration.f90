@@ -17,7 +17,7 @@ module scree_iteration
     logical :: in_contact = .false.
     logical :: bolted = .false.
     logical :: smooth = .false.               !! they begin with their acceleration
-    logical :: may_end_early = .false.        !! their end may leave a share of what the step is off by
+    logical :: may_end_early = .false.        !! their end may leave a fraction of what the step is off by
     logical :: may_stray = .false.            !! iterates may leave what areas may change by, as nothing hangs on them but the next
     logical :: nested = .false.               !! contacts settle for each operator of the deformation
     type(iteration_rules_t) :: open_close     !! how contacts are judged

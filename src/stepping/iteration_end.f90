@@ -1,8 +1,8 @@
-!> How the iteration of the deformation ends: what the next correction would change, told from the last one, or an iterate that no
-!> other can come from.
+!> How the iteration of the deformation ends: by the change that the next correction would make, or at an iterate from which no
+!> other can follow.
 !>
-!> A correction by the tangent that changes theta by c leaves forces of second degree, E c^2. They change stretches by c^2, and the
-!> rotation, that inertia alone resists, by as much as a stress turns an element in a step over its strain,
+!> A correction by the tangent that changes theta by c leaves forces of second degree, E c^2. They change stretches by c^2. They
+!> change the rotation, which inertia alone resists, by k c^2, with k the rotation by a stress in a step over its strain,
 !>
 !>     k = E area gamma dt^2/(polar moment of inertia).
 !>
@@ -10,10 +10,10 @@
 !> about k c (c + s), and the stress is off by less than c (c + s) E.
 !>
 !> Elastic forces have no torque about the middle of a step, so of the first of these k c e is left, with e the strain of the
-!> correction, and c^2. Where the step begins with the acceleration of the one before, d is predicted but for gamma dt^3 times what
-!> that changes by a time, and the first correction is that: 12 gamma, 6.75, times what the step is off by. What is left works E
-!> area c (c u + (e + c^2) w) at most, u the strain of the step and w what it turns by (doc/theory/kinematics.md,
-!> eq-next-correction).
+!> correction, and c^2. A step that begins with the acceleration of the one before predicts d but for gamma dt^3 times the rate of
+!> change of the acceleration. The first correction is that difference: 12 gamma = 6.75 times the error of the step. The remaining
+!> forces do a work of at most E area c (c u + (e + c^2) w), with u the strain and w the rotation of the step
+!> (doc/theory/kinematics.md, eq-next-correction).
 module scree_iteration_end
   use scree_element_term, only: step_rule_t
   use scree_green_strain, only: green_strain
@@ -28,11 +28,11 @@ module scree_iteration_end
   private
   public :: check_areas, leaves_little, leaves_nothing, reject_unsettled, turn_by_strain
 
-  !> Shares of the tolerance: of what the next correction may change, which is rounding over many steps; and of its stress that an
-  !> element may be off by.
+  !> Fractions of the tolerance: the change by the next correction, which is rounding over many steps; and the error of the stress
+  !> of an element.
   real(dp), parameter :: share_of_change = 1e-6_dp, share_of_stress = 1e4_dp
-  !> Shares of the first correction and of the stress, where that is several times what the step is off by: 2 % of this at most; and
-  !> of the energy that the step loses. With tolerances below the usual one they are less.
+  !> Fraction of the first correction, which is several times the error of the step: 2 % of the error at most. Fraction of the
+  !> energy that the step loses. With tolerances below the usual one they are smaller.
   real(dp), parameter :: share_of_first = 3e-3_dp, share_of_loss = 0.3_dp
   real(dp), parameter :: share_of_moving_stress = 1e-3_dp, usual_tolerance = 1e-10_dp
 
@@ -41,11 +41,11 @@ module scree_iteration_end
 
 contains
 
-  !> Whether a correction by the tangent leaves nothing to the next one: that would change a millionth of the tolerance, and the
-  !> stress by a share of 1e4 tolerances.
+  !> Whether a correction by the tangent leaves nothing to the next one, which would change theta by a millionth of the tolerance,
+  !> and the stress by 1e4 tolerances, relative.
   !>
-  !> The first is much less than the tolerance, as what is left has one sign: with the whole of it a free spin lost 5e-6 of its
-  !> angular momentum in 1000 turns of 100 steps, where it loses 2e-12.
+  !> The first is much smaller than the tolerance, because the remaining error has one sign. With the whole tolerance a free spin
+  !> lost 5e-6 of its angular momentum in 1000 turns of 100 steps; it loses 2e-12.
   pure logical function leaves_nothing(model, cache, try, change)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -68,8 +68,10 @@ contains
     end associate
   end function leaves_nothing
 
-  !> Whether a correction by the tangent leaves little to the next one: a small share of what the step is off by, and of the stress;
-  !> and forces whose work is a share of what the step loses, so that it makes no energy, and friction takes no more than is lost.
+  !> Whether a correction by the tangent leaves little to the next one.
+  !>
+  !> The next correction must be a small fraction of the error of the step, and of the stress. The work of the remaining forces must
+  !> be a fraction of the energy that the step loses, so that the step makes no energy and friction loses no more than it should.
   pure logical function leaves_little(model, cache, state, try, change)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache    !! its equations have the correction

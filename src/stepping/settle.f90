@@ -121,9 +121,11 @@ contains
     call reject_unsettled(cache, e, try%outcome)
   end subroutine settle_alone
 
-  !> Settles elements that share unknowns or touch. Where contacts hold what has settled by multipliers, or by anchors that move, it
-  !> settles anew; and so without bonds that are too weak, one at least in a round, which ends by itself; and with the friction of
-  !> what static contacts bear, which is that of the last round where rounds end before it stays.
+  !> Settles elements that share unknowns or touch.
+  !>
+  !> A settled group settles anew where multipliers grow or anchors move. It settles anew without bonds that are too weak, at least
+  !> one in a round, so these rounds end. It settles anew with the friction of the present stress of static contacts; if the rounds
+  !> end before that friction stays, it is that of the last round.
   subroutine settle_together(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -186,7 +188,7 @@ contains
     end associate
   end subroutine iterate
 
-  !> One correction, and what it comes to.
+  !> One correction, and the state after it.
   subroutine improve(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -279,7 +281,7 @@ contains
     end associate
   end subroutine assemble
 
-  !> Solves for a correction and adds it to the displacement, of the secant the share that is asked for, mixed with those before.
+  !> Solves for a correction and adds it to the displacement, of the secant the fraction that is asked for, mixed with those before.
   !>
   !> Among contacts it is as exact as these are judged, and rough where another one follows. Without them it is exact to round-off:
   !> what steps leave adds up in a body that turns for ever.

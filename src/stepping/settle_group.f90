@@ -22,7 +22,7 @@ module scree_settle_group
 
   !> The hybrid method turns from secant to tangent when theta changes by less in an iteration.
   real(dp), parameter :: near_solution = 0.05_dp
-  !> A residual below this share of what cancelled in it is round-off, whatever the tolerance.
+  !> A residual below this fraction of what cancelled in it is round-off, whatever the tolerance.
   real(dp), parameter :: round_off = 50*epsilon(1.0_dp)
   !> Largest force out of balance over the largest that balances, above which a step is taken to begin far from its solution.
   real(dp), parameter :: far_share = 1e-3_dp
@@ -32,7 +32,7 @@ module scree_settle_group
 contains
 
   !> Tells whether the forces of a group are linear, what its iterates may be, the operator that it begins with, and whether its end
-  !> may leave a share of what the step is off by. Not so of what nothing holds, which keeps its momentum and energy.
+  !> may leave a fraction of what the step is off by. Not so of what nothing holds, which keeps its momentum and energy.
   pure subroutine tell_kind(model, cache, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache

@@ -35,8 +35,8 @@ module scree_settle_problems
   integer, parameter :: prompt_rounds = 40
   !> Friction problems in a step that the secant poses: those that led anywhere took 12 at most, others 50.
   integer, parameter :: most_by_secant = 15
-  !> Rounds go half of the way where forces bend, from the first of these on, in every five rounds where the remainder is one of
-  !> these: tangents may run in circles, which what lies between breaks. They do not come evenly, as circles do.
+  !> Rounds that take half of a correction where forces are nonlinear: from the first of these on, those whose remainder by five is
+  !> one of the others. Tangents may run in circles, which a half step breaks. The rounds are not evenly spaced, as circles are.
   integer, parameter :: first_half = 5, half_of_five(2) = [0, 3]
   !> Times that the way to the answer of a problem is halved where an area runs away with it.
   integer, parameter :: most_halvings = 5
@@ -239,10 +239,10 @@ contains
   !> Poses the contacts where the try is as a friction problem, and solves it; or its part about the contacts that go on changing,
   !> where that is small.
   !>
-  !> Stress turns with what it is in, so that with Green strain elements under pressure may have a tangent that is not definite, and
-  !> contacts rows of forces that are not those of their changes: there may be no solution. With the secant, which does not have
-  !> stress turn, and with the rows of forces alone there is one (doc/theory/open-close.md, eq-existence), from where the iteration
-  !> goes on.
+  !> With Green strain stress turns with its element, so elements under pressure may have a tangent that is not definite. The rows
+  !> of forces of contacts may differ from those of their changes. Then there may be no solution. The secant leaves out the turn of
+  !> stress. With it, and with the rows of forces alone, there is a solution (doc/theory/open-close.md, eq-existence), from which
+  !> the iteration goes on.
   subroutine solve_as_problem(model, cache, state, attempt, try, answer)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache

@@ -1,10 +1,10 @@
 !> Islands of bodies at rest fall asleep: they are left as they are until something may change that.
 !>
-!> An island is a set of bodies that contacts of the step and bolts join, cut at bodies that cannot move. Where all of its bodies
-!> have been near equilibrium for some time it falls asleep: its motion, of which little is left, is taken and booked, its contacts
-!> are laid aside, and its bodies count among those that cannot move. It wakes before a step in which a body that is awake may reach
-!> one of its bodies, or in which a load, the ground or a support of one is another than when it fell asleep. So what is asleep
-!> touches nothing that moves.
+!> An island is a set of bodies that contacts of the step and bolts join, cut at bodies that cannot move. It falls asleep when all
+!> of its bodies have been near equilibrium for some time. Then its remaining motion is set to 0 and booked, its contacts are laid
+!> aside, and its bodies count among those that cannot move. It wakes before a step in which a body that is awake may reach one of
+!> its bodies. It also wakes where a load, the ground or a support of one of them has changed since it fell asleep. So a sleeping
+!> body touches nothing that moves.
 !>
 !> The bounds of rest are in doc/theory/equilibrium.md, eq-near-equilibrium.
 module scree_sleep
@@ -200,13 +200,13 @@ contains
     end do
   end subroutine count_quiet_looks
 
-  !> Bodies near equilibrium: with s the share asked for, their speed below s sqrt(g l) and the force out of balance below s times
-  !> their weight, both as root mean squares over the body,
+  !> Bodies near equilibrium: with s the fraction asked for, their speed below s sqrt(g l) and the force out of balance below s
+  !> times their weight, both as root mean squares over the body,
   !>
   !>     v^T M v < s^2 W l,      m a^T M a < (s W)^2,
   !>
   !> W = m g the weight, l the root of the area. A body without weight never is; one that cannot move always. v and a are those at
-  !> the end of a step, of which it hands on a share.
+  !> the end of a step, of which it hands on a fraction.
   pure function bodies_at_rest(model, cache, state, share) result(rests)
     type(model_t), intent(in) :: model      !! with weight
     type(cache_t), intent(in) :: cache

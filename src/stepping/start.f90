@@ -5,8 +5,8 @@
 !>
 !>     M a + A B0^T sigma = f,      B0 a = -q,    q = A(theta') theta',   theta' = G v,
 !>
-!> q the strain rate that a turning body has without deforming; sigma, its Lagrange multiplier, is what the inertia
-!> of the turning asks for: in a triangle about a fixed corner the virial rho w^2/A int x x^T dA.
+!> where q is the strain rate of a turning body that does not deform. sigma is the Lagrange multiplier of this condition, the stress
+!> that the inertia of turning needs. In a triangle that turns about a fixed corner it is the virial rho w^2/A int x x^T dA.
 module scree_start
   use scree_accurate_step, only: first_share
   use scree_cache, only: rebuild_cache
@@ -45,7 +45,7 @@ module scree_start
 
 contains
 
-  !> Begins a run, or a stage of it, at a state: motion that the scene allows, the equations, the books, the pace.
+  !> Begins a run, or a stage of it, at a state: motion that the scene allows, the equations, the books, the step size.
   !>
   !> Errors: as of `begin_motion`; an explicit step that would be too small.
   subroutine begin_run(model, cache, state, error)

@@ -59,10 +59,11 @@ contains
     end do
   end subroutine check_rotations
 
-  !> Rejects a try in which a vertex went where no contact was looked for: the next looks farther, or is shorter.
+  !> Rejects a try in which a vertex went beyond the range of the search for contacts. The next try searches farther, or is shorter.
   !>
-  !> A vertex that leaps, as one of small edges does that gets its weight at once, is looked for once as far as it went; not where
-  !> its body leaps too, nor on the way to an equilibrium, whose steps are as long as nothing leaps.
+  !> A vertex may jump beyond the search, such as one of small edges that gets its weight at once. Then the search is extended once,
+  !> as far as the vertex went. It is not extended where the whole body jumps, nor in steps towards equilibrium, which are limited
+  !> by this.
   subroutine check_search(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache

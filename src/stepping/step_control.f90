@@ -11,7 +11,7 @@ module scree_step_control
   integer, parameter :: easy_steps = 3       !! in a row, before it grows
   !> Of a static run that is to come to equilibrium: growth after a cut, and the largest step over the first.
   real(dp), parameter :: careful = 2.0_dp, largest = 1e6_dp
-  !> A target is met where what is left is below this share of the step, so that round-off makes no step of its own.
+  !> A target is met where what is left is below this fraction of the step, so that round-off makes no step of its own.
   real(dp), parameter :: met = 1e-6_dp
 
 contains
@@ -40,7 +40,7 @@ contains
     end associate
   end function next_size
 
-  !> Share of a run that is done, from 0 to 1.
+  !> Fraction of a run that is done, from 0 to 1.
   pure real(dp) function share_done(settings, state)
     type(settings_t), intent(in) :: settings
     type(state_t), intent(in) :: state
@@ -93,7 +93,7 @@ contains
     state%pace%size = max(settings%least_step, min(factor*dt, largest*settings%step_size))
   end subroutine choose_size
 
-  !> Fits the pace of a run that goes on to settings that may have been changed since; where they are the same nothing changes.
+  !> Fits the step control of a restarted run to settings that may have changed. With the same settings nothing changes.
   pure subroutine resume_pace(settings, state)
     type(settings_t), intent(in) :: settings
     type(state_t), intent(inout) :: state

@@ -1,10 +1,12 @@
 !> The displacement that the iteration of a step begins with.
 !>
-!> Small strain is linear and solved from anywhere. With Green strain what turns by the angle alpha is off by alpha^2/2 where its
-!> velocity brings it. Where its acceleration is what the step before handed on it comes to where that brings it: a body that spins
-!> freely exactly, as its acceleration has turned with it; one that turns about a point in it or near it, as a pendulum or a rocking
-!> block, but for an angle, if it keeps its distance from there. An impact is no acceleration that goes on; and bodies that move and
-!> may touch each other begin with their velocities, as from elsewhere their contacts may come to other states.
+!> Small strain is linear, so any beginning will do. With Green strain a body that turns by the angle alpha is off by alpha^2/2 if
+!> it moves by its velocity alone. So the prediction includes the acceleration of the step before. It is exact for a body that spins
+!> freely, because its acceleration has turned with it. A body may turn about a point in it or near it, such as a pendulum or a
+!> rocking block. Then only an angle is off, if the body keeps its distance from that point.
+!>
+!> An impact is no acceleration that goes on. Bodies that move and may touch each other begin with their velocities alone, because
+!> another beginning may lead to other states of contacts.
 module scree_step_prediction
   use scree_element_term, only: step_rule_t
   use scree_green_strain, only: green_strain

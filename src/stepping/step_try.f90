@@ -13,8 +13,8 @@ module scree_step_try
   !> What a rejected try asks for: a shorter step, contacts looked for farther away, or stiffer contacts.
   integer, parameter, public :: remedy_shorter = 1, remedy_wider = 2, remedy_stiffer = 3
 
-  !> Why a try is rejected: contacts do not settle, or overlap too much; the deformation does not settle; equations have no
-  !> solution; a vertex leaps over what is near it, or goes farther than it may; an element turns too far.
+  !> Why a try is rejected. Contacts do not settle, or overlap too much. The deformation does not settle. Equations have no
+  !> solution. A vertex jumps beyond the search, or goes farther than allowed. An element turns too far.
   integer, parameter, public :: cut_by_contacts = 1, cut_by_overlap = 2, cut_by_deformation = 3, cut_by_equations = 4, &
                                 cut_by_leap = 5, cut_by_travel = 6, cut_by_turn = 7
   character(len=*), parameter, public :: cut_reasons(*) = [character(len=11) :: 'contacts', 'overlap', 'deformation', &
@@ -51,7 +51,7 @@ module scree_step_try
     type(iteration_t) :: iteration       !! of that
     type(outcome_t) :: outcome           !! of it and of those before it
     integer :: remedy = remedy_shorter   !! where it has not settled
-    real(dp) :: shorter = 1.0_dp         !! share of the step that the next one takes then
+    real(dp) :: shorter = 1.0_dp         !! fraction of the step that the next one takes then
     real(dp) :: travel = 0.0_dp          !! largest of a vertex, where a step may go only so far, length
     real(dp) :: leap = 0.0_dp            !! largest way of a vertex beyond what was looked at, in any try, over the most
     integer :: stiffened = 0             !! tries before it that were rejected because contacts overlapped too much

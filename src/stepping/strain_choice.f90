@@ -16,7 +16,7 @@ module scree_strain_choice
   private
   public :: add_where_needed, choose_at_start, take_choice
 
-  !> An element that took Green strain takes small strain again below this share of the accuracy: at half the rotation.
+  !> An element that took Green strain takes small strain again below this fraction of the accuracy: at half the rotation.
   real(dp), parameter :: enough = 0.25_dp
 
 contains

@@ -43,7 +43,7 @@ module scree_time_stepper
   private
   public :: advance, step_report_t
 
-  !> Share of a step that did not settle (Zhang et al. 2019), and where Shi's rules choose the step.
+  !> Fraction of a step that did not settle (Zhang et al. 2019), and where Shi's rules choose the step.
   real(dp), parameter :: cut = 0.35_dp, shorter_cut = 0.3_dp
   !> And of one of a static run that chooses its steps: what bears the load is known to orders of magnitude alone.
   real(dp), parameter :: static_cut = 0.1_dp

@@ -24,15 +24,15 @@ module scree_watch
   !> meant; and that ends the run. With small strain a block that turns grows, by 1 + r^2 in a step, in the runs of Shi's programs
   !> that scree is compared with up to 7 times.
   real(dp), parameter :: suspicious_small = 1.1_dp, suspicious_green = 3.0_dp, nonsense_area = 10.0_dp
-  !> Stress over stiffness that ends a run with small strain: what its law neglects of a strain is then half of it, energy is made
-  !> and lost by as much, and blocks are driven through each other.
+  !> Stress over stiffness that ends a run with small strain. Its law then neglects half of a strain, makes and loses as much
+  !> energy, and drives blocks through each other.
   real(dp), parameter :: nonsense_stress = 1.0_dp
-  !> Energy that has come from nothing after any one step, over all that the scene has to give.
+  !> Energy that has come from nothing after any one step, over the energy that the scene can supply.
   real(dp), parameter :: suspicious_gain = 0.01_dp, nonsense_gain = 10.0_dp
   !> Strain, squared over two, whose energy in all blocks is too little to ask where it is from.
   real(dp), parameter :: faint_strain = 1e-10_dp
 
-  !> What the watch began with, and what it has warned of.
+  !> Energy at the beginning of the watch, and its warnings so far.
   type :: watch_t
     real(dp) :: energy = 0.0_dp          !! at the start, and the work since, force length per unit thickness
     real(dp) :: scale = 0.0_dp           !! what the start, and loads since, have to give, likewise

@@ -35,7 +35,6 @@ ROOMS = {
     "contact": 86,
     "restitution": 47,
     "solver": 40,
-    "stepping": 78,
 }
 
 
