@@ -10,7 +10,7 @@ import pytest
 import scree
 from scree import block_files
 from scree.polygons import worst_overlap
-from scree.validation import cases, elastic, references
+from scree.validation import cases, elastic, pages, references
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 RADIAN = math.pi / 180
@@ -340,3 +340,20 @@ def test_a_setting_reaches_every_run_and_solves_are_counted():
     assert done.returncode == 0 and int(re.search(r"(\d+) solves", done.stdout)[1]) > 0
     done = subprocess.run([SOURCE / "tools" / "validate", "b3", "--set", "contact.method=none"], capture_output=True, text=True)
     assert done.returncode == 1 and "2 misses, 750 solves" in done.stdout  # falls freely, a solve a step
+
+
+@pytest.mark.parametrize("name", cases.CASES)
+def test_each_case_has_a_page_with_its_scene_its_picture_and_its_deck(name):
+    """`tools/validate --write` makes them; numbers are those of its run."""
+    text = (pages.PAGES / f"{name}.md").read_text()
+    scene, answer, _ = pages.described(name)
+    assert f"- **Scene:** {pages.in_page(scene)}\n- **Reference:** {pages.in_page(answer)}\n" in text
+    deck = (SOURCE / re.search(r"The deck is `(\S+)`", text)[1]).read_text().splitlines()
+    assert "\n".join(deck[:pages.LONGEST_DECK]) in text and (pages.PICTURES / f"{name}.png").stat().st_size > 1000
+    assert len(re.findall(r"^\| [^|]+ \| [^|]+ \| [^|]+ \| [^|]* \| [^|]* \|$", text, re.M)) > 1
+
+
+def test_a_page_has_the_numbers_of_its_rows(tmp_path):
+    rows = [cases.Row("way", 2.0, 2.002, 0.01), cases.Row("verdict", "stands", "stands")]
+    text = pages.page("b1", "Sliding", rows, SOURCE / "input" / "validation" / "b1-slide" / "slope30.ana", 2)
+    assert "| way | 2 | 2.002 | 1.0e-03 | 1.0e-02 |\n| verdict | stands | stands |  |  |\n" in text and " and 2 more like it" in text

@@ -3,14 +3,14 @@
     tools/dxf2geo MAP.dxf [-o OUT.geo] [--e0 0.001] [--sagitta S] [--layer NAME=ROLE ...] [--clip X1 Y1 X2 Y2 [X3 Y3 ...]]
                   [--plane xy|xz|yz] [--close G] [--least-area A]
 
-What a layer holds is told by how its name begins, in capitals or not:
+The beginning of the name of a layer says what it holds, in capitals or not:
 
     BOUNDARY    boundary lines                  MEASURED    measured points
     MATERIAL    material lines, of the block    HOLE        hole points
                 material at the end of the      any other   joint lines
                 name (MATERIAL_2)
     FIXED       fixed lines and points          TUNNEL      outlines of what is cut out of the rock;
-    LOAD        load points                     EXCAVATION  so too
+    LOAD        load points                     EXCAVATION  the same
     BOLT        bolts, a line each              WATER       the water table
     STAGE_2...  outlines of what stage 2 of a run removes; they are joint lines, too
 
@@ -20,18 +20,18 @@ Survey_2019, get the numbers that are free, from 1, in order of name. --layer NA
 material:N, tunnel:N, stage:K, bolt:STIFFNESS[:STRENGTH[:PRETENSION]] (which bolts need), water, fixed, load, measured, hole or skip.
 
 The boundary lines enclose the rock, and joints beyond the boundary make no block. Boundary lines and the outlines of tunnels and
-stages are to close: ends up to --close apart are joined, and others are refused with their places.
+stages must close: ends up to --close apart are joined; a drawing with ends farther apart is refused with their places.
 
 --plane takes two coordinates of the drawing; xz and yz are for sections. The third coordinate is left out.
 
---clip takes what lies in a window, by two corners, or in a polygon, by three or more; its sides bound the rock where there is some.
-What lies in tunnels is left out, and they get hole points where rock closes them in. The water table becomes the group &water at
-the end of the deck, and --least-area, below which blocks join a neighbour, the group &blocks. What stages remove goes into OUT.stages, as
-groups &stage for the end of the analysis deck.
+--clip takes a window, by two corners, or a polygon, by three or more; its sides bound the rock. Joints in tunnels are left out, and
+tunnels get hole points where rock encloses them. The water table becomes the group &water at the end of the deck. --least-area, below
+which blocks join a neighbour, becomes the group &blocks. OUT.stages has the groups &stage for the end of the analysis deck, which
+remove what the layers STAGE enclose.
 
 Lines are LINE, LWPOLYLINE, POLYLINE, ARC, CIRCLE, ELLIPSE and SPLINE; points are POINT and, on the layers of points and of what is
 fixed, the centres of CIRCLE. INSERT is exploded. Curves become chords that are nowhere farther than the sagitta from them.
-The deck goes by layers in order of name, within a layer as the drawing does.
+The deck lists layers in order of name, and within a layer keeps the order of the drawing.
 
 Needs Debian's python3-ezdxf and python3-numpy, and python3-shapely where something is clipped, bounded or cut out.
 """

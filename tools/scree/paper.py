@@ -3,8 +3,8 @@
     tools/paper rotation [--scree PROGRAM] [--keep FOLDER]
     tools/paper arc      [--scree PROGRAM] [--keep FOLDER]
 
-rotation: the turning triangle. arc: the block on an arc of chords, over the points of the arc, its opening, the step and the
-scheme, beside the rigid block that loses energy at every kink, or nothing; doc/validation.md says what is to be met.
+rotation: the turning triangle. arc: the block on an arc of chords, with the number of chords, the opening, the step and the scheme
+varied, beside a rigid block that loses energy at every kink, or none. doc/verification/paper.md has the tables.
 
 Exit status 0 when every number is met, 1 on a miss, 2 when the program is missing.
 Needs Debian's python3-numpy and python3-h5py.

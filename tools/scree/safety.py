@@ -1,15 +1,18 @@
-"""The factor of safety of a scene by strength reduction, with a table of the runs that tell it and a picture of what moves.
+"""Finds the factor of safety of a scene by strength reduction; writes a table of its runs and a picture of the mechanism.
 
     tools/fs [GEOMETRY] ANALYSIS [--joints N ...] [--balance 1e-4] [--within 0.005] [--most 16] [--set GROUP.NAME=VALUE] [-o FOLDER]
 
-tan phi, cohesion and tensile strength of the joint materials, all of them or those of --joints, are divided by a factor F, and the
-scene is run as a static one, from where it stands, until what is out of balance on each body is below a share of its weight and
-loads (--balance), or until a block moves on and on. It stands where it comes to the first, it falls where it comes to the second, or
-where the run fails. Where its steps run out before either it is undecided, and the search ends without a factor: give the deck more
-steps (n5). From F = 1 on, F is doubled or halved until the scene stands with one factor and falls with another, and what is between is
-halved until both are within a share of each other (--within): then the factor of safety is between them. FOLDER, by default that of
-the deck with -fs, holds fs.csv with all runs, the results of the last run that stands and of the last that falls, and mechanism.png, where the blocks
-of the latter have gone. A deck whose joints have other strength (&joints phi, residual_phi, jrc ...), or that has stages, is refused.
+tan phi, cohesion and tensile strength of the joint materials, all of them or those of --joints, are divided by a factor F. The scene
+then runs as a static one, from its start. It stands if the force out of balance on each body falls below a fraction of its weight and
+loads (--balance). It falls if a block moves on and on, or if the run fails. If its steps run out first, the run is undecided, and the
+search ends without a factor: give the deck more steps (n5).
+
+F begins with 1 and is doubled or halved until the scene stands with one factor and falls with another. Then the interval is halved
+until its ends differ by less than a fraction (--within). The factor of safety is between them. FOLDER, by default the name of the
+deck with -fs, holds fs.csv with all runs, the results of the last run that stands and of the last that falls, and mechanism.png,
+which shows where the blocks of the latter went. A deck with stages, or with strength from &joints (phi, residual_phi, jrc ...), is
+refused.
+
 Exit status 0; 1 where nothing falls up to --most or stands down to its inverse, or a run is undecided; 2 for bad input.
 """
 import csv

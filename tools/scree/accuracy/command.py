@@ -1,12 +1,12 @@
-"""What accuracy costs in time: a scene in many ways, the error of each beside the seconds that it takes.
+"""Runs a scene with many settings, and shows the error of each run beside its time.
 
-    tools/cost_of_accuracy                       the shipped set: takes a while; --list says what is in it
-    tools/cost_of_accuracy triangle pendulum     of these
-    tools/cost_of_accuracy MY.ana                a deck of one's own, which names its geometry
+    tools/cost_of_accuracy                       the shipped scenes, which take a while; --list names them
+    tools/cost_of_accuracy triangle pendulum     some of these
+    tools/cost_of_accuracy MY.ana                your own deck, which names its geometry
         --quantity displacement rotation area kinetic stress
-                                                 what is judged at its end: displacements of measured points, else of the middles of
-                                                 blocks; rotation, area, mean stress of blocks; kinetic energy
-    the ways, on each axis as the scene has it by default:
+                                                 what is compared at its end: displacements of measured points, else of the centroids
+                                                 of blocks; rotation, area, mean stress of blocks; kinetic energy
+    settings, in parts; without an option the scene has its own:
         --strains deck small green auto auto:1e-4      auto with an accuracy
             exact adjusted second_order trigonometric exponential    small strain with that method.rotation, where asked for
         --integrators deck shi newmark newmark-half momentum momentum-1 decaying
@@ -15,19 +15,19 @@
         --contacts deck 0.1 10 multipliers       stiffness over that of the deck, or springs and multipliers
         --tolerances deck 1e-6 1e-3              iteration.tolerance
         --meshes deck 2 0.5                      cover.edge over that of the deck
-        --accuracies 1e-2 1e-3 1e-4              of runs that choose their steps by it: what is asked beside what is true and what is
-                                                 estimated; the largest step is the largest of --steps
+        --accuracies 1e-2 1e-3 1e-4              runs that choose their steps by it: the accuracy asked, the true and the estimated
+                                                 error; the largest step is the largest of --steps
         --all                                    every combination, not strains with steps and one of the others at a time
     --set GROUP.NAME=VALUE                       a setting of every run
     --rounds 3 --jobs N --limit 60               times that each run is timed; runs at once; seconds that one may take
     --instructions                               counts those of the steps, where valgrind is installed, and ranks by them
-    --folder cost-of-accuracy                    for what runs found, cost.csv, cost.json, SCENE.png, index.html with all of it
+    --folder cost-of-accuracy                    for the records of runs, cost.csv, cost.json, SCENE.png and index.html
 
-Ways that contradict themselves are left out. Errors are held against a closed form where the scene has one, else against the limit
-of finer runs with Green strain, whose own uncertainty is said and is a grey band in the diagrams. An order is what errors of three
-steps agree on, or why there is none. Seconds are those of the processor in the steps, the median of the rounds; a run of more than
-10 s is not repeated. Runs that are done are kept in the folder: the same command goes on where it was stopped, and takes those of
-the same program, decks and settings.
+Settings that contradict each other are left out. The reference is a closed form where the scene has one, else the limit of finer runs
+with Green strain, whose uncertainty is a grey band in the diagrams. An order is given where the errors of three steps agree on one;
+otherwise the reason why there is none. Seconds are processor seconds of the steps, the median of the rounds. A run of more than 10 s
+is not repeated. Finished runs are kept in the folder: the same command continues where it was stopped, with the runs of the same
+program, decks and settings.
 """
 import argparse
 import os

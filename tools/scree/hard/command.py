@@ -3,9 +3,9 @@
     tools/hard [CASE ...] [--edges 1e-3 1 1e3] [--steps 5 1] [--strains auto small green] [--restitutions none 0 0.5 1] [--vary | --all]
                [--random N [--first NUMBER]] [--limit SECONDS] [--sheet PICTURE.png] [--set GROUP.NAME=VALUE] [--scree PROGRAM] [--keep FOLDER] [--list]
 
-Without a case, all of them. Settings are default ones but for what is varied: the edge of a block in m, the step in ms for an edge of
-1 m (times grow by the root of the edge, stiffness by the edge), strain, restitution. --vary varies one at a time, --all all
-together. What is judged is doc/stability.md. A run is stopped after the limit.
+Without a case, all of them run. Settings are the defaults, except for four that are varied: the edge of a block in m, the step in ms
+for an edge of 1 m (times grow with the root of the edge, stiffness with the edge), strain, restitution. --vary varies one at a time,
+--all all together. doc/stability.md says what is judged. A run is stopped after the limit.
 
 Exit status 0 when every run passes or is rightly refused, 1 when one does not, 2 when the program is missing.
 Needs Debian's python3-numpy, python3-h5py and, for the sheet, python3-matplotlib.

@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 from ..program import TREE, Runner
+from ..results import read
 
 DOC = TREE / "doc"
 OVERVIEW, PAGES, PICTURES = DOC / "validation.md", DOC / "verification", DOC / "pictures" / "verification"
@@ -76,7 +77,8 @@ def in_page(text):
 def write(name, title, rows, made):
     """Writes the page of a case, and draws its last run."""
     PICTURES.mkdir(parents=True, exist_ok=True)
-    decks = list(dict.fromkeys(deck for deck, _ in made))
-    subprocess.run([sys.executable, "-B", TREE / "tools" / "plot", made[-1][1], "--dpi", "50", "-o", PICTURES / f"{name}.png"], check=True,
-                   stdout=subprocess.DEVNULL)
+    decks, last = list(dict.fromkeys(deck for deck, _ in made)), read(made[-1][1])
+    field = "minor" if len(last.block) > last.n_blocks else "block"
+    subprocess.run([sys.executable, "-B", TREE / "tools" / "plot", made[-1][1], "--field", field, "--dpi", "70", "-o",
+                    PICTURES / f"{name}.png"], check=True, stdout=subprocess.DEVNULL)
     (PAGES / f"{name}.md").write_text(page(name, title, rows, decks[-1], len(decks) - 1))
