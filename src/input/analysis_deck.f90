@@ -32,7 +32,7 @@ contains
 
   !> Reads the numbers of an analysis deck into the scene, in the order that its settings say.
   !>
-  !> Errors: what is not as the layout says, with its line; a count of numbers that fits neither order.
+  !> Errors: anything that does not follow the layout, with its line; a count of numbers that fits neither order.
   subroutine read_analysis_deck(deck, n_fixed, n_loads, scene, error)
     type(deck_t), intent(inout) :: deck
     integer, intent(in) :: n_fixed, n_loads !! fixed and load points, after the lines were cut

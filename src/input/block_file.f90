@@ -1,4 +1,4 @@
-!> Shi's block file (what his dc writes and his df reads), read and written: polygons, and points with the blocks that carry them.
+!> Reads and writes Shi's block file, which his dc writes and his df reads: polygons, and points with the blocks that carry them.
 !>
 !> Layout, number by number, in doc/decks.md. The points are `x y n`, or `type x y n` as the derivative ntdda writes;
 !> the count of numbers tells which. The joint material of a row is that of the edge that ends there, as the files show
@@ -36,7 +36,7 @@ module scree_block_file
 
 contains
 
-  !> Reads a block file into the scene. Errors: what is not as the layout says, with its line.
+  !> Reads a block file into the scene. Errors: anything that does not follow the layout, with its line.
   subroutine read_block_file(deck, scene, error)
     type(deck_t), intent(inout) :: deck
     type(scene_t), intent(inout) :: scene
@@ -114,7 +114,7 @@ contains
     end do
   end subroutine read_ranges
 
-  !> Reads the vertex rows. Of those between blocks, which Shi's programs use for themselves, anything goes.
+  !> Reads the vertex rows. The rows between blocks, which Shi's programs use for themselves, may hold anything.
   subroutine read_rows(deck, first, last, row, row_line, error)
     type(deck_t), intent(inout) :: deck
     integer, intent(in) :: first(:), last(:)      !! (n_blocks)

@@ -60,7 +60,7 @@ contains
     end do
   end subroutine read_bolts
 
-  !> Adds the bolts of &bolts to those of the geometry. Errors: lists that do not go together, numbers that are no bolt.
+  !> Adds the bolts of &bolts to those of the geometry. Errors: lists of different lengths, numbers that make no bolt.
   subroutine take_bolts(scene, error)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
@@ -106,7 +106,7 @@ contains
 
   contains
 
-    !> A number for each bolt, of one for each or for all; 0 where there is none.
+    !> A number for each bolt, from a list of one for each, or of one for all; 0 without a list.
     subroutine spread_out(given, name, values)
       real(dp), allocatable, intent(in) :: given(:)
       character(len=*), intent(in) :: name

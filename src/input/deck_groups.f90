@@ -13,7 +13,7 @@ module scree_deck_groups
 
 contains
 
-  !> Reads the groups of a deck: what stands before its first &stage, and from each of these to the next.
+  !> Reads the groups of a deck, in parts: before its first &stage, and from each &stage to the next.
   !>
   !> Errors: an unknown group or name, twice the same in a part, a value of the wrong kind or range, one that no stage may change.
   subroutine read_groups(deck, parts, error, only)
@@ -60,7 +60,7 @@ contains
     end do
   end subroutine read_groups
 
-  !> Whether a setting is the same in all stages: it makes the blocks, or says what the state of a run is.
+  !> Whether a setting is the same in all stages, because it determines the blocks or the form of the state.
   pure logical function holds_for_the_run(name)
     character(len=*), intent(in) :: name   !! group.name
     character(len=12) :: group

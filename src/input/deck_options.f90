@@ -1,4 +1,4 @@
-!> Numbers of a deck that `--set` gives: THING.NAME=VALUE, such as joint(1).phi=30, over what the deck says.
+!> Numbers of a deck that `--set` gives: THING.NAME=VALUE, such as joint(1).phi=30, in place of the numbers of the deck.
 !>
 !> The reader of a deck names what it reads: a thing, and then its numbers. A value of `--set` replaces the word of the deck there,
 !> so it is checked as that word would be. A value that no reader asked for is an error at the end.
@@ -9,7 +9,7 @@ module scree_deck_options
   private
   public :: add_option, begin_thing, check_all_taken, deck_options_t, find_option, is_of_deck
 
-  !> What has numbers, as it stands in names; each but `deck` has the number of one behind it.
+  !> Things that have numbers, by name; each but `deck` is followed by an index.
   character(len=*), parameter :: kinds(*) = [character(len=14) :: 'deck', 'material', 'joint', 'line', 'material_line', &
     'bolt', 'fixed_line', 'hole_point', 'fixed_point', 'load_point', 'measured_point']
 
@@ -23,7 +23,7 @@ module scree_deck_options
     logical :: taken = .false.
   end type option_t
 
-  !> All that `--set` gives, and what the readers came by.
+  !> All values of `--set`, and which of them readers have used.
   type :: deck_options_t
     type(option_t), allocatable :: option(:)   !! not allocated: none are given, and nothing is looked for
     character(len=:), allocatable :: thing     !! that is being read
@@ -62,7 +62,7 @@ contains
     options%option = [options%option, option]
   end subroutine add_option
 
-  !> What is read next belongs to a thing.
+  !> Says that the following numbers belong to a thing.
   pure subroutine begin_thing(options, kind, number, also)
     type(deck_options_t), intent(inout) :: options
     character(len=*), intent(in) :: kind

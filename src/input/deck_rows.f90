@@ -170,7 +170,7 @@ contains
     row = names_of(rows, first, last)
   end function row_of
 
-  !> Numbers of one thing by their names, and the thing.
+  !> A thing, and the names of its numbers.
   pure function names_of(rows, first, last) result(names)
     type(deck_rows_t), intent(in) :: rows
     integer, intent(in) :: first, last

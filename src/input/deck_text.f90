@@ -21,7 +21,7 @@ module scree_deck_text
   real(dp), parameter :: largest_number = 1e20_dp   !! magnitude, of every real number
   real(dp), parameter :: smallest_number = 1e-20_dp !! of one that may not be negative, unless it is 0
 
-  !> What a deck with decimal commas is told beside its error: they made two numbers of one.
+  !> Hint beside the error of a deck with decimal commas, which make two numbers of one.
   character(len=*), parameter, public :: comma_remark = ' (a comma parts two numbers; the decimal sign is a point)'
 
   !> Words that are numbers, in their order, and where the groups begin.
@@ -216,7 +216,7 @@ contains
     call take_word(deck, what, word, error)
   end subroutine next_word
 
-  !> Next word as it is, or what the command line gives in its place.
+  !> Next word, or the word of the command line in its place.
   subroutine take_word(deck, what, word, error, name)
     type(deck_t), intent(inout) :: deck
     character(len=*), intent(in) :: what
@@ -277,7 +277,7 @@ contains
     if (len(range) > 0) call expect(deck, what//' '//range, in_quotes(word), error)
   end subroutine next_real
 
-  !> What a number has to be where the arithmetic cannot work with it, in words; '' where it can.
+  !> Requirement that a number breaks, in words, because arithmetic would fail; '' where it breaks none.
   pure function beyond_arithmetic(value, lower) result(range)
     real(dp), intent(in) :: value
     real(dp), intent(in) :: lower !! bound of it; from 0 up, a number that is not 0 may be divided by

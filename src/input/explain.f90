@@ -1,4 +1,4 @@
-!> Says what the decks mean: every number with its name and dimension, every setting with where it came from.
+!> Prints the meaning of decks: every number with its name and dimension, every setting with its source.
 module scree_explain
   use scree_kinds, only: dp
   use scree_scene, only: line_t, point_t, scene_t, time_table_t
@@ -183,7 +183,7 @@ contains
 
   end subroutine explain_scene
 
-  !> Prints the table of all settings and that of which go together, as Markdown.
+  !> Prints the table of all settings, and the table of their rules, as Markdown.
   subroutine explain_settings(unit)
     integer, intent(in) :: unit
     type(setting_t), allocatable :: setting(:)

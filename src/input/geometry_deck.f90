@@ -18,7 +18,7 @@ module scree_geometry_deck
 
 contains
 
-  !> Reads a geometry deck into the scene. Errors: what is not as the layout says, with its line.
+  !> Reads a geometry deck into the scene. Errors: anything that does not follow the layout, with its line.
   subroutine read_geometry_deck(deck, scene, error)
     type(deck_t), intent(inout) :: deck
     type(scene_t), intent(inout) :: scene

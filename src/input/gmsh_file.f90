@@ -25,7 +25,7 @@ contains
 
   !> Reads the triangles of a file and the nodes that they use, counter-clockwise.
   !>
-  !> Errors: what is not as the format says, no triangle, or one without area, with its line.
+  !> Errors: anything that does not follow the format, no triangle, a triangle without area, with its line.
   subroutine read_gmsh_file(name, mesh, error)
     character(len=*), intent(in) :: name
     type(mesh_t), intent(out) :: mesh

@@ -1,4 +1,4 @@
-!> The deck of joint sets: named groups for a window, what is cut out of it, joint sets and points. doc/joint-sets.md has them.
+!> The deck of joint sets: named groups for a window, openings in it, joint sets and points. doc/joint-sets.md has them.
 module scree_joints_deck
   use scree_deck_text, only: count_numbers, deck_t, in_quotes, read_deck
   use scree_errors, only: error_t, fail, status_bad_input
@@ -17,7 +17,7 @@ module scree_joints_deck
   private
   public :: joints_t, read_joints_deck
 
-  !> What a deck asks for.
+  !> Contents of a deck.
   type :: joints_t
     type(rock_t) :: rock
     type(line_t), allocatable :: supports(:)   !! lines that hold edges
@@ -55,7 +55,7 @@ module scree_joints_deck
 
 contains
 
-  !> Reads a deck of joint sets: what to draw, and a scene with its e0 and its points, still without lines.
+  !> Reads a deck of joint sets: the sets to draw, and a scene with its e0 and its points, still without lines.
   !>
   !> Errors: an unknown group or name, a name that is missing, a value of the wrong kind or range, outlines that cross
   !> themselves or leave no rock, points outside it; all with their line.
@@ -175,7 +175,7 @@ contains
     call row%reals(setting_t('measured', 'y', '', 'length', -farthest, farthest, needed=.true.), group%y)
   end subroutine visit_names
 
-  !> What is known of all names of a deck of joint sets.
+  !> Table of all names of a deck of joint sets.
   function joints_table() result(table)
     type(setting_t), allocatable :: table(:)
     type(setting_rows_t) :: row

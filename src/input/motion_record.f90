@@ -126,7 +126,7 @@ contains
 
   !> Leaves of the head of a PEER record its numbers NPTS and DT alone, the rest as blanks.
   !>
-  !> Errors: the head is shorter, or its third line does not say that what follows are accelerations in units of g.
+  !> Errors: the head is shorter, or its third line does not say that accelerations in units of g follow.
   subroutine blank_head(deck, error)
     type(deck_t), intent(inout) :: deck
     type(error_t), allocatable, intent(out) :: error

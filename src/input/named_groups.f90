@@ -9,7 +9,7 @@ module scree_named_groups
   private
   public :: forget_groups, given_word, groups_t, next_known_item, refuse_second, start_groups
 
-  !> What the reading has come to.
+  !> State of the reading.
   integer, parameter, public :: group_begins = 1, name_has_value = 2, group_ends = 3, groups_end = 4
 
   !> The reading, and the item that it has come to.

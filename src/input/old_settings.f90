@@ -4,7 +4,7 @@ module scree_old_settings
   private
   public :: name_now
 
-  !> A setting that was, with a choice or whatever it had, and what says the same now.
+  !> A former setting, with a choice or any value, and the setting that replaces it.
   type :: old_setting_t
     character(len=16) :: name
     character(len=11) :: value

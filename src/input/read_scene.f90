@@ -103,7 +103,7 @@ contains
 
   !> Takes GROUP.NAME=VALUE of the command line for all stages, or stage(K).GROUP.NAME=VALUE for those from one on.
   !>
-  !> Errors: as of `set_word`; a stage that there is not, or what &stage alone says.
+  !> Errors: as of `set_word`; a stage that does not exist; a setting of &stage.
   subroutine set_in_stage(option, parts, numbers, error)
     character(len=*), intent(in) :: option
     type(deck_part_t), intent(inout) :: parts(:)
@@ -195,7 +195,8 @@ contains
     if (.not. allocated(error)) stage = own%stage_t
   end subroutine complete_later
 
-  !> Fills in defaults and what follows from the settings of a stage. Errors: settings that contradict each other or the geometry.
+  !> Fills in defaults and other consequences of the settings of a stage. Errors: settings that contradict each other or the
+  !> geometry.
   subroutine complete_stage(scene, blocks, error)
     type(scene_t), intent(inout) :: scene
     type(blocks_t), intent(in) :: blocks
@@ -263,7 +264,7 @@ contains
 
   end subroutine take_places_of_stages
 
-  !> Takes the numbers of materials that &materials and &joints give in place of those of the deck.
+  !> Replaces numbers of materials of the deck by those of &materials and &joints.
   pure subroutine take_materials(scene)
     type(scene_t), intent(inout) :: scene
 
@@ -618,7 +619,7 @@ contains
 
   end subroutine take_motions
 
-  !> The record of PEER of &acceleration. Errors: as of `read_peer_files`; no scale, which says what g is here.
+  !> The record of PEER of &acceleration. Errors: as of `read_peer_files`; no scale, which is g in units of the deck.
   subroutine take_peer_record(scene, error)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error

@@ -1,6 +1,6 @@
-!> A table of settings is a procedure that calls each of its rows once; here is what such a call does.
+!> A table of settings is a procedure that calls each of its rows once. This module is the rows.
 !>
-!> A row is one call that says all of a setting: what is known of its name, where its value goes, and its default. So
+!> A row is one call with all of a setting: the description of its name, the place of its value, and its default. So
 !> a table lists itself, stores what a deck gives, and fills in defaults, each by one pass over the same calls:
 !>
 !>     call row%real(setting_t('step', 'size', 'largest step', 'time', 0.0_dp, open=.true., default='g1 of the deck'), &
@@ -18,7 +18,7 @@ module scree_setting_rows
   private
   public :: setting_rows_t
 
-  !> What a pass over the rows is for.
+  !> Purpose of a pass over the rows.
   integer, parameter, public :: list_rows = 1, store_given = 2, fill_defaults = 3
 
   !> A pass over the rows of a table.
@@ -119,7 +119,7 @@ contains
     if (allocated(text)) value = text
   end subroutine text_row
 
-  !> A setting that is one of some choices: the number of one, in their order.
+  !> A setting with choices: its value is the number of a choice, in their order.
   subroutine choice_row(row, setting, value, default, when)
     class(setting_rows_t), intent(inout) :: row
     type(setting_t), intent(in) :: setting

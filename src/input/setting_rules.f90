@@ -26,7 +26,7 @@ module scree_setting_rules
     character(len=102) :: why
   end type setting_rule_t
 
-  !> What moves a block of small strain otherwise than by its field.
+  !> Displacements of a block of small strain that are not its linear field.
   character(len=*), parameter :: cures = 'exact|adjusted|second_order|trigonometric|exponential'
   !> Integrators to compare with.
   character(len=*), parameter :: compared = 'generalized_alpha|bathe|central_difference'
@@ -211,7 +211,7 @@ module scree_setting_rules
 
 contains
 
-  !> Takes away what the deck gives and the command line makes idle: the command line wins over the deck.
+  !> Removes settings of the deck that settings of the command line make idle: the command line wins over the deck.
   pure subroutine drop_overridden(words)
     type(word_t), intent(inout) :: words(:) !! as given, in the order of the table of settings
     type(setting_rule_t) :: rule
@@ -237,7 +237,7 @@ contains
     end do
   end subroutine drop_overridden
 
-  !> Takes away what a stage took over and has nothing to go with any more, as it took that away.
+  !> Removes settings that a stage took over, where it has taken away the setting that they need.
   pure subroutine drop_idle(taken_over, words)
     logical, intent(in) :: taken_over(:)    !! (n_words)
     type(word_t), intent(inout) :: words(:) !! as given, in the order of the table of settings
@@ -299,7 +299,7 @@ contains
     text = with_value(trim(rule%names), rule%value)
   end function subject_text
 
-  !> What a rule asks of the other setting, in words: with ..., without ...
+  !> The condition of a rule on the other setting, in words: with ..., without ...
   pure function condition_text(rule) result(text)
     type(setting_rule_t), intent(in) :: rule
     character(len=:), allocatable :: text
@@ -318,7 +318,7 @@ contains
     end select
   end function condition_text
 
-  !> What is found against a rule in the other setting, '' where the rule is kept.
+  !> The value of the other setting that breaks a rule, '' where the rule is kept.
   function against(rule, scene) result(found)
     type(setting_rule_t), intent(in) :: rule
     type(scene_t), intent(in) :: scene

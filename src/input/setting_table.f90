@@ -1,4 +1,4 @@
-!> What is known of the names of named groups, as rows of a table, and the words that a deck gives to them.
+!> Table of the names of named groups, and the values that a deck gives to them.
 !>
 !> A word is the text that a name has, with where it comes from; errors, `explain` and the results print it as it stands.
 module scree_setting_table
@@ -16,7 +16,7 @@ module scree_setting_table
   integer, parameter, public :: kind_text = 1, kind_choice = 2, kind_real = 3, kind_whole = 4, kind_reals = 5
   real(dp), parameter :: boundless = huge(1.0_dp)
 
-  !> What is known of one name.
+  !> Description of one name.
   type :: setting_t
     character(len=16) :: group
     character(len=20) :: name
@@ -31,17 +31,17 @@ module scree_setting_table
     integer :: kind = 0                  !! set where the table is listed
   end type setting_t
 
-  !> What a deck gives before its first &stage, or from one to the next.
+  !> Values in a part of a deck: before its first &stage, or from one &stage to the next.
   type :: deck_part_t
     type(word_t), allocatable :: words(:) !! in the order of the table
   end type deck_part_t
 
-  !> What a stage gives to a name, but a choice, that is to have no value any more.
+  !> Value with which a stage removes the value of a name that is no choice.
   character(len=*), parameter, public :: taken_away = 'none'
 
 contains
 
-  !> Words without a value: of all rows of a table, or of those of a group.
+  !> Words without a value, for all rows of a table or for those of a group.
   pure function blank_words(table, group) result(words)
     type(setting_t), intent(in) :: table(:)
     character(len=*), intent(in), optional :: group
@@ -102,7 +102,7 @@ contains
     words(i)%from = given%from
   end subroutine put_word
 
-  !> Error where a value is not what the table asks for.
+  !> Error where a value does not fit its row of the table.
   subroutine check_value(expected, setting, value, error)
     character(len=*), intent(in) :: expected
     type(setting_t), intent(in) :: setting

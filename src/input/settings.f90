@@ -92,7 +92,7 @@ contains
                               choices='|none|velocities|displacements|both|'), s%reset, reset_none, when=later)
   end subroutine visit_stage
 
-  !> What the model is.
+  !> Settings of the model.
   subroutine visit_method(row, s)
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
@@ -322,7 +322,7 @@ contains
                               choices='|merged|nested|'), s%nested, .false.)
   end subroutine visit_contact_states
 
-  !> Numbers of block materials in place of those of the deck.
+  !> Settings of block materials, in place of numbers of the deck.
   subroutine visit_materials(row, s)
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
@@ -339,7 +339,7 @@ contains
                              default='those of the deck'), s%unit_weight)
   end subroutine visit_materials
 
-  !> What the joint materials are beside their row of the deck.
+  !> Settings of joint materials, beside their row of the deck.
   subroutine visit_joints(row, s)
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
@@ -410,7 +410,7 @@ contains
     end associate
   end subroutine visit_points
 
-  !> What the cutter makes of lines.
+  !> Settings of the cutting of lines.
   subroutine visit_blocks(row, s)
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
@@ -420,7 +420,7 @@ contains
                             0.0_dp, default='0'), s%least_block_area)
   end subroutine visit_blocks
 
-  !> Bolts beside those of the geometry.
+  !> Settings of bolts, beside those of the geometry.
   subroutine visit_bolts(row, s)
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
@@ -448,7 +448,7 @@ contains
                               choices='|refused|ground|'), s%ground_holds_bolts, .false.)
   end subroutine visit_bolts
 
-  !> What holds the edges of blocks, and what acts on them.
+  !> Settings of supports and loads of edges.
   subroutine visit_boundary(row, s)
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
@@ -487,7 +487,7 @@ contains
                   when=allocated(s%wave_table) .or. allocated(s%wave_file))
   end subroutine visit_boundary
 
-  !> How the ground moves, and what damps the motion.
+  !> Settings of the ground and of mass damping.
   subroutine visit_ground(row, s)
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
@@ -529,7 +529,7 @@ contains
                              '1', 1.0_dp, 1e9_dp), s%checkpoint_every)
   end subroutine visit_output
 
-  !> What is known of all settings.
+  !> Table of all settings.
   function settings_table() result(table)
     type(setting_t), allocatable :: table(:)
     type(setting_rows_t) :: row
@@ -594,7 +594,7 @@ contains
 
   !> Gives every name that has no value its default, and makes the settings of the scene complete.
   !>
-  !> The numbers of the classic deck must have been read, and what is given stored. Errors: numbers that contradict each other;
+  !> The numbers of the classic deck must have been read, and the given values stored. Errors: numbers that contradict each other;
   !> `setting_rules` has the choices that do.
   subroutine fill_settings(scene, error)
     type(scene_t), intent(inout) :: scene

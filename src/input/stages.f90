@@ -1,4 +1,4 @@
-!> Stages of a run: what a deck gives after a &stage stands over what it gave before, from there on.
+!> Stages of a run: values after a &stage replace those before, from there on.
 module scree_stages
   use scree_block_input, only: blocks_t
   use scree_bolt_records, only: take_bolts
@@ -19,7 +19,7 @@ module scree_stages
 
 contains
 
-  !> Makes of what each part of a deck gives what stands in its stage.
+  !> Makes the values of each stage from the values of each part of a deck.
   !>
   !> A name that is given stands until a later stage gives it another value, or 'none'; what the command line gives stands in all.
   !> Ramps, the acceleration of the ground, a wave that comes in and what &stage says are of their stage alone. A stage that says
@@ -48,7 +48,7 @@ contains
 
   contains
 
-    !> Takes over what stands on from the stage before.
+    !> Takes over the values of the stage before that stay.
     subroutine take_over()
       says_kind = is_given_by(parts(k)%words(index_of(parts(k)%words, 'stage.kind')))
       do i = 1, size(table)
@@ -162,7 +162,7 @@ contains
     end do
   end subroutine add_bolts_of_stage
 
-  !> Whether two records are of one bolt.
+  !> Whether two records describe one bolt.
   pure logical function are_same(a, b)
     type(bolt_record_t), intent(in) :: a, b
 
@@ -202,7 +202,7 @@ contains
 
   contains
 
-    !> Error where numbers are none of what there is.
+    !> Error where a number is out of range.
     subroutine check(name, numbers, n, of)
       character(len=*), intent(in) :: name, of
       real(dp), allocatable, intent(in) :: numbers(:)
@@ -326,7 +326,7 @@ contains
     if (begin <= size(given, 2) .or. size(first) == 1 .or. mod(size(numbers), 2) > 0) deallocate (first)
   end subroutine part_polygons
 
-  !> The stages after the first in words, a line each: what each removes, and which settings it changes.
+  !> The stages after the first in words, a line each: removed blocks and changed settings.
   function lines_of_stages(scene) result(line)
     type(scene_t), intent(in) :: scene
     type(text_t), allocatable :: line(:)
@@ -352,7 +352,7 @@ contains
 
   contains
 
-    !> Settings that are given and are others than before, but those of &stage.
+    !> Settings that are given and differ from those before, but those of &stage.
     function changes(before, now) result(words)
       type(word_t), intent(in) :: before(:), now(:)
       character(len=:), allocatable :: words

@@ -1,4 +1,4 @@
-!> Who touches whom, and how: what contact knows of outlines, contacts and joints.
+!> Data of contact: outlines, contacts and joints.
 module scree_contacts
   use scree_joint_law, only: joint_memory_t, joint_t, laws_in_use_t
   use scree_kinds, only: dp, pi
@@ -35,7 +35,7 @@ module scree_contacts
     integer, allocatable :: inside(:, :) !! (2, m) vertices inside of bodies at the start, each with the edge behind which it is
   end type outlines_t
 
-  !> The line of an edge that a vertex of another body has to cross to enter, and what the contact remembers of it.
+  !> The line of an edge that a vertex of another body must cross to penetrate, and the memory of the contact there.
   type :: entrance_t
     integer :: vertex = 0                !! of the outlines
     integer :: edge = 0                  !! of the outlines
@@ -72,7 +72,7 @@ module scree_contacts
     type(entrance_t) :: entrance(2)
   end type contact_t
 
-  !> What contacts hand on from step to step.
+  !> Memory of contacts from step to step.
   type :: contact_memory_t
     type(contact_t), allocatable :: contact(:)
     integer, allocatable :: inside(:, :)    !! (2, n) vertices, each with the edge that it has been inside of since the run began
@@ -85,7 +85,7 @@ module scree_contacts
     integer :: count(3) = 0                 !! contacts open, sliding, locked then
   end type contact_memory_t
 
-  !> Which bodies are near others, and what is looked at for that: circles that hold for many steps.
+  !> Which bodies are near others, by circles that hold for many steps.
   type :: body_search_t
     real(dp), allocatable :: centre(:, :) !! (2, n_blocks) length
     real(dp), allocatable :: radius(:)    !! (n_blocks) of the circle that holds the vertices, length
@@ -132,7 +132,7 @@ module scree_contacts
     real(dp) :: allowed_penetration = 0.0_dp !! likewise (g3 w0), length
   end type shi_law_t
 
-  !> What holds of all contacts.
+  !> Data common to all contacts.
   type :: contact_law_t
     integer :: rules = rules_coulomb        !! whose apply; `contact_rules` alone asks
     real(dp) :: normal_stiffness = 0.0_dp   !! p, where the joint has none, force/length per unit thickness (Shi: g0)

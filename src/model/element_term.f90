@@ -1,4 +1,4 @@
-!> What the effects add to one element, or to a pair of elements, in one iteration.
+!> Terms that the effects add to one element, or to a pair of elements, in one iteration.
 module scree_element_term
   use scree_kinds, only: dp
   use scree_system, only: element_unknowns
@@ -18,7 +18,7 @@ module scree_element_term
     real(dp) :: noise(n) = 0.0_dp     !! magnitude of what cancelled in them: round-off is its epsilon
   end type term_t
 
-  !> Matrix and forces between two elements, summed over what acts between them: the unknowns of the first, then of the second.
+  !> Matrix and forces between two elements, summed over the effects between them: the unknowns of the first, then of the second.
   type :: pair_term_t
     logical :: symmetric = .true.         !! the matrix is, but for round-off; what adds one that is not says so (`leave_symmetry`)
     real(dp) :: matrix(2*n, 2*n) = 0.0_dp !! operator of this iteration, force/length per unit thickness
@@ -71,7 +71,7 @@ contains
     term%scale = term%scale + abs(force)
   end subroutine add_pair_force
 
-  !> Adds what friction along `row` changes by with the unknowns of both elements, by the forces across that it follows.
+  !> Adds the change of friction along `row` with the unknowns of both elements, by the normal forces on which it depends.
   pure subroutine add_friction_change(term, row, change)
     type(pair_term_t), intent(inout) :: term
     real(dp), intent(in) :: row(2*n), change(2*n)
@@ -102,7 +102,7 @@ contains
     term%symmetric = .false.
   end subroutine leave_symmetry
 
-  !> Adds what a force along `row` changes by with the unknowns of both elements: `change` of a unit along the row.
+  !> Adds the change of a force along `row` with the unknowns of both elements: `change` for a unit along the row.
   pure subroutine add_change(term, row, change)
     type(pair_term_t), intent(inout) :: term
     real(dp), intent(in) :: row(2*n), change(2*n)

@@ -1,4 +1,4 @@
-!> What the law of a joint is made of. The folder `laws` of contact says how each part acts.
+!> Parts of the law of a joint. The folder `laws` of contact says how each part acts.
 module scree_joint_law
   use scree_kinds, only: dp
   implicit none
@@ -47,7 +47,7 @@ module scree_joint_law
     type(roughness_t) :: roughness
   end type joint_t
 
-  !> What the laws of a joint remember at an entrance.
+  !> Memory of the laws of a joint at an entrance.
   type :: joint_memory_t
     logical :: bonded = .false.     !! cohesion and tensile strength are not lost
     real(dp) :: length = 0.0_dp     !! of the joint that the contact stands for, where its strength asks for it

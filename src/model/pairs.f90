@@ -1,4 +1,4 @@
-!> Pairs of elements that the equations couple: what acts between two bodies acts between the elements of a pair.
+!> Pairs of elements that the equations couple: effects between two bodies act between the elements of a pair.
 module scree_pairs
   use scree_kinds, only: dp
   use scree_sorting, only: columns, order_of_pairs
@@ -44,7 +44,7 @@ contains
     number = numbers_of_pairs(pairs, needed)
   end subroutine list_pairs
 
-  !> Numbers of pairs among some that are in order; 0 of those that they do not hold.
+  !> Positions of pairs in an ordered list; 0 for a pair that is not in it.
   pure function numbers_of_pairs(pairs, list) result(number)
     integer, intent(in) :: pairs(:, :), list(:, :) !! (2, n)
     integer :: number(size(list, 2))
@@ -83,7 +83,7 @@ contains
     sorted = pair(:, pack(order, new))
   end function sorted_pairs
 
-  !> Number of a pair among those that `list_pairs` made and that hold it.
+  !> Position of a pair in a list of `list_pairs` that contains it.
   pure integer function number_of_pair(pairs, pair) result(low)
     integer, intent(in) :: pairs(:, :), pair(2)
     integer :: high, middle

@@ -1,4 +1,4 @@
-!> What is to be simulated: everything the decks ask for, after defaults, checked and complete.
+!> The scene to simulate: everything the decks ask for, after defaults, checked and complete.
 !>
 !> A scene never changes once it is read. The choices that Shi's numbers have no place for are named constants here, in the
 !> order of their words in `settings.f90`, which gives each setting its name in the deck, default, unit and range.
@@ -19,7 +19,7 @@ module scree_scene
   !> Strain of a step: the same for all elements, or Green strain where small strain would be off by more than is asked; to compare
   !> with, that of the decomposition into strain and rotation.
   integer, parameter, public :: strain_small = 1, strain_green = 2, strain_auto = 3, strain_rotation = 4
-  !> What moves a block of small strain that turns (`finite_rotation`): its linear field, or the cures of its growth.
+  !> Displacement of a block of small strain that turns (`finite_rotation`): its linear field, or cures of its growth.
   integer, parameter, public :: rotation_linear = 1, rotation_exact = 2, rotation_adjusted = 3, rotation_second_order = 4, &
                                 rotation_trigonometric = 5, rotation_exponential = 6
   integer, parameter, public :: plane_stress = 1, plane_strain = 2
@@ -43,7 +43,7 @@ module scree_scene
   !> Fixed points: eliminated exactly, or held by springs (Shi's df12).
   integer, parameter, public :: fixed_exact = 1, fixed_penalty = 2
 
-  !> What a stage begins anew: nothing; velocities, at rest; displacements, counted from there; or both.
+  !> Quantities that a stage resets: none; velocities, to 0; displacements, counted from there; or both.
   integer, parameter, public :: reset_none = 1, reset_velocities = 2, reset_displacements = 3, reset_both = 4
 
   !> A block that is not said.
@@ -76,7 +76,7 @@ module scree_scene
     character(len=:), allocatable :: source !! where it stands: file and line
   end type bolt_record_t
 
-  !> What acts on the edges of blocks that lie on a line: at its ends, linear between.
+  !> Load on the edges of blocks that lie on a line: its values at the ends, linear between.
   type :: boundary_load_t
     real(dp) :: ends(2, 2) = 0.0_dp         !! (xy, end), length
     real(dp) :: pressure(2) = 0.0_dp        !! against the edges, force/length^2
@@ -251,7 +251,7 @@ module scree_scene
     character(len=:), allocatable :: because
   end type effect_t
 
-  !> What the command line asks of a run.
+  !> Options of a run from the command line.
   type :: run_options_t
     character(len=:), allocatable :: results_path
     character(len=:), allocatable :: restart_path !! results file of the run to go on with, '': none
@@ -263,7 +263,7 @@ module scree_scene
     logical :: strict = .false.             !! a model that calls for warnings does not run
   end type run_options_t
 
-  !> What may differ from stage to stage.
+  !> Settings that may differ from stage to stage.
   type :: stage_t
     real(dp) :: carried = 1.0_dp            !! fraction of velocity that a step hands on; 0 static, 1 dynamic (Shi: k01)
     type(settings_t) :: settings
@@ -280,7 +280,7 @@ module scree_scene
     procedure :: is_static
   end type stage_t
 
-  !> The whole of it: the first stage, and what is of all.
+  !> The whole scene: the first stage, and everything common to all stages.
   type, extends(stage_t) :: scene_t
     character(len=:), allocatable :: geometry_name, geometry_text !! geometry deck or block file as read
     character(len=:), allocatable :: analysis_name, analysis_text !! analysis deck as read

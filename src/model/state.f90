@@ -1,4 +1,4 @@
-!> What a step changes. A run goes on from the model and this alone.
+!> The state, which steps change. A run goes on from the model and the state alone.
 module scree_state
   use scree_contacts, only: contact_memory_t, contact_t
   use scree_factored, only: factored_t
@@ -8,10 +8,10 @@ module scree_state
   public :: bolt_memory_t, books_t, deviation_t, pace_t, reference_t, settling_t, sleep_t, stage_clock_t, state_t, &
             step_of_run, time_of_run
 
-  !> What a bolt is: as it began, longer by having yielded, gone, or none of this stage; from `bolt_broken` on without force.
+  !> State of a bolt: elastic, has yielded, broken, or not in this stage; from `bolt_broken` on it has no force.
   integer, parameter, public :: bolt_elastic = 0, bolt_yielded = 1, bolt_broken = 2, bolt_absent = 3
 
-  !> Energy at one time, what has come and gone since the start, and momentum about the origin of the decks.
+  !> Energy at one time, supplied and dissipated energy since the start, and momentum about the origin of the decks.
   type :: books_t
     real(dp) :: kinetic = 0.0_dp         !! force length per unit thickness, as all energies
     real(dp) :: strain = 0.0_dp          !! of the present stress
@@ -31,7 +31,7 @@ module scree_state
     real(dp) :: momentum(3) = 0.0_dp     !! x, y: mass/time; angular: mass length/time
   end type books_t
 
-  !> Which stage it is, and what went before it.
+  !> Number of the stage, and time and steps before it.
   type :: stage_clock_t
     integer :: number = 1
     integer :: steps = 0                 !! of the run before it
@@ -44,7 +44,7 @@ module scree_state
     real(dp), allocatable :: point(:, :) !! (2, n_points) length
   end type reference_t
 
-  !> How the steps go: what their control keeps from one to the next.
+  !> State of the step control, from one step to the next.
   type :: pace_t
     real(dp) :: size = 0.0_dp            !! that the next step may have, time
     real(dp) :: last = 0.0_dp            !! size of the last step, time
@@ -66,7 +66,7 @@ module scree_state
     real(dp), allocatable :: force_before(:)   !! (n_blocks) out of balance on all bodies then, summed, per unit thickness
   end type settling_t
 
-  !> What sleeps: it is left as it is. Its contacts are with what sleeps too, or cannot move.
+  !> Sleeping bodies, which stay as they are. They touch only sleeping bodies and bodies that cannot move.
   type :: sleep_t
     integer, allocatable :: island(:)          !! (n_blocks) first block of the island that a block sleeps with, 0: it is awake
     integer, allocatable :: quiet(:)           !! (n_blocks) looks in a row near equilibrium, of what is awake
@@ -77,7 +77,7 @@ module scree_state
     real(dp) :: penetration = 0.0_dp           !! largest overlap of them, length
   end type sleep_t
 
-  !> What bolts remember.
+  !> Memory of bolts.
   type :: bolt_memory_t
     real(dp), allocatable :: rest(:)           !! (n_bolts) length without force, or opening of a crossing of a grouted one
     real(dp), allocatable :: across(:)         !! (n_bolts) its slip without force, length

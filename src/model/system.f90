@@ -1,4 +1,4 @@
-!> What the geometry made: blocks, elements, covers and points, constant during the run.
+!> Result of the geometry: blocks, elements, covers and points, constant during the run.
 module scree_system
   use scree_contacts, only: outlines_t, overlap_t
   use scree_kinds, only: dp
@@ -13,7 +13,7 @@ module scree_system
   integer, parameter, public :: fixed_point = 1, load_point = 2, measured_point = 3, bolt_end = 4, edge_end = 5, &
                                 roller_end = 6, absorber_end = 7
 
-  !> What deforms as one linear field: a DDA block, a manifold element, or a cell of one of second order.
+  !> Elements, each with one linear displacement field: a DDA block, a manifold element, or a cell of one of second order.
   type :: elements_t
     type(regions_t) :: shape
     integer, allocatable :: block(:)      !! (n) block it belongs to; the elements of a block are consecutive

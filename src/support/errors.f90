@@ -8,7 +8,7 @@ module scree_errors
   integer, parameter, public :: status_bad_input = 2  !! exit status of input that cannot be run
   integer, parameter, public :: status_signal = 128   !! and the number of a signal: exit status of a run that it stopped
 
-  !> What failed, said once, for a person.
+  !> The message of a failure, written once, for a person.
   type :: error_t
     integer :: status = status_run_failed    !! exit status of the program
     character(len=:), allocatable :: message !! one line: where, expected, found

@@ -1,4 +1,4 @@
-!> Files that are there already: whether two names are of one file, how a file begins, whether the system has taken all of it.
+!> Existing files: whether two names mean one file, how a file begins, whether the system has stored all of it.
 module scree_files
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_intptr_t, c_null_char, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
@@ -83,7 +83,7 @@ contains
     set_length = c_truncate(path//c_null_char, int(length, c_int64_t)) == 0
   end function set_length
 
-  !> Whether two names, by whatever way or link, are of one file that holds something.
+  !> Whether two names, by any path or link, mean one file that is not empty.
   logical function same_file(a, b)
     character(len=*), intent(in) :: a, b
     integer :: number, status, unit

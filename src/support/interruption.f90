@@ -1,4 +1,4 @@
-!> Signals: those that ask a run to stop, and the one that a limit of file size sends.
+!> Signals that ask a run to stop, and the signal of a limit of file size.
 !>
 !> The handler of SIGINT (Ctrl-C) and SIGTERM (kill, the end of a batch job) sets a flag. The run stops between two tries of a step,
 !> where no file is being written. Another signal, a second or two later, ends the program at once. Signals that come with the first
@@ -18,7 +18,7 @@ module scree_interruption
   integer(c_long), volatile :: came_at = 0 !! s
 
   interface
-    !> C: sets what a signal does, and gives what it did.
+    !> C: sets the handler of a signal, and returns the handler before.
     function c_signal(number, handler) bind(c, name='signal')
       import :: c_int, c_intptr_t
       integer(c_int), value :: number

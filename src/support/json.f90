@@ -12,7 +12,7 @@ module scree_json
     character(len=:), allocatable :: text
   end type json_t
 
-  !> Puts a member of an object, or with the name '' an item of a list. What is no finite number is null.
+  !> Puts a member of an object, or with the name '' an item of a list. A number that is not finite is written as null.
   interface put
     module procedure put_logical, put_real, put_text, put_whole
   end interface put

@@ -29,7 +29,7 @@ module scree_prediction
     real(dp), allocatable :: amount(:)     !! (n) rising
   end type amounts_t
 
-  !> What something will come to.
+  !> Forecast of an amount, with its range.
   type :: forecast_t
     real(dp) :: value = 0.0_dp, low = 0.0_dp, high = 0.0_dp
   end type forecast_t
@@ -62,7 +62,7 @@ contains
     probe%seconds(probe%n) = now - probe%begun
   end subroutine note_step
 
-  !> Whether a probe has taken what it may, and says something.
+  !> Whether a probe has used its time, and allows a forecast.
   logical function enough(probe)
     type(probe_t), intent(in) :: probe
 

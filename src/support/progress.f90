@@ -17,7 +17,7 @@ module scree_progress
   real(dp), parameter :: short_share = 0.5_dp, long = 3.0_dp !! long: s
   integer, parameter :: many = 20
 
-  !> What was shown and when.
+  !> The last line shown, and when.
   type :: progress_t
     logical :: quiet = .false.
     logical :: terminal = .false.
@@ -90,7 +90,7 @@ contains
     end if
   end function is_due
 
-  !> How far a run is, in a line of so many letters at most: what fits of it, and always the time that is left.
+  !> Progress of a run, in a line of limited length: as much as fits, and always the time that is left.
   pure function line_of_step(step, time, end_time, dt, iterations, left, columns) result(line)
     integer, intent(in) :: step, iterations
     real(dp), intent(in) :: time, end_time, dt

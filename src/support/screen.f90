@@ -23,7 +23,7 @@ module scree_screen
       integer(c_int), value :: descriptor
     end function c_isatty
 
-    !> C: asks a terminal. What follows the request is an address, of whatever it asks for.
+    !> C: asks a terminal. The argument after the request is the address of the answer.
     integer(c_int) function c_ioctl(descriptor, request, window) bind(c, name='ioctl')
       import :: c_int, c_long, window_t
       integer(c_int), value :: descriptor

@@ -1,4 +1,4 @@
-!> Sorting, by numbers and into boxes, and what a list keeps of its columns.
+!> Sorting by numbers and into boxes, and selecting columns of a list.
 module scree_sorting
   use scree_kinds, only: dp
   implicit none

@@ -116,7 +116,7 @@ contains
     sure = abs(left - half) > doubt*half .and. abs(left - 0.5_dp*half) > doubt*half ! below a power of two bits are half as large
   end subroutine scale_exactly
 
-  !> What the product of two reals loses as it is rounded, by halves of their digits whose products lose nothing.
+  !> Rounding error of the product of two reals, by halves of their digits, whose products are exact.
   elemental real(dp) function rounded_off(a, b)
     real(dp), intent(in) :: a, b
     real(dp), parameter :: splitter = 2.0_dp**27 + 1
@@ -255,7 +255,7 @@ contains
     with_ending = path(:dot - 1)//ending
   end function with_ending
 
-  !> Texts as those of one length.
+  !> Texts padded to one length.
   pure function same_length(text) result(words)
     type(text_t), intent(in) :: text(:)
     character(len=:), allocatable :: words(:)

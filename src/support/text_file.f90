@@ -1,5 +1,5 @@
 !> A text file that is written line by line and is there whole or not at all: it waits as FILE.part until it is closed, and takes
-!> the place of what was there only then. A device and a pipe are written as they are.
+!> the place of what was there only then. Devices and pipes are written directly.
 module scree_text_file
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_null_ptr, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
@@ -72,7 +72,7 @@ contains
         c_fwrite(new_line('a'), 1_c_size_t, 1_c_size_t, file%file) < 1) file%reason = words_of_error(last_error())
   end subroutine put_line
 
-  !> Closes the file and gives it its place. Errors: it could not be written; then there is what there was before.
+  !> Closes the file and gives it its place. Errors: it could not be written; then the earlier file stays.
   subroutine close_text_file(file, error)
     type(text_file_t), intent(inout) :: file
     type(error_t), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-!> What each phase of a run costs: how often it begins, and its time of the wall and of the processor.
+!> Cost of each phase of a run: how often it begins, its wall-clock time and its processor time.
 !>
 !> One phase goes on at any time; where the next begins it ends, so the phases make up the whole run. All begins are counted,
 !> but not each lap from one phase to the next is timed: a step of one block takes 4 us, and a reading of the clock 30 ns. Readings
@@ -32,7 +32,7 @@ module scree_timers
   !> Times the mean of its phase from which on a lap counts once, not for others: the process had to wait, or it is a rare one.
   real(dp), parameter :: longest = 50.0_dp
 
-  !> What a phase cost.
+  !> Cost of a phase.
   type :: cost_t
     character(len=12) :: phase = ''
     integer :: calls = 0
@@ -114,7 +114,7 @@ contains
     call begin_phase(timers, outer)
   end subroutine end_phase
 
-  !> What all phases that began cost, up to now.
+  !> Costs so far of all phases that began.
   function costs_of(timers) result(cost)
     type(timers_t), intent(in) :: timers
     type(cost_t), allocatable :: cost(:)

@@ -35,7 +35,7 @@ module scree_turns
 
 contains
 
-  !> Waits until no other program has its turn in the directory of a file. The system gives up the turn of one that is killed.
+  !> Waits until no other program has its turn in the directory of a file. The system ends the turn of a program that is killed.
   !> Where the directory cannot be opened or locked, as on some file systems of a net, nobody waits.
   subroutine take_turn(path, turn)
     character(len=*), intent(in) :: path
