@@ -1,9 +1,10 @@
-"""Runs scree and reads its results.
+"""Makes models, runs scree and reads its results.
 
     import scree
 
     r = scree.read("t4.h5")                  what a run wrote
     r = scree.run("t4.ana", set={"step.size": 0.01})   runs a deck, then reads; raises scree.RunFailed with the program's words
+    m = scree.Model("slope"); ...; r = m.run()                         a model by words (doc/model.md)
     r.history.time, r.history.rotation       at the end of each step: arrays (s), (s, b)
     r.history.energy.kinetic
     r.bodies.centroid, r.bodies.stress       of each block in each frame: (f, b, 2), (f, b, 3)
@@ -16,9 +17,11 @@
 The names are those of the file, which doc/results.md explains; `dir(r.history)` lists what is there. The program is that of the
 variable SCREE, else that of build/release.
 """
-from .errors import ProgramMissing, ResultsError, RunFailed, ScreeError
+from .errors import ModelError, ProgramMissing, ResultsError, RunFailed, ScreeError
+from .model import Model, arc
 from .program import Runner, call, cut, program, run
 from .results import Contacts, Group, Results, read
+from .verbs import FactorOfSafety, film, fs, plot, report, study
 
-__all__ = ["Contacts", "Group", "ProgramMissing", "Results", "ResultsError", "RunFailed", "Runner", "ScreeError", "call", "cut",
-           "program", "read", "run"]
+__all__ = ["Contacts", "FactorOfSafety", "Group", "Model", "ModelError", "ProgramMissing", "Results", "ResultsError", "RunFailed", "Runner",
+           "ScreeError", "arc", "call", "cut", "film", "fs", "plot", "program", "read", "report", "run", "study"]

@@ -27,6 +27,10 @@ class RunFailed(ScreeError):
         self.status, self.said = status, said
 
 
+class ModelError(ScreeError):
+    """What is wrong in the words that make a model, or in a deck that a model is read from."""
+
+
 class NoFactor(ScreeError):
     """A scene has no factor of safety that a search finds."""
 

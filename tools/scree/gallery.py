@@ -8,8 +8,8 @@ analysis deck whose opening comment says what it shows, the commands to give (in
     history/rotation[-1, 2] = 1.5708 within 0.001: why        of the results of the deck; `largest` for an index: the largest there
     factor of safety = 1.1984 within 0.5 %: why               what the commands print after these words
 
-On a page the commands are in blocks ```sh, each followed by a block ```text where it quotes what they print: its lines are found
-in that order, with numbers that agree to 0.1 %. Commands are to fail where an error of the program is quoted (scree: ...), nowhere
+On a page the commands are in blocks ```sh, or ```python with a script, each followed by a block ```text where it quotes what they
+print (a script that quotes nothing is not run): its lines are found in that order, with numbers that agree to 0.1 %. Commands are to fail where an error of the program is quoted (scree: ...), nowhere
 else. They run in a folder of their own, with the folders of the tree in it. --write makes doc/gallery.md of the examples, and puts
 the pictures that examples and pages make into doc/pictures. Exit status 1 where a number is off, or a command fails.
 """
@@ -21,6 +21,7 @@ import pathlib
 import re
 import shutil
 import subprocess
+import sys
 import time
 
 import numpy as np
@@ -43,6 +44,9 @@ NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
 ERROR = "scree: "   # how a line begins that a page quotes of a command that is to fail
 QUOTED = 1e-3       # share by which a number that a page quotes may differ: its digits; kernels of OpenBLAS differ by 1e-12
 INDENT = "    "
+BUILT = ("build", "release", "bin", "scree")  # the program in the folder of a scene
+INTERPRETERS = {"sh": ("sh", "-e"), "python": (sys.executable, "-")}  # of the blocks of a page
+BLOCKS = re.compile(r"^```(sh|python)\n(.*?)^```\n(?:\s*```text\n(.*?)^```\n)?", re.M | re.S)
 
 
 @dataclasses.dataclass
@@ -151,7 +155,8 @@ class Example:
 
 @dataclasses.dataclass
 class Page:
-    """A page of doc/ with blocks ```sh of commands, and blocks ```text of what they print."""
+    """A page of doc/ with blocks ```sh of commands, or scripts ```python, and blocks ```text of what they print. A script without
+    ```text is not run."""
 
     path: pathlib.Path
 
@@ -164,15 +169,16 @@ class Page:
         return re.findall(r"\]\(pictures/(.*?\.png)\)", self.path.read_text())
 
     def blocks(self):
-        """Commands, and lines that they are said to print after them, if there are any."""
-        found = re.findall(r"^```sh\n(.*?)^```\n(?:\s*```text\n(.*?)^```\n)?", self.path.read_text(), re.M | re.S)
-        return [(commands, [line for line in quoted.splitlines() if line.strip() not in ("", "...")]) for commands, quoted in found]
+        """Interpreters, commands for them, and lines that they are said to print after them, if there are any."""
+        found = BLOCKS.findall(self.path.read_text())
+        return [(INTERPRETERS[kind], commands, [line for line in quoted.splitlines() if line.strip() not in ("", "...")])
+                for kind, commands, quoted in found if kind == "sh" or quoted]
 
     def run(self, folder):
         """Gives the commands of all blocks, one after the other; what is not as the page says."""
         rows = []
-        for commands, quoted in self.blocks():
-            status, output = give(commands, folder)
+        for interpreter, commands, quoted in self.blocks():
+            status, output = give(commands, folder, interpreter)
             first = commands.strip().splitlines()[0]
             missing = next_missing(quoted, output)
             if status and not missing and not any(line.startswith(ERROR) for line in quoted):
@@ -184,9 +190,11 @@ class Page:
         return rows
 
 
-def give(commands, folder):
-    """Gives commands to a shell in a folder: the exit status of the first that fails, or 0; what all printed."""
-    done = subprocess.run(["sh", "-e"], input=commands, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+def give(commands, folder, interpreter=("sh", "-e")):
+    """Gives commands to a shell, or to another interpreter, in a folder: its exit status, with a shell that of the first command that
+    fails; what all printed."""
+    done = subprocess.run(interpreter, input=commands, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          env=os.environ | {"PYTHONPATH": str(TREE / "tools"), "SCREE": str(pathlib.Path(folder, *BUILT).absolute())})
     return done.returncode, done.stdout
 
 
@@ -211,7 +219,8 @@ def next_missing(quoted, output):
 
 def pages():
     """The pages of doc/ with commands to try, but for its notes."""
-    return [Page(path) for path in sorted(DOC.rglob("*.md")) if "notes" not in path.parts and "```sh\n" in path.read_text()]
+    found = [Page(path) for path in sorted(DOC.rglob("*.md")) if "notes" not in path.parts]
+    return [page for page in found if page.blocks()]
 
 
 def known():
@@ -223,8 +232,8 @@ def known():
 def run_in_its_own(scene, folder, path):
     """Runs a scene in a folder made for it, with the folders of the tree and the program in it; its outcomes and its seconds."""
     own = folder / scene.name
-    (own / "build" / "release" / "bin").mkdir(parents=True)
-    (own / "build" / "release" / "bin" / "scree").symlink_to(path)
+    own.joinpath(*BUILT).parent.mkdir(parents=True)
+    own.joinpath(*BUILT).symlink_to(path)
     for name in ("input", "tools"):
         (own / name).symlink_to(TREE / name)
     start = time.perf_counter()

@@ -9,7 +9,7 @@ import os
 import pathlib
 import time
 import typing
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import h5py
 import numpy as np
@@ -20,6 +20,8 @@ from .errors import ResultsError, reason_of
 if typing.TYPE_CHECKING:
     import pandas
     from shapely.geometry import Polygon
+
+    from .model.views import Bolts, Joint, Line, Support
 
 GIVEN_AS = {"fixed": 1, "load": 2, "measured": 3}  # /points/kind
 STEPS = ("search", "alone", "assemble", "factor", "solve", "judge", "friction", "restitution", "check", "update", "sleep")
@@ -322,6 +324,34 @@ class Results(Group):
             return None
         frame, count = self._frame(frame), self["contacts/count"]
         return Contacts(self["contacts"], slice(count[:frame].sum(), count[:frame + 1].sum()))
+
+    # By the names of a model, and by places
+
+    def joint(self, name: str, frame: int = -1) -> Joint:
+        """A joint, joint set or joint material by name: slip and opening of its parts, forces. Needs matplotlib."""
+        from .model.views import joint_of
+        return joint_of(self, name, frame)
+
+    def bolt(self, name: str, frame: int = -1) -> Bolts:
+        """The bolts of a name: force, elongation, state, ends. Needs matplotlib."""
+        from .model.views import bolts_of
+        return bolts_of(self, name, frame)
+
+    def support(self, name: str, frame: int = -1) -> Support:
+        """A support by name, or fixed points: its reaction at the end of a static run. Needs matplotlib."""
+        from .model.views import support_of
+        return support_of(self, name, frame)
+
+    def closure(self, p: Sequence[float] | str, q: Sequence[float] | str) -> np.ndarray:
+        """How much nearer two points of the rock are to each other in each frame than at the start (f): places at the start, or names of
+        measured points. Needs matplotlib."""
+        from .model.views import closure_of
+        return closure_of(self, p, q)
+
+    def line(self, p: Sequence[float] | str, q: Sequence[float] | str, frame: int = -1, count: int = 50) -> Line:
+        """Stress at so many places of a line through the rock. Needs matplotlib."""
+        from .model.views import line_of
+        return line_of(self, p, q, frame, count)
 
     # For pandas, shapely and notebooks
 

@@ -17,6 +17,7 @@ Exit status 0; 1 where nothing falls up to --most or stands down to its inverse,
 """
 import csv
 import dataclasses
+import functools
 import json
 import math
 import pathlib
@@ -127,28 +128,28 @@ def bracket(trials):
     return max((trial.factor for trial in trials if trial.stands and trial.factor < falls), default=0.0), falls
 
 
-def find(reduction, within, most):
-    """The factors between which a scene begins to fall; prints each trial, and writes the table of all, whatever the search comes to."""
+def find(reduction, within, most, show=functools.partial(print, flush=True)):
+    """The factors between which a scene begins to fall; shows each trial, and writes the table of all, whatever the search comes to."""
     trials = []
     try:
-        show_all(search(reduction.try_factor, within, most), trials)
+        show_all(search(reduction.try_factor, within, most), trials, show)
     finally:
         write_table(reduction.folder / TABLE, trials)
     return bracket(trials)
 
 
-def show_all(search, trials):
-    """Prints the trials of a search as they are made, and adds them to a list. NoFactor at one that is undecided."""
-    print(f"{'factor':>10}  {'':<9}{'steps':>7}{'solves':>8}{'out of balance':>16}{'block':>7}{'displacement':>14}", flush=True)
+def show_all(search, trials, show):
+    """Shows the trials of a search as they are made, and adds them to a list. NoFactor at one that is undecided."""
+    show(f"{'factor':>10}  {'':<9}{'steps':>7}{'solves':>8}{'out of balance':>16}{'block':>7}{'displacement':>14}")
     for trial in search:
         trials.append(trial)
-        print(f"{trial.factor:10.5f}  {VERDICTS[trial.stands]:<9}{trial.steps:7}{trial.solves:8}{trial.share:16.2e}"
-              f"{trial.block:7}{trial.displacement:14.3e}", flush=True)
+        show(f"{trial.factor:10.5f}  {VERDICTS[trial.stands]:<9}{trial.steps:7}{trial.solves:8}{trial.share:16.2e}"
+             f"{trial.block:7}{trial.displacement:14.3e}")
         if trial.stands is None:
             raise NoFactor("expected runs that come to equilibrium or move on and on, found one whose steps ran out before, with a factor "
                            f"of {trial.factor:g}: try more steps (n5 of the deck); {trial.said}")
         if not trial.stands and not trial.said.startswith(MOVES):
-            print(f"            the run ended: {trial.said}")
+            show(f"            the run ended: {trial.said}")
 
 
 def write_table(path, trials):

@@ -16,6 +16,19 @@ from ..units import Units, add_units
 from .page import page_of
 
 
+def write_page(path, output, units=None):
+    """Writes the page of a results file, in units such as m,MPa=1e6,s; returns its path. PlotError where it cannot."""
+    check_ending(output, "a page", (".html", ".htm"))
+    if kind_of(path) != "results":
+        raise PlotError(f"{path}: expected a results file, found another")
+    text = page_of(Frames(path, pathlib.Path(path).stem), Units(units))
+    try:
+        output.write_text(text, encoding="utf-8")
+    except OSError as problem:
+        raise PlotError(f"{output}: cannot write the page: {problem.strerror}") from None
+    return output
+
+
 @ends_in_a_line
 def main():
     parser = parser_for(__doc__)
@@ -24,13 +37,5 @@ def main():
     add_units(parser)
     given = parser.parse_args()
     output = given.output or beside(given.file, ".html")
-    check_ending(output, "a page", (".html", ".htm"))
-    if kind_of(given.file) != "results":
-        raise PlotError(f"{given.file}: expected a results file, found another")
-    text = page_of(Frames(given.file, given.file.stem), Units(given.units))
-    try:
-        output.write_text(text, encoding="utf-8")
-    except OSError as problem:
-        raise PlotError(f"{output}: cannot write the page: {problem.strerror}") from None
-    print(output)
+    print(write_page(given.file, output, given.units))
     return 0

@@ -40,7 +40,11 @@ def read_table(path):
         text = path.read_text(encoding="utf-8-sig")  # spreadsheets write a mark before the first letter
     except (OSError, UnicodeDecodeError) as problem:
         raise TableError(f"{path}: expected a table of runs, found: {problem}") from None
-    table = from_toml(path, text) if path.suffix == ".toml" else from_csv(path, text)
+    return checked(path, from_toml(path, text) if path.suffix == ".toml" else from_csv(path, text))
+
+
+def checked(path, table):
+    """A table of a file, or of words; TableError where it has no runs, or names that are none."""
     if not table.rows or not table.names:
         raise TableError(f"{path}: expected at least one run and one name, found none")
     wrong = [name for name in table.names if "=" in name or "." not in name]
@@ -64,6 +68,11 @@ def from_toml(path, text):
         given = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
         raise TableError(f"{path}: expected TOML, found: {problem}") from None
+    return table_of(path, given)
+
+
+def table_of(path, given):
+    """The table that the members of a TOML file say."""
     for name, what in given.items():
         if name not in KINDS:
             raise TableError(f"{path}: expected {', '.join(KINDS)}, found {name}")

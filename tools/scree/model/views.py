@@ -1,0 +1,390 @@
+"""Results by the names of a model: joints, bolts, supports; and by places: closures and lines.
+
+The names are those in the comments of the decks, which results hold. What has no name is found by its number from 1, as a text.
+"""
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+
+from ..drawing import Frames
+from ..errors import ResultsError
+from ..overlays import edges_of_contact, parts_against_others
+from ..results import Results
+from .geometry import read_geometry
+from .holding import LINE
+from .model import Model
+from .text import Numbers
+from .words import HOLDS, vector, whole
+
+ON_LINE = 1e-4   # of the size of the model: how far an edge on a line may lie from it (doc/decks.md)
+SLOPE = 0.01     # sine of the angle between them
+ALIKE = 1e-6     # of the size of the model: places that are one
+AT_ONCE = 500    # rows of a table of distances
+BALANCED = 1e-3  # of the forces on a block: what reactions may leave of them
+
+
+@dataclasses.dataclass
+class Joint:
+    """A joint or a joint material in a frame. Rows are the parts where two blocks lay against each other at the start: `place` of the middle
+    then (n, 2), `length`, `slip` along the joint and `opening` across it since (n). `normal_force` (compression is positive) and
+    `shear_force` are the sums over its closed contacts."""
+
+    place: np.ndarray
+    length: np.ndarray
+    slip: np.ndarray
+    opening: np.ndarray
+    normal_force: float
+    shear_force: float
+
+
+@dataclasses.dataclass
+class Bolts:
+    """The bolts of a name in a frame: `force` (tension is positive) and `elongation` (n), `state` (n; 0 elastic, 1 has yielded, 2 broken,
+    3 not there), `ends` (n, 4)."""
+
+    force: np.ndarray
+    elongation: np.ndarray
+    state: np.ndarray
+    ends: np.ndarray
+
+
+@dataclasses.dataclass
+class Support:
+    """A support, or fixed points, in a frame: `reaction` is the force (x, y) on the rock."""
+
+    reaction: np.ndarray
+
+
+@dataclasses.dataclass
+class Line:
+    """Places on a line in rock (n, 2), their `distance` from its beginning (n), and the `stress` xx, yy, xy there (n, 3)."""
+
+    place: np.ndarray
+    distance: np.ndarray
+    stress: np.ndarray
+
+
+@functools.lru_cache(maxsize=8)
+def model_of(results: Results) -> Model:
+    """The model that results are of, by the decks that they hold."""
+    scene = results.scene
+    geometry, analysis = ("\n".join(map(str, scene[name])) for name in ("geometry_deck", "analysis_deck"))
+    geometry, deck = read_geometry(geometry, str(scene.decks[0])), Numbers(analysis, str(scene.decks[-1]))
+    return Model.of_decks(results.path.stem, deck, *geometry)
+
+
+@functools.lru_cache(maxsize=8)
+def frames_of(results: Results) -> Frames:
+    """The frames of results, with the edges of their blocks."""
+    return Frames(results.path, results.path.stem)
+
+
+def size_of(results: Results) -> float:
+    """The larger one of the width and the height of the model."""
+    return float(np.ptp(results.vertices(0), axis=0).max())
+
+
+def tolerance_of(results: Results) -> float:
+    """How far an edge may lie from a line that it is on."""
+    e0 = getattr(model_of(results).geometry, "e0", 0.0)
+    return max(1.25 * e0, ON_LINE) * size_of(results)
+
+
+def on_lines(places, ways, lines, near):
+    """Whether each place (n, 2) with a direction (n, 2) lies on one of some lines (x1, y1, x2, y2) and runs along it (n)."""
+    found = np.zeros(len(places), bool)
+    for x1, y1, x2, y2 in lines:
+        side = np.array([x2 - x1, y2 - y1])
+        along = side / max(np.linalg.norm(side), 1e-300)
+        off = places - (x1, y1)
+        share = off @ along
+        away = np.abs(off @ [along[1], -along[0]])
+        turned = np.abs(ways @ [along[1], -along[0]]) / np.linalg.norm(ways, axis=1)
+        found |= (away <= near) & (turned <= SLOPE) & (share >= -near) & (share <= np.linalg.norm(side) + near)
+    return found
+
+
+# Joints
+
+def joint_of(results: Results, name: str, frame: int = -1) -> Joint:
+    """A joint by the name of its lines, else by the name of its joint material; ResultsError where there is none."""
+    file, frame = frames_of(results), results._frame(frame)
+    ends, material, element = file.edge_list()
+    ends, material, element = ends[material > 0], material[material > 0], element[material > 0]
+    start, now = (np.vstack(file.polygons(k, magnified=False))[ends] for k in (0, frame))
+    chosen = edges_of_name(results, str(name), start, material)
+    edge, shares = parts_against_others(file)
+    edge, shares = edge[chosen[edge]], shares[chosen[edge]]
+    first, second = pairs_of_sides(start, edge, shares, element, ALIKE * size_of(results))
+    there = file.present(frame)
+    kept = there[element[edge[first]]] & there[element[edge[second]]]
+    first, second = first[kept], second[kept]
+    middle = shares.mean(axis=1)[:, None]
+
+    def places(edges, rows):
+        return edges[edge[rows], 0] + middle[rows] * (edges[edge[rows], 1] - edges[edge[rows], 0])
+
+    moved = (places(now, second) - places(now, first)) - (places(start, second) - places(start, first))
+    along = now[edge[first], 1] - now[edge[first], 0]
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    whole_length = np.linalg.norm(start[edge[first], 1] - start[edge[first], 0], axis=1)
+    return Joint(places(start, first), whole_length * np.ptp(shares[first], axis=1), np.abs((moved * along).sum(1)),
+                 moved[:, 0] * along[:, 1] - moved[:, 1] * along[:, 0], *forces_on(results, frame, now, chosen, element))
+
+
+def edges_of_name(results, name, start, material):
+    """Which edges (n) are of a joint, or of a joint material, by name."""
+    model = model_of(results)
+    rows = [row for row in getattr(model.geometry, "joints", []) if row.name]
+    lines = [row.numbers for row in rows if row.name == name]
+    if lines:
+        return on_lines(start.mean(axis=1), start[:, 1] - start[:, 0], lines, tolerance_of(results))
+    materials = list(model.joint_materials)
+    if name in materials or name in map(str, range(1, len(materials) + 1)):
+        return material == (materials.index(name) + 1 if name in materials else int(name))
+    known = dict.fromkeys([row.name for row in rows] + materials)
+    raise ResultsError(f"joint(name=): expected one of {', '.join(known)}, found '{name}'")
+
+
+def pairs_of_sides(start, edge, shares, element, near):
+    """Parts of joints in pairs, the two sides of each: rows of one side and of the other."""
+    ends = start[edge][:, 0, None] + shares[..., None] * (start[edge][:, 1] - start[edge][:, 0])[:, None]
+    middle, of = ends.mean(axis=1), element[edge]
+    other = np.full(len(edge), -1)
+    for begin in range(0, len(edge), AT_ONCE):
+        rows = slice(begin, begin + AT_ONCE)
+        apart = np.linalg.norm(middle[rows, None] - middle[None], axis=2)
+        apart[of[rows, None] == of[None]] = np.inf
+        if apart.size:
+            best = apart.argmin(axis=1)
+            other[rows] = np.where(apart[np.arange(len(best)), best] <= near + 1e-3 * np.linalg.norm(
+                ends[rows, 1] - ends[rows, 0], axis=1), best, -1)
+    first = np.flatnonzero((other >= 0) & (np.arange(len(edge)) < other))
+    return first, other[first]
+
+
+def forces_on(results, frame, edges, chosen, element):
+    """Sums of the normal forces and of the shear forces of the closed contacts on chosen edges in a frame."""
+    contacts = results.contacts_of(frame)
+    block, normal, shear = results.block[element], 0.0, 0.0
+    of_block = {number: np.flatnonzero(chosen & (block == number)) for number in np.unique(block)}
+    for i in range(len(contacts) if contacts is not None else 0):
+        own = of_block.get(contacts.blocks[i, 1], ())
+        if len(own) and len(edges_of_contact(edges[own], contacts.place[i], contacts.normal[i])):
+            normal, shear = normal + contacts.force[i, 0], shear + contacts.force[i, 1]
+    return float(normal), abs(float(shear))
+
+
+# Bolts
+
+def bolts_of(results: Results, name: str, frame: int = -1) -> Bolts:
+    """The bolts of a name in a frame; ResultsError where there are none."""
+    model, frame = model_of(results), results._frame(frame)
+    names = names_of_bolts(model)
+    if name not in names and name not in map(str, range(1, len(names) + 1)):
+        raise ResultsError(f"bolt(name=): expected one of {', '.join(dict.fromkeys(filter(None, names))) or 'none, as there are none'}, "
+                           f"found '{name}'")
+    chosen = [i for i, one in enumerate(names) if one == name] if name in names else [int(name) - 1]
+    given = results.bolts
+    rows = np.isin(given.number[frame] - 1, chosen) if "number" in given else np.array(chosen)
+    return Bolts(given.force[frame][rows], given.elongation[frame][rows], given.state[frame][rows].astype(int), given.ends[frame][rows])
+
+
+def names_of_bolts(model: Model) -> list[str]:
+    """Names of the bolts of a run in their order: those of the geometry, then those of each stage that no stage before has."""
+    known = [(None, row.name) for row in model.geometry.bolts]
+    for stage in range(len(model.parts)):
+        installed = set()
+        for row in model.until(stage)._rows("bolts.ends"):
+            numbers = tuple(value for key, value in row.items() if key != "name")
+            k = next((k for k, (one, _) in enumerate(known) if one == numbers and k not in installed), None)
+            if k is None:
+                k = len(known)
+                known.append((numbers, row["name"]))
+            installed.add(k)
+    return [name for _, name in known]
+
+
+# Supports
+
+def support_of(results: Results, name: str, frame: int = -1) -> Support:
+    """A support by name, of a static run of blocks. ResultsError where its reaction does not follow from what results hold.
+
+    The reactions on a block are what its stress, in the six displacements of a block of DDA (Shi 1988), lacks of its weight and of the
+    forces of contacts and bolts. Where supports share a corner, each bears a part of what is there.
+    """
+    model, frame = model_of(results).until(results.frame_stages[results._frame(frame)] - 1), results._frame(frame)
+    held = held_points(results, model)
+    names = dict.fromkeys(own for points in held.values() for own, *_ in points)
+    if name not in names:
+        raise ResultsError(f"support(name=): expected one of {', '.join(filter(None, names)) or 'none, as there are none'}, found '{name}'")
+    if results.n_elements > results.n_blocks or not results.is_static(frame) or frame == 0:
+        raise ResultsError("support: expected the end of a static run of DDA blocks, of which alone reactions are known")
+    if len({one for one, points in held.items() if any(own == name for own, *_ in points)} & loaded_blocks(results, model)):
+        raise ResultsError(f"support(name=): expected a support whose blocks bear no water, pressure, traction or force, found '{name}'")
+    total, polygons = np.zeros(2), results.polygons(frame)
+    bolts = forces_of_bolts(results, frame, polygons)
+    for block, points in held.items():
+        if not any(own == name for own, *_ in points) or not results.present(frame)[block - 1]:
+            continue
+        lacking, scale = lacking_forces(results, model, block, frame, bolts)
+        centre = results.bodies.centroid[frame][block - 1]
+        columns = np.array([modes_at(polygons[block - 1][corner] if corner is not None else place, centre).T @ way
+                            for _, way, corner, place in points]).T
+        found, *_ = np.linalg.lstsq(columns, lacking, rcond=None)
+        if np.abs(columns @ found - lacking)[:2].max() > BALANCED * scale:
+            raise ResultsError(f"support: expected block {block} in equilibrium, found forces out of balance")
+        total += sum((force * way for force, (own, way, *_) in zip(found, points) if own == name), np.zeros(2))
+    return Support(total)
+
+
+def modes_at(place, centre):
+    """Displacements at a place by the six freedoms of a block (2, 6): two shifts, turn, strains xx, yy, xy."""
+    x, y = place - centre
+    return np.array([[1, 0, -y, x, 0, y / 2], [0, 1, x, 0, y, x / 2]])
+
+
+def held_points(results, model):
+    """For each block with held points: the name of what holds, the direction held, its corner (None for a fixed point), its place."""
+    held, polygons, near = {}, results.polygons(0), tolerance_of(results)
+    for hold in HOLDS:
+        setting = model.in_force(f"support.{hold}")
+        for line, own in setting.rows(LINE) if setting else ():
+            side = np.array(line[2:]) - line[:2]
+            ways = {"both": np.eye(2), "x": [np.array([1.0, 0])], "y": [np.array([0, 1.0])],
+                    "normal": [np.array([-side[1], side[0]]) / np.linalg.norm(side)]}[hold]
+            for block, corners in zip(results.block, polygons):
+                after = np.roll(corners, -1, axis=0)
+                edges = np.flatnonzero(on_lines((corners + after) / 2, after - corners, [line], near))
+                for corner in np.unique(np.concatenate([edges, (edges + 1) % len(corners)])):
+                    held.setdefault(int(block), []).extend((own, way, int(corner), None) for way in ways)
+    if "points" in results:
+        rows = np.flatnonzero(results.points.kind == 1)
+        known = [row.name for row in model.geometry.fixed]
+        for i, k in enumerate(rows):
+            own = known[i] if len(known) == len(rows) else ""
+            block = int(results.block[results.points.element[k] - 1])
+            held.setdefault(block, []).extend((own, way, None, results.points.place[k]) for way in np.eye(2))
+    return held
+
+
+def loaded_blocks(results, model):
+    """Blocks with loads on their edges, or forces on their load points; all where water or the ground acts."""
+    everything = set(map(int, results.block))
+    for name in ("water.table", "acceleration.table", "acceleration.file"):
+        if (found := model.in_force(name)) and found.value != "none":
+            return everything
+    lines = [line for line, _ in (model.in_force("boundary.lines").rows(LINE) if model.in_force("boundary.lines") else ())]
+    found = set()
+    for block, corners in zip(results.block, results.polygons(0)):
+        after = np.roll(corners, -1, axis=0)
+        if on_lines((corners + after) / 2, after - corners, lines, tolerance_of(results)).any():
+            found.add(int(block))
+    if "points" in results:
+        found |= {int(results.block[k - 1]) for k in results.points.element[results.points.kind == 2]}  # noqa: PLR2004  load points
+    return found
+
+
+def lacking_forces(results, model, block, frame, bolts):
+    """What the stress of a block needs beyond its weight, contacts and bolts (6), and the size of these forces."""
+    centre, area = results.bodies.centroid[frame][block - 1], results.bodies.area[frame][block - 1]
+    material = int(results.material[block - 1])
+    weights = model.in_force("materials.unit_weight")
+    weight = weights.value[material - 1] if weights else list(model.materials.values())[material - 1].unit_weight
+    weight *= results.bodies.area[0][block - 1]
+    lacking = np.concatenate([[0, weight, 0], area * results.bodies.stress[frame][block - 1]])
+    scale = abs(weight)
+    contacts = results.contacts_of(frame)
+    for i in range(len(contacts) if contacts is not None else 0):
+        nx, ny = contacts.normal[i]
+        force = contacts.force[i, 0] * np.array([nx, ny]) + contacts.force[i, 1] * np.array([-ny, nx])
+        sign = {int(contacts.blocks[i, 0]): 1, int(contacts.blocks[i, 1]): -1}.get(block, 0)
+        lacking -= sign * modes_at(contacts.place[i], centre).T @ force
+        scale += abs(sign) * np.linalg.norm(force)
+    for own, place, force in bolts:
+        if own == block:
+            lacking -= modes_at(place, centre).T @ force
+            scale += np.linalg.norm(force)
+    return lacking, scale
+
+
+def forces_of_bolts(results, frame, polygons):
+    """The block, the place and the force of each end of each bolt; ends that the ground holds have none."""
+    if "bolts" not in results:
+        return []
+    if "shear" in results.bolts:
+        raise ResultsError("support: expected a run without grouted bolts, whose reactions are not known")
+    found = []
+    for ends, tension in zip(results.bolts.ends[frame].reshape(-1, 2, 2), results.bolts.force[frame]):
+        way = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+        for place, force in ((ends[0], tension * way), (ends[1], -tension * way)):
+            away = [distance_to(polygon, place) for polygon in polygons]
+            k = int(np.argmin(away))
+            if away[k] <= ALIKE * size_of(results):
+                found.append((int(results.block[k]), place, force))
+    return found
+
+
+# Places
+
+def distance_to(polygon: np.ndarray, place: np.ndarray) -> float:
+    """The distance of a place from a polygon; 0 inside."""
+    p, q = polygon, np.roll(polygon, -1, axis=0)
+    side, off = q - p, place - p
+    with np.errstate(divide="ignore", invalid="ignore"):
+        right = p[:, 0] + off[:, 1] * side[:, 0] / side[:, 1]
+    if (((p[:, 1] > place[1]) != (q[:, 1] > place[1])) & (place[0] < right)).sum() % 2:
+        return 0.0
+    share = np.clip((off * side).sum(1) / np.maximum((side ** 2).sum(1), 1e-300), 0, 1)
+    return float(np.linalg.norm(off - share[:, None] * side, axis=1).min())
+
+
+def element_at(results, place, frame, there):
+    """The element, from 0, that a place is in or, within the least distances of a model, beside; None where there is none."""
+    polygons, best = results.polygons(frame), (np.inf, None)
+    low, high = place - 2 * tolerance_of(results), place + 2 * tolerance_of(results)
+    for e in np.flatnonzero(there):
+        if (polygons[e].max(0) >= low).all() and (polygons[e].min(0) <= high).all():
+            best = min(best, (distance_to(polygons[e], place), int(e)))
+    return best[1] if best[0] <= tolerance_of(results) else None
+
+
+def place_of(results, given, what):
+    """A place, or that of a measured point by its name."""
+    if isinstance(given, str):
+        names = [row.name for row in model_of(results).geometry.measured]
+        if given not in names:
+            raise ResultsError(f"{what}: expected a place (x, y) or a measured point ({', '.join(filter(None, names)) or 'there are none'}), "
+                               f"found '{given}'")
+        return results.given_points("measured")[names.index(given)]
+    return np.array(vector(given, what))
+
+
+def closure_of(results: Results, p, q) -> np.ndarray:
+    """How much nearer two points of the rock are to each other in each frame than at the start (f). The points are places at the start, or
+    names of measured points. ResultsError where there is no rock at the end."""
+    file, there, ways = frames_of(results), results.present(-1), []
+    for given, what in ((p, "closure(p)"), (q, "closure(q)")):
+        place = place_of(results, given, what)
+        element = element_at(results, place, 0, there)
+        if element is None:
+            raise ResultsError(f"{what}: expected a place in the rock that is there at the end, found {tuple(map(float, place))}")
+        ways.append(np.array([file.moved(k, place[None], [element])[0] for k in range(results.n_frames)]))
+    apart = np.linalg.norm(ways[1] - ways[0], axis=1)
+    return apart[0] - apart
+
+
+def line_of(results: Results, p, q, frame: int = -1, count: int = 50) -> Line:
+    """Stress at so many places in equal distances from p to q, at the middles of as many parts, as far as there is rock in the frame."""
+    p, q = place_of(results, p, "line(p)"), place_of(results, q, "line(q)")
+    shares = (np.arange(whole(count, "line(count=)")) + 0.5) / count
+    frame, there = results._frame(frame), results.present(frame)
+    places = p + shares[:, None] * (q - p)
+    found = [element_at(results, place, frame, there) for place in places]
+    kept = np.array([element is not None for element in found])
+    stress = results.stress(frame)
+    return Line(places[kept], np.linalg.norm(places[kept] - p, axis=1),
+                np.array([stress[element] for element in found if element is not None]).reshape(-1, 3))

@@ -1,0 +1,170 @@
+"""What the commands of tools/ do, as functions: pictures, films, pages, factors of safety and studies of results, models and decks."""
+from __future__ import annotations
+
+import argparse
+import contextlib
+import dataclasses
+import os
+import pathlib
+import re
+import tempfile
+import typing
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from .errors import PlotError, ScreeError
+from .model import Model
+from .program import StrPath, as_word, made_folder
+from .results import Results, read
+
+if typing.TYPE_CHECKING:
+    import matplotlib.axes
+
+Scene = Model | StrPath
+
+
+@contextlib.contextmanager
+def in_words_of_python() -> Iterator[None]:
+    """Errors that name an option of a command name the argument instead."""
+    try:
+        yield
+    except ScreeError as problem:
+        problem.args = (re.sub(r"--([a-z]\w*)", r"\1=", str(problem)),)
+        raise
+
+
+def units_of(what: Results | Scene) -> str | None:
+    """Names of units for pictures, by the units that a model or the decks of a run say; None where they say none."""
+    if isinstance(what, Results):
+        from .model.views import model_of
+        what = model_of(what)
+    return what.units.for_pictures if isinstance(what, Model) and what.units else None
+
+
+def given_look(joints: str | None = None, vectors: str | None = None, crosses: bool = False, points: bool = False,
+               numbers: bool = False, covers: bool = False, window: Sequence[float] | None = None,
+               range: Sequence[float] | str | None = None, magnify: float = 1, units: str | None = None, colours: str | None = None,
+               mesh: bool = True, dpi: float = 150) -> tuple[list, typing.Any]:
+    """What is drawn over frames, and how they are drawn, by the options of `tools/plot`."""
+    from .drawing import JOINTS, VECTORS, draw_covers, draw_crosses, draw_numbers, draw_points, extras_of, look_of
+    for name, value, choices in (("joints", joints, JOINTS), ("vectors", vectors, VECTORS)):
+        if value is not None and value not in choices:
+            raise PlotError(f"{name}=: expected one of {', '.join(choices)}, found {value!r}")
+    drawn = ((crosses, draw_crosses), (points, draw_points), (numbers, draw_numbers), (covers, draw_covers))
+    words = range if range is None else [range] if isinstance(range, str) else [repr(float(end)) for end in range]
+    given = argparse.Namespace(joints=joints, vectors=vectors, extras=[draw for wanted, draw in drawn if wanted], window=window,
+                               range=words, magnify=magnify, units=units, colours=colours, no_mesh=not mesh, dpi=dpi)
+    return extras_of(given), look_of(given)
+
+
+def plot(what: Results | Scene, field: str | None = None, frame: int | str = -1, **look: typing.Any) -> matplotlib.axes.Axes:
+    """Draws a frame of results, or a model, a deck or a geometry as set up; returns axes of matplotlib.
+
+    `field` is displacement of results and material of others unless it is given; `frame` is a number from 0, or from -1 backwards, or the
+    name of a stage, whose last frame is drawn. All else are options of `tools/plot` (doc/pictures.md): joints='state', vectors='velocity',
+    crosses=True, points=True, numbers=True, window=(x1, y1, x2, y2), range=(low, high), magnify=100, units='m,MPa=1e6', mesh=False.
+    """
+    from .drawing import FIELDS, draw_frames, open_shapes
+    with tempfile.TemporaryDirectory() as folder, in_words_of_python():
+        if look.get("units") is None:
+            look["units"] = units_of(what)
+        if not isinstance(what, Results):
+            look.setdefault("joints", "material")
+        extras, how = given_look(**look)
+        shapes = open_shapes(what.path if isinstance(what, Results) else deck_of(what, folder), None, folder)
+        field = field or ("displacement" if len(shapes.times) > 1 else "material")
+        if field not in FIELDS:
+            raise PlotError(f"field=: expected one of {', '.join(FIELDS)}, found {field!r}")
+        return draw_frames([shapes], [str(frame)], field, extras, how, [frame] if isinstance(frame, str) else None).axes[0]
+
+
+def film(results: Results, output: StrPath, field: str = "displacement", stage: str | None = None, every: int = 1, fps: float = 20,
+         dpi: float = 120, **look: typing.Any) -> pathlib.Path:
+    """Films the frames of results, or of a stage of them, each or every so many, as .mp4 or .gif; returns its path. `look` has the options
+    of `plot`."""
+    from .drawing import Frames, frames_of_stage
+    from .filming import film as write_film
+    with in_words_of_python():
+        extras, how = given_look(**{"units": units_of(results)} | look, dpi=dpi)
+        file = Frames(results.path, results.path.stem)
+        frames = frames_of_stage(file, stage) if stage else list(range(len(file.times)))
+        write_film(file, frames[::every], pathlib.Path(output), fps, dpi, field, extras, how)
+    return pathlib.Path(output)
+
+
+def report(results: Results, output: StrPath | None = None, units: str | None = None) -> pathlib.Path:
+    """Writes the page of a run for a browser, as `tools/report` does; returns its path, by default that of the results with .html."""
+    from .pages.command import write_page
+    with in_words_of_python():
+        return write_page(results.path, pathlib.Path(output or results.path.with_suffix(".html")), units or units_of(results))
+
+
+@dataclasses.dataclass
+class FactorOfSafety:
+    """A factor of safety: between the largest factor that `stands` and the smallest that `falls`; `folder` holds the runs."""
+
+    stands: float
+    falls: float
+    folder: pathlib.Path
+
+    @property
+    def factor(self) -> float:
+        """The middle between the two."""
+        return 0.5 * (self.stands + self.falls)
+
+    def __float__(self) -> float:
+        return self.factor
+
+    @property
+    def mechanism(self) -> Results:
+        """The results of the run that just falls."""
+        return read(self.folder / "falls.h5")
+
+
+def fs(what: Scene, joints: Iterable[str | int] = (), balance: float = 1e-4, within: float = 0.005, most: float = 16,
+       set: Mapping[str, typing.Any] | None = None, folder: StrPath | None = None) -> FactorOfSafety:
+    """The factor of safety of a model or a deck by strength reduction, as `tools/fs` finds it. `joints` are the joint materials to weaken, by
+    name or number, all where none is given. NoFactor where strength does not decide."""
+    from .safety import Reduction, find
+    name = what.name if isinstance(what, Model) else pathlib.Path(what).stem
+    folder = made_folder(folder or f"{name}-fs")
+    model = what if isinstance(what, Model) else Model.read(what)
+    names = list(model.joint_materials)
+    unknown = [one for one in joints if isinstance(one, str) and one not in names]
+    if unknown:
+        raise ScreeError(f"fs(joints=): expected joint materials ({', '.join(names)}), found {unknown[0]!r}")
+    numbers = [names.index(one) + 1 if isinstance(one, str) else int(one) for one in joints]
+    with in_words_of_python():
+        reduction = Reduction([deck_of(what, folder)], settings_of(set), numbers, balance, folder)
+        return FactorOfSafety(*find(reduction, within, most, show=lambda *_: None), folder)
+
+
+def study(what: Scene, grid: Mapping[str, typing.Any] | None = None, sample: Mapping[str, typing.Any] | None = None,
+          quantities: Mapping[str, Sequence] | None = None, set: Mapping[str, typing.Any] | None = None, folder: StrPath | None = None,
+          jobs: int | None = None, keep: bool = False) -> list[dict[str, typing.Any]]:
+    """Runs a model or a deck with many numbers, as `tools/study` does, and returns a row for each run by the names of its columns.
+
+    `grid`, `sample` and `quantities` are those of its TOML files (doc/studies.md), such as {"joint(1).phi": [20, 30, 40]}. Runs that
+    `folder` has from before are not made again.
+    """
+    from .studies.runs import Study
+    from .studies.tables import checked, table_of
+    name = what.name if isinstance(what, Model) else pathlib.Path(what).stem
+    folder = made_folder(folder or f"{name}-study").absolute()
+    given = {"grid": dict(grid or {}), "sample": dict(sample or {}), "set": settings_of(set),
+             "quantities": {key: list(value) for key, value in (quantities or {}).items()}}
+    with in_words_of_python():
+        table = checked("study(grid=, sample=)", table_of("study", given))
+        runs = Study(table, [pathlib.Path(deck_of(what, folder)).absolute()], [], folder, keeps_results=keep)
+        runs.run(range(len(runs.keys)), jobs or len(os.sched_getaffinity(0)))
+        header = runs.header()
+        return [dict(zip(header, line)) for line in runs.lines()]
+
+
+def deck_of(what: Scene, folder: StrPath) -> pathlib.Path:
+    """The deck of a model, written into a folder; another deck as it is."""
+    return what.save(pathlib.Path(folder, f"{what.name}.ana")) if isinstance(what, Model) else pathlib.Path(what)
+
+
+def settings_of(set: Mapping[str, typing.Any] | None) -> list[str]:
+    """Settings by name as texts."""
+    return [f"{name}={as_word(value)}" for name, value in (set or {}).items()]
