@@ -45,7 +45,7 @@ module scree_likely_units
 
 contains
 
-  !> What is wrong with a strength of joints beside the stiffness and the weight of the blocks, '' where nothing is.
+  !> Fault of a joint strength, compared with the stiffness and the weight of the blocks; '' for none.
   pure function doubt_of_strength(what, strength, rock, height, least_share) result(doubt)
     character(len=*), intent(in) :: what                  !! the strength is
     real(dp), intent(in) :: strength                      !! force/length^2
@@ -74,7 +74,7 @@ contains
     end if
   end function doubt_of_strength
 
-  !> What is wrong with the unit weight of water beside those of the blocks, '' where nothing is.
+  !> Fault of the unit weight of water, compared with those of the blocks; '' for none.
   pure function doubt_of_water(water, rock) result(doubt)
     real(dp), intent(in) :: water, rock(:)                !! unit weights, force/length^3
     character(len=:), allocatable :: doubt
@@ -88,7 +88,7 @@ contains
             ', as that of the blocks is '//short_text(heaviest)//', found '//short_text(water)//': kN beside N?'
   end function doubt_of_water
 
-  !> What is wrong with the stiffness of a material beside its density, '' where nothing is.
+  !> Fault of the stiffness of a material, compared with its density; '' for none.
   pure function doubt_of_stiffness(material) result(doubt)
     type(block_material_t), intent(in) :: material
     character(len=:), allocatable :: doubt
@@ -102,7 +102,7 @@ contains
             short_text(material%young)//': GPa or MPa beside Pa?'
   end function doubt_of_stiffness
 
-  !> What is wrong with the weight of a material, '' where nothing is.
+  !> Fault of the weight of a material; '' for none.
   pure function doubt_of_weight(material) result(doubt)
     type(block_material_t), intent(in) :: material
     character(len=:), allocatable :: doubt

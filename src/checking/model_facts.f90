@@ -1,4 +1,4 @@
-!> What an engineer would ask of a model before it runs: weights, stiffness, sizes, what holds it and what does not.
+!> Facts of a model that an engineer checks before it runs: weights, stiffness, sizes, supports.
 !>
 !> Facts are data: `model_warnings` judges them, `check_scene` prints them. A further one is a component of `facts_t`, a line there
 !> and, where it may be a mistake, a warning.
@@ -294,7 +294,7 @@ contains
     angle = modulo(atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b)), 2*pi)
   end function angle_between
 
-  !> What the initial stress pushes free edges with, beyond what loads and supports on them bear when the run begins.
+  !> Force with which the initial stress pushes free edges, less loads and supports on them when the run begins.
   !>
   !> An element with a fixed point, or one that shares unknowns with it, bears its own stress. So does the straight side of a block
   !> with two fixed points on it, of whichever elements the side is made.
@@ -378,7 +378,7 @@ contains
       end associate
     end function load_on_edge
 
-    !> What of a force on an edge of element e the supports on its line leave.
+    !> Part of a force on an edge of element e that the supports on its line do not carry.
     pure function beyond_supports(e, position, normal, force) result(left)
       integer, intent(in) :: e
       real(dp), intent(in) :: position(2), normal(2)  !! length, 1

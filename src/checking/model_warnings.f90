@@ -1,4 +1,4 @@
-!> What of the facts of a model is likely a mistake: units, signs, what nothing holds.
+!> Facts of a model that are likely mistakes: units, signs, missing supports.
 module scree_model_warnings
   use scree_contact_rules, only: may_make_energy, only_presses
   use scree_kinds, only: dp

@@ -1,4 +1,4 @@
-!> What the blocks bear of their own weight: the column, of all vertical ones, that is compressed most.
+!> Compression of blocks by their own weight: the vertical column that is compressed most.
 module scree_own_weight
   use scree_block_input, only: block_moments, blocks_t
   use scree_kinds, only: dp

@@ -1,4 +1,4 @@
-!> What of the numbers of a scene is likely a mistake, whatever its blocks are: strengths, units, and loads that end before the run.
+!> Numbers of a scene that are likely mistakes, whatever its blocks are: strengths, units, loads that end before the run.
 module scree_scene_warnings
   use scree_kinds, only: dp
   use scree_likely_units, only: doubt_of_strength, doubt_of_water, least_strength_of_walls
@@ -90,7 +90,7 @@ contains
 
   end function warnings_of_scene
 
-  !> What is strange about a residual strength, '' where nothing is: it is above that of the joint before it slid.
+  !> Fault of a residual strength, '' for none: it is above that of the joint before it slid.
   pure function doubt_of_residual(what, peak, residual) result(doubt)
     character(len=*), intent(in) :: what
     real(dp), intent(in) :: peak, residual

@@ -27,7 +27,7 @@ module scree_block_input
   !> The origin of blocks is not 0 where they are this many times their extent away from it.
   real(dp), parameter :: far_away = 4.0_dp
 
-  !> What the geometry made of a scene: blocks with their points and bolts.
+  !> Blocks of a scene with their points and bolts.
   !>
   !> Places count from `origin`, which is 0 unless the deck's coordinates are large against its extent: differences of
   !> such coordinates are exact, sums are not.

@@ -11,7 +11,7 @@ module scree_boundary_rock
   !> A warning names as many places at most.
   integer, parameter :: most_places = 4
 
-  !> What the boundary lines made of the regions that lines enclose.
+  !> The regions that lines enclose, divided by the boundary lines into rock and air.
   type :: boundary_t
     integer :: n_outside = 0                !! regions outside of the boundary lines, which are left out
     real(dp) :: area = 0.0_dp               !! theirs, length^2
@@ -83,7 +83,7 @@ contains
     end if
   end function boundary_warning
 
-  !> What lies outside of the boundary lines, in words.
+  !> The regions outside of the boundary lines, in words.
   pure function outside_text(boundary) result(text)
     type(boundary_t), intent(in) :: boundary
     character(len=:), allocatable :: text

@@ -26,7 +26,7 @@ module scree_cover_input
   real(dp), parameter :: no_sliver = 0.2_dp !! twice the area over the longest edge squared; 0.87 for equal edges
   real(dp), parameter :: as_near = 1e-9_dp  !! lengths and shares that differ by less are the same
 
-  !> What the cut made of the mesh.
+  !> Result of the cut of the mesh.
   type :: cover_quality_t
     integer :: small = 0                !! elements below the least fraction of their triangle
     integer :: extended = 0             !! covers that follow others

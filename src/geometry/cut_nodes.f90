@@ -76,7 +76,7 @@ contains
     nodes%head(cell) = node
   end subroutine list_node
 
-  !> Takes a node out of its cell.
+  !> Removes a node from its cell.
   pure subroutine unlist_node(nodes, node)
     type(cut_nodes_t), intent(inout) :: nodes
     integer, intent(in) :: node

@@ -116,7 +116,7 @@ contains
 
   contains
 
-    !> What is wrong with an outline that does not turn counter-clockwise around an area.
+    !> Fault of an outline that does not turn counter-clockwise around an area, in words.
     function turn()
       character(len=:), allocatable :: turn
 

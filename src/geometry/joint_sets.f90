@@ -12,7 +12,7 @@ module scree_joint_sets
   private
   public :: bounds_of, draw_joints, draw_traces, expected_traces, joint_set_t
 
-  !> What a joint set is in the mean.
+  !> Mean values of a joint set.
   type :: joint_set_t
     real(dp) :: dip = 0.0_dp        !! of the traces from the x axis, counter-clockwise, degrees
     real(dp) :: spacing = 1.0_dp    !! of neighbouring lines, length

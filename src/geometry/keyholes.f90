@@ -104,7 +104,7 @@ contains
     call put_outline_first(vertex, order, first)
   end subroutine part_loops
 
-  !> Takes a polygon apart, on one walk around it: each loop is taken off as soon as the walk has been around it.
+  !> Splits a polygon into loops, on one walk around it: each loop is removed as soon as the walk has been around it.
   !>
   !> The loops are listed from the one that is closed last. What a seam encloses is closed where the walk comes back through the
   !> seam, and at a place where seams without length begin, each loop is closed where the walk comes back to the place.
@@ -160,7 +160,7 @@ contains
 
   contains
 
-    !> Takes the open edges from the one at `from` off as a loop.
+    !> Removes the open edges from the one at `from` on, as a loop.
     subroutine close_loop(from)
       integer, intent(in) :: from
       integer :: i

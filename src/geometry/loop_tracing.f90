@@ -135,7 +135,7 @@ contains
 
   contains
 
-    !> Takes the half-edges from `from` up off the stack as a loop.
+    !> Removes the half-edges from `from` on from the stack, as a loop.
     subroutine close_loop(from)
       integer, intent(in) :: from
       integer :: j

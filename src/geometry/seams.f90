@@ -22,7 +22,7 @@ module scree_seams
   !> The seams of a vertex, clockwise from the edge that arrives to the edge that leaves.
   integer, parameter :: seam_below = 1, seam_left = 2, seam_above = 3
 
-  !> What the edges of a vertex do, in the order in which the sweep takes vertices at one place.
+  !> Kinds of vertices by their edges, in the order in which the sweep takes vertices at one place.
   integer, parameter :: region_begins = 1    !! both leave to the right, with the region between them
   integer, parameter :: gap_ends = 2         !! both arrive from the left, with the region around them
   integer, parameter :: floor_goes_on = 3    !! one on each side, with the region above
@@ -91,7 +91,7 @@ contains
 
   contains
 
-    !> What the edges of a vertex do.
+    !> Kind of a vertex, by its edges.
     pure integer function what_happens(v)
       integer, intent(in) :: v
       logical :: right(2)

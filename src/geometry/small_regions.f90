@@ -9,7 +9,8 @@ module scree_small_regions
 
 contains
 
-  !> Takes out of a graph the pieces between each region that is too small and the neighbour with which it shares the longest edge.
+  !> Removes from a graph the pieces between each region that is too small and the neighbour with which it has the longest common
+  !> edge.
   !>
   !> The smallest join first, and what has joined counts as one, until none can. Pieces of straight lines stay, and so do regions
   !> that are held. The passes end, as each that joins anything leaves fewer regions.

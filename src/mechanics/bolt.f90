@@ -58,7 +58,7 @@ module scree_bolt
 
 contains
 
-  !> What bolts remember at the start.
+  !> Memory of bolts at the start.
   pure function begin_bolts(self, position, pretension) result(memory)
     type(bolt_t), intent(in) :: self
     real(dp), intent(in) :: position(:, :)   !! (2, n_points) of the system, length
@@ -74,7 +74,7 @@ contains
     end do
   end function begin_bolts
 
-  !> What bolt `i` remembers where it begins: the length without force that a pretension leaves it, and its slip.
+  !> Memory of bolt `i` where it begins: its length without force, which follows from the pretension, and its slip.
   pure subroutine begin_bolt(self, i, position, pretension, memory)
     type(bolt_t), intent(in) :: self
     integer, intent(in) :: i

@@ -109,7 +109,7 @@ contains
     force = 0.5_dp*sum(load_at_ends(self, i, position(:, self%point(2, i)) - position(:, self%point(1, i))), 2)
   end function load_on_piece
 
-  !> What acts at both ends of a piece, times its length.
+  !> Load at both ends of a piece, times its length.
   pure function load_at_ends(self, i, along) result(q)
     type(edge_load_t), intent(in) :: self
     integer, intent(in) :: i                  !! piece

@@ -54,7 +54,7 @@ contains
     end if
   end subroutine refresh_elements
 
-  !> What stays the same for an element through the iterations of a step.
+  !> Data of an element that stay the same through the iterations of a step.
   pure subroutine refresh(model, state, e, own)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state

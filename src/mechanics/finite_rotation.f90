@@ -27,7 +27,7 @@ module scree_finite_rotation
 
 contains
 
-  !> What is to be added to the displacement gradient of a step so that it is F - I, and the stress as it turns.
+  !> Term to add to the displacement gradient of a step, so that it becomes F - I, and the turned stress.
   pure subroutine turn_finitely(rotation, theta, more, stress)
     integer, intent(in) :: rotation          !! `rotation_exact` or another of the scene but the linear one
     real(dp), intent(in) :: theta(4)         !! u_X, v_X, u_Y, v_Y: r J + e

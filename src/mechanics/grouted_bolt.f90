@@ -32,7 +32,7 @@ contains
     openings = [y(3)*y(1) + y(4)*y(2), y(3)*y(2) - y(4)*y(1)]
   end function openings
 
-  !> What opening and slip change by with y.
+  !> Derivatives of opening and slip with respect to y.
   pure function rows_of(y)
     real(dp), intent(in) :: y(4)
     real(dp) :: rows_of(4, 2)

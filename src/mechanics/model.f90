@@ -1,4 +1,4 @@
-!> What a run keeps and what it could make anew: the model never changes, the cache follows from model and state.
+!> Model and cache of a run: the model never changes, the cache follows from model and state.
 !>
 !> Dropping the cache after any step changes no bit of the run.
 module scree_model
@@ -51,7 +51,7 @@ module scree_model
     procedure :: is_static
   end type effects_t
 
-  !> What stays the same for one element through the iterations of a step.
+  !> Data of one element that stay the same through the iterations of a step.
   type :: element_cache_t
     type(kinematics_t) :: kinematics
     logical :: green = .false.                     !! Green strain or what stands in for it, else small strain

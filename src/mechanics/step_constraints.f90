@@ -1,4 +1,4 @@
-!> What constrains the unknowns of a step.
+!> Constraints of the unknowns of a step.
 module scree_step_constraints
   use scree_constraints, only: add_followers, clear_constraints, constraints_t
   use scree_errors, only: error_t

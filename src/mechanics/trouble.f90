@@ -1,4 +1,4 @@
-!> What goes wrong in a run, where, and what may help: the words of warnings and of runs that stop.
+!> Troubles of a run: what, where, and what may help. The words of warnings and of runs that stop.
 module scree_trouble
   use scree_kinds, only: dp
   use scree_scene, only: model_nmm

@@ -247,7 +247,7 @@ contains
     call archive%part('books%momentum', books%momentum)
   end subroutine visit_books
 
-  !> What contacts remember.
+  !> Memory of contacts.
   subroutine visit_contacts(archive, memory)
     type(archive_t), intent(inout) :: archive
     type(contact_memory_t), intent(inout) :: memory
@@ -263,7 +263,7 @@ contains
     call visit_list(archive, memory%contact)
   end subroutine visit_contacts
 
-  !> What bolts remember, where there are any.
+  !> Memory of bolts, where there are any.
   subroutine visit_bolts(archive, bolts)
     type(archive_t), intent(inout) :: archive
     type(bolt_memory_t), allocatable, intent(inout) :: bolts

@@ -14,7 +14,8 @@ module scree_hdf5_writing
 
   integer(hsize_t), parameter :: index_bytes = 8192 !! of a dataset: more than two nodes of its tree
   integer(c_int), parameter :: in_pages = 1         !! H5F_FSPACE_STRATEGY_PAGE
-  !> What posix_fallocate returns where it is interrupted, and where a disk, a limit of file size or a quota has no room (Linux).
+  !> Values that posix_fallocate returns where it is interrupted, and where a disk, a limit of file size or a quota has no room
+  !> (Linux).
   integer(c_int), parameter :: interrupted = 4, no_room(3) = [28, 27, 122]
 
   !> A dataset of rows that grows.
@@ -34,7 +35,7 @@ module scree_hdf5_writing
     type(c_ptr) :: function_name, file_name, description
   end type stack_entry_t
 
-  !> What the deepest entry of the stack says.
+  !> Text of the deepest entry of the stack.
   type :: reason_t
     character(len=400) :: text = ''
   end type reason_t
@@ -253,7 +254,7 @@ contains
     rows%n_rows = dims(n)
   end subroutine append_rows
 
-  !> Takes space at the end of the file with a dataset without a name; closing it gives the space back.
+  !> Reserves space at the end of the file with a dataset without a name; closing it gives the space back.
   !>
   !> A flush writes the index of new rows before the head of the file. A run that is killed between the two would leave an index
   !> beyond the end that the head gives. A flush of a file that has become shorter cuts it before it writes the head. So some space
@@ -277,7 +278,7 @@ contains
     call h5sclose_f(space, status)
   end subroutine hold_space
 
-  !> Takes blocks of the disk for all of a file, so that what is written to space that it holds cannot find the disk full.
+  !> Allocates disk blocks for all of a file, so that writing to its space cannot find the disk full.
   !>
   !> Where the file system cannot, nothing is taken. Errors: no room.
   subroutine reserve_disk(file, reserved, error)

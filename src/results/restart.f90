@@ -33,7 +33,7 @@ module scree_restart
                                                   'output.problems', 'output.checkpoint']
   integer(hsize_t), parameter :: copied_at_once = 1000000 !! numbers
 
-  !> What there was of a run at a checkpoint.
+  !> A run at a checkpoint.
   type :: past_t
     character(len=:), allocatable :: path
     integer(hid_t) :: file = -1
@@ -144,7 +144,7 @@ contains
     call close_for_reading(past%file)
   end subroutine leave_past
 
-  !> Takes state and watch from the checkpoint.
+  !> Reads state and watch from the checkpoint.
   !>
   !> Errors: another model; a damaged checkpoint; nothing is left to do.
   subroutine take_past(past, scene, n_stages, model, state, watch, error)

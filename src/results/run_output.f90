@@ -1,4 +1,4 @@
-!> What a run writes: the model and its scene at the start, series a step, frames, costs at the end.
+!> Output of a run: the model and its scene at the start, series by step, frames, costs at the end.
 module scree_run_output
   use, intrinsic :: iso_fortran_env, only: compiler_version
   use scree_blas, only: blas_kernel
@@ -245,7 +245,7 @@ contains
                     [real(follows, dp)], error)
   end subroutine store_covers
 
-  !> What the frames look like: an element with holes is one polygon with seams. The model alone has one.
+  !> Layout of the frames: an element with holes is one polygon with seams.
   function layout_of(scene, model, state, runs) result(layout)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model

@@ -1,4 +1,4 @@
-!> What a run records besides its frames: /history a step, /bodies a frame, /measured_points a step.
+!> Records of a run beside its frames: /history and /measured_points by step, /bodies by frame.
 module scree_run_records
   use scree_bolt, only: ends_of, forces_of, lengths_of
   use scree_contact_geometry, only: frame_of_edge
@@ -39,7 +39,7 @@ module scree_run_records
     integer, allocatable :: measured(:)               !! points of the system
   end type records_t
 
-  !> What any stage of a run has, so that there are series of it in all.
+  !> Whether any stage of a run has an effect, so that its series exist in all stages.
   type :: kinds_t
     integer :: stages = 0
     logical :: gravity = .false., fixed_springs = .false., held = .false., damping = .false., error = .false., static = .false., &

@@ -1,4 +1,4 @@
-!> What a run came to: gathered in its steps, summed up at its end. Every number is one that the run has for its results too.
+!> Summary of a run, gathered in its steps. Every number is one of the results, too.
 module scree_run_summary
   use scree_bearings, only: blow_t
   use scree_contacts, only: blocks_of, contact_t
@@ -37,7 +37,7 @@ module scree_run_summary
     real(dp) :: position(2) = 0.0_dp     !! of the vertex, length
   end type overlap_most_t
 
-  !> What a stage of a run came to.
+  !> Summary of a stage of a run.
   type :: stage_ending_t
     character(len=:), allocatable :: name    !! with its number
     character(len=:), allocatable :: verdict !! in a word
@@ -47,7 +47,7 @@ module scree_run_summary
     real(dp) :: given = 0.0_dp               !! energy that the change to it gave; below 0: took
   end type stage_ending_t
 
-  !> What a run came to; of one that was gone on with, since then.
+  !> Summary of a run; after a restart, of the part since then.
   type :: summary_t
     real(dp) :: extent = 0.0_dp          !! of the model, length
     real(dp) :: from = 0.0_dp, reached = 0.0_dp !! time
@@ -165,7 +165,7 @@ contains
     end if
   end subroutine add_step
 
-  !> Takes the deepest overlap of a step, of contacts of what is awake or of what sleeps.
+  !> Updates the deepest overlap, by contacts of a step, also those of sleeping bodies.
   subroutine take_overlap(model, state, contact, overlap)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
@@ -218,7 +218,7 @@ contains
     lost = summary%dissipated - summary%friction - summary%damping - summary%yield - summary%asleep
   end function lost_otherwise
 
-  !> That over what was given; 0 where nothing was.
+  !> The same over the energy supplied; 0 where none was.
   pure real(dp) function share_lost(summary) result(share)
     type(summary_t), intent(in) :: summary
 

@@ -1,4 +1,4 @@
-!> What a run came to, in words for a screen, and as a JSON object (doc/results.md).
+!> Summary of a run, in words for a screen, and as a JSON object (doc/results.md).
 module scree_summary_words
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use scree_bearings, only: steps_in_swing
@@ -81,7 +81,7 @@ contains
     if (summary%asked < huge(summary%asked)) text = text//' of '//words_of_instant(summary%asked)
   end function words_of_end
 
-  !> What a stage came to.
+  !> Summary of a stage.
   function words_of_stage(stage) result(text)
     type(stage_ending_t), intent(in) :: stage
     character(len=:), allocatable :: text
@@ -118,7 +118,7 @@ contains
     if (len(text) > 0) text = ' ('//text(3:)//')'
   end function words_of_cuts
 
-  !> What is fastest, and whether all is at rest.
+  !> The fastest vertex, and whether all blocks are at rest.
   function words_of_speed(summary) result(text)
     type(summary_t), intent(in) :: summary
     character(len=:), allocatable :: text
@@ -156,7 +156,7 @@ contains
       text = 'at most '//words(most%value)//', of block '//number_text(most%block)//' at '//words_of_position(most%position, extent)
   end function words_of_vertex
 
-  !> What was supplied, and where it went. A static step drops the kinetic energy that it ends with: half of what a load supplies
+  !> Energy supplied, and where it went. A static step drops the kinetic energy that it ends with: half of what a load supplies
   !> that acts on linear springs at once.
   function words_of_energy(summary) result(text)
     type(summary_t), intent(in) :: summary
@@ -321,7 +321,7 @@ contains
     call move_alloc(json%text, text)
   end function json_of
 
-  !> What the stages came to, where there are several.
+  !> Summaries of the stages, where there are several.
   subroutine put_stages(json, summary)
     type(json_t), intent(inout) :: json
     type(summary_t), intent(in) :: summary
@@ -379,7 +379,7 @@ contains
     call end_object(json)
   end subroutine put_steps
 
-  !> What moves.
+  !> Motion at the end: displacement, speed, rest, balance.
   subroutine put_motion(json, summary)
     type(json_t), intent(inout) :: json
     type(summary_t), intent(in) :: summary
@@ -472,7 +472,7 @@ contains
     end associate
   end subroutine put_overlap
 
-  !> What struck in steps that do not resolve it, if anything did.
+  !> Impacts in steps that do not resolve them, if any.
   subroutine put_blows(json, summary)
     type(json_t), intent(inout) :: json
     type(summary_t), intent(in) :: summary
@@ -527,7 +527,7 @@ contains
     call end_list(json)
   end subroutine put_pair
 
-  !> What the phases cost.
+  !> Costs of the phases.
   subroutine put_cost(json, cost)
     type(json_t), intent(inout) :: json
     type(cost_t), intent(in) :: cost(:)

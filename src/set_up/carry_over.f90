@@ -213,7 +213,7 @@ contains
     end do
   end function are_there
 
-  !> What bolts remember; those that the stage before did not have begin with their pretension.
+  !> Memory of bolts; bolts that the stage before did not have begin with their pretension.
   pure subroutine carry_bolts(before, pretension, model, state)
     type(state_t), intent(in) :: before
     real(dp), intent(in) :: pretension(:)

@@ -13,7 +13,7 @@ module scree_edges_on_lines
   !> Pieces shorter than this fraction of their line are none.
   real(dp), parameter :: shortest = 1e-9_dp
 
-  !> What of a line has no edge on it.
+  !> Parts of a line without an edge on it.
   type :: gap_t
     real(dp) :: length = 0.0_dp     !! of all gaps, length
     real(dp) :: within = 0.0_dp     !! part of the line that is in the box around the blocks, length
@@ -153,7 +153,7 @@ contains
     end do
   end function share_in_box
 
-  !> What is left of pieces without what others are on already.
+  !> Parts of pieces that no other piece covers.
   pure function pieces_beside(pieces, others) result(left)
     type(piece_t), intent(in) :: pieces(:), others(:)
     type(piece_t), allocatable :: left(:)

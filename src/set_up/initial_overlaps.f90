@@ -59,7 +59,7 @@ contains
     end do
   end function overlap_texts
 
-  !> What there is to warn of: one line or none.
+  !> The warning: one line or none.
   pure function overlap_warning(system) result(warning)
     class(system_t), intent(in) :: system
     type(text_t), allocatable :: warning(:)
