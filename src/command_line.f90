@@ -34,6 +34,7 @@ module scree_command_line
     '  --xdmf                    writes an XDMF side-car too', &
     '  --classic-output          run: writes the frames as Shi''s programs keep them too, .replay', &
     '  --strict                  run, check: warnings are errors', &
+    '  --threads N               run: threads of small steps in scenes of 3000 blocks and more; default 1', &
     '  --quiet                   prints errors and warnings alone', &
     '  --summary json            run: prints the summary of the run as a JSON object, with --quiet too', &
     '', &
@@ -69,7 +70,7 @@ module scree_command_line
   type(option_t), parameter :: with_word(*) = [ & ! that belongs to them
     option_t('--set', 'run, check, estimate, explain or cut'), option_t('-o', 'run, cut or joints'), &
     option_t('--output', 'run, cut or joints'), option_t('--restart', 'run'), option_t('--summary', 'run'), &
-    option_t('--accuracy', 'estimate')]
+    option_t('--threads', 'run'), option_t('--accuracy', 'estimate')]
 
   !> What the command line asks for.
   type :: command_t
@@ -168,6 +169,7 @@ contains
     character(len=*), intent(in) :: word, given
     type(command_t), intent(inout) :: command
     type(error_t), allocatable, intent(out) :: error
+    integer :: status
 
     if (len(given) == 0) then
       call fail(error, status_bad_input, 'expected a word after '//word//', found an empty one')
@@ -182,6 +184,10 @@ contains
       command%options%with_json = given == 'json'
       if (.not. command%options%with_json) &
         call fail(error, status_bad_input, 'expected json after --summary, found '''//given//'''')
+    case ('--threads')
+      read (given, '(i6)', iostat=status) command%options%threads
+      if (status /= 0 .or. command%options%threads < 1) &
+        call fail(error, status_bad_input, 'expected a number from 1 after --threads, found '''//given//'''')
     case ('--restart')
       command%options%restart_path = given
     case default

@@ -56,6 +56,7 @@ module scree_simulation
     type(progress_t) :: progress
     type(summary_t), allocatable :: summary !! of its steps
     type(trouble_t) :: cut               !! why a try was cut last
+    integer :: threads = 1               !! that small steps may use
     integer :: framed = 0                !! step of the last frame, or one that none is to follow
     type(probe_t), allocatable :: probe  !! of a run that measures its own time and leaves no results
   end type run_t
@@ -122,6 +123,7 @@ contains
     end if
     call begin_phase(run%cache%timers, phase_other)
     if (present(probe)) run%probe = probe
+    run%threads = options%threads
     if (options%runs .and. .not. allocated(error)) call run_stages(scene, blocks, run, error)
 
     call release_equations(run%cache%equations)
@@ -379,6 +381,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(error_t), allocatable :: frame_error
 
+    run%model%settings%threads = run%threads
     do while (.not. (allocated(error) .or. at_end(run%scene%settings, run%state)) .and. stop_signal() == 0)
       if (allocated(run%probe)) then
         call note_step(share_of_run(run), run%probe)

@@ -12,7 +12,7 @@ module scree_settings
     contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, iterate_newton, &
     mass_constant, mass_follows_area, model_dda, plane_stress, problems_none, reset_none, rotation_linear, scene_t, &
     scheme_bathe, scheme_central_difference, &
-    scheme_energy_decaying, scheme_energy_momentum, scheme_generalized_alpha, scheme_newmark, scheme_small_steps, settings_t, &
+    scheme_energy_decaying, scheme_energy_momentum, scheme_generalized_alpha, scheme_newmark, settings_t, &
     start_dissipative, start_zero, strain_auto, strain_green, strain_rotation, strain_small, test_theta, &
     transport_field, transport_rates, word_t
   use scree_setting_checks, only: check_numbers
@@ -159,7 +159,7 @@ contains
     call row%real(setting_t('integrator', 'beta', &
                             'weight of the new acceleration in the velocity; 1/2 + chi of the energy_... schemes', &
                             '1', 0.5_dp, 1.0_dp), s%beta, 1.0_dp, &
-                  when=all(s%scheme /= [scheme_generalized_alpha, scheme_central_difference, scheme_bathe, scheme_small_steps]))
+                  when=s%scheme <= scheme_energy_decaying)
     call row%real(setting_t('integrator', 'rho', 'spectral radius of generalized_alpha at infinite frequency', '1', 0.0_dp, &
                             1.0_dp), s%rho, 0.5_dp, when=s%scheme == scheme_generalized_alpha)
     call row%real(setting_t('integrator', 'gamma', 'weight of the new acceleration in the displacement', '1', 0.0_dp, &
@@ -183,8 +183,8 @@ contains
 
     strain = strain_auto
     if (s%rules == rules_conserving) strain = strain_green
-    if (s%shi .or. s%rotation /= rotation_linear .or. any(s%scheme == [scheme_central_difference, scheme_small_steps])) &
-      strain = strain_small
+    if (s%shi .or. s%rotation /= rotation_linear .or. s%scheme == scheme_central_difference) strain = strain_small
+    if (s%takes_small_steps()) strain = strain_small
   end function default_strain
 
   !> Stiff contacts are to die out in a scene that is left to itself; but energy that is asked to stay stays. A static run is to
@@ -232,7 +232,7 @@ contains
                               'largest error of the displacement at the end over the displacement; '// &
                               'the run chooses its steps for it', '1', &
                               0.0_dp, 1.0_dp, .true., default='none: steps of the size given; 0.01 with small_steps'), s%aim)
-      if (s%scheme == scheme_small_steps .and. s%aim > 0) then ! small steps choose their size by it, not the step of the run
+      if (s%takes_small_steps() .and. s%aim > 0) then ! small steps choose their size by it, not the step of the run
         s%run_out = s%aim
         s%aim = 0.0_dp
       end if

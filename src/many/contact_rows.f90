@@ -12,7 +12,7 @@ module scree_contact_rows
   use scree_kinds, only: dp, i8
   implicit none
   private
-  public :: bond_reach, edge_below, keep_impulses, look_for_contacts, make_rows, row_t, rows_t
+  public :: bond_reach, edge_below, keep_impulses, last_colour, look_for_contacts, make_rows, row_t, rows_t
 
   !> Gap of bonded faces at which their bond is lost, over the size of a body.
   real(dp), parameter :: bond_reach = 0.01_dp

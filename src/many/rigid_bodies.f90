@@ -16,13 +16,13 @@ module scree_rigid_bodies
   use scree_text, only: number_text
   implicit none
   private
-  public :: can_move, cut_bodies, place_corners, put_bodies_back, take_bodies
+  public :: cut_bodies, place_corners, put_bodies_back, take_bodies
 
   integer, parameter :: points_that_hold = 2 !! fixed points by which a rigid body cannot move
 
 contains
 
-  !> Cuts the blocks into convex pieces.
+  !> Cuts the blocks into convex pieces; without contact there is no need of any.
   !>
   !> Errors: an outline that crosses itself.
   subroutine cut_bodies(model, position, bodies, error)
@@ -36,12 +36,12 @@ contains
     integer :: e, i
 
     edge_at = 0
-    edge_at(model%outlines%start) = [(i, i=1, size(model%outlines%start))]
+    if (allocated(model%effects%contact)) edge_at(model%outlines%start) = [(i, i=1, size(model%outlines%start))]
     bodies%n = model%n_blocks
     allocate (bodies%body(0), bodies%corner(0), bodies%face(0))
     bodies%first = [1]
     do e = 1, model%n_elements
-      if (.not. model%present(model%elements%block(e))) cycle
+      if (.not. (allocated(model%effects%contact) .and. model%present(model%elements%block(e)))) cycle
       associate (from => first_vertex_of(model%elements%shape, e), to => last_vertex_of(model%elements%shape, e))
         order = from - 1 + join_loops(position(:, from:to), loops_of(model%elements%shape, e))
       end associate
@@ -58,7 +58,7 @@ contains
     end do
     bodies%n_pieces = size(bodies%body)
     bodies%edge = edge_at(bodies%corner)
-    call place_edges(model, position, bodies)
+    if (allocated(model%effects%contact)) call place_edges(model, position, bodies)
     associate (n => bodies%n, m => size(bodies%corner))
       allocate (bodies%moves(n))
       allocate (bodies%place(2, n), bodies%velocity(2, n), bodies%angle(n), bodies%spin(n), bodies%inverse_mass(n), &

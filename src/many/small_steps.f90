@@ -9,6 +9,7 @@
 module scree_small_steps
   use scree_bodies, only: bodies_t
   use scree_body_loads, only: body_loads_t, find_loads
+  use scree_bolt, only: accept_bolts, is_grouted
   use scree_contact_rows, only: keep_impulses, look_for_contacts, make_rows, rows_t
   use scree_effects, only: refresh_elements
   use scree_energy, only: close_books
@@ -17,11 +18,12 @@ module scree_small_steps
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_near_pieces, only: find_near, grow_skin, is_worn
-  use scree_rigid_bodies, only: can_move, cut_bodies, place_corners, put_bodies_back, take_bodies
-  use scree_state, only: state_t
+  use scree_rigid_bodies, only: cut_bodies, place_corners, put_bodies_back, take_bodies
+  use scree_state, only: bolt_memory_t, state_t
   use scree_step_choice, only: fastest_vertex, number_of_steps
   use scree_sweeps, only: advance_rows, bounce, start_warm, sweep
   use scree_text, only: number_text
+  use scree_ties, only: count_ties, find_ties, move_points, start_ties_warm, sweep_ties, tie_t, turn_arms, work_of_ties
   use scree_timers, only: begin_phase, phase_alone, phase_search, phase_update
   implicit none
   private
@@ -29,6 +31,7 @@ module scree_small_steps
 
   !> Small steps of a stage that settle their rows by many sweeps: a single one takes some steps to find the forces of what rests.
   integer, parameter :: first_steps = 10, first_sweeps = 30
+  integer, parameter :: worth_threads = 3000 !! bodies that move, below which threads wait for each other longer than they work
   real(dp), parameter :: slow = 10.0_dp      !! speeds that weight makes in a step, below which nothing bounces
 
   !> What a step of the run came to.
@@ -41,11 +44,16 @@ module scree_small_steps
 
   !> The small steps of one step of the run.
   type :: march_t
+    integer :: threads = 1
     real(dp) :: h = 0.0_dp                   !! their size, time
     real(dp) :: time = 0.0_dp                !! of the stage, now
     real(dp) :: kick = 0.0_dp                !! over which loads change velocities in this one, time
     type(body_loads_t) :: loads
     type(rows_t) :: rows
+    type(tie_t), allocatable :: ties(:)
+    type(bolt_memory_t), allocatable :: bolts !! now
+    real(dp), allocatable :: point(:, :)     !! (2, n_points) places now, length
+    real(dp) :: yield = 0.0_dp               !! energy that bolts took, force length per unit thickness
     real(dp) :: friction = 0.0_dp, damping = 0.0_dp !! energy that they took, force length per unit thickness
     real(dp), allocatable :: before(:, :)    !! (3, n_bodies) velocities and spin before the small step
     type(small_outcome_t) :: outcome
@@ -98,7 +106,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (.not. allocated(cache%bodies)) then
-      call refuse_ties(model, error)
+      call refuse_grout(model, error)
       if (allocated(error)) return
       allocate (cache%bodies)
       call cut_bodies(model, state%vertex, cache%bodies, error)
@@ -108,8 +116,15 @@ contains
       call take_bodies(model, cache, state, bodies)
       march%outcome%steps = number_of_steps(model, bodies, dt)
       march%h = dt/march%outcome%steps
+      if (count(bodies%moves) >= worth_threads) march%threads = model%settings%threads
       march%time = state%time
       allocate (march%before(3, bodies%n), source=0.0_dp)
+      allocate (march%ties(count_ties(model, bodies)))
+      march%point = state%point
+      if (allocated(state%bolts)) march%bolts = state%bolts
+      if (allocated(state%tied)) then
+        if (size(state%tied) == size(march%ties)) march%ties%impulse = march%h*state%tied
+      end if
       if (.not. allocated(model%effects%contact)) return
       call grow_skin(bodies, fastest_vertex(bodies)*march%h)
       call find_near(bodies)
@@ -119,30 +134,20 @@ contains
     end associate
   end subroutine begin_march
 
-  !> Error where the scene has what small steps cannot do yet: pins, rollers, points that move, bolts.
-  subroutine refuse_ties(model, error)
+  !> Error where the scene has grouted bolts that cross joints.
+  subroutine refuse_grout(model, error)
     type(model_t), intent(in) :: model
     type(error_t), allocatable, intent(out) :: error
-    logical :: moves(model%n_blocks)
-    integer :: e, k
+    integer :: i
 
-    if (allocated(model%effects%bolt)) then
-      call fail(error, status_bad_input, 'expected integrator.scheme=''small_steps'' only without bolts, found some')
+    if (.not. allocated(model%effects%bolt)) return
+    do i = 1, size(model%effects%bolt%stiffness, 2)
+      if (.not. is_grouted(model%effects%bolt, i)) cycle
+      call fail(error, status_bad_input, 'expected integrator.scheme=''small_steps'' only without bolts.shear_stiffness, found '// &
+                'bolt '//number_text(i)//' that is grouted')
       return
-    end if
-    if (.not. allocated(model%effects%fixed_point)) return
-    moves = can_move(model)
-    associate (fixed => model%effects%fixed_point, free => model%elements%free)
-      do k = 1, size(free)
-        e = free(k)
-        if (fixed%first(e + 1) == fixed%first(e)) cycle
-        if (.not. moves(model%elements%block(e))) cycle
-        call fail(error, status_bad_input, 'expected integrator.scheme=''small_steps'' only with blocks that two or more fixed '// &
-                  'points hold or none does, found block '//number_text(model%elements%block(e)))
-        return
-      end do
-    end associate
-  end subroutine refuse_ties
+    end do
+  end subroutine refuse_grout
 
   !> Finds anew who is near whom.
   subroutine search_again(h, bodies)
@@ -164,30 +169,46 @@ contains
     type(bodies_t), intent(inout) :: bodies
     type(march_t), intent(inout) :: march
     integer :: k, sweeps
+    logical :: bounces, touches
 
     sweeps = merge(first_sweeps, 1, march%time < (first_steps - 0.5_dp)*march%h)
-    associate (h => march%h, rows => march%rows)
-      if (i > 1) call place_corners(bodies, all_of_them=.false.)
-      if (allocated(model%effects%contact)) then
-        call look_for_contacts(bodies)
-        call make_rows(bodies, model%effects%contact, model%outlines, h, rows)
-      end if
-      call kick(model, cache, state, bodies, march)
-      call start_warm(rows, bodies)
-      do k = 1, sweeps
-        call sweep(.true., h, rows, bodies)
-      end do
-      call drift(h, bodies)
-      call advance_rows(h, bodies, rows)
-      call sweep(.false., h, rows, bodies)
-      if (allocated(model%effects%contact)) then
-        if (model%effects%contact%restitution > 0) &
-          call bounce(model%effects%contact%restitution, least_speed(model, bodies, h), rows, bodies)
-        call keep_impulses(rows, bodies)
-      end if
-      march%outcome%sweeps = march%outcome%sweeps + sweeps + 1
-      bodies%near%moved = bodies%near%moved + h*fastest_vertex(bodies)
-    end associate
+    touches = allocated(model%effects%contact)
+    bounces = .false.
+    if (touches) bounces = model%effects%contact%restitution > 0
+    !$omp parallel num_threads(march%threads) if(march%threads > 1) private(k)
+    if (i > 1) call place_corners(bodies, all_of_them=.false.)
+    if (touches) then
+      call look_for_contacts(bodies)
+      call make_rows(bodies, model%effects%contact, model%outlines, march%h, march%rows)
+    end if
+    !$omp single
+    call find_ties(model, bodies, march%point, march%bolts, march%time, march%h, march%ties)
+    call kick(model, cache, state, bodies, march)
+    call start_ties_warm(march%ties, bodies)
+    !$omp end single
+    call start_warm(march%rows, bodies)
+    do k = 1, sweeps
+      !$omp single
+      call sweep_ties(.true., march%h, march%ties, bodies)
+      !$omp end single
+      call sweep(.true., march%h, march%rows, bodies)
+    end do
+    call drift(march%h, bodies)
+    call advance_rows(march%h, bodies, march%rows)
+    !$omp single
+    call turn_arms(march%h, bodies, march%ties)
+    call sweep_ties(.false., march%h, march%ties, bodies)
+    !$omp end single
+    call sweep(.false., march%h, march%rows, bodies)
+    !$omp single
+    if (bounces) call bounce(model%effects%contact%restitution, least_speed(model, bodies, march%h), march%rows, bodies)
+    !$omp end single
+    if (touches) call keep_impulses(march%rows, bodies)
+    !$omp end parallel
+    march%outcome%sweeps = march%outcome%sweeps + sweeps + 1
+    bodies%near%moved = bodies%near%moved + march%h*fastest_vertex(bodies)
+    if (size(march%ties) > 0) call move_points(model, cache, state, bodies, march%point)
+    if (allocated(march%bolts)) call accept_bolts(model%effects%bolt, march%point, march%bolts, march%yield)
     call book(bodies, march)
   end subroutine make_small_step
 
@@ -258,9 +279,10 @@ contains
     integer :: b, i, k
 
     do b = 1, bodies%n
-      if (bodies%moves(b)) march%outcome%work = march%outcome%work + 0.5_dp*march%h*dot_product(march%loads%load(:, b), &
+      if (bodies%moves(b)) march%outcome%work = march%outcome%work + 0.5_dp*march%kick*dot_product(march%loads%load(:, b), &
         march%before(:, b) + [bodies%velocity(:, b), bodies%spin(b)])
     end do
+    march%outcome%work = march%outcome%work + work_of_ties(march%ties)
     do i = 1, march%rows%n
       do k = 1, march%rows%row(i)%n
         march%friction = march%friction + abs(march%rows%row(i)%rub(k))*march%rows%row(i)%slid(k)/march%h
@@ -309,6 +331,9 @@ contains
     state%step = state%step + 1
     state%pace%last = dt
     state%pace%small = march%h
+    if (size(march%ties) > 0) state%tied = march%ties%impulse/march%h
+    if (allocated(state%bolts)) state%bolts = march%bolts
+    state%books%yield = state%books%yield + march%yield
     state%books%work = state%books%work + march%outcome%work
     state%books%damping = state%books%damping + march%damping
     state%books%friction = state%books%friction + march%friction

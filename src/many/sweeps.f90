@@ -9,7 +9,7 @@
 !> E. Catto, *Soft constraints* (GDC 2011) and *Solver2D* (2024); M. Macklin et al., *Small steps in physics simulation* (SCA 2019).
 module scree_sweeps
   use scree_bodies, only: bodies_t
-  use scree_contact_rows, only: row_t, rows_t
+  use scree_contact_rows, only: last_colour, row_t, rows_t
   use scree_kinds, only: dp, pi
   implicit none
   private
@@ -31,22 +31,33 @@ contains
   subroutine start_warm(rows, bodies)
     type(rows_t), intent(in) :: rows
     type(bodies_t), intent(inout) :: bodies
-    real(dp) :: impulse(2)
-    integer :: c, i, k
+    integer :: c, i
 
-    do c = 0, rows%n_colours - 1
+    do c = 0, min(rows%n_colours, last_colour) - 1
       !$omp do schedule(static)
       do i = rows%first(c), rows%first(c + 1) - 1
-        associate (row => rows%row(i))
-          do k = 1, row%n
-            impulse = row%push(k)*row%normal(:, k) + row%rub(k)*[-row%normal(2, k), row%normal(1, k)]
-            call strike(row, k, impulse, bodies)
-          end do
-        end associate
+        call strike_again(rows%row(i), bodies)
       end do
       !$omp end do
     end do
+    if (rows%n_colours <= last_colour) return
+    !$omp single
+    do i = rows%first(last_colour), rows%first(last_colour + 1) - 1
+      call strike_again(rows%row(i), bodies)
+    end do
+    !$omp end single
   end subroutine start_warm
+
+  !> Gives both bodies of a row its impulses.
+  subroutine strike_again(row, bodies)
+    type(row_t), intent(in) :: row
+    type(bodies_t), intent(inout) :: bodies
+    integer :: k
+
+    do k = 1, row%n
+      call strike(row, k, row%push(k)*row%normal(:, k) + row%rub(k)*[-row%normal(2, k), row%normal(1, k)], bodies)
+    end do
+  end subroutine strike_again
 
   !> Strikes both bodies of a row at a point.
   subroutine strike(row, k, impulse, bodies)
@@ -73,13 +84,19 @@ contains
     type(bodies_t), intent(inout) :: bodies
     integer :: c, i
 
-    do c = 0, rows%n_colours - 1
+    do c = 0, min(rows%n_colours, last_colour) - 1
       !$omp do schedule(static)
       do i = rows%first(c), rows%first(c + 1) - 1
         call settle_row(with_bias, h, rows%row(i), bodies)
       end do
       !$omp end do
     end do
+    if (rows%n_colours <= last_colour) return
+    !$omp single
+    do i = rows%first(last_colour), rows%first(last_colour + 1) - 1
+      call settle_row(with_bias, h, rows%row(i), bodies)
+    end do
+    !$omp end single
   end subroutine sweep
 
   !> Settles one row: its points across, then along.

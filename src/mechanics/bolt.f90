@@ -32,8 +32,8 @@ module scree_bolt
   use scree_system, only: element_unknowns
   implicit none
   private
-  public :: accept_bolts, add_bolt_between, add_bolts_of_element, begin_bolt, begin_bolts, bolt_energy, bolt_t, ends_of, &
-            forces_of, lengths_of, work_between
+  public :: accept_bolts, add_bolt_between, add_bolts_of_element, axis_of, begin_bolt, begin_bolts, bolt_energy, bolt_t, &
+            ends_of, forces_of, is_grouted, lengths_of, work_between
 
   integer, parameter :: n = element_unknowns
 

@@ -15,7 +15,7 @@ module scree_edge_load
   use scree_time_table, only: mean_of_ramp
   implicit none
   private
-  public :: load_at_ends, add_edge_loads, edge_load_t, load_on_piece, size_of_edge_loads, work_of_edge_loads
+  public :: add_edge_loads, edge_load_t, load_at_ends, load_on_piece, size_of_edge_loads, work_of_edge_loads
 
   integer, parameter :: n = element_unknowns
 

@@ -4,7 +4,7 @@ module scree_energy
       share_of_weight, supports_move, supports_move_exactly, work_of_bolts_between, work_of_loads, work_of_supports
   use scree_element_term, only: step_rule_t
   use scree_inertia, only: kinetic_energy, momentum
-  use scree_integrator, only: has_rigid_blocks, held_weight, holds_power
+  use scree_integrator, only: held_weight, holds_power
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_state, only: books_t, state_t
@@ -42,7 +42,7 @@ contains
           books%momentum = books%momentum + p
         end associate
       end do
-      if (has_rigid_blocks(model%settings)) books%strain = 0.0_dp
+      if (model%settings%takes_small_steps()) books%strain = 0.0_dp
       books%held = held_weight(model%settings)*books%held
       if (holds_power(model%settings)) books%held = held_in_half_a_step(model, cache, state)
       books%gravity = share_of_weight(model, state%time)*books%gravity
@@ -63,12 +63,12 @@ contains
 
     held = 0.0_dp
     if (state%step == 0) return
-    half = 0.5_dp*merge(state%pace%small, state%pace%last, has_rigid_blocks(model%settings))
+    half = 0.5_dp*merge(state%pace%small, state%pace%last, model%settings%takes_small_steps())
     share = share_of_weight(model, state%time)
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       associate (velocity => values_of(model%elements, e, state%velocity), own => cache%element(e))
-        if (has_rigid_blocks(model%settings)) then ! the velocity is that of half a step ago
+        if (model%settings%takes_small_steps()) then ! the velocity is that of half a step ago
           held = held - half*share*power_of_weight(model, own, e, velocity)
           cycle
         end if

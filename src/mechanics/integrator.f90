@@ -34,12 +34,10 @@ module scree_integrator
   use scree_element_term, only: step_rule_t
   use scree_kinds, only: dp
   use scree_scene, only: scheme_bathe, scheme_central_difference, scheme_energy_decaying, scheme_generalized_alpha, &
-    scheme_small_steps, &
                          scheme_newmark, settings_t, start_dissipative, transport_field
   implicit none
   private
-  public :: end_rates, has_rigid_blocks, held_weight, holds_power, rule_at_rest, step_rule_for, turns_acceleration, &
-            velocity_at_balance
+  public :: end_rates, held_weight, holds_power, rule_at_rest, step_rule_for, turns_acceleration, velocity_at_balance
 
 contains
 
@@ -169,7 +167,8 @@ contains
     type(step_rule_t) :: rule
 
     held_weight = 0.0_dp
-    if (any(settings%scheme == [scheme_central_difference, scheme_generalized_alpha, scheme_bathe, scheme_small_steps])) return
+    if (any(settings%scheme == [scheme_central_difference, scheme_generalized_alpha, scheme_bathe])) return
+    if (settings%takes_small_steps()) return
     rule = weights_of(settings)
     held_weight = rule%displacement_weight - 0.5_dp*rule%velocity_weight
   end function held_weight
@@ -178,15 +177,8 @@ contains
   pure logical function holds_power(settings)
     type(settings_t), intent(in) :: settings
 
-    holds_power = any(settings%scheme == [scheme_central_difference, scheme_small_steps])
+    holds_power = settings%scheme == scheme_central_difference .or. settings%takes_small_steps()
   end function holds_power
-
-  !> Whether the steps take blocks for rigid: their stress stores no energy.
-  pure logical function has_rigid_blocks(settings)
-    type(settings_t), intent(in) :: settings
-
-    has_rigid_blocks = settings%scheme == scheme_small_steps
-  end function has_rigid_blocks
 
   !> Whether the acceleration that a step hands on turns with its block, so that a body that spins stays in the step what it is.
   !> Shi's six rates, which are not a field, turn without this.

@@ -28,8 +28,8 @@ module scree_scene
   !> Integrator: Newmark in the letters of Zhang et al. 2019, the energy-momentum form, or that which dissipates; to compare with,
   !> the generalized-alpha method, explicit central differences, and Bathe's composite.
   integer, parameter, public :: scheme_newmark = 1, scheme_energy_momentum = 2, scheme_energy_decaying = 3, &
-                                scheme_generalized_alpha = 4, scheme_central_difference = 5, scheme_bathe = 6, &
-                                scheme_small_steps = 7
+                                scheme_generalized_alpha = 4, scheme_central_difference = 5, scheme_bathe = 6
+  integer, parameter :: scheme_small_steps = 7 !! `takes_small_steps` asks for it
   !> First step: as it comes, one step with beta 1, consistent acceleration, or that and the stress to it.
   integer, parameter, public :: start_zero = 1, start_dissipative = 2, start_acceleration = 3, start_consistent = 4
   !> Velocity of a DDA block from step to step: a vector field, or Shi's six rates.
@@ -157,6 +157,7 @@ module scree_scene
     real(dp) :: travel = huge(1.0_dp)       !! of a vertex in a step, at most, over half the size of the model
     logical :: chooses_step = .false.       !! by Shi's rules, from the displacement that a step may have
     real(dp) :: least_step = 0.0_dp         !! a step that must be smaller ends the run, time
+    integer :: threads = 1                  !! that small steps may use, of the command line
     real(dp) :: run_out = 0.01_dp           !! likewise of small steps, by which they choose their size
     real(dp) :: aim = 0.0_dp                !! fraction of its displacement that the run may be off by; 0: steps as given
     real(dp) :: balance = -1.0_dp           !! fraction of the forces out of balance at which a static run ends; below 0: none
@@ -235,6 +236,8 @@ module scree_scene
     logical :: loads_at_end = .false.       !! steps feel the loads of their end, not their mean
     real(dp) :: most_travel = huge(1.0_dp)  !! of a vertex in a step, length
     real(dp) :: frame_spacing = 0.0_dp      !! time from frame to frame, that of the step that passes it; 0 where another counts
+  contains
+    procedure :: takes_small_steps
   end type settings_t
 
   !> One name of the named groups with its value, after defaults.
@@ -260,6 +263,7 @@ module scree_scene
     logical :: with_classic = .false.       !! output of a run in Shi's form
     logical :: quiet = .false.
     logical :: with_json = .false.          !! a summary of a run as a JSON object
+    integer :: threads = 1                  !! that small steps may use
     logical :: strict = .false.             !! a model that calls for warnings does not run
   end type run_options_t
 
@@ -317,6 +321,13 @@ contains
     order = 'short'
     if (scene%in_shi_order) order = 'Shi''s, with the contact stiffness g0 and a table for each fixed and load point'
   end function order_text
+
+  !> Whether the integrator is that of small steps, which takes blocks for rigid.
+  pure logical function takes_small_steps(settings)
+    class(settings_t), intent(in) :: settings
+
+    takes_small_steps = settings%scheme == scheme_small_steps
+  end function takes_small_steps
 
   !> The kind of a stage, as `stage.kind` has it.
   pure function kind_of(stage) result(kind)

@@ -125,6 +125,7 @@ module scree_state
     integer, allocatable :: pair(:, :)         !! (2, n_pairs) elements that the equations of the last step coupled
     type(factored_t), allocatable :: factored(:) !! matrices whose factors the solutions of the next step go on from
     type(contact_memory_t) :: contacts
+    real(dp), allocatable :: tied(:)           !! (n) forces of ties of small steps, force per unit thickness
     type(bolt_memory_t), allocatable :: bolts  !! where the scene has any
     type(sleep_t), allocatable :: sleep        !! where the scene lets bodies sleep
     type(settling_t), allocatable :: settling  !! of a static run that ends in equilibrium

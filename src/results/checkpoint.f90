@@ -143,6 +143,7 @@ contains
     call archive%array('deformation', state%deformation)
     call archive%array('rotation', state%rotation)
     call archive%array('green', state%green)
+    call archive%array('tied', state%tied)
     call archive%array('pair', state%pair)
     call visit_factored(archive, state%factored)
     call visit_contacts(archive, state%contacts)

@@ -14,7 +14,6 @@ module scree_make_effects
   use scree_pairs, only: list_pairs, pair_of
   use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, rotation_linear, scene_t, &
                          scheme_bathe, scheme_central_difference, scheme_energy_decaying, scheme_energy_momentum, &
-                         scheme_small_steps, &
                          scheme_generalized_alpha, settings_t, strain_auto, strain_green, strain_rotation, time_table_t
   use scree_setting_table, only: index_of
   use scree_sorting, only: columns, sort_into
@@ -99,22 +98,7 @@ contains
         do i = 1, size(scene%block_material)
           effects%elasticity(:, :, i) = elasticity(scene%block_material(i), settings%plane)
         end do
-        select case (settings%scheme)
-        case (scheme_energy_momentum)
-          call name('inertia', 'every scene; the energy-momentum form of the step')
-        case (scheme_energy_decaying)
-          call name('inertia', 'every scene; the energy-decaying form of the step')
-        case (scheme_central_difference)
-          call name('inertia', 'every scene; explicit central differences, in steps that no element is too stiff for')
-        case (scheme_small_steps)
-          call name('inertia', 'every scene; small steps of rigid blocks, without strain, waves and stiffness of joints')
-        case (scheme_generalized_alpha)
-          call name('inertia', 'every scene; the generalized-alpha form of the step')
-        case (scheme_bathe)
-          call name('inertia', 'every scene; the composite form of Bathe, two steps at a time')
-        case default
-          call name('inertia', 'every scene; the Newmark form of the step')
-        end select
+        call name('inertia', 'every scene; '//form_of_step(settings))
         effects%large_deformation = any(settings%strain == [strain_green, strain_auto])
         effects%strain_rotation = settings%strain == strain_rotation
         select case (settings%strain)
@@ -468,5 +452,26 @@ contains
     write (digits, '(f6.1)') 100*share
     percent = trim(adjustl(digits))//' %'
   end function percent
+
+  !> The integrator in words.
+  pure function form_of_step(settings) result(form)
+    type(settings_t), intent(in) :: settings
+    character(len=:), allocatable :: form
+
+    form = 'the Newmark form of the step'
+    if (settings%takes_small_steps()) form = 'small steps of rigid blocks, without strain, waves and stiffness of joints'
+    select case (settings%scheme)
+    case (scheme_energy_momentum)
+      form = 'the energy-momentum form of the step'
+    case (scheme_energy_decaying)
+      form = 'the energy-decaying form of the step'
+    case (scheme_central_difference)
+      form = 'explicit central differences, in steps that no element is too stiff for'
+    case (scheme_generalized_alpha)
+      form = 'the generalized-alpha form of the step'
+    case (scheme_bathe)
+      form = 'the composite form of Bathe, two steps at a time'
+    end select
+  end function form_of_step
 
 end module scree_make_effects

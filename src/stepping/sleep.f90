@@ -20,8 +20,9 @@ module scree_sleep
   use scree_sets, only: root_of, unite
   use scree_sorting, only: columns
   use scree_state, only: state_t
+  use scree_step, only: advance
   use scree_system, only: last_of_block, unknowns_at_rest, values_of
-  use scree_time_stepper, only: advance, step_report_t
+  use scree_time_stepper, only: step_report_t
   use scree_timers, only: begin_phase, phase_sleep
   implicit none
   private

@@ -26,9 +26,8 @@ module scree_time_stepper
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_pair_effects, only: couples_pairs, list_coupled_pairs, list_pairs_of_bolts, order_contacts
-  use scree_scene, only: scheme_central_difference, scheme_small_steps
+  use scree_scene, only: scheme_central_difference
   use scree_settle, only: settle
-  use scree_small_steps, only: advance_by_small_steps, small_outcome_t
   use scree_state, only: state_t
   use scree_step_prediction, only: predict
   use scree_step_checks, only: check_state, check_try
@@ -41,7 +40,7 @@ module scree_time_stepper
   use scree_update, only: update_state
   implicit none
   private
-  public :: advance, step_report_t
+  public :: advance_by_solving, step_report_t
 
   !> Fraction of a step that did not settle (Zhang et al. 2019), and where Shi's rules choose the step.
   real(dp), parameter :: cut = 0.35_dp, shorter_cut = 0.3_dp
@@ -67,25 +66,7 @@ module scree_time_stepper
 
 contains
 
-  !> Takes `state` to the end of one step of size `dt`, or a smaller one, by the integrator of the scene.
-  !>
-  !> Errors: as of `advance_by_solving` and `advance_by_small_steps`.
-  subroutine advance(model, dt, cache, state, report, error)
-    type(model_t), intent(in) :: model
-    real(dp), intent(in) :: dt                !! size to try, time
-    type(cache_t), intent(inout) :: cache     !! of `state`, at the beginning and at the end
-    type(state_t), intent(inout) :: state
-    type(step_report_t), intent(out) :: report
-    type(error_t), allocatable, intent(out) :: error
-
-    if (model%settings%scheme == scheme_small_steps) then
-      call advance_small(model, dt, cache, state, report, error)
-    else
-      call advance_by_solving(model, dt, cache, state, report, error)
-    end if
-  end subroutine advance
-
-  !> `advance` by the equations of all elements; the step is smaller where it does not settle.
+  !> Takes `state` to the end of one step of size `dt`, or a smaller one where that does not settle.
   !>
   !> A rejected try has changed nothing. Where a signal asks to stop after one, or in a friction problem, the state stays as it was.
   !> Errors: the step falls below its least size; fixed points contradict each other; a block is lost.
@@ -94,7 +75,7 @@ contains
     real(dp), intent(in) :: dt                !! size to try, time
     type(cache_t), intent(inout) :: cache     !! of `state`, at the beginning and at the end
     type(state_t), intent(inout) :: state
-    type(step_report_t), intent(inout) :: report
+    type(step_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error
     type(try_t) :: try
 
@@ -125,28 +106,6 @@ contains
     allocate (report%balance)
     call find_balance(model, cache, try, state, report%balance, error)
   end subroutine advance_by_solving
-
-  !> `advance` by small steps, which are never cut.
-  subroutine advance_small(model, dt, cache, state, report, error)
-    type(model_t), intent(in) :: model
-    real(dp), intent(in) :: dt                !! time
-    type(cache_t), intent(inout) :: cache
-    type(state_t), intent(inout) :: state
-    type(step_report_t), intent(inout) :: report
-    type(error_t), allocatable, intent(out) :: error
-    type(small_outcome_t) :: outcome
-
-    call begin_outcome(report%outcome_t)
-    report%weight_share = mean_share_of_weight(model, step_rule_for(model%settings, state%step, state%time, state%pace%last, dt))
-    call advance_by_small_steps(model, dt, cache, state, outcome, error)
-    if (allocated(error)) return
-    report%dt = dt
-    report%iterations = outcome%steps
-    report%solves = outcome%sweeps
-    report%work = outcome%work
-    if (allocated(outcome%reached)) call move_alloc(outcome%reached, report%reached)
-    if (.not. allocated(report%reached)) call check_state(model, state, error)
-  end subroutine advance_small
 
   !> Work that loads, the ground and supports do in an accepted try. Exact supports bear what contacts press their bodies with.
   pure real(dp) function work_of_try(model, cache, state, try) result(work)

@@ -37,6 +37,9 @@ contains
     if (.not. same([a%stress], [b%stress])) name = 'stress'
     if (.not. same([a%deformation], [b%deformation])) name = 'deformation'
     if (.not. same(a%rotation, b%rotation)) name = 'rotation'
+    if (allocated(a%tied) .and. allocated(b%tied)) then
+      if (.not. same(a%tied, b%tied)) name = 'tied'
+    end if
     if (any(a%green .neqv. b%green)) name = 'strain'
     if (allocated(a%bolts) .neqv. allocated(b%bolts)) name = 'whether there are bolts'
     if (allocated(a%bolts) .and. allocated(b%bolts)) then

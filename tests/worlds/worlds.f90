@@ -18,7 +18,8 @@ module worlds
   use scree_state, only: state_t
   use scree_step_control, only: after_step, next_size
   use scree_text, only: text_t
-  use scree_time_stepper, only: advance, step_report_t
+  use scree_step, only: advance
+  use scree_time_stepper, only: step_report_t
   implicit none
   private
   public :: box, default_rock, end_world, jointed_rock, model_of_polygons, read_world, take_step, world_t
