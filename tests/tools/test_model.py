@@ -336,3 +336,56 @@ def test_names_that_are_not_there_are_one_sentence(tmp_path):
         r.closure((5, 1), (50, 50))
     with pytest.raises(scree.ScreeError, match="joints=: expected one of"):
         scree.plot(r, joints="all")
+
+
+def test_reactions_under_pressure_traction_water_and_forces(tmp_path):
+    m = scree.Model("dam")
+    m.material("rock", density=2500, young=1e10)
+    m.joint_material("base", phi=60)
+    m.block("rock", [(-5, -3), (8, -3), (8, 0), (-5, 0)])
+    m.block("dam", [(0, 0), (3, 0), (3, 5), (0, 5)])
+    m.support("floor", [(-5, -3), (8, -3)])
+    m.support("back", [(8, -3), (8, 0)], hold="normal")
+    m.load("snow", [(4, 0), (8, 0)], pressure=[1000, 3000], traction=(500, 0))
+    m.force("crane", (-3, -1), (200, -7000))
+    m.water([(-5, 4), (0, 4), (3, -1), (8, -1)])
+    m.static(balance=1e-6)
+    r = m.run(tmp_path / "dam.h5")
+    floor, back = r.support("floor").reaction, r.support("back").reaction
+    w = 9810
+    # The dam bears water at its wet side, w 4^2/2; the rock bears water on its outline alike on both sides but where levels differ:
+    # the left side from 4 to 7 deep, the right one from 0 to 2, the top on the left, uplift below the dam on both of its blocks, below.
+    sideways = w * (4 ** 2 / 2 + (4 + 7) / 2 * 3 - 2 ** 2 / 2) + 500 * 4 + 200
+    level = [(-5, 4), (0, 4), (3, -1), (8, -1)]
+    below = w * sum((x2 - x1) * ((y1 + 3) + (y2 + 3)) / 2 for (x1, y1), (x2, y2) in zip(level, level[1:]))
+    down = 2500 * 9.81 * (13 * 3 + 3 * 5) + 2000 * 4 + 7000 + w * 4 * 5 - below
+    assert floor[0] + back[0] == pytest.approx(-sideways, rel=2e-4)
+    assert floor[1] == pytest.approx(down, rel=2e-4) and back[1] == 0
+
+
+@pytest.mark.parametrize("words", ["m kg s", "m t s", "mm t s"])
+def test_units_change_no_answer(words, tmp_path):
+    scale = {"m": 1.0, "mm": 1e3}[words.split()[0]]
+    mass = {"kg": 1.0, "t": 1e-3}[words.split()[1]]
+    m = scree.Model("u", units=words)
+    assert m.units.water * scale ** 3 / mass == pytest.approx(1000)
+    m.material("rock", density=2500 * mass / scale ** 3, young=1e9 * mass / scale)
+    m.joint_material("plane", phi=30)
+    m.block("low", [(0, 0), (2 * scale, 0), (2 * scale, scale), (0, scale)])
+    m.block("high", [(0, scale), (scale, scale), (scale, 2 * scale), (0, 2 * scale)])
+    m.support("floor", [(0, 0), (2 * scale, 0)])
+    m.static()
+    r = m.run(tmp_path / "u.h5")
+    assert r.support("floor").reaction[1] == pytest.approx(3 * 2500 * 9.81 * mass, rel=1e-4)  # per unit thickness
+    assert scree.plot(r).get_xlabel() == f"x [{words.split()[0]}]"
+
+
+def test_refused_reactions_are_one_sentence(tmp_path):
+    m = incline(30, 40)
+    m.dynamic(time=0.01, size=0.005)
+    with pytest.raises(ResultsError, match="support: expected the end of a static run of DDA blocks"):
+        m.run(tmp_path / "i.h5").support("wedge")
+    m.static()
+    m["acceleration.table"] = [0, 0.1, 0, 1, 0.1, 0]
+    with pytest.raises(ResultsError, match="support: expected a run without acceleration.table"):
+        m.run(tmp_path / "j.h5").support("wedge")

@@ -21,7 +21,8 @@ if typing.TYPE_CHECKING:
     import pandas
     from shapely.geometry import Polygon
 
-    from .model.views import Bolts, Joint, Line, Support
+    from .model.reactions import Support
+    from .model.views import Bolts, Joint, Line
 
 GIVEN_AS = {"fixed": 1, "load": 2, "measured": 3}  # /points/kind
 STEPS = ("search", "alone", "assemble", "factor", "solve", "judge", "friction", "restitution", "check", "update", "sleep")
@@ -339,7 +340,7 @@ class Results(Group):
 
     def support(self, name: str, frame: int = -1) -> Support:
         """A support by name, or fixed points: its reaction at the end of a static run. Needs matplotlib."""
-        from .model.views import support_of
+        from .model.reactions import support_of
         return support_of(self, name, frame)
 
     def closure(self, p: Sequence[float] | str, q: Sequence[float] | str) -> np.ndarray:

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import math
+import numbers
 from collections.abc import Sequence
 
 from ..errors import ModelError
@@ -116,7 +117,7 @@ class Holding(Rock):
         """Loads the edges of blocks on a line: a pressure across them, one number or one for each point of the line; a traction (x, y)
         that keeps its direction."""
         line = places(line, "load(line=)", 2)
-        given = [pressure] * len(line) if isinstance(pressure, int | float) else list(pressure)
+        given = [pressure] * len(line) if isinstance(pressure, numbers.Real) else list(pressure)
         if len(given) != len(line):
             raise ModelError(f"load(pressure=): expected one number or {len(line)}, one for each point of the line, found {len(given)}")
         given = [number(one, "load(pressure=)") for one in given]
@@ -128,7 +129,7 @@ class Holding(Rock):
     def force(self, name: str, point: Point, force: Sequence) -> None:
         """A force on a point: (x, y), or times with (t, x, y), linear between. Constant forces may change in a stage."""
         at, there = vector(point, "force(point=)"), [row.name for row in self.geometry.loads]
-        of_times = len(list(force)) > 0 and not isinstance(force[0], int | float)
+        of_times = len(list(force)) > 0 and not isinstance(force[0], numbers.Real)
         if len(self.parts) > 1:
             one_of(name, there, "force(name=) in a stage")
         else:
@@ -194,10 +195,10 @@ class Holding(Rock):
         self._add_bolts("bolt_ring", name, [tuple((x + r * math.cos(way), y + r * math.sin(way)) for r in (radius, radius + length))
                                             for way in ways], (stiffness, strength, pretension, shear_stiffness, shear_strength))
 
-    def _add_bolts(self, word, name, ends, numbers):
+    def _add_bolts(self, word, name, ends, values):
         """Adds bolts with the same numbers to those in force."""
         given = {column: (number(value, f"{word}({column}=)", least=None if column == "stiffness" else 0,
-                                 above=0 if column == "stiffness" else None),) for column, value in zip(BOLT_NUMBERS, numbers)}
+                                 above=0 if column == "stiffness" else None),) for column, value in zip(BOLT_NUMBERS, values)}
         rows = [{"line": sum(tidied(pair), ()), "name": text(name, f"{word}(name=)"), **given} for pair in ends]
         self._set_rows("bolts.ends", self._rows("bolts.ends") + rows)
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import copy
+import numbers
 import pathlib
 import re
 import shutil
@@ -66,8 +67,8 @@ class Model(Holding):
         if isinstance(value, str):
             self.parts[-1][name] = Setting(value)
             return
-        values = [value] if isinstance(value, int | float) else list(value)
-        self.parts[-1][name] = Setting([one if isinstance(one, int) else number(one, f"model[{name!r}]") for one in values])
+        values = [value] if isinstance(value, numbers.Real) else list(value)
+        self.parts[-1][name] = Setting([int(one) if isinstance(one, numbers.Integral) else number(one, f"model[{name!r}]") for one in values])
 
     def __getitem__(self, name: str) -> str | float | list[float]:
         """A setting as the present stage has it; KeyError where nothing has been said of it."""
@@ -88,6 +89,8 @@ class Model(Holding):
         path = pathlib.Path(path)
         if path.suffix != ".ana":
             raise ModelError(f"save(path=): expected a name with .ana, found {str(path)!r}")
+        if not path.parent.is_dir():
+            raise ModelError(f"save(path=): expected a folder that is there, found '{path.parent}'")
         geometry = path.with_suffix(self.geometry.ending)
         texts = {geometry: self._geometry_text(), path: self._analysis_text(geometry.name)}
         for part in self.parts:
@@ -205,11 +208,11 @@ class Model(Holding):
         if dialect == "shi" or (dialect == "auto" and beyond > 0):
             self.contact_stiffness, self.tables = deck.number(), _tables([deck.number() for _ in range(beyond - 1)], deck.source)
         for i in range(n_blocks):
-            (numbers, name), *others = (deck.row(width) for width in (4, 3, 3, 3))
-            self.materials[name or str(i + 1)] = Material(*numbers, *(tuple(row) for row, _ in others))
+            (first, name), *others = (deck.row(width) for width in (4, 3, 3, 3))
+            self.materials[name or str(i + 1)] = Material(*first, *(tuple(row) for row, _ in others))
         for i in range(n_joints):
-            numbers, name = deck.row(3)
-            self.joint_materials[name or str(i + 1)] = JointMaterial(*numbers)
+            row, name = deck.row(3)
+            self.joint_materials[name or str(i + 1)] = JointMaterial(*row)
         deck.end()
         if (len(self.materials), len(self.joint_materials)) != (n_blocks, n_joints):
             raise ModelError(f"{deck.source}: expected each name of a material once, found one twice")
@@ -247,12 +250,12 @@ def _text_of(path: pathlib.Path, what: str) -> str:
         raise ModelError(f"{path}: expected {what}, found: {getattr(problem, 'strerror', None) or 'bytes that are no text'}") from None
 
 
-def _tables(numbers: list[float], source: str) -> list[list[tuple[float, ...]]]:
+def _tables(given: list[float], source: str) -> list[list[tuple[float, ...]]]:
     """The tables of fixed points and load points in Shi's order: first how many times each has, then their rows of three."""
     total = 0
-    for n in range(len(numbers) + 1):
-        if n + 3 * total == len(numbers):
-            counts, rows = [int(count) for count in numbers[:n]], iter(zip(*[iter(numbers[n:])] * 3))
+    for n in range(len(given) + 1):
+        if n + 3 * total == len(given):
+            counts, rows = [int(count) for count in given[:n]], iter(zip(*[iter(given[n:])] * 3))
             return [[next(rows) for _ in range(count)] for count in counts]
-        total += int(numbers[n]) if n < len(numbers) else 0
+        total += int(given[n]) if n < len(given) else 0
     raise ModelError(f"{source}: expected tables of points whose counts fit their numbers, found others")

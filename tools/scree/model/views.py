@@ -1,4 +1,4 @@
-"""Results by the names of a model: joints, bolts, supports; and by places: closures and lines.
+"""Results by the names of a model: joints and bolts; and by places: closures and lines.
 
 The names are those in the comments of the decks, which results hold. What has no name is found by its number from 1, as a text.
 """
@@ -14,16 +14,14 @@ from ..errors import ResultsError
 from ..overlays import edges_of_contact, parts_against_others
 from ..results import Results
 from .geometry import read_geometry
-from .holding import LINE
 from .model import Model
 from .text import Numbers
-from .words import HOLDS, vector, whole
+from .words import vector, whole
 
 ON_LINE = 1e-4   # of the size of the model: how far an edge on a line may lie from it (doc/decks.md)
 SLOPE = 0.01     # sine of the angle between them
 ALIKE = 1e-6     # of the size of the model: places that are one
 AT_ONCE = 500    # rows of a table of distances
-BALANCED = 1e-3  # of the forces on a block: what reactions may leave of them
 
 
 @dataclasses.dataclass
@@ -49,13 +47,6 @@ class Bolts:
     elongation: np.ndarray
     state: np.ndarray
     ends: np.ndarray
-
-
-@dataclasses.dataclass
-class Support:
-    """A support, or fixed points, in a frame: `reaction` is the force (x, y) on the rock."""
-
-    reaction: np.ndarray
 
 
 @dataclasses.dataclass
@@ -208,126 +199,6 @@ def names_of_bolts(model: Model) -> list[str]:
     return [name for _, name in known]
 
 
-# Supports
-
-def support_of(results: Results, name: str, frame: int = -1) -> Support:
-    """A support by name, of a static run of blocks. ResultsError where its reaction does not follow from what results hold.
-
-    The reactions on a block are what its stress, in the six displacements of a block of DDA (Shi 1988), lacks of its weight and of the
-    forces of contacts and bolts. Where supports share a corner, each bears a part of what is there.
-    """
-    model, frame = model_of(results).until(results.frame_stages[results._frame(frame)] - 1), results._frame(frame)
-    held = held_points(results, model)
-    names = dict.fromkeys(own for points in held.values() for own, *_ in points)
-    if name not in names:
-        raise ResultsError(f"support(name=): expected one of {', '.join(filter(None, names)) or 'none, as there are none'}, found '{name}'")
-    if results.n_elements > results.n_blocks or not results.is_static(frame) or frame == 0:
-        raise ResultsError("support: expected the end of a static run of DDA blocks, of which alone reactions are known")
-    if len({one for one, points in held.items() if any(own == name for own, *_ in points)} & loaded_blocks(results, model)):
-        raise ResultsError(f"support(name=): expected a support whose blocks bear no water, pressure, traction or force, found '{name}'")
-    total, polygons = np.zeros(2), results.polygons(frame)
-    bolts = forces_of_bolts(results, frame, polygons)
-    for block, points in held.items():
-        if not any(own == name for own, *_ in points) or not results.present(frame)[block - 1]:
-            continue
-        lacking, scale = lacking_forces(results, model, block, frame, bolts)
-        centre = results.bodies.centroid[frame][block - 1]
-        columns = np.array([modes_at(polygons[block - 1][corner] if corner is not None else place, centre).T @ way
-                            for _, way, corner, place in points]).T
-        found, *_ = np.linalg.lstsq(columns, lacking, rcond=None)
-        if np.abs(columns @ found - lacking)[:2].max() > BALANCED * scale:
-            raise ResultsError(f"support: expected block {block} in equilibrium, found forces out of balance")
-        total += sum((force * way for force, (own, way, *_) in zip(found, points) if own == name), np.zeros(2))
-    return Support(total)
-
-
-def modes_at(place, centre):
-    """Displacements at a place by the six freedoms of a block (2, 6): two shifts, turn, strains xx, yy, xy."""
-    x, y = place - centre
-    return np.array([[1, 0, -y, x, 0, y / 2], [0, 1, x, 0, y, x / 2]])
-
-
-def held_points(results, model):
-    """For each block with held points: the name of what holds, the direction held, its corner (None for a fixed point), its place."""
-    held, polygons, near = {}, results.polygons(0), tolerance_of(results)
-    for hold in HOLDS:
-        setting = model.in_force(f"support.{hold}")
-        for line, own in setting.rows(LINE) if setting else ():
-            side = np.array(line[2:]) - line[:2]
-            ways = {"both": np.eye(2), "x": [np.array([1.0, 0])], "y": [np.array([0, 1.0])],
-                    "normal": [np.array([-side[1], side[0]]) / np.linalg.norm(side)]}[hold]
-            for block, corners in zip(results.block, polygons):
-                after = np.roll(corners, -1, axis=0)
-                edges = np.flatnonzero(on_lines((corners + after) / 2, after - corners, [line], near))
-                for corner in np.unique(np.concatenate([edges, (edges + 1) % len(corners)])):
-                    held.setdefault(int(block), []).extend((own, way, int(corner), None) for way in ways)
-    if "points" in results:
-        rows = np.flatnonzero(results.points.kind == 1)
-        known = [row.name for row in model.geometry.fixed]
-        for i, k in enumerate(rows):
-            own = known[i] if len(known) == len(rows) else ""
-            block = int(results.block[results.points.element[k] - 1])
-            held.setdefault(block, []).extend((own, way, None, results.points.place[k]) for way in np.eye(2))
-    return held
-
-
-def loaded_blocks(results, model):
-    """Blocks with loads on their edges, or forces on their load points; all where water or the ground acts."""
-    everything = set(map(int, results.block))
-    for name in ("water.table", "acceleration.table", "acceleration.file"):
-        if (found := model.in_force(name)) and found.value != "none":
-            return everything
-    lines = [line for line, _ in (model.in_force("boundary.lines").rows(LINE) if model.in_force("boundary.lines") else ())]
-    found = set()
-    for block, corners in zip(results.block, results.polygons(0)):
-        after = np.roll(corners, -1, axis=0)
-        if on_lines((corners + after) / 2, after - corners, lines, tolerance_of(results)).any():
-            found.add(int(block))
-    if "points" in results:
-        found |= {int(results.block[k - 1]) for k in results.points.element[results.points.kind == 2]}  # noqa: PLR2004  load points
-    return found
-
-
-def lacking_forces(results, model, block, frame, bolts):
-    """What the stress of a block needs beyond its weight, contacts and bolts (6), and the size of these forces."""
-    centre, area = results.bodies.centroid[frame][block - 1], results.bodies.area[frame][block - 1]
-    material = int(results.material[block - 1])
-    weights = model.in_force("materials.unit_weight")
-    weight = weights.value[material - 1] if weights else list(model.materials.values())[material - 1].unit_weight
-    weight *= results.bodies.area[0][block - 1]
-    lacking = np.concatenate([[0, weight, 0], area * results.bodies.stress[frame][block - 1]])
-    scale = abs(weight)
-    contacts = results.contacts_of(frame)
-    for i in range(len(contacts) if contacts is not None else 0):
-        nx, ny = contacts.normal[i]
-        force = contacts.force[i, 0] * np.array([nx, ny]) + contacts.force[i, 1] * np.array([-ny, nx])
-        sign = {int(contacts.blocks[i, 0]): 1, int(contacts.blocks[i, 1]): -1}.get(block, 0)
-        lacking -= sign * modes_at(contacts.place[i], centre).T @ force
-        scale += abs(sign) * np.linalg.norm(force)
-    for own, place, force in bolts:
-        if own == block:
-            lacking -= modes_at(place, centre).T @ force
-            scale += np.linalg.norm(force)
-    return lacking, scale
-
-
-def forces_of_bolts(results, frame, polygons):
-    """The block, the place and the force of each end of each bolt; ends that the ground holds have none."""
-    if "bolts" not in results:
-        return []
-    if "shear" in results.bolts:
-        raise ResultsError("support: expected a run without grouted bolts, whose reactions are not known")
-    found = []
-    for ends, tension in zip(results.bolts.ends[frame].reshape(-1, 2, 2), results.bolts.force[frame]):
-        way = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
-        for place, force in ((ends[0], tension * way), (ends[1], -tension * way)):
-            away = [distance_to(polygon, place) for polygon in polygons]
-            k = int(np.argmin(away))
-            if away[k] <= ALIKE * size_of(results):
-                found.append((int(results.block[k]), place, force))
-    return found
-
-
 # Places
 
 def distance_to(polygon: np.ndarray, place: np.ndarray) -> float:
@@ -342,14 +213,13 @@ def distance_to(polygon: np.ndarray, place: np.ndarray) -> float:
     return float(np.linalg.norm(off - share[:, None] * side, axis=1).min())
 
 
-def element_at(results, place, frame, there):
+def element_at(results, polygons, place, there):
     """The element, from 0, that a place is in or, within the least distances of a model, beside; None where there is none."""
-    polygons, best = results.polygons(frame), (np.inf, None)
-    low, high = place - 2 * tolerance_of(results), place + 2 * tolerance_of(results)
+    near, best = tolerance_of(results), (np.inf, None)
     for e in np.flatnonzero(there):
-        if (polygons[e].max(0) >= low).all() and (polygons[e].min(0) <= high).all():
+        if (polygons[e].max(0) >= place - 2 * near).all() and (polygons[e].min(0) <= place + 2 * near).all():
             best = min(best, (distance_to(polygons[e], place), int(e)))
-    return best[1] if best[0] <= tolerance_of(results) else None
+    return best[1] if best[0] <= near else None
 
 
 def place_of(results, given, what):
@@ -366,13 +236,15 @@ def place_of(results, given, what):
 def closure_of(results: Results, p, q) -> np.ndarray:
     """How much nearer two points of the rock are to each other in each frame than at the start (f). The points are places at the start, or
     names of measured points. ResultsError where there is no rock at the end."""
-    file, there, ways = frames_of(results), results.present(-1), []
+    there, polygons, corners, ways = results.present(-1), results.polygons(0), results.corners(), []
     for given, what in ((p, "closure(p)"), (q, "closure(q)")):
         place = place_of(results, given, what)
-        element = element_at(results, place, 0, there)
+        element = element_at(results, polygons, place, there)
         if element is None:
             raise ResultsError(f"{what}: expected a place in the rock that is there at the end, found {tuple(map(float, place))}")
-        ways.append(np.array([file.moved(k, place[None], [element])[0] for k in range(results.n_frames)]))
+        off = np.vstack([(polygons[element] - place).T, np.ones(len(corners[element]))])
+        shares, *_ = np.linalg.lstsq(off, [0, 0, 1], rcond=None)  # of the corners: the field of an element is linear
+        ways.append(np.array([shares @ results.vertices(k)[corners[element]] for k in range(results.n_frames)]))
     apart = np.linalg.norm(ways[1] - ways[0], axis=1)
     return apart[0] - apart
 
@@ -383,7 +255,8 @@ def line_of(results: Results, p, q, frame: int = -1, count: int = 50) -> Line:
     shares = (np.arange(whole(count, "line(count=)")) + 0.5) / count
     frame, there = results._frame(frame), results.present(frame)
     places = p + shares[:, None] * (q - p)
-    found = [element_at(results, place, frame, there) for place in places]
+    polygons = results.polygons(frame)
+    found = [element_at(results, polygons, place, there) for place in places]
     kept = np.array([element is not None for element in found])
     stress = results.stress(frame)
     return Line(places[kept], np.linalg.norm(places[kept] - p, axis=1),
