@@ -43,6 +43,20 @@ def test_every_deck_is_read_and_written_without_loss(deck, tmp_path):
     assert sorted(before) == sorted(after)  # groups of a geometry stand in the analysis now
 
 
+CLASSIC = [(deck, geometry) for deck in sorted((SOURCE / "tests" / "data" / "classic").glob("*.ana"))
+           for geometry in deck.parent.glob("*.geo") if deck.stem.split("_")[0] == geometry.stem]
+
+
+@pytest.mark.parametrize(("deck", "geometry"), CLASSIC, ids=[deck.name for deck, _ in CLASSIC])
+def test_decks_of_numbers_alone_are_read_with_their_geometry(deck, geometry, tmp_path):
+    saved = scree.Model.read(deck, geometry).save(tmp_path / deck.name)
+    (first, second) = (scree.call("explain", *one) for one in ((geometry, deck), (saved,)))
+    assert first.returncode == second.returncode == 0
+    numbers = [[line for line in done.stdout.partition("\nsettings\n")[0].splitlines() if not line.startswith(("geometry:", "analysis:"))]
+               for done in (first, second)]
+    assert numbers[0] == numbers[1]
+
+
 @pytest.mark.parametrize("deck", RUNS)
 def test_a_deck_that_was_written_runs_to_the_same_bits(deck, tmp_path):
     deck = INPUT / deck
@@ -68,7 +82,7 @@ def slope():
     m.material("fill", density=2000, young=1e9, poisson=0.3)
     m.joint_material("bedding", phi=38)
     m.joint_material("steep", phi=38, cohesion=1e4, kn=1e10)
-    m.rock([(0, 0), (40, 0), (40, 18), (21, 18), (14, 4), (0, 4)], name="outline")
+    m.rock([(0, 0), (40, 0), (40, 18), (21, 18), (14, 4), (0, 4)], "rock", name="outline")
     m.joint_set("bedding", dip=33, spacing=2.5, length=100, randomness=0.4, seed=12)
     m.joint_set("steep", dip=-60, spacing=3, length=8, bridge=1, randomness=0.4, seed=12)
     m.excavation("niche", [(34, 14), (38, 14), (38, 16), (34, 16)], material="steep")
@@ -286,6 +300,8 @@ WRONG = {
     r"joint_material\(\*\*laws\): expected one of kn, .*found 'knn'": lambda: scree.Model().joint_material("x", knn=1),
     r"rock\(corners=\): expected at least 3 places": lambda: scree.Model().rock([(0, 0), (1, 1)]),
     r"rock\(corners=\): .* enclose no area": lambda: scree.Model().rock([(0, 0), (1, 1), (2, 2)]),
+    r"rock\(material=\): expected one of rock, fill, found none": lambda: slope_at_first().rock([(50, 0), (51, 0), (51, 1)]),
+    r"joint\(material=\): expected one of bedding, steep, found none": lambda: slope_at_first().joint("beding", [(0, 0), (1, 1)]),
     r"joint_set: expected rock before it": lambda: scree.Model().joint_set("a", dip=1, spacing=1, length=1),
     r"joint_set\(spacing=\): expected a number above 0": lambda: slope_at_first().joint_set("a", dip=1, spacing=0, length=1),
     r"support\(hold=\): expected one of normal, x, y, both, found 'all'": lambda: slope().support("s", [(0, 0), (1, 0)], hold="all"),
@@ -389,3 +405,35 @@ def test_refused_reactions_are_one_sentence(tmp_path):
     m["acceleration.table"] = [0, 0.1, 0, 1, 0.1, 0]
     with pytest.raises(ResultsError, match="support: expected a run without acceleration.table"):
         m.run(tmp_path / "j.h5").support("wedge")
+
+
+def test_joints_end_at_openings_and_a_tunnel_is_air(tmp_path):
+    m = scree.Model("tunnel")
+    m.material("rock", density=2600, young=1e10)
+    m.joint_material("joint", phi=30)
+    m.rock([(-10, -10), (10, -10), (10, 10), (-10, 10)])
+    m.joint("joint", [(-12, 0.5), (12, 0.5)])
+    m.opening(scree.arc((0, 0), 3, sides=24))
+    m.joint_set("set", dip=40, spacing=3, length=100, material="joint")
+    scree.cut(m.save(tmp_path / "t.ana"), output=tmp_path / "t.h5")
+    r = scree.read(tmp_path / "t.h5")
+    assert r.bodies.area[0].sum() == pytest.approx(400 - 12 * 9 * math.sin(math.radians(15)), rel=1e-9)
+    named = [row.numbers for row in m.geometry.joints if row.name == "joint"]
+    assert len(named) == 2 and named[0][0] == -10 and named[1][2] == 10
+    assert all(math.hypot((x1 + x2) / 2, (y1 + y2) / 2) > 2.9 for x1, y1, x2, y2 in (row.numbers for row in m.geometry.joints))
+
+
+def test_an_arch_bears_itself_and_bricks_stand(tmp_path):
+    m = scree.Model("stones")
+    m.material("stone", density=2000, young=1e10)
+    m.joint_material("bed", phi=40)
+    m.block("ground", [(-3, -1), (12, -1), (12, 0), (-3, 0)])
+    m.arch("arch", (0, 0), 2, 0.6, stones=12)
+    m.bricks("wall", (4, 0), columns=6, courses=8, width=1, height=0.5)
+    m.support("ground", [(-3, -1), (12, -1)])
+    m.static()
+    r = m.run(tmp_path / "stones.h5")
+    assert r.scene.status == "complete" and r.warnings == []
+    areas = r.bodies.area[0]
+    assert areas[1:13].sum() == pytest.approx(12 * math.sin(math.radians(15)) / 2 * (2.6 ** 2 - 2 ** 2)) and areas[13:].sum() == pytest.approx(24)
+    assert r.support("ground").reaction == pytest.approx([0, 2000 * 9.81 * areas.sum()], rel=1e-4, abs=100)

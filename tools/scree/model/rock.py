@@ -147,10 +147,12 @@ class Rock:
     # Rock that lines cut
 
     def rock(self, corners: Points, material: str | None = None, joint: str | None = None, name: str = "") -> None:
-        """A polygon of rock, which joints cut to blocks. A model may have more than one. `joint` is the joint material of its sides."""
+        """A polygon of rock, which joints cut to blocks. A model may have more than one. `joint` is the joint material of its sides, the
+        first unless it is given."""
         corners = _counter_clockwise(places(corners, "rock(corners=)", 3), "rock(corners=)")
         lines = self._lines("rock")
-        number = self._joint(joint, "rock(joint=)")
+        self._material(material, "rock(material=)")
+        number = self._joint(joint or next(iter(self.joint_materials), None), "rock(joint=)")
         lines.boundary += [Row((*p, *q), number, name) for p, q in _sides(corners)]
         self.region(corners, material)
 
@@ -163,16 +165,17 @@ class Rock:
             self.regions.append((corners, number))
 
     def opening(self, corners: Points, joint: str | None = None, name: str = "") -> None:
-        """A polygon of air in the rock from the start, such as a tunnel; joints drawn before end at its sides."""
+        """A polygon of air in the rock from the start, such as a tunnel; joints end at its sides. `joint` is as for `rock`."""
         corners = _counter_clockwise(places(corners, "opening(corners=)", 3), "opening(corners=)")
-        lines, number = self._lines("opening"), self._joint(joint, "opening(joint=)")
+        lines, number = self._lines("opening"), self._joint(joint or next(iter(self.joint_materials), None), "opening(joint=)")
         lines.joints = [Row((*p, *q), row.material, row.name) for row in lines.joints
                         for p, q in clipped(row.numbers[:2], row.numbers[2:], [corners], inside=False)]
         lines.boundary += [Row((*p, *q), number, name) for p, q in _sides(corners)]
         lines.holes.append(Row(_inside(corners), name=name))
 
     def joint(self, name: str, points: Points, material: str | None = None) -> None:
-        """A joint from point to point, as far as it lies in the rock. The joint material is that of its name unless it is given."""
+        """A joint from point to point, as far as it lies in the rock. The joint material is that of its name, or the only one, unless it
+        is given."""
         points = places(points, "joint(points=)", 2)
         number = self._joint(material, "joint(material=)", name)
         self._add_joints(text(name, "joint(name=)"), zip(points, points[1:]), number)
@@ -232,9 +235,10 @@ class Rock:
             if row.numbers[2:] == begun[0]:
                 loops.append(begun)
                 begun = []
-        holes = [row.numbers for row in self.geometry.holes]
-        openings = [one for one in loops if any(contains(one, x, y) for x, y in holes)
-                    and any(contains(other, *one[0]) or contains(other, *_inside(one)) for other in loops if other is not one)]
+        openings = []
+        for hole in self.geometry.holes:
+            around = sorted((one for one in loops if contains(one, *hole.numbers)), key=lambda one: abs(area_of(one)))
+            openings += around[:1] if len(around) > 1 else []
         return [one for one in loops if one not in openings], openings
 
     # Finished blocks
@@ -322,14 +326,19 @@ class Rock:
             raise ModelError(f"{word}: expected it before the first stage, as no stage changes the geometry or the initial stress")
 
     def _material(self, name, what):
-        """The number of a material; the first where no name is given."""
-        return 1 if name is None else list(self.materials).index(one_of(name, self.materials, what)) + 1
+        """The number of a material; that of the only one where no name is given."""
+        return self._number_of(name, self.materials, what)
 
     def _joint(self, name, what, otherwise=""):
-        """The number of a joint material; that of another name, or the first, where no name is given."""
-        if name is None:
-            name = otherwise if otherwise in self.joint_materials else None
-        return 1 if name is None else list(self.joint_materials).index(one_of(name, self.joint_materials, what)) + 1
+        """The number of a joint material; that of another name, or of the only one, where no name is given."""
+        return self._number_of(otherwise if name is None and otherwise in self.joint_materials else name, self.joint_materials, what)
+
+    @staticmethod
+    def _number_of(name, there, what):
+        """The number of a material, from 1, by its name; ModelError where none is given of several."""
+        if name is None and len(there) > 1:
+            raise ModelError(f"{what}: expected one of {', '.join(there)}, found none")
+        return 1 if name is None else list(there).index(one_of(name, there, what)) + 1
 
     def material_lines(self) -> list[Row]:
         """The material lines of the regions: a point in each block inside one. The program cuts the rock for them."""
