@@ -170,6 +170,8 @@ def test_the_factor_of_an_incline_and_its_reaction(tmp_path):
     true = math.tan(math.radians(40)) / math.tan(math.radians(30))
     assert factor.stands <= true * 1.001 and factor.falls >= true * 0.999 and float(factor) == pytest.approx(true, rel=0.004)
     assert factor.mechanism.scene.status.startswith("moves")
+    falls = m.run(tmp_path / "falls.h5", set={"joint(plane).phi": 25, "material(rock).density": 2400})
+    assert falls.scene.status.startswith("moves")
     r = m.run(tmp_path / "stands.h5")
     weight = 2500 * 9.81 * (1 + 50 * math.tan(math.pi / 6))
     assert r.support("wedge").reaction == pytest.approx([0, weight], rel=1e-4, abs=1e-3 * weight)
@@ -280,8 +282,8 @@ def test_functions_of_the_tools(tmp_path):
     film = scree.film(r, tmp_path / "i.gif", every=3, dpi=40)
     assert film.read_bytes()[:4] == b"GIF8"
     assert scree.report(r).read_text().startswith("<!DOCTYPE html>") and scree.report(r) == tmp_path / "i.html"
-    rows = scree.study(m, grid={"joint(1).phi": [10, 40]}, set={"output.every": 10}, folder=tmp_path / "study", jobs=1)
-    assert [row["joint(1).phi"] for row in rows] == ["10", "40"] and rows[0]["displacement.largest"] > 10 * rows[1]["displacement.largest"]
+    rows = scree.study(m, grid={"joint(plane).phi": [10, 40]}, set={"output.every": 10}, folder=tmp_path / "study", jobs=1)
+    assert [row["joint(plane).phi"] for row in rows] == ["10", "40"] and rows[0]["displacement.largest"] > 10 * rows[1]["displacement.largest"]
 
 
 def mixed():
@@ -313,6 +315,7 @@ WRONG = {
     r"bolt\(stiffness=\): expected a number above 0": lambda: slope().bolt("b", (0, 0), (1, 1), stiffness=0),
     r"in_situ\(unit_weight=\): expected the unit weight of the overburden": lambda: slope_at_first().in_situ(0, 1),
     r"model\[name\]: expected GROUP.NAME": lambda: slope().__setitem__("restitution", 1),
+    r"joint\(plan\).phi: expected one of plane, found 'plan'": lambda: scree.study(incline(30, 40), grid={"joint(plan).phi": [1]}),
     r"save\(path=\): expected a name with .ana": lambda: slope().save("x.txt"),
     r"nowhere.ana: expected an analysis deck, found: No such file": lambda: scree.Model.read("nowhere.ana"),
 }

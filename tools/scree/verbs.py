@@ -125,16 +125,15 @@ def fs(what: Scene, joints: Iterable[str | int] = (), balance: float = 1e-4, wit
     """The factor of safety of a model or a deck by strength reduction, as `tools/fs` finds it. `joints` are the joint materials to weaken, by
     name or number, all where none is given. NoFactor where strength does not decide."""
     from .safety import Reduction, find
-    name = what.name if isinstance(what, Model) else pathlib.Path(what).stem
-    folder = made_folder(folder or f"{name}-fs")
     model = what if isinstance(what, Model) else Model.read(what)
     names = list(model.joint_materials)
     unknown = [one for one in joints if isinstance(one, str) and one not in names]
     if unknown:
         raise ScreeError(f"fs(joints=): expected joint materials ({', '.join(names)}), found {unknown[0]!r}")
+    folder = made_folder(folder or f"{model.name}-fs")
     numbers = [names.index(one) + 1 if isinstance(one, str) else int(one) for one in joints]
     with in_words_of_python():
-        reduction = Reduction([deck_of(what, folder)], settings_of(set), numbers, balance, folder)
+        reduction = Reduction([deck_of(what, folder)], settings_of(model, set), numbers, balance, folder)
         return FactorOfSafety(*find(reduction, within, most, show=lambda *_: None), folder)
 
 
@@ -143,20 +142,22 @@ def study(what: Scene, grid: Mapping[str, typing.Any] | None = None, sample: Map
           jobs: int | None = None, keep: bool = False) -> list[dict[str, typing.Any]]:
     """Runs a model or a deck with many numbers, as `tools/study` does, and returns a row for each run by the names of its columns.
 
-    `grid`, `sample` and `quantities` are those of its TOML files (doc/studies.md), such as {"joint(1).phi": [20, 30, 40]}. Runs that
-    `folder` has from before are not made again.
+    `grid`, `sample` and `quantities` are those of its TOML files (doc/studies.md), such as {"joint(bedding).phi": [20, 30, 40]}. Runs
+    that `folder` has from before are not made again.
     """
     from .studies.runs import Study
     from .studies.tables import checked, table_of
-    name = what.name if isinstance(what, Model) else pathlib.Path(what).stem
-    folder = made_folder(folder or f"{name}-study").absolute()
-    given = {"grid": dict(grid or {}), "sample": dict(sample or {}), "set": settings_of(set),
+    model = what if isinstance(what, Model) else Model.read(what)
+    names = {model.numbered(one): one for one in (*(grid or {}), *(sample or {}))}
+    given = {"grid": {model.numbered(one): values for one, values in (grid or {}).items()},
+             "sample": {model.numbered(one): values for one, values in (sample or {}).items()}, "set": settings_of(model, set),
              "quantities": {key: list(value) for key, value in (quantities or {}).items()}}
+    folder = made_folder(folder or f"{model.name}-study").absolute()
     with in_words_of_python():
         table = checked("study(grid=, sample=)", table_of("study", given))
         runs = Study(table, [pathlib.Path(deck_of(what, folder)).absolute()], [], folder, keeps_results=keep)
         runs.run(range(len(runs.keys)), jobs or len(os.sched_getaffinity(0)))
-        header = runs.header()
+        header = [names.get(column, column) for column in runs.header()]
         return [dict(zip(header, line)) for line in runs.lines()]
 
 
@@ -165,6 +166,6 @@ def deck_of(what: Scene, folder: StrPath) -> pathlib.Path:
     return what.save(pathlib.Path(folder, f"{what.name}.ana")) if isinstance(what, Model) else pathlib.Path(what)
 
 
-def settings_of(set: Mapping[str, typing.Any] | None) -> list[str]:
+def settings_of(model: Model, set: Mapping[str, typing.Any] | None) -> list[str]:
     """Settings by name as texts."""
-    return [f"{name}={as_word(value)}" for name, value in (set or {}).items()]
+    return [f"{model.numbered(name)}={as_word(value)}" for name, value in (set or {}).items()]

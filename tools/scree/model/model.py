@@ -8,6 +8,7 @@ import re
 import shutil
 import tempfile
 import typing
+from collections.abc import Mapping
 
 from ..errors import ModelError
 from ..program import StrPath, call, done_or_failed, run
@@ -17,9 +18,10 @@ from .geometry import Blocks, Geometry, Lines, read_geometry
 from .holding import Holding
 from .rock import JointMaterial, Material
 from .text import Numbers, Setting, groups_text, number_text, numbers_text, opening_text, quoted, with_comment
-from .words import UnitSystem, number, text
+from .words import UnitSystem, number, one_of, text
 
 UNITS = re.compile(r"^units: ([^,\n]+), gravity (\S+)$", re.M)
+MATERIAL_NAME = re.compile(r"(joint|material)\((.+)\)(\..+)")
 GROUPS_OF_PLACES = ("blocks", "bolts", "support", "boundary", "water")  # that a geometry may have
 MATERIAL_ROWS = ("density, unit weight, Young's modulus, Poisson's ratio", "initial stress xx yy xy at y = 0", "its increase with y",
                  "velocity x y, rotation rate")
@@ -226,11 +228,21 @@ class Model(Holding):
             done = done_or_failed(call("check", deck.name, cwd=folder))
         return (done.stdout + done.stderr).strip()
 
-    def run(self, output: StrPath | None = None, **options: typing.Any) -> Results:
+    def run(self, output: StrPath | None = None, set: Mapping[str, typing.Any] | None = None, **options: typing.Any) -> Results:
         """Writes the decks, runs them and returns the results, as `scree.run` does with the same options. `output` is the results file,
-        by default that of the name of the model here; the decks stand beside it."""
+        by default that of the name of the model here; the decks stand beside it. `set` has values by name, such as
+        {"joint(bedding).phi": 30}."""
         output = pathlib.Path(output or f"{self.name}.h5")
-        return run(self.save(output.with_suffix(".ana")), output=output, **options)
+        given = {self.numbered(name): value for name, value in (set or {}).items()}
+        return run(self.save(output.with_suffix(".ana")), output=output, set=given, **options)
+
+    def numbered(self, name: str) -> str:
+        """A name for `--set` with numbers of materials in place of their names, as joint(1).phi of joint(bedding).phi."""
+        found = MATERIAL_NAME.fullmatch(name)
+        if not found or found[2].isdigit():
+            return name
+        there = self.joint_materials if found[1] == "joint" else self.materials
+        return f"{found[1]}({_place(there, one_of(found[2], there, name))}){found[3]}"
 
     def plot(self, **options: typing.Any) -> typing.Any:
         """A picture of the model as set up: axes of matplotlib. Options are those of `scree.plot`."""
