@@ -9,7 +9,7 @@ module scree_body_search
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_contact_rules, only: looks_at_all, set_reach
   use scree_contacts, only: body_search_t, contact_law_t, outlines_t, parallel
-  use scree_corners, only: side_lengths
+  use scree_corners, only: side_length, side_lengths
   use scree_interpolation, only: most_moved
   use scree_kinds, only: dp
   use scree_model, only: model_t
@@ -34,14 +34,13 @@ contains
   !>
   !> Beyond the end of an edge its line is crossed as far as the overlap over the sine of the corner goes; a contact that is
   !> found or lost there would bring or take the energy of its spring. Corners that turn by less than `parallel` may.
-  pure function reach_of(law, margin, pressed, way, edge, side) result(near)
+  elemental real(dp) function reach_of(law, margin, pressed, way, edge, side) result(near)
     type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: margin(:)            !! (n) that the search adds to the way, length
-    real(dp), intent(in) :: pressed(:)           !! (n) largest overlap of a spring of their body, length
-    real(dp), intent(in) :: way(:)               !! (n) by the velocity, length
-    real(dp), intent(in) :: edge(:)              !! (n) shortest about, length
-    real(dp), intent(in) :: side(:)              !! (n) shortest about, length
-    real(dp) :: near(size(way))
+    real(dp), intent(in) :: margin               !! that the search adds to the way, length
+    real(dp), intent(in) :: pressed              !! largest overlap of a spring of the body, length
+    real(dp), intent(in) :: way                  !! by the velocity, length
+    real(dp), intent(in) :: edge                 !! shortest about, length
+    real(dp), intent(in) :: side                 !! shortest about, length
 
     near = reach_in_motion(law%leap, margin, pressed, way, edge, side)
     call set_reach(law, near)
@@ -151,18 +150,18 @@ contains
       end do
       bodies%margin = bodies%margin + at_rest*minval(bodies%shortest)
       bodies%pressed = bodies%pressed + at_rest*at_rest*minval(bodies%shortest)
-      bodies%reach = reach_at_rest(model, bodies, bodies%longest)
+      bodies%reach = reach_at_rest(model, bodies, bodies%longest, bodies%longest)
     end associate
   end subroutine measure_bodies
 
-  !> How far contacts of what does not move are looked for, as long as circles hold, with the longest side about.
-  elemental real(dp) function reach_at_rest(model, bodies, longest) result(reach)
+  !> How far contacts of what does not move are looked for, as long as circles hold, with the longest edge and side about.
+  elemental real(dp) function reach_at_rest(model, bodies, edge, side) result(reach)
     type(model_t), intent(in) :: model
     type(body_search_t), intent(in) :: bodies
-    real(dp), intent(in) :: longest               !! side about, length
+    real(dp), intent(in) :: edge, side            !! longest about, length
 
-    reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, longest, longest) &
-            + room*longest + model%effects%contact%most_dilated
+    reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, edge, side) + room*edge &
+            + model%effects%contact%most_dilated
   end function reach_at_rest
 
   !> Counts the displacement of a step, from above: where all bodies kept clear of others what velocity made, and as much more as
@@ -329,7 +328,7 @@ contains
         if (outlines%gone(j)) cycle
         associate (start => x(:, outlines%start(j)), finish => x(:, outlines%finish(j)))
           reach = bodies%reach(outlines%block(j))
-          if (outlines%fixed(j)) reach = reach_at_rest(model, bodies, maxval(side_lengths(outlines, x, [j])))
+          if (outlines%fixed(j)) reach = reach_at_rest(model, bodies, norm2(finish - start), side_length(outlines, x, j))
           range = cells_of_box(grid, min(start, finish) - reach, max(start, finish) + reach)
           do row = range(2, 1), range(2, 2)
             do column = range(1, 1), range(1, 2)

@@ -1,6 +1,7 @@
 !> The contacts as a step finds them (Shi's df07).
 module scree_contact_beginning
-  use scree_contact_pairs, only: contact_of, entrances_t, has_same_entrances, list_entrances
+  use scree_contact_lists, only: entrances_t
+  use scree_contact_pairs, only: contact_of, has_same_entrances, list_entrances
   use scree_contact_rules, only: begin_contact, bonds_by_length, decides_outside, has_bonds, keeps_stiffness, place
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: entrance_t, outlines_t, state_locked
@@ -10,6 +11,7 @@ module scree_contact_beginning
   use scree_joint_stiffness, only: bonded_entrance, bonded_length, keep_stiffness, mean_of_bonds, measure_contact, stiffen_contact
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
+  use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_state, only: state_t, step_of_run
   implicit none
   private
@@ -50,7 +52,7 @@ contains
     if (.not. allocated(try%largest)) allocate (try%largest(model%n_blocks))
     try%block_weight = weights_of_blocks(model, rule)
     try%doubt = [(0.0_dp, i=1, size(try%contact))]
-    try%rounding = round_off*maxval(abs(state%vertex))
+    try%rounding = round_off*largest_coordinate(model, cache, state)
     at_rest = 0.0_dp
     call place(model, cache, state, at_rest, try)
     if (first_of_run) call bond_contacts(model%outlines, state%vertex, try)
@@ -68,6 +70,21 @@ contains
     end do
     if (first_of_run .and. decides_outside(try%law)) call close_bonds(try)
   end subroutine begin_contacts
+
+  !> Largest coordinate of a vertex, of which those of elements that cannot move are known, length.
+  pure real(dp) function largest_coordinate(model, cache, state) result(largest)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    integer :: k
+
+    largest = cache%fixed_extent
+    associate (shape => model%elements%shape, free => model%elements%free)
+      do k = 1, size(free)
+        largest = max(largest, maxval(abs(state%vertex(:, first_vertex_of(shape, free(k)):last_vertex_of(shape, free(k))))))
+      end do
+    end associate
+  end function largest_coordinate
 
   !> The contacts of a step that is tried again, as Shi's programs leave them: in the states of the last judgement.
   pure subroutine begin_again(rule, try)
@@ -95,7 +112,7 @@ contains
     call list_entrances(before%contact, n, entrances)
     do i = 1, size(try%contact)
       associate (contact => try%contact(i), vertex => try%contact(i)%entrance(1)%vertex)
-        do place = entrances%first(vertex), entrances%first(vertex + 1) - 1
+        do place = entrances%first(vertex), entrances%last(vertex)
           j = contact_of(entrances%number(place))
           associate (was => before%contact(j))
             if (.not. has_same_entrances(was, contact)) cycle

@@ -36,9 +36,9 @@ contains
     real(dp), intent(in) :: position(:, :)       !! (2, n_vertices) of the elements, length
     real(dp), intent(in) :: predicted(:, :)      !! (2, n) displacement of the vertices of the outlines, by their velocity, length
     logical, intent(in) :: self_contact          !! a body may touch itself
-    type(contact_memory_t), intent(in) :: memory
-    type(contact_search_t), intent(inout) :: search
-    type(contact_try_t), intent(inout) :: try    !! with law, margin and swing; gets contacts, and where they were looked for
+    type(contact_memory_t), target, intent(in) :: memory
+    type(contact_search_t), target, intent(inout) :: search !! gets where contacts were looked for
+    type(contact_try_t), intent(inout) :: try    !! with law, margin and swing; gets contacts
     type(look_t) :: look
     integer :: k, near(2)
 
@@ -53,16 +53,14 @@ contains
           call add_contact(try%law, outlines, position, encounter_of_edge(i, edges_along(outlines, look%survey, i, j)), look)
       end associate
     end do
-    call drop_repeats(size(outlines%start), look%found, look%n_found)
+    call drop_repeats(size(outlines%start), look%found, look%n_found, search%found)
     try%contact = look%found(:look%n_found)
     call let_one_go_on(outlines, look%survey, look%past, try%contact)
     if (joints_give_way(try%law)) call follow_faces(try%law, outlines, position, look%survey, look%past, try%contact)
     if (joints_wear(try%law)) call wear_as_beside(outlines, look%survey, look%past, try%contact)
     try%inside = pairs_inside(try%contact, look%survey%local)
     call move_alloc(look%nearby, try%nearby)
-    call move_alloc(look%survey%near, try%near)
-    call move_alloc(look%survey%local_side, try%local_side)
-    call move_alloc(look%survey%turning, try%turning)
+    call move_alloc(look%survey, search%survey)
   end subroutine find_contacts
 
   !> Adds the contacts of vertex i near edge j: those of the corners at i and at an end of the edge, if these are near each other,
@@ -132,7 +130,7 @@ contains
     logical :: is_borne                          ! others press on the faces of a contact, by half as much at least
     integer :: k
 
-    most = 0.0_dp
+    most(:, survey%edge) = 0.0_dp
     do k = 1, size(past%contact)
       if (.not. moves_along(past%contact(k))) cycle
       associate (own => past%contact(k)%pressed, faces => faces_of(outlines, survey, past%contact(k)))

@@ -19,7 +19,7 @@ module scree_contact_look
 
   !> The detection of contacts in one step.
   type :: look_t
-    type(survey_t) :: survey                      !! edges, corners and reaches
+    type(survey_t), allocatable :: survey         !! edges, corners and reaches
     type(past_t) :: past                          !! contacts of the step before
     logical :: may_rest                           !! a vertex behind an edge by which it did not enter has no contact there
     real(dp) :: depth                             !! largest penetration at which a vertex over an edge is looked at, length
@@ -38,30 +38,35 @@ contains
     real(dp), intent(in) :: position(:, :)        !! (2, n_vertices) of the elements, length
     real(dp), intent(in) :: predicted(:, :)       !! (2, n) displacement of the vertices of the outlines by their velocity, length
     logical, intent(in) :: self_contact           !! a body may touch itself
-    type(contact_memory_t), intent(in) :: memory
-    type(contact_search_t), intent(inout) :: search
+    type(contact_memory_t), target, intent(in) :: memory
+    type(contact_search_t), target, intent(inout) :: search
     type(contact_try_t), intent(inout) :: try     !! with its law, and its margin and swing, else it gets none
     type(look_t), intent(out) :: look
+    integer :: k
 
     if (.not. allocated(search%bodies%vertex)) call list_all(outlines, search%bodies)
-    if (.not. allocated(try%margin)) allocate (try%margin(maxval(outlines%block)), source=0.0_dp)
-    if (.not. allocated(try%swing)) allocate (try%swing(maxval(outlines%block)), source=0.0_dp)
-    call recall_contacts(outlines, memory, look%past)
+    if (.not. allocated(try%margin)) allocate (try%margin(size(outlines%first) - 1), source=0.0_dp)
+    if (.not. allocated(try%swing)) allocate (try%swing(size(outlines%first) - 1), source=0.0_dp)
+    call recall_contacts(outlines, memory%contact, search%past, look%past)
     try%pressed = pressed_of_blocks(outlines, look%past)
     look%pressed = try%pressed
-    associate (about => search%bodies%about)
-      call survey_edges(outlines, position, search%bodies%farther, about, look%survey)
-      look%survey%way = predicted
+    call move_alloc(search%survey, look%survey)
+    if (.not. allocated(look%survey)) allocate (look%survey)
+    associate (about => search%bodies%about, farther => search%bodies%farther)
+      call survey_edges(outlines, position, farther, about, look%survey)
+      look%survey%way(:, farther) = predicted(:, farther)
       call find_corners(outlines%previous, about, look%survey)
-      look%survey%turning(about) = 0.0_dp
-      if (corners_turn(try%law)) &
-        look%survey%turning(about) = max(turning_of(outlines, look%survey, try%swing, about), &
-                                         turning_of(outlines, look%survey, try%swing, outlines%previous(about)))
+      do k = 1, size(about)
+        look%survey%turning(about(k)) = 0.0_dp
+        if (corners_turn(try%law)) &
+          look%survey%turning(about(k)) = max(turning_of(outlines, look%survey, try%swing, about(k)), &
+                                              turning_of(outlines, look%survey, try%swing, outlines%previous(about(k))))
+      end do
       call set_reaches(outlines, about, memory, try, look%survey)
       call find_nearby(outlines, position, look%survey%near, look%survey%local, self_contact, search, look%nearby, look%n_sorted)
       look%nearby = reshape([look%nearby, memory%inside], [2, size(look%nearby, 2) + size(memory%inside, 2)])
-      call measure_beside(outlines, look%nearby, look%survey%length, look%survey%local)
-      call measure_beside(outlines, look%nearby, look%survey%side, look%survey%local_side)
+      call measure_beside(outlines, about, look%nearby, look%survey%length, look%survey%local)
+      call measure_beside(outlines, about, look%nearby, look%survey%side, look%survey%local_side)
       call set_reaches(outlines, about, memory, try, look%survey)
     end associate
     look%may_rest = looks_as_far_as_it_moves(try%law)
@@ -71,15 +76,16 @@ contains
 
   !> Gives vertices and edges that are near each other the smallest length about both, so that a large block takes the measure of a
   !> small block beside it.
-  pure subroutine measure_beside(outlines, nearby, length, local)
+  pure subroutine measure_beside(outlines, about, nearby, length, local)
     type(outlines_t), intent(in) :: outlines
+    integer, intent(in) :: about(:)               !! vertices that are looked at
     integer, intent(in) :: nearby(:, :)           !! (2, m) vertices and edges near each other
     real(dp), intent(in) :: length(:)             !! (n) of edges or of their sides, length
     real(dp), intent(inout) :: local(:)           !! (n) smallest of them at each vertex, length
     real(dp) :: own(size(local))
     integer :: k
 
-    own = local
+    own(about) = local(about)
     do k = 1, size(nearby, 2)
       associate (i => nearby(1, k), j => nearby(2, k))
         local([j, outlines%next(j)]) = min(local([j, outlines%next(j)]), own(i))
@@ -88,16 +94,15 @@ contains
     end do
   end subroutine measure_beside
 
-  !> Angle by which edges may turn in the step, rad.
-  pure function turning_of(outlines, survey, swing, edge) result(turning)
+  !> Angle by which an edge may turn in the step, rad.
+  pure real(dp) function turning_of(outlines, survey, swing, edge) result(turning)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     real(dp), intent(in) :: swing(:)              !! (n_blocks) angle beyond what velocities make, rad
-    integer, intent(in) :: edge(:)
-    real(dp) :: turning(size(edge))
+    integer, intent(in) :: edge
 
     associate (way => survey%way, next => outlines%next(edge), block => outlines%block(edge))
-      turning = min(most_turning, beyond_turn*norm2(way(:, next) - way(:, edge), 1)/survey%length(edge) + swing(block))
+      turning = min(most_turning, beyond_turn*norm2(way(:, next) - way(:, edge))/survey%length(edge) + swing(block))
     end associate
   end function turning_of
 
@@ -109,16 +114,18 @@ contains
     type(contact_memory_t), intent(in) :: memory
     type(contact_try_t), intent(in) :: try
     type(survey_t), intent(inout) :: survey
-    real(dp) :: still(size(about)), way(size(about))
+    real(dp) :: way                               ! by the velocity, length
+    integer :: k
 
-    way = norm2(survey%way(:, about), 1)
-    still = 0.0_dp
-    associate (law => try%law, margin => try%margin(outlines%block(about)), pressed => try%pressed(outlines%block(about)), &
-               local => survey%local(about), side => survey%local_side(about))
-      survey%near(about) = reach_of(law, margin, pressed, way, local, side)
-      survey%meets(about) = reach_of(law, margin, pressed, way, local, merge(side, local, outlines%begins_side(about)))
-      survey%still(about) = reach_of(law, still, pressed, still, local, side)
-    end associate
+    do k = 1, size(about)
+      associate (i => about(k), local => survey%local(about(k)), side => survey%local_side(about(k)), law => try%law, &
+                 margin => try%margin(outlines%block(about(k))), pressed => try%pressed(outlines%block(about(k))))
+        way = norm2(survey%way(:, i))
+        survey%near(i) = reach_of(law, margin, pressed, way, local, side)
+        survey%meets(i) = reach_of(law, margin, pressed, way, local, merge(side, local, outlines%begins_side(i)))
+        survey%still(i) = reach_of(law, 0.0_dp, pressed, 0.0_dp, local, side)
+      end associate
+    end do
     call reach_over_depth(memory%contact, survey)
     if (joints_dilate(try%law)) call reach_over_dilation(about, memory%contact, survey)
   end subroutine set_reaches
@@ -150,7 +157,7 @@ contains
     real(dp) :: dilated(size(survey%near))
     integer :: i, k
 
-    dilated = 0.0_dp
+    dilated(about) = 0.0_dp
     do k = 1, size(contact)
       do i = 1, contact(k)%n_entrances
         associate (entrance => contact(k)%entrance(i))

@@ -343,7 +343,7 @@ contains
     pressed = 0.0_dp
     by = 0
     associate (i => entrance%vertex, entrances => past%entrances)
-      do k = entrances%first(i), entrances%first(i + 1) - 1
+      do k = entrances%first(i), entrances%last(i)
         associate (was => past%contact(contact_of(entrances%number(k))), other => entrances%edge(k))
           if (.not. is_closed(past, entrances%number(k)) .or. .not. was%pressed > pressed) cycle
           if (block(other) == block(entrance%edge)) cycle

@@ -1,5 +1,6 @@
 !> Contacts by their pairs of a vertex and an edge, and the pairs of elements that they act between.
 module scree_contact_pairs
+  use scree_contact_lists, only: entrances_t
   use scree_contacts, only: contact_t, outlines_t, state_open
   use scree_pairs, only: pair_of
   implicit none
@@ -7,41 +8,50 @@ module scree_contact_pairs
   public :: contact_of, drop_repeats, entrance_of, entrances_t, has_same_entrances, list_entrances, number_pairs, &
             pairs_of_contacts, place_of_pair
 
-  !> Entrances of contacts by their vertices, and those of a vertex by their edges.
-  type :: entrances_t
-    integer, allocatable :: first(:)  !! (n_vertices+1) vertex v has those from first(v) to first(v+1)-1
-    integer, allocatable :: edge(:)   !! ascending for each vertex
-    integer, allocatable :: number(:) !! of the entrance; `contact_of` and `entrance_of` tell which that is
-  end type entrances_t
-
 contains
 
   !> Lists the entrances of contacts by vertex and edge; those of the same stay in their order.
   pure subroutine list_entrances(contact, n, entrances)
     type(contact_t), intent(in) :: contact(:)
     integer, intent(in) :: n                          !! vertices of the outlines
-    type(entrances_t), intent(out) :: entrances
-    integer :: last(n) ! place of each vertex that is taken
-    integer :: i, k
+    type(entrances_t), intent(inout) :: entrances     !! new, or of an earlier list
+    integer :: listed(2*size(contact)) ! vertices
+    integer :: i, k, n_entrances, n_listed
 
-    last = 0
+    if (allocated(entrances%vertex)) then
+      entrances%last(entrances%vertex) = 0
+      deallocate (entrances%edge, entrances%number)
+    else
+      allocate (entrances%first(n), source=1)
+      allocate (entrances%last(n), source=0)
+    end if
+    n_listed = 0
     do i = 1, size(contact)
       do k = 1, contact(i)%n_entrances
         associate (vertex => contact(i)%entrance(k)%vertex)
-          last(vertex) = last(vertex) + 1
+          if (entrances%last(vertex) == 0) then
+            n_listed = n_listed + 1
+            listed(n_listed) = vertex
+          end if
+          entrances%last(vertex) = entrances%last(vertex) + 1 ! their number
         end associate
       end do
     end do
-    allocate (entrances%first(n + 1), entrances%edge(sum(last)), entrances%number(sum(last)))
-    entrances%first(1) = 1
-    do i = 1, n
-      entrances%first(i + 1) = entrances%first(i) + last(i)
-      last(i) = entrances%first(i) - 1
+    entrances%vertex = listed(:n_listed)
+    n_entrances = 0
+    do i = 1, n_listed
+      associate (vertex => listed(i))
+        entrances%first(vertex) = n_entrances + 1
+        n_entrances = n_entrances + entrances%last(vertex)
+        entrances%last(vertex) = entrances%first(vertex) - 1
+      end associate
     end do
+    allocate (entrances%edge(n_entrances), entrances%number(n_entrances))
     do i = 1, size(contact)
       do k = 1, contact(i)%n_entrances
         associate (entrance => contact(i)%entrance(k))
-          call put_in(entrance%edge, 2*i - 2 + k, entrances%first(entrance%vertex), last(entrance%vertex), entrances)
+          call put_in(entrance%edge, 2*i - 2 + k, entrances%first(entrance%vertex), entrances%last(entrance%vertex), &
+                      entrances%edge, entrances%number)
         end associate
       end do
     end do
@@ -62,20 +72,20 @@ contains
   end function entrance_of
 
   !> Puts an entrance in its place among those of its vertex, which are from `first` to `last`.
-  pure subroutine put_in(edge, number, first, last, entrances)
-    integer, value :: edge, number, first ! values: `first` is of a list of the entrances
+  pure subroutine put_in(edge, number, first, last, edges, numbers)
+    integer, intent(in) :: edge, number, first
     integer, intent(inout) :: last
-    type(entrances_t), intent(inout) :: entrances
+    integer, intent(inout) :: edges(:), numbers(:) !! of the entrances
     integer :: at
 
     last = last + 1
     do at = last, first + 1, -1
-      if (entrances%edge(at - 1) <= edge) exit
-      entrances%edge(at) = entrances%edge(at - 1)
-      entrances%number(at) = entrances%number(at - 1)
+      if (edges(at - 1) <= edge) exit
+      edges(at) = edges(at - 1)
+      numbers(at) = numbers(at - 1)
     end do
-    entrances%edge(at) = edge
-    entrances%number(at) = number
+    edges(at) = edge
+    numbers(at) = number
   end subroutine put_in
 
   !> First place of a pair among entrances; 0 where there is none.
@@ -83,7 +93,7 @@ contains
     type(entrances_t), intent(in) :: entrances
     integer, intent(in) :: vertex, edge
 
-    do place = entrances%first(vertex), entrances%first(vertex + 1) - 1
+    do place = entrances%first(vertex), entrances%last(vertex)
       if (entrances%edge(place) == edge) return
     end do
     place = 0
@@ -91,19 +101,19 @@ contains
 
   !> Drops contacts of one entrance that another contact has too, as of an edge so short that both its ends are near, and those that
   !> another is the same as. Of two of one entrance that stays which goes on from the step before.
-  pure subroutine drop_repeats(n, contact, n_contacts)
+  pure subroutine drop_repeats(n, contact, n_contacts, entrances)
     integer, intent(in) :: n                          !! vertices of the outlines
     type(contact_t), intent(inout) :: contact(:)
     integer, intent(inout) :: n_contacts
-    type(entrances_t) :: entrances
+    type(entrances_t), intent(inout) :: entrances     !! new, or of an earlier list; gets those of all contacts that were given
     logical :: keep(n_contacts)
-    integer :: k, m, vertex
+    integer :: i, k, m
 
     call list_entrances(contact(:n_contacts), n, entrances)
     keep = .true.
-    do vertex = 1, n
-      do k = entrances%first(vertex) + 1, entrances%first(vertex + 1) - 1
-        do m = k - 1, entrances%first(vertex), -1
+    do i = 1, size(entrances%vertex)
+      do k = entrances%first(entrances%vertex(i)) + 1, entrances%last(entrances%vertex(i))
+        do m = k - 1, entrances%first(entrances%vertex(i)), -1
           if (entrances%edge(m) < entrances%edge(k)) exit
           associate (a => contact_of(entrances%number(m)), b => contact_of(entrances%number(k)))
             if (contact(b)%n_entrances == 1 .and. .not. goes_on_alone(contact(b), contact(a))) then

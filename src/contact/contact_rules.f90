@@ -118,9 +118,9 @@ contains
   end function looks_at_all
 
   !> Sets how far the search looks about each vertex, where that is not as far as it moves.
-  pure subroutine set_reach(law, near)
+  elemental subroutine set_reach(law, near)
     type(contact_law_t), intent(in) :: law
-    real(dp), intent(inout) :: near(:) !! length
+    real(dp), intent(inout) :: near !! length
 
     if (.not. looks_as_far_as_it_moves(law)) near = 0.5_dp*law%shi%search_gap
   end subroutine set_reach

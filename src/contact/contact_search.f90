@@ -5,7 +5,7 @@ module scree_contact_search
   use scree_contact_rules, only: corners_turn
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: contact_search_t, outlines_t, parallel
-  use scree_corners, only: side_lengths
+  use scree_corners, only: side_length
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
@@ -226,7 +226,7 @@ contains
     integer :: b, i, k
 
     allocate (outrun%way(model%n_blocks), outrun%turn(model%n_blocks), outrun%leap(model%n_blocks), source=0.0_dp)
-    associate (outlines => model%outlines, bodies => cache%search%bodies)
+    associate (outlines => model%outlines, bodies => cache%search%bodies, survey => cache%search%survey)
       if (allocated(bodies%near)) call list_unclear(model, state, dt, try%margin, d, bodies, unclear)
       try%all_clear = allocated(bodies%near) .and. .not. allocated(unclear)
       if (allocated(unclear)) then
@@ -241,11 +241,11 @@ contains
       do k = 1, size(bodies%vertex)
         i = bodies%vertex(k)
         b = outlines%block(i)
-        call add_beyond(norm2(u(:, i)) - try%near(i), try%local_side(i), try%margin(b), try%law%leap, outrun%way(b), &
+        call add_beyond(norm2(u(:, i)) - survey%near(i), survey%local_side(i), try%margin(b), try%law%leap, outrun%way(b), &
                         outrun%leap(b))
       end do
     end associate
-    if (corners_turn(try%law)) call add_turns(model, state, cache%search%bodies%vertex, try, u, outrun)
+    if (corners_turn(try%law)) call add_turns(model, state, cache%search, try%nearby, u, outrun)
   end subroutine find_outrun
 
   !> Adds a way beyond what was looked at, of a vertex.
@@ -270,7 +270,7 @@ contains
     integer, intent(in) :: list(:)                   !! vertices of the outlines
     type(outrun_t), intent(inout) :: outrun
     real(dp), dimension(2, size(model%outlines%start)) :: u, predicted
-    real(dp) :: edge, near(1), pressed, side
+    real(dp) :: edge, near, pressed, side
     integer :: b, k
 
     call find_at_outlines(model, cache, state, d, 1.0_dp, list, u)
@@ -282,32 +282,33 @@ contains
     associate (outlines => model%outlines, x => state%vertex, law => model%effects%contact)
       do k = 1, size(list)
         associate (i => list(k), before => outlines%previous(list(k)))
-          edge = minval(norm2(x(:, outlines%finish([i, before])) - x(:, outlines%start([i, before])), 1))
-          side = minval(side_lengths(outlines, x, [i, before]))
-          near = reach_of(law, [try%margin(b)], [pressed], [norm2(predicted(:, i))], [edge], [side])
-          call add_beyond(norm2(u(:, i)) - near(1), side, try%margin(b), law%leap, outrun%way(b), outrun%leap(b))
+          edge = min(norm2(x(:, outlines%finish(i)) - x(:, outlines%start(i))), &
+                     norm2(x(:, outlines%finish(before)) - x(:, outlines%start(before))))
+          side = min(side_length(outlines, x, i), side_length(outlines, x, before))
+          near = reach_of(law, try%margin(b), pressed, norm2(predicted(:, i)), edge, side)
+          call add_beyond(norm2(u(:, i)) - near, side, try%margin(b), law%leap, outrun%way(b), outrun%leap(b))
         end associate
       end do
     end associate
   end subroutine add_way
 
   !> Adds how far edges that may touch turned beyond what was looked at.
-  pure subroutine add_turns(model, state, list, try, u, outrun)
+  pure subroutine add_turns(model, state, search, nearby, u, outrun)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
-    integer, intent(in) :: list(:)                   !! vertices that are looked at
-    type(contact_try_t), intent(in) :: try
-    real(dp), intent(in) :: u(:, :)                  !! (2, n) displacement of these and those after and before
+    type(contact_search_t), intent(in) :: search
+    integer, intent(in) :: nearby(:, :)              !! (2, n) vertices and edges near enough to meet in the step
+    real(dp), intent(in) :: u(:, :)                  !! (2, n) displacement of the vertices looked at, those after and before
     type(outrun_t), intent(inout) :: outrun
     real(dp) :: turned
     logical :: may_touch(size(model%outlines%start)) !! the corner at a vertex
     integer :: i, k, side
 
-    associate (outlines => model%outlines)
+    associate (outlines => model%outlines, list => search%bodies%vertex, turning => search%survey%turning)
       may_touch(list) = .false.
-      may_touch(try%nearby(1, :)) = .true.
-      may_touch(try%nearby(2, :)) = .true.
-      may_touch(outlines%next(try%nearby(2, :))) = .true.
+      may_touch(nearby(1, :)) = .true.
+      may_touch(nearby(2, :)) = .true.
+      may_touch(outlines%next(nearby(2, :))) = .true.
       do k = 1, size(list)
         if (.not. may_touch(list(k))) cycle
         do side = 1, 2
@@ -315,7 +316,7 @@ contains
           associate (next => outlines%next(i), start => outlines%start)
             turned = norm2(u(:, next) - u(:, i))/norm2(state%vertex(:, start(next)) - state%vertex(:, start(i)))
             associate (farthest => outrun%turn(outlines%block(i)))
-              farthest = max(farthest, turned - min(try%turning(i), try%turning(next)) - 0.5_dp*parallel)
+              farthest = max(farthest, turned - min(turning(i), turning(next)) - 0.5_dp*parallel)
             end associate
             outrun%most_turned = max(outrun%most_turned, turned/most_turning)
           end associate

@@ -22,9 +22,6 @@ module scree_contact_try
     integer, allocatable :: pair(:, :)                   !! (2, n_pairs) elements that the equations couple
     integer, allocatable :: inside(:, :)                 !! (2, n) vertices, each with the edge that it is inside of
     integer, allocatable :: nearby(:, :)                 !! (2, n) vertices and edges near enough to meet in the step
-    real(dp), allocatable :: near(:)                     !! (n) how far a vertex may move in the step, length
-    real(dp), allocatable :: local_side(:)               !! (n) shorter side at each vertex, length
-    real(dp), allocatable :: turning(:)                  !! (n) how far the corner at each vertex may turn in the step, rad
     real(dp), allocatable :: margin(:)                   !! (n_blocks) displacement beyond the velocity that is looked at, length
     real(dp), allocatable :: swing(:)                    !! (n_blocks) turn beyond the velocity that is looked at, rad
     real(dp), allocatable :: pressed(:)                  !! (n_blocks) largest overlap of a spring in the step before, length

@@ -1,39 +1,15 @@
 !> Where the outlines run as a step begins, their corners, and how far vertices may move.
 module scree_corners
   use scree_contact_geometry, only: gap_of
+  use scree_contact_lists, only: corner_t, survey_t
   use scree_contacts, only: outlines_t, parallel
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: along_edge, corner_t, edges_lead_away, find_corners, gap_at, side_lengths, survey_edges, survey_t, tilt, turn, way_at
+  public :: along_edge, corner_t, edges_lead_away, find_corners, gap_at, side_length, side_lengths, survey_edges, survey_t, tilt, &
+            turn, way_at
 
   real(dp), parameter :: no_corner = 1e-9_dp !! an angle below is that of the end of a crack, a whole turn
-
-  !> Corner at a vertex, seen from inside: from its edge counter-clockwise to the one before. Without default values: in each step
-  !> there is room for all, and few are found.
-  type :: corner_t
-    integer :: vertex  !! which begins the edge of the same number
-    integer :: before  !! edge that ends there
-    real(dp) :: from   !! direction of its edge, rad
-    real(dp) :: into   !! direction of the edge before, rad
-    real(dp) :: angle  !! rad, up to a whole turn
-  end type corner_t
-
-  !> Edges, corners and reaches of all outlines.
-  type :: survey_t
-    real(dp), allocatable :: start(:, :)  !! (2, n) where each edge begins, length
-    real(dp), allocatable :: finish(:, :) !! (2, n) where it ends, length
-    real(dp), allocatable :: length(:)    !! (n) of each edge, 0 of one that is not listed
-    real(dp), allocatable :: side(:)      !! (n) from end to end of the straight side of each edge, length
-    real(dp), allocatable :: local(:)     !! (n) shorter edge at each vertex and at what is near it, length
-    real(dp), allocatable :: local_side(:) !! (n) shorter side at each vertex and at what is near it, length
-    real(dp), allocatable :: near(:)      !! (n) how far each vertex may move in the step, length
-    real(dp), allocatable :: meets(:)     !! (n) how far from it corners may meet it, length
-    real(dp), allocatable :: still(:)     !! (n) how far contacts of it are looked for that is at rest, length
-    real(dp), allocatable :: way(:, :)    !! (2, n) by which the velocity of each vertex takes it in the step, length
-    real(dp), allocatable :: turning(:)   !! (n) how far the corner at each vertex may turn in the step, rad
-    type(corner_t), allocatable :: corner(:)
-  end type survey_t
 
 contains
 
@@ -42,22 +18,26 @@ contains
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
     integer, intent(in) :: edge(:), corner(:) !! of the outlines
-    type(survey_t), intent(out) :: survey
+    type(survey_t), intent(inout) :: survey
     integer :: i, k
 
-    associate (n => size(outlines%start))
-      allocate (survey%start(2, n), survey%finish(2, n), survey%length(n), survey%side(n), survey%local(n))
-      allocate (survey%local_side(n), survey%near(n), survey%still(n), survey%turning(n), survey%meets(n))
-      allocate (survey%way(2, n), source=0.0_dp)
-    end associate
-    survey%length = 0.0_dp
+    if (.not. allocated(survey%edge)) then
+      associate (n => size(outlines%start))
+        allocate (survey%start(2, n), survey%finish(2, n), survey%side(n), survey%local(n), survey%local_side(n), survey%near(n))
+        allocate (survey%still(n), survey%turning(n), survey%meets(n), survey%way(2, n), survey%corner(n))
+        allocate (survey%length(n), source=0.0_dp)
+      end associate
+    else
+      survey%length(survey%edge) = 0.0_dp
+    end if
+    survey%edge = edge
     do k = 1, size(edge)
       i = edge(k)
       survey%start(:, i) = position(:, outlines%start(i))
       survey%finish(:, i) = position(:, outlines%finish(i))
+      survey%side(i) = side_length(outlines, position, i)
     end do
     survey%length(edge) = norm2(survey%finish(:, edge) - survey%start(:, edge), 1)
-    survey%side(edge) = side_lengths(outlines, position, edge)
     do k = 1, size(corner)
       i = corner(k)
       associate (before => outlines%previous(i))
@@ -74,10 +54,22 @@ contains
     real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
     integer, intent(in) :: edge(:)         !! (n) of the outlines
     real(dp) :: length(size(edge))         !! length
+    integer :: k
 
-    length = max(norm2(position(:, outlines%side(2, edge)) - position(:, outlines%side(1, edge)), 1), &
-                 norm2(position(:, outlines%finish(edge)) - position(:, outlines%start(edge)), 1))
+    do k = 1, size(edge)
+      length(k) = side_length(outlines, position, edge(k))
+    end do
   end function side_lengths
+
+  !> Likewise of one edge.
+  pure real(dp) function side_length(outlines, position, edge) result(length)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length
+    integer, intent(in) :: edge            !! of the outlines
+
+    length = max(norm2(position(:, outlines%side(2, edge)) - position(:, outlines%side(1, edge))), &
+                 norm2(position(:, outlines%finish(edge)) - position(:, outlines%start(edge))))
+  end function side_length
 
   !> Finds listed corners of surveyed edges.
   pure subroutine find_corners(previous, list, survey)
@@ -87,7 +79,6 @@ contains
     real(dp) :: own(2), back(2), on(2)
     integer :: i, k
 
-    allocate (survey%corner(size(previous)))
     do k = 1, size(list)
       i = list(k)
       associate (corner => survey%corner(i), before => previous(i))

@@ -1,7 +1,8 @@
 !> The contacts of the step before, as those of a step ask for them: by their pairs of a vertex and an edge.
 module scree_past_contacts
-  use scree_contact_pairs, only: contact_of, entrance_of, entrances_t, list_entrances, place_of_pair
-  use scree_contacts, only: blocks_of, contact_memory_t, contact_t, entrance_t, outlines_t, state_open
+  use scree_contact_lists, only: entrances_t
+  use scree_contact_pairs, only: contact_of, entrance_of, list_entrances, place_of_pair
+  use scree_contacts, only: blocks_of, contact_t, entrance_t, outlines_t, state_open
   use scree_kinds, only: dp
   implicit none
   private
@@ -12,20 +13,22 @@ module scree_past_contacts
 
   !> The contacts of the step before, to be looked up.
   type :: past_t
-    type(contact_t), allocatable :: contact(:)
-    type(entrances_t) :: entrances
+    type(contact_t), pointer, contiguous :: contact(:) => null()
+    type(entrances_t), pointer :: entrances => null()
   end type past_t
 
 contains
 
-  !> Makes the memory of contacts ready to be looked up.
-  pure subroutine recall_contacts(outlines, memory, past)
+  !> Makes the contacts of the step before ready to be looked up, where they are.
+  subroutine recall_contacts(outlines, contact, entrances, past)
     type(outlines_t), intent(in) :: outlines
-    type(contact_memory_t), intent(in) :: memory
+    type(contact_t), target, contiguous, intent(in) :: contact(:)
+    type(entrances_t), target, intent(inout) :: entrances !! new, or of an earlier list; gets those of the contacts
     type(past_t), intent(out) :: past
 
-    past%contact = memory%contact
-    call list_entrances(past%contact, size(outlines%start), past%entrances)
+    call list_entrances(contact, size(outlines%start), entrances)
+    past%contact => contact
+    past%entrances => entrances
   end subroutine recall_contacts
 
   !> Whether a contact has slid farther than as its spring gives way: not one of what lands, which slips a little, too.
@@ -65,7 +68,7 @@ contains
     if (first == 0) return
     associate (number => past%entrances%number)
       entrance_before = number(first)
-      do k = first, past%entrances%first(vertex + 1) - 1
+      do k = first, past%entrances%last(vertex)
         if (past%entrances%edge(k) > edge) return
         if (.not. is_closed(past, number(k))) cycle
         entrance_before = number(k)
@@ -138,7 +141,7 @@ contains
   pure function pressed_of_blocks(outlines, past) result(pressed)
     type(outlines_t), intent(in) :: outlines
     type(past_t), intent(in) :: past
-    real(dp) :: pressed(maxval(outlines%block))
+    real(dp) :: pressed(size(outlines%first) - 1)
     integer :: block(2), k, m
 
     pressed = 0.0_dp

@@ -74,6 +74,7 @@ module scree_model
   type :: cache_t
     type(element_cache_t), allocatable :: element(:) !! (n_elements) of the state
     type(books_t) :: fixed                           !! energies of elements that cannot move
+    real(dp) :: fixed_extent = 0.0_dp                !! largest coordinate of the vertices of these, length
     type(contact_search_t) :: search                 !! who is near whom
     type(equations_t) :: equations                   !! pattern and factor
     type(posed_problem_t), allocatable :: posed(:)   !! friction problems to be written, where any are

@@ -1,11 +1,12 @@
 !> Data of contact: outlines, contacts and joints.
 module scree_contacts
+  use scree_contact_lists, only: entrances_t, survey_t
   use scree_joint_law, only: joint_memory_t, joint_t, laws_in_use_t
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: blocks_of, body_search_t, contact_law_t, contact_memory_t, contact_search_t, contact_t, count_states, entrance_t, &
-            outlines_t, overlap_t, shi_law_t
+  public :: blocks_of, body_search_t, contact_law_t, contact_memory_t, contact_search_t, contact_t, count_states, &
+            entrance_t, outlines_t, overlap_t, shi_law_t
 
   !> Edges whose directions differ by less are parallel, rad (Shi: h1).
   real(dp), parameter, public :: parallel = 3*pi/180
@@ -102,12 +103,14 @@ module scree_contacts
     integer, allocatable :: farther(:)    !! and one more
   end type body_search_t
 
-  !> Who is near whom: lists that hold for several steps.
+  !> Who is near whom: lists that hold for several steps, and what a step fills anew of what has room for all vertices.
   type :: contact_search_t
     integer, allocatable :: candidate(:, :) !! (2, n) vertices and edges that the search found near each other
     real(dp), allocatable :: found_at(:, :) !! (2, n) positions of the vertices then, length
     real(dp), allocatable :: reach(:)       !! (n) how far the search saw around each vertex, length
     type(body_search_t) :: bodies
+    type(survey_t), allocatable :: survey   !! of the last search
+    type(entrances_t) :: past, found        !! entrances of the contacts before it, and of those that it found
   end type contact_search_t
 
   !> One piece of the common area of two bodies, for a person.

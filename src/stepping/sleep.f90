@@ -8,10 +8,11 @@
 !>
 !> The bounds of rest are in doc/theory/equilibrium.md, eq-near-equilibrium.
 module scree_sleep
+  use scree_cache, only: note_fixed
   use scree_contacts, only: blocks_of, contact_search_t, contact_t, count_states, outlines_t
   use scree_disturbance, only: disturbed
   use scree_effects, only: is_held_without_contact
-  use scree_energy, only: books_of_fixed, close_books
+  use scree_energy, only: close_books
   use scree_equations, only: forget_groups
   use scree_errors, only: error_t
   use scree_inertia, only: kinetic_energy
@@ -89,7 +90,7 @@ contains
     end associate
     cache%search = contact_search_t()
     call forget_groups(cache%equations)
-    cache%fixed = books_of_fixed(awake, cache, state)
+    call note_fixed(awake, state, cache)
   end subroutine leave_out_sleepers
 
   !> Wakes the islands of some blocks.

@@ -114,7 +114,8 @@ def cases(size):
             (pair.with_more(settings=[]), "with contact", 1.03)],
         "a block rests, awake (`step.sleep=0`), on a ground of 4 vertices": [
             (rests, "", None),
-            (rests.with_more(blocks=[ground(4000, edges=1000), *rests.blocks[1:]]), "on one of 1003", 1.05),
+            (rests.with_more(blocks=[ground(4000, edges=1000), *rests.blocks[1:]]), "on one of 1003", 1.1),
+            (rests.with_more(blocks=rests.blocks + far), "beside 100 fixed blocks far away", 1.25),
             (rests.with_more(settings=AWAKE + RESTITUTION), "with restitution", ABSENT)],
         "100 blocks rest, awake": [
             (hundred, "", None),
