@@ -112,8 +112,11 @@ contains
     integer :: i
 
     name = ''
-    if (.not. same([a%stiffness, a%margin, a%swing, a%penetration, a%pressed, a%gap], &
-                   [b%stiffness, b%margin, b%swing, b%penetration, b%pressed, b%gap])) name = 'contacts as a whole'
+    if (.not. same([a%stiffness, a%penetration, a%pressed, a%gap], [b%stiffness, b%penetration, b%pressed, b%gap])) &
+      name = 'contacts as a whole'
+    if (allocated(a%margin)) then ! a scene without contact has none
+      if (.not. same([a%margin, a%swing], [b%margin, b%swing])) name = 'what the search adds'
+    end if
     if (any(a%count /= b%count)) name = 'count of contacts'
     if (allocated(a%contact) .neqv. allocated(b%contact)) name = 'contacts'
     if (.not. (allocated(a%contact) .and. allocated(b%contact))) return
