@@ -14,11 +14,11 @@ module scree_near_pieces
 
 contains
 
-  !> Whether bodies may have come nearer than the skin saw.
+  !> Whether bodies may have come nearer than the skin saw, or there is no list yet.
   pure logical function is_worn(near)
     type(near_t), intent(in) :: near
 
-    is_worn = 2*near%moved > near%skin
+    is_worn = .not. allocated(near%edge) .or. 2*near%moved > near%skin
   end function is_worn
 
   !> Chooses the skin by how far the fastest body goes in a step.
@@ -41,7 +41,7 @@ contains
     integer :: a, cells(2), i, n_candidates
     real(dp) :: cell, corner(2), mean
 
-    before = bodies%near
+    call hand_on(bodies%near, before)
     do a = 1, bodies%n_pieces
       associate (x => bodies%at(:, bodies%first(a):bodies%first(a + 1) - 1))
         box(1:2, a) = minval(x, 2) - bodies%near%skin/2
@@ -213,14 +213,26 @@ contains
     place = 0
   end function place_of_pair
 
-  !> An empty list with room for some pairs, of the same skin.
+  !> Hands the arrays of a list on to another; its skin stays.
+  subroutine hand_on(near, to)
+    type(near_t), intent(inout) :: near
+    type(near_t), intent(out) :: to
+
+    to%n = near%n
+    near%n = 0
+    if (.not. allocated(near%edge)) return
+    call move_alloc(near%piece, to%piece)
+    call move_alloc(near%edge, to%edge)
+    call move_alloc(near%vertex, to%vertex)
+    call move_alloc(near%memory, to%memory)
+  end subroutine hand_on
+
+  !> Empties a list, with room for some pairs.
   subroutine empty(near, room)
     type(near_t), intent(inout) :: near
     integer, intent(in) :: room
-    real(dp) :: skin
 
-    skin = near%skin
-    near = near_t(skin=skin)
+    near%n = 0
     allocate (near%piece(2, room), near%edge(room), near%vertex(room))
     allocate (near%memory(room))
   end subroutine empty
@@ -230,14 +242,15 @@ contains
     type(near_t), intent(inout) :: near
     type(near_t) :: larger
 
-    larger%skin = near%skin
     call empty(larger, 2*size(near%edge))
-    larger%n = near%n
     larger%piece(:, :near%n) = near%piece
     larger%edge(:near%n) = near%edge
     larger%vertex(:near%n) = near%vertex
     larger%memory(:near%n) = near%memory
-    near = larger
+    call move_alloc(larger%piece, near%piece)
+    call move_alloc(larger%edge, near%edge)
+    call move_alloc(larger%vertex, near%vertex)
+    call move_alloc(larger%memory, near%memory)
   end subroutine enlarge
 
   !> Sorts numbers ascending (insertion: candidates are few, and mostly in order).

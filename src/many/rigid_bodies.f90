@@ -60,7 +60,7 @@ contains
     bodies%edge = edge_at(bodies%corner)
     if (allocated(model%effects%contact)) call place_edges(model, position, bodies)
     associate (n => bodies%n, m => size(bodies%corner))
-      allocate (bodies%moves(n))
+      allocate (bodies%moves(n), source=.false.)
       allocate (bodies%place(2, n), bodies%velocity(2, n), bodies%angle(n), bodies%spin(n), bodies%inverse_mass(n), &
                 bodies%inverse_inertia(n), bodies%size(n), bodies%radius(n), source=0.0_dp)
       allocate (bodies%arm(2, m), bodies%own_normal(2, m), bodies%at(2, m), bodies%normal(2, m))

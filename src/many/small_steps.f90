@@ -104,6 +104,7 @@ contains
     type(state_t), intent(in) :: state
     type(march_t), intent(inout) :: march
     type(error_t), allocatable, intent(out) :: error
+    logical :: moved(model%n_blocks)              ! whether the bodies did when the list of near ones was made
 
     if (.not. allocated(cache%bodies)) then
       call refuse_grout(model, error)
@@ -113,6 +114,7 @@ contains
       if (allocated(error)) return
     end if
     associate (bodies => cache%bodies)
+      moved = bodies%moves
       call take_bodies(model, cache, state, bodies)
       march%outcome%steps = number_of_steps(model, bodies, dt)
       march%h = dt/march%outcome%steps
@@ -126,9 +128,7 @@ contains
         if (size(state%tied) == size(march%ties)) march%ties%impulse = march%h*state%tied
       end if
       if (.not. allocated(model%effects%contact)) return
-      call grow_skin(bodies, fastest_vertex(bodies)*march%h)
-      call find_near(bodies)
-      bodies%near%moved = 0.0_dp
+      if (any(bodies%moves .neqv. moved) .or. is_worn(bodies%near)) call search_again(march%h, bodies)
       call take_contacts(state%contacts%contact, march%h, bodies)
       if (state%stage%number == 1 .and. state%step == 0) call bond_faces(model%effects%contact, model%outlines, bodies)
     end associate

@@ -233,3 +233,23 @@ def test_sizes_follow_the_accuracy(tmp_path):
         result = run(tmp_path, column(36), f"step.accuracy={accuracy}", phi=angle(0.3), time=0.1)
         counts[accuracy] = result.history.deformation_iterations[0]
     assert 1.7 < counts[0.01] / counts[0.03] < 2.3 and 1.7 < counts[0.003] / counts[0.01] < 2.3
+
+
+def test_threads_change_no_bit(tmp_path):
+    """3660 blocks of a wall and a block that flies into it, with one thread and with two."""
+    wall = [(1, b) for b in running_bond(60)] + [(2, box(-4.0, -1.2, 30.0, 32.0))]
+    files = decks(tmp_path, wall, phi=31.0, time=0.02, velocity=(30.0, 0.0, 0.0), groups="&output every=2 /")
+    runs = [scree.run(*files, output=tmp_path / f"{n}.h5", words=["--threads", str(n)]) for n in (1, 2)]
+    assert len(wall) > 3000 and runs[0].history.contacts[-1].sum() > 3000
+    for quantity in ("centroid", "rotation", "velocity", "stress"):
+        a, b = (getattr(r.bodies, quantity)[-1] for r in runs)
+        assert a.tobytes() == b.tobytes(), quantity
+
+
+def test_a_beam_lies_on_more_blocks_than_there_are_colours(tmp_path):
+    """Eighty blocks bear a beam: contacts of one body beyond 63 have no colour of their own."""
+    blocks = [(1, box(-1, 81, -1, 0))] + [(2, box(k, k + 0.7, 0, 0.7)) for k in range(80)] + [(2, box(0, 80, 0.7, 2.7))]
+    result = run(tmp_path, blocks, "step.sleep=0", phi=31.0, time=1.0)
+    assert ways(result).max() < 2e-3
+    assert result.history.contacts[-1].sum() >= 4 * 80
+    assert result.history.energy.kinetic[-1] < 1e-6 * 160 * DENSITY * G
