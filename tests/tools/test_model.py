@@ -267,6 +267,19 @@ def test_grains_fill_their_polygon(tmp_path):
     r = scree.read(tmp_path / "g.h5")
     areas = r.bodies.area[0]
     assert areas.sum() == pytest.approx(2) and np.median(areas) == pytest.approx(size ** 2 * math.sqrt(3) / 2, rel=1e-6)
+    rough = scree.Model("rough")
+    rough.material("rock", density=2600, young=1e10)
+    rough.joint_material("grain", phi=30)
+    rough.rock([(0, 0), (2, 0), (2, 1), (0, 1)])
+    rough.voronoi("grain", size / 2, randomness=1, seed=5)
+    scree.cut(rough.save(tmp_path / "r.ana"), output=tmp_path / "r.h5")
+    grains = scree.read(tmp_path / "r.h5").polygons(0)
+    inner = [one for one in grains if (one > 0.01).all() and (one < [1.99, 0.99]).all()]
+    for one in inner:  # each is convex, as a grain with a side that is missing is not
+        side = np.roll(one, -1, axis=0) - one
+        after = np.roll(side, -1, axis=0)
+        assert (side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0] > -1e-6 * size ** 2).all()
+    assert len(inner) > 150 and len(grains) == pytest.approx(2 / ((size / 2) ** 2 * math.sqrt(3) / 2), rel=0.25)
     first, again, other = (voronoi_lines([[(0, 0), (1, 0), (1, 1)]], size, 1, seed) for seed in (1, 1, 2))
     assert first == again != other
 
@@ -313,6 +326,10 @@ WRONG = {
     r"rock: expected it before the first stage": lambda: slope().rock([(0, 0), (1, 0), (1, 1)]),
     r"block: expected a model of finished blocks": mixed,
     r"bolt\(stiffness=\): expected a number above 0": lambda: slope().bolt("b", (0, 0), (1, 1), stiffness=0),
+    r"bolt_row\(line=\): expected a line with a length": lambda: slope().bolt_row("b", [(1, 1), (1, 1)], 3, 1, stiffness=1),
+    r"load\(pressure=\): expected a number, found None": lambda: slope().load("l", [(0, 0), (1, 0)], pressure=None),
+    r"load\(pressure=\) along the line: expected two numbers": lambda: slope().load("l", [(0, 0), (1, 0)], pressure=[1, 2, 3]),
+    r"force\(force=\): expected two numbers": lambda: slope_at_first().force("f", (1, 1), 5),
     r"in_situ\(unit_weight=\): expected the unit weight of the overburden": lambda: slope_at_first().in_situ(0, 1),
     r"model\[name\]: expected GROUP.NAME": lambda: slope().__setitem__("restitution", 1),
     r"joint\(plan\).phi: expected one of plane, found 'plan'": lambda: scree.study(incline(30, 40), grid={"joint(plan).phi": [1]}),

@@ -2,8 +2,7 @@
 from __future__ import annotations
 
 import math
-import numbers
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from ..errors import ModelError
 from .geometry import Blocks, Place, tidied
@@ -117,10 +116,10 @@ class Holding(Rock):
         """Loads the edges of blocks on a line: a pressure across them, one number or one for each point of the line; a traction (x, y)
         that keeps its direction."""
         line = places(line, "load(line=)", 2)
-        given = [pressure] * len(line) if isinstance(pressure, numbers.Real) else list(pressure)
-        if len(given) != len(line):
-            raise ModelError(f"load(pressure=): expected one number or {len(line)}, one for each point of the line, found {len(given)}")
-        given = [number(one, "load(pressure=)") for one in given]
+        if isinstance(pressure, Iterable):
+            given = vector(pressure, "load(pressure=) along the line", len(line))
+        else:
+            given = [number(pressure, "load(pressure=)")] * len(line)
         traction = vector(traction, "load(traction=)")
         rows = [{"line": (*p, *q), "name": text(name, "load(name=)"), "pressure": pair, "traction": traction * 2}
                 for p, q, pair in zip(line, line[1:], zip(given, given[1:]))]
@@ -129,7 +128,7 @@ class Holding(Rock):
     def force(self, name: str, point: Point, force: Sequence) -> None:
         """A force on a point: (x, y), or times with (t, x, y), linear between. Constant forces may change in a stage."""
         at, there = vector(point, "force(point=)"), [row.name for row in self.geometry.loads]
-        of_times = len(list(force)) > 0 and not isinstance(force[0], numbers.Real)
+        of_times = isinstance(force, Sequence) and len(force) > 0 and isinstance(force[0], Sequence)
         if len(self.parts) > 1:
             one_of(name, there, "force(name=) in a stage")
         else:
@@ -235,7 +234,10 @@ class Holding(Rock):
 
 def spread_along(line: list[Place], count: int) -> list[tuple[Place, float]]:
     """Places in equal distances along a line, and there the direction to its left, in radians. One alone lies in the middle."""
+    line = [line[0], *(q for p, q in zip(line, line[1:]) if p != q)]
     lengths = [math.dist(p, q) for p, q in zip(line, line[1:])]
+    if not lengths:
+        raise ModelError("bolt_row(line=): expected a line with a length, found one place")
     found = []
     for i in range(count):
         way = sum(lengths) * (i / (count - 1) if count > 1 else 0.5)

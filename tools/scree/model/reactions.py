@@ -167,7 +167,7 @@ def lacking_forces(results, model, block, frame, forces):
     lacking = np.concatenate([[0, weight, 0], area * results.bodies.stress[frame][block - 1]])
     scale = abs(weight)
     contacts = results.contacts_of(frame)
-    for i in range(len(contacts) if contacts is not None else 0):
+    for i in np.flatnonzero((contacts.blocks == block).any(axis=1)) if contacts is not None else ():
         nx, ny = contacts.normal[i]
         force = contacts.force[i, 0] * np.array([nx, ny]) + contacts.force[i, 1] * np.array([-ny, nx])
         sign = {int(contacts.blocks[i, 0]): 1, int(contacts.blocks[i, 1]): -1}.get(block, 0)

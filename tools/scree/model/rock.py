@@ -203,7 +203,7 @@ class Rock:
             with tempfile.TemporaryDirectory() as folder:
                 deck, drawn = pathlib.Path(folder, "set.joints"), pathlib.Path(folder, "set.geo")
                 deck.write_text(f"{_polygon_group('window', corners)}\n{words}\n")
-                done_or_failed(call("joints", deck, "-o", drawn))
+                done_or_failed(call("joints", deck.name, "-o", drawn.name, cwd=folder))
                 found, _ = read_geometry(drawn.read_text(), str(drawn))
             self.geometry.joints += [Row(row.numbers, joint, text(name, "joint_set(name=)")) for row in found.joints]
 
@@ -348,7 +348,7 @@ class Rock:
         with tempfile.TemporaryDirectory() as folder:
             deck, cut = pathlib.Path(folder, "rock.geo"), pathlib.Path(folder, "rock.blk")
             deck.write_text(lines.text())
-            done_or_failed(call("cut", deck, "-o", cut))
+            done_or_failed(call("cut", deck.name, "-o", cut.name, cwd=folder))
             blocks = read_geometry(cut.read_text(), str(cut))[0].blocks
         found = list(lines.material_lines)
         for x, y in (_inside(block.corners) for block in blocks):

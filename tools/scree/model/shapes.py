@@ -9,7 +9,9 @@ from .geometry import Place, tidied
 from .words import Point, number, vector, whole
 
 FULL = 360.0
-REACH = 3  # rings of neighbours around a grain that may bound it
+# Rings of neighbours on the lattice that may bound a grain. A place is at most (3^-1/2 + 1/2) size from a point, so points of neighbours are
+# at most 2.16 size apart, and their places on the lattice 3.16; four rows are 3.46.
+REACH = 4
 
 
 def arc(centre: Point, radius: float, start: float = 0, end: float = FULL, sides: int = 24) -> list[Place]:

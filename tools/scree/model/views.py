@@ -21,7 +21,7 @@ from .words import vector, whole
 ON_LINE = 1e-4   # of the size of the model: how far an edge on a line may lie from it (doc/decks.md)
 SLOPE = 0.01     # sine of the angle between them
 ALIKE = 1e-6     # of the size of the model: places that are one
-AT_ONCE = 500    # rows of a table of distances
+SAME = 1e-3      # of a part of a joint: how far the middles of its two sides may be apart at the start
 
 
 @dataclasses.dataclass
@@ -86,15 +86,17 @@ def tolerance_of(results: Results) -> float:
 
 def on_lines(places, ways, lines, near):
     """Whether each place (n, 2) with a direction (n, 2) lies on one of some lines (x1, y1, x2, y2) and runs along it (n)."""
-    found = np.zeros(len(places), bool)
+    order = np.argsort(places[:, 0])
+    sorted_x, sizes, found = places[order, 0], np.linalg.norm(ways, axis=1), np.zeros(len(places), bool)
     for x1, y1, x2, y2 in lines:
+        beside = order[slice(*np.searchsorted(sorted_x, (min(x1, x2) - near, max(x1, x2) + near)))]
         side = np.array([x2 - x1, y2 - y1])
-        along = side / max(np.linalg.norm(side), 1e-300)
-        off = places - (x1, y1)
-        share = off @ along
-        away = np.abs(off @ [along[1], -along[0]])
-        turned = np.abs(ways @ [along[1], -along[0]]) / np.linalg.norm(ways, axis=1)
-        found |= (away <= near) & (turned <= SLOPE) & (share >= -near) & (share <= np.linalg.norm(side) + near)
+        length = np.linalg.norm(side)
+        across = np.array([-side[1], side[0]]) / length
+        off = places[beside] - (x1, y1)
+        share = off @ side / length
+        found[beside] |= ((np.abs(off @ across) <= near) & (np.abs(ways[beside] @ across) <= SLOPE * sizes[beside])
+                          & (share >= -near) & (share <= length + near))
     return found
 
 
@@ -144,17 +146,18 @@ def pairs_of_sides(start, edge, shares, element, near):
     """Parts of joints in pairs, the two sides of each: rows of one side and of the other."""
     ends = start[edge][:, 0, None] + shares[..., None] * (start[edge][:, 1] - start[edge][:, 0])[:, None]
     middle, of = ends.mean(axis=1), element[edge]
-    other = np.full(len(edge), -1)
-    for begin in range(0, len(edge), AT_ONCE):
-        rows = slice(begin, begin + AT_ONCE)
-        apart = np.linalg.norm(middle[rows, None] - middle[None], axis=2)
-        apart[of[rows, None] == of[None]] = np.inf
-        if apart.size:
-            best = apart.argmin(axis=1)
-            other[rows] = np.where(apart[np.arange(len(best)), best] <= near + 1e-3 * np.linalg.norm(
-                ends[rows, 1] - ends[rows, 0], axis=1), best, -1)
-    first = np.flatnonzero((other >= 0) & (np.arange(len(edge)) < other))
-    return first, other[first]
+    room = near + SAME * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    order = np.argsort(middle[:, 0])
+    low, high = (np.searchsorted(middle[order, 0], middle[:, 0] + sign * room) for sign in (-1, 1))
+    first, second = [], []
+    for i in range(len(edge)):
+        others = order[low[i]:high[i]]
+        others = others[(others > i) & (of[others] != of[i])]
+        apart = np.linalg.norm(middle[others] - middle[i], axis=1)
+        if len(others) and apart.min() <= room[i]:
+            first.append(i)
+            second.append(others[apart.argmin()])
+    return np.array(first, int), np.array(second, int)
 
 
 def forces_on(results, frame, edges, chosen, element):

@@ -76,7 +76,7 @@ def vector(value, what: str, size: int = 2) -> tuple[float, ...]:
     except (TypeError, ValueError):
         found = ()
     if len(found) != size or not all(map(math.isfinite, found)):
-        words = "a place (x, y)" if size == 2 else f"{size} numbers"  # noqa: PLR2004  x and y
+        words = "two numbers (x, y)" if size == 2 else f"{size} numbers"  # noqa: PLR2004  x and y
         raise ModelError(f"{what}: expected {words}, found {value!r}")
     return found
 
