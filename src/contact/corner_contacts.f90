@@ -4,9 +4,9 @@ module scree_corner_contacts
   use scree_contact_look, only: look_t
   use scree_contact_rules, only: corners_turn, meet
   use scree_contacts, only: contact_law_t, contact_t, outlines_t, parallel, state_open
-  use scree_corner_meeting, only: is_hollow, line_t, meeting_t
-  use scree_corners, only: along_edge, gap_at, survey_t, tilt
-  use scree_edge_contacts, only: add_contact, is_well_over, meet_edge, meet_edges_at
+  use scree_corner_meeting, only: encounter_t, is_hollow, line_of, line_t, meeting_t
+  use scree_corners, only: along_edge, gap_at, survey_t
+  use scree_edge_contacts, only: add_contact, is_well_over, meet_edge, meet_edges_at, near_at_rest
   use scree_flush_faces, only: cover_of, cover_t, covered_edges, give_of_tips
   use scree_joint_stiffness, only: at_end
   use scree_kinds, only: dp, pi
@@ -14,10 +14,6 @@ module scree_corner_contacts
   implicit none
   private
   public :: meet_corners
-
-  !> Ratio to the edges about: tips that turn may be behind both lines of each other by this much and begin at rest there.
-  real(dp), parameter :: hardly_across = 1e-4_dp
-  real(dp), parameter :: turns = 3e-2_dp          !! angle in a step above which one line does not keep two corners out, rad
 
 contains
 
@@ -160,14 +156,55 @@ contains
       had = look%n_found
       call add_contact(law, outlines, position, meeting%encounter(k), look)
       if (look%n_found == had) cycle
-      if (any(look%found(look%n_found)%entrance%state /= state_open)) cycle
+      if (cover%line == 0 .and. .not. (cover%tips_give .or. cover%bears_beside)) &
+        call add_other_ends(law, outlines, position, look, meeting%encounter(k), look%found(look%n_found)%entrance%vertex)
+      if (any(look%found(had + 1)%entrance%state /= state_open)) cycle
       if (cover%bears_beside) look%n_found = had
-      if (cover%tips_give) call let_give(give_of_tips(outlines, look, i, j), look%survey, look%found(look%n_found))
+      if (cover%tips_give) call let_give(give_of_tips(outlines, look, i, j), look%survey, look%found(had + 1))
     end do
     if (.not. corners_turn(law)) return
     call meet_where_turned(law, outlines, position, look, i, j)
     call meet_where_turned(law, outlines, position, look, j, i)
   end subroutine meet_tips
+
+  !> Adds the contacts at the other ends of intervals that open in the step. Where an entrance line has two parallel edges, faces
+  !> slide onto each other as the corners pass, and bear at both ends of what they then have in common.
+  subroutine add_other_ends(law, outlines, position, look, encounter, chosen)
+    type(contact_law_t), intent(in) :: law
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :)        !! (2, n_vertices) of the elements, length
+    type(look_t), intent(inout) :: look
+    type(encounter_t), intent(in) :: encounter    !! with two lines
+    integer, intent(in) :: chosen(2)              !! vertices of the lines of the contact that it has
+    type(encounter_t) :: other
+    integer :: k, m
+
+    do k = 1, 2
+      associate (line => encounter%line(k))
+        if (line%n /= 2) cycle
+        if (.not. all([(ends_over(outlines, look, line%vertex(m), line%edge(m)), m=1, 2)])) cycle
+        m = merge(2, 1, line%vertex(1) == chosen(k))
+        other = encounter
+        other%line(k) = line_of(line%vertex(m:m), line%edge(m:m), [.true.])
+      end associate
+      call add_contact(law, outlines, position, other, look)
+    end do
+  end subroutine add_other_ends
+
+  !> Whether velocities take the foot of vertex i well within edge j in the step.
+  pure logical function ends_over(outlines, look, i, j)
+    type(outlines_t), intent(in) :: outlines
+    type(look_t), intent(in) :: look
+    integer, intent(in) :: i, j
+    real(dp) :: along(2), at, from(2)
+
+    associate (survey => look%survey, next => outlines%next(j))
+      from = survey%start(:, j) + survey%way(:, j)
+      along = survey%finish(:, j) + survey%way(:, next) - from
+      at = dot_product(survey%start(:, i) + survey%way(:, i) - from, along)/norm2(along)
+      ends_over = min(at, norm2(along) - at) > near_at_rest*survey%local(i)
+    end associate
+  end function ends_over
 
   !> Lets a contact of two tips, between which other blocks lie flush, bear nothing up to a penetration, or up to its present one.
   pure subroutine let_give(give, survey, contact)
