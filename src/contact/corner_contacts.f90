@@ -157,7 +157,7 @@ contains
       call add_contact(law, outlines, position, meeting%encounter(k), look)
       if (look%n_found == had) cycle
       if (cover%line == 0 .and. .not. (cover%tips_give .or. cover%bears_beside)) &
-        call add_other_ends(law, outlines, position, look, meeting%encounter(k), look%found(look%n_found)%entrance%vertex)
+        call add_other_ends(law, outlines, position, meeting%encounter(k), look)
       if (any(look%found(had + 1)%entrance%state /= state_open)) cycle
       if (cover%bears_beside) look%n_found = had
       if (cover%tips_give) call let_give(give_of_tips(outlines, look, i, j), look%survey, look%found(had + 1))
@@ -169,16 +169,17 @@ contains
 
   !> Adds the contacts at the other ends of intervals that open in the step. Where an entrance line has two parallel edges, faces
   !> slide onto each other as the corners pass, and bear at both ends of what they then have in common.
-  subroutine add_other_ends(law, outlines, position, look, encounter, chosen)
+  subroutine add_other_ends(law, outlines, position, encounter, look)
     type(contact_law_t), intent(in) :: law
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)        !! (2, n_vertices) of the elements, length
-    type(look_t), intent(inout) :: look
     type(encounter_t), intent(in) :: encounter    !! with two lines
-    integer, intent(in) :: chosen(2)              !! vertices of the lines of the contact that it has
+    type(look_t), intent(inout) :: look           !! of which the last contact found is the one of the encounter
     type(encounter_t) :: other
+    integer :: chosen(2)                          ! vertices of the lines of that contact
     integer :: k, m
 
+    chosen = look%found(look%n_found)%entrance%vertex
     do k = 1, 2
       associate (line => encounter%line(k))
         if (line%n /= 2) cycle
