@@ -17,6 +17,9 @@ module scree_entrance_block
   !> Largest angle between two edges that lie on each other as faces, rad. Beyond it the corner of the edge that leads bears nothing
   !> on the other one: two corners that are so deep in each other would push in two directions and lock.
   real(dp), parameter :: faces = 20*pi/180
+  !> Overlap of faces over that of a cut beyond which the overlap belongs to the piece behind the cut. A tip that comes in along a
+  !> cut is wider than a tenth of its depth, unless it is sharper than 2 atan(1/10), 11 degrees.
+  real(dp), parameter :: beside_cut = 10.0_dp
   !> Interval that two edges have in common where they have none.
   real(dp), parameter :: nothing(2) = [0.0_dp, -1.0_dp]
 
@@ -135,8 +138,10 @@ contains
   !> Finds the leading line of two convex polygons, or any line with a gap of `far` or more.
   !>
   !> The line that comes in is looked at first, as bodies that were apart mostly still are; whether there is a line with such a gap
-  !> and which line leads else does not depend on it. Edges that are cuts through a body separate but do not lead: whoever is behind
-  !> one is in the piece beside. Of equal gaps the edge with the lowest number leads. The time grows with the number of edges.
+  !> and which line leads else does not depend on it. Edges that are cuts through a body do not lead, as what is behind one is in
+  !> the piece beside. Where the line of a cut is nearer than any other by far (`beside_cut`), the overlap is that of the piece
+  !> beside alone, and the two are apart. Of equal gaps the edge with the lowest number leads. The time grows with the number of
+  !> edges.
   pure subroutine find_leading_line(n_a, a, normal_a, face_a, n_b, b, normal_b, face_b, far, edge, vertex, gap)
     integer, intent(in) :: n_a, n_b                           !! vertices
     real(dp), intent(in) :: a(2, n_a), b(2, n_b)              !! vertices, counterclockwise, length
@@ -146,6 +151,7 @@ contains
     integer, intent(inout) :: edge                            !! of A, or of B on from those; in: where to begin, 0: anywhere
     integer, intent(inout) :: vertex                          !! of the other one
     real(dp), intent(out) :: gap                              !! length
+    real(dp) :: cut_gap
 
     if (edge > n_a) then
       call look_at(n_b, b, normal_b, n_a, a, edge - n_a, vertex, gap)
@@ -156,9 +162,11 @@ contains
       if (gap >= far) return
     end if
     gap = -huge(gap)
-    call look_along(n_a, a, normal_a, face_a, n_b, b, 0, far, edge, vertex, gap)
+    cut_gap = -huge(gap)
+    call look_along(n_a, a, normal_a, face_a, n_b, b, 0, far, edge, vertex, gap, cut_gap)
     if (gap >= far) return
-    call look_along(n_b, b, normal_b, face_b, n_a, a, n_a, far, edge, vertex, gap)
+    call look_along(n_b, b, normal_b, face_b, n_a, a, n_a, far, edge, vertex, gap, cut_gap)
+    if (gap < beside_cut*min(cut_gap, 0.0_dp)) gap = far
   end subroutine find_leading_line
 
   !> Gap of the line of edge k, with the vertex that meets it, looked for from a vertex on.
@@ -187,7 +195,7 @@ contains
   end subroutine look_at
 
   !> Looks at the lines of all edges of one polygon, until one is far: as the edge turns on, so does the vertex that meets it.
-  pure subroutine look_along(n_own, own, normal, face, n_other, other, offset, far, edge, vertex, gap)
+  pure subroutine look_along(n_own, own, normal, face, n_other, other, offset, far, edge, vertex, gap, cut_gap)
     integer, intent(in) :: n_own, n_other
     real(dp), intent(in) :: own(2, n_own), normal(2, n_own), other(2, n_other)
     logical, intent(in) :: face(n_own)
@@ -195,6 +203,7 @@ contains
     real(dp), intent(in) :: far
     integer, intent(inout) :: edge, vertex                    !! of the line with the largest gap so far
     real(dp), intent(inout) :: gap                            !! of that
+    real(dp), intent(inout) :: cut_gap                        !! largest gap of a cut so far
     real(dp) :: its_gap, least, next
     integer :: j, k, q
 
@@ -218,7 +227,9 @@ contains
         least = next
       end do
       its_gap = least - normal(1, k)*own(1, k) - normal(2, k)*own(2, k)
-      if (its_gap > gap .and. (face(k) .or. its_gap >= far)) then
+      if (.not. (face(k) .or. its_gap >= far)) then
+        cut_gap = max(cut_gap, its_gap)
+      else if (its_gap > gap) then
         gap = its_gap
         edge = offset + k
         vertex = j

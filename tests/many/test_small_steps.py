@@ -1,4 +1,6 @@
 """Small steps against closed forms, balances and themselves: slides, rest, corners, falls, bonds, bounces, restarts."""
+import os
+import pathlib
 import re
 
 import numpy as np
@@ -253,3 +255,15 @@ def test_a_beam_lies_on_more_blocks_than_there_are_colours(tmp_path):
     assert ways(result).max() < 2e-3
     assert result.history.contacts[-1].sum() >= 4 * 80
     assert result.history.energy.kinetic[-1] < 1e-6 * 160 * DENSITY * G
+
+
+def test_blocks_of_a_rock_slope_fall_freely_and_do_not_catch(tmp_path):
+    """697 blocks of two joint sets, many of them concave: those that nothing holds fall as Newton has it."""
+    geometry = pathlib.Path(os.environ["SCREE_SOURCE"]) / "input" / "bench" / "slope" / "big.geo"
+    rock = f"{DENSITY} {DENSITY * G!r} 1e10 0.25\n0 0 0 0 0 0 0 0 0"
+    (tmp_path / "x.ana").write_text("\n".join(["1 100", "2 2", "0.05", "0.005", rock, rock, "40 0 0", "40 0 0",
+                                               f"&deck geometry='{geometry}' /", "&integrator scheme='small_steps' /", ""]))
+    result = scree.run(tmp_path / "x.ana", output=tmp_path / "x.h5")
+    assert ways(result, slice(0, None)).max() == pytest.approx(G / 2 * 0.5**2, rel=1e-4)
+    assert result.history.overlap.max() < 1e-3
+    assert result.history.energy.dissipated.min() > 0
