@@ -1,9 +1,9 @@
 !> Anderson acceleration of a fixed point iteration (Anderson, J. ACM 12, 1965; Walker & Ni, SIAM J. Numer. Anal. 49, 2011).
 !>
-!> An iteration that would go from x by r(x) has been at x_j by r_j. With DX and DR the differences of those that are kept, one
-!> after the other, it goes from that point of their plane where a linear r would be smallest,
+!> From x_j the iteration would take the step r_j. DX and DR are the differences between successive kept x and r. The step starts
+!> from the point of their plane at which a linear r would be smallest,
 !>
-!>     x <- x + b r - (DX + b DR) g,   g = argmin |w (r - DR g)|,   b: the share of r that is taken, w: weights of the unknowns.
+!>     x <- x + b r - (DX + b DR) g,   g = argmin |w (r - DR g)|,   b: the part of r that is taken, w: weights of the unknowns.
 !>
 !> For a linear r with as many differences as r has eigenvalues this is the solution: GMRES by another name.
 module scree_anderson
@@ -12,7 +12,7 @@ module scree_anderson
   private
   public :: anderson_t, mix_step
 
-  !> Columns of DR that others make up but for this share of the largest tell nothing.
+  !> A column of DR is ignored if the other columns explain it to within this ratio to the largest column (`rcond` of LAPACK).
   real(dp), parameter :: told = 1e-8_dp
 
   !> What an iteration remembers.
@@ -40,7 +40,7 @@ contains
   subroutine mix_step(self, depth, share, weight, place, step)
     type(anderson_t), intent(inout) :: self
     integer, intent(in) :: depth             !! differences that are kept at most
-    real(dp), intent(in) :: share            !! of the step that is taken
+    real(dp), intent(in) :: share            !! part of the step that is taken
     real(dp), intent(in) :: weight(:)        !! (n) of the unknowns
     real(dp), intent(in) :: place(:)         !! (n)
     real(dp), intent(inout) :: step(:)       !! (n) that the iteration would go, then goes

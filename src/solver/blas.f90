@@ -1,9 +1,9 @@
-!> The BLAS that is linked: OpenBLAS is kept to one thread and asked for its kernel; any other is left alone. OpenMP in CHOLMOD is
-!> kept to one thread, too, and factors find their memory where those before them had it.
+!> Settings of the linked BLAS. OpenBLAS is limited to one thread and asked for its kernel; any other BLAS is left alone. OpenMP in
+!> CHOLMOD is limited to one thread, too, and the C library keeps freed memory for the next factors.
 !>
-!> OpenBLAS chooses a kernel for the processor that it runs on, and each sums in an order of its own: results agree to the bit
-!> where kernel and program are the same, and to round-off elsewhere. Its routines are looked for when the program runs, so that
-!> scree links with any BLAS and LAPACK.
+!> OpenBLAS chooses a kernel for the processor on which it runs, and each kernel sums in an order of its own. Results agree to the
+!> bit if kernel and program are the same, and to round-off otherwise. The routines of OpenBLAS are looked up when the program runs,
+!> so scree links with any BLAS and LAPACK.
 module scree_blas
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_null_char, &
                                          c_null_ptr, c_ptr

@@ -1,8 +1,8 @@
 !> Unknowns that others determine are eliminated from the equations: exact fixed points, covers that follow others.
 !>
-!> A fixed point asks T(x) d = u of the unknowns of its element. Each such row is solved for one unknown,
-!> the slave, in terms of the others, the masters, by elimination with pivoting; the equations are then
-!> written for the masters alone, Z^T K Z q = Z^T f with d = Z q + h.
+!> A fixed point requires T(x) d = u of the unknowns of its element. Each such row is solved for one unknown, the slave, in terms of
+!> the other unknowns, the masters, by elimination with pivoting. The equations are then written for the masters alone, Z^T K Z q =
+!> Z^T f with d = Z q + h.
 module scree_constraints
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp
@@ -14,12 +14,12 @@ module scree_constraints
 
   !> Unknowns of a pair of elements.
   integer, parameter :: most_reduced = 2*element_unknowns
-  !> A row whose largest entry p is below this share of a displacement says nothing new. Solved for it, the row takes on errors of
-  !> epsilon/p, and one that is solved with that row's of epsilon/p**2, as where a support runs across tips of triangles: these stay
-  !> below what counts as a row where p is above the cube root of epsilon, 6e-6.
+  !> A row is redundant if its largest entry p, as displacement per unit displacement, is below this ratio. A row solved for an
+  !> entry p has errors of epsilon/p. A second row solved with the first one has errors of epsilon/p**2, for example at a support
+  !> that runs across tips of triangles. These errors stay below the ratio if p is above the cube root of epsilon, 6e-6.
   real(dp), parameter :: redundant = 1e-5_dp
-  !> What is left to prescribe by a row that says nothing new is none below this share of the size of the element, or where it is
-  !> what displacements make of the entry that was left.
+  !> A redundant row prescribes no displacement if its right side is below this ratio to the size of the element. A right side is
+  !> also accepted that the displacements of the model can make with the row's small remaining entry.
   real(dp), parameter :: no_displacement = 1e-8_dp
 
   !> Rows d(slave) = sum coefficient d(master) + given. No slave is a master.
@@ -111,7 +111,7 @@ contains
     real(dp), intent(in) :: coefficient(:) !! displacement per unknown
     real(dp), intent(in) :: span(:)        !! displacement that a unit of each unknown makes
     real(dp), intent(in) :: size_          !! of the element, length
-    real(dp), intent(in) :: extent         !! of the model, which displacements are a share of, length
+    real(dp), intent(in) :: extent         !! of the model, an upper bound of displacements, length
     real(dp), intent(in) :: given          !! displacement
     type(error_t), allocatable, intent(out) :: error
     real(dp) :: share, largest

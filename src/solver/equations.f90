@@ -505,7 +505,7 @@ contains
     share = force/[scale, noise]
   end function out_of_balance
 
-  !> Largest share of the forces that balance on an element that is out of balance there.
+  !> Largest ratio of the force that is out of balance on an element of the group to the forces that balance there.
   pure real(dp) function share_out_of_balance(equations, group) result(share)
     type(equations_t), intent(in) :: equations
     integer, intent(in) :: group

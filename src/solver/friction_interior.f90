@@ -6,12 +6,12 @@
 !>     a s = 0      a = mu y - T: how far its shear is from the limit ahead;  s: how far it would be beyond
 !>     b r = 0      b = mu y + T, and so behind
 !>
-!> An iteration keeps all of them above zero, and takes them down together: each solves the equations as if the products were a
-!> small number, which it takes from what a first try, at zero, would leave (Mehrotra 1992). There is no theorem for it, as friction
-!> makes the problem unsymmetric; it needs some 20 matrices, whatever their size, for steps where Newton's iteration runs in circles
-!> (doc/theory/open-close.md, eq-complementarity). Where it ends at a fold, limits of shear that follow what presses an iteration
-!> behind may lead round: each iteration is then of a problem that is a minimum, with a matrix that is symmetric and definite
-!> wherever A is.
+!> An iteration keeps all of these numbers above zero and reduces the products together. It solves the equations as if each product
+!> were a small number. It takes this number from the products that a first step towards zero would leave (Mehrotra 1992). No
+!> theorem covers this iteration, because friction makes the problem unsymmetric. It needs some 20 matrices, whatever their size,
+!> for steps in which Newton's iteration runs in circles (doc/theory/open-close.md, eq-complementarity). If it ends at a fold, the
+!> limits of shear may follow the pressing forces with a delay of one iteration, which may lead round the fold. Each iteration then
+!> solves a minimum problem, and its matrix is symmetric and definite wherever A is.
 module scree_friction_interior
   use scree_errors, only: error_t
   use scree_friction_problem, only: add_spring_force, add_springs, closed_forces, forces_left, friction_problem_t, &
@@ -25,20 +25,21 @@ module scree_friction_interior
   private
   public :: begin_inside, few_unknowns, go_inside, inside_t
 
-  !> Share of the way to the first of the pairs that gets to zero.
+  !> Fraction of the longest step, at which the first number of a pair reaches zero, that an iteration goes.
   real(dp), parameter :: short_of = 0.99_dp
   !> A step shorter than this is taken again towards the middle of the interior.
   real(dp), parameter :: too_short = 0.1_dp
-  !> Products are kept above the square of this share of what limits that follow are off by: ahead of them, steps get short.
+  !> Products are kept above the square of this ratio times the largest error of limits that follow. Smaller products make steps
+  !> short.
   real(dp), parameter :: near_limits = 0.1_dp
-  !> Share of the forces that a first try may leave, and the step itself: what is left is part of the next.
+  !> Residuals that the first try and the step itself may leave, over the forces. The next iteration takes up what is left.
   real(dp), parameter :: first_share = 1e-4_dp, step_share = 1e-6_dp
   !> Iterations from the symmetric matrix to a solution; where they take more, the factors of the matrix itself are cheaper.
   integer, parameter :: most_from_symmetric = 20
   !> Few unknowns: up to so many the matrices themselves are cheaper from the first on (columns and slopes of 100 to 697 blocks).
   integer, parameter :: few_unknowns = 3000
 
-  !> How a way inside goes.
+  !> Settings of a run of the interior iteration.
   type :: manner_t
     logical :: limits_follow           !! limits of shear follow what presses, an iteration behind: they change no matrix
     logical :: from_symmetric          !! solutions are found from the symmetric matrix at first
@@ -101,8 +102,8 @@ contains
     inside%factors = 0
   end subroutine begin_inside
 
-  !> Goes on inside, to a share `tolerance` of the largest force. Where it does not get there, or a signal asks to stop, `found` is
-  !> false.
+  !> Continues the interior iteration until the residual is below `tolerance` times the largest force. If it does not get there, or
+  !> a signal asks to stop, `found` is false.
   subroutine go_inside(problem, tolerance, solver, timers, inside, state, found)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in) :: tolerance
@@ -165,7 +166,7 @@ contains
       inside%factors = inside%factors + 1
     end subroutine linearise
 
-    !> The step to these products, and how long it may be. It leaves a share of the forces at most.
+    !> Finds the step to the products in `aim`, and how long it may be. The residual is at most `share` times the forces.
     subroutine step(share)
       real(dp), intent(in) :: share
       real(dp) :: force(size(inside%x)), rate(2)
@@ -345,7 +346,7 @@ contains
     end associate
   end function answer
 
-  !> Share of a change at which the first number gets to zero.
+  !> Fraction of a change at which the first number of a pair reaches zero, at most 1.
   pure real(dp) function longest(pairs, change) result(share)
     type(pairs_t), intent(in) :: pairs(:)
     type(change_t), intent(in) :: change(:)
@@ -359,7 +360,7 @@ contains
     end do
   end function longest
 
-  !> Share of a change that takes a number to zero.
+  !> Fraction of a change at which a number reaches zero, at most 1.
   pure real(dp) function to_zero(number, change)
     real(dp), intent(in) :: number, change
 
@@ -367,7 +368,7 @@ contains
     if (change < -number) to_zero = -number/change
   end function to_zero
 
-  !> Pairs after a share of a change. Of a and b the smaller is kept exactly, as their sum is known.
+  !> Pairs after a fraction of a change. The smaller one of a and b is kept exactly, because their sum is known.
   elemental type(pairs_t) function moved(spring, pairs, change, share)
     type(spring_t), intent(in) :: spring
     type(pairs_t), intent(in) :: pairs

@@ -12,13 +12,13 @@ module scree_friction_part
   private
   public :: solve_about
 
-  !> Share of the unknowns that are settled apart from the others, at most.
+  !> Largest fraction of the unknowns that are solved for apart from the others.
   real(dp), parameter :: largest_part = 0.25_dp
 
 contains
 
-  !> Solves the part of a problem about some of its springs, to a share `tolerance` of the largest force, where it is small and is
-  !> found at once.
+  !> Solves the part of a problem about some of its springs, if this part is small and its solution is found at once. The residual
+  !> is below `tolerance` times the largest force.
   subroutine solve_about(problem, about, reach, near, tolerance, timers, part, x, state, found, work)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: about(:)              !! (m) springs

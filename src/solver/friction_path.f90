@@ -23,9 +23,10 @@ module scree_friction_path
 
   !> Springs that change before a matrix is factorised anew.
   integer, parameter :: most_changed = 48
-  !> Pieces after which t is to keep up with the share of pieces that have been crossed: a path that wanders hardly ever gets there.
+  !> Number of pieces after which t must be at least the fraction of `most` pieces that have been crossed since. A path that wanders
+  !> hardly ever satisfies this.
   integer, parameter :: few_pieces = 100
-  !> The start is moved by this share of the largest overlap: in a symmetric scene several springs would meet their faces at once.
+  !> The start is moved by this ratio of the largest overlap, because in a symmetric scene several springs would touch at once.
   real(dp), parameter :: off_symmetry = 1e-8_dp
   real(dp), parameter :: golden = 0.6180339887498949_dp !! parts the unknowns from each other
 
@@ -77,13 +78,13 @@ contains
     turned = path%turned
   end subroutine follow_path
 
-  !> Follows the path on which springs come from apart: at t = 0 their gaps are so much wider that none of them presses, and limits
-  !> of the shear of their bonds so much higher that none yields, and t takes that back.
+  !> Follows the path on which springs come together from apart. At t = 0 their gaps are widened until none of them presses. The
+  !> limits of shear of their bonds are raised until no bond yields. As t grows to 1 both changes are taken back.
   !>
-  !> Where all come, A is positive definite and forces act along the rows of changes it leads to a solution: what solves the problem
-  !> of any t is bounded, and before t = 0 there is nothing but the start, so the path cannot end or come back there
-  !> (doc/theory/open-close.md, eq-apart). What gaps are wider by differs from spring to spring, as no two are to meet their faces
-  !> at once. Bonds come with all springs alone.
+  !> If all springs come from apart, A is positive definite and forces act along the rows of changes, the path leads to a solution.
+  !> Solutions are then bounded for every t, and before t = 0 there is nothing but the start, so the path can neither end nor return
+  !> there (doc/theory/open-close.md, eq-apart). The widening differs from spring to spring, so that no two springs touch at once.
+  !> Bonds come from apart only together with all springs.
   subroutine bring_together(problem, is_apart, most, refined, solver, timers, x, state, found, factors, pieces)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: is_apart(:)         !! (m) these springs

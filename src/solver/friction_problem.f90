@@ -1,5 +1,5 @@
-!> Linear equations with springs that only press, and rub: what a step of bodies in contact comes to while the lines that vertices
-!> may not cross, and the anchors of shear springs, stay where they are.
+!> Linear equations with springs that press and rub but do not pull. Their solution is the step of bodies in contact if entrance
+!> lines and anchors of shear springs stay where they are.
 !>
 !>     f - A x + sum_i (N_i n_i + T_i t_i) = 0
 !>     N_i = max(0, N0_i - p_i n'_i.x)                          pressing

@@ -1,10 +1,10 @@
 !> Solution of a friction problem by what settles it where Newton's iteration runs in circles.
 !>
-!> The interior is quick, but may end at a fold of its way; the path goes round folds, one spring at a time, and is short from
-!> there, and from near the solution. Where it is not, the way inside goes on to its end, and begins once more with limits of shear
-!> that follow what presses, and elsewhere. Where none
-!> gets through springs are brought together from apart: those about the ones at which the path turned back, and then all, which is
-!> sure where there must be a solution.
+!> The interior iteration is quick, but may end at a fold. The path follows folds, one spring at a time, and is short from near the
+!> solution. It is tried from where the interior iteration has come close. If the path is too long, the interior iteration goes on
+!> to its end, and then begins again with limits of shear that follow the pressing forces, and from other starts. If none of these
+!> finds a solution, springs are brought together from apart. First these are the springs about the ones at which the path turned
+!> back, and then all springs. The last method is sure to find a solution if one must exist.
 module scree_friction_solver
   use scree_errors, only: error_t
   use scree_friction_interior, only: begin_inside, few_unknowns, go_inside, inside_t
@@ -17,7 +17,7 @@ module scree_friction_solver
   private
   public :: friction_work_t, solve_friction
 
-  !> What a solution may take: all that there is; only the path from zero, where that is near, and the way inside; only that path.
+  !> Methods that a solution may use: all of them; the path from zero, if zero is near, and one interior iteration; only that path.
   integer, parameter, public :: effort_all = 0, effort_quick = 1, effort_path = 2
 
   !> What a solution took.
@@ -26,12 +26,12 @@ module scree_friction_solver
     integer :: pieces = 0  !! of paths
   end type friction_work_t
 
-  !> A way through the interior. Where that of one has a fold, that of another may have none.
+  !> Settings of an interior iteration. If the iteration has a fold with some settings, it may have none with others.
   type :: way_t
-    real(dp) :: at_first              !! what it begins with over the largest force
+    real(dp) :: at_first              !! first force of the iteration over the largest force
     logical :: limits_follow          !! limits of shear follow what presses
-    real(dp) :: leaves(3)             !! shares of the largest force that are left where the path is tried from there
-    integer :: most_left(3)           !! pieces of it, which may cost no more than the rest of the way does, that else goes on
+    real(dp) :: leaves(3)             !! residuals over the largest force at which the path is tried
+    integer :: most_left(3)           !! pieces of each path; if they do not suffice, the iteration goes on
   end type way_t
 
   !> Ways that are tried, one after the other. That whose limits follow is slow where little is left.
@@ -59,11 +59,11 @@ module scree_friction_solver
 
 contains
 
-  !> Solves a friction problem, to a share `tolerance` of the largest force.
+  !> Solves a friction problem to a residual below `tolerance` times the largest force.
   !>
-  !> Springs that are open by far are left out, and with them what fills the factors; those that would press in the solution are
-  !> taken in, and it is solved again from there. Near the solution, as of a problem that differs in few springs, the path is short
-  !> and is tried first.
+  !> Springs that are far open are left out, which keeps the factors small. Springs left out that would press in the solution are
+  !> added, and the problem is solved again from there. If the solution is near, as for a problem that differs in few springs, the
+  !> path is short and is tried first.
   subroutine solve_friction(problem, near, tolerance, timers, x, state, found, work, effort)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: near                !! zero is near the solution

@@ -26,8 +26,8 @@ module scree_gmres
 
 contains
 
-  !> Goes on from x = S^-1 b to the solution of A x = b, until the norm of what is left is below `goal`, as each component is over
-  !> `root`, or does not seem to get there in `most` iterations.
+  !> Continues from x = S^-1 b towards the solution of A x = b. Stops when the norm of the residual, each component over `root`, is
+  !> below `goal`, or when `most` iterations do not seem to suffice.
   !>
   !> Errors: no memory.
   subroutine solve_by_gmres(self, matrix, factors, b, root, goal, most, x, Ax, left_over, n_iterations, error)

@@ -8,8 +8,9 @@ module scree_grouping
 
 contains
 
-  !> Gives the elements that can move their groups: first those of one element that shares no unknown and is in no pair, then the
-  !> islands, elements that are linked and pairs of what can move, in the order of their first elements.
+  !> Numbers the groups of the elements that can move. Groups of a single element come first; such an element shares no unknown and
+  !> is in no pair. The islands follow, in the order of their first elements. An island joins elements that are linked or that form
+  !> a pair.
   pure subroutine find_groups(elements, pair, one_island, group_of, n_alone, n_groups)
     type(elements_t), intent(in) :: elements
     integer, intent(in) :: pair(:, :)         !! (2, n_pairs) elements that something acts between

@@ -1,4 +1,4 @@
-!> KLU (SuiteSparse): LU of an unsymmetric matrix of few unknowns, or few entries a row, column by column.
+!> KLU (SuiteSparse): LU of an unsymmetric matrix column by column, for matrices whose factors take few operations an entry.
 module scree_klu
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int8_t, c_loc, c_null_ptr, c_ptr
   use scree_errors, only: error_t, fail, status_run_failed

@@ -2,10 +2,10 @@
 !> friction problem are solved there (`scree_friction_path`).
 !>
 !> - A small matrix, of one element or an island of two, goes to LAPACK.
-!> - A sparse matrix is solved by GMRES on the factor that CHOLMOD has of the symmetric matrix beside it, or beside one before it: a
-!>   factor costs as much as 10 solutions with it, and contacts change few rows from one matrix to the next.
-!> - Or by factors of its own: of CHOLMOD where it is symmetric and turns out to be positive definite, else as LU, from which GMRES
-!>   goes on with matrices like it in the same step.
+!> - A sparse matrix is solved by GMRES, preconditioned with the CHOLMOD factor of the symmetric matrix beside it, or of an earlier
+!>   such matrix. A factor costs as much as 10 solutions with it, and contacts change few rows from one matrix to the next.
+!> - Otherwise the matrix is factorised itself: by CHOLMOD if it is symmetric and turns out to be positive definite, else as LU.
+!>   GMRES continues with this LU for similar matrices of the same step.
 !>
 !> A caller says how exact the solution has to be, and is told how exact it is. The residual is the largest component of b - A x
 !> over the largest magnitude of what cancels in one, each over the root of its entry on the diagonal:
@@ -41,10 +41,11 @@ module scree_linear_solver
   integer, parameter :: most_with_old = 25, most_with_new = 40, most_with_own = 10
   integer, parameter :: most_spent = 30       !! iterations with a factor, but for two of each solution, after which it is old
   integer, parameter :: most_changed = 60     !! rows that have changed, after which it is, too
-  real(dp), parameter :: changed = 1e-2_dp    !! share of the diagonal by which they have
-  !> Share of the norm of what balances that an iteration goes on to, and of the norm of b for a rough solution.
+  real(dp), parameter :: changed = 1e-2_dp    !! change over the diagonal from which a row counts as changed
+  !> Norm of the residual at which an iteration stops, over the norm of the balancing forces; for a rough solution, over the norm of
+  !> b.
   real(dp), parameter :: least_left = 3e-13_dp, roughly_left = 1e-2_dp
-  real(dp), parameter :: near_goal = 10.0_dp !! times what an iteration goes on to, that it may end at
+  real(dp), parameter :: near_goal = 10.0_dp !! accepted residual over the residual at which an iteration stops
 
   !> What solutions took so far.
   type :: solver_work_t
@@ -183,7 +184,7 @@ contains
     type(sparse_matrix_t), intent(in) :: matrix
     real(dp), intent(in) :: b(:)         !! (n)
     real(dp), intent(in) :: scale(:)     !! (n) magnitudes of what balances in b
-    type(exactness_t), intent(in) :: exactness !! its tolerance is a share of the norm of what balances that may be left, too
+    type(exactness_t), intent(in) :: exactness !! its tolerance also bounds the residual over the norm of `scale`
     integer, intent(in) :: most          !! iterations
     real(dp), intent(out) :: x(:)        !! (n)
     real(dp), intent(out) :: residual
@@ -209,9 +210,9 @@ contains
     done = residual <= exactness%tolerance
   end subroutine iterate
 
-  !> Approaches the solution of A x = b by GMRES, with the factor of a symmetric matrix near A that is kept, or the LU of one like A
-  !> where solutions go on from that, until no more than a share of the norm of b is left, of each component over the root of its
-  !> entry on the diagonal. Errors: no memory.
+  !> Approaches the solution of A x = b by GMRES. The preconditioner is the kept factor of a symmetric matrix near A, or the LU of a
+  !> matrix like A if solutions go on from that LU. Stops when the norm of the residual is at most `goal` times the norm of b, each
+  !> component over the root of its entry on the diagonal. Errors: no memory.
   subroutine approach(solver, matrix, b, goal, most, x, share, error)
     type(linear_solver_t), intent(inout) :: solver
     type(sparse_matrix_t), intent(in) :: matrix

@@ -34,7 +34,6 @@ BANNED = {
 ROOMS = {
     "contact": 85,
     "restitution": 47,
-    "solver": 40,
 }
 
 
