@@ -41,8 +41,8 @@ module scree_bearings
     real(dp) :: rebound = huge(1.0_dp)       !! of all that energy against what the bodies bear, length
     real(dp) :: depth = 0.0_dp               !! to which the approach presses its spring, length
     real(dp) :: struck = 0.0_dp              !! impulse between its two bodies, were they rigid and met when it began; force time
-    real(dp) :: met_at = 1.0_dp              !! share of the step at which it closes
-    real(dp) :: moment = 0.0_dp              !! way of the approach in a moment, length: a gap below it is none
+    real(dp) :: met_at = 1.0_dp              !! time at which it closes, over the step
+    real(dp) :: moment = 0.0_dp              !! distance of the approach in a moment, length: a smaller gap counts as closed
     real(dp) :: impulse(2) = 0.0_dp          !! gamma dt Q, force time
     real(dp) :: stopped(2) = 0.0_dp          !! impulse of what closes, where it would go in, force time
     real(dp) :: borne(2) = 0.0_dp            !! impulse until its bodies met others, of what opens; force time
@@ -57,18 +57,19 @@ module scree_bearings
 
   !> Steps in a swing of a spring that leave to chance what it gives back.
   real(dp), parameter, public :: steps_in_swing = 10.0_dp
-  !> An approach below this share of what cancels in it is round-off.
+  !> An approach below this ratio to the velocities that cancel in it is round-off.
   real(dp), parameter :: round_off = 64*epsilon(1.0_dp)
-  !> Bonds in one place are no farther from each other than this share of the shorter.
+  !> Bonds in one place are no farther from each other than this ratio of the shorter bond's length.
   real(dp), parameter :: of_a_bond = 1e-2_dp
 
   integer, parameter :: n = element_unknowns
 
 contains
 
-  !> What strikes in a step that does not resolve how its springs swing, so that the phase of the step decides what they give back
-  !> (doc/theory/impacts.md, eq-swing). Of what meets with two corners at once each has a share that it would have alone. What would
-  !> rise by no more than the rock settles under its weight (`settling`) is the swing of a weight that acts at once, and no impact.
+  !> Impacts of a step that does not resolve the vibration of the struck springs. The phase of the step then decides how much energy
+  !> these springs give back (doc/theory/impacts.md, eq-swing). If a body strikes with two corners at once, each contact counts the
+  !> energy that it would have alone. Bodies that would rise by no more than the rock settles under its weight (`settling`) vibrate
+  !> because their weight acts at once; they are not counted.
   pure type(blow_t) function blow_of_step(model, cache, state, rule, d, try) result(blow)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -122,8 +123,8 @@ contains
     end associate
   end function held_from_start
 
-  !> Takes contacts for open that were closed when the step began, but bore nothing, and whose bodies parted: an impact of the step
-  !> before has left them so, and they may strike again in this step.
+  !> Marks contacts as open at the start of the step if they were closed without a force and their bodies parted. An impact in the
+  !> step before leaves contacts in this state, and they may strike again in this step.
   !>
   !> Rows of blocks and elements are weights up to 1 or lengths within the model. This bounds how far bodies part, so that contacts
   !> that bear more than the bound allows cost no look at their rows.
@@ -261,8 +262,9 @@ contains
     force = [sum(all_of_it%across), all_of_it%along]
   end function force_of
 
-  !> Finds which contacts close with bodies that come together when the step begins, or are driven together within it, and when in
-  !> the step: those that press, and those that would if the bodies did not deform, or within the next moment.
+  !> Finds which contacts close, and when in the step. Their bodies come together when the step begins, or are driven together
+  !> within the step. A contact closes if it presses at the end, or would press if the bodies did not deform, or closes within the
+  !> next moment.
   pure subroutine find_approaches(model, cache, state, part_of, rule, d, try, bearing)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -386,12 +388,12 @@ contains
     part = merge(part_of, 0, touches(part_of))
   end function taking_part
 
-  !> Finds how hard impacts strike contacts: impulses that end the approach of what closes, where contacts that press come no closer
-  !> than they do without it; at each those of all between its two bodies, as how they share in it is not known. What loads or a
-  !> swing press them with in the step is none of an impact.
+  !> Finds the impulses with which impacts strike contacts. These impulses end the approach of closing contacts, while contacts that
+  !> press come no closer than they do without the impact. `struck` is the sum over all contacts of the same two bodies, because the
+  !> parts of the single contacts are undetermined. Forces from loads or vibration in the step do not count.
   !>
-  !> The far side of what is struck goes towards the impact at first, so contacts there are open at the end of a short step. Those
-  !> that these impulses would close, were bodies rigid, are added.
+  !> The far side of a struck body moves towards the impact at first, so its contacts are open at the end of a short step. Contacts
+  !> that the impulses would close if the bodies were rigid are added.
   subroutine find_strokes(model, cache, state, part_of, rule, d, try, bearing)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -500,7 +502,7 @@ contains
   !> Lets an open contact close because impacts drive its bodies together.
   pure subroutine drive_together(rule, at, approach, own)
     type(step_rule_t), intent(in) :: rule
-    real(dp), intent(in) :: at                   !! share of the step
+    real(dp), intent(in) :: at                   !! time over the step
     real(dp), intent(in) :: approach             !! length/time
     type(bearing_t), intent(inout) :: own
 
@@ -557,7 +559,8 @@ contains
     end do
   end function meeting_of
 
-  !> Shares of the step at which bodies are struck first, by what closes or through contacts that bear; 1 where they are not.
+  !> Times over the step at which bodies are struck first, by closing contacts or through contacts that bear; 1 if a body is not
+  !> struck.
   pure function moments_of_impact(problem, impulses, bearing) result(at)
     type(impulse_problem_t), intent(in) :: problem
     type(impulses_t), intent(in) :: impulses
@@ -626,8 +629,8 @@ contains
     end do
   end subroutine find_impulses
 
-  !> Share of the step until a contact that opens is lifted: by what closes at its vertex, else by the first that closes at its
-  !> bodies.
+  !> Time over the step at which a contact that opens is lifted: when a contact of its vertex closes, or else the first contact of
+  !> its bodies. 0 if no such contact closes.
   pure real(dp) function share_until_met(bearing, own) result(share)
     type(bearing_t), intent(in) :: bearing(:)
     type(bearing_t), intent(in) :: own

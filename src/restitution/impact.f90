@@ -1,13 +1,13 @@
-!> Impacts: what bodies do that come together in a step.
+!> Impacts of bodies that come together in a step.
 !>
-!> Springs give back of an impact what its phase in the step has it. So where contacts closed in a step whose bodies came together,
-!> the step is made with the impact in two parts, and springs have none in it:
+!> The energy that springs give back after an impact depends on the phase of the impact in the step. If contacts of approaching
+!> bodies closed in a step, the step is therefore repeated without the impact in the springs. The impact acts in two parts:
 !>
-!> - Where the bodies go. The forces Q that the impact has in the step, of what closed, and those that it added to contacts that
-!>   pressed before, act in it once more as the impulse gamma dt Q on the rigid motion of the bodies, when it begins (`push_apart`).
-!>   Contacts keep what loads press them with and what they bore before, and bodies come out by as much as Q pressed springs and
-!>   them. So they come to the same places but for that, and deform by their loads alone. What closed has no force but where bodies
-!>   would go deeper.
+!> - Where the bodies go. Q are the forces of the impact in the step: the forces of contacts that closed, and the forces that the
+!>   impact added to contacts that pressed before. The impulse gamma dt Q acts on the rigid motion of the bodies when the repeated
+!>   step begins (`push_apart`). Contacts keep their force from loads and from before the step. Bodies are moved out by the depth to
+!>   which Q pressed springs and bodies. Otherwise they end at the same places, deformed by their loads alone. A contact that closed
+!>   has a force only where bodies would penetrate further.
 !> - How fast they leave. Without that impulse, and without what stopped them from going deeper, their motion q- at the end is the
 !>   one before the impact, and impulses bring it to the one after (`rebound`). Stress stays.
 !>
@@ -66,7 +66,7 @@ module scree_impact
 
 contains
 
-  !> Finds the impacts of a step that has settled, and what it has to be made with again.
+  !> Finds the impacts of a step that has settled, and the push and the contact states with which the step is repeated.
   subroutine push_apart(model, cache, state, rule, d, try, impact)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -100,10 +100,10 @@ contains
     impact%bearing = pack(impact%bearing, impact%bearing%island > 0)
   end subroutine push_apart
 
-  !> Pushes the bodies of an island when the step begins, and out by as much as its impact presses springs and bodies; where a
-  !> contact has no force at the end, by as much as they would go in as rigid ones. What closes then presses only where it would
-  !> go in, and what it reaches with what it bore and what loads press it with. Where loads alone bring bodies together it is no
-  !> impact, and they are left to springs.
+  !> Pushes the bodies of an island when the step begins, and moves them out by the depth to which the impact pressed springs and
+  !> bodies. At contacts without a force at the end of the step, this depth is the penetration of the bodies as rigid ones. Contacts
+  !> that the impact reaches keep their force from before the step and from loads. If loads alone bring the bodies together there is
+  !> no impact, and the springs act as usual.
   subroutine push_island(model, cache, state, rule, d, bearing, try, impact)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -367,9 +367,9 @@ contains
     end do
   end function work_of_holders
 
-  !> Work that friction takes in an impact: that of all impulses along, with the mean of the velocities before and after it. No more
-  !> than the impact takes without what loads do over the way that is barred, which is not its own, and no less than none: impulses
-  !> across may turn a slip round within it, which the mean does not see.
+  !> Work of friction in an impact: the sum of all impulses along, times the mean of the velocities before and after. The work is at
+  !> most the energy that all impulses take, less `barred`. It is at least zero, because impulses across may reverse a slip within
+  !> the impact, which the mean does not show.
   pure real(dp) function work_of_friction(problem, before, impulses, barred) result(work)
     type(impulse_problem_t), intent(in) :: problem
     real(dp), intent(in) :: before(:, :)         !! (3, n_bodies) motion
@@ -557,7 +557,7 @@ contains
     end associate
   end subroutine release
 
-  !> Closes what closes in the impact where the step has brought it, held there by as much as loads press it with.
+  !> Closes the contacts of the impact where the step has brought their bodies, with the force with which loads press them.
   pure subroutine close_contacts(model, d, impact, try)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)                 !! (n_unknowns)

@@ -6,15 +6,15 @@ module scree_impact_islands
   private
   public :: find_islands
 
-  !> An impact reaches a contact that it strikes by more than this share of the largest impulse of what closes.
+  !> An impact reaches a contact if it strikes the contact by more than this ratio to the largest impulse of the closing contacts.
   real(dp), parameter :: felt = 1e-2_dp
 
 contains
 
   !> Tells the impacts apart: contacts of one island have bodies in common that are free to move. 0: no impact reaches it.
   !>
-  !> From what closes an impact goes on by every contact that it strikes by more than a share of the largest impulse of what closes
-  !> there. All contacts of the bodies that it gets to belong to it, as these may not come closer by it.
+  !> An impact spreads from closing contacts over every contact that it strikes by more than `felt` times the largest impulse of the
+  !> closing contacts there. All contacts of the bodies that it reaches belong to it, because it must not bring these bodies closer.
   pure subroutine find_islands(held, bearing)
     logical, intent(in) :: held(:)               !! (n_blocks)
     type(bearing_t), intent(inout) :: bearing(:)

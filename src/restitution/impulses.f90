@@ -28,15 +28,16 @@ module scree_impulses
   private
   public :: energy_of, restore, solve_compression
 
-  !> Share of the fastest approach that velocities may be wrong by.
+  !> Largest error of velocities over the fastest approach.
   real(dp), parameter :: met = 1e-12_dp
-  !> And after few sweeps: in piles what is left is many times that.
+  !> Largest error with which no stiff springs are tried, likewise; in piles the error after the sweeps is many times larger.
   real(dp), parameter :: nearly_met = 1e-8_dp
-  !> Share of the velocities that cancel in an approach: what is slower is found no better than this would be.
+  !> The fastest approach counts as at least this ratio of the velocities that cancel in an approach, because slower ones are
+  !> inexact.
   real(dp), parameter :: sensed = 1e-3_dp
-  !> A body has not moved by what changes velocities by less than this share.
+  !> A body counts as moved if an impulse changes velocities by more than this ratio to the fastest approach.
   real(dp), parameter :: unfelt = 1e-2_dp*met
-  !> Share of it that stiff springs may leave: more is no solution.
+  !> Largest error of velocities after stiff springs, over the fastest approach: with a larger error there is no solution.
   real(dp), parameter :: solved = 1e-3_dp
   integer, parameter :: most_sweeps = 50
 
@@ -76,7 +77,7 @@ contains
     end do
   end subroutine energy_of
 
-  !> Restitution: at least the share `s` of the impulses of compression across, once more.
+  !> Restitution: adds impulses that are across at least `s` times the impulses of compression.
   subroutine restore(problem, s, impulses)
     type(impulse_problem_t), intent(in) :: problem
     real(dp), intent(in) :: s

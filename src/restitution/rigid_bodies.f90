@@ -1,7 +1,7 @@
 !> Bodies that take an impact: their motion as rigid ones.
 !>
-!> The rates v of a body's unknowns are a rigid motion q = (velocity of its centre, rotation rate) and a deformation that is
-!> orthogonal to every rigid one in its mass matrix M. With R the rates that units of q make,
+!> The rates v of a body's unknowns are a rigid motion q = (velocity of its centre, rotation rate) and a deformation w. In the mass
+!> matrix M of the body, w is orthogonal to every rigid motion. With R the rates that units of q make,
 !>
 !>     v = R q + w,   q = (R^T M R)^-1 R^T M v,   R^T M w = 0,   v.M v/2 = q.(R^T M R) q/2 + w.M w/2
 !>
@@ -40,18 +40,19 @@ module scree_rigid_bodies
     real(dp), allocatable :: mobility(:, :, :)  !! (3, 3, n) change of q by a unit of impulse; 0 for a body that is held
   end type rigid_bodies_t
 
-  !> Supports hold no turn of a body that is wider than them by the root of this, inverse.
+  !> A support holds a motion only if the mobility that earlier supports left in its direction is above this ratio to the free
+  !> mobility.
   real(dp), parameter :: narrow = 1e-10_dp
-  !> And where they are less wide than this, of the same, their velocities tell no turn: points of a guide that has turned a little
-  !> are not at one height, and rounding or springs between them would be a fast turn.
+  !> The velocity of a support is imposed only above this ratio, and taken as zero below it. Points of a guide that has turned a
+  !> little are not at one height, so rounding or springs between them would appear as a fast turn.
   real(dp), parameter :: wide = 1e-2_dp
 
 contains
 
   !> Finds how bodies move as rigid ones.
   !>
-  !> A body with a fixed point turns about it, one with two of them in different places does not move, whether they are exact or
-  !> springs, and one on lines of &support has the motions that these leave it.
+  !> A body with a fixed point turns about this point, and a body with two fixed points in different places does not move, whether
+  !> they are exact or springs. A body on lines of &support has the motions that these lines leave it.
   pure subroutine find_bodies(model, cache, state, moved, part_of, bodies)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -325,8 +326,8 @@ contains
                         bodies%centre(:, bodies%number(model%elements%block(e))))
   end function modes_of
 
-  !> Rigid motions q (3, n) of the bodies in a field of rates; of those that are held, the motion of what holds them, and of those
-  !> that are held in part what that leaves them beside it.
+  !> Rigid motions q (3, n) of the bodies in a field of rates. A held body has the motion of its supports. A partly held body has
+  !> this motion too, and in addition the motion that its supports leave free.
   pure function motion_of(model, cache, state, bodies, rates) result(motion)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -418,8 +419,8 @@ contains
     end do
   end subroutine add_motion
 
-  !> Takes a share of the rates of deformation from bodies of one element that nothing holds. Their strain is constant, so what a
-  !> step makes of them is no wave that could go on: it rings at the infinite frequency of the integrator.
+  !> Takes a fraction of the rates of deformation from bodies of one element that nothing holds. Their strain is constant, so their
+  !> deformation in a step is no wave that could go on: it vibrates at the infinite frequency of the integrator.
   pure subroutine take_deformation(model, cache, state, bodies, share, motion, rates, change)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache

@@ -1,10 +1,11 @@
 !> Impulses that sweeps do not come to: those of stiff springs in place of hard contacts.
 !>
-!> In velocities y of the bodies for which their mass is one, springs press with p times what contacts approach by, on top of the
-!> impulses so far, the multipliers. These are taken over, and stiffer springs solved anew: what is left of an approach goes down by
-!> 1 + p times the softest answer of the bodies to unit impulses, so that three rounds do for a pile of 300 bodies, for which sweeps
-!> take 100 000. Springs that rub are a friction problem whose matrix is definite and whose forces act along the rows of changes: it
-!> has a solution, and that is found (doc/theory/impacts.md, eq-stiff-impulses).
+!> The velocities y of the bodies are scaled so that their mass is one. Springs press with p times the approach of their contact, in
+!> addition to the impulses so far, the multipliers. The spring forces are added to the multipliers, and the problem is solved again
+!> with stiffer springs. Each round divides the remaining approach by 1 + p times the softest response of the bodies to unit
+!> impulses. Three rounds suffice for a pile of 300 bodies, for which sweeps take 100 000. Springs with friction are a friction
+!> problem. Its matrix is definite and its forces act along the rows of changes, so it has a solution, and the solver finds this
+!> solution (doc/theory/impacts.md, eq-stiff-impulses).
 module scree_stiff_impulses
   use scree_friction_problem, only: add_spring_force, closed_forces, friction_problem_t, keep_rows_of_forces, obey_law, &
                                     place_springs
@@ -17,16 +18,17 @@ module scree_stiff_impulses
   private
   public :: press_by_springs
 
-  !> Velocity that a spring answers its own approach with, over that: in the first round, and at most, as rounding is as many times
-  !> larger; and what it grows by from round to round. What is stiff at once has longer paths.
+  !> Velocity with which a spring responds to its own approach, over this approach: in the first round; at most, as rounding grows
+  !> with it; and the factor from round to round. Springs that are stiff at once have longer paths.
   real(dp), parameter :: first_stiffness = 1e3_dp, most_stiffness = 1e8_dp, stiffer = 100.0_dp
-  !> Share of the largest impulse that a solution may leave; of the fastest approach that may be left, and where no solution with
-  !> stiffer springs is found; and of what was left before, where another round does not help. Rounds.
+  !> Residual of a solution over the largest impulse. Approach that may remain over the fastest approach, and the same if stiffer
+  !> springs find no solution. Ratio of remaining approaches of two rounds, above which another round does not help. Number of
+  !> rounds.
   real(dp), parameter :: tolerance = 1e-7_dp, enough = 1e-10_dp, good = 1e-6_dp, shrinking = 0.5_dp
   integer, parameter :: most_rounds = 10
-  !> Contacts up to which a solution may take all that there is.
+  !> Number of contacts up to which a solution may use all methods of the friction solver.
   integer, parameter :: few_contacts = 200
-  !> Velocities that a body is held in: its mobility there is below this share of what it was.
+  !> A velocity of a body is held if its remaining mobility is below this ratio to the initial mobility.
   real(dp), parameter :: narrow = 1e-10_dp
 
 contains

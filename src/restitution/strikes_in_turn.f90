@@ -1,21 +1,21 @@
 !> Impacts that follow each other within a step.
 !>
-!> Bodies move as rigid ones at constant velocities q between impacts. The gap of contact i at the share t of the step is
+!> Bodies move as rigid ones at constant velocities q between impacts. With t the time over the step, the gap of contact i is
 !>
 !>     g_i(t) = g_i(0) + dt (integral of G_i q from 0 to t)
 !>
 !> and the contact strikes when the gap is zero and the bodies approach, G_i q < 0. That impact has a compression and a restitution
 !> (`scree_impulses`). Only the contacts that strike then have a part in the impact, with the contacts that bear or touch and are
 !> connected with the former by bodies that move. The bodies go on with the new velocities, until the step ends. With the change
-!> dq_k of the velocities by impact k at the share t_k, bodies are at the end of the step by
+!> dq_k of the velocities by impact k at the time t_k, bodies are at the end of the step by
 !>
 !>     dt (sum of (1 - t_k) dq_k)
 !>
 !> farther than without impacts, so this sum is the velocity that makes up for the impacts where it is added when the step begins.
 !> Momentum is kept in each impact, and no impact makes energy (`scree_impulses`), so none is made by any number of impacts.
 !>
-!> Contacts between the same two bodies, or between one body and what does not move, are one impact, as are contacts that strike
-!> within the share `together` of a step.
+!> Contacts between the same two bodies, or between one body and bodies that do not move, are one impact, as are contacts whose
+!> times over the step differ by no more than `together`.
 module scree_strikes_in_turn
   use scree_impulse_problem, only: impulse_problem_t, impulses_t, velocity_at
   use scree_impulses, only: energy_of, restore, solve_compression
@@ -24,8 +24,8 @@ module scree_strikes_in_turn
   private
   public :: course_t, meeting_t, share_given_back, strike_in_turn
 
-  !> Impacts within this share of the step of the first of them are one impact, also where the step ends between them. An approach
-  !> below this share of the fastest velocity is none.
+  !> Impacts within this time over the step after the first of them are one impact, also if the step ends between them. An approach
+  !> below this ratio to the fastest velocity does not count.
   real(dp), parameter, public :: together = 1e-6_dp
   !> Impacts of a step may solve so many contacts one after the other: eight times all contacts, or a number that takes
   !> hundredths of a second. What is left is one impact.
@@ -33,13 +33,13 @@ module scree_strikes_in_turn
 
   !> What each contact is when the step begins.
   integer, parameter, public :: bears = 0      !! it touches from the start
-  integer, parameter, public :: strikes = 1    !! it strikes at a known share of the step, unless impacts change that
+  integer, parameter, public :: strikes = 1    !! it strikes at a known time over the step, unless impacts change that
   integer, parameter, public :: is_open = 2    !! it strikes only where impacts drive its bodies
 
   !> The contacts that may strike.
   type :: meeting_t
     integer, allocatable :: kind(:)            !! (n) `bears`, `strikes` or `is_open`
-    real(dp), allocatable :: at(:)             !! (n) share of the step at which a contact strikes
+    real(dp), allocatable :: at(:)             !! (n) time over the step at which a contact strikes
     real(dp), allocatable :: gap(:)            !! (n) when the step begins, length
     logical, allocatable :: driven(:)          !! (n) its bodies do not approach when the step begins
     logical, allocatable :: closes(:)          !! (n) it is known to close in the step
@@ -53,14 +53,14 @@ module scree_strikes_in_turn
     logical :: cut_short = .false.             !! the last impact is of more than would strike together
     real(dp) :: taken = 0.0_dp                 !! energy that compression took, less the work that is left in it, force length
     real(dp), allocatable :: pushed(:, :)      !! (3, n_bodies) velocities that make up for the impacts
-    real(dp), allocatable :: first_at(:)       !! (n) share of the step at which a contact strikes first; huge: it does not
-    real(dp), allocatable :: approach(:)       !! (n) at that share, length/time
+    real(dp), allocatable :: first_at(:)       !! (n) time over the step at which a contact strikes first; huge: it does not
+    real(dp), allocatable :: approach(:)       !! (n) at that time, length/time
   end type course_t
 
   !> Where the bodies are in the step.
   type :: progress_t
-    real(dp) :: at = 0.0_dp                    !! share of the step
-    real(dp) :: slow = 0.0_dp                  !! an approach that is none, length/time
+    real(dp) :: at = 0.0_dp                    !! time over the step
+    real(dp) :: slow = 0.0_dp                  !! an approach that does not count, length/time
     real(dp) :: barred = 0.0_dp                !! energy that may not come back yet, force length
     integer :: solved = 0                      !! contacts of all impacts
     integer, allocatable :: pair(:, :)         !! (2, n) bodies that move, the lower first; 0: it does not move
@@ -139,7 +139,7 @@ contains
     type(meeting_t), intent(in) :: meeting
     real(dp), intent(in) :: motion(:, :)       !! (3, n_bodies)
     type(progress_t), intent(inout) :: now
-    real(dp), intent(out) :: at                !! share of the step
+    real(dp), intent(out) :: at                !! time over the step
     logical, intent(out) :: strikes_now(:)     !! (n)
     real(dp) :: time(size(strikes_now)), velocity(2)
     integer :: i
@@ -166,7 +166,7 @@ contains
     at = max(now%at, min(1.0_dp, at))
   end subroutine find_next
 
-  !> Lets the bodies go on to a share of the step. Contacts that bear part from the first impact on that moves their bodies.
+  !> Lets the bodies go on to a time over the step. Contacts that bear part from the first impact on that moves their bodies.
   pure subroutine go_on_to(meeting, at, now)
     type(meeting_t), intent(in) :: meeting
     real(dp), intent(in) :: at

@@ -33,7 +33,6 @@ BANNED = {
 # How many sentences above MOST_WORDS_DOCSTRING and banned phrases the docstrings of each room have; these may only fall.
 ROOMS = {
     "contact": 85,
-    "restitution": 47,
 }
 
 
