@@ -1,10 +1,10 @@
 !> Where bodies overlap in area, and by which of their edges they got there.
 !>
-!> The places where an outline enters or leaves another, and the vertices that lie inside, are the corners of the common area.
-!> They are put together to pieces along the edges between them. The depth of a piece across an edge is how far it reaches
-!> behind its line; the bodies entered each other by the edge across which it is least deep, as the least way that parts two
-!> convex bodies is across an edge of one of them. One vertex alone does not tell: where bodies lie flush, it is on the line of
-!> an edge that its whole body is behind.
+!> The places where an outline enters or leaves another, and the vertices that lie inside, are the corners of the common area. They
+!> are joined to pieces along the edges between them. The depth of a piece across an edge is its largest distance behind the line of
+!> the edge. The bodies entered each other by the edge across which the piece is least deep, because the shortest displacement that
+!> separates two convex bodies is across an edge of one of them. A single vertex does not decide this. If bodies lie flush, a vertex
+!> is on the line of an edge that its whole body is behind.
 module scree_body_overlap
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_contact_geometry, only: frame_of_edge, gap_of
@@ -232,8 +232,8 @@ contains
 
   !> Whether a vertex of one body of an overlap entered the other by an edge, as a part of its body.
   !>
-  !> It did where no other edge that bounds their common piece leads out of it by less, but for such as lead the same way from where
-  !> the edge is, and a neighbour at a hollow corner, which is entered with the edge.
+  !> The vertex did if the common piece is not less deep across any other edge by which it may be left. Edges that lead the same way
+  !> as this edge do not count. Nor does its neighbour at a hollow corner, because both edges are entered together.
   pure logical function entered_by(outlines, position, overlap, vertex, edge) result(entered)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)      !! (2, n_vertices), length
@@ -281,8 +281,9 @@ contains
 
   end function entered_by
 
-  !> Edges by which a piece may be left: those that bound it and that a vertex of the other body in it is behind; where none
-  !> bounds it, as where one body lies in the other, those that it is wholly behind.
+  !> Edges by which a piece may be left. A vertex of the other body in the piece must be behind such an edge, and the edge must
+  !> bound the piece. If no edge of its body bounds the piece, as where one body lies in the other, the whole piece must be behind
+  !> the edge.
   pure function ways_out(outlines, position, overlap, piece) result(out)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)

@@ -32,8 +32,9 @@ contains
 
   !> How far contacts of vertices are looked for in a step, with the length of the edges about them.
   !>
-  !> Beyond the end of an edge its line is crossed as far as the overlap over the sine of the corner goes; a contact that is
-  !> found or lost there would bring or take the energy of its spring. Corners that turn by less than `parallel` may.
+  !> The line of an edge may be crossed beyond its end, up to a distance of the overlap over the sine of the corner. A contact that
+  !> is found or lost there would add or remove the energy of its spring. The reach covers this distance, except at corners that
+  !> turn by less than `parallel`.
   elemental real(dp) function reach_of(law, margin, pressed, way, edge, side) result(near)
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: margin               !! that the search adds to the way, length

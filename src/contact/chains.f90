@@ -1,8 +1,8 @@
 !> The convex chains of an outline: what lies between its hollow corners.
 !>
-!> Shi's contact theory is about convex angles: a hollow corner touches nothing, so an outline is cut there. Vertices that lie on a
-!> straight side, as lines of a mesh leave them, and slivers, as cutting leaves them, are no corners: they vanish here, and nothing
-!> that looks at chains has to know of them.
+!> Shi's contact theory is about convex angles: a hollow corner touches nothing, so an outline is cut there. Lines of a mesh leave
+!> vertices on straight sides, and cutting leaves slivers. These are no corners, and are removed here, so the procedures that use
+!> chains never see them.
 !>
 !> G.-H. Shi, *Contact theory*, Science China Technological Sciences 58 (2015) 1450-1496.
 module scree_chains
@@ -11,8 +11,8 @@ module scree_chains
   private
   public :: chains_t, corners_of, cut_at_hollow_corners, outline_edges
 
-  !> Angle below which a vertex is on a straight side, as seen from either end of that side, rad. The side that is left out there is
-  !> off by at most this share of the way to its nearer end: a thousandth of the overlap that contacts are allowed, which is a
+  !> Angle below which a vertex is on a straight side, as seen from either end of that side, rad. The simplified side is off by at
+  !> most this ratio to the distance from its nearer end. That is a thousandth of the overlap that contacts are allowed, which is a
   !> thousandth of an edge. Coordinates of a deck with seven digits are within it.
   real(dp), parameter :: straight = 1e-6_dp
   !> Length of an edge over that of the longer one beside it, below which it is a sliver. Its direction is that of the rounding of

@@ -129,8 +129,8 @@ contains
     end associate
   end function overlap_of
 
-  !> Whether a dashpot has opened a contact in which the vertex is still behind the edge: it pulls by as much as the spring presses,
-  !> which so has its energy still, and presses again where the body comes back.
+  !> Whether a dashpot has opened a contact whose vertex is still behind the edge. The dashpot pulls with the force with which the
+  !> spring presses. The spring still has its energy, and presses again when the body comes back.
   pure logical function pulled_open(try, contact, now)
     type(contact_try_t), intent(in) :: try
     type(contact_t), intent(in) :: contact

@@ -63,8 +63,8 @@ contains
     call move_alloc(look%survey, search%survey)
   end subroutine find_contacts
 
-  !> Adds the contacts of vertex i near edge j: those of the corners at i and at an end of the edge, if these are near each other,
-  !> else that of the vertex over the edge.
+  !> Adds the contacts of vertex i near edge j. If the corner at i is near a corner at an end of the edge, these are the contacts of
+  !> the two corners; otherwise it is the contact of the vertex over the edge.
   subroutine look_at(law, outlines, position, look, i, j)
     type(contact_law_t), intent(in) :: law
     type(outlines_t), intent(in) :: outlines

@@ -16,8 +16,9 @@
 !>
 !> and half of that, with the rows of the middle, where the forces act in the middle of a step.
 !>
-!> Over a step that the integrator balances in its middle the row of the gap is its mean derivative: with e = y3 - y2,
-!> r = y1 - y2 in the middle, L0 and L1 the lengths and c = g L, the gap changes by exactly
+!> Over a step that the integrator balances in its middle, the row of the gap is its mean derivative. Let e = y3 - y2 and
+!> r = y1 - y2 be those of the middle, and L0, L1, c0 and c1 the lengths L and the products g L of both ends. The gap changes
+!> by exactly
 !>
 !>     g1 - g0 = a [(De x e).r + (r x De).e] + b e.De,   a = (1/L0 + 1/L1)/2,   b = -(c0 + c1)/(L0 L1 (L0 + L1))
 !>
@@ -42,7 +43,7 @@ module scree_contact_geometry
   type :: entrance_geometry_t
     real(dp) :: gap          !! length
     real(dp) :: along        !! from the start of the edge to the foot of the vertex when the step began, length
-    real(dp) :: slid         !! of that foot along the edge since then, from the share of the edge where it was, length
+    real(dp) :: slid         !! movement of that foot since then, relative to its former place on the edge, length
     real(dp) :: edge_length  !! length
     real(dp) :: normal(2*n)  !! change of the gap with the unknowns of both elements
     real(dp) :: shear(2*n)   !! change of slid
@@ -85,8 +86,8 @@ contains
 
   !> Finds the geometry of an entrance at displacement `d` of the elements.
   !>
-  !> With a weight, gap and slip are those of the positions that `d` moves the vertices to, and the forces act in the configuration
-  !> that this share of `d` makes. Without, everything is linear about the beginning of the step, as Shi's.
+  !> With a weight, gap and slip are those of the positions to which `d` moves the vertices, and the forces act in the configuration
+  !> at `weight` times `d`. Without a weight, everything is linear about the beginning of the step, as in Shi's program.
   pure subroutine find_geometry(model, cache, state, pair, entrance, d, geometry, acting, weight)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
@@ -181,9 +182,10 @@ contains
       end associate
     end subroutine move
 
-    !> Rows of the change of the gap between two configurations, each made by a share of `d`, and of slip in their middle.
+    !> Rows of the change of the gap between two configurations, and of slip in their middle. Each configuration is a fraction of
+    !> `d`.
     pure subroutine put_rows(middle, length, moment, normal_row, shear_row)
-      real(dp), intent(in) :: middle               !! share of `d`
+      real(dp), intent(in) :: middle               !! fraction of `d`
       real(dp), intent(in) :: length(2), moment(2) !! of the edge in both, and its products with the gaps
       real(dp), intent(out) :: normal_row(2*n), shear_row(2*n)
       real(dp) :: edge(2), apart(2), on_vertex(2), on_edge(2), t(2), F(4), T_there(2, n)

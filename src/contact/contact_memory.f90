@@ -44,9 +44,10 @@ contains
     call rest_inside(outlines, survey, past, contact)
   end subroutine contact_over_edges
 
-  !> The pair of a line whose entrance was closed before and whose vertex is still within its edge, or hardly past its end; or else
-  !> the one whose vertex lies best within its edge, one that is aside only where the others are past their ends. It goes on as it
-  !> was, or where it was not closed as another pair of the line that was. In which order the line has them does not matter.
+  !> Finds the best pair of a line. First comes a pair whose entrance was closed before and whose vertex is still within its edge,
+  !> or hardly past its end. Otherwise it is the pair whose vertex lies best within its edge; a pair that is aside is taken only if
+  !> the others are past their ends. The best pair continues its own entrance. If this entrance was not closed, it continues the
+  !> entrance of another pair of the line that was. The order of the pairs in the line does not matter.
   pure subroutine find_best_entrance(law, outlines, survey, past, line, best)
     type(contact_law_t), intent(in) :: law
     type(outlines_t), intent(in) :: outlines
@@ -121,8 +122,8 @@ contains
     end do
   end subroutine let_one_go_on
 
-  !> Lets an entrance go on where another was: with the same slip, and its spring pressed by as much, or where a joint with a
-  !> stiffness of its own slides by what its faces overlap by there.
+  !> Lets an entrance continue an earlier one, with the same slip and the same compression of its spring. If a joint with a
+  !> stiffness of its own has slid, its spring is instead compressed by the overlap of the faces at the new place.
   pure subroutine go_on(outlines, survey, was, entrance)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
@@ -184,11 +185,11 @@ contains
     end associate
   end function entrance_ahead
 
-  !> Lets the spring of a contact that is found inside rest there, so that it brings no energy, and that of the other line of a
-  !> corner, which is to act where a third block covers the first. But what slides between faces of
-  !> which one pressed on others already is pressed as if it had been there: others leave these faces at their other end. And where
-  !> its vertex pressed on another body, from which it slides to this one, it is as stiff as the spring there, and pressed as much:
-  !> it takes over from that.
+  !> A contact that is found inside starts without a force: its spring rests at the present gap, so it brings no energy. The same
+  !> holds for the other line of a corner if a third block covers the first line. Exception: a vertex that slides in between faces
+  !> that already carry a contact starts with the compression of that contact, because other contacts leave these faces at their
+  !> other end. If the vertex pressed on another body, from which it slides to this one, the contact takes over the stiffness and
+  !> the compression of that spring.
   pure subroutine rest_inside(outlines, survey, past, contact)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
@@ -217,9 +218,9 @@ contains
     call take_stiffness(past%contact(heir)%entrance(past%contact(heir)%active), contact)
   end subroutine rest_inside
 
-  !> Lets the springs of a contact of one new entrance rest where it is: across at a gap of 0, or where its vertex is inside there;
-  !> but where it moves along between faces on which something presses already, strained as that is. A corner of two entrances is
-  !> not between them.
+  !> Lets the springs of a contact of one new entrance rest at its place: across at a gap of 0, or at the present gap if the vertex
+  !> is inside. Exception: a vertex that moves along between faces that already carry a contact starts with the strain of that
+  !> contact. A corner of two entrances is not between faces.
   pure subroutine begin_between(outlines, survey, past, entrance)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
@@ -236,9 +237,10 @@ contains
     entrance%anchor = entrance%anchor - slip/survey%length(entrance%edge)
   end subroutine begin_between
 
-  !> Largest overlap by which what moves along one of the faces of an entrance pressed when the step before ended, and its slip from
-  !> its anchor: between the same blocks, and by joints with a stiffness of their own between any, where what begins is short.
-  !> Nothing where a spring bears alone between these faces and stays over its edge, as of tips that slid onto each other.
+  !> Largest overlap, and slip from the anchor, of contacts that moved along one of the faces of an entrance at the end of the step
+  !> before. Contacts between the same blocks count, and all contacts of joints with a stiffness of their own, with `deeper` times
+  !> their overlap. Both results are 0 if these faces carry only one contact and that contact stays over its edge, as with tips that
+  !> slid onto each other: no load is then handed over.
   pure subroutine find_strained_between(outlines, survey, past, entrance, pressed, slip)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
@@ -286,8 +288,8 @@ contains
     past_it = at < 0 .or. at > survey%length(entrance%edge)
   end function is_past_its_ends
 
-  !> Lets what is open have the wear of the closed contact nearest to it between the same faces, if that is more: what begins beside
-  !> others that slide, as from node to node of a mesh, is as worn.
+  !> Gives an open contact the wear of the nearest closed contact between the same faces, if that is more. A contact that begins
+  !> beside sliding contacts, as from node to node of a mesh, is as worn as these.
   pure subroutine wear_as_beside(outlines, survey, past, contact)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
@@ -329,8 +331,8 @@ contains
     end associate
   end function has_worn
 
-  !> Overlap and contact of the spring by which the vertex of an entrance pressed most on other bodies than that of its edge when
-  !> the step before ended, across edges that face as its own does, within 45 degrees.
+  !> Finds the contact by which the vertex of an entrance pressed most on another body than that of its edge, and the overlap. The
+  !> contact was closed when the step before ended, and its edge faces as the edge of the entrance does, within 45 degrees.
   pure subroutine find_pressed_beside(block, survey, past, entrance, pressed, by)
     integer, intent(in) :: block(:)            !! of the edges
     type(survey_t), intent(in) :: survey
@@ -355,8 +357,9 @@ contains
     end associate
   end subroutine find_pressed_beside
 
-  !> Lets a contact inherit the overlap and the stiffness of the spring of a contact before whose place it takes: one that had a
-  !> pair of the encounter closed, and was not made of the same entrances. Overlap below 0: there is none; 0: it is found inside.
+  !> Lets a contact take over the overlap and the stiffness of an earlier contact that it replaces. The earlier contact had a pair
+  !> of the encounter closed, and had other entrances. An overlap below 0 means that there is none, and 0 that the contact is found
+  !> inside.
   pure subroutine inherit(survey, past, encounter, contact)
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past

@@ -2,11 +2,11 @@
 !>
 !> There are three schools of contact: `coulomb_contact`, `conserving_contact` and the folder `shi`. Each school has five verbs:
 !>
-!> - `pair`      what is near and what contacts remember  -> a contact of the step
-!> - `place`     displacement                             -> gap and slip, and the rows that they change by
-!> - `press`     gap and slip                             -> force, and what it changes by
-!> - `judge`     gap, slip and force                      -> state
-!> - `remember`  the accepted step                        -> anchor, bond, friction work, overlap
+!> - `pair`      what is near and what contacts remember  -> a contact of the step.
+!> - `place`     displacement                             -> gap and slip, and the rows of their changes.
+!> - `press`     gap and slip                             -> force, and its change with gap and slip.
+!> - `judge`     gap, slip and force                      -> state.
+!> - `remember`  the accepted step                        -> anchor, bond, friction work, overlap.
 !> All else that a step has to know of the rules is a question with a name (`iteration_rules`, `looks_as_far_as_it_moves`, ...).
 module scree_contact_rules
   use scree_conserving_contact, only: deepest_gap, inherit_overlap, judge_conserving, press_conserving, spring_of_conserving
@@ -486,7 +486,7 @@ contains
     end select
   end function rubs
 
-  !> Force that a contact presses with at least, by which faint forces are told.
+  !> Smallest pressing force of a contact, which is compared with negligible forces.
   pure real(dp) function pressing_of(law, n_entrances, force) result(pressing)
     type(contact_law_t), intent(in) :: law
     integer, intent(in) :: n_entrances
@@ -499,7 +499,7 @@ contains
     end select
   end function pressing_of
 
-  !> Whether a faint force changes no state.
+  !> Whether a negligible force changes no state.
   pure logical function forgives_faint_forces(law)
     type(contact_law_t), intent(in) :: law
 
@@ -535,9 +535,9 @@ contains
     end associate
   end subroutine judge
 
-  !> Whether contact i of two corners acts by another one of theirs, before it, that acts at the same vertex and edge and closes
-  !> wherever this one does. Corners that turn in a step may meet by up to three pairs of lines, of which some are the same: one
-  !> contact presses there, else their spring would be two or three times as stiff.
+  !> Whether contact i of two corners acts by an earlier contact of these corners, with the same vertex and edge, that closes
+  !> whenever this one does. Turning corners may meet by up to three pairs of lines, of which some are the same. Only one contact
+  !> presses there, because the spring would otherwise be two or three times as stiff.
   pure logical function acts_by_another(try, i)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i

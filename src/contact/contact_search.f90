@@ -17,7 +17,7 @@ module scree_contact_search
   private
   public :: find_at_outlines, find_nearby, find_outrun, most_turning, outrun_t, predict_ways
 
-  !> Room to move of a vertex that goes fast: so many times as far as pairs are near, up to a share of the edges about.
+  !> Room to move of a fast vertex: so many times the reach of pairs, up to a fraction of the edges about it.
   real(dp), parameter :: steps = 4.0_dp, spare = 0.25_dp
   real(dp), parameter :: most_turning = pi/6 !! of a corner in a step, rad
 
@@ -31,9 +31,9 @@ module scree_contact_search
 
 contains
 
-  !> Pairs of a vertex and an edge that are no farther apart than contacts of either reach and some room, so that a vertex inside
-  !> a body is found too, in the order of the edges; then those that were inside when the run began and lie deeper. A search is made
-  !> where what an earlier one listed may not do. The pairs do not tell when it was made.
+  !> Lists the pairs of a vertex and an edge whose distance is at most the reach of contacts and some room, so that a vertex inside
+  !> a body is found, too. Pairs are in the order of the edges. Pairs that were inside when the run began and lie deeper come last.
+  !> A new search is made when the list of an earlier search may be incomplete. The pairs do not depend on when the search was made.
   subroutine find_nearby(outlines, position, near, local, self_contact, search, nearby, n_in_order)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)          !! (2, n_vertices), length

@@ -136,8 +136,8 @@ contains
     end if
   end function meet_convex
 
-  !> Which vertices have the entrance line on either side, where corner b is turned from where it would face corner a: (vertex of a
-  !> or b, line of the edges that begin there or end there).
+  !> Which vertices have the entrance line on either side, if corner b is turned by `between` from the direction in which it faces
+  !> corner a. The result has the indices (vertex of a or b, line of the edges that begin there or end there).
   pure function on_lines(a, b, between, same) result(upon)
     type(corner_t), intent(in) :: a, b
     real(dp), intent(in) :: between !! rad

@@ -47,8 +47,8 @@ contains
     end do
   end subroutine survey_edges
 
-  !> From end to end of the sides of edges that were straight at first, no less than the edges: a side may bend. How far a vertex
-  !> may leap goes by these, as where lines of a mesh cut a side tells nothing of that.
+  !> Distances between the ends of sides that were straight at first, at least the length of the edge, because a side may bend. They
+  !> limit how far a vertex may jump, because the places where lines of the mesh cut a side must not matter.
   pure function side_lengths(outlines, position, edge) result(length)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :) !! (2, n_vertices), length

@@ -137,11 +137,11 @@ contains
 
   !> Finds the leading line of two convex polygons, or any line with a gap of `far` or more.
   !>
-  !> The line that comes in is looked at first, as bodies that were apart mostly still are; whether there is a line with such a gap
-  !> and which line leads else does not depend on it. Edges that are cuts through a body do not lead, as what is behind one is in
-  !> the piece beside. Where the line of a cut is nearer than any other by far (`beside_cut`), the overlap is that of the piece
-  !> beside alone, and the two are apart. Of equal gaps the edge with the lowest number leads. The time grows with the number of
-  !> edges.
+  !> The line of the edge passed in is looked at first, because bodies that were apart mostly still are. Neither the existence of a
+  !> line with such a gap nor the leading line otherwise depends on this edge. Edges that are cuts through a body do not lead,
+  !> because a vertex behind one is in the piece beside. If the overlap at the line of a cut is far smaller than at any face
+  !> (`beside_cut`), the overlap is that of the piece beside alone, and the two polygons are apart. Of equal gaps the edge with the
+  !> lowest number leads. The time grows with the number of edges.
   pure subroutine find_leading_line(n_a, a, normal_a, face_a, n_b, b, normal_b, face_b, far, edge, vertex, gap)
     integer, intent(in) :: n_a, n_b                           !! vertices
     real(dp), intent(in) :: a(2, n_a), b(2, n_b)              !! vertices, counterclockwise, length

@@ -73,8 +73,8 @@ contains
     end associate
   end function cover_of
 
-  !> Whether vertex i has not got to the edge that begins at corner j (side 1) or ends there (side 2), while an entrance line of
-  !> these corners that is not that edge's bounds the region in front of the edge.
+  !> Whether vertex i is still in front of the edge that begins at corner j (side 1) or ends there (side 2), while the entrance line
+  !> of these corners belongs to other edges.
   pure logical function stands_before(outlines, look, i, j, line, side)
     type(outlines_t), intent(in) :: outlines
     type(look_t), intent(in) :: look
@@ -132,8 +132,8 @@ contains
     give_of_tips = give_by(merge(tips_flush, flush, any(look%pressed(outlines%block([i, j])) > 0)), outlines, look, i, j)
   end function give_of_tips
 
-  !> Largest distance of corners i and j of flush blocks, length: a share of the edges about, and twice the largest penetration of a
-  !> spring of either block.
+  !> Largest distance of corners i and j of flush blocks, length: a fraction of the edges about, plus twice the largest penetration
+  !> of a spring of either block.
   pure real(dp) function give_by(share, outlines, look, i, j)
     real(dp), intent(in) :: share
     type(outlines_t), intent(in) :: outlines

@@ -22,24 +22,25 @@ module scree_open_close
   public :: break_bonds, follow_stress, hold_contacts, judge_contacts, judge_prediction, keep_lines, meet_at_prediction, &
             return_anchors
 
-  !> A force below this share of the largest on a body, its weight or that of a contact, changes no state; of two bodies the one
-  !> whose is the smaller tells.
+  !> A force changes no state if it is below this ratio to the largest force on a body: its weight or the force of a contact. Of the
+  !> two bodies of a contact, the one with the smaller force decides.
   real(dp), parameter :: faint = 1e-8_dp
-  !> Nor does one that rounding of places makes, up to this share of the same: more of it is all that is known of so small a body.
+  !> A force caused by rounding of coordinates changes no state either. This tolerance is capped at this ratio to the same force,
+  !> because small bodies would otherwise never change state.
   real(dp), parameter :: unsure = 1e-3_dp
-  !> Share of an overlap that multipliers leave of it when they follow fast enough, and how much harder springs become where not.
+  !> Ratio of the overlaps before and after an update of multipliers above which springs become harder, and the factor of stiffness.
   real(dp), parameter :: shrinking = 0.75_dp, harder = 10.0_dp
-  !> Bonds break together that are beyond their strength by more than this share of what the worst is: some half, and no ratio of
-  !> small numbers, as loads of blocks of one kind have.
+  !> Bonds break together if they exceed their strength by more than this ratio to the worst excess. The ratio is about a half, and
+  !> no ratio of small numbers, because the loads of equal blocks often have such ratios.
   real(dp), parameter :: of_the_worst = 0.53_dp
-  !> A friction that differs by less than this share is the same.
+  !> Relative change of friction below which it counts as the same.
   real(dp), parameter :: same_friction = 1e-6_dp
-  !> A change of a gap below this share of what cancels in it is round-off.
+  !> A change of a gap below this ratio to the terms that cancel in it is round-off.
   real(dp), parameter :: round_off = 8*epsilon(1.0_dp)
 
 contains
 
-  !> Judges the contacts that are settled together at `d`; `try%changes` counts states that change by more than a faint force.
+  !> Judges the contacts that are settled together at `d`; `try%changes` counts states that change by more than a negligible force.
   pure subroutine judge_contacts(model, d, try)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
@@ -84,8 +85,8 @@ contains
     try%count = count_states(try%contact(try%first:try%last))
   end subroutine judge_prediction
 
-  !> Puts the anchors of open contacts where a prediction takes their vertices over the edge, to stay there in the step: what later
-  !> closes is held where it first met the edge, whatever iterate closes it.
+  !> Puts the anchors of open contacts where a prediction takes their vertices over the edge, and keeps them there in the step. A
+  !> contact that closes later is then held where it first met the edge, whichever iterate closes it.
   pure subroutine meet_at_prediction(model, d, try)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
@@ -109,7 +110,7 @@ contains
     end do
   end subroutine meet_at_prediction
 
-  !> Measures the contacts at `d`: their forces across, and which forces are too faint to change a state.
+  !> Measures the contacts at `d`: their forces across, and the largest force that is negligible for each contact.
   pure subroutine press_all(model, d, try, force)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
@@ -218,8 +219,8 @@ contains
     is_held = is_hard(try%law, try%contact(i)%entrance(1))
   end function is_held
 
-  !> Slip of a closed contact that there would not be between hard bodies: that of a locked one from its anchor; of a sliding one
-  !> that was closed, what it went in the step with its friction, which would do work.
+  !> Slip of a closed contact that would not exist between hard bodies. For a locked contact it is the slip from the anchor. For a
+  !> sliding contact that was closed, it is the movement in the step in the direction of its friction, which would do work.
   pure real(dp) function slip_not_hard(entrance, start, now, shear) result(slip)
     type(entrance_t), intent(in) :: entrance
     type(entrance_start_t), intent(in) :: start
@@ -274,8 +275,8 @@ contains
     end do
   end subroutine keep_lines
 
-  !> Moves anchors back to where their vertices were when the step began, where these closed in the step and do not get to them:
-  !> shear, unless it is faint, would pull them on along their way and do work.
+  !> Moves the anchors of contacts that closed in the step, but whose vertices do not reach them, to where the vertices were when
+  !> the step began. Otherwise shear, unless it is negligible, would pull the vertices on along their path and do work.
   pure subroutine return_anchors(model, d, try, enough)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
@@ -339,12 +340,12 @@ contains
     try%count = count_states(try%contact(try%first:try%last))
   end subroutine break_bonds
 
-  !> Lets friction that goes by the stress on a contact go by what it bears at `d`, where steps are static and one may bring all
-  !> of a load; in motion it goes by the step before.
+  !> Updates the friction of joints whose friction depends on the contact stress, with the stress at `d`. This is done in static
+  !> steps, of which one may bring a whole load; in motion the stress is that of the step before.
   pure subroutine follow_stress(model, d, share, try, enough)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
-    real(dp), intent(in) :: share             !! of the change of what it bears
+    real(dp), intent(in) :: share             !! part of the change of stress that is taken
     type(contact_try_t), intent(inout) :: try
     logical, intent(out) :: enough            !! it is the same friction
     type(contact_force_t) :: force

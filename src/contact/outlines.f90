@@ -10,8 +10,9 @@ module scree_outlines
   private
   public :: make_outlines
 
-  !> An edge that lines of the mesh leave of a side, over the edge beside it on that side, up to which it is part of that: contacts
-  !> are looked for as far as the edges about them are long, and such an edge tells nothing of its corner.
+  !> Length of an edge over that of the edge beside it on the same side, below which it is a sliver that a line of the mesh has
+  !> left. The sliver becomes part of the other edge. Contacts are looked for as far as the edges about them are long, and the
+  !> length of a sliver says nothing about its corner.
   real(dp), parameter :: sliver = 1e-2_dp
   real(dp), parameter :: straight = 1e-6_dp !! of an edge, up to which a vertex is on its line
   integer, parameter :: most_slivers = 8    !! in a row: where lines of the mesh meet they come by threes
@@ -23,10 +24,10 @@ contains
   !> Edges that are no line of the mesh, and which follows which around the body. Slivers that the mesh leaves of a side are part of
   !> the edge beside them.
   !>
-  !> Where an edge ends, the outline goes on in the same element or, where a line of the mesh follows, in another: of the
-  !> edges that follow a line of the mesh and begin at the same position, to the last bit, with the one that is met first when
-  !> turning clockwise from the way back; in between lies the body. Errors: an edge after which the outline
-  !> does not go on, the first one without `next`.
+  !> Where an edge ends, the outline goes on in the same element or, if a line of the mesh follows, in another element. Candidates
+  !> are then the edges that follow a line of the mesh and begin at the same position, to the last bit. The outline takes the
+  !> candidate that is met first when turning clockwise from the way back; the body lies in between. Errors: an edge after which the
+  !> outline does not go on, the first one without `next`.
   pure subroutine make_outlines(shape, vertex, block, outlines, error)
     type(regions_t), intent(in) :: shape    !! of the elements
     real(dp), intent(in) :: vertex(:, :)    !! (2, n_vertices) at the start, length
@@ -128,8 +129,9 @@ contains
 
   end subroutine make_outlines
 
-  !> Joins edges that are slivers of a side to the next one of another element that is not, beyond others that are: in one direction
-  !> of all sides, so that both sides of a joint keep the same vertices, and where a corner is there, in the other.
+  !> Joins slivers of a side to the next edge of the side that is no sliver and belongs to another element, beyond other slivers.
+  !> The direction is the same for all sides, so that both sides of a joint keep the same vertices. If a corner is in this
+  !> direction, the sliver is joined in the other direction.
   pure subroutine join_slivers(vertex, outlines)
     real(dp), intent(in) :: vertex(:, :)           !! (2, n_vertices) at the start, length
     type(outlines_t), intent(inout) :: outlines

@@ -26,9 +26,9 @@ module scree_pair_fit
 
 contains
 
-  !> How well a pair of a line fits that had an entrance before, or none: a new one by how far its vertex is within its edge and
-  !> behind it, and by how long are that and those at the vertex. Of pairs that go on, each from a contact of its own, that of the
-  !> longer edge fits better: its vertex stays within that for longer.
+  !> Measures how well a pair of a line fits. A new pair is measured by how far its vertex is within its edge and behind it, and by
+  !> the lengths of this edge and of the edges at the vertex. Of pairs that continue contacts of their own, the pair with the longer
+  !> edge fits better, because its vertex stays within that edge for longer.
   pure type(fit_t) function fit_of_pair(outlines, survey, past, before, vertex, edge, aside) result(fit)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
@@ -70,8 +70,8 @@ contains
     better = a%block > b%block
   end function fits_better
 
-  !> How far past the end of its edge a pair lasts: as far as the two overlapped, or rounding takes a corner that rests there, but
-  !> not to where the vertex counts as well over the next edge.
+  !> Distance past the end of its edge up to which a pair lasts: the overlap of the two, or the rounding of a corner that rests
+  !> there. It ends before the vertex counts as well over the next edge.
   pure real(dp) function beyond(overlap, length, local)
     real(dp), intent(in) :: overlap
     real(dp), intent(in) :: length !! of the edge

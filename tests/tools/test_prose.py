@@ -69,14 +69,12 @@ end module scree_sample
 """
 
 
-def test_docstrings_are_counted_by_room(tmp_path):
-    (tmp_path / "room").mkdir()
+def test_long_sentences_of_docstrings_are_found(tmp_path):
     long = " ".join(["word"] * (prose.MOST_WORDS_DOCSTRING + 1))
-    (tmp_path / "room" / "a.f90").write_text(FILE.format(long=long))
-    (tmp_path / "main.f90").write_text(FILE.format(long="Few words."))
-    assert [line for _, line, _ in prose.rooms(tmp_path)["room"]] == [6, 8]
-    assert len(list(prose.against_counts(tmp_path, {"room": 2}))) == 0
-    assert [line for _, line, _ in prose.against_counts(tmp_path, {"room": 1})] == [6, 8]
+    (tmp_path / "a.f90").write_text(FILE.format(long=long))
+    (tmp_path / "b.f90").write_text(FILE.format(long="Few words."))
+    assert [line for _, line, _ in prose.of_docstrings(tmp_path / "a.f90")] == [6, 8]
+    assert not list(prose.of_docstrings(tmp_path / "b.f90"))
 
 
 def test_the_manual_and_the_docstrings_pass():

@@ -1,8 +1,8 @@
 !> Contact that gives back in a step all that it takes.
 !>
-!> A contact presses with the mean of a spring's force over the way from the gaps at the beginning of the step to those at its end,
-!> each entrance of two for the part of the way on which its gap is the larger (doc/theory/contact-laws.md, eq-conserving). It
-!> slides by Coulomb's rules.
+!> A contact presses with the mean force of a spring along the straight path of the gaps in the step. Of two entrances, each presses
+!> on the part of the path on which its gap is the larger (doc/theory/contact-laws.md, eq-conserving). The contact slides by
+!> Coulomb's rules.
 module scree_conserving_contact
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contacts, only: contact_law_t, contact_t, state_open
@@ -12,13 +12,13 @@ module scree_conserving_contact
   private
   public :: deepest_gap, inherit_overlap, judge_conserving, press_conserving, spring_of_conserving
 
-  !> A mean force yields by up to half the stiffness; by less than this share of it, it is hardly one of a spring.
+  !> The stiffness of a mean force is up to half that of the spring. Below this ratio it hardly resembles a spring.
   real(dp), parameter :: like_a_spring = 0.1_dp
 
 contains
 
-  !> Forces across the entrances of a contact: the stiffness times the mean overlap over a straight way of the gaps, of each
-  !> entrance while its gap is the larger.
+  !> Forces across the entrances of a contact: the stiffness times the mean overlap along a straight path of the gaps. Each entrance
+  !> counts while its gap is the larger.
   pure subroutine press_conserving(stiffness, n_entrances, start, now, force)
     real(dp), intent(in) :: stiffness              !! force/length
     integer, intent(in) :: n_entrances
@@ -50,8 +50,8 @@ contains
     force%across_by_gap = stiffness*force%across_by_gap
   end subroutine press_conserving
 
-  !> Force of entrance k and what it yields by, as of a spring that only presses: about these gaps where it yields there like one,
-  !> else as if the gap had been crossed when the step began.
+  !> Force and stiffness of entrance k as those of a spring that only presses. They are those at these gaps if the stiffness there
+  !> resembles that of a spring, and otherwise those of a gap that was crossed when the step began.
   pure subroutine spring_of_conserving(stiffness, n_entrances, k, start, now, pressing, yielding)
     real(dp), intent(in) :: stiffness              !! force/length
     integer, intent(in) :: n_entrances, k
@@ -69,8 +69,8 @@ contains
     yielding = 0.5_dp*stiffness
   end subroutine spring_of_conserving
 
-  !> What an entrance adds to the mean overlap between two shares of a straight way of its gap, and its change with the gap at the
-  !> end.
+  !> Part of the mean overlap that an entrance adds between two fractions of a straight path of its gap, and its derivative with
+  !> respect to the gap at the end.
   pure subroutine mean_depth(start_gap, gap, first, last, mean, change)
     real(dp), intent(in) :: start_gap, gap !! length
     real(dp), intent(in) :: first, last

@@ -18,7 +18,7 @@ module scree_coulomb_contact
   private
   public :: act_on, add_friction, anchor_where_crossed, judge_closed, judge_coulomb, press_springs, set_state, slide_coulomb
 
-  !> Two lines are crossed at once within this share of the step, and of the way across them.
+  !> Two lines are crossed at once if the times over the step, or the distances across, differ by less than this ratio.
   real(dp), parameter :: at_once = 1e-6_dp
 
 contains
@@ -87,11 +87,12 @@ contains
     end associate
   end subroutine judge_coulomb
 
-  !> Which of the two entrances of a corner acts: the one that is crossed least, or was crossed last; of two that are crossed not
-  !> the one that a third block covers; the one that is bonded.
+  !> Which of the two entrances of a corner acts. In general it is the one that is crossed least. If both are crossed, it is the one
+  !> that was crossed last, or the one that no third block covers. A bonded entrance always acts.
   !>
-  !> What pressed when the step began presses on, as if its edge did not end: a corner that slips off in the step is held to its
-  !> end. If it were let go where it leaves the other line, its force would jump, and some steps would have no solution.
+  !> An entrance that pressed when the step began goes on to press, as if its edge did not end: a corner that slips off in the step
+  !> is held to the end of the step. If it were released where it leaves the other line, its force would jump, and some steps would
+  !> have no solution.
   pure integer function entrance_that_acts(contact, start, now, across, doubt) result(k)
     type(contact_t), intent(in) :: contact
     type(entrance_start_t), intent(in) :: start(2)
@@ -118,7 +119,7 @@ contains
   !> at once, as by corners that touch tip to tip, that which is crossed less.
   pure integer function crossed_last(from, to)
     real(dp), intent(in) :: from(2), to(2) !! gaps at the beginning and at the end of the step, length
-    real(dp) :: met(2)                     !! share of the step at which each was crossed; 0: before
+    real(dp) :: met(2)                     !! time over the step at which each was crossed; 0: before
 
     met = max(from, 0.0_dp)/(max(from, 0.0_dp) + abs(to) + tiny(to))
     if (abs(met(2) - met(1)) > at_once) then
@@ -142,9 +143,9 @@ contains
     contact%active = k
   end subroutine act_on
 
-  !> Whether an entrance that presses, or is pulled, with a force is closed. What is closed a faint pull does not open: blocks that
-  !> fall together have nothing else between them, and each change would make others that are larger. Nor does any pull open a
-  !> bond, which breaks where the step has settled.
+  !> Whether an entrance with this pressing force, or pull below 0, is closed. A negligible pull does not open a closed entrance.
+  !> Blocks that fall together have no other forces between them, and each change would cause larger ones. No pull opens a bond,
+  !> which breaks only after the step has settled.
   pure logical function is_closed(entrance, across, doubt)
     type(entrance_t), intent(in) :: entrance
     real(dp), intent(in) :: across, doubt !! force
@@ -192,8 +193,8 @@ contains
     slip = along - entrance%anchor*now%edge_length
   end subroutine anchor_where_crossed
 
-  !> Whether a closed entrance slides or is locked, and which way it slides, by the normal force of the same solution: neither where
-  !> it is a bond that is pulled by more than it rubs by.
+  !> Whether a closed entrance slides or is locked, and in which direction it slides, judged with the normal force of the same
+  !> solution. A bond slides without a direction if a pull takes all of its shear strength.
   pure subroutine judge_friction(law, slip, pressing, doubt, entrance, state)
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: slip            !! length
@@ -218,11 +219,11 @@ contains
     if (state == state_sliding) entrance%direction = merge(0.0_dp, sign(1.0_dp, -shear), pulled)
   end subroutine judge_friction
 
-  !> Gives an entrance its state. A change counts where it closes or opens by more than a faint force, and between sliding and
-  !> locked.
+  !> Gives an entrance its state. A change counts if the entrance closes or opens with more than a negligible force, or if it
+  !> changes between sliding and locked.
   pure subroutine set_state(state, felt, entrance, changes)
     integer, intent(in) :: state
-    logical, intent(in) :: felt         !! the force is more than faint
+    logical, intent(in) :: felt         !! the force is more than negligible
     type(entrance_t), intent(inout) :: entrance
     integer, intent(inout) :: changes
 

@@ -5,9 +5,9 @@
 !>
 !>     N(u) = p u/(1 - u/V),    p = kn l,    its energy    p V^2 (-log(1 - u/V) - u/V),    its slope    K = p/(1 - u/V)^2
 !>
-!> A step takes it as the line N(u0) + K(u0) (u - u0), which every judgement of the contacts draws anew where they are, until what
-!> is solved with a line is on the curve: Newton's iteration. On the way out it touches the curve at u itself; on the way in, where
-!> the line is below the curve and u may be beyond V, where the curve has the force of the line.
+!> A step uses the line N(u0) + K(u0) (u - u0). Each judgement of the contacts draws the line anew at the present u, until the
+!> solution with a line is on the curve: Newton's iteration. While the joint opens, the line touches the curve at u itself. While
+!> the joint closes, the line is below the curve and u may exceed V. It then touches where the curve has the force of the last line.
 !>
 !> The curve is in doc/theory/contact-laws.md, eq-closure.
 module scree_joint_closure
@@ -34,8 +34,8 @@ contains
     bend%stiffer = p*closed/most*(1 + left)/left**2
   end function bend_at
 
-  !> The line at the overlap of the beginning of the step. An overlap beyond the largest closure, as a later stage may have a
-  !> smaller one, is brought back by as much as a linear spring presses.
+  !> The line at the overlap at the beginning of the step. If a later stage has a smaller largest closure, the overlap may exceed
+  !> it. The line is then drawn where the curve has the force of a linear spring.
   pure type(bend_t) function starting_bend(closure, p, gap) result(bend)
     type(closure_t), intent(in) :: closure
     real(dp), intent(in) :: p      !! force/length
@@ -74,7 +74,8 @@ contains
     end do
   end subroutine bend_springs
 
-  !> Draws the line of the entrance that acts anew where it is. A change counts where it is felt by more than a faint force.
+  !> Draws the line of the active entrance anew at the present gap. A change counts if the force changes by more than a negligible
+  !> one.
   pure subroutine judge_bend(closure, now, doubt, contact, start, force, changes)
     type(closure_t), intent(in) :: closure    !! of the entrance that acts
     type(gap_and_slip_t), intent(in) :: now(2)
@@ -103,7 +104,7 @@ contains
     real(dp), intent(in) :: p                 !! force/length
     real(dp), intent(in) :: overlap           !! length
     real(dp) :: closed
-    real(dp), parameter :: small = 1e-3_dp    !! share of the largest closure below which the logarithm loses more than a series
+    real(dp), parameter :: small = 1e-3_dp    !! closure over the largest, below which the logarithm loses more than a series
 
     energy = 0.0_dp
     if (.not. (closure%most > 0 .and. overlap > 0)) return

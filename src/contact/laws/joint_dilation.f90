@@ -1,16 +1,16 @@
 !> Joints that dilate: their faces part as they slide over each other's roughness.
 !>
-!> With S the way that a contact has slid since it was found, with its sign and without what its spring gives back, and M the
-!> largest |S| so far, its spring across rests farther out by delta, and presses with N = -p (g - delta):
+!> Let S be the signed distance that a contact has slid since it was found, without the elastic part of its spring, and M the
+!> largest |S| so far. The spring across rests farther out by delta, and presses with N = -p (g - delta):
 !>
 !>     d delta = tan(psi) dM    while M is below the slip at which dilation ends
 !>
-!> A joint that slides back over what it has slid stays apart, and opens again beyond (Goodman, Methods of Geological Engineering,
-!> 1976, for psi; the end is that of UDEC, Itasca). The strength stays N tan(phi) + c with phi the whole angle, so that of the work
-!> of friction a part N tan(psi) ds lifts, and none is made where psi is not above phi.
+!> A joint that slides back stays apart, and opens again only beyond its largest slip (Goodman, Methods of Geological Engineering,
+!> 1976, for psi; the end is that of UDEC, Itasca). The strength stays N tan(phi) + c with phi the whole angle. So a part
+!> N tan(psi) ds of the work of friction lifts, and no energy is made if psi is not above phi.
 !>
-!> In a step all of it is one solution: with a = +-s - (N tan(phi) + c)/k what a contact slides in the step of a slip s from its
-!> anchor, against the way M - +-S that it may slide before it dilates,
+!> A step solves all of this together. Let s be the slip from the anchor and a = +-s - (N tan(phi) + c)/k the sliding in the step.
+!> The contact may slide by M - +-S before it dilates, and
 !>
 !>     g_felt = g - tan(psi) (a - (M - +-S)),   N = A - B g_felt,   B = p + c/dt
 !>
@@ -102,11 +102,11 @@ contains
     end associate
   end subroutine feel_opening_change
 
-  !> Judges how the entrance that acts dilates, when its state has been. A change counts where it is felt by more than a faint
-  !> force.
+  !> Judges how the active entrance dilates, after its state has been judged. A change counts if the force changes by more than a
+  !> negligible one.
   !>
-  !> In one judgement a piece gives way to the next alone: what opens presses more and slides less, and a slide that nothing has
-  !> yet held would leap to the end.
+  !> In one judgement a piece is replaced only by the next one. A joint that opens presses more and slides less, and a slide that
+  !> nothing has held yet would jump to the end.
   pure subroutine judge_opening(dilating, now, doubt, contact, start, changes)
     type(dilating_t), intent(in) :: dilating !! of the entrance that acts
     type(gap_and_slip_t), intent(in) :: now(2)

@@ -29,7 +29,7 @@ contains
   !> bore nothing has tan(phi), so that no contact rests on a stress that it does not have. A bond has no cohesion of this kind.
   pure real(dp) function rough_friction(roughness, unworn, friction, memory) result(slope)
     type(roughness_t), intent(in) :: roughness
-    real(dp), intent(in) :: unworn   !! share of the roughness that is left
+    real(dp), intent(in) :: unworn   !! part of the roughness that is left
     real(dp), intent(in) :: friction !! tangent of phi, the friction angle without roughness
     type(joint_memory_t), intent(in) :: memory
     real(dp) :: angle, cohesion, jrc, stress

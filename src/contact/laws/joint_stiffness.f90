@@ -39,8 +39,9 @@ module scree_joint_stiffness
 
 contains
 
-  !> Gives a contact its stiffness across and along: the stiffer one of its lines, by their joints, of which those without a
-  !> stiffness have that of contact; of a bond, that of its line, by the length that it stands for.
+  !> Gives a contact its stiffness across and along, which is that of its stiffest line. A line has the stiffness of its joint, or
+  !> the stiffness of contact if the joint has none. A bonded contact has the stiffness of its bonded line, by the length of the
+  !> bond.
   pure subroutine stiffen_contact(outlines, position, law, from_start, bonds, contact)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
@@ -198,7 +199,7 @@ contains
     end associate
   end subroutine follow_slip
 
-  !> Lets the springs of an entrance rest so that they are strained by a share of what they were.
+  !> Sets the rest positions of the springs of an entrance so that their strain becomes `share` times the present one.
   pure subroutine keep_energy(outlines, position, share, pressed, entrance)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
@@ -215,8 +216,8 @@ contains
     entrance%anchor = at - share*(at - entrance%anchor)
   end subroutine keep_energy
 
-  !> Gives a closed contact the stiffness that it has by another law, as a stage may have: by its joints, where theirs is another,
-  !> and else as many times what it has as that of contact becomes. The energy of its springs goes with it.
+  !> Gives a closed contact its stiffness under another law, as a stage may have. If the stiffness of its joints changes, it is
+  !> computed anew. Otherwise it is scaled with the stiffness of contact. The energy of its springs changes with it.
   pure subroutine change_stiffness(outlines, position, before, law, bonds, contact)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
@@ -280,8 +281,8 @@ contains
 
   !> Length of the joint that a contact stands for: half of what the edges at its vertex have in common with its edge.
   !>
-  !> Where no edge at the vertex is parallel to that one, a corner, it is half of what the shadows of its sides have in common with
-  !> the side of that edge, however many edges these have, and that side counts that faces it better.
+  !> If no edge at the vertex is parallel to the edge of the entrance, the vertex is a corner. The length is then half of what the
+  !> projections of the corner's sides have in common with the side of that edge. The side that faces the edge better counts more.
   pure real(dp) function length_of_contact(outlines, position, shared, from_start, entrance) result(length)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
@@ -306,8 +307,8 @@ contains
     end associate
   end function length_by_faces
 
-  !> Length of a bonded joint that a contact stands for: 0 where no edge at its vertex is parallel to its own, or these are beside
-  !> each other, as at the crossing of two joints, but for what rounding makes of it.
+  !> Length of a bonded joint that a contact stands for. It is 0 if no edge at the vertex is parallel to the edge of the entrance.
+  !> It is also 0 if parallel edges only lie beside each other up to rounding, as at the crossing of two joints.
   pure real(dp) function bonded_length(outlines, position, shared, entrance) result(length)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length

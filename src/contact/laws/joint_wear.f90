@@ -20,7 +20,7 @@ contains
     if (wear%slip > 0) friction = friction + (wear%friction - friction)*min(1.0_dp, way/wear%slip)
   end function worn_friction
 
-  !> Share of its roughness that the joint still has after a way.
+  !> Fraction of its roughness that the joint still has after a sliding distance.
   pure real(dp) function unworn(wear, way)
     type(wear_t), intent(in) :: wear
     real(dp), intent(in) :: way  !! length

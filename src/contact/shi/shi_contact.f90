@@ -60,7 +60,7 @@ contains
   pure function anchored_rows(geometry, edge, anchor) result(rows)
     type(entrance_geometry_t), intent(in) :: geometry
     real(dp), intent(in) :: edge(3, 2*n) !! as of `add_edge`
-    real(dp), intent(in) :: anchor !! share of the edge
+    real(dp), intent(in) :: anchor !! fraction of the edge
     real(dp) :: rows(2*n, 2), slip
 
     slip = geometry%along/geometry%edge_length - anchor
@@ -68,8 +68,8 @@ contains
     rows(:, 2) = rows(:, 1) + slip*edge(1, :) + geometry%gap/geometry%edge_length*edge(2, :)
   end function anchored_rows
 
-  !> Anchor of an open entrance, as a share of the edge: where the vertex meets the line in the step, or where it begins the step if
-  !> it is inside then (Shi: df22). It is not linear in the displacement.
+  !> Anchor of an open entrance, as a fraction of the edge: where the vertex meets the line in the step, or where it begins the step
+  !> if it is inside then (Shi: df22). It is not linear in the displacement.
   pure real(dp) function anchor_where_closed(geometry, stretch, moved) result(anchor)
     type(entrance_geometry_t), intent(in) :: geometry !! at the beginning of the step
     real(dp), intent(in) :: stretch(3, 2*n)       !! of the edge, as of `add_edge`
@@ -200,8 +200,8 @@ contains
     entrance%memory%bonded = .false.
   end subroutine slide_shi
 
-  !> Contact stiffness after a step ("spri" of df): such that gaps and overlaps of closed contacts would be those allowed, but no
-  !> softer than a third of what it was. It lets what should rest on friction slide.
+  !> Contact stiffness after a step ("spri" of df): gaps and overlaps of closed contacts would be those allowed, but the new
+  !> stiffness is at least a third of the old one. It lets blocks slide that should rest on friction.
   pure function adapted_stiffness(law, gap, overlap, stiffness) result(adapted)
     type(shi_law_t), intent(in) :: law
     real(dp), intent(in) :: gap, overlap    !! largest of a closed contact, length

@@ -30,10 +30,6 @@ BANNED = {
     r"those (?:of before|that came before)": "the noun",
     r"holds? against": "'compares with'",
 }
-# How many sentences above MOST_WORDS_DOCSTRING and banned phrases the docstrings of each room have; these may only fall.
-ROOMS = {
-    "contact": 85,
-}
 
 
 def blocks(text):
@@ -145,31 +141,15 @@ def docstrings(path):
             yield number, beside[1].strip()
 
 
-def room_of(path, source):
-    inner = path.relative_to(source).parts
-    return inner[0] if len(inner) > 1 else "src"
-
-
-def rooms(source):
-    """The long sentences and banned phrases in the docstrings of each room."""
-    found = collections.defaultdict(list)
-    for path in sorted(source.rglob("*.f90")):
-        here = found[room_of(path, source)]
-        for line, words in docstrings(path):
-            here += [(path, line, f"a sentence of {count(sentence)} words: '{sentence[:60]}...'")
-                     for sentence in sentences(words) if count(sentence) > MOST_WORDS_DOCSTRING]
-            here += [(path, line, f"'{phrase}': write {instead}") for phrase, instead in banned(words)]
-    return found
-
-
-def against_counts(source, allowed=None):
-    """Rooms whose docstrings have more long sentences and banned phrases than the number that is stored."""
-    allowed, found = ROOMS if allowed is None else allowed, rooms(source)
-    for room in sorted(found):
-        most, many = allowed.get(room, 0), len(found[room])
-        if many > most:
-            yield from ((path, line, f"prose: {text} (docstrings of {room}: expected at most {most} such places, found {many})")
-                        for path, line, text in found[room])
+def of_docstrings(path):
+    """What is wrong with the words of the docstrings of a Fortran file."""
+    for line, words in docstrings(path):
+        for sentence in sentences(words):
+            if count(sentence) > MOST_WORDS_DOCSTRING:
+                yield path, line, (f"prose: expected at most {MOST_WORDS_DOCSTRING} words in a sentence of a docstring, "
+                                   f"found {count(sentence)}: '{sentence[:60]}...'")
+        for phrase, instead in banned(words):
+            yield path, line, f"prose: expected {instead}, found '{phrase}'"
 
 
 def findings(tree):
@@ -181,4 +161,5 @@ def findings(tree):
         yield from of_page(path)
     for path in pages + notes:
         yield from broken_links(path)
-    yield from against_counts(tree / "src")
+    for path in sorted((tree / "src").rglob("*.f90")):
+        yield from of_docstrings(path)
