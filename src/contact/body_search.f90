@@ -1,10 +1,10 @@
-!> Which bodies others are near: what a step looks at for contacts. A body that is far from all others costs a look at how far it
-!> went.
+!> Search for bodies that are near each other, which limits the contacts that a step looks for. For a body that is far from all
+!> others only its displacement is checked.
 !>
-!> Around each body that can move lies a circle that holds its vertices, and what they reach in many steps. It is near others where
-!> an edge of another body, with what that reaches, comes into the circle; only then the vertices and edges of both are looked at.
-!> The circles hold until a body has gone as far as they reach beyond what its contacts do. Contacts do not tell when they were
-!> drawn.
+!> Around each body that can move lies a circle that contains its vertices and the places that they may reach in many steps. The
+!> body is near others if an edge of another body, with the reach of this edge, comes into the circle. Only then the vertices and
+!> edges of both bodies are looked at. The circles hold until a body has moved as far as they extend beyond the reach of its
+!> contacts. The contacts found do not depend on when the circles were drawn.
 module scree_body_search
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_contact_rules, only: looks_at_all, set_reach
@@ -62,7 +62,8 @@ contains
     searches = .not. looks_at_all(model%effects%contact)
   end function searches
 
-  !> Draws the circles anew, where a body may leave what they hold in a step of size `dt`, by its velocity or as it leapt.
+  !> Draws the circles anew if a body may leave its circle in a step of size `dt`, by its velocity or by the displacement of the try
+  !> before.
   subroutine draw_circles(model, state, dt, margin, bodies, drawn, leapt)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
@@ -155,7 +156,7 @@ contains
     end associate
   end subroutine measure_bodies
 
-  !> How far contacts of what does not move are looked for, as long as circles hold, with the longest edge and side about.
+  !> Reach of contacts of a body that does not move, as long as circles hold, from the longest edge and side about.
   elemental real(dp) function reach_at_rest(model, bodies, edge, side) result(reach)
     type(model_t), intent(in) :: model
     type(body_search_t), intent(in) :: bodies
@@ -165,8 +166,8 @@ contains
             + model%effects%contact%most_dilated
   end function reach_at_rest
 
-  !> Counts the displacement of a step, from above: where all bodies kept clear of others what velocity made, and as much more as
-  !> they could have gone then.
+  !> Adds an upper bound of the displacement of a step. If all bodies kept clear of others, it is the displacement by velocity and
+  !> the largest additional one that they could have had.
   subroutine move_circles(model, dt, margin, d, all_clear, bodies)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: dt                    !! of the step, time
@@ -191,7 +192,7 @@ contains
     end if
   end subroutine move_circles
 
-  !> How far a vertex may go beyond what its velocity makes of a step, and is within what contacts are looked for.
+  !> How far a vertex may move beyond its displacement by velocity and still be within the reach of contacts.
   elemental real(dp) function beyond_velocity(model, margin, local) result(way)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: margin                !! length
@@ -221,8 +222,8 @@ contains
     end do
   end subroutine find_largest
 
-  !> Lists bodies that no other is near, and of which a vertex may have gone farther, beyond what its velocity makes, than contacts
-  !> are looked for at rest. Of the others none has.
+  !> Lists the bodies without others near them of which a vertex may have moved farther, beyond its displacement by velocity, than
+  !> the reach of contacts at rest. No vertex of the other bodies has.
   pure subroutine list_unclear(model, state, dt, margin, d, bodies, unclear)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
@@ -251,8 +252,9 @@ contains
     end do
   end subroutine list_unclear
 
-  !> Finds the bodies that others are near, and lists what is looked at then. Circles reach as far as keeps them clear of others, up
-  !> to many times the least, and no less than that. Where others are near all of them at the least, no farther look tells more.
+  !> Finds the bodies that others are near, and lists the edges and vertices to look at. A circle is as large as it can be without
+  !> others in it, between the least reach and a multiple of it. If others are near all bodies at the least reach, larger circles
+  !> are not tried.
   subroutine find_near(model, state, least, bodies)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
@@ -367,7 +369,7 @@ contains
     call list_looked_at(outlines, looked_at, bodies)
   end subroutine list_all
 
-  !> Lists edges, the vertices at their ends, and what is about these.
+  !> Lists edges, the vertices at their ends, and the vertices and edges about these.
   pure subroutine list_looked_at(outlines, edge, bodies)
     type(outlines_t), intent(in) :: outlines
     logical, intent(in) :: edge(:)                !! (n) is looked at

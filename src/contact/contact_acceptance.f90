@@ -1,4 +1,4 @@
-!> What contacts remember of an accepted step, and how far they are apart.
+!> The memory of contacts after an accepted step, and the largest gap and overlap of closed contacts.
 module scree_contact_acceptance
   use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
   use scree_contact_rules, only: force_to_hold, gap_and_slip, gaps_and_slips, press, remember_overlap, remember_slide, &
@@ -24,7 +24,7 @@ module scree_contact_acceptance
 
 contains
 
-  !> Hands on from an accepted step that nothing touched in it, and half of what the search added to its ways and turns.
+  !> Resets the contact totals after a step without contact, and halves the extra search distance and angle.
   pure subroutine accept_no_contact(try, memory)
     type(contact_try_t), intent(in) :: try
     type(contact_memory_t), intent(inout) :: memory
@@ -152,12 +152,12 @@ contains
     end do
   end subroutine soften
 
-  !> Hands on a closed contact: its force, its overlap, and what it remembers of sliding. With its multipliers the springs make that
-  !> force where it is; one that slides is handed on by the multiplier alone, as its spring along keeps nothing.
+  !> Stores a closed contact: its force, its overlap, and its sliding. The springs with their multipliers make this force at the
+  !> present place. A sliding contact is stored by its multiplier alone, because its spring along has no elastic slip.
   pure subroutine accept_closed(law, force, held, now, holds, contact, closed)
     type(contact_law_t), intent(in) :: law
     type(contact_force_t), intent(in) :: force
-    real(dp), intent(in) :: held(2)         !! what of it multipliers take over, if there are any
+    real(dp), intent(in) :: held(2)         !! part of the force that multipliers take over, if there are any
     type(gap_and_slip_t), intent(in) :: now(2)
     logical, intent(in) :: holds            !! a bond between its two blocks is locked
     type(contact_t), intent(inout) :: contact

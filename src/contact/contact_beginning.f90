@@ -19,7 +19,7 @@ module scree_contact_beginning
 
   !> Rounding of a gap over the largest coordinate: of three places, in the step and in the one before.
   real(dp), parameter :: round_off = 8*epsilon(1.0_dp)
-  !> Gap that numbers of a file leave between what lies on each other, over the length that a contact stands for.
+  !> Gap that rounded numbers of a file leave between touching bodies, over the length that a contact stands for.
   real(dp), parameter :: of_a_file = 1e-4_dp
 
 contains
@@ -135,7 +135,7 @@ contains
     entrance%pair = pair
   end function going_on
 
-  !> Closes bonds, whose springs rest on what a file has rounded: nothing that an iterate makes of their bodies opens them.
+  !> Closes bonds. Their springs rest at the rounded positions of a file, so no displacement of an iteration opens them.
   pure subroutine close_bonds(try)
     type(contact_try_t), intent(inout) :: try
     integer :: i, k

@@ -30,7 +30,7 @@ module scree_contact_detection
 
 contains
 
-  !> Contacts of a step that begins with the vertices at `position`, with what those before remember.
+  !> Finds the contacts of a step that begins with the vertices at `position`. Contacts take over the memory of those before.
   subroutine find_contacts(outlines, position, predicted, self_contact, memory, search, try)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)       !! (2, n_vertices) of the elements, length
@@ -118,7 +118,7 @@ contains
     if (abs(survey%corner(merge(j, beside, at < 0))%angle - pi) <= parallel) edge = [beside, j]
   end function edges_along
 
-  !> Lets contacts of joints with a stiffness of their own follow what slides.
+  !> Lets contacts of joints with a stiffness of their own follow contacts that slide along the same faces.
   pure subroutine follow_faces(law, outlines, position, survey, past, contact)
     type(contact_law_t), intent(in) :: law
     type(outlines_t), intent(in) :: outlines

@@ -15,8 +15,8 @@ module scree_contact_faces
 
 contains
 
-  !> Edges that lie on each other at a contact: that of its entrance, and at its vertex those parallel to it. None where there is
-  !> none of these.
+  !> Edges that lie on each other at a contact: the edge of its entrance, and the edges at its vertex that are parallel to it. Empty
+  !> if no edge at the vertex is parallel.
   pure function faces_of(outlines, survey, contact) result(faces)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey

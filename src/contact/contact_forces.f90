@@ -1,4 +1,4 @@
-!> What the contacts between two elements add to the equations (Shi: df18).
+!> Forces and stiffness that the contacts between two elements add to the equations (Shi: df18).
 module scree_contact_forces
   use scree_contact_geometry, only: acting_rows_t
   use scree_contact_quantities, only: contact_force_t
@@ -68,7 +68,7 @@ contains
     end do
   end function closed_contacts
 
-  !> Takes what the equations need of contact i, which is closed.
+  !> Takes the data of the closed contact i that the equations need.
   pure subroutine take(try, i, own)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
@@ -89,7 +89,7 @@ contains
     end associate
   end subroutine take
 
-  !> Adds the forces of the closed contacts of a pair of elements, and what they change by.
+  !> Adds the forces of the closed contacts of a pair of elements, and their derivatives.
   pure subroutine add_contacts_of_pair(try, pair, contacts, symmetric, curved, term)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: pair
@@ -116,7 +116,7 @@ contains
     end do
   end subroutine add_contacts_of_pair
 
-  !> Adds the forces of a closed contact to a pair of elements, and what they change by.
+  !> Adds the forces of a closed contact to a pair of elements, and their derivatives.
   pure subroutine add_contact(try, own, by_gap, by_slip, pair, curved, term)
     type(contact_try_t), intent(in) :: try
     type(closed_contact_t), intent(in) :: own
@@ -143,7 +143,7 @@ contains
     end associate
   end subroutine add_contact
 
-  !> Adds what the forces of an entrance change by as its edge turns (`scree_contact_geometry`).
+  !> Adds the change of the forces of an entrance as its edge turns (`scree_contact_geometry`).
   pure subroutine add_turning(acting, across, along, term)
     type(acting_rows_t), intent(in) :: acting
     real(dp), intent(in) :: across, along !! force
@@ -155,7 +155,7 @@ contains
     call add_change(term, acting%turn, along*acting%normal)
   end subroutine add_turning
 
-  !> Adds the force along a contact, and what the forces change by with its slip.
+  !> Adds the force along a contact, and the change of the forces with its slip.
   pure subroutine add_slip(force, normal, row, row_change, term)
     type(contact_force_t), intent(in) :: force
     real(dp), intent(in) :: normal(n), row(n) !! of the forces across and along

@@ -1,5 +1,5 @@
-!> What the detection of contacts looks at in one step: the outlines as they lie, the contacts of the step before, and how far
-!> around each vertex contacts are looked for.
+!> Data of the detection of contacts in one step: the present outlines, the contacts of the step before, and the reach of contacts
+!> around each vertex.
 module scree_contact_look
   use scree_body_search, only: list_all, reach_of
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves

@@ -99,8 +99,8 @@ contains
     place = 0
   end function place_of_pair
 
-  !> Drops contacts of one entrance that another contact has too, as of an edge so short that both its ends are near, and those that
-  !> another is the same as. Of two of one entrance that stays which goes on from the step before.
+  !> Drops contacts of one entrance that another contact has, too, as at an edge so short that both its ends are near, and contacts
+  !> that are the same as another one. Of two contacts of one entrance, the one that continues the step before stays.
   pure subroutine drop_repeats(n, contact, n_contacts, entrances)
     integer, intent(in) :: n                          !! vertices of the outlines
     type(contact_t), intent(inout) :: contact(:)

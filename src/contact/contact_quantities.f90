@@ -17,7 +17,7 @@ module scree_contact_quantities
     real(dp) :: opened = 0.0_dp      !! by which the joint has dilated in the step: its spring rests so much farther out, length
   end type gap_and_slip_t
 
-  !> What a joint dilates by in a step, as its spring feels it: a gap g and a slip s are to it (g - by_slip s + behind)/softer.
+  !> Dilation of a joint in a step, as felt by its spring: a gap g and a slip s count as a gap of (g - by_slip s + behind)/softer.
   type :: opening_t
     integer :: piece = dilates_not
     real(dp) :: by_slip = 0.0_dp
@@ -25,8 +25,8 @@ module scree_contact_quantities
     real(dp) :: softer = 1.0_dp      !! as what presses holds back the slip that opens
   end type opening_t
 
-  !> What the spring across a joint that stiffens has beside a linear one, as a line: a force `behind` and `stiffer` times the
-  !> overlap.
+  !> Additional force of a joint that stiffens, beside that of a linear spring across, as a line: a force `behind` and `stiffer`
+  !> times the overlap.
   type :: bend_t
     real(dp) :: closed = 0.0_dp      !! where it touches the curve, length
     real(dp) :: behind = 0.0_dp      !! force
@@ -45,8 +45,8 @@ module scree_contact_quantities
     type(bend_t) :: bend           !! likewise
   end type entrance_start_t
 
-  !> The force of a contact per unit thickness, and what it changes by with the gaps of both entrances and the slip of that which
-  !> acts.
+  !> The force of a contact per unit thickness, and its derivatives by the gaps of both entrances and by the slip of the active
+  !> entrance.
   type :: contact_force_t
     real(dp) :: across(2) = 0.0_dp           !! each entrance, pressing where positive
     real(dp) :: along = 0.0_dp               !! the entrance that acts
@@ -58,7 +58,7 @@ module scree_contact_quantities
 
 contains
 
-  !> Gap that the dashpot of an entrance was at when the step began: what is apart has none yet, unless it is bonded, and stretched.
+  !> Gap of the dashpot of an entrance when the step began. Only a bonded entrance has a gap above 0, because it may be stretched.
   pure real(dp) function gap_before(start, entrance)
     type(entrance_start_t), intent(in) :: start
     type(entrance_t), intent(in) :: entrance

@@ -59,7 +59,7 @@ module scree_contact_rules
 
   !> Contacts that two corners may have, tip to tip: they stand one after the other.
   integer, parameter :: most_tips = 3
-  !> Iterations that may leave as many changes where springs stiffen: those of Newton's method on their curves.
+  !> Iterations without fewer changes that are allowed if springs stiffen: those of Newton's method on their curves.
   integer, parameter :: most_stiffening = 8
   !> Solutions that Shi's programs make before they cut the step.
   integer, parameter :: most_solutions = 8
@@ -81,22 +81,22 @@ contains
     end select
   end function iteration_rules
 
-  !> Whether the states of a step are judged anew from where it goes on; else they are those that the step before ended in.
+  !> Whether a step first judges the states anew where it begins. Otherwise it begins with the states at the end of the step before.
   pure logical function judges_anew(law)
     type(contact_law_t), intent(in) :: law
 
     judges_anew = law%rules /= rules_shi
   end function judges_anew
 
-  !> Whether all contacts are iterated as often as those that settle last; else islands are apart.
+  !> Whether all contacts are iterated as often as those that settle last. Otherwise each island is iterated on its own.
   pure logical function settles_as_one(law)
     type(contact_law_t), intent(in) :: law
 
     settles_as_one = law%rules == rules_shi
   end function settles_as_one
 
-  !> Whether the phase of a step decides what springs give back of an impact: not of those that conserve energy. Of runs by Shi's
-  !> rules it is not asked, as they are to be those of his programs.
+  !> Whether the phase of a step decides the energy that springs give back after an impact. It does not if contacts conserve energy.
+  !> It is false by Shi's rules, too, so that runs agree with his programs.
   pure logical function steps_decide_impacts(law)
     type(contact_law_t), intent(in) :: law
 
@@ -133,14 +133,14 @@ contains
     if (.not. looks_as_far_as_it_moves(law)) deepest_search = law%shi%search_depth
   end function deepest_search
 
-  !> Whether corners that turn in the step meet what they do not face at its beginning.
+  !> Whether corners that turn in the step may meet corners that they do not face when it begins.
   pure logical function corners_turn(law)
     type(contact_law_t), intent(in) :: law
 
     corners_turn = law%rules /= rules_shi
   end function corners_turn
 
-  !> Whether what is found inside rests there without force; else springs press what overlaps when a run begins.
+  !> Whether a contact that is found inside rests there without a force. Otherwise springs press overlaps apart when a run begins.
   pure logical function rests_inside(law)
     type(contact_law_t), intent(in) :: law
 
@@ -162,7 +162,7 @@ contains
     end select
   end function meet
 
-  !> The contact of an encounter, with what those before remember. An entrance without a vertex: there is none.
+  !> The contact of an encounter, with the memory of earlier contacts. If an entrance has no vertex, there is no contact.
   pure subroutine pair(law, outlines, survey, past, encounter, contact)
     type(contact_law_t), intent(in) :: law
     type(outlines_t), intent(in) :: outlines
@@ -260,7 +260,7 @@ contains
     end associate
   end subroutine begin_contact
 
-  !> Opens a corner of two entrances that has slipped off the one that does not act.
+  !> Opens a corner of two entrances that has slipped off the line of the entrance that does not act.
   pure subroutine open_slipped_off(gap, contact)
     real(dp), intent(in) :: gap(2) !! length
     type(contact_t), intent(inout) :: contact
@@ -391,7 +391,7 @@ contains
     end associate
   end subroutine press_across
 
-  !> The entrance of contact i that acts as a spring that only presses: its force, and what it yields by.
+  !> The active entrance of contact i as a spring that only presses: its force and its stiffness.
   pure subroutine spring_of(try, i, now, pressing, yielding)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i
@@ -454,7 +454,7 @@ contains
     end associate
   end function force_to_hold
 
-  !> Rows along which entrance k of contact i rubs, and of what its slip changes by.
+  !> Rows of the friction force of entrance k of contact i, and rows of the change of its slip.
   pure subroutine rows_along(try, i, k, row, change)
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: i, k
@@ -473,7 +473,7 @@ contains
     end if
   end subroutine rows_along
 
-  !> Whether an entrance slides with a force that follows the one across: what it adds to the equations is then not symmetric.
+  !> Whether an entrance slides with a force proportional to the force across. Its part of the matrix is then not symmetric.
   pure logical function rubs(law, entrance)
     type(contact_law_t), intent(in) :: law
     type(entrance_t), intent(in) :: entrance
@@ -568,7 +568,7 @@ contains
     end associate
   end subroutine anchor_what_closed
 
-  !> Puts the anchor of a contact that is open where it would close on the way to gaps and slips, which are then measured from it.
+  !> Puts the anchor of an open contact where it would close on the path to these gaps and slips, and measures slip from there.
   pure subroutine anchor_what_closes(try, i, now)
     type(contact_try_t), intent(inout) :: try
     integer, intent(in) :: i
@@ -583,15 +583,15 @@ contains
     end associate
   end subroutine anchor_what_closes
 
-  !> Whether anchors of what closed, and bonds that are too weak, are told where a step has settled; else each judgement tells.
+  !> Whether anchors of closed contacts, and bonds to break, are decided after a step has settled. Otherwise each judgement decides.
   pure logical function decides_outside(law)
     type(contact_law_t), intent(in) :: law
 
     decides_outside = law%rules /= rules_shi
   end function decides_outside
 
-  !> Whether there are bonds, as stiff as what they stand for is long, so that they pull by the same stress. Shi's are as stiff as
-  !> any contact.
+  !> Whether there are bonds whose stiffness is proportional to their length, so that all pull with the same stress. Bonds by Shi's
+  !> rules have the stiffness of any contact.
   pure logical function bonds_by_length(law)
     type(contact_law_t), intent(in) :: law
 
@@ -629,7 +629,7 @@ contains
     goes_on_after_cut = .not. looks_as_far_as_it_moves(law)
   end function goes_on_after_cut
 
-  !> What an entrance remembers of sliding in an accepted step: anchor, bond, and the slip that its spring keeps.
+  !> Updates the memory of an entrance after sliding in an accepted step: anchor, bond, and the elastic slip of its spring.
   pure subroutine remember_slide(law, force, now, holds, entrance, slip, work)
     type(contact_law_t), intent(in) :: law
     type(contact_force_t), intent(in) :: force
@@ -649,7 +649,7 @@ contains
     end select
   end subroutine remember_slide
 
-  !> Gap of a closed contact whose spring presses, and what of it the spring has energy of.
+  !> Gap of a closed contact whose spring presses, and the part of the gap that gives the spring its energy.
   pure subroutine remember_overlap(law, contact, now, gap, strained)
     type(contact_law_t), intent(in) :: law
     type(contact_t), intent(in) :: contact

@@ -21,7 +21,7 @@ module scree_contact_search
   real(dp), parameter :: steps = 4.0_dp, spare = 0.25_dp
   real(dp), parameter :: most_turning = pi/6 !! of a corner in a step, rad
 
-  !> By how much a try went beyond what the search for contacts looked at.
+  !> How far a try moved beyond the distances and angles that the search for contacts covered.
   type :: outrun_t
     real(dp), allocatable :: way(:)  !! (n_blocks) largest displacement of a vertex beyond that, 0: none, length
     real(dp), allocatable :: turn(:) !! (n_blocks) largest turn of an edge that may touch beyond that, 0: none, rad
@@ -158,7 +158,8 @@ contains
     search%candidate = pair(:, order_of_pairs(pair(2, :n), pair(1, :n)))
   end subroutine list_candidates
 
-  !> Whether a vertex and an edge may touch: of two bodies that are there, one of which can move, or of one that may touch itself.
+  !> Whether a vertex and an edge may touch. Neither body has been removed, and one of them can move, or it is one body that may
+  !> touch itself.
   pure logical function may_meet(outlines, i, j, self_contact)
     type(outlines_t), intent(in) :: outlines
     integer, intent(in) :: i, j
@@ -169,7 +170,7 @@ contains
       may_meet = may_meet .and. self_contact .and. outlines%of_vertex(i) /= outlines%element(j) .and. i /= outlines%next(j)
   end function may_meet
 
-  !> What listed vertices of the outlines have of a field that is `value` at the unknowns: displacement or velocity, or a multiple.
+  !> Values at listed vertices of a field that is `value` at the unknowns: displacement or velocity, or a multiple.
   pure subroutine find_at_outlines(model, cache, state, value, times, list, there)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
@@ -212,7 +213,7 @@ contains
     end do
   end subroutine predict_ways
 
-  !> Finds by how much a try went beyond what the search for contacts looked at.
+  !> Finds how far a try moved beyond the distances and angles that the search for contacts covered.
   pure subroutine find_outrun(model, cache, state, dt, try, d, outrun)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step
@@ -248,7 +249,7 @@ contains
     if (corners_turn(try%law)) call add_turns(model, state, cache%search, try%nearby, u, outrun)
   end subroutine find_outrun
 
-  !> Adds a way beyond what was looked at, of a vertex.
+  !> Adds the displacement of a vertex beyond the distance that was covered.
   pure subroutine add_beyond(beyond, side, margin, most, farthest, leap)
     real(dp), intent(in) :: beyond, side, margin     !! length
     real(dp), intent(in) :: most                     !! of the sides about, that a vertex may go beyond the predicted displacement
@@ -259,7 +260,7 @@ contains
     if (beyond > 0) leap = max(leap, (beyond/side + min(margin/side, most))/most)
   end subroutine add_beyond
 
-  !> Adds what vertices of a body that no other is near went beyond what would have been looked at.
+  !> Adds the displacements of vertices of a body without others near it, beyond the distances that a search would have covered.
   pure subroutine add_way(model, cache, state, dt, try, d, list, outrun)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -292,7 +293,7 @@ contains
     end associate
   end subroutine add_way
 
-  !> Adds how far edges that may touch turned beyond what was looked at.
+  !> Adds how far edges that may touch turned beyond the angle that was covered.
   pure subroutine add_turns(model, state, search, nearby, u, outrun)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state               !! at the beginning of the step

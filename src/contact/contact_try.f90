@@ -12,7 +12,7 @@ module scree_contact_try
 
   integer, parameter :: n = 2*element_unknowns
 
-  !> The contacts of a step, and what its iteration makes of them.
+  !> The contacts of a step, and the data of its iteration.
   type :: contact_try_t
     logical :: looked = .false.                          !! for contacts: it has the law
     type(contact_law_t) :: law                           !! with the stiffness of this try

@@ -64,9 +64,9 @@ contains
     is_well_over = min(at, survey%length(j) - at) > near_at_rest*survey%local(i)
   end function is_well_over
 
-  !> Adds the contact of an encounter, unless it is within one element, which cannot touch itself, or its vertex lies behind an
-  !> edge by which it did not enter. A corner that is past one of two lines, and not past the other, is outside and may enter
-  !> there.
+  !> Adds the contact of an encounter. A contact within one element is left out, because the element cannot touch itself. A contact
+  !> is also left out if its vertex lies behind an edge by which it did not enter. A corner that is past only one of two lines is
+  !> outside and may enter there.
   subroutine add_contact(law, outlines, position, encounter, look)
     type(contact_law_t), intent(in) :: law
     type(outlines_t), intent(in) :: outlines
@@ -89,9 +89,9 @@ contains
     look%n_found = look%n_found + 1
   end subroutine add_contact
 
-  !> Whether the vertex of an entrance entered by that entrance, if it is behind the line. It did where the entrance acted before,
-  !> or goes on from an entrance of its line that was closed, as where a corner slides off an edge onto the next one. Else the
-  !> overlap of the bodies tells. A vertex is in its own body anyway, and does not enter that.
+  !> Whether the vertex of an entrance entered by that entrance, if it is behind the line. It did if the entrance acted before, or
+  !> continues a closed entrance of its line, as where a corner slides off an edge onto the next one. Otherwise the overlap of the
+  !> bodies decides. A vertex is always in its own body, and does not enter this body.
   pure logical function has_entered(outlines, position, survey, past, entrance) result(entered)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)        !! (2, n_vertices) of the elements, length

@@ -59,8 +59,8 @@ contains
     try%count = count_states(try%contact(try%first:try%last))
   end subroutine judge_contacts
 
-  !> Judges the contacts of a prediction. It only closes: what was closed is taken to stay as it was, and what closes to be locked,
-  !> if its joint has any shear strength.
+  !> Judges the contacts of a prediction, which only closes contacts. Closed contacts keep their state, and closing contacts are
+  !> locked, if their joint has any shear strength.
   pure subroutine judge_prediction(model, d, try)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
@@ -140,7 +140,7 @@ contains
     end do
   end subroutine press_all
 
-  !> What rounding leaves of the change of a gap in the step, length.
+  !> Error that rounding leaves in the change of a gap in the step, length.
   pure real(dp) function rounding_of(model, d, try, i)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
@@ -305,8 +305,8 @@ contains
     end do
   end subroutine return_anchors
 
-  !> Breaks bonds that are pulled by more than their strength where the step has settled with them: those that are beyond it by
-  !> half as much as the worst, or more. What these let go of may unload the others, of which the next round tells.
+  !> Breaks bonds that are pulled beyond their strength when the step has settled with them, if their excess is above `of_the_worst`
+  !> times the largest excess. The released load may unload other bonds, so these are judged in the next round.
   pure subroutine break_bonds(model, d, try, enough)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)

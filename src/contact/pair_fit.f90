@@ -1,4 +1,4 @@
-!> Which pair of a vertex and an edge an entrance line has: the one that fits best, told by the scene alone.
+!> Choice of the pair of a vertex and an edge of an entrance line: the pair that fits best. It depends on the scene alone.
 module scree_pair_fit
   use scree_contact_pairs, only: contact_of
   use scree_contacts, only: outlines_t
@@ -13,8 +13,8 @@ module scree_pair_fit
   real(dp), parameter :: most_beyond = 5e-4_dp    !! of the edges at a vertex, past the end of an edge, up to which a pair lasts
   real(dp), parameter :: as_good = 1e-9_dp        !! of an edge, up to which two pairs fit as well, and rounding would tell
 
-  !> How well a pair of an entrance line fits. By what is compared first tells the rank, then each length, and last the block, by
-  !> which blocks that are the same in all that is seen here differ, and mirror images do not.
+  !> How well a pair of an entrance line fits. The rank is compared first, then each length, and last the block. The block decides
+  !> between blocks that are equal in all these values; it does not decide between mirror images.
   type :: fit_t
     integer :: rank = 0        !! it is new, or goes on; 0: there is none
     real(dp) :: by(4) = 0.0_dp !! the larger one fits better, length
@@ -54,7 +54,7 @@ contains
     end associate
   end function fit_of_pair
 
-  !> Whether a pair of a line fits better than another. What is the same but for rounding decides nothing.
+  !> Whether a pair of a line fits better than another. Differences by rounding decide nothing.
   pure logical function fits_better(a, b) result(better)
     type(fit_t), intent(in) :: a, b
     real(dp) :: rounding

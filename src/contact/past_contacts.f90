@@ -1,4 +1,4 @@
-!> The contacts of the step before, as those of a step ask for them: by their pairs of a vertex and an edge.
+!> The contacts of the step before, found by their pairs of a vertex and an edge.
 module scree_past_contacts
   use scree_contact_lists, only: entrances_t
   use scree_contact_pairs, only: contact_of, entrance_of, list_entrances, place_of_pair
@@ -31,7 +31,7 @@ contains
     past%entrances => entrances
   end subroutine recall_contacts
 
-  !> Whether a contact has slid farther than as its spring gives way: not one of what lands, which slips a little, too.
+  !> Whether a contact has slid more than `far` times the overlap of its spring. A contact that just landed slips less.
   pure logical function slides(contact)
     type(contact_t), intent(in) :: contact
 
@@ -46,7 +46,7 @@ contains
     has_slid = entrance%state /= state_open .and. .not. entrance%memory%bonded .and. entrance%memory%slid > far*pressed
   end function has_slid
 
-  !> Whether a contact has slid as far, or its joint, which has a stiffness of its own, has given way along it by as much.
+  !> Whether a contact has slid as far, or its joint, with a stiffness of its own, has an elastic slip as large.
   pure logical function moves_along(contact)
     type(contact_t), intent(in) :: contact
 
@@ -56,8 +56,8 @@ contains
     end associate
   end function moves_along
 
-  !> Number of the entrance of a pair of vertex and edge; 0 where there was none. Where several contacts had it, of one that was
-  !> closed there.
+  !> Number of the entrance of a pair of vertex and edge; 0 if there was none. If several contacts had the pair, one that was closed
+  !> there is taken.
   pure integer function entrance_before(past, vertex, edge)
     type(past_t), intent(in) :: past
     integer, intent(in) :: vertex, edge
@@ -124,7 +124,7 @@ contains
     were_bonded = any([(past%contact(contact_of(closed(k)))%entrance(entrance_of(closed(k)))%memory%bonded, k=1, size(closed))])
   end function were_bonded
 
-  !> Numbers of the entrances of two vertices at the edges at the other one that were closed when the step before ended.
+  !> Numbers of the entrances of two vertices, each at an edge of the other vertex, that were closed when the step before ended.
   pure function closed_between(outlines, past, i, j) result(closed)
     type(outlines_t), intent(in) :: outlines
     type(past_t), intent(in) :: past
