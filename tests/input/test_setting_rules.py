@@ -18,6 +18,10 @@ COMPANY = {
     "integrator.rho": ["method.strain=green"],
     "integrator.start='acceleration'": ["method.strain=green"],
 }
+SMALL = ["integrator.scheme='small_steps'"]
+# What a setting needs that breaks the rule of another one, so that no rule of its own is broken too.
+COMPANY_OF_BREACH = {"joints.closure=1": ["joints.kn=1"], "joints.dilation=1": ["joints.dilation_slip=1"],
+                     "absorbing.base=1": ["absorbing.table=0 0 0 1 0 0"]}
 SAMPLES = {"contact.rules": "coulomb", "cover.mesh": "mesh.msh", "cover.origin": "0 0", "acceleration.table": "0 0 0 1 0 0",
            "acceleration.file": "quake.txt", "acceleration.vertical": "up.at2"}
 
@@ -58,15 +62,18 @@ def breach(subject, condition):
                 yield {}, [*given, f"{other}=0"]
         elif "=" in condition:
             other, allowed = condition[5:].split("=")
+            other = other.split(" or ")[0]  # the other names have no such value by default
             for value in SETTINGS[other][1].split(", "):
-                own_line = f"{other}={value}" == "contact.method=none" and "augmented" not in allowed
+                own_line = f"{other}={value}" == "contact.method=none" and "augmented" not in allowed \
+                    or subject in SMALL and other == "contact.rules"  # the other rules of contact refuse these schemes first
                 if value not in re.findall(r"'(.*?)'", allowed) and not own_line:
                     yield {"k01": "0"} if subject == "step.balance" else {}, [*given, f"{other}={value}"]  # static runs alone have it
         else:
             yield {}, given
 
 
-CASES = [(subject, condition, numbers, [*company, *(g for g in given if g not in company)])
+CASES = [(subject, condition, numbers, [*company, *(c for g in given[1:] for c in COMPANY_OF_BREACH.get(g, []) if subject in SMALL),
+                                        *(g for g in given if g not in company)])
          for subject, condition, _ in ([c.strip("`") for c in rule] for rule in RULES)
          for numbers, given in breach(subject, condition)
          for company in [[c for c in next((v for k, v in COMPANY.items() if subject.startswith(k)), [])
