@@ -18,10 +18,10 @@ module scree_body_search
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: beyond_way, draw_circles, list_all, list_unclear, move_circles, reach_of, room, searches
+  public :: beyond_way, draw_circles, list_all, list_unclear, move_circles, near_at_rest, reach_of, room, searches
 
   real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, beyond whose ends their line is looked at for overlaps
-  real(dp), parameter :: at_rest = 1e-3_dp        !! of the edges about, that is near at rest
+  real(dp), parameter :: near_at_rest = 1e-3_dp   !! of the edges about, that is near at rest
   real(dp), parameter :: beyond_way = 1.2_dp      !! times the way by its velocity that a vertex may go
   real(dp), parameter :: room = 0.02_dp           !! of the edges about, that is looked at beyond the reach of contacts
   real(dp), parameter :: spare = 0.25_dp          !! of the longest side of a body, that it may go before circles are drawn anew
@@ -52,7 +52,7 @@ contains
     real(dp), intent(in) :: leap                 !! of the sides about, that a vertex may move beyond what its velocity makes
     real(dp), intent(in) :: margin, pressed, way, edge, side !! length
 
-    near = beyond_way*way + min(margin, leap*side) + at_rest*edge + min(pressed/sin(parallel), deepest*edge)
+    near = beyond_way*way + min(margin, leap*side) + near_at_rest*edge + min(pressed/sin(parallel), deepest*edge)
   end function reach_in_motion
 
   !> Whether bodies are looked for before their vertices are; else all vertices are looked at in each step.
@@ -150,8 +150,8 @@ contains
         bodies%centre(:, b) = 0.5_dp*(low + high)
         bodies%radius(b) = 0.5_dp*norm2(high - low)
       end do
-      bodies%margin = bodies%margin + at_rest*minval(bodies%shortest)
-      bodies%pressed = bodies%pressed + at_rest*at_rest*minval(bodies%shortest)
+      bodies%margin = bodies%margin + near_at_rest*minval(bodies%shortest)
+      bodies%pressed = bodies%pressed + near_at_rest*near_at_rest*minval(bodies%shortest)
       bodies%reach = reach_at_rest(model, bodies, bodies%longest, bodies%longest)
     end associate
   end subroutine measure_bodies
@@ -198,7 +198,7 @@ contains
     real(dp), intent(in) :: margin                !! length
     real(dp), intent(in) :: local                 !! of the edges about, length
 
-    way = at_rest*local + min(margin, model%effects%contact%leap*local)
+    way = near_at_rest*local + min(margin, model%effects%contact%leap*local)
   end function beyond_velocity
 
   !> Bounds of how far, or how fast, the vertices of each body that can move go: the largest of its elements.

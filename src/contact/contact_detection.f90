@@ -10,19 +10,20 @@
 !> edge is in contact with that edge only if it entered there.
 module scree_contact_detection
   use scree_body_overlap, only: body_overlap_t, overlap_of_bodies, still_outside
+  use scree_body_search, only: near_at_rest
   use scree_contact_faces, only: faces_of
   use scree_contact_look, only: begin_look, look_t
   use scree_contact_memory, only: let_one_go_on, wear_as_beside
   use scree_contact_pairs, only: contact_of, drop_repeats
   use scree_contact_try, only: contact_try_t
-  use scree_contacts, only: contact_law_t, contact_memory_t, contact_search_t, contact_t, outlines_t, parallel, state_open
+  use scree_contacts, only: contact_law_t, contact_memory_t, contact_search_t, contact_t, outlines_t, state_open
   use scree_corner_contacts, only: meet_corners
   use scree_corner_meeting, only: encounter_of_edge
-  use scree_corners, only: along_edge, gap_at, survey_t, way_at
-  use scree_edge_contacts, only: add_contact, meet_edge, near_at_rest
+  use scree_corners, only: along_edge, gap_at, is_straight, survey_t, way_at
+  use scree_edge_contacts, only: add_contact, meet_edge
   use scree_joint_rules, only: joints_give_way, joints_wear
   use scree_joint_stiffness, only: follow_slip
-  use scree_kinds, only: dp, pi
+  use scree_kinds, only: dp
   use scree_past_contacts, only: moves_along, past_t
   implicit none
   private
@@ -60,6 +61,7 @@ contains
     if (joints_wear(try%law)) call wear_as_beside(outlines, look%survey, look%past, try%contact)
     try%inside = pairs_inside(try%contact, look%survey%local)
     call move_alloc(look%nearby, try%nearby)
+    call move_alloc(look%pressed, try%pressed)
     call move_alloc(look%survey, search%survey)
   end subroutine find_contacts
 
@@ -115,7 +117,7 @@ contains
     at = along_edge(survey, i, j)
     if (at >= 0 .and. at <= survey%length(j)) return
     beside = merge(outlines%previous(j), outlines%next(j), at < 0)
-    if (abs(survey%corner(merge(j, beside, at < 0))%angle - pi) <= parallel) edge = [beside, j]
+    if (is_straight(survey%corner(merge(j, beside, at < 0)))) edge = [beside, j]
   end function edges_along
 
   !> Lets contacts of joints with a stiffness of their own follow contacts that slide along the same faces.

@@ -1,7 +1,7 @@
 !> Data of the detection of contacts in one step: the present outlines, the contacts of the step before, and the reach of contacts
 !> around each vertex.
 module scree_contact_look
-  use scree_body_search, only: list_all, reach_of
+  use scree_body_search, only: beyond_way, list_all, reach_of
   use scree_contact_rules, only: corners_turn, deepest_search, looks_as_far_as_it_moves
   use scree_contact_search, only: find_nearby, most_turning
   use scree_contact_try, only: contact_try_t
@@ -15,7 +15,6 @@ module scree_contact_look
   public :: begin_look, look_t
 
   real(dp), parameter :: beyond_depth = 1.2_dp    !! ratio of the reach to the depth or gap of a contact that exists
-  real(dp), parameter :: beyond_turn = 1.2_dp     !! ratio of the turn that is looked at to the turn that velocities make
 
   !> The detection of contacts in one step.
   type :: look_t
@@ -48,8 +47,7 @@ contains
     if (.not. allocated(try%margin)) allocate (try%margin(size(outlines%first) - 1), source=0.0_dp)
     if (.not. allocated(try%swing)) allocate (try%swing(size(outlines%first) - 1), source=0.0_dp)
     call recall_contacts(outlines, memory%contact, search%past, look%past)
-    try%pressed = pressed_of_blocks(outlines, look%past)
-    look%pressed = try%pressed
+    look%pressed = pressed_of_blocks(outlines, look%past)
     call move_alloc(search%survey, look%survey)
     if (.not. allocated(look%survey)) allocate (look%survey)
     associate (about => search%bodies%about, farther => search%bodies%farther)
@@ -62,12 +60,12 @@ contains
           look%survey%turning(about(k)) = max(turning_of(outlines, look%survey, try%swing, about(k)), &
                                               turning_of(outlines, look%survey, try%swing, outlines%previous(about(k))))
       end do
-      call set_reaches(outlines, about, memory, try, look%survey)
+      call set_reaches(outlines, about, memory, try, look%pressed, look%survey)
       call find_nearby(outlines, position, look%survey%near, look%survey%local, self_contact, search, look%nearby, look%n_sorted)
       look%nearby = reshape([look%nearby, memory%inside], [2, size(look%nearby, 2) + size(memory%inside, 2)])
       call measure_beside(outlines, about, look%nearby, look%survey%length, look%survey%local)
       call measure_beside(outlines, about, look%nearby, look%survey%side, look%survey%local_side)
-      call set_reaches(outlines, about, memory, try, look%survey)
+      call set_reaches(outlines, about, memory, try, look%pressed, look%survey)
     end associate
     look%may_rest = looks_as_far_as_it_moves(try%law)
     look%depth = deepest_search(try%law)
@@ -102,28 +100,29 @@ contains
     integer, intent(in) :: edge
 
     associate (way => survey%way, next => outlines%next(edge), block => outlines%block(edge))
-      turning = min(most_turning, beyond_turn*norm2(way(:, next) - way(:, edge))/survey%length(edge) + swing(block))
+      turning = min(most_turning, beyond_way*norm2(way(:, next) - way(:, edge))/survey%length(edge) + swing(block))
     end associate
   end function turning_of
 
   !> Sets how far contacts are looked for. Corners meet vertices within a straight side only as far as the edges of the mesh there
   !> allow. With a larger reach a corner would be near all the vertices of the side, and over none of its edges.
-  pure subroutine set_reaches(outlines, about, memory, try, survey)
+  pure subroutine set_reaches(outlines, about, memory, try, pressed, survey)
     type(outlines_t), intent(in) :: outlines
     integer, intent(in) :: about(:)               !! vertices that are looked at
     type(contact_memory_t), intent(in) :: memory
     type(contact_try_t), intent(in) :: try
+    real(dp), intent(in) :: pressed(:)            !! (n_blocks) largest penetration of a spring of each block, length
     type(survey_t), intent(inout) :: survey
     real(dp) :: way                               ! by the velocity, length
     integer :: k
 
     do k = 1, size(about)
       associate (i => about(k), local => survey%local(about(k)), side => survey%local_side(about(k)), law => try%law, &
-                 margin => try%margin(outlines%block(about(k))), pressed => try%pressed(outlines%block(about(k))))
+                 margin => try%margin(outlines%block(about(k))), own => pressed(outlines%block(about(k))))
         way = norm2(survey%way(:, i))
-        survey%near(i) = reach_of(law, margin, pressed, way, local, side)
-        survey%meets(i) = reach_of(law, margin, pressed, way, local, merge(side, local, outlines%begins_side(i)))
-        survey%still(i) = reach_of(law, 0.0_dp, pressed, 0.0_dp, local, side)
+        survey%near(i) = reach_of(law, margin, own, way, local, side)
+        survey%meets(i) = reach_of(law, margin, own, way, local, merge(side, local, outlines%begins_side(i)))
+        survey%still(i) = reach_of(law, 0.0_dp, own, 0.0_dp, local, side)
       end associate
     end do
     call reach_over_depth(memory%contact, survey)

@@ -1,16 +1,16 @@
 !> Contacts of two corners that are near each other, by the sides of the region that is closed to their relative position.
 module scree_corner_contacts
-  use scree_body_search, only: beyond_way
+  use scree_body_search, only: beyond_way, near_at_rest
   use scree_contact_look, only: look_t
   use scree_contact_rules, only: corners_turn, meet
-  use scree_contacts, only: contact_law_t, contact_t, outlines_t, parallel, state_open
+  use scree_contacts, only: contact_law_t, contact_t, outlines_t, state_open
   use scree_corner_meeting, only: encounter_t, is_hollow, line_of, line_t, meeting_t
-  use scree_corners, only: along_edge, gap_at, survey_t
-  use scree_edge_contacts, only: add_contact, is_well_over, meet_edge, meet_edges_at, near_at_rest
+  use scree_corners, only: along_edge, gap_at, is_straight, survey_t
+  use scree_edge_contacts, only: add_contact, is_well_over, meet_edge, meet_edges_at
   use scree_flush_faces, only: cover_of, cover_t, covered_edges, give_of_tips
   use scree_joint_stiffness, only: at_end
-  use scree_kinds, only: dp, pi
-  use scree_past_contacts, only: closed_between, pressed_before, stood_for_both, were_bonded
+  use scree_kinds, only: dp
+  use scree_past_contacts, only: closed_between, stood_for_both, were_bonded
   implicit none
   private
   public :: meet_corners
@@ -32,7 +32,7 @@ contains
       call meet_tips(law, outlines, position, look, i, j, meeting)
       return
     end if
-    if (meeting%flat .and. .not. (pass_as_one(outlines, look, i, j) .or. stay_together(outlines, look, i, j))) then
+    if (meeting%flat .and. .not. (may_pass(outlines, look, i, j) .or. stay_together(outlines, look, i, j))) then
       had = look%n_found
       call meet_face(law, outlines, position, look, i, j)
       call meet_face(law, outlines, position, look, j, i)
@@ -87,7 +87,7 @@ contains
 
     associate (survey => look%survey, previous => outlines%previous)
       way = beyond_way*norm2(survey%way(:, j) - survey%way(:, i))
-      if (is_straight(look, i) .and. is_straight(look, j)) then
+      if (is_straight(survey%corner(i)) .and. is_straight(survey%corner(j))) then
         shortest = minval(survey%length([i, previous(i), j, previous(j)]))
         may_pass = abs(along_edge(survey, i, j)) <= at_end*shortest + way
       else
@@ -95,16 +95,6 @@ contains
       end if
     end associate
   end function may_pass
-
-  !> Whether two corners that lie flat on each other may pass each other across one line. That line does not keep both out where
-  !> they turn in the step and one of them is well over an edge at the other.
-  pure logical function pass_as_one(outlines, look, i, j)
-    type(outlines_t), intent(in) :: outlines
-    type(look_t), intent(in) :: look
-    integer, intent(in) :: i, j
-
-    pass_as_one = may_pass(outlines, look, i, j)
-  end function pass_as_one
 
   !> Whether two corners that lie flat on each other keep the one contact that stood for both, as the springs along their joint give
   !> way.
@@ -118,14 +108,6 @@ contains
       stay_together = stood_for_both(look%past, closed_between(outlines, look%past, i, j))
   end function stay_together
 
-  !> Whether the edges at a vertex are parallel.
-  pure logical function is_straight(look, i)
-    type(look_t), intent(in) :: look
-    integer, intent(in) :: i
-
-    is_straight = abs(look%survey%corner(i)%angle - pi) <= parallel
-  end function is_straight
-
   !> Adds the contacts of vertex i over the edges at vertex j, unless it may pass the other end of the edge in the step too.
   subroutine meet_face(law, outlines, position, look, i, j)
     type(contact_law_t), intent(in) :: law
@@ -134,8 +116,8 @@ contains
     type(look_t), intent(inout) :: look
     integer, intent(in) :: i, j
 
-    if (.not. pass_as_one(outlines, look, i, outlines%next(j))) call meet_edge(law, outlines, position, look, i, j)
-    if (.not. pass_as_one(outlines, look, i, outlines%previous(j))) &
+    if (.not. may_pass(outlines, look, i, outlines%next(j))) call meet_edge(law, outlines, position, look, i, j)
+    if (.not. may_pass(outlines, look, i, outlines%previous(j))) &
       call meet_edge(law, outlines, position, look, i, outlines%previous(j))
   end subroutine meet_face
 

@@ -6,8 +6,8 @@ module scree_corners
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: along_edge, corner_t, edges_lead_away, find_corners, gap_at, side_length, side_lengths, survey_edges, survey_t, tilt, &
-            turn, way_at
+  public :: along_edge, corner_t, edges_lead_away, find_corners, gap_at, is_straight, side_length, side_lengths, survey_edges, &
+            survey_t, tilt, turn, way_at
 
   real(dp), parameter :: no_corner = 1e-9_dp !! an angle below is that of the end of a crack, a whole turn
 
@@ -105,6 +105,13 @@ contains
     lowest = turn(corner%from + corner%angle/2 - edge + pi/2) ! against the outer normal of the edge, at edge - pi/2
     edges_lead_away = abs(lowest) + corner%angle/2 <= pi/2 + tilt
   end function edges_lead_away
+
+  !> Whether the edges at a corner are parallel.
+  pure logical function is_straight(corner)
+    type(corner_t), intent(in) :: corner
+
+    is_straight = abs(corner%angle - pi) <= parallel
+  end function is_straight
 
   !> Angle by which the corners at two vertices may be out of place and yet meet in the step.
   pure real(dp) function tilt(survey, i, j)

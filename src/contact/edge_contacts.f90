@@ -1,6 +1,7 @@
 !> Contacts of a vertex over an edge, and the list of contacts that the detection has found.
 module scree_edge_contacts
   use scree_body_overlap, only: body_overlap_t, entered_by, overlap_of_bodies, still_outside
+  use scree_body_search, only: near_at_rest
   use scree_contact_look, only: look_t
   use scree_contact_rules, only: pair
   use scree_contacts, only: contact_law_t, entrance_t, outlines_t, state_open
@@ -10,10 +11,7 @@ module scree_edge_contacts
   use scree_past_contacts, only: acted_before, past_t
   implicit none
   private
-  public :: add_contact, is_well_over, meet_edge, meet_edges_at, near_at_rest
-
-  !> Ratio to the edges about: contacts of bodies at rest are looked for up to this distance.
-  real(dp), parameter :: near_at_rest = 1e-3_dp
+  public :: add_contact, is_well_over, meet_edge, meet_edges_at
 
 contains
 

@@ -6,6 +6,7 @@
 !> their faces by the penetration of its springs. The side of the block ahead would stop the corner, if that side were not
 !> covered.
 module scree_flush_faces
+  use scree_body_search, only: near_at_rest
   use scree_contact_geometry, only: gap_of
   use scree_contact_look, only: look_t
   use scree_contacts, only: outlines_t, parallel
@@ -20,7 +21,6 @@ module scree_flush_faces
   real(dp), parameter :: tips_flush = 5e-5_dp     !! likewise, of two tips across from each other, between which others are pressed
   real(dp), parameter :: most_flush = 1e-2_dp     !! likewise, at most, of blocks that springs let sink
   real(dp), parameter :: on_it = 1e-9_dp          !! likewise: a corner so near to a line lies on it
-  real(dp), parameter :: slides_by = 1e-3_dp      !! likewise: displacement in the step above which a block is flush with nothing
 
   !> What third blocks cover of the two entrance lines of two corners.
   type :: cover_t
@@ -113,7 +113,7 @@ contains
       associate (c => look%nearby(1, k), block => outlines%block, survey => look%survey)
         if (any(block(c) == block([i, j]))) cycle
         if (norm2(survey%start(:, c) - survey%start(:, j)) > give_by(flush, outlines, look, c, j)) cycle
-        if (norm2(survey%way(:, c) - survey%way(:, j)) > slides_by*min(survey%local(c), survey%local(j))) cycle
+        if (norm2(survey%way(:, c) - survey%way(:, j)) > near_at_rest*min(survey%local(c), survey%local(j))) cycle ! it slides by
         associate (own => survey%corner(j), cover => survey%corner(c))
           covered(1) = covered(1) .or. abs(turn(cover%from + cover%angle - own%from)) < parallel
           covered(2) = covered(2) .or. abs(turn(own%from + own%angle - cover%from)) < parallel

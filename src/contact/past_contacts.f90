@@ -6,8 +6,8 @@ module scree_past_contacts
   use scree_kinds, only: dp
   implicit none
   private
-  public :: acted_before, closed_between, entrance_before, has_slid, is_closed, moves_along, past_t, pressed_before, &
-            pressed_of_blocks, recall_contacts, stood_for_both, were_bonded
+  public :: acted_before, closed_between, entrance_before, has_slid, is_closed, moves_along, past_t, pressed_of_blocks, &
+            recall_contacts, stood_for_both, were_bonded
 
   real(dp), parameter :: far = 10.0_dp !! times the overlap of a spring: what has slid as much slides on
 
@@ -96,14 +96,6 @@ contains
     acted_before = .false.
     if (before > 0) acted_before = past%contact(contact_of(before))%active == entrance_of(before)
   end function acted_before
-
-  !> Whether a pair was closed when the step before ended.
-  pure logical function pressed_before(past, vertex, edge)
-    type(past_t), intent(in) :: past
-    integer, intent(in) :: vertex, edge
-
-    pressed_before = is_closed(past, entrance_before(past, vertex, edge))
-  end function pressed_before
 
   !> Whether one contact stood for two vertices that lie flat on each other when the step before ended, and has not slid.
   pure logical function stood_for_both(past, closed)
