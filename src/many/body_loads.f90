@@ -3,6 +3,7 @@ module scree_body_loads
   use scree_bodies, only: bodies_t
   use scree_edge_load, only: load_at_ends
   use scree_kinds, only: dp
+  use scree_many_bodies, only: arm_of
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
   use scree_time_table, only: mean_of_ramp, mean_over
@@ -59,7 +60,8 @@ contains
           loads%load(1:2, b) = loads%load(1:2, b) - mean_over(effects%base_acceleration%record, from, to)/bodies%inverse_mass(b)
         if (allocated(effects%point_load)) then
           do i = effects%point_load%first(e), effects%point_load%first(e + 1) - 1
-            call add(mean_over(effects%point_load%table(i), from, to), arm_of(effects%point_load%point(i)))
+            call add(mean_over(effects%point_load%table(i), from, to), &
+                     arm_of(cache, state, bodies, e, b, effects%point_load%point(i)))
           end do
         end if
         if (allocated(effects%edge_load)) call add_edges()
@@ -76,8 +78,8 @@ contains
       associate (edges => model%effects%edge_load)
         share = mean_of_ramp(edges%ramp, from, to)
         do i = edges%first(e), edges%first(e + 1) - 1
-          ends(:, 1) = arm_of(edges%point(1, i))
-          ends(:, 2) = arm_of(edges%point(2, i))
+          ends(:, 1) = arm_of(cache, state, bodies, e, b, edges%point(1, i))
+          ends(:, 2) = arm_of(cache, state, bodies, e, b, edges%point(2, i))
           q = share*load_at_ends(edges, i, ends(:, 2) - ends(:, 1))
           call add((2*q(:, 1) + q(:, 2))/6, ends(:, 1))
           call add((q(:, 1) + 2*q(:, 2))/6, ends(:, 2))
@@ -92,17 +94,6 @@ contains
 
       loads%load(:, b) = loads%load(:, b) + [force, arm(1)*force(2) - arm(2)*force(1)]
     end subroutine add
-
-    !> From the centroid to a point of the body.
-    pure function arm_of(point)
-      integer, intent(in) :: point
-      real(dp) :: arm_of(2)
-
-      associate (began => state%point(:, point) - cache%element(e)%kinematics%centroid, c => cos(bodies%angle(b)), &
-                 s => sin(bodies%angle(b)))
-        arm_of = [c*began(1) - s*began(2), s*began(1) + c*began(2)]
-      end associate
-    end function arm_of
 
   end subroutine find_loads
 

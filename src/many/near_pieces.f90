@@ -1,14 +1,12 @@
 !> Which convex pieces are near each other: a grid over their boxes, widened by a skin, so that the answer holds for many steps.
 module scree_near_pieces
   use scree_bodies, only: bodies_t, near_t
+  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, set_up_grid
   use scree_kinds, only: dp
   implicit none
   private
   public :: find_near, grow_skin, is_worn, place_of_pair
 
-  real(dp), parameter :: cell_size = 1.5_dp   !! of the mean box of what moves
-  real(dp), parameter :: large = 4.0_dp       !! of that: larger boxes are compared with all others
-  integer, parameter :: most_cells = 4000     !! along an axis; beyond, cells grow
   real(dp), parameter :: least_skin = 0.1_dp, most_skin = 0.5_dp !! of the mean size of what moves
   real(dp), parameter :: steps_ahead = 40.0_dp !! of the fastest body, that a skin is to last for
 
@@ -35,25 +33,25 @@ contains
   !> the list before remember goes on.
   subroutine find_near(bodies)
     type(bodies_t), intent(inout) :: bodies
-    real(dp) :: box(4, bodies%n_pieces), extent(bodies%n_pieces)
-    integer, allocatable :: candidate(:), first_in(:), in_cell(:), wide(:)
+    real(dp), dimension(2, bodies%n_pieces) :: low, high ! of the boxes, length
+    integer :: seen(bodies%n_pieces)                     ! by which piece each was looked at last
+    integer, allocatable :: candidate(:)
+    type(cell_grid_t) :: grid
     type(near_t) :: before
-    integer :: a, cells(2), i, n_candidates
-    real(dp) :: cell, corner(2), mean
+    integer :: a, n_candidates
 
     call hand_on(bodies%near, before)
+    call empty(bodies%near, max(before%n + before%n/4, 4*bodies%n_pieces))
+    if (bodies%n_pieces == 0) return
     do a = 1, bodies%n_pieces
       associate (x => bodies%at(:, bodies%first(a):bodies%first(a + 1) - 1))
-        box(1:2, a) = minval(x, 2) - bodies%near%skin/2
-        box(3:4, a) = maxval(x, 2) + bodies%near%skin/2
+        low(:, a) = minval(x, 2) - bodies%near%skin/2
+        high(:, a) = maxval(x, 2) + bodies%near%skin/2
       end associate
     end do
-    extent = max(box(3, :) - box(1, :), box(4, :) - box(2, :))
-    mean = sum(extent, mask=bodies%moves(bodies%body))/max(1, count(bodies%moves(bodies%body)))
-    wide = pack([(i, i=1, bodies%n_pieces)], extent > large*mean)
-    call sort_into_cells()
-
-    call empty(bodies%near, max(before%n + before%n/4, 4*bodies%n_pieces))
+    call set_up_grid(grid, 0.5_dp*(low + high), bodies%n_pieces)
+    call place_boxes(grid, low, high)
+    seen = 0
     allocate (candidate(bodies%n_pieces))
     do a = 1, bodies%n_pieces
       n_candidates = 0
@@ -64,104 +62,42 @@ contains
 
   contains
 
-    !> Cells that the box of a piece covers: from, to.
-    pure function cells_of(p) result(range)
-      integer, intent(in) :: p
-      integer :: range(2, 2)
-
-      range(:, 1) = max(1, min(cells, int((box(1:2, p) - corner)/cell) + 1))
-      range(:, 2) = max(1, min(cells, int((box(3:4, p) - corner)/cell) + 1))
-    end function cells_of
-
-    !> Lists the pieces that are not large by the cells of a grid.
-    subroutine sort_into_cells()
-      integer :: ix, iy, p, range(2, 2), round
-      integer, allocatable :: filled(:)
-      real(dp) :: spread(2)
-
-      corner = [minval(box(1, :), mask=extent <= large*mean), minval(box(2, :), mask=extent <= large*mean)]
-      spread = [maxval(box(3, :), mask=extent <= large*mean), maxval(box(4, :), mask=extent <= large*mean)] - corner
-      cells = 1
-      cell = 1.0_dp
-      if (size(wide) < bodies%n_pieces) then
-        cell = max(cell_size*mean, maxval(spread)/most_cells)
-        cells = int(spread/cell) + 1
-      end if
-      allocate (first_in(product(cells) + 1), source=0)
-      do round = 1, 2
-        if (round == 2) then
-          first_in(1) = 1
-          do p = 1, product(cells)
-            first_in(p + 1) = first_in(p + 1) + first_in(p)
-          end do
-          filled = first_in
-          allocate (in_cell(first_in(size(first_in)) - 1))
-        end if
-        do p = 1, bodies%n_pieces
-          if (extent(p) > large*mean) cycle
-          range = cells_of(p)
-          do iy = range(2, 1), range(2, 2)
-            do ix = range(1, 1), range(1, 2)
-              associate (c => ix + cells(1)*(iy - 1))
-                if (round == 1) then
-                  first_in(c + 1) = first_in(c + 1) + 1
-                else
-                  in_cell(filled(c)) = p
-                  filled(c) = filled(c) + 1
-                end if
-              end associate
-            end do
-          end do
-        end do
-      end do
-    end subroutine sort_into_cells
-
-    !> Lists the pieces with higher numbers that are near a piece; some several times.
+    !> Lists the pieces with higher numbers that are near a piece.
     subroutine list_candidates(p)
       integer, intent(in) :: p
-      integer :: ix, iy, k, range(2, 2)
+      integer :: c, column, k, range(2, 2), row
 
-      if (extent(p) > large*mean) then
-        do k = p + 1, bodies%n_pieces
-          call consider(p, k)
-        end do
-        return
-      end if
-      do k = 1, size(wide)
-        if (wide(k) > p) call consider(p, wide(k))
-      end do
-      range = cells_of(p)
-      do iy = range(2, 1), range(2, 2)
-        do ix = range(1, 1), range(1, 2)
-          do k = first_in(ix + cells(1)*(iy - 1)), first_in(ix + cells(1)*(iy - 1) + 1) - 1
-            if (in_cell(k) > p) call consider(p, in_cell(k))
+      range = cells_of_box(grid, low(:, p), high(:, p))
+      do row = range(2, 1), range(2, 2)
+        do column = range(1, 1), range(1, 2)
+          c = number_of_cell(grid, column, row)
+          do k = grid%first(c), grid%first(c + 1) - 1
+            if (grid%item(k) > p) call consider(p, grid%item(k))
           end do
         end do
       end do
     end subroutine list_candidates
 
-    !> Adds a piece to the candidates if it is near another.
+    !> Adds a piece to the candidates if it is near another, once.
     subroutine consider(p, q)
       integer, intent(in) :: p, q
 
-      if (box(1, p) > box(3, q) .or. box(1, q) > box(3, p) .or. box(2, p) > box(4, q) .or. box(2, q) > box(4, p)) return
+      if (seen(q) == p) return
+      seen(q) = p
+      if (any(low(:, p) > high(:, q)) .or. any(low(:, q) > high(:, p))) return
       if (bodies%body(p) == bodies%body(q)) return
       if (.not. (bodies%moves(bodies%body(p)) .or. bodies%moves(bodies%body(q)))) return
-      if (n_candidates == size(candidate)) candidate = [candidate, candidate]
       n_candidates = n_candidates + 1
       candidate(n_candidates) = q
     end subroutine consider
 
-    !> Appends the pairs of a piece, each once, with what they remember.
+    !> Appends the pairs of a piece, with what they remember.
     subroutine append(p)
       integer, intent(in) :: p
       integer :: k, old
 
       old = first_of(before, p)
       do k = 1, n_candidates
-        if (k > 1) then
-          if (candidate(k) == candidate(k - 1)) cycle
-        end if
         associate (near => bodies%near)
           if (near%n == size(near%edge)) call enlarge(near)
           near%n = near%n + 1

@@ -18,9 +18,9 @@ module scree_small_steps
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_near_pieces, only: find_near, grow_skin, is_worn
-  use scree_rigid_bodies, only: cut_bodies, place_corners, put_bodies_back, take_bodies
+  use scree_many_bodies, only: cut_bodies, place_corners, put_bodies_back, take_bodies
   use scree_state, only: bolt_memory_t, state_t
-  use scree_step_choice, only: fastest_vertex, number_of_steps
+  use scree_step_choice, only: fastest_vertex, largest_weight, number_of_steps
   use scree_sweeps, only: advance_rows, bounce, start_warm, sweep
   use scree_text, only: number_text
   use scree_ties, only: count_ties, find_ties, move_points, start_ties_warm, sweep_ties, tie_t, turn_arms, work_of_ties
@@ -84,7 +84,8 @@ contains
         march%time = state%time + i*march%h
         if (allocated(state%sleep)) call find_sleepers(state, bodies, march%outcome%reached)
         if (allocated(march%outcome%reached)) exit
-        if (is_worn(bodies%near) .and. i < march%outcome%steps) call search_again(march%h, bodies)
+        if (.not. allocated(model%effects%contact) .or. i == march%outcome%steps) cycle
+        if (is_worn(bodies%near)) call search_again(march%h, bodies)
       end do
       outcome = march%outcome
       if (allocated(outcome%reached)) return
@@ -201,7 +202,8 @@ contains
     !$omp end single
     call sweep(.false., march%h, march%rows, bodies)
     !$omp single
-    if (bounces) call bounce(model%effects%contact%restitution, least_speed(model, bodies, march%h), march%rows, bodies)
+    if (bounces) call bounce(model%effects%contact%restitution, slow*march%h*largest_weight(model, bodies), &
+                             march%rows, bodies)
     !$omp end single
     if (touches) call keep_impulses(march%rows, bodies)
     !$omp end parallel
@@ -255,22 +257,6 @@ contains
     end do
     !$omp end do
   end subroutine drift
-
-  !> Speed below which nothing bounces: that of some steps under weight.
-  pure real(dp) function least_speed(model, bodies, h) result(speed)
-    type(model_t), intent(in) :: model
-    type(bodies_t), intent(in) :: bodies
-    real(dp), intent(in) :: h                     !! time
-    integer :: k
-
-    speed = 0.0_dp
-    if (.not. allocated(model%effects%gravity)) return
-    do k = 1, size(model%elements%free)
-      associate (e => model%elements%free(k))
-        speed = max(speed, slow*h*abs(model%effects%gravity%weight(e))*bodies%inverse_mass(model%elements%block(e)))
-      end associate
-    end do
-  end function least_speed
 
   !> Adds the work of the loads in a small step, and what sliding took.
   subroutine book(bodies, march)

@@ -12,9 +12,10 @@ module scree_step_choice
   use scree_bodies, only: bodies_t
   use scree_kinds, only: dp
   use scree_model, only: model_t
+  use scree_sorting, only: sort_by
   implicit none
   private
-  public :: fastest_vertex, number_of_steps
+  public :: fastest_vertex, largest_weight, number_of_steps
 
   real(dp), parameter :: way_of_step = 0.02_dp    !! of the fastest block in a step, over the size of a block, for 1 %
   real(dp), parameter :: falls_of_step = 300.0_dp !! steps in sqrt(size/g), for 1 %
@@ -48,22 +49,15 @@ contains
   !> The size that one block in twenty is below.
   pure real(dp) function size_of_small(sizes) result(least)
     real(dp), intent(in) :: sizes(:)              !! length
-    real(dp) :: low, high
-    integer :: i
+    real(dp) :: sorted(size(sizes))
+    integer :: number(size(sizes))
 
     least = 1.0_dp
     if (size(sizes) == 0) return
-    low = minval(sizes)
-    high = maxval(sizes)
-    do i = 1, 60                                  ! halving an interval 60 times ends at the rounding of its ends
-      least = 0.5_dp*(low + high)
-      if (count(sizes < least) > small_ones*size(sizes)) then
-        high = least
-      else
-        low = least
-      end if
-    end do
-    least = max(minval(sizes), low)
+    sorted = sizes
+    number = 0                                    ! of no use here
+    call sort_by(sorted, number)
+    least = sorted(1 + int(small_ones*size(sizes)))
   end function size_of_small
 
   !> Largest weight of a unit of mass of what moves, length/time^2.

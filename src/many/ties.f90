@@ -9,6 +9,7 @@ module scree_ties
   use scree_bolt, only: axis_of
   use scree_fixed_point, only: is_roller
   use scree_kinds, only: dp
+  use scree_many_bodies, only: arm_of
   use scree_model, only: cache_t, model_t
   use scree_state, only: bolt_broken, bolt_memory_t, state_t
   use scree_sweeps, only: bias_rate, impulse_scale, mass_scale
@@ -60,17 +61,13 @@ contains
     type(state_t), intent(in) :: state       !! when the step of the run began
     type(bodies_t), intent(in) :: bodies
     real(dp), intent(inout) :: point(:, :)   !! (2, n_points) length
-    real(dp) :: arm(2)
     integer :: e, i, k
 
     do k = 1, size(model%points%free)
       i = model%points%free(k)
       e = model%points%element(i)
       associate (b => model%elements%block(e))
-        arm = state%point(:, i) - cache%element(e)%kinematics%centroid
-        associate (c => cos(bodies%angle(b)), s => sin(bodies%angle(b)))
-          point(:, i) = bodies%place(:, b) + [c*arm(1) - s*arm(2), s*arm(1) + c*arm(2)]
-        end associate
+        point(:, i) = bodies%place(:, b) + arm_of(cache, state, bodies, e, b, i)
       end associate
     end do
   end subroutine move_points

@@ -1,7 +1,7 @@
 !> The blocks of a DDA scene as rigid bodies made of convex pieces, and back.
 !>
 !> A block with holes is cut along seams. What cannot move is a body without inverse mass; what a stage has removed has no pieces.
-module scree_rigid_bodies
+module scree_many_bodies
   use scree_bodies, only: bodies_t
   use scree_convex_pieces, only: cut_into_pieces, pieces_t
   use scree_entrance_block, only: normals_of
@@ -16,7 +16,7 @@ module scree_rigid_bodies
   use scree_text, only: number_text
   implicit none
   private
-  public :: cut_bodies, place_corners, put_bodies_back, take_bodies
+  public :: arm_of, cut_bodies, place_corners, put_bodies_back, take_bodies
 
   integer, parameter :: points_that_hold = 2 !! fixed points by which a rigid body cannot move
 
@@ -178,6 +178,20 @@ contains
     !$omp end do
   end subroutine place_corners
 
+  !> From the centroid of the body of an element to one of its points, as the body has turned since the step of the run began.
+  pure function arm_of(cache, state, bodies, element, body, point) result(arm)
+    type(cache_t), intent(in) :: cache          !! of the state
+    type(state_t), intent(in) :: state          !! when the step of the run began
+    type(bodies_t), intent(in) :: bodies
+    integer, intent(in) :: element, body, point
+    real(dp) :: arm(2)                          !! length
+
+    arm = state%point(:, point) - cache%element(element)%kinematics%centroid
+    associate (c => cos(bodies%angle(body)), s => sin(bodies%angle(body)))
+      arm = [c*arm(1) - s*arm(2), s*arm(1) + c*arm(2)]
+    end associate
+  end function arm_of
+
   !> Moves vertices, points, velocities, rotations and deformation of a state to where the bodies are.
   subroutine put_bodies_back(model, cache, bodies, state)
     type(model_t), intent(in) :: model
@@ -226,4 +240,4 @@ contains
     turn = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [2, 2])
   end function turn_by
 
-end module scree_rigid_bodies
+end module scree_many_bodies
