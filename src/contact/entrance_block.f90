@@ -166,7 +166,7 @@ contains
     call look_along(n_a, a, normal_a, face_a, n_b, b, 0, far, edge, vertex, gap, cut_gap)
     if (gap >= far) return
     call look_along(n_b, b, normal_b, face_b, n_a, a, n_a, far, edge, vertex, gap, cut_gap)
-    if (gap < beside_cut*min(cut_gap, 0.0_dp)) gap = far
+    if (gap/beside_cut < min(cut_gap, 0.0_dp)) gap = far
   end subroutine find_leading_line
 
   !> Gap of the line of edge k, with the vertex that meets it, looked for from a vertex on.
