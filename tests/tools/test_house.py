@@ -94,30 +94,42 @@ def test_every_procedure_of_the_sources_is_found():
         assert len(fortran.procedures(path)) == len(re.findall(r"(?m)^ *end (?:subroutine|function|program)\b", text)), path
 
 
-def house(folder, uses, order="ground middle"):
+def house(folder, uses, declared="scree_room(ground)\nscree_room(middle SEES ground)\n"):
     """Sources of rooms: from a file to the modules that it uses."""
-    (folder / "CMakeLists.txt").write_text(f"project(x)\nset(scree_rooms {order})\nadd_library(x)\n")
+    (folder / "CMakeLists.txt").write_text(f"project(x)\n{declared}add_library(x)\n")
     for name, used in uses.items():
         path = folder / f"{name}.f90"
         path.parent.mkdir(exist_ok=True)
         lines = [f"  use scree_{module}, only: x" for module in used]
         path.write_text("\n".join([f"module scree_{path.stem}", *lines, f"end module scree_{path.stem}", ""]))
-    return rooms.arrows(folder), rooms.order_of(folder)
+    return rooms.arrows(folder), rooms.seen_by(folder)
 
 
 def test_a_use_of_a_room_above_is_found_at_its_line(tmp_path):
-    found, order = house(tmp_path, {"ground/stone": [], "ground/sand": ["stone", "beam"], "middle/beam": ["stone"],
-                                    "roof": ["beam"]})
-    assert order == ["ground", "middle", "src"]
+    found, sees = house(tmp_path, {"ground/stone": [], "ground/sand": ["stone", "beam"], "middle/beam": ["stone"],
+                                   "roof": ["beam"]})
+    assert sees == {"ground": [], "middle": ["ground"], "src": ["ground", "middle"]}
     assert rooms.both_ways(found) == [("ground", "middle")]
-    assert [(path.name, line) for path, line, _ in rooms.against_order(found, order)] == [("sand.f90", 3)]
-    assert list(rooms.picture(found, order)) == ["ground       -> middle 1 <->", "middle       -> ground 1 <->",
-                                                 "src          -> middle 1"]
+    assert [(path.name, line) for path, line, _ in rooms.unlisted(found, sees)] == [("sand.f90", 3)]
+    assert list(rooms.unused(found, sees, tmp_path)) == []
+    assert list(rooms.picture(found, sees)) == ["ground       -> middle 1 <->", "middle       -> ground 1 <->",
+                                                "src          -> middle 1"]
 
 
-def test_a_room_that_the_list_lacks_is_named(tmp_path):
-    found, order = house(tmp_path, {"ground/stone": [], "attic/box": ["stone"]})
-    assert ["'attic'" in text for *_, text in rooms.against_order(found, order)] == [True]
+def test_a_use_of_a_lower_room_that_sees_does_not_list_is_found(tmp_path):
+    found, sees = house(tmp_path, {"ground/stone": [], "middle/beam": ["stone"], "upper/tile": ["stone", "beam"]},
+                        "scree_room(ground)\nscree_room(middle\n  SEES ground)\nscree_room(upper SEES middle)\n")
+    assert [(path.name, line) for path, line, _ in rooms.unlisted(found, sees)] == [("tile.f90", 2)]
+
+
+def test_a_room_that_sees_lists_in_vain_is_found(tmp_path):
+    found, sees = house(tmp_path, {"ground/stone": [], "middle/beam": []})
+    assert [(path.name, line) for path, line, _ in rooms.unused(found, sees, tmp_path)] == [("CMakeLists.txt", 3)]
+
+
+def test_a_room_that_is_not_declared_is_named(tmp_path):
+    found, sees = house(tmp_path, {"ground/stone": [], "attic/box": ["stone"]})
+    assert ["'attic'" in text for *_, text in rooms.unlisted(found, sees)] == [True]
 
 
 def test_a_procedure_of_a_guarded_room_may_not_be_too_complex(tmp_path):
@@ -143,10 +155,10 @@ def test_layout_is_compared_but_for_the_indent_of_continuation_lines():
     assert len(list(check.differences(path, ours, theirs[:-1]))) == 1
 
 
-def test_the_rooms_of_the_sources_look_down_and_no_guarded_procedure_is_too_complex():
-    arrows = rooms.arrows(SOURCE)
+def test_the_rooms_use_what_they_list_and_no_guarded_procedure_is_too_complex():
+    arrows, sees = rooms.arrows(SOURCE), rooms.seen_by(SOURCE)
     assert len(arrows) > 20 and rooms.both_ways(arrows) == []
-    assert list(rooms.against_order(arrows, rooms.order_of(SOURCE))) == []
+    assert list(rooms.unlisted(arrows, sees)) == list(rooms.unused(arrows, sees, SOURCE)) == []
     assert list(measures.too_complex(measures.all_procedures(SOURCE), SOURCE)) == []
 
 

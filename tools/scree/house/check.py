@@ -75,7 +75,9 @@ def findings():
     source = TREE / "src"
     yield from layout(sources())
     yield from lint()
-    yield from rooms.against_order(rooms.arrows(source), rooms.order_of(source))
+    arrows, sees = rooms.arrows(source), rooms.seen_by(source)
+    yield from rooms.unlisted(arrows, sees)
+    yield from rooms.unused(arrows, sees, source)
     procedures = measures.all_procedures(source)
     yield from measures.too_complex(procedures, source)
     yield from limits.beyond(limits.measured(procedures, source), limits.read())
@@ -101,7 +103,7 @@ def table(source):
     print(f"{'lines that ask for rules of contact':<44}{len(asked):>5}  outside {measures.RULES_FILE}, in "
           f"{len({path for path, _ in asked})} files")
     print()
-    for line in rooms.picture(arrows, rooms.order_of(source)):
+    for line in rooms.picture(arrows, rooms.seen_by(source)):
         print(line)
     for heading, rows in large.items():
         print(f"\n{heading}")

@@ -1,7 +1,7 @@
 """The rooms of the house: the folders of src/, and who uses whom.
 
-Each room sees those before it in the list `scree_rooms` of src/CMakeLists.txt, by which the build makes one library a room. What
-lies in src/ itself (the program and its parts) is above all of them.
+src/CMakeLists.txt declares each room by `scree_room(NAME SEES ROOM ...)`, ground floor first. The build makes a library of each, and
+lets it see only the rooms in its list. What lies in src/ itself (the program and its parts) sees all of them.
 """
 import collections
 import re
@@ -9,14 +9,15 @@ import re
 from .fortran import module_of, modules_used
 
 TOP = "src"
+ROOM = re.compile(r"(?m)^scree_room\(\s*(\w+)(?:\s+SEES\s+([^)]*))?\)")
 
 
-def order_of(source):
-    """The rooms from the ground floor up."""
-    found = re.search(r"set\(\s*scree_rooms\s+([^)]*)\)", (source / "CMakeLists.txt").read_text(encoding="utf-8"))
+def seen_by(source):
+    """From each room, ground floor first, to the list of the rooms that it may see; the program is last."""
+    found = ROOM.findall((source / "CMakeLists.txt").read_text(encoding="utf-8"))
     if not found:
-        raise ValueError(f"{source}/CMakeLists.txt: expected set(scree_rooms ...), found none")
-    return re.sub(r"#.*", "", found[1]).split() + [TOP]
+        raise ValueError(f"{source}/CMakeLists.txt: expected scree_room(NAME SEES ROOM ...), found none")
+    return {room: sees.split() for room, sees in found} | {TOP: [room for room, _ in found]}
 
 
 def room_of(path, source):
@@ -43,16 +44,24 @@ def both_ways(found):
     return sorted((a, b) for a, b in found if a < b and (b, a) in found)
 
 
-def against_order(found, order):
-    """The places of `use` that look up, as path, line, text; and rooms that have no place in the order."""
-    floor = {room: k for k, room in enumerate(order)}
+def unlisted(found, sees):
+    """The places of `use` of a room that is not in the list of the room that uses it, as path, line, text."""
     for (a, b), places in sorted(found.items()):
         for path, line, module in places:
-            if a not in floor or b not in floor:
-                lost = a if a not in floor else b
-                yield path, line, f"room '{lost}' is not in the list scree_rooms of src/CMakeLists.txt"
-            elif floor[b] > floor[a]:
-                yield path, line, f"{a} uses {module} of {b}, which is above it"
+            if a not in sees or b not in sees:
+                yield path, line, f"src/CMakeLists.txt declares no room '{a if a not in sees else b}'"
+            elif b not in sees[a]:
+                yield path, line, f"{a} uses {module} of {b}, which its SEES in src/CMakeLists.txt does not list"
+
+
+def unused(found, sees, source):
+    """Rooms in a list that the room with the list does not use, as path, line, text."""
+    path = source / "CMakeLists.txt"
+    text = path.read_text(encoding="utf-8")
+    for room in ROOM.finditer(text):
+        for seen in sees[room[1]]:
+            if (room[1], seen) not in found:
+                yield path, text.count("\n", 0, room.start()) + 1, f"room {room[1]} uses nothing of {seen}, which its SEES lists"
 
 
 def picture(found, order):
