@@ -344,16 +344,27 @@ def test_a_setting_reaches_every_run_and_solves_are_counted():
 
 @pytest.mark.parametrize("name", cases.CASES)
 def test_each_case_has_a_page_with_its_scene_its_picture_and_its_deck(name):
-    """`tools/validate --write` makes them; numbers are those of its run."""
+    """`tools/validate --write` makes them; numbers are those of its run, scene and reference are written by hand."""
     text = (pages.PAGES / f"{name}.md").read_text()
-    scene, answer, _ = pages.described(name)
-    assert f"- **Scene:** {pages.in_page(scene)}\n- **Reference:** {pages.in_page(answer)}\n" in text
-    deck = (SOURCE / re.search(r"The deck is `(\S+)`", text)[1]).read_text().splitlines()
-    assert "\n".join(deck[:pages.LONGEST_DECK]) in text and (pages.PICTURES / f"{name}.png").stat().st_size > 1000
+    assert text.startswith(f"# {name}: {cases.CASES[name].__doc__.splitlines()[0].rstrip('.')}\n")
+    assert re.search(r"(?m)^- \*\*Scene:\*\* .{10,}\n- \*\*Reference:\*\* .+", text) and pages.described(name) in text
+    deck = (SOURCE / re.search(r"^Deck: `(\S+)`", text, re.M)[1]).read_text().splitlines()
+    assert pages.shown(deck) in text and (pages.PICTURES / f"{name}.png").stat().st_size > 1000
     assert len(re.findall(r"^\| [^|]+ \| [^|]+ \| [^|]+ \| [^|]* \| [^|]* \|$", text, re.M)) > 1
+
+
+def test_the_overview_names_each_case():
+    overview = (SOURCE / "doc" / "validation.md").read_text()
+    for name, function in cases.CASES.items():
+        assert f"| [{name}](verification/{name}.md) | {function.__doc__.splitlines()[0].rstrip('.')} |\n" in overview
+
+
+def test_a_page_shows_the_first_of_long_lists_of_numbers():
+    deck = ["&boundary lines=0 0 1 0", *6 * ["  1 0 2e-3 0"], "  traction=1 0 1 0", "  1 0 1 0 /"]
+    assert pages.shown(deck).splitlines() == [*deck[:5], "...", *deck[7:]]
 
 
 def test_a_page_has_the_numbers_of_its_rows(tmp_path):
     rows = [cases.Row("way", 2.0, 2.002, 0.01), cases.Row("verdict", "stands", "stands")]
     text = pages.page("b1", "Sliding", rows, SOURCE / "input" / "validation" / "b1-slide" / "slope30.ana", 2)
-    assert "| way | 2 | 2.002 | 1.0e-03 | 1.0e-02 |\n| verdict | stands | stands |  |  |\n" in text and " and 2 more like it" in text
+    assert "| way | 2 | 2.002 | 1.0e-03 | 1.0e-02 |\n| verdict | stands | stands |  |  |\n" in text and ", and 2 more in its folder" in text

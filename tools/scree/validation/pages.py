@@ -7,8 +7,9 @@ from ..program import TREE, Runner
 from ..results import read
 
 DOC = TREE / "doc"
-OVERVIEW, PAGES, PICTURES = DOC / "validation.md", DOC / "verification", DOC / "pictures" / "verification"
+PAGES, PICTURES = DOC / "verification", DOC / "pictures" / "verification"
 LONGEST_DECK = 60  # lines of a deck that its page shows; of a longer one it shows the first of them
+LONGEST_ROWS = 4   # lines of bare numbers that follow each other; of more the page shows the first of them
 
 
 class Recorder(Runner):
@@ -25,9 +26,9 @@ class Recorder(Runner):
 
 
 def described(name):
-    """What doc/validation.md says of a case: scene, answer and tolerance."""
-    row = re.search(rf"^\| \[{name}\]\(verification/{name}\.md\) \| (.+) \| (.+) \| (.+) \|$", OVERVIEW.read_text(), re.M)
-    return row.groups()
+    """What the page of a case says of its scene and its reference, which is written by hand and kept."""
+    path = PAGES / f"{name}.md"
+    return re.search(r"(?ms)^- \*\*Scene:.*?(?=\n\n)", path.read_text())[0] if path.exists() else "- **Scene:**\n- **Reference:**"
 
 
 def word(value):
@@ -43,35 +44,37 @@ def table(rows):
     return "\n".join(lines)
 
 
+def shown(lines):
+    """The lines of a deck that its page shows, with dots in place of long lists of numbers and of what is beyond the longest deck."""
+    kept, rows = [], 0
+    for line in lines:
+        rows = rows + 1 if re.fullmatch(r"[-+.\deE\s]+/?", line) else 0
+        if rows <= LONGEST_ROWS:
+            kept.append(line)
+        elif rows == LONGEST_ROWS + 1:
+            kept.append("...")
+    return "\n".join(kept[:LONGEST_DECK] + ["..."] * (len(kept) > LONGEST_DECK))
+
+
 def page(name, title, rows, deck, others):
     """The text of the page of a case; `others` is how many decks it runs beside the one that is shown."""
-    scene, answer, _ = described(name)
-    lines = deck.read_text().splitlines()
-    shown = "\n".join(lines[:LONGEST_DECK] + ["..."] * (len(lines) > LONGEST_DECK))
-    place = deck.relative_to(TREE)
-    more = f" and {others} more like it in that folder" if others else ""
+    more = f", and {others} more in its folder" if others else ""
     return f"""# {name}: {title}
 
     tools/validate {name}
 
-- **Scene:** {in_page(scene)}
-- **Reference:** {in_page(answer)}
+{described(name)}
 
-![The first frame of a run of {name}, and its last](../pictures/verification/{name}.png)
+![{name}: first and last frame](../pictures/verification/{name}.png)
 
 {table(rows)}
 
-An error is relative to the reference, or to the scale of the quantity where the reference is zero. The deck is `{place}`{more}:
+Deck: `{deck.relative_to(TREE)}`{more}:
 
 ```
-{shown}
+{shown(deck.read_text().splitlines())}
 ```
 """
-
-
-def in_page(text):
-    """Links of the overview, from a page in the folder below it."""
-    return text.replace("](verification/", "](").replace("](howto/", "](../howto/")
 
 
 def write(name, title, rows, made):
