@@ -8,6 +8,8 @@ from ..program import TREE, call
 
 OVERVIEW, FOLDER = TREE / "doc" / "settings.md", TREE / "doc" / "settings"
 
+LEAST_NAMES = 3  # settings of a group that share a rule, from which on the page says the rule once, at its top
+
 GROUPS = {
     "deck": "What belongs to the deck as a whole.",
     "stage": "Each `&stage` begins a part of the deck ([stages](../howto/stages.md)).",
@@ -47,41 +49,67 @@ def of_rule(cell):
     return [(name, values)] if is_value else [(one.strip(), "") for one in words.split(",")]
 
 
-def condition(value, other):
-    """When a setting, or a value of it, may be given."""
-    apart = other.startswith("without ")
-    other = other.removeprefix("without ") if apart else other.removeprefix("with ")
-    if value:
-        return f"The value `{value}` does not go with {other}" if apart else f"The value `{value}` needs {other}"
-    return f"Not with {other}" if apart else f"Only with {other}"
+def condition(other):
+    """What a setting needs, or what it does not go with, as the list names it."""
+    return f"not with {other.removeprefix('without ')}" if other.startswith("without ") else f"only with {other.removeprefix('with ')}"
+
+
+def of_several(group, settings, rules):
+    """The rules that at least LEAST_NAMES settings of a group share, with the names of these settings."""
+    for rule in rules:
+        names = [name for name, value in of_rule(rule[0]) if not value and name in settings and name.split(".")[0] == group]
+        if len(names) >= LEAST_NAMES:
+            yield rule, names
+
+
+def sentence(meaning):
+    """A meaning with a capital and a full stop; what begins with the name of a number, as t or x1, keeps it."""
+    return (meaning[0].upper() + meaning[1:] if re.match("[a-z]{2}", meaning) else meaning) + "."
+
+
+def conditions(name, rules):
+    """The lines of what a setting needs, and of what each of its values needs."""
+    lines, last = [], ""
+    for cell, other, why in rules:
+        for value in (value for named, value in of_rule(cell) if named == name):
+            lines += [f"- `{value}`:"] * bool(value and value != last)
+            text = condition(other)
+            lines.append(f"  - {text}: {why}" if value else f"- {text[0].upper()}{text[1:]}: {why}")
+            last = value
+    return lines
 
 
 def pages(printed):
     """From the path of a page to its text."""
     settings, rules = tables(printed)
+    settings = {row[0].strip("`"): row[1:] for row in settings}
     made = {}
-    for group in dict.fromkeys(row[0].strip("`").split(".")[0] for row in settings):
+    for group in dict.fromkeys(name.split(".")[0] for name in settings):
         lines = [f"# &{group}", "", GROUPS[group], ""]
-        for name, values, unit, default, meaning in settings:
-            name = name.strip("`")
+        shared = list(of_several(group, settings, rules))
+        count = sum(name.split(".")[0] == group for name in settings)
+        for (_, other, why), names in shared:
+            text = condition(other)
+            whose = "all settings" if len(names) == count else ", ".join(name.split(".")[1] for name in names)
+            lines.append(f"- {text[0].upper()}{text[1:]} ({why}): {whose}")
+        lines += [""] * bool(shared)
+        own = [rule for rule in rules if all(rule is not other for other, _ in shared)]
+        for name, (values, unit, default, meaning) in settings.items():
             if name.split(".")[0] != group:
                 continue
-            lines += [f"## {name}", "", meaning[0].upper() + meaning[1:] + ".", "", f"- Default: {default}"]
+            lines += [f"## {name}", "", sentence(meaning), "", f"- Default: {default}"]
             lines += [f"- Values: {values}"] * bool(values) + [f"- Unit: {unit}"] * (unit not in ("", "1"))
-            for cell, other, why in rules:
-                lines += [f"- {condition(value, other)}: {why}" for named, value in of_rule(cell) if named == name]
-            lines.append("")
+            lines += [*conditions(name, own), ""]
         made[FOLDER / f"{group}.md"] = "\n".join(lines)
-    made[OVERVIEW] = overview(settings)
+    made[OVERVIEW] = overview(list(settings))
     return made
 
 
-def overview(settings):
+def overview(names):
     """The page that lists all groups and names."""
     lines = ["# Settings", "", "Settings stand in named groups after the numbers of an analysis deck, or on the command line as",
              "`--set GROUP.NAME=VALUE`. A setting that contradicts another, or would do nothing, is refused with the reason that its page gives.",
              "`scree explain --settings` prints this list, `scree explain DECK` the values of a deck and where each comes from.", ""]
-    names = [row[0].strip("`") for row in settings]
     for group in dict.fromkeys(name.split(".")[0] for name in names):
         within = ", ".join(f"[{name.split('.')[1]}](settings/{group}.md#{anchor(name)})" for name in names if name.split(".")[0] == group)
         lines.append(f"- [&{group}](settings/{group}.md): {within}")
