@@ -36,8 +36,7 @@ EXAMPLES, DOC = TREE / "input" / "examples", TREE / "doc"
 PICTURES = DOC / "pictures"
 INTRODUCTION = """# Gallery
 
-The scenes of `input/examples`, as the opening comments of their decks describe them. Give the commands in the folder of scree. `tools/gallery` runs them, and
-compares the numbers with those that are expected; `--write` makes this page and its pictures.
+The scenes of `input/examples`, with their commands for the folder of scree. `tools/gallery` runs them and compares with the expected numbers.
 """
 EXPECTED = re.compile(r"(?P<what>.+?) = (?P<value>\S+) within (?P<within>\S+?)(?P<share> %)?: (?P<why>.+)")
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
@@ -140,15 +139,10 @@ class Example:
         places = tuple(slice(None) if word.strip() == "largest" else int(word) for word in index.split(","))
         return float(np.abs(values[places]).max()) if "largest" in index else float(values[places])
 
-    @property
-    def caption(self):
-        """The first sentence of the opening comment."""
-        return " ".join(self.paragraphs[0].split()).split(". ")[0].rstrip(".")
-
     def markdown(self):
         """The section of the example in doc/gallery.md."""
         lines = [f"## {self.name}", "", *(line for part in self.paragraphs for line in (part, "")),
-                 f"![{self.caption}](pictures/{self.name}.png)", "", "| expected | | |", "|---|---|---|"]
+                 f"![The example {self.name}](pictures/{self.name}.png)", "", "| expected | | |", "|---|---|---|"]
         lines += [f"| `{one.what}` | {one.value:.6g} | {one.why} |" for one in self.expected]
         return "\n".join(lines) + "\n"
 
