@@ -16,8 +16,8 @@ SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 THEORY = SOURCE / "doc" / "theory"
 PAGES = sorted(THEORY.glob("*.md"))
 LABEL = re.compile(r"\$\$ \((eq-[a-z-]+)\)")
-ROW = re.compile(r"^\| \{eq\}`(?P<label>eq-[a-z-]+)` `(?P=label)` \| [^|]+ \| `(?P<file>[^`]+)` \| `(?P<procedure>[^`]+)` "
-                 r"\| `(?P<tests>[^`]+)` \| (?:`(?P<test>[^`]+)`|all) \|$", re.M)
+ROW = re.compile(r"^\| \{eq\}`(?P<label>eq-[a-z-]+)` `(?P=label)` \| `(?P<file>[^`]+)`: `(?P<procedure>[^`]+)` "
+                 r"\| `(?P<tests>[^`]+)`: (?:`(?P<test>[^`]+)`|all) \|$", re.M)
 CITATION = re.compile(r"doc/theory/([a-z-]+\.md)(?:[,;:]? (?:and )?(eq-[a-z-]+))?")
 
 
