@@ -18,6 +18,9 @@
         --accuracies 1e-2 1e-3 1e-4              runs that choose their steps by it: the accuracy asked, the true and the estimated
                                                  error; the largest step is the largest of --steps
         --all                                    every combination, not strains with steps and one of the others at a time
+    --run-out                                    the run-out of a deck by the implicit scheme and by small steps, each with several
+                                                 settings of --steps, --contacts, --tolerances and --accuracies: means of
+        --runs 5                                 so many runs whose steps are 1 % apart; run-out.csv and DECK-run-out.png
     --set GROUP.NAME=VALUE                       a setting of every run
     --rounds 3 --jobs N --limit 60               times that each run is timed; runs at once; seconds that one may take
     --instructions                               counts those of the steps, where valgrind is installed, and ranks by them
@@ -39,6 +42,7 @@ from ..errors import ScreeError
 from ..program import call, program, work_folder
 from ..records import explain
 from .choices import COMPARED, CURES, DECK, INTEGRATORS, MULTIPLIERS, STRAINS, grid
+from .ensembles import DEFAULTS, Ensembles, QUANTITIES as WAYS, RunOut, print_run_out, write_run_out
 from .runs import Study, run_all
 from .scenes import QUANTITIES, SHIPPED, own
 from .table import Findings, print_findings, write_csv, write_json
@@ -79,6 +83,8 @@ def arguments():
     parser.add_argument("--meshes", nargs="+", type=factor)
     parser.add_argument("--accuracies", nargs="+", type=tolerance)
     parser.add_argument("--all", action="store_true", help="every combination")
+    parser.add_argument("--run-out", action="store_true", help="ensembles of both schemes")
+    parser.add_argument("--runs", type=whole_from(1), default=5, metavar="N", help="of an ensemble")
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.NAME=VALUE", help="a setting of every run")
     parser.add_argument("--rounds", type=whole_from(1), default=3)
     parser.add_argument("--jobs", type=whole_from(1), default=len(os.sched_getaffinity(0)), help="runs at once; default: the processors")
@@ -97,17 +103,41 @@ def axes_of(scene, given):
     return {axis: asked[axis] or words for axis, words in scene.axes.items()}
 
 
+def scene_of_deck(name, given, quantities, names, path):
+    """The scene of a deck that is judged by some quantities."""
+    deck = pathlib.Path(name).absolute()
+    if not deck.is_file():
+        raise ScreeError(f"expected a deck or one of {' '.join(SHIPPED)}, found '{name}'")
+    return own(deck, explain([deck], given.set, path), {name: quantities[name] for name in names})
+
+
 def study_of(name, given, decks, path):
     """The runs of a scene of the set or of a deck."""
     if name in SHIPPED:
         scene = SHIPPED[name][1]()
     else:
-        deck = pathlib.Path(name).absolute()
-        if not deck.is_file():
-            raise ScreeError(f"expected a deck or one of {' '.join(SHIPPED)}, found '{name}'")
-        scene = own(deck, explain([deck], given.set, path), given.quantity)
+        scene = scene_of_deck(name, given, QUANTITIES, given.quantity, path)
     scene.axes = axes_of(scene, given)
     return Study(scene, grid(scene.axes, given.all), given.set, decks, given.folder, path)
+
+
+def run_out(given):
+    """Runs what is left to run of the ensembles, prints their tables, draws them."""
+    from .diagrams import draw_run_out
+    if not given.scene:
+        raise ScreeError("--run-out: expected decks, found none")
+    path = program(given.scree)
+    axes = {"step": given.steps, "contact": given.contacts, "tolerance": given.tolerances, "accuracy": given.accuracies}
+    axes = {axis: words or DEFAULTS[axis] for axis, words in axes.items()}
+    with work_folder() as decks:
+        studies = [Ensembles(scene_of_deck(name, given, WAYS, WAYS, path), axes, given.runs, given.set, decks, given.folder, path)
+                   for name in dict.fromkeys(given.scene)]
+        run_all(studies, path, 1, given.jobs, given.limit)
+    found = [RunOut(one) for one in studies]
+    for one in found:
+        print_run_out(one)
+        draw_run_out(one, given.folder / f"{one.scene.name}-run-out.png")
+    write_run_out(given.folder / "run-out.csv", found)
 
 
 def study(given):
@@ -140,7 +170,7 @@ def main():
         print("\n".join(f"{name:<16}{text}" for name, (text, _) in SHIPPED.items()))
         return 0
     try:
-        study(given)
+        (run_out if given.run_out else study)(given)
     except KeyboardInterrupt:
         print(file=sys.stderr)
         say("stopped; the same command goes on")

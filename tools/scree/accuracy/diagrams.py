@@ -7,6 +7,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of what draws)
 
 from .choices import CURES  # noqa: E402
+from .ensembles import IMPLICIT, SMALL  # noqa: E402
 from .table import METHOD  # noqa: E402
 
 LEAST = 1e-15  # an error of nothing is drawn there
@@ -60,3 +61,25 @@ def draw_quantity(findings, name, panel, styles):
         panel.set_ylim(bottom=min([answer.doubt, *(max(row[key], LEAST) for row in judged)]) / 2)
     panel.set(xlabel=findings.cost.words, ylabel=f"error: {name}")
     panel.grid(True, which="major", alpha=0.3)
+
+
+def draw_run_out(found, path):
+    """Run-out beside processor seconds: a point an ensemble, its bar the uncertainty of its mean; a grey band that of the reference."""
+    figure, panels = plt.subplots(1, 2, figsize=(9.5, 4.2), sharex=True, layout="constrained")
+    for panel, measure in zip(panels, ("mean", "95 %")):
+        for scheme, colour, marker in ((IMPLICIT, "tab:blue", "s"), (SMALL, "tab:orange", "o")):
+            rows = [row for row in found.rows if row["scheme"] == scheme and row["runs"]]
+            panel.errorbar([row["seconds"] for row in rows], [100 * row[f"error: {measure}"] for row in rows],
+                           [100 * row[f"doubt: {measure}"] for row in rows], linestyle="", marker=marker, color=colour, capsize=3, label=scheme)
+            for row in rows:
+                panel.annotate(row["knob"], (row["seconds"], 100 * row[f"error: {measure}"]), xytext=(4, 5), textcoords="offset points", fontsize=7)
+        value, doubt = found.reference[measure]
+        panel.axhspan(-100 * doubt / value, 100 * doubt / value, color="black", alpha=0.08, label="the reference may be off")
+        panel.axhline(0, color="black", linewidth=0.6)
+        panel.set(xscale="log", xlabel="seconds of the processor for one run", ylabel=f"error of the {measure} displacement, %")
+        panel.margins(x=0.2)
+        panel.grid(True, which="major", alpha=0.3)
+    panels[0].legend(fontsize=8)
+    figure.suptitle(f"{found.scene.name}: {found.scene.text}", fontsize=9)
+    figure.savefig(path, dpi=90)
+    plt.close(figure)

@@ -281,7 +281,7 @@ QUANTITIES = {
 }
 
 
-def own(deck, asked, names):
+def own(deck, asked, quantities):
     """The scene of a deck that someone has: its steps and end are those that it asks for."""
     for name in ("step.size", "step.end_time"):
         if name not in asked:
@@ -290,5 +290,5 @@ def own(deck, asked, names):
     def write(folder, mesh):
         return [deck], [f"cover.edge={mesh * number(asked, 'cover.edge')!r}"] if mesh != 1 else []
 
-    return Scene(deck.stem, f"the deck {deck.name}", write, {name: QUANTITIES[name] for name in names},
+    return Scene(deck.stem, f"the deck {deck.name}", write, quantities,
                  float(asked["step.end_time"]), float(asked["step.size"]), axes(), deck)
