@@ -16,7 +16,7 @@ module scree_command_line
     '                                           checkpoint; its decks and settings are those of the run', &
     'scree check   [GEOMETRY] ANALYSIS | STEM   reads and checks, says what is in it, warns, runs nothing', &
     'scree estimate [GEOMETRY] ANALYSIS | STEM  tells from short runs how long whole ones will take, as the', &
-    '                                           deck is and with each --accuracy', &
+    '                                           deck is, with each --accuracy and by the other scheme', &
     'scree explain [GEOMETRY] ANALYSIS | STEM   prints the decks back, each number with its meaning', &
     'scree explain --settings                   prints the table of all settings', &
     'scree cut     GEOMETRY                     writes the blocks as a block file and prints their areas', &

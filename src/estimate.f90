@@ -6,7 +6,7 @@ module scree_estimate
   use scree_kinds, only: dp
   use scree_prediction, only: begin_probe, forecast_t, predict, probe_t, seconds_of, steps_of
   use scree_read_scene, only: read_scene
-  use scree_scene, only: run_options_t, scene_t
+  use scree_scene, only: contact_none, model_dda, run_options_t, scene_t
   use scree_simulation, only: simulate
   use scree_text, only: number_text, rounded_text, text_t
   use scree_timers, only: begin_timers, timers_t
@@ -15,7 +15,14 @@ module scree_estimate
   public :: estimate_runs
 
   real(dp), parameter :: probe_seconds = 10.0_dp !! that the steps of one run may take
-  real(dp), parameter :: coarser = 8.0_dp        !! steps of a run that tells what comes later, over those asked for
+  real(dp), parameter :: coarser = 8.0_dp        !! step or accuracy of a run that tells what comes later, over its own
+
+  character(len=*), parameter :: small_steps = 'small steps', implicit = 'implicit'
+
+  !> A scheme that a deck does not have: its name, and the setting that asks for it.
+  type :: other_scheme_t
+    character(len=:), allocatable :: name, setting
+  end type other_scheme_t
 
   !> C: struct rusage on Linux and the BSDs, two times of two longs and fourteen longs.
   type, bind(c) :: usage_t
@@ -40,34 +47,63 @@ module scree_estimate
 
 contains
 
-  !> Runs a deck as it is, and with each accuracy from the coarsest on, for some seconds each, and prints what whole runs take:
-  !> steps, seconds of the processor with their spread, memory. What comes after the first seconds is taken to cost as they do,
-  !> or as in a coarser run that came to its end: with an accuracy before it, or in longer steps.
+  !> Runs a deck as it is, with each accuracy from the coarsest on, and by small steps or, if it has these, by the implicit scheme.
+  !> Each run takes some seconds. Prints what whole runs take: steps, seconds of the processor with their range, memory. The rest
+  !> of a run is assumed to cost as much as its first seconds, or as the rest of a coarser run that came to its end.
   !>
-  !> Errors: decks that do not run, a run that fails or that a signal stops.
+  !> Errors: decks that do not run, a run that fails or that a signal stops. If the other scheme cannot run the deck, a line says
+  !> why.
   subroutine estimate_runs(geometry, analysis, settings, accuracy, unit, error)
     character(len=*), intent(in) :: geometry, analysis
     type(text_t), intent(in) :: settings(:)  !! given with --set
     type(text_t), intent(in) :: accuracy(:)  !! values of step.accuracy, the coarsest first
     integer, intent(in) :: unit
     type(error_t), allocatable, intent(out) :: error
-    type(probe_t) :: shape !! the last run that came to its end
+    type(other_scheme_t), allocatable :: other
+    type(probe_t) :: shape !! the last run of the scheme of the deck that came to its end
     character(len=:), allocatable :: asked
     integer :: i
 
+    call find_other_scheme(geometry, analysis, settings, other, error)
+    if (allocated(error)) return
     write (unit, '(a)') 'run               steps   seconds      from        to  memory, MB  told by'
-    call estimate_run('as it is', settings)
+    if (first(small_steps)) call estimate_other() ! memory is that of the largest run so far
+    call estimate_run('as it is', settings, shape)
     do i = 1, size(accuracy)
       if (allocated(error)) return
       asked = 'step.accuracy='//accuracy(i)%text
-      call estimate_run('accuracy '//accuracy(i)%text, [settings, text_t(asked)])
+      call estimate_run('accuracy '//accuracy(i)%text, [settings, text_t(asked)], shape)
     end do
+    if (first(implicit)) call estimate_other()
+    if (allocated(other) .and. .not. allocated(error)) &
+      write (unit, '(a)') small_steps//' leave out the strain of blocks, waves and the stiffness of joints; the '//implicit// &
+      ' scheme leaves out nothing'
 
   contains
 
-    subroutine estimate_run(name, settings)
+    !> Whether the other scheme has a name and is to run next.
+    logical function first(name)
+      character(len=*), intent(in) :: name
+
+      first = .false.
+      if (allocated(other) .and. .not. allocated(error)) first = other%name == name
+    end function first
+
+    subroutine estimate_other()
+      type(probe_t) :: shape
+
+      asked = other%setting
+      call estimate_run(other%name, [settings, text_t(asked)], shape)
+      if (.not. allocated(error)) return
+      if (error%status >= status_signal) return
+      write (unit, '(a)') other%name//': '//error%message
+      deallocate (error, other)
+    end subroutine estimate_other
+
+    subroutine estimate_run(name, settings, shape)
       character(len=*), intent(in) :: name
       type(text_t), intent(in) :: settings(:)
+      type(probe_t), intent(inout) :: shape !! of a run that came to its end
       type(probe_t) :: coarse, probe
       type(forecast_t) :: seconds
 
@@ -89,6 +125,36 @@ contains
 
   end subroutine estimate_runs
 
+  !> Finds the scheme that the first dynamic stage of a deck does not have, if it has blocks that may meet: small steps, or the
+  !> implicit scheme if the deck has small steps. Errors: decks that cannot be read.
+  subroutine find_other_scheme(geometry, analysis, settings, other, error)
+    character(len=*), intent(in) :: geometry, analysis
+    type(text_t), intent(in) :: settings(:)
+    type(other_scheme_t), allocatable, intent(out) :: other
+    type(error_t), allocatable, intent(out) :: error
+    type(scene_t) :: scene
+    type(blocks_t) :: blocks
+    integer :: i, stage
+
+    call read_scene(geometry, analysis, settings, scene, blocks, error)
+    if (allocated(error)) return
+    if (scene%settings%model /= model_dda .or. scene%settings%contact == contact_none .or. size(blocks%material) < 2) return
+    stage = 0
+    do i = size(scene%later), 1, -1
+      if (.not. scene%later(i)%is_static()) stage = i + 1
+    end do
+    if (.not. scene%is_static()) stage = 1
+    if (stage == 0) return
+    other = other_scheme_t(small_steps, 'integrator.scheme=small_steps')
+    if (stage == 1) then
+      if (scene%settings%takes_small_steps()) other = other_scheme_t(implicit, 'integrator.scheme=energy_decaying')
+    else
+      if (scene%later(stage - 1)%settings%takes_small_steps()) &
+        other = other_scheme_t(implicit, 'integrator.scheme=energy_decaying')
+      other%setting = 'stage('//number_text(stage)//').'//other%setting
+    end if
+  end subroutine find_other_scheme
+
   !> Two forecasts of which none is known to be the better one: their geometric mean, with the spread of both.
   pure type(forecast_t) function joined(a, b)
     type(forecast_t), intent(in) :: a, b
@@ -96,7 +162,8 @@ contains
     joined = forecast_t(sqrt(a%value*b%value), min(a%low, b%low), max(a%high, b%high))
   end function joined
 
-  !> Runs a deck in longer steps, for as long as a probe, which is of no use where that does not come to its end.
+  !> Runs a deck in longer steps, for as long as a probe, which is of no use where that does not come to its end. Small steps get
+  !> longer by their accuracy.
   !>
   !> Errors: a signal. A run that fails in such steps tells nothing.
   subroutine run_coarsely(geometry, analysis, settings, probe, error)
@@ -127,7 +194,11 @@ contains
     call read_scene(geometry, analysis, settings, scene, blocks, error)
     if (allocated(error)) return
     if (longer > 1 .and. (size(scene%later) > 0 .or. scene%is_static())) return
-    scene%settings%step_size = longer*scene%settings%step_size
+    if (scene%settings%takes_small_steps()) then
+      scene%settings%run_out = longer*scene%settings%run_out
+    else
+      scene%settings%step_size = longer*scene%settings%step_size
+    end if
     options%results_path = scratch_folder()//'/scree-estimate-'//number_text(int(c_process()))//'.h5'
     options%restart_path = ''
     options%runs = .true.

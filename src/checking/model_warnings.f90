@@ -4,7 +4,8 @@ module scree_model_warnings
   use scree_kinds, only: dp
   use scree_likely_units, only: doubt_of_stiffness, doubt_of_weight
   use scree_model_facts, only: facts_t, hold_t, list_text, n_sides, side_name
-  use scree_scene, only: contact_none, scene_t, scheme_bathe, scheme_generalized_alpha, scheme_newmark, strain_small
+  use scree_scene, only: contact_none, model_dda, scene_t, scheme_bathe, scheme_central_difference, scheme_generalized_alpha, &
+                         scheme_newmark, strain_small
   use scree_scene_warnings, only: warnings_of_scene
   use scree_text, only: number_text, place_text, short_text, text_t
   implicit none
@@ -15,6 +16,8 @@ module scree_model_warnings
   real(dp), parameter :: most_strain = 0.003_dp
   real(dp), parameter :: most_penetration = 0.01_dp  !! under own weight, of the width of the block
   real(dp), parameter :: least_angle = 1.0_dp        !! degrees; a friction angle below is one in radians, up to 57 degrees of them
+
+  integer, parameter :: few_blocks = 10 !! up to which contacts by central differences take less than a millisecond a step
 
   character(len=*), parameter :: another_scheme = 'expected another integrator.scheme where blocks may meet, found '
 
@@ -96,6 +99,10 @@ contains
       if (scene%settings%scheme == scheme_bathe) call add(another_scheme//'''bathe'': its impacts make energy')
       if (scene%settings%scheme == scheme_generalized_alpha) &
         call add(another_scheme//'''generalized_alpha'': its impacts make energy')
+      if (scene%settings%scheme == scheme_central_difference .and. scene%settings%model == model_dda .and. &
+          facts%n_blocks > few_blocks) &
+        call add('expected integrator.scheme=''small_steps'' or no integrator.scheme for '//number_text(facts%n_blocks)// &
+                 ' blocks that may meet, found ''central_difference'': it solves for all contact forces in each of its many steps')
       if (lets_friction_ring(scene)) &
         call add('expected integrator.beta above 0.5 in a dynamic run of small strain with friction, found 0.5: '// &
                  'contact that rings while it rubs can make energy without bound')

@@ -163,3 +163,14 @@ def test_a_step_below_the_least_is_refused(tmp_path):
     assert done.returncode == 1
     line = done.stderr.strip().splitlines()[-1]
     assert "an explicit step may have" in line and "below step.least" in line and "block 1" in line
+
+
+def test_many_blocks_that_may_meet_are_told_of_the_other_schemes(tmp_path):
+    """A row of blocks: with eleven of them the check names small steps, with ten, without contact or in a mesh it does not."""
+    said = "expected integrator.scheme='small_steps' or no integrator.scheme for 11 blocks that may meet, found 'central_difference'"
+    (tmp_path / "b.ana").write_text(f"1 10 1 1 0.05 1e-4\n{RHO} 0 {E} 0\n0 0 0 0 0 0 0 0 0\n30 0 0\n&deck geometry='b.blk' /\n")
+    for count, settings, told in ((11, [], True), (10, [], False), (11, ["contact.method=none"], False),
+                                  (11, ["method.model=nmm", "cover.edge=1"], False)):
+        (tmp_path / "b.blk").write_text(blocks(*(square(1.5 * i, 0) for i in range(count))))
+        done = scree.call("check", tmp_path / "b.ana", *(word for one in [CENTRAL, *settings] for word in ("--set", one)))
+        assert done.returncode == 0 and (said in done.stdout) is told, (count, settings, done.stderr)

@@ -18,6 +18,8 @@ def told(tmp_path, *words):
     assert done.returncode == 0, done.stderr
     rows = {}
     for line in done.stdout.splitlines()[1:]:
+        if "leave out" in line:
+            continue
         name, *numbers, by = re.fullmatch(r"(.{16}) *(\d+) +(\S+) +(\S+) +(\S+) +(\d+)  (.*)", line).groups()
         rows[name.strip()] = [float(number) for number in numbers], by
     return rows
@@ -25,7 +27,7 @@ def told(tmp_path, *words):
 
 def test_runs_that_end_are_known(tmp_path):
     rows = told(tmp_path, ARC, "--accuracy", "1e-2", "1e-3", "--set", "step.size=2e-3")
-    assert list(rows) == ["as it is", "accuracy 1e-2", "accuracy 1e-3"]
+    assert list(rows) == ["small steps", "as it is", "accuracy 1e-2", "accuracy 1e-3"]
     for name, settings in (("as it is", []), ("accuracy 1e-3", ["step.accuracy=1e-3"])):
         run = scree.run(ARC, output=tmp_path / "x.h5", settings=["step.size=2e-3", *settings])
         (steps, seconds, least, most, memory), by = rows[name]
@@ -35,13 +37,13 @@ def test_runs_that_end_are_known(tmp_path):
 
 
 def test_a_long_run_is_told_by_its_beginning(tmp_path):
-    """A wall at rest for 200 s, kept awake: as many steps as it has room for; what they take is spread by how the pace changes."""
+    """A wall at rest for 200 s, kept awake, by both schemes. All its steps are foreseen; the range of what they take is how the pace changes."""
     decks = scenes.wall(6, end=200.0).write(tmp_path, 1e-3)
     rows = told(tmp_path, *decks, "--set", "step.sleep=0")
-    (steps, seconds, least, most, _), by = rows["as it is"]
-    assert steps == pytest.approx(200_000, rel=1e-3)
-    assert re.fullmatch(r"\d+ steps, \S+ % of the run( and a whole one in longer steps)?", by)
-    assert 0 < least <= seconds <= most
+    for (steps, seconds, least, most, _), by in rows.values():
+        assert steps == pytest.approx(200_000, rel=1e-3)
+        assert re.fullmatch(r"\d+ steps, \S+ % of the run( and a whole one in longer steps)?", by)
+        assert 0 < least <= seconds <= most
 
 
 def test_a_run_in_longer_steps_tells_what_comes_after_a_dear_beginning(tmp_path):
@@ -67,3 +69,24 @@ def test_what_cannot_be_is_refused_in_a_line(tmp_path, words, said):
 def test_a_run_that_fails_says_so(tmp_path):
     done = call("estimate", SOURCE / "input/paper/rotation/t4-printed-gamma.ana", "--set", "step.end_time=10", cwd=tmp_path)
     assert done.returncode == 1 and "energy has come from nothing" in done.stderr
+
+
+def test_both_schemes_stand_side_by_side(tmp_path):
+    """Each has the steps of its own run. A deck of small steps is held against the implicit scheme."""
+    decks = scenes.wall(3, end=0.05).write(tmp_path, 1e-3)
+    rows = told(tmp_path, *decks)
+    assert list(rows) == ["small steps", "as it is"]
+    again = told(tmp_path, *decks, "--set", "integrator.scheme=small_steps")
+    assert list(again) == ["as it is", "implicit"]
+    assert {(row[0][0], row[1]) for row in (*rows.values(), *again.values())} == {(50, "the whole run")}
+
+
+@pytest.mark.parametrize("words, said", [
+    (["--set", "contact.viscosity=0.1"], "small steps: --set integrator.scheme: expected integrator.scheme='small_steps' only without "
+                                         "contact.viscosity"),
+    (["--set", "integrator.scheme=small_steps", "--set", "step.accuracy=0.3"], "implicit ")])
+def test_a_deck_that_the_other_scheme_cannot_run_is_told_in_a_line(words, said, tmp_path):
+    decks = scenes.wall(2, end=0.01).write(tmp_path, 1e-3)
+    done = call("estimate", *decks, *words, cwd=tmp_path)
+    assert done.returncode == 0 and sum(line.startswith(said) for line in done.stdout.splitlines()) == 1
+    assert "as it is" in done.stdout
