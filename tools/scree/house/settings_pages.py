@@ -2,6 +2,7 @@
 
 `tools/site --write` makes them. Each setting is a heading, so that it has an anchor and is found by its name.
 """
+import itertools
 import re
 
 from ..program import TREE, call
@@ -51,6 +52,7 @@ def of_rule(cell):
 
 def condition(other):
     """What a setting needs, or what it does not go with, as the list names it."""
+    other = re.sub(r"\w+\.\w+(?:='\w+'(?: or '\w+')*)?", r"`\g<0>`", other)
     return f"not with {other.removeprefix('without ')}" if other.startswith("without ") else f"only with {other.removeprefix('with ')}"
 
 
@@ -68,14 +70,15 @@ def sentence(meaning):
 
 
 def conditions(name, rules):
-    """The lines of what a setting needs, and of what each of its values needs."""
+    """The lines of what a setting needs, and of what each of its values needs. Rules that follow each other with one reason are one line."""
+    mine = [(value, why, other) for cell, other, why in rules for named, value in of_rule(cell) if named == name]
     lines, last = [], ""
-    for cell, other, why in rules:
-        for value in (value for named, value in of_rule(cell) if named == name):
-            lines += [f"- `{value}`:"] * bool(value and value != last)
-            text = condition(other)
-            lines.append(f"  - {text}: {why}" if value else f"- {text[0].upper()}{text[1:]}: {why}")
-            last = value
+    for (value, why, _), same in itertools.groupby(mine, key=lambda rule: (*rule[:2], rule[2].startswith("without "))):
+        others = [other for _, _, other in same]
+        text = condition(", ".join([others[0], *(re.sub("^with(?:out)? ", "", other) for other in others[1:])]))
+        lines += [f"- `{value}`:"] * bool(value and value != last)
+        lines.append(f"  - {text}: {why}" if value else f"- {text[0].upper()}{text[1:]}: {why}")
+        last = value
     return lines
 
 

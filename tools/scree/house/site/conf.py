@@ -29,6 +29,7 @@ html_static_path = ["static", str(MATHJAX)]
 mathjax_path = MATHJAX.name   # beside the pages, so no network is needed
 html_css_files = ["scree.css"]
 numfig = True
+smartquotes = False  # so that the search finds quoted words
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 4
 myst_links_external_new_tab = False
