@@ -14,7 +14,7 @@ import sys
 from unittest import mock
 
 import pytest
-from scree import dxf2geo
+from scree.maps import command
 
 SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
@@ -156,7 +156,7 @@ def converted(drawing):
     output, errors = io.StringIO(), io.StringIO()
     with (contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors),
           mock.patch.object(sys, "argv", ["dxf2geo", str(drawing)])):
-        status = dxf2geo.main()
+        status = command.main()
     return status, output.getvalue(), errors.getvalue()
 
 

@@ -56,7 +56,7 @@ def test_what_is_no_such_number_is_refused(kind, words, said):
 
 
 @pytest.mark.parametrize("tool,words", [
-    ("plot", ["slide.h5"]), ("film", ["slide.h5"]), ("report", ["slide.h5"]), ("contacts", ["slide.h5"]), ("dxf2geo", ["map.dxf"]),
+    ("plot", ["slide.h5"]), ("film", ["slide.h5"]), ("report", ["slide.h5"]), ("contacts", ["slide.h5"]), ("map", ["map.dxf"]),
     ("study", ["phi.csv", SLIDE, "--to"])])
 @pytest.mark.parametrize("name", ["deck.ana", "deck.blk", "deck"])
 def test_no_deck_is_written_over(folder, tool, words, name):
@@ -67,7 +67,7 @@ def test_no_deck_is_written_over(folder, tool, words, name):
     assert " with the ending ." in said and said.endswith(f", found '{deck.suffix}'") and deck.read_text() == "a deck\n"
 
 
-@pytest.mark.parametrize("tool", ["plot", "film", "report", "contacts", "dxf2geo"])
+@pytest.mark.parametrize("tool", ["plot", "film", "report", "contacts", "map"])
 @pytest.mark.parametrize("name,said", [(".", "."), ("/", "/"), ("", "."), ("..", ".."), ("a.h5", "a.h5")])
 def test_a_directory_is_no_file(folder, tool, name, said):
     (folder / "a.h5").mkdir(exist_ok=True)
@@ -104,7 +104,7 @@ def test_a_folder_that_cannot_be_made_is_refused(folder, tool, words):
 
 
 @pytest.mark.parametrize("tool,words", [("fs", [SLIDE]), ("study", ["phi.csv", SLIDE]), ("plot", ["slide.h5"]), ("report", ["slide.h5"]),
-                                        ("dxf2geo", ["map.dxf"]), ("validate", ["b1"])])
+                                        ("map", ["map.dxf"]), ("validate", ["b1"])])
 def test_a_full_disk_is_one_line(folder, tool, words):
     with open("/dev/full", "w") as full:
         done = subprocess.run([SOURCE / "tools" / tool, *words], cwd=folder, stdout=full, stderr=subprocess.PIPE, text=True)

@@ -14,7 +14,7 @@ import ezdxf
 import numpy as np
 import pytest
 import scree
-from scree import dxf2geo
+from scree.maps import command
 
 TOOL = pathlib.Path(os.environ["SCREE_SOURCE"]) / "tools" / "dxf2geo"
 ROUND_OFF = 1e-13  # a few units in the last place of coordinates near 1 to 10
@@ -25,7 +25,7 @@ def run(*words):
     output, errors = io.StringIO(), io.StringIO()
     with (contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors),
           mock.patch.object(sys, "argv", ["dxf2geo", *map(str, words)])):
-        status = dxf2geo.main()
+        status = command.main()
     return types.SimpleNamespace(returncode=status, stdout=output.getvalue(), stderr=errors.getvalue())
 
 
@@ -288,7 +288,7 @@ def test_the_control_frame_of_a_fitted_polyline_is_not_drawn(tmp_path):
 
 
 def triangle(space, x, layer):
-    space.add_lwpolyline([(x, 0), (x + 0.5, 0), (x, 1)], close=True, **on(layer))
+    space.add_lwpolyline([(-1 - x, -1), (30, -1), (30, 30)], close=True, **on(layer))
 
 
 def test_layers_become_materials_and_the_mapping_is_said(tmp_path):
@@ -309,10 +309,11 @@ def test_layers_become_materials_and_the_mapping_is_said(tmp_path):
             "layer 'Fault': joint material 6, 1 line", "layer 'FIXED_4': fixed, 1 line",
             "layer 'joint 0': joint material 7, 1 line",
             "layer 'JOINT_3': joint material 3, 1 line", "layer 'Material5': block material 5, 1 line",
-            "layer 'MATERIAL_2': block material 2, 1 line",
+            "layer 'MATERIAL_2': block material 2, 1 line", "length of joint lines: 5 drawn, 5 in the deck",
+            "ends of joint traces: 0 meet a line, 0 lie in the rock, 10 outside of it",
             "joint materials of the analysis deck (nj): 7, that of layer 'joint 0'"]
     assert convert(document, tmp_path).stdout.splitlines()[:-1] == said
-    comments = [line[2:] for line in (tmp_path / "map.geo").read_text().splitlines() if re.match("! (layer|joint materials)", line)]
+    comments = [line[2:] for line in (tmp_path / "map.geo").read_text().splitlines() if re.match("! (layer|length|ends|joint materials)", line)]
     assert comments == said
 
 
@@ -618,8 +619,8 @@ def test_files_that_are_no_drawing_are_one_line(tmp_path):
         (tmp_path / f"{name}.dxf").write_bytes(content)
         one_line(run(tmp_path / f"{name}.dxf"), f"{name}.dxf: expected a DXF file")
         assert not (tmp_path / f"{name}.geo").exists()
-    for name in ("none.dxf", "."):
-        one_line(run(tmp_path / name, "-o", tmp_path / "x.geo"), "a DXF file")
+    one_line(run(tmp_path / "none.dxf", "-o", tmp_path / "x.geo"), "a DXF file")
+    one_line(run(tmp_path, "-o", tmp_path / "x.geo"), "a map with the ending .dxf")
     one_line(subprocess.run([TOOL, tmp_path / "none.dxf"], capture_output=True, text=True), "none.dxf: expected a DXF file")
 
 

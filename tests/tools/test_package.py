@@ -292,7 +292,7 @@ def test_installed_commands_find_their_decks_or_say_how_to_name_them(decks, pip_
             link.unlink()
 
 
-@pytest.mark.parametrize("name", ["validate", "bench", "plot", "compare_shi", "paper", "dxf2geo"])
+@pytest.mark.parametrize("name", ["validate", "bench", "plot", "compare_shi", "paper", "map", "dxf2geo"])
 def test_the_commands_tell_how_they_are_used_from_any_folder(name, tmp_path):
     done = subprocess.run([SOURCE / "tools" / name, "--help"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0 and f"tools/{name}" in done.stdout, done.stderr

@@ -120,3 +120,14 @@ def above(least, below=math.inf):
 
 
 above_zero = above(0)  # such as a time or a length
+
+
+def length_from_zero(word):
+    """A length from 0 that may be infinite."""
+    try:
+        value = float(word)
+    except ValueError:
+        value = math.nan
+    if not value >= 0:
+        raise argparse.ArgumentTypeError(f"expected a length from 0, found '{word}'")
+    return value

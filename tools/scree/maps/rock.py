@@ -4,115 +4,39 @@ One rule, as of `scree joints` (doc/joint-sets.md): a line is split wherever it 
 piece tell whether there is rock. A piece of an outline with rock on one side bounds the rock, a piece of a joint with rock on both
 lies in it. Lines that no outline meets keep their coordinates to the bit.
 
-Needs Debian's python3-numpy and python3-shapely.
+Needs Debian's python3-numpy, and python3-shapely where there are boundary lines or tunnels.
 """
-import collections
-import itertools
-import math
-
 import numpy as np
-from shapely.geometry import LineString, Point, Polygon
-from shapely.ops import polygonize, polygonize_full, unary_union
 
 NEAR = 2e-9   # of the extent: what is closer touches
 ASIDE = 2e-8  # of the extent: distance of the places that tell whether there is rock beside a line
 
 
-class OpenOutline(Exception):
-    """An end of an outline that does not close."""
+def sides_between(corners):
+    """The sides of a closed polygon, rows x1 y1 x2 y2."""
+    corners = np.array(corners, float)
+    return np.hstack([corners, np.roll(corners, -1, axis=0)])
 
 
-def enclosed(lines):
-    """What lines x1 y1 x2 y2 enclose, as one shape; raises OpenOutline with a place where one does not close."""
-    faces, cuts, dangles, invalid = polygonize_full(unary_union([LineString([line[:2], line[2:4]]) for line in lines]))
-    for loose in (dangles, cuts, invalid):
-        if not loose.is_empty:
-            raise OpenOutline("%g %g" % loose.geoms[0].coords[0])
-    return unary_union(list(faces.geoms))
+def is_simple(corners):
+    """Whether the sides of a polygon meet at its corners alone, and enclose something."""
+    sides = sides_between(corners)
+    size = np.ptp(sides[:, :2], axis=0).max()
+    x, y = (sides[:, :2] - sides[0, :2]).T
+    if not abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) > NEAR * size**2:
+        return False
 
+    def left(a, b, c):
+        return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
-def networks(lines):
-    """The parts of lines x1 y1 x2 y2 that hang together: for each whether it encloses something, and its places that one piece
-    alone ends at."""
-    pieces = unary_union([LineString([line[:2], line[2:4]]) for line in lines])
-    ends = [(piece.coords[0], piece.coords[-1]) for piece in getattr(pieces, "geoms", [pieces])]
-    at = collections.defaultdict(list)
-    for piece, pair in enumerate(ends):
-        for place in pair:
-            at[place].append(piece)
-    part, parts = {}, []
-    for first in at:
-        if first in part:
-            continue
-        members, to_see, n_ends = [], [first], 0
-        part[first] = len(parts)
-        while to_see:
-            place = to_see.pop()
-            members.append(place)
-            n_ends += len(at[place])
-            for other in itertools.chain(*(ends[piece] for piece in at[place])):
-                if other not in part:
-                    part[other] = len(parts)
-                    to_see.append(other)
-        encloses = n_ends // 2 >= len(members)  # a tree has one piece less than places
-        parts.append((encloses, [place for place in members if len(at[place]) == 1]))
-    return parts
-
-
-def near_pairs(places, within):
-    """Numbers of places, in order of x, that are at most so far apart, each pair once."""
-    for a, (x, y) in enumerate(places):
-        for b in range(a + 1, len(places)):
-            if places[b][0] - x > within:
-                break
-            if math.dist(places[b], (x, y)) <= within:
-                yield a, b
-
-
-def least_distance(places):
-    """The distance of the two places that are nearest to each other; of one alone 0."""
-    return min((math.dist(a, b) for a, b in itertools.combinations(places, 2)), default=0.0)
-
-
-def lies_inside(corners, place):
-    """Whether a place lies in a polygon, not on its sides to rounding."""
-    window = Polygon(corners)
-    near = NEAR * np.ptp(np.array(corners), axis=0).max()
-    return window.contains(Point(place)) and window.exterior.distance(Point(place)) > near
-
-
-def loose_ends(lines):
-    """Ends of outlines that enclose nothing, in order of place."""
-    return sorted(end for encloses, ends in networks(lines) if not encloses for end in ends)
-
-
-def joining_lines(lines, within):
-    """Lines from end to end of outlines that enclose nothing, the shortest first, each end once: rows like the lines."""
-    ends = loose_ends(lines)
-    number = {tuple(line[k:k + 2]): line[4:] for line in lines for k in (0, 2)}
-    joining, joined = [], set()
-    for _, a, b in sorted((math.dist(ends[a], ends[b]), a, b) for a, b in near_pairs(ends, within)):
-        if a in joined or b in joined:
-            continue
-        joined |= {a, b}
-        joining.append([*ends[a], *ends[b], *number.get(ends[a], number.get(ends[b], []))])
-    return joining
-
-
-def polygons_of(shape):
-    """The polygons of a shape that may have none, one or several."""
-    return [part for part in getattr(shape, "geoms", [shape]) if isinstance(part, Polygon) and part.area > 0]
-
-
-def rings_of(shape):
-    """The closed outlines of the polygons of a shape and of their holes, (n, 2) each."""
-    return [np.array(ring.coords) for part in polygons_of(shape) for ring in (part.exterior, *part.interiors)]
-
-
-def sides_of(shape):
-    """The sides of the polygons of a shape, rows x1 y1 x2 y2."""
-    rings = rings_of(shape)
-    return np.vstack([np.hstack([ring[:-1], ring[1:]]) for ring in rings]) if rings else np.empty((0, 4))
+    for i, (a, b) in enumerate(sides.reshape(-1, 2, 2)):
+        if not (a != b).any() or not left(sides[i - 1, :2], a, b) and (a - sides[i - 1, :2]) @ (b - a) < 0:
+            return False
+        for j in range(i + 2, len(sides) - (i == 0)):
+            c, d = sides[j].reshape(2, 2)
+            if left(a, b, c) * left(a, b, d) <= 0 and left(c, d, a) * left(c, d, b) <= 0:
+                return False
+    return True
 
 
 def holds(sides, places):
@@ -125,26 +49,34 @@ def holds(sides, places):
 
 
 class Rock:
-    """What is left: within the clip (a shape of shapely, None: everything), within the closed parts of the boundary lines (where
+    """What is left: within the clip (corners of a polygon, None: everything), within the closed parts of the boundary lines (where
     there are any) that no hole point takes out, and outside of the tunnels."""
 
     def __init__(self, clip, tunnels, boundary, holes):
-        self.clip, self.tunnels = sides_of(clip) if clip else None, [sides_of(tunnel) for tunnel in tunnels]
-        faces = list(polygonize(unary_union([LineString([line[:2], line[2:4]]) for line in boundary]))) if boundary else []
-        holes = np.array(holes).reshape(-1, 2)
-        taken = [holds(sides_of(face), holes).any() for face in faces]
-        kept = [face for face, out in zip(faces, taken) if not out]
-        self.encloses = bool(faces)
-        self.domain = unary_union(kept) if faces else None
-        if clip:
-            self.domain = clip if self.domain is None else self.domain.intersection(clip)
-        self.cut_out = unary_union(tunnels)
-        self.inside = None if self.domain is None else sides_of(self.domain)
-        self.sides = np.vstack([*([self.clip] if clip else []), *self.tunnels])
+        if tunnels or boundary:
+            from . import outlines  # here, as it needs shapely
+        self.clip = None if clip is None else sides_between(clip)
+        self.tunnels = [outlines.sides_of(tunnel) for tunnel in tunnels]
+        self.sides = np.vstack([*([] if clip is None else [self.clip]), *self.tunnels])
         everything = np.vstack([self.sides.reshape(-1, 2), *(np.array(line[:4]).reshape(2, 2) for line in boundary)])
         self.extent = np.ptp(everything, axis=0).max()
-        self.opened = [sides_of(face) for face, out in zip(faces, taken) if out and clip and
-                       (not face.within(clip) or face.intersection(clip.boundary).length > NEAR * self.extent)]
+        self.inside, self.opened, self.encloses, self.domain = self.clip, [], False, None
+        if tunnels or boundary:
+            self.bound(outlines, clip, tunnels, boundary, np.array(holes).reshape(-1, 2))
+
+    def bound(self, outlines, clip, tunnels, boundary, holes):
+        """Takes what boundary lines enclose, and what tunnels cut out."""
+        faces = outlines.faces_of(boundary)
+        taken = [holds(outlines.sides_of(face), holes).any() for face in faces]
+        self.encloses = bool(faces)
+        window = None if clip is None else outlines.Polygon(clip)
+        self.domain = outlines.unary_union([face for face, out in zip(faces, taken) if not out]) if faces else None
+        if window:
+            self.domain = window if self.domain is None else self.domain.intersection(window)
+        self.cut_out = outlines.unary_union(tunnels)
+        self.inside = None if self.domain is None else outlines.sides_of(self.domain)
+        self.opened = [outlines.sides_of(face) for face, out in zip(faces, taken) if out and window and
+                       (not face.within(window) or face.intersection(window.boundary).length > NEAR * self.extent)]
 
     def is_left(self, places):
         """Whether places are within the clip and outside of the tunnels."""
@@ -225,6 +157,9 @@ class Rock:
 
     def hole_points(self):
         """A point in each part of the tunnels that rock closes in, where a block would be."""
+        if not self.tunnels:
+            return []
+        from .outlines import polygons_of  # here, as it needs shapely
         left = self.cut_out if self.domain is None else self.cut_out.intersection(self.domain)
         touching = NEAR * self.extent
         return [list(part.representative_point().coords[0]) for part in polygons_of(left)

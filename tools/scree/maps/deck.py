@@ -1,73 +1,37 @@
-"""Turns a DXF joint map into a geometry deck (doc/drawings.md).
-
-    tools/dxf2geo MAP.dxf [-o OUT.geo] [--e0 0.001] [--sagitta S] [--layer NAME=ROLE ...] [--clip X1 Y1 X2 Y2 [X3 Y3 ...]]
-                  [--plane xy|xz|yz] [--close G] [--least-area A]
-
-The beginning of the name of a layer says what it holds, in capitals or not:
-
-    BOUNDARY    boundary lines                  MEASURED    measured points
-    MATERIAL    material lines, of the block    HOLE        hole points
-                material at the end of the      any other   joint lines
-                name (MATERIAL_2)
-    FIXED       fixed lines and points          TUNNEL      outlines of what is cut out of the rock;
-    LOAD        load points                     EXCAVATION  the same
-    BOLT        bolts, a line each              WATER       the water table
-    STAGE_2...  outlines of what stage 2 of a run removes; they are joint lines, too
-
-The number of a layer is that of a name that is one of these words, or JOINT, and a number (JOINT_3, joints 3, BOUNDARY-2), or a
-number alone (3). It is the joint material of joint lines, boundary lines and tunnels. All other layers of these, such as
-Survey_2019, get the numbers that are free, from 1, in order of name. --layer NAME=ROLE decides instead; ROLE is joint:N, boundary:N,
-material:N, tunnel:N, stage:K, bolt:STIFFNESS[:STRENGTH[:PRETENSION]] (which bolts need), water, fixed, load, measured, hole or skip.
-
-The boundary lines enclose the rock, and joints beyond the boundary make no block. Boundary lines and the outlines of tunnels and
-stages must close: ends up to --close apart are joined; a drawing with ends farther apart is refused with their places.
-
---plane takes two coordinates of the drawing; xz and yz are for sections. The third coordinate is left out.
-
---clip takes a window, by two corners, or a polygon, by three or more; its sides bound the rock. Joints in tunnels are left out, and
-tunnels get hole points where rock encloses them. The water table becomes the group &water at the end of the deck. --least-area, below
-which blocks join a neighbour, becomes the group &blocks. OUT.stages has the groups &stage for the end of the analysis deck, which
-remove what the layers STAGE enclose.
-
-Lines are LINE, LWPOLYLINE, POLYLINE, ARC, CIRCLE, ELLIPSE and SPLINE; points are POINT and, on the layers of points and of what is
-fixed, the centres of CIRCLE. INSERT is exploded. Curves become chords that are nowhere farther than the sagitta from them.
-The deck lists layers in order of name, and within a layer keeps the order of the drawing.
-
-Needs Debian's python3-ezdxf and python3-numpy, and python3-shapely where something is clipped, bounded or cut out.
-"""
+"""The geometry deck of a joint map: roles of layers, chords of curves, closed outlines, what is clipped and cut out, ends of traces."""
 import collections
 import itertools
-import logging
 import math
 import pathlib
 
 import numpy as np
 
-from .arguments import beside, check_ending, ends_in_a_line, parser_for, say
-from .dxf_drawing import DEFAULT_PLANE, Drawing
-from .dxf_shapes import MapError, Point
-from .map_layers import LINE_KINDS, POINT_KINDS, Role, chosen_roles, in_order, role_by_name, role_words, shown, wanted
+from .connecting import connect
+from .layers import LINE_KINDS, POINT_KINDS, Role, in_order, role_by_name, role_words, shown, wanted
+from .rock import Rock, is_simple
+from .shapes import MapError, Point
 
 FIRST_STAGE = 2         # that may remove something
 DEFAULT_SAGITTA = 1e-3  # over the extent
 LEAST_SAGITTA = 1e-9    # over the extent
 ROUND_OFF = 64 * np.finfo(float).eps  # over the largest coordinate
 FLAT = 1e-9             # largest height over the largest coordinate
-ON_EDGE = 100.0         # height over width of a drawing from which on it stands on the plane, within 0.6 degrees of upright
 NODE_SHARE = 1.25       # of e0 w0: distance at which the cutter takes ends of lines for one (doc/decks.md)
 MOST_PLACES = 4         # that a line names
 OUTLINES = {"boundary": "boundary lines", "tunnel": "outlines of tunnels", "stage": "outlines of what stages remove"}
 
 
 class Deck:
-    """The geometry deck of a drawing."""
+    """The geometry deck of a map. Roles of `choice` are by layer; `origin` is taken off all coordinates, those of `clip` and `fixed`
+    among them; `snap` and `extend` are the lengths by which ends of joint traces are moved and extended at most."""
 
-    def __init__(self, drawing, choice, e0, sagitta, clip=(), least_area=0.0, close=None):
-        self.drawing, self.e0, self.least_area = drawing, e0, least_area
-        self.said = []                         # what heights, gaps, clip and tunnels became
+    def __init__(self, drawing, choice, e0, sagitta, clip=(), least_area=0.0, close=None, origin=(0.0, 0.0), snap=0.0, extend=0.0,
+                 fixed=()):
+        self.drawing, self.e0, self.least_area, self.origin = drawing, e0, least_area, np.array(origin, float)
+        self.said = list(drawing.noted)        # what heights, gaps, clip and tunnels became
         self.taken = {}                        # shapes by layer, in order of name
         self.left_out = collections.Counter()  # entities by layer and what they are
-        self.roles = {layer: choice.get(layer) or role_by_name(drawing.names[layer])
+        self.roles = {layer: choice.get(layer) or role_by_name(drawing.names[layer], layer in drawing.areas)
                       for layer in sorted(drawing.held, key=in_order)}
         for layer, role in self.roles.items():
             self.take(layer, role)
@@ -76,17 +40,24 @@ class Deck:
         self.leave_out_heights()
         self.flatten()
         self.joining = []                      # lines that join ends of outlines
-        window = corners_of(clip) if clip else None
+        window = corners_of(clip) - self.origin if clip else None
+        if window is not None and not is_simple(window):
+            raise MapError("--clip: expected corners of a polygon whose sides meet there alone, found " + " ".join(map(repr, clip)))
+        self.lines["fixed"] += [[*map(float, np.array(line) - np.tile(self.origin, 2))] for line in fixed]
         for kind, what in OUTLINES.items():
             self.close_outlines(kind, what, self.node_distance() if close is None else close, window)
         self.outside = 0                       # lines and points that they take away
         self.removed = self.take_stages()
+        self.drawn = length_of(self.lines["joint"])
         if clip or self.lines["tunnel"]:
-            self.take_rock(clip)
+            self.take_rock(window)
+        elif self.lines["boundary"]:
+            self.leave_out_beyond()
         if not self.lines["boundary"] and not self.lines["joint"]:
             raise MapError(f"{self.drawing.path}: expected joint or boundary lines"
                            + (" in the clip" if self.outside else "") + ", found none"
                            + (f" but {self.dropped} of no length" if self.dropped else "") + self.why_empty())
+        self.connect_traces(snap, extend)
         self.table = self.water_table()
 
     def take(self, layer, role):
@@ -98,7 +69,7 @@ class Deck:
                 self.left_out[layer, shapes if isinstance(shapes, str) else f"{kind} (this layer is for {role_words(role)})"] += 1
             for shape in some:
                 self.expect_finite(layer, kind, shape)
-                taken.append(shape)
+                taken.append(shape.moved(np.vstack([np.eye(4)[:3], [*-self.origin, 0, 1]])) if self.origin.any() else shape)
         if taken:
             self.taken[layer] = taken
 
@@ -117,15 +88,10 @@ class Deck:
         low, high = places[:, 2].min(initial=math.inf), places[:, 2].max(initial=-math.inf)
         if not max(abs(low), abs(high)) > FLAT * size:
             return
-        plane = self.drawing.plane
-        axis = min(set("xyz") - set(plane))
-        across = width_of(places[:, :2])
-        if high - low > ON_EDGE * across:
-            other = max((pair for pair in ("xy", "xz", "yz") if pair != plane),
-                        key=lambda pair: width_of(places[:, [(plane + axis).index(one) for one in pair]]))
-            raise MapError(f"{self.drawing.path}: expected a drawing in the plane {plane}, found one that stands on it, {across:.6g} wide "
-                           f"with {axis} from {low:.6g} to {high:.6g}: --plane {other} takes {other[0]} and {other[1]} of it")
-        self.said.append(f"heights left out: {axis} from {low:.6g} to {high:.6g}, projected on the plane {plane} (--plane)")
+        refusal = self.drawing.view.refusal(places, width_of)
+        if refusal:
+            raise MapError(f"{self.drawing.path}: {refusal}")
+        self.said.append(self.drawing.view.left_out(low, high))
 
     def node_distance(self):
         """The distance at which the cutter takes ends of lines for one."""
@@ -142,21 +108,22 @@ class Deck:
 
         An outline is what lines make that hang together. One that encloses something closes, wherever its lines overshoot."""
         lines = self.lines[kind]
-        if not lines:
+        count = collections.Counter(tuple(line[k:k + 2]) for line in lines for k in (0, 2))
+        if all(ends > 1 for ends in count.values()):  # no end is loose
             return
-        drawn_rock = with_shapely()
-        joining = drawn_rock.joining_lines(lines, within)
+        outlines = with_shapely()
+        joining = outlines.joining_lines(lines, within)
         if joining:
             self.lines[kind] = lines + joining
             self.joining += joining
             gaps = [math.dist(line[:2], line[2:4]) for line in joining]
             self.said.append(f"{what}: joined ends {max(gaps):.6g} apart or less at " + places_text([line[:2] for line in joining]))
-        ends = drawn_rock.loose_ends(self.lines[kind])
+        ends = outlines.loose_ends(self.lines[kind])
         if window is not None:
-            ends = [end for end in ends if drawn_rock.lies_inside(window, end)]
+            ends = [end for end in ends if outlines.lies_inside(window, end)]
         if ends:
             raise MapError(f"{self.drawing.path}: expected closed {what}, found ends that meet no other line of these at "
-                           f"{places_text(ends)}, the nearest {drawn_rock.least_distance(ends):.6g} apart: "
+                           f"{places_text(ends)}, the nearest {outlines.least_distance(ends):.6g} apart: "
                            "--close G joins ends up to G apart")
 
     def number_layers(self):
@@ -234,17 +201,15 @@ class Deck:
         self.said.append(f"sides of what stages remove: joint material {joint}, whose cohesion and tensile strength hold until then")
         return {number: closed(self.drawing, "what stages remove", lines) for number, lines in sorted(outlines.items())}
 
-    def take_rock(self, clip):
-        """Clips lines and points, cuts the tunnels out and adds what bounds the rock then."""
-        drawn_rock = with_shapely()
-        window = drawn_rock.Polygon(corners_of(clip)) if clip else None
-        if clip and not (window.is_valid and window.area > 0):
-            raise MapError("--clip: expected corners of a polygon whose sides meet there alone, found " + " ".join(map(repr, clip)))
+    def take_rock(self, window):
+        """Clips lines and points at a window (corners, or None), cuts the tunnels out and adds what bounds the rock then."""
+        if self.lines["tunnel"] or self.lines["boundary"]:
+            with_shapely()
         outlines = collections.defaultdict(list)
         for line in self.lines["tunnel"]:
             outlines[line[4]].append(line)
         tunnels = {number: closed(self.drawing, "tunnels", lines) for number, lines in outlines.items()}
-        rock = drawn_rock.Rock(window, list(tunnels.values()), self.lines["boundary"], self.points["hole"])
+        rock = Rock(window, list(tunnels.values()), self.lines["boundary"], self.points["hole"])
         if self.lines["boundary"] and not rock.encloses:
             self.said.append("boundary lines enclose nothing: all that is clipped is rock")
         for kind in ("boundary", "joint", "material", "fixed", "bolt"):
@@ -256,12 +221,12 @@ class Deck:
             left = rock.holds_holes(self.points[kind]) if kind == "hole" else rock.holds_points(self.points[kind])
             self.outside += int((~left).sum())
             self.points[kind] = [point for point, stays in zip(self.points[kind], left) if stays]
-        if clip:
+        if window is not None:
             sides, number = rock.outline(rock.clip), next(self.free)
             self.lines["boundary"] += [side + [number] for side in sides]
             self.said.append(f"clip: boundary, joint material {number}, {counted(len(sides), 'line')}")
         for number, tunnel in tunnels.items():
-            sides = rock.outline(drawn_rock.sides_of(tunnel))
+            sides = rock.outline(with_shapely().sides_of(tunnel))
             self.lines["boundary"] += [side + [number] for side in sides]
             self.said.append(f"tunnels of joint material {number}: boundary, {counted(len(sides), 'line')}")
         holes = rock.hole_points()
@@ -270,6 +235,26 @@ class Deck:
             self.said.append(f"tunnels that rock closes in: {counted(len(holes), 'hole point')}")
         if self.outside:
             self.said.append(f"left out, where no rock is left: {counted(self.outside, 'line or point', 'lines and points')}")
+
+    def connect_traces(self, snap, extend):
+        """Moves loose ends of joint traces onto a trace nearby, or extends them to the next one, and says what became of the ends."""
+        others = [line for kind in ("boundary", "tunnel", "stage") for line in self.lines[kind]]
+        boundary = np.array([line[:4] for line in self.lines["boundary"]])
+        lines, self.ends = connect(self.lines["joint"], others, boundary, self.node_distance(), snap, extend)
+        kept = self.lines["joint"] = [line for line in lines if line[:2] != line[2:4]]
+        self.dropped += len(lines) - len(kept)
+        if kept:
+            self.said += [f"length of joint lines: {self.drawn:.6g} drawn, {length_of(kept):.6g} in the deck", self.ends.text()]
+
+    def leave_out_beyond(self):
+        """Leaves out joint lines that lie wholly beyond the box around the boundary lines, where they would count for the size w0."""
+        places = np.array([line[:4] for line in self.lines["boundary"]]).reshape(-1, 2)
+        low, high = places.min(0), places.max(0)
+        ends = np.array([line[:4] for line in self.lines["joint"]]).reshape(-1, 2, 2)
+        beyond = ((ends.min(1) > high) | (ends.max(1) < low)).any(1)
+        if beyond.any():
+            self.lines["joint"] = [line for line, out in zip(self.lines["joint"], beyond) if not out]
+            self.said.append(f"left out, beyond the boundary lines: {counted(int(beyond.sum()), 'joint line')}")
 
     def water_table(self):
         """The points of the water table, x ascending, from the lines of its layers."""
@@ -307,6 +292,9 @@ class Deck:
             name, entities = shown(self.drawing.names[layer]), counted(count, "entity", "entities")
             text.append(f"layer '{name}'" + (f": {entities} invisible, skipped" if why == "invisible" else
                                              f" is {why}: {entities} skipped"))
+        if self.origin.any():
+            text.append(f"origin: {float(self.origin[0])!r} {float(self.origin[1])!r} is taken off all coordinates; "
+                        "add it to come back to those of the map")
         text += self.said
         if self.dropped:
             text.append(f"dropped {counted(self.dropped, 'line')} of no length")
@@ -320,6 +308,7 @@ class Deck:
         """Lines that say what is lost, or will be."""
         text = [f"left out, not understood: {count} {shown(what)} on layer '{shown(self.drawing.names[layer])}'"
                 for (layer, what), count in self.left_out.items()]
+        text += self.drawing.warned
         if self.drawing.on_paper:
             text.append(f"left out, in paper space: {counted(self.drawing.on_paper, 'entity', 'entities')}")
         lines = [line[:4] for line in self.lines["boundary"] + self.lines["joint"] if line not in self.joining]
@@ -333,7 +322,7 @@ class Deck:
     def text(self):
         """The deck."""
         lines = self.lines["boundary"] + self.lines["joint"]
-        name = shown(pathlib.Path(self.drawing.path).name)
+        name = shown(", ".join(pathlib.Path(path).name for path in self.drawing.files))
         head = [f"From {name}, chords within {self.sagitta:.6g} of the curves", *self.mapping(), *self.warnings()]
         numbers = [(repr(self.e0), "least distance of edge and node, over the size (e0)"),
                    (f"{len(lines)} {len(self.lines['boundary'])}", "lines, boundary lines"),
@@ -363,18 +352,19 @@ class Deck:
 def with_shapely():
     """The module that needs shapely."""
     try:
-        from . import drawn_rock
+        from . import outlines
     except ImportError:
-        raise MapError("expected shapely for --clip and closed outlines, found none: on Debian, apt-get install python3-shapely") from None
-    return drawn_rock
+        raise MapError("expected shapely for tunnels, stages, a clip of boundary lines and boundary lines that do not close, found none: "
+                       "pip install shapely, or on Debian apt-get install python3-shapely") from None
+    return outlines
 
 
 def closed(drawing, what, lines):
     """What outlines enclose."""
-    drawn_rock = with_shapely()
+    outlines = with_shapely()
     try:
-        return drawn_rock.enclosed(lines)
-    except drawn_rock.OpenOutline as end:
+        return outlines.enclosed(lines)
+    except outlines.OpenOutline as end:
         raise MapError(f"{drawing.path}: expected closed outlines of {what}, found an open one at {end}") from None
 
 
@@ -399,58 +389,15 @@ def corners_of(numbers):
     x, y = numbers[::2], numbers[1::2]
     if len(x) == 2:
         x, y = [x[0], x[1], x[1], x[0]], [y[0], y[0], y[1], y[1]]
-    return list(zip(x, y))
+    corners = np.column_stack([x, y])
+    return corners[:-1] if (corners[0] == corners[-1]).all() else corners
+
+
+def length_of(lines):
+    """The length of lines x1 y1 x2 y2 together."""
+    return sum(math.dist(line[:2], line[2:4]) for line in lines)
 
 
 def counted(number, one, more=None):
     """A number of things."""
     return f"{number} {one if number == 1 else more or one + 's'}"
-
-
-@ends_in_a_line
-@np.errstate(all="ignore")  # what is not finite is refused by name
-def main():
-    parser = parser_for(__doc__)
-    parser.add_argument("map", metavar="MAP.dxf")
-    parser.add_argument("-o", "--output", metavar="OUT.geo", help="deck; default: the map with .geo, beside it")
-    parser.add_argument("--e0", type=float, default=0.001, help="least distance of edge and node, over the size; default: 0.001")
-    parser.add_argument("--sagitta", type=float, metavar="S",
-                        help="largest distance of a chord from its curve; default: 1e-3 of the drawing's extent")
-    parser.add_argument("--layer", action="append", default=[], metavar="NAME=ROLE", help="role of a layer; may be repeated")
-    parser.add_argument("--clip", type=float, nargs="+", default=[], metavar="X",
-                        help="x and y of two corners of a window, or of three or more of a polygon")
-    parser.add_argument("--plane", choices=("xy", "xz", "yz"), default=DEFAULT_PLANE,
-                        help="coordinates of the drawing that the deck takes; the third is left out; default: xy")
-    parser.add_argument("--close", type=float, metavar="G",
-                        help="largest gap of an outline whose ends are joined; default: 1.25 e0 w0, at which the cutter takes ends for one")
-    parser.add_argument("--least-area", type=float, default=0.0, metavar="A", help="of a block: a smaller one joins its neighbour")
-    given = parser.parse_args()
-    logging.disable()  # ezdxf's; what matters of it is said here
-    if not 0 <= given.e0 < 1:
-        raise MapError(f"--e0: expected at least 0 and below 1, found {given.e0}")
-    if given.sagitta is not None and not 0 < given.sagitta < math.inf:
-        raise MapError(f"--sagitta: expected a length above 0, found {given.sagitta}")
-    if given.clip and (len(given.clip) < 4 or len(given.clip) % 2 or not np.isfinite(given.clip).all()):
-        raise MapError(f"--clip: expected x and y of two corners or more, found {' '.join(map(repr, given.clip))}")
-    if not 0 <= given.least_area < math.inf:
-        raise MapError(f"--least-area: expected an area from 0, found {given.least_area}")
-    if given.close is not None and not 0 <= given.close < math.inf:
-        raise MapError(f"--close: expected a length from 0, found {given.close}")
-    output = pathlib.Path(given.output or beside(given.map, ".geo"))
-    if output.resolve() == pathlib.Path(given.map).resolve():
-        raise MapError(f"{output}: expected another name than the map's for the deck (-o), found the same")
-    check_ending(output, "a deck", (".geo",))
-    drawing = Drawing(given.map, given.plane)
-    deck = Deck(drawing, chosen_roles(given.layer, drawing), given.e0, given.sagitta, given.clip, given.least_area, given.close)
-    try:
-        output.write_text(deck.text(), encoding="utf-8")
-        if deck.removed:
-            output.with_suffix(".stages").write_text(deck.stages(), encoding="utf-8")
-    except OSError as error:
-        raise MapError(f"{output}: cannot write the deck: {error.strerror}") from None
-    for line in deck.mapping():
-        print(line)
-    for line in deck.warnings():
-        say(f"warning: {given.map}: {line}")
-    print(*([output.with_suffix(".stages")] if deck.removed else []), output, sep="\n")
-    return 0

@@ -1,12 +1,12 @@
 """A DXF drawing: the shapes that each visible layer holds, with INSERTs exploded, in the plane of a deck."""
-import collections
+import logging
 
 import ezdxf
 
-from .dxf_shapes import MapError, matrix_rows, shapes_of
-from .map_layers import shown
-
-DEFAULT_PLANE = "xy"
+from .dxf_shapes import matrix_rows, shapes_of
+from .joint_map import JointMap
+from .layers import shown
+from .shapes import MapError
 
 
 def attribute(entity, name, code, default):
@@ -16,25 +16,22 @@ def attribute(entity, name, code, default):
     return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
 
 
-class Drawing:
-    """The model space of a DXF file: what each visible layer holds, by a key that is the same in capitals or not.
+class Drawing(JointMap):
+    """The model space of a DXF file: what each visible layer holds."""
 
-    Shapes are turned so that the two coordinates of `plane` come first. The third is the height, which a deck leaves out."""
-
-    def __init__(self, path, plane=DEFAULT_PLANE):
+    def __init__(self, path, view):
+        super().__init__(path, view)
+        logging.disable()  # ezdxf's; what matters of it is said here
         try:
             self.document = ezdxf.readfile(path)
             space = self.document.modelspace()
         except Exception as error:  # a damaged file fails anywhere in ezdxf
             reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error) or type(error).__name__
             raise MapError(f"{path}: expected a DXF file, found: {shown(reason)}") from None
-        self.path, self.plane = path, plane
         self.names = {layer.dxf.name.lower(): layer.dxf.name for layer in self.document.layers}
-        self.hidden = collections.Counter()          # entities by layer and why
-        self.held = collections.defaultdict(list)    # kind and shapes by layer
         for layer, kind, shapes in self.walk(space):
             self.held[layer].append((kind, shapes if isinstance(shapes, str) else
-                                     [shape.in_plane(plane) for shape in shapes]))
+                                     [view.of(shape) for shape in shapes]))
         self.on_paper = sum(entity.dxftype() != "VIEWPORT" for layout in self.document.layouts
                             if layout.is_any_paperspace for entity in layout)
 

@@ -3,7 +3,7 @@ import collections
 import math
 import re
 
-from .dxf_shapes import Line, MapError, Point
+from .shapes import Line, MapError, Point
 
 LINE_KINDS = ("boundary", "joint", "material", "tunnel", "stage")  # with a number each
 POINT_KINDS = ("load", "measured", "hole")
@@ -28,9 +28,10 @@ def in_order(layer):
     return [int(part) if part.isdecimal() else part for part in re.split("([0-9]+)", layer)]
 
 
-def role_by_name(name):
-    """The role that a layer's name says. Its number is that of a name of one word and a number, or of a number alone; else 0."""
-    kind = next((kind for word, kind in NAMED_KINDS.items() if name.lower().startswith(word)), "joint")
+def role_by_name(name, areas=False):
+    """The role that a layer's name says; else outlines of areas are boundary lines and other lines joints. Its number is that of a
+    name of one word and a number, or of a number alone; else 0."""
+    kind = next((kind for word, kind in NAMED_KINDS.items() if name.lower().startswith(word)), "boundary" if areas else "joint")
     found = NUMBERED.fullmatch(name.lower())
     number = int(found[1]) if found and kind in LINE_KINDS else 0
     return Role(kind, number if number <= LARGEST_NUMBER else 0)

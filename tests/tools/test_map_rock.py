@@ -1,10 +1,10 @@
-"""What tools/dxf2geo clips, cuts out, and takes of bolts and water, through the program."""
+"""What tools/map clips, cuts out, and takes of bolts and water, through the program."""
 import math
 
 import numpy as np
 import pytest
 import scree
-from scree.drawn_rock import holds
+from scree.maps.rock import holds
 from test_dxf2geo import convert, deck_of, drawing, on, one_line, read_deck
 
 MATERIAL = "1 10 1e6 0.2  0 0 0  0 0 0  0 0 0\n"
