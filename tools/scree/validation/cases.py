@@ -376,11 +376,11 @@ def p3(run):
         name = f"p3-sliding-{expected}"
         r = run(DECKS / "p3-dam" / "sliding.ana", (f"{name}.blk", block_files.dam(6.0, 12.0)), name=name,
                 settings=[f"joint(1).phi={math.degrees(math.atan(factor * need)):.12g}"])
-        yield Row(f"friction {factor:g} of what it needs", expected, verdict(r))
+        yield Row(f"friction {factor:g} of the limit", expected, verdict(r))
         name = f"p3-turning-{expected}"
         width = factor * references.dam_width(12.0, 24.0, 10.0)
         r = run(DECKS / "p3-dam" / "turning.ana", (f"{name}.blk", block_files.dam(width, 12.0)), name=name)
-        yield Row(f"width {factor:g} of what it needs", expected, verdict(r))
+        yield Row(f"width {factor:g} of the limit", expected, verdict(r))
 
 
 @case
@@ -421,7 +421,7 @@ def w1(run):
             yield Row(f"energy that came in, {name}, {top} top", energy, at(r, 0.75 * passing, stored), 5e-3)
             if top == "free":
                 yield Row(f"velocity of the top, {name}", 2 * velocity.max(), r.measured_points.velocity[:, 0, i].max(), 0.02)
-            yield Row(f"energy that comes back, {name}, {top} top", 0.0, stored[-1], 1e-4, energy)
+            yield Row(f"returned energy, {name}, {top} top", 0.0, stored[-1], 1e-4, energy)
 
 
 @case
@@ -509,7 +509,7 @@ def s3(run):
 
 @case
 def s4(run):
-    """A bolt comes as friction falls, and yields later."""
+    """A stage adds a bolt as friction falls."""
     r = run(DECKS / "s4-bolted-later" / "bolted.ana")
     second = np.searchsorted(r.times, r.history.time[r.history.stage == 2][-1])
     yield Row("tension that holds in stage 2", references.bolt_tension(100.0, 30, 20, 0), r.bolts.force[second, 0], 5e-3)
