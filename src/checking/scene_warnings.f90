@@ -9,6 +9,7 @@ module scree_scene_warnings
   public :: warnings_of_scene
 
   real(dp), parameter :: same_time = 1e-9_dp !! of the end of the run: rounding of n5 steps
+  real(dp), parameter :: zone_edges = 4.0_dp !! edges that resolve the zone in which a bond softens
   real(dp), parameter :: at_rest = 1e-3_dp   !! of the largest value of a record: where it ends, it has died out
 
 contains
@@ -53,6 +54,9 @@ contains
         if (allocated(s%worn_angle)) call add(where, doubt_of_residual('friction angle', joint%friction_angle, s%worn_angle(j)))
         if (allocated(s%worn_cohesion) .and. max(joint%cohesion, joint%tensile_strength) > 0) &
           call add(where, doubt_of_residual('cohesion', joint%cohesion, s%worn_cohesion(j)))
+        if (allocated(s%joint_energy)) &
+          call add(where, doubt_of_energy(s%joint_energy(j), joint%tensile_strength, own_stiffness(j), &
+                                          s%cover_edge, minval(rock%young)))
         if (abs(joint%cohesion - joint%tensile_strength) > 0) then ! else a bond that is to hold, whatever comes
           call add(where, doubt_of_strength('cohesion', joint%cohesion, rock, scene%extent))
           call add(where, doubt_of_strength('tensile strength', joint%tensile_strength, rock, scene%extent))
@@ -61,6 +65,14 @@ contains
                                                                 least_strength_of_walls))
       end associate
     end subroutine add_doubts
+
+    !> Normal stiffness of its own of a joint material; 0: it has none, force/length^3.
+    pure real(dp) function own_stiffness(j)
+      integer, intent(in) :: j
+
+      own_stiffness = 0.0_dp
+      if (allocated(scene%settings%joint_kn)) own_stiffness = scene%settings%joint_kn(j)
+    end function own_stiffness
 
     !> Adds the tables of fixed and load points that still change where they end.
     pure subroutine add_ends_of_tables()
@@ -89,6 +101,27 @@ contains
     end subroutine add_ends_of_records
 
   end function warnings_of_scene
+
+  !> Fault of a fracture energy, '' for none. The spring of the bond stores more, or the mesh is too coarse for the zone in which
+  !> the bond softens. That zone is about E G/T^2 long (Hillerborg, Modeer & Petersson 1976).
+  pure function doubt_of_energy(energy, strength, stiffness, edge, young) result(doubt)
+    real(dp), intent(in) :: energy    !! force/length
+    real(dp), intent(in) :: strength  !! in tension, force/length^2
+    real(dp), intent(in) :: stiffness !! of the joint; 0: that of contact, force/length^3
+    real(dp), intent(in) :: edge      !! of the mesh; 0: there is none, length
+    real(dp), intent(in) :: young     !! force/length^2
+    character(len=:), allocatable :: doubt
+
+    doubt = ''
+    if (.not. energy > 0) return
+    if (2*energy*stiffness <= strength**2 .and. stiffness > 0) then
+      doubt = 'expected an energy above T^2/(2 kn) = '//short_text(strength**2/(2*stiffness))//', which the spring of the bond '// &
+              'stores at its strength, found '//short_text(energy)//': the bond breaks at once'
+    else if (young*energy < zone_edges*edge*strength**2) then
+      doubt = 'expected edges of the mesh up to a quarter of E G/T^2, '//short_text(young*energy/strength**2/zone_edges)// &
+              ', found '//short_text(edge)//': the load at which a crack grows depends on the mesh'
+    end if
+  end function doubt_of_energy
 
   !> Fault of a residual strength, '' for none: it is above that of the joint before it slid.
   pure function doubt_of_residual(what, peak, residual) result(doubt)

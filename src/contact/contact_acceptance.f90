@@ -1,12 +1,13 @@
 !> The memory of contacts after an accepted step, and the largest gap and overlap of closed contacts.
 module scree_contact_acceptance
+  use scree_bond_rules, only: part_losses
   use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
   use scree_contact_rules, only: force_to_hold, gap_and_slip, gaps_and_slips, press, remember_overlap, remember_slide, &
                                  stiffness_after
   use scree_contact_try, only: contact_try_t
   use scree_contacts, only: blocks_of, contact_law_t, contact_memory_t, contact_t, outlines_t, state_locked, state_open, &
                             state_sliding
-  use scree_joint_rules, only: energy_beside_spring
+  use scree_joint_rules, only: energy_beside_spring, joints_soften
   use scree_joint_stiffness, only: is_hard
   use scree_kinds, only: dp
   use scree_model, only: model_t
@@ -37,19 +38,21 @@ contains
     memory%swing = 0.5_dp*try%swing
   end subroutine accept_no_contact
 
-  !> Hands on states, anchors, bonds and overlaps of an accepted step, and books the energy of springs and friction. The entrance of
-  !> a corner that does not act is open, though its step began with the line closed, as another contact of it acted: by now the
-  !> corner may be far behind it.
-  pure subroutine accept_contacts(model, d, try, memory, energy, friction)
+  !> Hands on states, anchors, bonds and overlaps of an accepted step, and books the energy of springs, friction and fracture. The
+  !> entrance of a corner that does not act is open, though its step began with the line closed, as another contact of it acted: by
+  !> now the corner may be far behind it.
+  pure subroutine accept_contacts(model, d, try, memory, energy, friction, fracture)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns) of the step
     type(contact_try_t), intent(in) :: try
     type(contact_memory_t), intent(inout) :: memory
     real(dp), intent(out) :: energy           !! of the springs at the end, force length per unit thickness
     real(dp), intent(out) :: friction         !! work lost in sliding in the step, likewise
+    real(dp), intent(out) :: fracture         !! energy lost in bonds that soften in the step, likewise
     type(gap_and_slip_t) :: now(2)
     type(closed_t) :: closed
     type(contact_force_t) :: force
+    real(dp) :: lost                            !! in fracture, by a contact
     logical :: held(size(try%contact)) !! its blocks hold together
     logical :: pulled                           !! open by a dashpot
     integer :: i
@@ -61,6 +64,7 @@ contains
     memory%count = try%count
     energy = 0.0_dp
     friction = 0.0_dp
+    fracture = 0.0_dp
     held = hold_together(model%outlines, memory%contact)
     do i = 1, size(memory%contact)
       associate (contact => memory%contact(i), entrance => memory%contact(i)%entrance(memory%contact(i)%active))
@@ -69,6 +73,7 @@ contains
         contact%pressed = 0.0_dp
         contact%overlap = 0.0_dp
         contact%energy = 0.0_dp
+        closed = closed_t()
         if (contact%n_entrances == 2) contact%entrance(3 - contact%active)%state = state_open
         now = gaps_and_slips(model, try, i, d)
         if (entrance%state == state_open) then
@@ -89,9 +94,15 @@ contains
           memory%pressed = max(memory%pressed, -closed%gap)
           contact%energy = closed%energy
           energy = energy + closed%energy
-          friction = friction + closed%work
         end if
         contact%slipped = entrance%memory%slid - try%contact(i)%entrance(contact%active)%memory%slid
+        if (joints_soften(try%law)) then
+          call part_losses(try%law, try%start(contact%active, i), contact%slipped, abs(contact%force(2)), entrance, &
+                           closed%work, lost)
+          fracture = fracture + lost
+          entrance%memory%bonded = entrance%memory%bonded .and. entrance%memory%damage < 1
+        end if
+        friction = friction + closed%work
         memory%penetration = max(memory%penetration, contact%overlap)
       end associate
     end do

@@ -1,5 +1,6 @@
 !> The contacts of a step as springs of a friction problem, and back: their lines, anchors and bonds stay.
 module scree_contact_problem
+  use scree_bond_rules, only: bond
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_rules, only: acts_by_another, anchor_what_closes, gaps_and_slips, rows_along, spring_of
   use scree_contact_try, only: contact_try_t, row_across
@@ -7,7 +8,7 @@ module scree_contact_problem
   use scree_equations, only: equations_t, island_problem, place_row
   use scree_friction_problem, only: friction_problem_t, spring_back, spring_forth, spring_locked, spring_open, &
                                     spring_pulled
-  use scree_joint_rules, only: bond, friction_of
+  use scree_joint_rules, only: friction_of
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_system, only: element_unknowns

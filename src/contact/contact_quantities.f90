@@ -25,8 +25,8 @@ module scree_contact_quantities
     real(dp) :: softer = 1.0_dp      !! as what presses holds back the slip that opens
   end type opening_t
 
-  !> Additional force of a joint that stiffens, beside that of a linear spring across, as a line: a force `behind` and `stiffer`
-  !> times the overlap.
+  !> Additional force of a joint that stiffens or softens, beside that of a linear spring across, as a line: a force `behind` and
+  !> `stiffer` times the overlap.
   type :: bend_t
     real(dp) :: closed = 0.0_dp      !! where it touches the curve, length
     real(dp) :: behind = 0.0_dp      !! force
@@ -43,6 +43,7 @@ module scree_contact_quantities
     real(dp) :: hardening = 1.0_dp !! of the springs in this step, so that multipliers follow faster
     type(opening_t) :: opening     !! that the iteration has come to
     type(bend_t) :: bend           !! likewise
+    real(dp) :: damage = 0.0_dp    !! of its bond
   end type entrance_start_t
 
   !> The force of a contact per unit thickness, and its derivatives by the gaps of both entrances and by the slip of the active

@@ -21,7 +21,7 @@ module scree_contact_rules
   use scree_coulomb_contact, only: add_friction, anchor_where_crossed, judge_coulomb, press_springs, slide_coulomb
   use scree_joint_closure, only: bend_springs
   use scree_joint_dilation, only: feel_opening, feel_opening_change
-  use scree_joint_rules, only: begin_joints, friction_of, joints_stiffen, judge_closing, judge_dilating, remember_dilating
+  use scree_joint_rules, only: begin_joints, friction_of, joints_bend, judge_bend, judge_dilating, remember_dilating
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_past_contacts, only: past_t
@@ -59,8 +59,8 @@ module scree_contact_rules
 
   !> Contacts that two corners may have, tip to tip: they stand one after the other.
   integer, parameter :: most_tips = 3
-  !> Iterations without fewer changes that are allowed if springs stiffen: those of Newton's method on their curves.
-  integer, parameter :: most_stiffening = 8
+  !> Iterations without fewer changes that are allowed if springs are curves: those of Newton's method on them.
+  integer, parameter :: most_bending = 8
   !> Solutions that Shi's programs make before they cut the step.
   integer, parameter :: most_solutions = 8
 
@@ -76,8 +76,8 @@ contains
                                           most_stalled=most_solutions - 1, settles_always=.false., linear_springs=.false.)
     case default
       iteration_rules = iteration_rules_t()
-      if (joints_stiffen(law)) iteration_rules%most_stalled = most_stiffening
-      iteration_rules%linear_springs = .not. (law%rules == rules_conserving .or. joints_stiffen(law))
+      if (joints_bend(law)) iteration_rules%most_stalled = most_bending
+      iteration_rules%linear_springs = .not. (law%rules == rules_conserving .or. joints_bend(law))
     end select
   end function iteration_rules
 
@@ -386,7 +386,7 @@ contains
       call press_springs(try%contact(i)%entrance(1)%stiffness(1), try%dashpot, try%contact(i), try%start(:, i), now, force)
     end select
     associate (start => try%start(:, i), active => try%contact(i)%active)
-      if (start(1)%bend%stiffer + start(2)%bend%stiffer > 0) call bend_springs(start, now, force)
+      if (any(abs(start%bend%stiffer) > 0)) call bend_springs(start, now, force)
       if (start(active)%opening%piece /= dilates_not) call feel_opening_change(start(active)%opening, active, force)
     end associate
   end subroutine press_across
@@ -524,7 +524,7 @@ contains
       case (rules_conserving)
         call judge_conserving(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
       case default
-        call judge_closing(law, now, doubt, contact, start, force, try%changes)
+        call judge_bend(law, try%pulls_fall, now, doubt, contact, start, force, try%changes)
         call judge_coulomb(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
         call judge_dilating(law, try%dashpot, now, doubt, contact, start, try%changes)
         if (acts_by_another(try, i)) then
@@ -644,7 +644,7 @@ contains
     case (rules_shi)
       call slide_shi(law, force%along, now%edge_length, entrance, slip, work)
     case default
-      call slide_coulomb(force%along, now%edge_length, holds, entrance, slip, work)
+      call slide_coulomb(law, force%along, now%edge_length, holds, entrance, slip, work)
       call remember_dilating(law, now%slip - slip, now%opened, sum(force%across), entrance%memory, work)
     end select
   end subroutine remember_slide

@@ -41,6 +41,9 @@ module scree_contact_try
     real(dp), allocatable :: largest(:)                  !! (n_blocks) force: weight, and across the contacts judged last
     real(dp), allocatable :: doubt(:)                    !! (n) force that changes no state, where contacts were judged last
     logical :: all_clear = .false.                       !! bodies that no other is near went no farther than is looked at there
+    logical :: pulls_fall = .true.                       !! of bonds that soften, as they open; else they are constant
+    integer :: softenings = 0                            !! times that the damage of bonds has followed in the step
+    logical :: softens_on = .false.                      !! too often
     logical :: lines_stay = .false.                      !! entrances that act, and anchors, as they are
     integer :: count(3) = 0                              !! contacts open, sliding, locked
     integer :: changes = 0                               !! of states, in the last judgement
@@ -60,6 +63,9 @@ contains
     try%last = try%of_island(island + 1) - 1
     try%left = huge(try%left)
     try%lines_stay = .false.
+    try%pulls_fall = .true.
+    try%softenings = 0
+    try%softens_on = .false.
     try%changes = 0
     any_contact = try%last >= try%first
   end subroutine take_island

@@ -5,6 +5,7 @@
 !> `hold_contacts` lets these follow the forces of the springs until no overlap above a bound is left. What makes forces jump is
 !> told where all has settled: `return_anchors`, `break_bonds`, `follow_stress`.
 module scree_open_close
+  use scree_bond_rules, only: bond, damage_after, softens_in_tension
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_rules, only: anchor_what_closes, decides_outside, force_to_hold, forgives_faint_forces, gaps_and_slips, &
                                  judge, measure_again, measure_contact, measure_contacts, press, press_across, pressing_of, &
@@ -12,7 +13,7 @@ module scree_open_close
   use scree_contact_try, only: contact_try_t, elements_of, row_across
   use scree_contacts, only: blocks_of, contact_law_t, count_states, entrance_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: act_on
-  use scree_joint_rules, only: bond, friction_of, joints_follow_stress
+  use scree_joint_rules, only: friction_of, joints_follow_stress, joints_soften
   use scree_joint_stiffness, only: is_hard
   use scree_kinds, only: dp
   use scree_model, only: model_t
@@ -33,6 +34,10 @@ module scree_open_close
   !> Bonds break together if they exceed their strength by more than this ratio to the worst excess. The ratio is about a half, and
   !> no ratio of small numbers, because the loads of equal blocks often have such ratios.
   real(dp), parameter :: of_the_worst = 0.53_dp
+  !> Change of the damage of a bond below which it counts as the same.
+  real(dp), parameter :: same_damage = 1e-6_dp
+  !> Times that the damage of bonds may follow in a step how far they open; in the second half it only grows.
+  integer, parameter :: most_softenings = 30
   !> Relative change of friction below which it counts as the same.
   real(dp), parameter :: same_friction = 1e-6_dp
   !> A change of a gap below this ratio to the terms that cancel in it is round-off.
@@ -306,7 +311,8 @@ contains
   end subroutine return_anchors
 
   !> Breaks bonds that are pulled beyond their strength when the step has settled with them, if their excess is above `of_the_worst`
-  !> times the largest excess. The released load may unload other bonds, so these are judged in the next round.
+  !> times the largest excess. The released load may unload other bonds, so these are judged in the next round. Where none breaks,
+  !> bonds that soften follow.
   pure subroutine break_bonds(model, d, try, enough)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
@@ -321,13 +327,14 @@ contains
     beyond = 0.0_dp
     do i = try%first, try%last
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
-        if (.not. entrance%memory%bonded .or. entrance%state == state_open) cycle
+        if (.not. entrance%memory%bonded .or. entrance%state == state_open .or. softens_in_tension(try%law, entrance)) cycle
         call press_across(try, i, gaps_and_slips(model, try, i, d), force)
         beyond(i) = -force%across(k) - bond(entrance, try%law%joint(entrance%joint)%strength) - try%doubt(i)
       end associate
     end do
     enough = .not. any(beyond > 0)
-    if (enough) return
+    if (enough) call soften_bonds(model, d, try, enough)
+    if (.not. any(beyond > 0)) return
     worst = maxval(beyond)
     do i = try%first, try%last
       if (.not. beyond(i) > of_the_worst*worst) cycle
@@ -339,6 +346,42 @@ contains
     end do
     try%count = count_states(try%contact(try%first:try%last))
   end subroutine break_bonds
+
+  !> Lets the damage of bonds that soften follow the gaps and slips at which the step has settled. A bond that is pulled apart
+  !> opens.
+  pure subroutine soften_bonds(model, d, try, enough)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: d(:)              !! (n_unknowns)
+    type(contact_try_t), intent(inout) :: try
+    logical, intent(out) :: enough            !! the damage stays
+    type(contact_force_t) :: force
+    type(gap_and_slip_t) :: now(2)
+    real(dp) :: damage
+    integer :: i
+
+    enough = .true.
+    if (.not. joints_soften(try%law)) return
+    do i = try%first, try%last
+      associate (contact => try%contact(i), k => try%contact(i)%active, &
+                 entrance => try%contact(i)%entrance(try%contact(i)%active))
+        if (.not. entrance%memory%bonded .or. entrance%state == state_open) cycle
+        now = gaps_and_slips(model, try, i, d)
+        call press(try, i, now, force)
+        damage = damage_after(try%law, try%start(k, i), now(k), force%along, entrance)
+        if (2*try%softenings > most_softenings) damage = max(damage, entrance%memory%damage)
+        if (abs(damage - entrance%memory%damage) > same_damage) enough = .false.
+        if (damage >= 1 .and. now(k)%gap > 0) then
+          enough = .false.
+          entrance%state = state_open
+          contact%entrance%memory%bonded = .false.
+        end if
+        entrance%memory%damage = damage
+      end associate
+    end do
+    try%count = count_states(try%contact(try%first:try%last))
+    if (.not. enough) try%softenings = try%softenings + 1
+    try%softens_on = try%softenings > most_softenings
+  end subroutine soften_bonds
 
   !> Updates the friction of joints whose friction depends on the contact stress, with the stress at `d`. This is done in static
   !> steps, of which one may bring a whole load; in motion the stress is that of the step before.

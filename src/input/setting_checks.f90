@@ -76,6 +76,9 @@ contains
       call check_count('joints.phi', s%joint_phi)
       call check_count('joints.cohesion', s%joint_c)
       call check_count('joints.tensile_strength', s%joint_t)
+      call check_count('joints.energy', s%joint_energy)
+      call check_count('joints.shear_energy', s%joint_shear_energy)
+      if (.not. allocated(error)) call check_softening(scene, error)
       call check_count('joints.kn', s%joint_kn)
       call check_count('joints.ks', s%joint_ks)
       call check_count('joints.residual_phi', s%worn_angle)
@@ -110,6 +113,37 @@ contains
     end subroutine check_count
 
   end subroutine check_joints
+
+  !> Error where a bond is to take energy without a strength to take it with.
+  subroutine check_softening(scene, error)
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    real(dp) :: cohesion(size(scene%joint_material)), strength(size(cohesion))
+
+    associate (s => scene%settings)
+      cohesion = scene%joint_material%cohesion
+      strength = scene%joint_material%tensile_strength
+      if (allocated(s%joint_c)) cohesion = s%joint_c
+      if (allocated(s%joint_t)) strength = s%joint_t
+      if (allocated(s%joint_energy)) call check('joints.energy', s%joint_energy, 'a tensile strength', strength)
+      if (allocated(s%joint_shear_energy)) call check('joints.shear_energy', s%joint_shear_energy, 'a cohesion', cohesion)
+    end associate
+
+  contains
+
+    !> Error where a material has the energy and not the strength.
+    subroutine check(name, energy, kind, least)
+      character(len=*), intent(in) :: name, kind
+      real(dp), intent(in) :: energy(:), least(:)
+      integer :: i
+
+      if (allocated(error)) return
+      i = findloc(energy > 0 .and. .not. least > 0, .true., 1)
+      if (i > 0) call wrong_list(scene, name, 'numbers above 0 only where the joint material has '//kind, &
+                                 real_text(energy(i))//' for material '//number_text(i)//', which has none', error)
+    end subroutine check
+
+  end subroutine check_softening
 
   !> Error where a joint dilates at an angle above that of its friction, which would make energy, or without an end.
   subroutine check_dilation(scene, error)

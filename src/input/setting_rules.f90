@@ -139,6 +139,14 @@ module scree_setting_rules
     setting_rule_t('joints.closure', '', 'contact.method', '|penalty|', .false., 'with multipliers a joint does not close'), &
     setting_rule_t('joints.closure', '', 'contact.rules', '|coulomb|', .false., 'the other rules have linear springs'), &
     setting_rule_t('joints.closure', '', 'joints.kn', is_given, .true., 'kn is the stiffness at which closure begins'), &
+    setting_rule_t('joints.energy, joints.shear_energy', '', 'contact.method', '|penalty|', .false., &
+                   'multipliers know bonds that break at once'), &
+    setting_rule_t('joints.energy, joints.shear_energy', '', 'contact.rules', '|coulomb|', .false., &
+                   'the other rules know no bond that softens'), &
+    setting_rule_t('joints.energy, joints.shear_energy', '', 'contact.restitution', is_not_given, .false., &
+                   'impacts assume linear springs'), &
+    setting_rule_t('joints.energy, joints.shear_energy', '', 'joints.dilation', is_not_given, .false., &
+                   'a joint that dilates has no bond that opens'), &
     setting_rule_t('joints.dilation', '', 'joints.dilation_slip', is_given, .true., 'dilation ends after a slip'), &
     setting_rule_t('joints.dilation_slip', '', 'joints.dilation', is_given, .true., 'there is no dilation to end'), &
     setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|auto|strain_rotation|', .true., &
@@ -192,6 +200,10 @@ module scree_setting_rules
                    'rigid contacts have no dashpot'), &
     setting_rule_t('integrator.scheme', 'small_steps', 'joints.closure', is_not_given, .false., &
                    'rigid joints do not close'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'joints.energy', is_not_given, .false., &
+                   'bonds of rigid blocks break at once'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'joints.shear_energy', is_not_given, .false., &
+                   'bonds of rigid blocks break at once'), &
     setting_rule_t('integrator.scheme', 'small_steps', 'joints.dilation', is_not_given, .false., &
                    'sequential impulses do not part faces that slide'), &
     setting_rule_t('integrator.scheme', 'small_steps', 'absorbing.lines', is_not_given, .false., &

@@ -354,6 +354,12 @@ contains
                              'tensile strength in place of that of the deck, one number for each joint material', &
                              'force/length^2', 0.0_dp, &
                              default='those of the deck'), s%joint_t)
+    call row%reals(setting_t('joints', 'energy', &
+                             'energy that a bond takes as it opens, one number for each joint material; 0: it breaks at once', &
+                             'force/length', 0.0_dp), s%joint_energy)
+    call row%reals(setting_t('joints', 'shear_energy', &
+                             'energy that a bond takes as it shears, one number for each joint material; 0: it breaks at once', &
+                             'force/length', 0.0_dp), s%joint_shear_energy)
     call row%reals(setting_t('joints', 'kn', &
                              'normal stiffness of a joint, one number for each joint material; 0: contact.stiffness', &
                              'force/length^3', 0.0_dp), s%joint_kn)

@@ -3,7 +3,8 @@ module scree_joint_law
   use scree_kinds, only: dp
   implicit none
   private
-  public :: closure_t, dilation_t, joint_memory_t, joint_stiffness_t, joint_t, laws_in_use_t, roughness_t, wear_t
+  public :: closure_t, dilation_t, joint_memory_t, joint_stiffness_t, joint_t, laws_in_use_t, roughness_t, softening_t, &
+            wear_t
 
   !> Stiffness of a joint of its own.
   type :: joint_stiffness_t
@@ -35,6 +36,12 @@ module scree_joint_law
     real(dp) :: cohesion = 0.0_dp !! that a broken bond leaves, force/length^2
   end type roughness_t
 
+  !> Bonds of a joint that lose their strength over a displacement.
+  type :: softening_t
+    real(dp) :: opening = 0.0_dp  !! at which a bond has no tensile strength left; 0: it breaks at once, length
+    real(dp) :: slip = 0.0_dp     !! at which it has no cohesion left; 0: it breaks at once, length
+  end type softening_t
+
   !> The law of a joint material. A part whose numbers are 0 has no effect.
   type :: joint_t
     real(dp) :: friction = 0.0_dp !! tangent of the friction angle
@@ -45,11 +52,13 @@ module scree_joint_law
     type(dilation_t) :: dilation
     type(wear_t) :: wear
     type(roughness_t) :: roughness
+    type(softening_t) :: softening
   end type joint_t
 
   !> Memory of the laws of a joint at an entrance.
   type :: joint_memory_t
     logical :: bonded = .false.     !! cohesion and tensile strength are not lost
+    real(dp) :: damage = 0.0_dp     !! part of its strength that the bond has lost
     real(dp) :: length = 0.0_dp     !! of the joint that the contact stands for, where its strength asks for it
     real(dp) :: pressing = 0.0_dp   !! force across at the end of the last step
     real(dp) :: slid = 0.0_dp       !! way that the contact has slid since it was found, length
@@ -66,6 +75,7 @@ module scree_joint_law
     logical :: dilation = .false.
     logical :: wear = .false.
     logical :: roughness = .false.
+    logical :: softening = .false.
   end type laws_in_use_t
 
 end module scree_joint_law

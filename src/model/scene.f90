@@ -189,6 +189,8 @@ module scree_scene
     real(dp), allocatable :: worn_cohesion(:) !! (n_joints) cohesion that a broken bond leaves, force/length^2
     real(dp), allocatable :: jrc(:)         !! (n_joints) roughness coefficient, degrees a decade of the stress
     real(dp), allocatable :: jcs(:)         !! (n_joints) compressive strength of the walls, force/length^2
+    real(dp), allocatable :: joint_energy(:) !! (n_joints) that opening takes of a bond, force/length; 0: it breaks at once
+    real(dp), allocatable :: joint_shear_energy(:) !! (n_joints) that shear takes of it, likewise
     real(dp), allocatable :: joint_closure(:) !! (n_joints) largest, of a joint that stiffens as it closes; 0: it does not, length
     real(dp), allocatable :: dilation(:)    !! (n_joints) angle at which a joint opens as it slides, degrees
     real(dp), allocatable :: dilation_slip(:) !! (n_joints) slip at which that ends, length

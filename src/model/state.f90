@@ -27,6 +27,7 @@ module scree_state
     real(dp) :: damping = 0.0_dp         !! that mass damping and absorbing edges took since then
     real(dp) :: friction = 0.0_dp        !! lost in sliding since then
     real(dp) :: yield = 0.0_dp           !! lost in bolts that yielded or broke since then
+    real(dp) :: fracture = 0.0_dp        !! lost in bonds that softened since then
     real(dp) :: asleep = 0.0_dp          !! motion of what fell asleep, since then
     real(dp) :: momentum(3) = 0.0_dp     !! x, y: mass/time; angular: mass length/time
   end type books_t

@@ -244,6 +244,7 @@ contains
     call archive%part('books%damping', books%damping)
     call archive%part('books%friction', books%friction)
     call archive%part('books%yield', books%yield)
+    call archive%part('books%fracture', books%fracture)
     call archive%part('books%asleep', books%asleep)
     call archive%part('books%momentum', books%momentum)
   end subroutine visit_books
@@ -411,6 +412,7 @@ contains
     call archive%part('entrance%length', entrance%memory%length)
     call archive%part('entrance%pressing', entrance%memory%pressing)
     call archive%part('entrance%bonded', entrance%memory%bonded)
+    call archive%part('entrance%damage', entrance%memory%damage)
     call archive%part('entrance%slid', entrance%memory%slid)
     call archive%part('entrance%wear', entrance%memory%wear)
     call archive%part('entrance%displaced', entrance%memory%displaced)

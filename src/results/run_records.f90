@@ -8,6 +8,7 @@ module scree_run_records
   use scree_equilibrium, only: balance_t
   use scree_errors, only: error_t
   use scree_integrator, only: held_weight, holds_power
+  use scree_joint_rules, only: joints_soften
   use scree_interpolation, only: displacement_matrix
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -34,6 +35,7 @@ module scree_run_records
     integer :: bolt_shear = 0, bolt_slip = 0, bolt_number = 0
     integer :: contacts = 0, open_close = 0, judged = 0, judged_step = 0, overlap = 0, spring = 0, friction = 0
     integer :: touch_count = 0, touch_blocks = 0, touch_state = 0, touch_place = 0, touch_normal = 0, touch_force = 0
+    integer :: touch_damage = 0, fracture = 0
     integer :: body_green = 0, body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
     integer :: point_position = 0, point_displacement = 0, point_velocity = 0, point_stress = 0
     integer, allocatable :: measured(:)               !! points of the system
@@ -43,7 +45,7 @@ module scree_run_records
   type :: kinds_t
     integer :: stages = 0
     logical :: gravity = .false., fixed_springs = .false., held = .false., damping = .false., error = .false., static = .false., &
-               sleep = .false., removal = .false.
+               sleep = .false., removal = .false., softening = .false.
   end type kinds_t
 
   character(len=*), parameter :: energy_unit = 'force*length/length'
@@ -64,6 +66,7 @@ contains
       kinds%error = kinds%error .or. s%estimates_error
       kinds%static = kinds%static .or. effects%is_static()
       kinds%sleep = kinds%sleep .or. allocated(effects%sleep)
+      if (allocated(effects%contact)) kinds%softening = kinds%softening .or. joints_soften(effects%contact)
       kinds%removal = kinds%removal .or. .not. all(model%present)
     end associate
   end subroutine note_kinds
@@ -84,7 +87,6 @@ contains
     if (kinds%error) call declare_errors()
     call declare_rest()
     associate (effects => model%effects)
-      if (allocated(effects%bolt)) call declare_energies_of_bolts()
       if (allocated(effects%contact)) call declare_open_close()
       call declare_bodies()
       if (allocated(effects%contact)) call declare_contacts()
@@ -141,8 +143,7 @@ contains
 
     !> Declares how far the run is estimated to be off, of a step.
     subroutine declare_errors()
-      call a_step('error/displacement', [integer ::], 'length', 'largest estimated error of the place of a block', &
-                  records%error)
+      call a_step('error/displacement', [integer ::], 'length', 'largest estimated error of the place of a block', records%error)
       call a_step('error/growth', [integer ::], '1', 'largest area that small strain has added to a block, over its area', &
                   records%error_growth)
       call a_step('error/share', [integer ::], '1', 'the larger of the growth and the error of the place over the displacement', &
@@ -168,13 +169,6 @@ contains
       end if
     end subroutine declare_rest
 
-    !> Declares the energy of bolts.
-    subroutine declare_energies_of_bolts()
-      call a_step('energy/bolts', [integer ::], energy_unit, 'energy of the bolts', records%bolts)
-      call a_step('energy/yield', [integer ::], energy_unit, 'energy lost in bolts that yielded or broke since the start', &
-                  records%yield)
-    end subroutine declare_energies_of_bolts
-
     !> Declares how many contacts a step has, how they settled, and their energy.
     subroutine declare_open_close()
       call a_step('contacts', [3], '1', 'contacts open, sliding, locked', records%contacts, .true.)
@@ -184,6 +178,7 @@ contains
       call a_step('overlap', [integer ::], 'length', 'deepest overlap of a contact', records%overlap)
       call a_step('energy/contact', [integer ::], energy_unit, 'energy of the springs of contacts', records%spring)
       call a_step('energy/friction', [integer ::], energy_unit, 'work lost in sliding since the start', records%friction)
+      if (kinds%softening) call a_step('energy/fracture', [integer ::], energy_unit, 'energy lost in bonds', records%fracture)
     end subroutine declare_open_close
 
     !> Declares what a frame has of each block.
@@ -211,12 +206,16 @@ contains
       call a_series('/contacts/normal', [2], '1', 'outer normal of the edge', records%touch_normal, .false.)
       call a_series('/contacts/force', [2], 'force', 'on the block of the vertex, along the normal and the normal turned left', &
                     records%touch_force, .false.)
+      if (kinds%softening) call a_series('/contacts/damage', [integer ::], '1', 'of a bond, or -1', records%touch_damage, .false.)
     end subroutine declare_contacts
 
-    !> Declares the bolts of a frame.
+    !> Declares the energy of bolts of a step, and the bolts of a frame.
     subroutine declare_bolts(m)
       integer, intent(in) :: m                   !! of them
 
+      call a_step('energy/bolts', [integer ::], energy_unit, 'energy of the bolts', records%bolts)
+      call a_step('energy/yield', [integer ::], energy_unit, 'energy lost in bolts that yielded or broke since the start', &
+                  records%yield)
       call a_series('/bolts/ends', [4, m], 'length', 'x1 y1 x2 y2 of the ends', records%bolt_ends, per_frame=.true.)
       call a_series('/bolts/force', [m], 'force', 'tension; below 0 it pushes', records%bolt_force, per_frame=.true.)
       call a_series('/bolts/elongation', [m], 'length', 'growth of its length since the start', records%bolt_elongation, &
@@ -386,6 +385,7 @@ contains
     call put(records%overlap, [overlap])
     call put(records%spring, [state%books%contact_springs + state%books%sleeping_springs])
     call put(records%friction, [state%books%friction])
+    if (records%fracture > 0) call put(records%fracture, [state%books%fracture])
     if (records%bolts > 0) call put(records%bolts, [state%books%bolts])
     if (records%yield > 0) call put(records%yield, [state%books%yield])
     do i = 1, size(records%measured)
@@ -546,6 +546,9 @@ contains
         call put(records%touch_place, state%vertex(:, outlines%start(entrance%vertex)) + model%origin)
         call put(records%touch_normal, normal)
         call put(records%touch_force, contact%force)
+        if (records%touch_damage > 0) &
+          call put(records%touch_damage, [merge(entrance%memory%damage, -1.0_dp, &
+                                                entrance%memory%bonded .or. entrance%memory%damage >= 1)])
       end associate
     end subroutine put_contact
 

@@ -5,7 +5,7 @@ module scree_run_summary
   use scree_deviation, only: share_off
   use scree_energy, only: dissipated_energy, stored_energy
   use scree_equilibrium, only: balance_t, tolerance_of
-  use scree_joint_rules, only: joints_give_way
+  use scree_joint_rules, only: joints_give_way, joints_soften
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_regions, only: first_vertex_of, last_vertex_of
@@ -69,8 +69,9 @@ module scree_run_summary
     real(dp) :: area = 0.0_dp            !! of all blocks, length^2
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness as all energies
     real(dp) :: fallen = 0.0_dp          !! most that the weights have given
-    real(dp) :: friction = 0.0_dp, damping = 0.0_dp, yield = 0.0_dp, asleep = 0.0_dp, dissipated = 0.0_dp
+    real(dp) :: friction = 0.0_dp, damping = 0.0_dp, yield = 0.0_dp, fracture = 0.0_dp, asleep = 0.0_dp, dissipated = 0.0_dp
     logical :: has_bolts = .false.       !! the scene has
+    logical :: softens = .false.         !! its joints have bonds that soften
     logical :: may_swing = .false.       !! it has bolts, or joints with a stiffness of their own
     logical :: is_static = .false.       !! the run, or its last stage: its steps begin at rest
     type(stage_ending_t), allocatable :: stage(:) !! of a run of several those that it was in
@@ -106,6 +107,7 @@ contains
     summary%tolerance = tolerance_of(model%settings)
     summary%has_bolts = allocated(model%effects%bolt)
     summary%may_swing = summary%has_bolts
+    if (summary%touches) summary%softens = joints_soften(model%effects%contact)
     if (summary%touches) summary%may_swing = summary%may_swing .or. joints_give_way(model%effects%contact)
     summary%asked = huge(summary%asked)
     if (n_stages > 1) return
@@ -203,6 +205,7 @@ contains
       summary%friction = now%friction - from%friction
       summary%damping = now%damping - from%damping
       summary%yield = now%yield - from%yield
+      summary%fracture = now%fracture - from%fracture
       summary%asleep = now%asleep - from%asleep
       summary%staged = now%staged - from%staged
       summary%dissipated = dissipated_energy(now) - dissipated_energy(from)
@@ -210,12 +213,12 @@ contains
     end associate
   end subroutine sum_up
 
-  !> Energy that went elsewhere than into friction, damping, bolts and sleep: by the integrator, in impacts, with bonds; below 0 it
-  !> was made.
+  !> Energy that went elsewhere than into friction, damping, bolts, fracture and sleep: by the integrator, in impacts, with bonds;
+  !> below 0 it was made.
   pure real(dp) function lost_otherwise(summary) result(lost)
     type(summary_t), intent(in) :: summary
 
-    lost = summary%dissipated - summary%friction - summary%damping - summary%yield - summary%asleep
+    lost = summary%dissipated - summary%friction - summary%damping - summary%yield - summary%fracture - summary%asleep
   end function lost_otherwise
 
   !> The same over the energy supplied; 0 where none was.

@@ -165,6 +165,7 @@ contains
     associate (lost => lost_otherwise(summary))
       text = words(summary%given)//' supplied; friction took '//words(summary%friction)//', damping '//words(summary%damping)
       if (summary%has_bolts) text = text//', bolts '//words(summary%yield)
+      if (summary%softens) text = text//', fracture '//words(summary%fracture)
       text = text//'; '//words(abs(lost))//' ('//words(100*abs(share_lost(summary)))//' %) was '
       if (lost < 0) then
         text = text//'gained, an error of the steps'
@@ -444,6 +445,7 @@ contains
     call put(json, 'friction', summary%friction)
     call put(json, 'damping', summary%damping)
     if (summary%has_bolts) call put(json, 'bolts', summary%yield)
+    if (summary%softens) call put(json, 'fracture', summary%fracture)
     call put(json, 'asleep', summary%asleep)
     call put(json, 'lost_otherwise', lost_otherwise(summary))
     call put(json, 'share_lost', share_lost(summary))

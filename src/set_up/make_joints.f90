@@ -37,6 +37,12 @@ contains
       if (allocated(s%joint_ks)) joint%stiffness%shear = s%joint_ks(i)
     end if
     if (allocated(s%joint_closure)) joint%closure%most = s%joint_closure(i)
+    if (allocated(s%joint_energy)) then
+      if (s%joint_energy(i) > 0) joint%softening%opening = 2*s%joint_energy(i)/joint%strength
+    end if
+    if (allocated(s%joint_shear_energy)) then
+      if (s%joint_shear_energy(i) > 0) joint%softening%slip = 2*s%joint_shear_energy(i)/joint%cohesion
+    end if
     if (allocated(s%dilation)) then
       joint%dilation%tangent = tan(s%dilation(i)*degree)
       joint%dilation%slip = s%dilation_slip(i)

@@ -124,8 +124,9 @@ contains
   !> Settles elements that share unknowns or touch.
   !>
   !> A settled group settles anew where multipliers grow or anchors move. It settles anew without bonds that are too weak, at least
-  !> one in a round, so these rounds end. It settles anew with the friction of the present stress of static contacts; if the rounds
-  !> end before that friction stays, it is that of the last round.
+  !> one in a round, so these rounds end. It settles anew with the damage of bonds that soften, so many times at most. It settles
+  !> anew with the friction of the present stress of static contacts; if the rounds end before that friction stays, it is that of
+  !> the last round.
   subroutine settle_together(model, cache, state, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
@@ -143,6 +144,7 @@ contains
       call hold(model, try, held)
       if (held) then
         call break_bonds(model, try%d, try%contacts, held)
+        if (try%contacts%softens_on) exit
         if (held .and. follows < most_follows) then
           follows = follows + 1
           call follow_stress(model, try%d, merge(1.0_dp, 0.5_dp, 3*follows < most_follows), try%contacts, held)
@@ -152,6 +154,11 @@ contains
         rounds = rounds + 1
       end if
     end do
+    if (try%contacts%softens_on) then
+      call reject(try%outcome, cut_by_contacts, 'the damage of bonds did not settle', &
+                  'a smaller step.size, or a finer mesh along the joint', 0)
+      return
+    end if
     call reject(try%outcome, cut_by_contacts, 'the multipliers of contacts did not settle in '//number_text(most_holds)// &
                 ' rounds', 'a larger contact.overlap, or another contact.stiffness', 0)
   end subroutine settle_together
@@ -340,6 +347,7 @@ contains
       outcome%judged = reshape([outcome%judged, contacts%count, contacts%changes], [4, size(outcome%judged, 2) + 1])
       iteration%far = contacts%changes > many_changes .and. rules%settles_always
       iteration%in_doubt = outcome%settled .and. contacts%changes > 0 .and. rules%settles_always
+      if (wholly_held(cache%equations, try%group%number)) iteration%in_doubt = .false. ! supports balance any state
       if (contacts%changes == 0) then
         if (.not. outcome%settled) call return_anchors(model, try%d, contacts, enough)
         return

@@ -16,6 +16,7 @@ module scree_settle_problems
   use scree_iteration, only: group_t
   use scree_iteration_end, only: check_areas
   use scree_interruption, only: stop_signal
+  use scree_joint_rules, only: joints_soften
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_open_close, only: judge_contacts, keep_lines
@@ -63,8 +64,24 @@ module scree_settle_problems
 
 contains
 
-  !> Settles contacts that a judgement has changed as a friction problem, where the iteration runs in circles or would.
+  !> Goes on where a judgement has changed contacts: with constant pulls of bonds that soften, or with a friction problem, where the
+  !> iteration runs in circles or would.
   subroutine settle_circles(model, cache, state, before, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: before(:, :)           !! (2, n_contacts) states of their entrances before the judgement
+    type(try_t), intent(inout) :: try
+
+    if (joints_soften(try%contacts%law) .and. try%contacts%pulls_fall) then
+      call level_pulls(model, cache, state, try)
+    else
+      call settle_as_problem(model, cache, state, before, try)
+    end if
+  end subroutine settle_circles
+
+  !> Settles contacts that a judgement has changed as a friction problem, where the iteration runs in circles or would.
+  subroutine settle_as_problem(model, cache, state, before, try)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
@@ -90,7 +107,22 @@ contains
     if (.not. (stalls .or. prompt)) return
     call reject_contacts(model, state, before, try)
     call settle_stalled(model, cache, state, try)
-  end subroutine settle_circles
+  end subroutine settle_as_problem
+
+  !> Lets the pull of bonds that soften be constant where the iteration runs in circles, and begins it anew. A friction problem has
+  !> no springs that pull less as they open.
+  subroutine level_pulls(model, cache, state, try)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(in) :: state
+    type(try_t), intent(inout) :: try
+
+    call count_stalled(model, try)
+    if (try%iteration%stalled <= try%group%open_close%most_stalled) return
+    try%contacts%pulls_fall = .false.
+    call begin_round(try%iteration)
+    call judge_at(model, cache, state, try)
+  end subroutine level_pulls
 
   !> Settles contacts as a friction problem from where a judgement changed fewest of them: along the path alone, which is short
   !> where that was near the solution. Where it does not get there all stays as it was.
@@ -134,6 +166,7 @@ contains
     end associate
     call begin_phase(cache%timers, phase_judge)
     call put_members(model, try%group, try%iteration%sound, try%d)
+    try%contacts%pulls_fall = .false.
     call judge_at(model, cache, state, try)
     call solve_as_problem(model, cache, state, attempt_t(effort), try, answer)
     if (.not. (answer%found .or. try%group%linear) .and. try%iteration%by_secant < most_by_secant) then

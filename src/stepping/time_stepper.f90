@@ -417,14 +417,16 @@ contains
     real(dp), intent(in) :: work            !! of loads, ground and supports in the step, force length per unit thickness
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(inout) :: state
-    real(dp) :: friction
+    real(dp) :: fracture, friction
 
     state%pace%bound = try%bound
     state%books%work = state%books%work + work
     state%books%damping = state%books%damping + loss_of_step(model, cache, state, try%rule, try%d)
     if (allocated(model%effects%contact)) then
       if (try%contacts%looked) then
-        call accept_contacts(model, try%d, try%contacts, state%contacts, state%books%contact_springs, friction)
+        call accept_contacts(model, try%d, try%contacts, state%contacts, state%books%contact_springs, friction, &
+                             fracture)
+        state%books%fracture = state%books%fracture + fracture
         state%books%friction = state%books%friction + friction + try%impact%friction
       else
         call accept_no_contact(try%contacts, state%contacts)

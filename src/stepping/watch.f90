@@ -288,7 +288,8 @@ contains
 
     energy = state%books%strain + state%books%fixed_springs + state%books%contact_springs &
              + state%books%sleeping_springs + state%books%bolts + state%books%held &
-             + state%books%friction + state%books%damping + state%books%yield + state%books%asleep
+             + state%books%friction + state%books%damping + state%books%yield + state%books%fracture &
+             + state%books%asleep
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       energy = energy + kinetic_energy(cache%element(e)%mass_matrix, &

@@ -10,9 +10,10 @@
 !> The forces h and h' are zero but with multipliers (augmented Lagrangian); g0 is the gap when the step begins, 0 where that is
 !> positive and no bond holds the contact.
 module scree_coulomb_contact
+  use scree_bond_rules, only: bond, softens_in_shear
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t, gap_before
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, state_locked, state_open, state_sliding
-  use scree_joint_rules, only: bond, friction_of
+  use scree_joint_rules, only: friction_of
   use scree_kinds, only: dp
   implicit none
   private
@@ -232,8 +233,9 @@ contains
   end subroutine set_state
 
   !> What an entrance remembers of sliding: its anchor follows, but for what its spring keeps, and a bond that yields breaks unless
-  !> its joint holds elsewhere. A bond without shear strength has none to lose.
-  pure subroutine slide_coulomb(shear, edge_length, holds, entrance, slip, work)
+  !> its joint holds elsewhere or the bond softens. A bond without shear strength has none to lose.
+  pure subroutine slide_coulomb(law, shear, edge_length, holds, entrance, slip, work)
+    type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: shear        !! force
     real(dp), intent(in) :: edge_length  !! length
     logical, intent(in) :: holds         !! another bond between the two blocks is locked
@@ -248,7 +250,7 @@ contains
     entrance%memory%slid = entrance%memory%slid + abs(slip - kept)
     entrance%memory%wear = entrance%memory%wear + abs(slip - kept)
     slip = kept
-    entrance%memory%bonded = entrance%memory%bonded .and. (holds .or. .not. abs(shear) > 0)
+    entrance%memory%bonded = entrance%memory%bonded .and. (holds .or. .not. abs(shear) > 0 .or. softens_in_shear(law, entrance))
   end subroutine slide_coulomb
 
 end module scree_coulomb_contact

@@ -12,12 +12,11 @@
 !> The curve is in doc/theory/contact-laws.md, eq-closure.
 module scree_joint_closure
   use scree_contact_quantities, only: bend_t, contact_force_t, entrance_start_t, gap_and_slip_t
-  use scree_contacts, only: contact_t
   use scree_joint_law, only: closure_t
   use scree_kinds, only: dp
   implicit none
   private
-  public :: bend_springs, closing_energy, judge_bend, starting_bend
+  public :: bend_springs, closing_energy, starting_bend, touching
 
 contains
 
@@ -73,30 +72,6 @@ contains
       force%across_by_gap(k, k) = force%across_by_gap(k, k) - start(k)%bend%stiffer
     end do
   end subroutine bend_springs
-
-  !> Draws the line of the active entrance anew at the present gap. A change counts if the force changes by more than a negligible
-  !> one.
-  pure subroutine judge_bend(closure, now, doubt, contact, start, force, changes)
-    type(closure_t), intent(in) :: closure    !! of the entrance that acts
-    type(gap_and_slip_t), intent(in) :: now(2)
-    real(dp), intent(in) :: doubt             !! force that changes nothing
-    type(contact_t), intent(in) :: contact
-    type(entrance_start_t), intent(inout) :: start(2)
-    type(contact_force_t), intent(inout) :: force
-    integer, intent(inout) :: changes
-    type(bend_t) :: bend
-    real(dp) :: more
-
-    associate (k => contact%active)
-      if (.not. closure%most > 0) return
-      bend = touching(closure, contact%entrance(k)%stiffness(1), now(k)%gap, start(k)%bend)
-      more = bend%behind - start(k)%bend%behind - (bend%stiffer - start(k)%bend%stiffer)*now(k)%gap
-      if (abs(more) > doubt) changes = changes + 1
-      force%across(k) = force%across(k) + more
-      force%across_by_gap(k, k) = force%across_by_gap(k, k) - (bend%stiffer - start(k)%bend%stiffer)
-      start(k)%bend = bend
-    end associate
-  end subroutine judge_bend
 
   !> Energy that the spring across has beside that of a linear one at an overlap, force length per unit thickness.
   pure real(dp) function closing_energy(closure, p, overlap) result(energy)

@@ -1,18 +1,20 @@
 !> Which laws the joints of a scene have. Only this file asks; each law is a module of its own, which knows of no other one:
-!> `joint_stiffness`, `joint_closure`, `joint_dilation`, `joint_wear` and `joint_roughness`.
+!> `joint_stiffness`, `joint_closure`, `joint_dilation`, `joint_wear`, `joint_roughness` and `joint_softening`.
 module scree_joint_rules
-  use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
+  use scree_bond_rules, only: bond, softens_in_tension
+  use scree_contact_quantities, only: bend_t, contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contacts, only: contact_law_t, contact_t, entrance_t
-  use scree_joint_closure, only: closing_energy, judge_bend, starting_bend
+  use scree_joint_closure, only: closing_energy, starting_bend, touching
   use scree_joint_dilation, only: begin_opening, dilating_t, judge_opening, remember_opening, tangent_after
   use scree_joint_law, only: joint_memory_t, joint_t, laws_in_use_t
   use scree_joint_roughness, only: follows_stress, rough_friction
+  use scree_joint_softening, only: pulled_energy, pulled_line, softens
   use scree_joint_wear, only: unworn, worn_friction
   use scree_kinds, only: dp
   implicit none
   private
-  public :: begin_joints, bond, energy_beside_spring, friction_of, joints_dilate, joints_follow_stress, joints_give_way, &
-            joints_stiffen, joints_wear, judge_closing, judge_dilating, laws_in_use, remember_dilating, weaker_joint
+  public :: begin_joints, energy_beside_spring, friction_of, joints_bend, joints_dilate, joints_follow_stress, joints_give_way, &
+            joints_soften, joints_wear, judge_bend, judge_dilating, laws_in_use, remember_dilating, weaker_joint
 
 contains
 
@@ -25,6 +27,7 @@ contains
     laws_in_use%dilation = any(joint%dilation%tangent > 0)
     laws_in_use%wear = any(joint%wear%slip > 0)
     laws_in_use%roughness = any(follows_stress(joint%roughness))
+    laws_in_use%softening = any(softens(joint))
   end function laws_in_use
 
   !> Whether joints give way by a stiffness of their own.
@@ -34,12 +37,19 @@ contains
     joints_give_way = law%uses%stiffness
   end function joints_give_way
 
-  !> Whether joints stiffen as they close.
-  pure logical function joints_stiffen(law)
+  !> Whether springs across joints are curves: joints stiffen as they close, or soften as their bonds open.
+  pure logical function joints_bend(law)
     type(contact_law_t), intent(in) :: law
 
-    joints_stiffen = law%uses%closure
-  end function joints_stiffen
+    joints_bend = law%uses%closure .or. law%uses%softening
+  end function joints_bend
+
+  !> Whether bonds of joints soften.
+  pure logical function joints_soften(law)
+    type(contact_law_t), intent(in) :: law
+
+    joints_soften = law%uses%softening
+  end function joints_soften
 
   !> Whether the faces of joints part as they slide.
   pure logical function joints_dilate(law)
@@ -62,15 +72,6 @@ contains
     joints_follow_stress = law%uses%roughness
   end function joints_follow_stress
 
-  !> Force of a bond: a strength of the joint times the length that the contact stands for.
-  pure real(dp) function bond(entrance, strength)
-    type(entrance_t), intent(in) :: entrance
-    real(dp), intent(in) :: strength !! force/length^2
-
-    bond = 0.0_dp
-    if (entrance%memory%bonded) bond = strength*entrance%memory%length
-  end function bond
-
   !> Tangent of the friction angle of an entrance, after the wear and under the stress with which the step began.
   pure real(dp) function friction_of(law, entrance) result(friction)
     type(contact_law_t), intent(in) :: law
@@ -83,7 +84,7 @@ contains
     end associate
   end function friction_of
 
-  !> Begins a step: the springs of joints that stiffen touch their curves, and joints that were dilating go on.
+  !> Begins a step: the springs of joints touch their curves, and joints that were dilating go on.
   pure subroutine begin_joints(law, dashpot, contact, start)
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: dashpot          !! viscosity over the size of the step, force/length
@@ -91,30 +92,57 @@ contains
     type(entrance_start_t), intent(inout) :: start(2)
     integer :: k
 
-    if (law%uses%closure) then
+    if (joints_bend(law)) then
       do k = 1, contact%n_entrances
-        associate (closure => law%joint(contact%entrance(k)%joint)%closure)
-          if (closure%most > 0) start(k)%bend = starting_bend(closure, contact%entrance(k)%stiffness(1), start(k)%gap)
+        associate (closure => law%joint(contact%entrance(k)%joint)%closure, p => contact%entrance(k)%stiffness(1))
+          if (closure%most > 0) start(k)%bend = starting_bend(closure, p, start(k)%gap)
+          if (start(k)%gap > 0) start(k)%bend = line_at(law, contact%entrance(k), .true., start(k)%gap, start(k)%bend)
         end associate
+        start(k)%damage = contact%entrance(k)%memory%damage
       end do
     end if
     if (law%uses%dilation) &
       call begin_opening(dilating_in_step(law, dashpot, contact%entrance(contact%active)), contact, start)
   end subroutine begin_joints
 
-  !> Judges where on its curve a joint that stiffens is, before the state of its contact is judged.
-  pure subroutine judge_closing(law, now, doubt, contact, start, force, changes)
+  !> The line that the spring across an entrance follows at a gap, after one that has led there.
+  pure type(bend_t) function line_at(law, entrance, falls, gap, before) result(line)
     type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+    logical, intent(in) :: falls             !! the pull of a bond that opens; else it is constant
+    real(dp), intent(in) :: gap              !! length
+    type(bend_t), intent(in) :: before
+
+    associate (joint => law%joint(entrance%joint), p => entrance%stiffness(1))
+      if (joint%closure%most > 0) line = touching(joint%closure, p, gap, before)
+      if (gap > 0 .and. softens_in_tension(law, entrance)) line = pulled_line(joint, entrance%memory, falls, p, gap)
+    end associate
+  end function line_at
+
+  !> Draws the line of the entrance that acts anew at the present gap, before the state of its contact is judged. A change counts if
+  !> the force changes by more than a negligible one.
+  pure subroutine judge_bend(law, falls, now, doubt, contact, start, force, changes)
+    type(contact_law_t), intent(in) :: law
+    logical, intent(in) :: falls             !! the pull of a bond that opens; else it is constant
     type(gap_and_slip_t), intent(in) :: now(2)
     real(dp), intent(in) :: doubt            !! force that changes nothing
     type(contact_t), intent(in) :: contact
     type(entrance_start_t), intent(inout) :: start(2)
     type(contact_force_t), intent(inout) :: force
     integer, intent(inout) :: changes        !! counted on
+    type(bend_t) :: line
+    real(dp) :: more
 
-    if (.not. law%uses%closure) return
-    call judge_bend(law%joint(contact%entrance(contact%active)%joint)%closure, now, doubt, contact, start, force, changes)
-  end subroutine judge_closing
+    if (.not. joints_bend(law)) return
+    associate (k => contact%active)
+      line = line_at(law, contact%entrance(k), falls, now(k)%gap, start(k)%bend)
+      more = line%behind - start(k)%bend%behind - (line%stiffer - start(k)%bend%stiffer)*now(k)%gap
+      if (abs(more) > doubt) changes = changes + 1
+      force%across(k) = force%across(k) + more
+      force%across_by_gap(k, k) = force%across_by_gap(k, k) - (line%stiffer - start(k)%bend%stiffer)
+      start(k)%bend = line
+    end associate
+  end subroutine judge_bend
 
   !> Judges how a joint dilates, after the state of its contact has been judged.
   pure subroutine judge_dilating(law, dashpot, now, doubt, contact, start, changes)
@@ -166,6 +194,8 @@ contains
 
     energy = 0.0_dp
     if (law%uses%closure) energy = closing_energy(law%joint(entrance%joint)%closure, entrance%stiffness(1), overlap)
+    if (overlap < 0 .and. softens_in_tension(law, entrance)) &
+      energy = pulled_energy(law%joint(entrance%joint), entrance%memory, entrance%stiffness(1), -overlap)
   end function energy_beside_spring
 
   !> The weaker one of two joint materials: that with the smaller friction, or of equal ones with the smaller cohesion, and so on
@@ -193,7 +223,7 @@ contains
     associate (wear => joint%wear, roughness => joint%roughness, stiffness => joint%stiffness, dilation => joint%dilation)
       property = [joint%friction, joint%cohesion, joint%strength, wear%friction, wear%slip, &
                   roughness%jrc, roughness%jcs, roughness%cohesion, stiffness%normal, stiffness%shear, &
-                  joint%closure%most, dilation%tangent, dilation%slip]
+                  joint%closure%most, dilation%tangent, dilation%slip, joint%softening%opening, joint%softening%slip]
     end associate
   end function properties
 

@@ -1,10 +1,10 @@
 !> Contact by Shi's own rules: gap and slip from an anchor, tolerances to close and to open, friction that lags (df18, df22).
 module scree_shi_contact
+  use scree_bond_rules, only: bond
   use scree_contact_geometry, only: frame_of_edge, entrance_geometry_t
   use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, shi_law_t, state_locked, state_open, state_sliding
   use scree_interpolation, only: displacement_matrix
-  use scree_joint_rules, only: bond
   use scree_kinds, only: dp, pi
   use scree_model, only: cache_t, model_t
   use scree_state, only: state_t
