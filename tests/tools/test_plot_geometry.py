@@ -181,7 +181,7 @@ def test_what_is_drawn_is_what_was_asked_for(scene, tmp_path):
     assert len([c for c in axis.collections if isinstance(c, LineCollection)]) == 3
     assert [len(line.get_xdata()) for line in axis.lines] == [2, 1, 1]
     assert [text.get_text() for text in axis.get_legend().get_texts()] == [
-        "joint 1", "joint 2", "joint 3", "fixed point", "load point", "measured point"]
+        "rock 1", "rock 2", "joint 1", "joint 2", "joint 3", "fixed point", "load point", "measured point"]
     for number, text in enumerate(axis.texts, 1):
         assert text.get_text() == str(number) and holds(fills[0].get_paths()[number - 1], text.xy)
 

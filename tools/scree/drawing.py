@@ -2,7 +2,7 @@
 
     tools/plot FILE [...] [--frames first last 10 | all] [--stage 1 NAME | all] [--field stress_xx] [-o PICTURE.png]
                           [--joints [material | state | forces]] [--vectors [displacement | velocity]] [--crosses]
-                          [--points] [--numbers] [--covers] [--window X1 Y1 X2 Y2] [--range LOW HIGH | full] [--no-mesh]
+                          [--conditions] [--points] [--numbers] [--covers] [--window X1 Y1 X2 Y2] [--range LOW HIGH | full] [--no-mesh]
                           [--magnify FACTOR] [--units m,MPa=1e6] [--colours MAP] [--dpi N] [--scree PROGRAM]
     tools/plot FILE --rose [-o PICTURE.png]
     tools/plot RESULTS.h5 [...] --history rotation area energy/kinetic measured_points/displacement [-o PICTURE.png]
@@ -24,13 +24,16 @@ from matplotlib import patheffects
 from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 
 from .arguments import above_zero, beside, check_picture, ends_in_a_line, parser_for
-from .errors import PlotError
+from .conditions import ARROW, draw_bolts, draw_conditions
+from .errors import PlotError, ScreeError
 from .histories import LINES, axis_of, histories_of, is_static
+from .model.views import model_of
 from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_crosses, draw_joint_states, first_of, lengths_of,
                        robust_limits, velocities)
 from .polygons import loops_of
@@ -39,7 +42,7 @@ from .results import read
 from .rose import draw_rose
 from .units import Units, add_units
 
-FIELDS = ("block", "material", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement", "velocity")
+FIELDS = ("material", "block", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement", "velocity")
 LARGEST_NUMBER_OF_PANELS = 12
 MOST_NAMES = 15    # of curves of a panel, beyond which their names are left out
 BOTH_SIGNS = 0.1   # of the smaller of two signs over the larger, from which on zero is white
@@ -51,7 +54,9 @@ BELOW = 0.5        # inches from a panel to the legend, for the numbers and the 
 TALLEST = 1.4      # of a panel, over its width
 LEAST_SIDE = 0.25  # of a picture over the other
 POINTS = {1: ("fixed point", "^", "tab:red"), 2: ("load point", "v", "tab:orange"), 3: ("measured point", "o", "tab:cyan")}
-BOLTS = (("bolt", "-", "crimson"), ("bolt that has yielded", "-", "darkorange"), ("broken bolt", ":", "crimson"))  # by state
+ROCKS = ("#d9d2c5", "#c3cfd9", "#dcc2ab", "#c5d4bb", "#d8c6d6", "#e6dfb4", "#aebfc0", "#c9b7a0")  # of block materials
+ROCK = "rock"  # the map with these
+JOINT_COLOURS = ("0.2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C564B", "#999999")  # of joint materials; blue is water
 
 
 def outline(polygon, loops):
@@ -354,10 +359,24 @@ def draw_joints(axis, file, frame, common):
     """Edges in the colour of their joint material; returns the entries of the legend by what they say."""
     entries = {}
     for material, edges in file.joint_edges(frame).items():
-        colour = f"C{(material - 1) % 10}"
+        colour = JOINT_COLOURS[(material - 1) % len(JOINT_COLOURS)]
         axis.add_collection(LineCollection(edges, colors=colour, linewidths=1.3))
-        entries[f"joint {material}"] = Line2D([], [], color=colour, linewidth=1.3)
+        entries[name_of(file, "joint", material)] = Line2D([], [], color=colour, linewidth=1.3)
     return entries
+
+
+def name_of(file, what, number):
+    """The name of a block material, or of a joint material, by the comments of the decks; its number where it has none."""
+    if not hasattr(file, "material_names"):
+        file.material_names = {"rock": [], "joint": []}
+        try:
+            model = model_of(file.file)
+            file.material_names = {"rock": list(model.materials), "joint": list(model.joint_materials)}
+        except (AttributeError, ScreeError):  # a geometry, or decks that no model reads
+            pass
+    names = file.material_names[what]
+    name = names[number - 1] if number <= len(names) else str(number)
+    return f"{what} {number}" if name == str(number) else name
 
 
 def draw_points(axis, file, frame, common):
@@ -368,17 +387,6 @@ def draw_points(axis, file, frame, common):
         if kind in kinds:
             entries[name], = axis.plot(*places[kinds == kind].T, linestyle="none", marker=marker, color=colour, markersize=6,
                                        markeredgecolor="black", markeredgewidth=0.6)
-    return entries
-
-
-def draw_bolts(axis, file, frame, common):
-    """Bolts as lines between their ends."""
-    entries = {}
-    ends, states = file.bolts(frame)
-    for state, (name, style, colour) in enumerate(BOLTS):
-        if state in states:
-            axis.add_collection(LineCollection(ends[states == state], colors=colour, linestyles=style, linewidths=1.8))
-            entries[name] = Line2D([], [], color=colour, linestyle=style, linewidth=1.8)
     return entries
 
 
@@ -419,6 +427,8 @@ class Look:
 
 def limits_of(values, field, look):
     """Limits and map of the colours. A field that has both signs, each of some size, is white at zero."""
+    if field == "material" and values.max() <= len(ROCKS) and look.range is None and look.colours is None:
+        return 0.5, len(ROCKS) + 0.5, ROCK
     low, high = robust_limits(values) if look.range is None and field not in ("block", "material") else (values.min(), values.max())
     colours = "cividis"
     if min(-low, high) > BOTH_SIGNS * max(-low, high):
@@ -443,7 +453,7 @@ def window_of(files, slots, extras, look):
             raise PlotError(f"--window: expected a part of what is drawn, which is from {extent}, found {look.window}")
         return window
     size = max((high - low).max(), 1e-300)
-    spare = np.maximum(0.05 * size, (LEAST_SIDE * size - (high - low)) / 2)
+    spare = np.maximum((1.3 * ARROW if draw_conditions in extras else 0.05) * size, (LEAST_SIDE * size - (high - low)) / 2)
     return np.array([low - spare, high + spare])
 
 
@@ -491,18 +501,29 @@ class Panels:
                 axis.get_major_formatter().set_useOffset(False)  # numbers are whole, without one to add to them
             else:
                 axis.set_major_formatter(lambda value, _: f"{value / factor:.{DIGITS}g}")
-        bar = figure.colorbar(picture, ax=axes, label=self.label, shrink=0.8, extend=self.beyond,
-                              ticks=MaxNLocator(integer=True) if self.field in ("block", "material") else None)
-        bar.formatter.set_useOffset(False)
+        if self.colours == ROCK:
+            file = next(iter(self.values))[0]
+            found = [int(number) for number in np.unique(np.concatenate(list(self.values.values())))]
+            rocks = {name_of(file, "rock", number): Patch(facecolor=ROCKS[number - 1], edgecolor="0.6") for number in found}
+            entries = {**rocks, **entries}
+        else:
+            self.bar_of_colours(figure, axes, picture)
         if entries:
             below = axes[-1, 0].transAxes + ScaledTranslation(0, -BELOW, figure.dpi_scale_trans)
             axes[-1, 0].legend(entries.values(), entries.keys(), fontsize=8, frameon=False, ncols=4, loc="upper center",
                                bbox_to_anchor=(0.5, 0), bbox_transform=below, borderaxespad=0)
 
+    def bar_of_colours(self, figure, axes, picture):
+        """The bar of colours beside the panels."""
+        bar = figure.colorbar(picture, ax=axes, label=self.label, shrink=0.8, extend=self.beyond,
+                              ticks=MaxNLocator(integer=True) if self.field in ("block", "material") else None)
+        bar.formatter.set_useOffset(False)
+
     def figure(self, rows, columns, side):
         """A figure with so many panels of a side in inches."""
         wide, tall = self.shape
-        size = (side * columns + 1.2, (side * min(tall / wide, TALLEST) + 0.5) * rows + (LEGEND if self.extras else 0.3))
+        below = LEGEND if self.extras or self.colours == ROCK else 0.3
+        size = (side * columns + 1.2, (side * min(tall / wide, TALLEST) + 0.5) * rows + below)
         return plt.subplots(rows, columns, figsize=size, squeeze=False, layout="constrained", sharex=True, sharey=True)
 
 
@@ -529,6 +550,9 @@ def draw_frames(files, words, field, extras=(), look=None, stages=None):
         axis.set_title(title, fontsize=10)
     panels.frame_picture(figure, axes, picture, entries)
     return figure
+
+
+plt.colormaps.register(ListedColormap(ROCKS, name=ROCK), force=True)
 
 
 def paler(colours):
@@ -590,8 +614,10 @@ JOINTS = {"material": draw_joints, "state": draw_joint_states, "forces": draw_co
 
 
 def extras_of(given):
-    """What is drawn over the blocks, in its order."""
-    return [*([JOINTS[given.joints]] if given.joints else []), *(given.extras or []),
+    """What is drawn over the blocks, in its order. A picture without a field has the joints and what acts on the rock."""
+    plain = given.field is None
+    joints = given.joints or ("material" if plain else None)
+    return [*([JOINTS[joints]] if joints else []), *([draw_conditions] if plain or given.conditions else []), *(given.extras or []),
             *([VECTORS[given.vectors]] if given.vectors else [])]
 
 
@@ -614,13 +640,14 @@ def look_of(given):
 
 def add_words_of_frames(parser):
     """What says how frames are drawn, in a picture and in a film."""
-    parser.add_argument("--field", choices=FIELDS, default="block")
+    parser.add_argument("--field", choices=FIELDS, help="default: material, with joints and conditions")
     parser.add_argument("--joints", nargs="?", const="material", choices=JOINTS,
                         help="edges by joint material; by state: stick, slip, open; forces: of contacts, too")
     parser.add_argument("--vectors", nargs="?", const="displacement", choices=VECTORS, help="arrows at the middle of elements")
     parser.add_argument("--crosses", action="append_const", dest="extras", const=draw_crosses,
                         help="principal stresses, compression and tension apart")
     parser.add_argument("--covers", action="append_const", dest="extras", const=draw_covers, help="nodes of the covers")
+    parser.add_argument("--conditions", action="store_true", help="water, supports, loads, absorbing edges")
     parser.add_argument("--points", action="append_const", dest="extras", const=draw_points, help="fixed, load, measured points")
     parser.add_argument("--numbers", action="append_const", dest="extras", const=draw_numbers, help="numbers of blocks")
     parser.add_argument("--window", nargs=4, type=float, metavar=("X1", "Y1", "X2", "Y2"), help="what is drawn; default: all")
@@ -656,7 +683,7 @@ def main():
             figure = draw_rose(open_shapes(given.files[0], given.scree, folder), look.units)
         else:
             shapes = [open_shapes(path, given.scree, folder) for path in given.files]
-            figure = draw_frames(shapes, given.frames, given.field, extras, look, given.stage)
+            figure = draw_frames(shapes, given.frames, given.field or FIELDS[0], extras, look, given.stage)
     try:
         figure.savefig(output, dpi=given.dpi, bbox_inches="tight", pad_inches=0.05)
     except (OSError, ValueError) as error:

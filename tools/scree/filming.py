@@ -20,7 +20,7 @@ from matplotlib.animation import FFMpegWriter, PillowWriter
 
 from .arguments import above, beside, check_ending, ends_in_a_line, parser_for, whole_from
 from .errors import PlotError
-from .drawing import WHOLE, Frames, Panels, add_words_of_frames, extras_of, frames_of_stage, kind_of, look_of
+from .drawing import FIELDS, WHOLE, Frames, Panels, add_words_of_frames, extras_of, frames_of_stage, kind_of, look_of
 from .records import Bar
 
 WRITERS = {".mp4": (FFMpegWriter, "ffmpeg"), ".gif": (PillowWriter, "python3-pil")}  # and what Debian calls what they need
@@ -91,6 +91,6 @@ def main():
     extras, look = extras_of(given), look_of(given)
     file = Frames(given.file, given.file.stem)
     frames = frames_of_stage(file, given.stage) if given.stage else range(len(file.times))
-    film(file, frames[::given.every], output, given.fps, given.dpi, given.field, extras, look)
+    film(file, frames[::given.every], output, given.fps, given.dpi, given.field or FIELDS[0], extras, look)
     print(output)
     return 0

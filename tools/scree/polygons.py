@@ -1,6 +1,7 @@
 """Polygons: arrays of their corners."""
 import numpy as np
 
+SLOPE = 0.01  # sine of the angle between an edge and a line that it is on
 LEAST_POLYGON_WITH_A_HOLE = 8  # two triangles, and two vertices there twice
 
 
@@ -73,3 +74,19 @@ def loops_of(polygon):
         return [np.array(numbers)]
 
     return part(list(range(len(corners))))
+
+
+def on_lines(places, ways, lines, near):
+    """Whether each place (n, 2) with a direction (n, 2) lies on one of some lines (x1, y1, x2, y2) and runs along it (n)."""
+    order = np.argsort(places[:, 0])
+    sorted_x, sizes, found = places[order, 0], np.linalg.norm(ways, axis=1), np.zeros(len(places), bool)
+    for x1, y1, x2, y2 in lines:
+        beside = order[slice(*np.searchsorted(sorted_x, (min(x1, x2) - near, max(x1, x2) + near)))]
+        side = np.array([x2 - x1, y2 - y1])
+        length = np.linalg.norm(side)
+        across = np.array([-side[1], side[0]]) / length
+        off = places[beside] - (x1, y1)
+        share = off @ side / length
+        found[beside] |= ((np.abs(off @ across) <= near) & (np.abs(ways[beside] @ across) <= SLOPE * sizes[beside])
+                          & (share >= -near) & (share <= length + near))
+    return found

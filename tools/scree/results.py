@@ -375,10 +375,10 @@ class Results(Group):
     def _repr_png_(self) -> bytes | None:
         """A picture of the last frame; None without matplotlib."""
         try:
-            from .drawing import Frames, draw_frames, plt
+            from .drawing import FIELDS, Frames, draw_conditions, draw_frames, draw_joints, plt
         except ImportError:
             return None
-        figure = draw_frames([Frames(self.path, self.path.stem)], ["last"], "block")
+        figure = draw_frames([Frames(self.path, self.path.stem)], ["last"], FIELDS[0], [draw_joints, draw_conditions])
         picture = io.BytesIO()
         figure.savefig(picture, format="png", dpi=80, bbox_inches="tight")
         plt.close(figure)

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from .errors import PlotError, ScreeError
 from .model import Model
+from .model.words import Points, places
 from .program import StrPath, as_word, made_folder
 from .results import Results, read
 
@@ -40,7 +41,8 @@ def units_of(what: Results | Scene) -> str | None:
     return what.units.for_pictures if isinstance(what, Model) and what.units else None
 
 
-def given_look(joints: str | None = None, vectors: str | None = None, crosses: bool = False, points: bool = False,
+def given_look(field: str | None = None, joints: str | None = None, vectors: str | None = None, crosses: bool = False,
+               conditions: bool = False, points: bool = False,
                numbers: bool = False, covers: bool = False, window: Sequence[float] | None = None,
                range: Sequence[float] | str | None = None, magnify: float = 1, units: str | None = None, colours: str | None = None,
                mesh: bool = True, dpi: float = 150) -> tuple[list, typing.Any]:
@@ -51,7 +53,7 @@ def given_look(joints: str | None = None, vectors: str | None = None, crosses: b
             raise PlotError(f"{name}=: expected one of {', '.join(choices)}, found {value!r}")
     drawn = ((crosses, draw_crosses), (points, draw_points), (numbers, draw_numbers), (covers, draw_covers))
     words = range if range is None else [range] if isinstance(range, str) else [repr(float(end)) for end in range]
-    given = argparse.Namespace(joints=joints, vectors=vectors, extras=[draw for wanted, draw in drawn if wanted], window=window,
+    given = argparse.Namespace(field=field, conditions=conditions, joints=joints, vectors=vectors, extras=[draw for wanted, draw in drawn if wanted], window=window,
                                range=words, magnify=magnify, units=units, colours=colours, no_mesh=not mesh, dpi=dpi)
     return extras_of(given), look_of(given)
 
@@ -67,11 +69,10 @@ def plot(what: Results | Scene, field: str | None = None, frame: int | str = -1,
     with tempfile.TemporaryDirectory() as folder, in_words_of_python():
         if look.get("units") is None:
             look["units"] = units_of(what)
-        if not isinstance(what, Results):
-            look.setdefault("joints", "material")
-        extras, how = given_look(**look)
         shapes = open_shapes(what.path if isinstance(what, Results) else deck_of(what, folder), None, folder)
-        field = field or ("displacement" if len(shapes.times) > 1 else "material")
+        field = field or ("displacement" if len(shapes.times) > 1 else None)
+        extras, how = given_look(field, **look)
+        field = field or FIELDS[0]
         if field not in FIELDS:
             raise PlotError(f"field=: expected one of {', '.join(FIELDS)}, found {field!r}")
         return draw_frames([shapes], [str(frame)], field, extras, how, [frame] if isinstance(frame, str) else None).axes[0]
@@ -84,27 +85,34 @@ def film(results: Results, output: StrPath, field: str = "displacement", stage: 
     from .drawing import Frames, frames_of_stage
     from .filming import film as write_film
     with in_words_of_python():
-        extras, how = given_look(**{"units": units_of(results)} | look, dpi=dpi)
+        extras, how = given_look(field, **{"units": units_of(results)} | look, dpi=dpi)
         file = Frames(results.path, results.path.stem)
         frames = frames_of_stage(file, stage) if stage else list(range(len(file.times)))
         write_film(file, frames[::every], pathlib.Path(output), fps, dpi, field, extras, how)
     return pathlib.Path(output)
 
 
-def report(results: Results, output: StrPath | None = None, units: str | None = None) -> pathlib.Path:
-    """Writes the page of a run for a browser, as `tools/report` does; returns its path, by default that of the results with .html."""
+def report(results: Results, output: StrPath | None = None, units: str | None = None, title: str | None = None, project: str = "",
+           note: str = "") -> pathlib.Path:
+    """Writes the page of a run for a browser, as `tools/report` does; returns its path, by default that of the results with .html. The title
+    is the first sentence of the opening comment of the deck unless it is given."""
     from .pages.command import write_page
     with in_words_of_python():
-        return write_page(results.path, pathlib.Path(output or results.path.with_suffix(".html")), units or units_of(results))
+        return write_page(results.path, pathlib.Path(output or results.path.with_suffix(".html")), units or units_of(results), title, project,
+                          note)
 
 
 @dataclasses.dataclass
 class FactorOfSafety:
-    """A factor of safety: between the largest factor that `stands` and the smallest that `falls`; `folder` holds the runs."""
+    """A factor of safety: between the largest factor that `stands` and the smallest that `falls`; `folder` holds the runs, `area` is that of
+    the blocks that move, `others` has the factors of further mechanisms."""
 
     stands: float
     falls: float
     folder: pathlib.Path
+    path: pathlib.Path
+    area: float = 0.0
+    others: list[FactorOfSafety] = dataclasses.field(default_factory=list)
 
     @property
     def factor(self) -> float:
@@ -117,24 +125,30 @@ class FactorOfSafety:
     @property
     def mechanism(self) -> Results:
         """The results of the run that just falls."""
-        return read(self.folder / "falls.h5")
+        return read(self.path)
 
 
 def fs(what: Scene, joints: Iterable[str | int] = (), balance: float = 1e-4, within: float = 0.005, most: float = 16,
-       set: Mapping[str, typing.Any] | None = None, folder: StrPath | None = None) -> FactorOfSafety:
-    """The factor of safety of a model or a deck by strength reduction, as `tools/fs` finds it. `joints` are the joint materials to weaken, by
-    name or number, all where none is given. NoFactor where strength does not decide."""
+       set: Mapping[str, typing.Any] | None = None, folder: StrPath | None = None, stage: str | None = None, load: str | None = None,
+       least: float = 0.0, inside: Points | None = None, mechanisms: int = 1) -> FactorOfSafety:
+    """The factor of safety of a model or a deck by strength reduction, as `tools/fs` finds it. NoFactor where strength does not decide.
+
+    `joints` are the joint materials to weaken, by name or number, all where none is given. `stage` is the stage whose strength is reduced,
+    by name or number, or 'all'; the last by default. With `load` 'seismic' or 'boundary' the factor multiplies that load instead. Mechanisms
+    count from an area `least` on, and more than half inside a polygon. With `mechanisms` above 1 the `others` of the factor have the next
+    ones, found without the blocks of those before.
+    """
+    from .mechanisms import Sought
     from .safety import Reduction, find
     model = what if isinstance(what, Model) else Model.read(what)
-    names = list(model.joint_materials)
-    unknown = [one for one in joints if isinstance(one, str) and one not in names]
-    if unknown:
-        raise ScreeError(f"fs(joints=): expected joint materials ({', '.join(names)}), found {unknown[0]!r}")
     folder = made_folder(folder or f"{model.name}-fs")
-    numbers = [names.index(one) + 1 if isinstance(one, str) else int(one) for one in joints]
     with in_words_of_python():
-        reduction = Reduction([deck_of(what, folder)], settings_of(model, set), numbers, balance, folder)
-        return FactorOfSafety(*find(reduction, within, most, show=lambda *_: None), folder)
+        corners = None if inside is None else places(inside, "fs(inside=)", 3)
+        reduction = Reduction([deck_of(what, folder)], settings_of(model, set), joints, balance, folder, None, stage, load,
+                              Sought(least, corners))
+        found = find(reduction, within, most, lambda *_: None, mechanisms)
+    factors = [FactorOfSafety(one.stands, one.falls, folder, one.results, one.mechanism.area if one.mechanism else 0.0) for one in found]
+    return dataclasses.replace(factors[0], others=factors[1:])
 
 
 def study(what: Scene, grid: Mapping[str, typing.Any] | None = None, sample: Mapping[str, typing.Any] | None = None,

@@ -7,9 +7,10 @@ import itertools
 import numpy as np
 
 from ..errors import ResultsError
+from ..polygons import SLOPE, on_lines
 from ..results import Results
 from .holding import LINE
-from .views import ALIKE, SLOPE, distance_to, model_of, on_lines, size_of, tolerance_of
+from .views import ALIKE, distance_to, model_of, size_of, tolerance_of
 from .words import HOLDS
 
 BALANCED = 1e-3  # of the forces on a block: what reactions may leave of them

@@ -6,20 +6,23 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import typing
 
 import numpy as np
 
-from ..drawing import Frames
 from ..errors import ResultsError
 from ..overlays import edges_of_contact, parts_against_others
+from ..polygons import on_lines
 from ..results import Results
 from .geometry import read_geometry
 from .model import Model
 from .text import Numbers
 from .words import vector, whole
 
+if typing.TYPE_CHECKING:
+    from ..drawing import Frames
+
 ON_LINE = 1e-4   # of the size of the model: how far an edge on a line may lie from it (doc/decks.md)
-SLOPE = 0.01     # sine of the angle between them
 ALIKE = 1e-6     # of the size of the model: places that are one
 SAME = 1e-3      # of a part of a joint: how far the middles of its two sides may be apart at the start
 
@@ -70,6 +73,7 @@ def model_of(results: Results) -> Model:
 @functools.lru_cache(maxsize=8)
 def frames_of(results: Results) -> Frames:
     """The frames of results, with the edges of their blocks."""
+    from ..drawing import Frames  # here, as pictures draw conditions by names
     return Frames(results.path, results.path.stem)
 
 
@@ -82,22 +86,6 @@ def tolerance_of(results: Results) -> float:
     """How far an edge may lie from a line that it is on."""
     e0 = getattr(model_of(results).geometry, "e0", 0.0)
     return max(1.25 * e0, ON_LINE) * size_of(results)
-
-
-def on_lines(places, ways, lines, near):
-    """Whether each place (n, 2) with a direction (n, 2) lies on one of some lines (x1, y1, x2, y2) and runs along it (n)."""
-    order = np.argsort(places[:, 0])
-    sorted_x, sizes, found = places[order, 0], np.linalg.norm(ways, axis=1), np.zeros(len(places), bool)
-    for x1, y1, x2, y2 in lines:
-        beside = order[slice(*np.searchsorted(sorted_x, (min(x1, x2) - near, max(x1, x2) + near)))]
-        side = np.array([x2 - x1, y2 - y1])
-        length = np.linalg.norm(side)
-        across = np.array([-side[1], side[0]]) / length
-        off = places[beside] - (x1, y1)
-        share = off @ side / length
-        found[beside] |= ((np.abs(off @ across) <= near) & (np.abs(ways[beside] @ across) <= SLOPE * sizes[beside])
-                          & (share >= -near) & (share <= length + near))
-    return found
 
 
 # Joints

@@ -27,7 +27,7 @@ def verdict(results, units):
     level = {"complete": "good", "cut": "look", "running": "bad", "interrupted": "bad"}.get(status, "bad")
     words = {"complete": "The run is complete", "cut": "The model as set up, without a run", "interrupted": "The run was interrupted",
              "running": "The run goes on, or was killed"}.get(status, f"The run ended early: {status}")
-    if results.n_frames and len(results.history.time):
+    if results.n_frames and len(results.history.time) and not is_static(results):
         words += f", at time {units.quantity(float(results.history.time[-1]), 'time')}"
     remarks = list(remarks_on(results, units))
     return "look" if remarks and level == "good" else level, f"{words}.", remarks
@@ -166,7 +166,8 @@ def stage_rows(results, units):
     """The stages that the run was in: name, kind, how each ended, steps, times."""
     said = results.summary or {}
     return [(stage["name"], stage["kind"], stage["status"], f"{stage['steps']} steps",
-             f"{units.quantity(stage['from'], 'time')} to {units.quantity(stage['reached'], 'time')}") for stage in said.get("stages", [])]
+             "" if stage["kind"] == "static" else f"{units.quantity(stage['from'], 'time')} to {units.quantity(stage['reached'], 'time')}")
+            for stage in said.get("stages", [])]
 
 
 def error_rows(results, units):

@@ -8,10 +8,11 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from .. import overlays
+from ..conditions import BOLTS
+from ..drawing import FIELDS, POINTS, Look, limits_of, paler
 from ..histories import LINES, axis_of, is_static
 from ..overlays import Common, lengths_of, principal_values
-from ..drawing import BOLTS, FIELDS, POINTS, Look, limits_of, paler
-from . import facts
+from . import facts, modelled
 from .frames import pack_frames
 from .packing import Pack
 
@@ -19,14 +20,16 @@ SCRIPTS = ("packing.js", "scene.js", "player.js", "overlays.js", "charts.js", "p
 DASHES = {"-": [], ":": [2, 3]}  # of bolts, pixels
 
 
-def page_of(file, units):
-    """The page of the frames of a results file, as text, its numbers in units."""
+def page_of(file, units, title=None, project="", note=""):
+    """The page of the frames of a results file, as text, its numbers in units; with a title, the opening comment of the deck by default, and
+    with a project and a note where they are given."""
     results, pack = file.file, Pack()
     scene = pack_frames(file, pack, units)
     look = look_of(file, units)
     level, words, remarks = facts.verdict(results, units)
     parts = {
-        "name": html.escape(file.name), "level": level, "verdict": html.escape(words), "remarks": listed(remarks) + listed(list(facts.notes_on(results, units)), "notes"),
+        "title": html.escape(title or modelled.title_of(results)), "project": paragraphs(project, note),
+        "answers": answers(results, units), "modelled": what_is_modelled(results, units), "level": level, "verdict": html.escape(words), "remarks": listed(remarks) + listed(list(facts.notes_on(results, units)), "notes"),
         "fields": "".join(f"<option>{name}</option>" for name in FIELDS), "tables": tables(results, units), "decks": decks(results),
         "style": own("style.css"), "facts": as_json({"scene": scene, "arrays": pack.directory, "charts": facts.charts(results, units)}),
         "frames": pack.text(), "along": html.escape(axis_of(results, units, is_static(results))[0]),
@@ -79,7 +82,7 @@ def in_units(label, units):
 
 
 def hexes(colours):
-    return [to_hex(colour) for colour in colours(np.arange(256))]
+    return [to_hex(colour) for colour in colours(np.linspace(0, 1, 256))]
 
 
 def drawn(look):
@@ -92,6 +95,23 @@ def listed(words, kind="remarks"):
     return f'<ul class="{kind}">' + "".join(f"<li>{html.escape(line)}</li>" for line in words) + "</ul>" if words else ""
 
 
+def paragraphs(project, note):
+    """The project and the note below the title."""
+    return "".join(f'<p class="{name}">{html.escape(words)}</p>' for name, words in (("project", project), ("note", note)) if words)
+
+
+def answers(results, units):
+    """What a reader looks for first: what was found, and warnings."""
+    warnings = f"<div><h2>Warnings{facts.since_restart(results, units)}</h2>{listed(results.warnings)}</div>" if results.warnings else ""
+    return table("Results", modelled.answer_rows(results, units)) + warnings
+
+
+def what_is_modelled(results, units):
+    """What is modelled, how its stages ended, and the numbers of the input."""
+    return "\n".join([table("What is modelled", modelled.modelled_rows(results, units)), table("Stages", facts.stage_rows(results, units)),
+                      table("Input", modelled.input_rows(results, units))])
+
+
 def table(title, rows, numbers=()):
     """A table below its title; nothing where it has no rows. Columns of numbers stand to the right."""
     if not rows:
@@ -102,15 +122,13 @@ def table(title, rows, numbers=()):
 
 
 def tables(results, units):
-    """What the run came to, and what it was."""
-    warnings, since = results.warnings, facts.since_restart(results, units)
+    """What the run came to, and how it was computed."""
+    since = facts.since_restart(results, units)
     cost = [(phase, f"{seconds:.3g} s", f"{calls} calls", share) for phase, seconds, share, calls in facts.cost_rows(results)]
     bars = "".join(f'<tr><td>{phase}</td><td class="number">{seconds}</td><td class="number">{calls}</td><td class="share">'
                    f'<div style="width:{100 * share:.1f}%"></div></td></tr>' for phase, seconds, calls, share in cost)
     return "\n".join([
         '<div class="columns">', table(f"What it came to{since}", facts.outcome_rows(results, units)),
-        table("Stages", facts.stage_rows(results, units)),
-        f"<div><h2>Warnings{since}</h2>{listed(warnings)}</div>" if warnings else "",
         table("Energy at the end", facts.energy_rows(results, units), (1,)), table("Estimated error at the end", facts.error_rows(results, units), (1,)),
         f"<div><h2>Cost{since}</h2><table>{bars}</table></div>" if cost else "", table("Scene", facts.scene_rows(results)),
         table("Effects, and why", list(zip(results.scene.effects, results.scene.effect_reasons))), "</div>"])
