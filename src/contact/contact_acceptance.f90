@@ -101,6 +101,11 @@ contains
                            closed%work, lost)
           fracture = fracture + lost
           entrance%memory%bonded = entrance%memory%bonded .and. entrance%memory%damage < 1
+          if (try%contact(i)%entrance(contact%active)%memory%bonded .and. .not. entrance%memory%bonded .and. closed%gap > 0) then
+            entrance%state = state_open ! a bond that broke in shear pulls no more
+            energy = energy - contact%energy
+            contact%energy = 0.0_dp
+          end if
         end if
         friction = friction + closed%work
         memory%penetration = max(memory%penetration, contact%overlap)
@@ -173,11 +178,12 @@ contains
     logical, intent(in) :: holds            !! a bond between its two blocks is locked
     type(contact_t), intent(inout) :: contact
     type(closed_t), intent(out) :: closed
-    real(dp) :: slip, strained
+    real(dp) :: beside, slip, strained
 
     associate (k => contact%active)
       contact%force = [sum(force%across), force%along]
       contact%entrance(k)%memory%pressing = max(0.0_dp, contact%force(1))
+      beside = energy_beside_spring(law, contact%entrance(k), -now(k)%gap) ! with the bond that a slip may break
       slip = now(k)%slip
       if (is_hard(law, contact%entrance(k))) contact%entrance(k)%multiplier = held
       if (contact%entrance(k)%state == state_sliding) &
@@ -187,8 +193,7 @@ contains
         contact%entrance(k)%multiplier = held + contact%entrance(k)%stiffness*[strained, slip]
     end associate
     contact%pressed = max(0.0_dp, -closed%gap)
-    closed%energy = 0.5_dp*dot_product(contact%entrance(contact%active)%stiffness, [strained, slip]**2) &
-                    + energy_beside_spring(law, contact%entrance(contact%active), -strained)
+    closed%energy = 0.5_dp*dot_product(contact%entrance(contact%active)%stiffness, [strained, slip]**2) + beside
   end subroutine accept_closed
 
   !> Largest gap and overlap of a closed contact at `d`, length.

@@ -79,6 +79,16 @@ def test_a_pressed_bond_bears_cohesion_and_friction_beside_each_other(mode, tmp_
     assert r.history.energy.friction[-1] == pytest.approx(rubbed, rel=2e-2)
 
 
+@pytest.mark.parametrize("mode", MODES)
+def test_a_bond_that_shears_off_under_a_pull_leaves_no_energy_behind(mode, tmp_path):
+    """The bond softens in tension and breaks at once in shear: then its spring stores nothing, and the blocks are in balance."""
+    r = joined(tmp_path, [0, 0.8 * OPENING], f"{MODES[mode]}\n&joints energy=0 {G} /", along=(0.3, 1), cohesion=1.2 * T, young=1e12)
+    assert r.history.contacts[-1, 1:].sum() == 0  # it sheared off
+    assert np.max(r.history.energy.contact) < G
+    assert r.history.energy.contact[-1] == 0
+    assert np.max(r.history.unbalanced) < 1e-6
+
+
 @pytest.mark.parametrize("length", [0.25, 0.35])
 def test_a_strip_runs_at_the_opening_of_griffith_whatever_its_crack(length, tmp_path):
     """Grips at -+H move apart by 2u: the crack runs at u = (G H/E)^(1/2), to 2 % with 8 rows, and stays 3 % below it."""
