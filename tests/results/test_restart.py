@@ -56,6 +56,7 @@ SCENES = {
                                               ["joints.jrc=8", "joints.jcs=1e8", "joints.residual_phi=20", "joints.residual_slip=0.05",
                                                "joint(1).phi=20", "joints.residual_c=100", "output.every=5"]),
     "joints that dilate": lambda folder: ([SOURCE / "input/validation/j2-dilation/ride.ana"], ["method.strain=green", "output.every=2"]),
+    "bonds that soften": lambda folder: ([SOURCE / "input/validation/j4-softening/pulled.ana"], ["output.every=5"]),
     "joints that stiffen": lambda folder: ([SOURCE / "input/validation/j3-closure/bounces.ana"], ["output.every=5"]),
     "waves that come in and go out": lambda folder: ([SOURCE / "input/validation/w1-wave/s-free.ana"],
                                                      ["method.strain=auto", "cover.edge=1", "step.count=60", "output.every=5"]),

@@ -459,6 +459,34 @@ def j3(run):
     yield Row("energy lost, bouncing", 0.0, abs(r.history.energy.dissipated).max(), 5e-3, 4 * deepest)
 
 
+@case
+def j4(run):
+    """Bonds that soften."""
+    strength, opening, energy = 1e5, 2e-3, 100.0
+    r = run(DECKS / "j4-softening" / "pulled.ana")
+    for frame, gap, largest in ((20, 1e-3, 1e-3), (30, 5e-4, 1e-3), (60, 1.6e-3, 1.6e-3), (70, 8e-4, 1.6e-3)):
+        pull = -np.asarray(r.contacts_of(frame).force)[:, 0].sum()
+        yield Row(f"pull at a gap of {1e3 * gap:g} mm after {1e3 * largest:g} mm", references.softening(strength, opening, gap, largest),
+                  pull, 1e-4, strength)
+    yield Row("energy of fracture, pulled apart", energy, r.history.energy.fracture[-1], 1e-9)
+    r = run(DECKS / "j4-softening" / "sheared.ana")
+    shear = np.abs(np.asarray(r.contacts_of(20).force)[:, 1]).sum()
+    yield Row("shear at a slip of 1.2 mm", references.softening(strength, opening, 1.2e-3, 1.2e-3), shear, 1e-3, strength)
+    yield Row("energy of fracture, sheared off", energy, r.history.energy.fracture[-1], 1e-3)
+    r = run(DECKS / "j4-softening" / "strip.ana")
+    first, last = r.contacts_of(1), None
+    start = np.asarray(first.place)[:, 0].min()
+    for frame in range(1, r.n_frames):
+        contacts = r.contacts_of(frame)
+        pulled = np.asarray(contacts.force)[:, 0] < -1.0
+        tip = np.asarray(contacts.place)[pulled, 0].min() if pulled.any() else math.inf
+        if tip > start + 0.15:
+            last = frame
+            break
+    runs = np.interp(r.times[last], [0, 1, 12], [0.0, 0.9, 1.03]) if last else math.inf
+    yield Row("opening at which the crack of a strip runs, over that of Griffith", 1.0, runs, 0.02)
+
+
 def wall_of_hole(r):
     """Elements with two vertices on the circle of radius 1 that are there at the end, and their vertices on it."""
     start, there = r.vertices(0), r.present()

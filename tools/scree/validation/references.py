@@ -496,6 +496,11 @@ def joint_closure(force, stiffness, most):
     return force * most / (stiffness * most + force)
 
 
+def softening(strength, opening, gap, largest):
+    """Traction of a bond whose strength falls linearly to 0 at an opening, at a gap after a larger one (Hillerborg et al. 1976)."""
+    return strength * max(0.0, 1 - largest / opening) * gap / largest
+
+
 def deepest_closure(force, stiffness, most):
     """Where a force that acts at once has done the work of the joint's curve, by bisection."""
     low, high = 0.0, most
