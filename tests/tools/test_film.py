@@ -40,7 +40,7 @@ def pictures(path):
 
 def test_a_film_shows_the_rock_where_it_is(run, tmp_path):
     """Its yellow is the colour of block 2 of 2; the height of its middle falls as that of the block in the results."""
-    done = call(run, "-o", tmp_path / "f.gif", "--fps", "10", "--dpi", "100", "--window", "0", "0.2", "0.4", "0.6")
+    done = call(run, "-o", tmp_path / "f.gif", "--fps", "10", "--dpi", "100", "--field", "block", "--window", "0", "0.2", "0.4", "0.6")
     assert done.returncode == 0 and done.stdout == f"{tmp_path / 'f.gif'}\n", done.stderr
     found, duration = pictures(tmp_path / "f.gif")
     centroid = scree.read(run).bodies.centroid[:, 1, 1]
