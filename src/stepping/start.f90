@@ -8,7 +8,7 @@
 !> where q is the strain rate of a turning body that does not deform. sigma is the Lagrange multiplier of this condition, the stress
 !> that the inertia of turning needs. In a triangle that turns about a fixed corner it is the virial rho w^2/A int x x^T dA.
 module scree_start
-  use scree_accurate_step, only: first_share
+  use scree_accurate_size, only: first_share
   use scree_cache, only: rebuild_cache
   use scree_constraints, only: complete_unknowns, constraints_t
   use scree_critical_step, only: find_largest_step

@@ -301,10 +301,10 @@ def components(source, name):
 
 
 @pytest.mark.parametrize("source, name", [
-    ("model/state.f90", "state_t"), ("model/state.f90", "pace_t"), ("model/state.f90", "books_t"), ("model/state.f90", "sleep_t"),
-    ("model/state.f90", "deviation_t"),
-    ("model/factored.f90", "factored_t"),
-    ("model/contacts.f90", "contact_memory_t"), ("model/contacts.f90", "contact_t"), ("model/contacts.f90", "entrance_t"),
+    ("types/state.f90", "state_t"), ("types/state.f90", "pace_t"), ("types/state.f90", "books_t"), ("types/state.f90", "sleep_t"),
+    ("types/state.f90", "deviation_t"),
+    ("types/factored.f90", "factored_t"),
+    ("types/contacts.f90", "contact_memory_t"), ("types/contacts.f90", "contact_t"), ("types/contacts.f90", "entrance_t"),
     ("stepping/watch.f90", "watch_t")])
 def test_no_component_of_what_a_run_goes_on_from_is_forgotten(source, name):
     """Who adds a component to the state, or to the watch, is told here to name it in `visit_run`; of the state, in

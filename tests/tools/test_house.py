@@ -237,7 +237,7 @@ def test_the_sources_keep_the_limits():
 
 def test_each_rule_of_the_ablations_is_once_in_the_sources_and_names_unit_tests():
     tests = {path.stem for path in (SOURCE.parent / "tests").rglob("*.pf")}
-    for room in ("contact/laws", "contact/shi"):
+    for room in ("joints", "contact/laws", "contact/shi"):
         for rule in ablate.rules_of(room):
             assert ablate.without(rule, (SOURCE / rule["file"]).read_text()) != (SOURCE / rule["file"]).read_text()
             assert rule["tests"] and set(rule["tests"]) <= tests

@@ -87,7 +87,7 @@ contains
     type(deviation_t), intent(in) :: own
     real(dp), allocatable :: numbers(:)
 
-    numbers = [own%from, own%place, own%motion, own%acceleration, own%restoring, own%slow, own%pace]
+    numbers = [own%from, own%place, own%motion, own%acceleration, own%mean_velocity, own%mean_acceleration, own%added]
     numbers = [numbers, own%growth, own%impact, own%late, own%way, own%step, own%excess, real(own%rough, dp), &
                merge(1.0_dp, 0.0_dp, own%lost)]
   end function numbers_of_deviation

@@ -17,7 +17,7 @@
 !> A step in which contacts of a block open or close has no order. With restitution a blow makes an error by its instant within the
 !> step (`take_blow`). Without it that error is bounded, apart from the rest.
 module scree_deviation
-  use scree_block_motion, only: motion_t, motions_of, strike_t, strikes_of
+  use scree_block_motion, only: block_motions_t, motions_of, strike_t, strikes_of
   use scree_integrator, only: held_weight
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -81,7 +81,7 @@ contains
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(inout) :: state
-    type(motion_t) :: motion
+    type(block_motions_t) :: motion
 
     if (allocated(state%deviation)) then
       state%deviation%smooth = .false.
@@ -89,18 +89,20 @@ contains
     end if
     motion = motions_of(model, cache, state)
     allocate (state%deviation)
-    associate (own => state%deviation, n => model%n_blocks)
-      own%from = motion%centre
-      allocate (own%place(3, n), own%motion(3, n), own%growth(n), own%impact(n), own%late(n), &
-                own%acceleration(3, n), own%restoring(2, n), own%pace(5, n), own%slow(7, n), source=0.0_dp)
-      allocate (own%smooth(n), source=.false.)
+    associate (deviation => state%deviation, n => model%n_blocks)
+      deviation%from = motion%centre
+      allocate (deviation%place(3, n), deviation%motion(3, n), deviation%growth(n), deviation%impact(n), deviation%late(n), &
+                deviation%acceleration(3, n), deviation%path_gain(n), deviation%path_square(n), deviation%mean_velocity(3, n), &
+                deviation%mean_acceleration(3, n), deviation%mean_square(n), deviation%added(3, n), deviation%added_size(n), &
+                deviation%added_over(n), source=0.0_dp)
+      allocate (deviation%smooth(n), source=.false.)
     end associate
   end subroutine begin_deviation
 
   !> Takes in the errors of a step, and says what they will come to.
   pure subroutine estimate_step(model, before, after, began, state, step)
     type(model_t), intent(in) :: model
-    type(motion_t), intent(in) :: before, after   !! at both ends of the step
+    type(block_motions_t), intent(in) :: before, after   !! at both ends of the step
     type(state_t), intent(in) :: began            !! at its beginning
     type(state_t), intent(inout) :: state         !! at its end, with the deviation of its beginning
     type(step_error_t), intent(out) :: step
@@ -141,8 +143,8 @@ contains
       call estimate_block(model, before, after, b, changed(b), strike(b), span, state%deviation, step)
       state%deviation%way = max(state%deviation%way, displacement(after, state%deviation, b))
     end do
-    associate (own => state%deviation)
-      own%lost = own%lost .or. any(error_of_blocks(own) > max(own%way, after%gyration))
+    associate (deviation => state%deviation)
+      deviation%lost = deviation%lost .or. any(error_of_blocks(deviation) > max(deviation%way, after%gyration))
     end associate
     state%deviation%rough = count(changed(model%free_block))
     state%deviation%step = maxval(step%at_end)
@@ -174,22 +176,22 @@ contains
   !> Takes in the error of a step of one block.
   pure subroutine estimate_block(model, before, after, b, changed, strike, span, deviation, step)
     type(model_t), intent(in) :: model
-    type(motion_t), intent(in) :: before, after
+    type(block_motions_t), intent(in) :: before, after
     integer, intent(in) :: b
     logical, intent(in) :: changed                !! some of its contacts opened or closed
     type(strike_t), intent(in) :: strike          !! none without restitution
     type(span_t), intent(in) :: span
     type(deviation_t), intent(inout) :: deviation
     type(step_error_t), intent(inout) :: step
-    type(defect_t) :: own
+    type(defect_t) :: defect
     real(dp) :: k
 
-    own = defect_of(model, before, after, b, changed, span, deviation)
-    step%known(b) = own%known
+    defect = defect_of(model, before, after, b, changed, span, deviation)
+    step%known(b) = defect%known
     if (strike%speed > 0) then
-      call take_blow(model, before, after, b, strike, span, deviation, own, step)
+      call take_blow(model, before, after, b, strike, span, deviation, defect, step)
     else
-      deviation%motion(:, b) = deviation%motion(:, b) - deviation%late(b)*own%acceleration
+      deviation%motion(:, b) = deviation%motion(:, b) - deviation%late(b)*defect%acceleration
       deviation%late(b) = 0.0_dp
     end if
     if (changed .and. .not. span%first .and. .not. step%blow(b) > 0) then
@@ -197,12 +199,13 @@ contains
       deviation%impact(b) = deviation%impact(b) + step%impact(b)
     end if
     k = 0.0_dp
-    if (after%held(b) .and. .not. own%struck) then
-      call follow_way(model%settings, after%gyration(b), b, span, own, deviation, k)
+    if (after%held(b) .and. .not. defect%struck) then
+      call follow_way(model%settings, after%gyration(b), b, span, defect, deviation, k)
     else
-      deviation%restoring(:, b) = 0.0_dp
+      deviation%path_gain(b) = 0.0_dp
+      deviation%path_square(b) = 0.0_dp
     end if
-    call carry_on(model%settings, k, b, span, own, deviation, step)
+    call carry_on(model%settings, k, b, span, defect, deviation, step)
   end subroutine estimate_block
 
   !> Error of a step in which a block is struck, and the effect of the blow on earlier errors.
@@ -218,14 +221,14 @@ contains
   !> made. A block that was ahead by h towards the edge, and faster by u, is struck h/w earlier. This changes its place by V h/w and
   !> its motion by V u/w - h/w (w'/w V + a - b). A block that others hold, such as on a track with kinks, gains the constrained
   !> parts of a and b. Of U only the part along v1 remains.
-  pure subroutine take_blow(model, before, after, b, strike, span, deviation, own, step)
+  pure subroutine take_blow(model, before, after, b, strike, span, deviation, defect, step)
     type(model_t), intent(in) :: model
-    type(motion_t), intent(in) :: before, after
+    type(block_motions_t), intent(in) :: before, after
     integer, intent(in) :: b
     type(strike_t), intent(in) :: strike
     type(span_t), intent(in) :: span
     type(deviation_t), intent(inout) :: deviation
-    type(defect_t), intent(inout) :: own
+    type(defect_t), intent(inout) :: defect
     type(step_error_t), intent(inout) :: step
     real(dp), dimension(3) :: added, aside, by_late, carried, end_velocity, moved
     real(dp) :: at, earlier, faster, harder, late, turned
@@ -235,8 +238,8 @@ contains
     end_velocity = end_velocity_of(model, after, b)
     associate (e => deviation%place(:, b), u => deviation%motion(:, b), a => deviation%acceleration(:, b))
       added = end_velocity - before%velocity(:, b) - a*span%dt
-      own%acceleration = a
-      own%struck = .true.
+      defect%acceleration = a
+      defect%struck = .true.
       turned = late*(end_velocity(3)/before%gyration(b))**2*dot_product(strike%arm, added(:2))/strike%speed
       by_late = -turned*end_velocity/max(tiny(late), sum(end_velocity**2))
       if (before%held(b)) then
@@ -254,7 +257,7 @@ contains
       u = u + added*faster
       carried = carried + late*u
       u = u + by_late + (late - earlier)*a - earlier*harder*added
-      own%place = carried - e - span%dt*u
+      defect%place = carried - e - span%dt*u
       deviation%late(b) = deviation%late(b) + late - earlier
       step%blow(b) = norm2(aside + span%left*by_late)
       step%struck_at(b) = at/span%dt
@@ -264,7 +267,7 @@ contains
   !> Velocity of a block at the end of a step, of which a fraction is handed on.
   pure function end_velocity_of(model, after, b) result(velocity)
     type(model_t), intent(in) :: model
-    type(motion_t), intent(in) :: after
+    type(block_motions_t), intent(in) :: after
     integer, intent(in) :: b
     real(dp) :: velocity(3)                       !! x, y and the rotation times the radius of gyration, length/time
 
@@ -273,7 +276,7 @@ contains
 
   !> Way of a block in a step.
   pure function way_of(before, after, b) result(way)
-    type(motion_t), intent(in) :: before, after
+    type(block_motions_t), intent(in) :: before, after
     integer, intent(in) :: b
     real(dp) :: way(3)                            !! x, y and the rotation times the radius of gyration, length
 
@@ -289,77 +292,83 @@ contains
   end function within
 
   !> What is wrong with a step of one block, as far as the motion at its ends tells; remembers its acceleration.
-  pure function defect_of(model, before, after, b, changed, span, deviation) result(own)
+  pure function defect_of(model, before, after, b, changed, span, deviation) result(defect)
     type(model_t), intent(in) :: model
-    type(motion_t), intent(in) :: before, after
+    type(block_motions_t), intent(in) :: before, after
     integer, intent(in) :: b
     logical, intent(in) :: changed
     type(span_t), intent(in) :: span
     type(deviation_t), intent(in) :: deviation
-    type(defect_t) :: own
+    type(defect_t) :: defect
     real(dp) :: moved(3), end_velocity(3), jerk(3)
 
     associate (beta => model%settings%beta, dt => span%dt)
       end_velocity = end_velocity_of(model, after, b)
       moved = way_of(before, after, b)
-      own%acceleration = (end_velocity - before%velocity(:, b))/dt
-      own%velocity = 0.5_dp*(before%velocity(:, b) + end_velocity)
-      own%ahead = moved - dt*own%velocity
-      own%apart = 0.5_dp*(dt + span%last)
-      if (model%settings%scheme == scheme_newmark) own%apart = beta*dt + (1 - beta)*span%last
-      own%known = deviation%smooth(b) .and. .not. changed
-      if (own%known) then
-        jerk = (own%acceleration - deviation%acceleration(:, b))/own%apart
-        own%place = own%ahead + dt**3/12*jerk
+      defect%acceleration = (end_velocity - before%velocity(:, b))/dt
+      defect%velocity = 0.5_dp*(before%velocity(:, b) + end_velocity)
+      defect%ahead = moved - dt*defect%velocity
+      defect%apart = 0.5_dp*(dt + span%last)
+      if (model%settings%scheme == scheme_newmark) defect%apart = beta*dt + (1 - beta)*span%last
+      defect%known = deviation%smooth(b) .and. .not. changed
+      if (defect%known) then
+        jerk = (defect%acceleration - deviation%acceleration(:, b))/defect%apart
+        defect%place = defect%ahead + dt**3/12*jerk
         if (model%settings%scheme == scheme_newmark) then
-          if (model%effects%large_deformation) jerk(3) = jerk(3) - own%velocity(3)**3/max(tiny(dt), before%gyration(b)**2)
-          own%motion = (beta - 0.5_dp)*dt**2*jerk
+          if (model%effects%large_deformation) jerk(3) = jerk(3) - defect%velocity(3)**3/max(tiny(dt), before%gyration(b)**2)
+          defect%motion = (beta - 0.5_dp)*dt**2*jerk
         end if
       else if (span%first) then
-        own%place = own%ahead ! loads are there at once, and stay
+        defect%place = defect%ahead ! loads are there at once, and stay
       end if
-      own%changed = changed
+      defect%changed = changed
     end associate
   end function defect_of
 
   !> Takes the error of a block that is held, and what a step adds, along the way that it goes, and tells how that speeds it up: k
   !> in u' = k e.
-  pure subroutine follow_way(settings, gyration, b, span, own, deviation, k)
+  pure subroutine follow_way(settings, gyration, b, span, defect, deviation, k)
     type(settings_t), intent(in) :: settings
     real(dp), intent(in) :: gyration              !! length
     integer, intent(in) :: b
     type(span_t), intent(in) :: span
-    type(defect_t), intent(inout) :: own
+    type(defect_t), intent(inout) :: defect
     type(deviation_t), intent(inout) :: deviation
     real(dp), intent(out) :: k                    !! 1/time^2
     real(dp) :: across(3), along(3), before(3), per_speed, pull, share, speed
 
     k = 0.0_dp
-    before = deviation%slow(4:6, b)
+    before = deviation%mean_acceleration(:, b)
     share = exp(-span%dt/span%memory)
     if (span%first) share = 0.0_dp
-    associate (slow => deviation%slow(:, b), restoring => deviation%restoring(:, b), dt => span%dt)
-      if (span%first .or. own%known) &
-        slow = share*slow + (1 - share)*[own%velocity, own%acceleration, dot_product(own%velocity, own%velocity)]
-      speed = norm2(slow(:3))
+    associate (v => deviation%mean_velocity(:, b), a => deviation%mean_acceleration(:, b), square => deviation%mean_square(b), &
+               gain => deviation%path_gain(b), path_square => deviation%path_square(b), dt => span%dt)
+      if (span%first .or. defect%known) then
+        v = share*v + (1 - share)*defect%velocity
+        a = share*a + (1 - share)*defect%acceleration
+        square = share*square + (1 - share)*dot_product(defect%velocity, defect%velocity)
+      end if
+      speed = norm2(v)
       if (.not. speed > 0) return
-      along = slow(:3)/speed
-      pull = dot_product(along, slow(4:6))
-      across = slow(4:6) - pull*along
-      if (own%known) restoring = span%remembered*restoring &
-                                 + dt*[speed*dot_product(along, slow(4:6) - before)/own%apart + sum(across**2), speed**2]
-      if (restoring(2) > 0) k = min(restoring(1)/restoring(2), norm2(own%acceleration)/max(tiny(speed), gyration))
+      along = v/speed
+      pull = dot_product(along, a)
+      across = a - pull*along
+      if (defect%known) then
+        gain = span%remembered*gain + dt*(speed*dot_product(along, a - before)/defect%apart + sum(across**2))
+        path_square = span%remembered*path_square + dt*speed**2
+      end if
+      if (path_square > 0) k = min(gain/path_square, norm2(defect%acceleration)/max(tiny(speed), gyration))
       deviation%place(:, b) = along*dot_product(along, deviation%place(:, b))
       deviation%motion(:, b) = along*dot_product(along, deviation%motion(:, b))
-      own%place = along*dot_product(along, own%place)
-      own%motion = along*dot_product(along, own%motion)
-      if (speed**2 < on_the_spot*slow(7)) then
-        own%place = 0.0_dp
-        own%motion = 0.0_dp
+      defect%place = along*dot_product(along, defect%place)
+      defect%motion = along*dot_product(along, defect%motion)
+      if (speed**2 < on_the_spot*square) then
+        defect%place = 0.0_dp
+        defect%motion = 0.0_dp
       else if (settings%scheme /= scheme_newmark) then
         per_speed = speed/(speed**2 + (pull*dt)**2)
-        if (own%known) own%motion = (own%place - along*lead(own%ahead, along))*pull*per_speed
-        own%taken = along*0.5_dp*held_weight(settings)*sum(slow(4:6)**2)*(dt - span%last)**2*per_speed
+        if (defect%known) defect%motion = (defect%place - along*lead(defect%ahead, along))*pull*per_speed
+        defect%taken = along*0.5_dp*held_weight(settings)*sum(a**2)*(dt - span%last)**2*per_speed
       end if
     end associate
   end subroutine follow_way
@@ -374,12 +383,12 @@ contains
   end function lead
 
   !> Carries the error of a block to the end of a step, with what the step adds, and tells what that will come to.
-  pure subroutine carry_on(settings, k, b, span, own, deviation, step)
+  pure subroutine carry_on(settings, k, b, span, defect, deviation, step)
     type(settings_t), intent(in) :: settings
     real(dp), intent(in) :: k                     !! 1/time^2
     integer, intent(in) :: b
     type(span_t), intent(in) :: span
-    type(defect_t), intent(in) :: own
+    type(defect_t), intent(in) :: defect
     type(deviation_t), intent(inout) :: deviation
     type(step_error_t), intent(inout) :: step
     real(dp) :: added(3), one_way, power, share, weight(2)
@@ -387,22 +396,27 @@ contains
     weight = becomes(k, span%dt, span%left)
     power = span%dt**order_of(settings)
     share = 1.0_dp
-    associate (e => deviation%place(:, b), u => deviation%motion(:, b), pace => deviation%pace(:, b), dt => span%dt)
-      added = weight(1)*own%place + weight(2)*own%motion
-      if (span%first .or. own%known) pace = span%remembered*pace + [added, norm2(added), power*dt]
-      one_way = max(0.0_dp, 2*norm2(pace(:3)) - pace(4)) ! what goes back and forth adds up to nothing
-      if (norm2(pace(:3)) > 0) share = one_way/norm2(pace(:3))
-      if (own%struck) share = 1.0_dp
-      if (pace(5) > 0) & ! before the run nothing was added
-        step%at_end(b) = dt*power*one_way/(pace(5) + power*span%memory*exp(-span%time/span%memory))
-      u = u + k*dt*e + share*own%motion - own%taken
+    associate (e => deviation%place(:, b), u => deviation%motion(:, b), sum_added => deviation%added(:, b), &
+               sum_size => deviation%added_size(b), added_over => deviation%added_over(b), dt => span%dt)
+      added = weight(1)*defect%place + weight(2)*defect%motion
+      if (span%first .or. defect%known) then
+        sum_added = span%remembered*sum_added + added
+        sum_size = span%remembered*sum_size + norm2(added)
+        added_over = span%remembered*added_over + power*dt
+      end if
+      one_way = max(0.0_dp, 2*norm2(sum_added) - sum_size) ! what goes back and forth adds up to nothing
+      if (norm2(sum_added) > 0) share = one_way/norm2(sum_added)
+      if (defect%struck) share = 1.0_dp
+      if (added_over > 0) & ! before the run nothing was added
+        step%at_end(b) = dt*power*one_way/(added_over + power*span%memory*exp(-span%time/span%memory))
+      u = u + k*dt*e + share*defect%motion - defect%taken
       if (k*max(dt, span%memory)**2 < -1) u = 0.0_dp ! springs hold it: it rings within what means are taken over
-      e = e + dt*u + share*own%place
+      e = e + dt*u + share*defect%place
       step%total(b) = norm2(weight(1)*e + weight(2)*u)
       if (k < 0) step%total(b) = hypot(norm2(e), weight(2)*norm2(u))
     end associate
-    deviation%acceleration(:, b) = own%acceleration
-    deviation%smooth(b) = .not. own%changed
+    deviation%acceleration(:, b) = defect%acceleration
+    deviation%smooth(b) = .not. defect%changed
   end subroutine carry_on
 
   !> Order of a scheme: the power of the size of steps that what they add in a time goes with.
@@ -457,7 +471,7 @@ contains
 
   !> Displacement of a block since the start, the root mean square over it as of a rigid one.
   pure real(dp) function displacement(motion, deviation, b)
-    type(motion_t), intent(in) :: motion
+    type(block_motions_t), intent(in) :: motion
     type(deviation_t), intent(in) :: deviation
     integer, intent(in) :: b
 
@@ -486,7 +500,7 @@ contains
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
-    type(motion_t), intent(in) :: motion
+    type(block_motions_t), intent(in) :: motion
 
     way = scale_of(model, cache, state%deviation) + 0.5_dp*min(state%time, max(0.0_dp, model%settings%end_time - state%time)) &
           *maxval(norm2(motion%velocity, 1))

@@ -14,17 +14,17 @@ module scree_block_motion
   use scree_system, only: values_of
   implicit none
   private
-  public :: motion_t, motions_of, strike_t, strikes_of
+  public :: block_motions_t, motions_of, strike_t, strikes_of
 
   !> How the blocks move, as rigid ones.
-  type :: motion_t
+  type :: block_motions_t
     real(dp), allocatable :: centre(:, :)   !! (2, n_blocks) length
     real(dp), allocatable :: velocity(:, :) !! (3, n_blocks) x, y, spin times the radius of gyration, length/time
     real(dp), allocatable :: gyration(:)    !! (n_blocks) radius, length
     real(dp), allocatable :: rotation(:)    !! (n_blocks) rad
     integer, allocatable :: touching(:, :)  !! (2, n) vertices of the outlines that press, and the edges they press on, in order
     logical, allocatable :: held(:)         !! (n_blocks) by fixed points or contacts
-  end type motion_t
+  end type block_motions_t
 
   !> A blow on a block in a step: sums over what closes on it, each weighed by its speed.
   type :: strike_t
@@ -43,7 +43,7 @@ contains
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
-    type(motion_t) :: motion
+    type(block_motions_t) :: motion
     real(dp), dimension(model%n_blocks) :: mass, polar
     real(dp) :: p(3)
     integer :: b, e, k
@@ -57,9 +57,9 @@ contains
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       b = model%elements%block(e)
-      associate (own => cache%element(e))
-        mass(b) = mass(b) + own%mass
-        motion%centre(:, b) = motion%centre(:, b) + own%mass*own%kinematics%centroid
+      associate (element => cache%element(e))
+        mass(b) = mass(b) + element%mass
+        motion%centre(:, b) = motion%centre(:, b) + element%mass*element%kinematics%centroid
       end associate
     end do
     do k = 1, size(model%free_block)
@@ -69,12 +69,12 @@ contains
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       b = model%elements%block(e)
-      associate (own => cache%element(e), centre => motion%centre(:, b))
-        p = momentum(own%kinematics, own%mass, values_of(model%elements, e, state%velocity))
+      associate (element => cache%element(e), centre => motion%centre(:, b))
+        p = momentum(element%kinematics, element%mass, values_of(model%elements, e, state%velocity))
         p(3) = p(3) - centre(1)*p(2) + centre(2)*p(1)
         motion%velocity(:, b) = motion%velocity(:, b) + p
-        polar(b) = polar(b) + own%mass*(sum((own%kinematics%centroid - centre)**2) &
-                                        + sum(own%kinematics%second(1:2))/own%kinematics%area)
+        polar(b) = polar(b) + element%mass*(sum((element%kinematics%centroid - centre)**2) &
+                                        + sum(element%kinematics%second(1:2))/element%kinematics%area)
       end associate
     end do
     do k = 1, size(model%free_block)
@@ -90,7 +90,7 @@ contains
   pure subroutine find_touching(model, state, motion)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    type(motion_t), intent(inout) :: motion
+    type(block_motions_t), intent(inout) :: motion
     integer, allocatable :: pair(:, :)
     integer :: i, n
 
@@ -115,43 +115,43 @@ contains
   !> Blows in a step on each block, by what closes in it. What comes no faster than it speeds up in the step is none: loads press.
   pure function strikes_of(model, before, after, began, dt, deviation) result(strike)
     type(model_t), intent(in) :: model
-    type(motion_t), intent(in) :: before, after   !! at both ends of the step
+    type(block_motions_t), intent(in) :: before, after   !! at both ends of the step
     type(state_t), intent(in) :: began            !! at its beginning
     real(dp), intent(in) :: dt                    !! time
     type(deviation_t), intent(in) :: deviation    !! when the step began
     type(strike_t) :: strike(model%n_blocks)
-    type(strike_t) :: own
+    type(strike_t) :: one
     integer, allocatable :: closed(:, :)          !! (2, n)
     integer :: b, i, side
 
     closed = pairs_without(after%touching, before%touching)
     do i = 1, size(closed, 2)
-      own = strike_of(model, before, began, closed(1, i), closed(2, i), dt, deviation)
-      if (.not. own%speed > 0) cycle
+      one = strike_of(model, before, began, closed(1, i), closed(2, i), dt, deviation)
+      if (.not. one%speed > 0) cycle
       do side = 1, 2
         b = model%outlines%block(closed(side, i))
-        own%arm = began%vertex(:, model%outlines%start(closed(1, i))) - before%centre(:, b)
-        call add(own, strike(b))
+        one%arm = began%vertex(:, model%outlines%start(closed(1, i))) - before%centre(:, b)
+        call add(one, strike(b))
       end do
     end do
 
   contains
 
-    !> Adds a blow to what a block has of others, its arm by the speed.
-    pure subroutine add(own, total)
-      type(strike_t), intent(in) :: own
+    !> Adds a blow to the sum of those on a block, each weighed by its speed.
+    pure subroutine add(one, total)
+      type(strike_t), intent(in) :: one
       type(strike_t), intent(inout) :: total
 
-      total = strike_t(total%speed + own%speed, total%gain + own%gain, total%at + own%at, total%ahead + own%ahead, &
-                       total%faster + own%faster, total%arm + own%speed*own%arm)
+      total = strike_t(total%speed + one%speed, total%gain + one%gain, total%at + one%at, total%ahead + one%ahead, &
+                       total%faster + one%faster, total%arm + one%speed*one%arm)
     end subroutine add
 
   end function strikes_of
 
   !> The blow of the vertex that edge i begins with on another edge.
-  pure type(strike_t) function strike_of(model, before, began, i, edge, dt, deviation) result(own)
+  pure type(strike_t) function strike_of(model, before, began, i, edge, dt, deviation) result(one)
     type(model_t), intent(in) :: model
-    type(motion_t), intent(in) :: before
+    type(block_motions_t), intent(in) :: before
     type(state_t), intent(in) :: began
     integer, intent(in) :: i, edge
     real(dp), intent(in) :: dt                    !! time
@@ -162,16 +162,16 @@ contains
       associate (corner => began%vertex(:, outlines%start(edge)), block => outlines%block([i, edge]))
         call frame_of_edge(corner, began%vertex(:, outlines%finish(edge)), t, normal, length)
         gap = max(0.0_dp, dot_product(normal, vertex - corner))
-        own%speed = -dot_product(normal, apart(before%velocity, block, vertex))
-        own%gain = -dot_product(normal, apart(deviation%acceleration, block, vertex) &
+        one%speed = -dot_product(normal, apart(before%velocity, block, vertex))
+        one%gain = -dot_product(normal, apart(deviation%acceleration, block, vertex) &
                                 - inwards(block(1), vertex) + inwards(block(2), vertex))
-        own%ahead = -dot_product(normal, apart(deviation%place, block, vertex))
-        own%faster = -dot_product(normal, apart(deviation%motion, block, vertex))
+        one%ahead = -dot_product(normal, apart(deviation%place, block, vertex))
+        one%faster = -dot_product(normal, apart(deviation%motion, block, vertex))
       end associate
     end associate
-    time = 2*gap/max(tiny(gap), own%speed + sqrt(max(0.0_dp, own%speed**2 + 2*own%gain*gap)))
-    if (.not. own%speed > abs(own%gain)*dt) own = strike_t()
-    own%at = own%speed*min(time, dt)
+    time = 2*gap/max(tiny(gap), one%speed + sqrt(max(0.0_dp, one%speed**2 + 2*one%gain*gap)))
+    if (.not. one%speed > abs(one%gain)*dt) one = strike_t()
+    one%at = one%speed*min(time, dt)
 
   contains
 

@@ -95,9 +95,14 @@ module scree_state
     real(dp), allocatable :: impact(:)         !! (n_blocks) what the instants of impacts may have moved, length
     real(dp), allocatable :: late(:)           !! (n_blocks) delay of impacts, until a step has none, time
     real(dp), allocatable :: acceleration(:, :) !! (3, n_blocks) mean of the last step, before an impact, length/time^2
-    real(dp), allocatable :: restoring(:, :)   !! (2, n_blocks) sums whose quotient is how its way speeds it up, 1/time^2
-    real(dp), allocatable :: slow(:, :)        !! (7, n_blocks) means of velocity, acceleration and squared velocity
-    real(dp), allocatable :: pace(:, :)        !! (5, n_blocks) sums of late: what steps add, its size, and that of steps
+    real(dp), allocatable :: path_gain(:)      !! (n_blocks) sum of k v^2 dt, k of eq-error-growth, length^2/time^3
+    real(dp), allocatable :: path_square(:)    !! (n_blocks) sum of v^2 dt, length^2/time
+    real(dp), allocatable :: mean_velocity(:, :) !! (3, n_blocks) of late, length/time
+    real(dp), allocatable :: mean_acceleration(:, :) !! (3, n_blocks) of late, length/time^2
+    real(dp), allocatable :: mean_square(:)    !! (n_blocks) of the velocity, of late, length^2/time^2
+    real(dp), allocatable :: added(:, :)       !! (3, n_blocks) sum of the errors that steps added of late, length
+    real(dp), allocatable :: added_size(:)     !! (n_blocks) sum of the sizes of these, length
+    real(dp), allocatable :: added_over(:)     !! (n_blocks) sum of dt^(p+1), p: order of the scheme, over which they were added
     logical, allocatable :: smooth(:)          !! (n_blocks) none of its contacts opened or closed in the last step
     real(dp) :: way = 0.0_dp                   !! largest displacement of a block so far, length
     real(dp) :: step = 0.0_dp                  !! largest error of the last step, length
