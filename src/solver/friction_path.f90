@@ -31,8 +31,11 @@ module scree_friction_path
   real(dp), parameter :: golden = 0.6180339887498949_dp !! parts the unknowns from each other
 
   !> The path so far.
-  type :: path_t
+  type :: friction_path_t
     logical :: refines = .false.                    !! its directions, by what they leave
+    logical :: goes_on = .false.                    !! its matrix and direction are known where it is
+    logical :: found = .false.                      !! it has come to a solution
+    integer :: pieces = 0                           !! crossed so far
     real(dp), allocatable :: x(:)                   !! (n)
     real(dp) :: t = 0.0_dp
     real(dp) :: sense = 1.0_dp                      !! of t
@@ -52,7 +55,7 @@ module scree_friction_path
     integer :: changed(most_changed) = 0            !! springs that are not, or were not, in their base state
     real(dp), allocatable :: answer(:, :)           !! (n, 2 most_changed) of the matrix to unit forces across and along them
     real(dp), allocatable :: influence(:, :)        !! (2 most_changed, 2 most_changed) what those forces move their rows by
-  end type path_t
+  end type friction_path_t
 
 contains
 
@@ -70,11 +73,11 @@ contains
     integer, intent(out) :: factors            !! of matrices
     integer, intent(out) :: pieces             !! crossed
     logical, intent(out) :: turned(:)          !! (m) springs where t turned back as they changed
-    type(path_t) :: path
-    logical :: goes_on
+    type(friction_path_t) :: path
 
-    call begin_path(problem, x, solver, timers, path, goes_on)
-    call cross_pieces(problem, most, patient, solver, timers, path, goes_on, x, state, found, factors, pieces)
+    call begin_path(problem, x, solver, timers, path)
+    call cross_pieces(problem, most, patient, solver, timers, path)
+    call take_end(path, x, state, found, factors, pieces)
     turned = path%turned
   end subroutine follow_path
 
@@ -97,58 +100,62 @@ contains
     logical, intent(out) :: found
     integer, intent(out) :: factors            !! of matrices
     integer, intent(out) :: pieces             !! crossed
-    type(path_t) :: path
-    logical :: goes_on
+    type(friction_path_t) :: path
 
     path%refines = refined
-    call begin_apart(problem, is_apart, x, solver, timers, path, goes_on)
-    call cross_pieces(problem, most, .true., solver, timers, path, goes_on, x, state, found, factors, pieces)
+    call begin_apart(problem, is_apart, x, solver, timers, path)
+    call cross_pieces(problem, most, .true., solver, timers, path)
+    call take_end(path, x, state, found, factors, pieces)
   end subroutine bring_together
 
-  !> Crosses the pieces of a path to a solution. Where it ends elsewhere, or a signal asks to stop, `found` is false.
-  subroutine cross_pieces(problem, most, patient, solver, timers, path, goes_on, x, state, found, factors, pieces)
+  !> Crosses the pieces of a path to a solution. If the path ends elsewhere, or a signal asks to stop, `path%found` is false.
+  subroutine cross_pieces(problem, most, patient, solver, timers, path)
     type(friction_problem_t), intent(in) :: problem
     integer, intent(in) :: most                !! pieces to cross
     logical, intent(in) :: patient             !! it may wander
     type(linear_solver_t), intent(inout) :: solver !! of matrices of the problem's pattern
     type(timers_t), intent(inout) :: timers
-    type(path_t), intent(inout) :: path
-    logical, intent(inout) :: goes_on
+    type(friction_path_t), intent(inout) :: path
+    real(dp) :: way
+    integer :: i, to
+
+    do while (path%goes_on .and. stop_signal() == 0)
+      call find_face(problem, path, way, i, to)
+      path%found = path%sense > 0 .and. path%t + way >= 1
+      if (path%found) way = 1 - path%t
+      if (.not. path%found .and. i == 0) exit
+      call go(path, way)
+      if (path%found) exit
+      path%pieces = path%pieces + 1
+      if (path%pieces > most .or. (path%t*most < path%pieces - few_pieces .and. .not. patient)) exit
+      call cross(problem, path, i, to, solver, timers)
+    end do
+    if (path%found) call end_path(problem, solver, path)
+  end subroutine cross_pieces
+
+  !> What a path has come to.
+  pure subroutine take_end(path, x, state, found, factors, pieces)
+    type(friction_path_t), intent(in) :: path
     real(dp), intent(out), contiguous :: x(:)  !! (n) where it ends
     integer, intent(out) :: state(:)           !! (m) there
     logical, intent(out) :: found
     integer, intent(out) :: factors            !! of matrices
     integer, intent(out) :: pieces             !! crossed
-    real(dp) :: way
-    integer :: i, to
 
-    found = .false.
-    pieces = 0
-    do while (goes_on .and. stop_signal() == 0)
-      call find_face(problem, path, way, i, to)
-      found = path%sense > 0 .and. path%t + way >= 1
-      if (found) way = 1 - path%t
-      if (.not. found .and. i == 0) exit
-      call go(path, way)
-      if (found) exit
-      pieces = pieces + 1
-      if (pieces > most .or. (path%t*most < pieces - few_pieces .and. .not. patient)) exit
-      call cross(problem, path, i, to, solver, timers, goes_on)
-    end do
-    if (found) call end_path(problem, solver, path)
     x = path%x
     state = path%state
+    found = path%found
     factors = path%factors
-  end subroutine cross_pieces
+    pieces = path%pieces
+  end subroutine take_end
 
   !> Begins the path near `x`.
-  subroutine begin_path(problem, x, solver, timers, path, goes_on)
+  subroutine begin_path(problem, x, solver, timers, path)
     type(friction_problem_t), intent(in) :: problem
     real(dp), intent(in), contiguous :: x(:)
     type(linear_solver_t), intent(inout) :: solver
     type(timers_t), intent(inout) :: timers
-    type(path_t), intent(inout) :: path
-    logical, intent(out) :: goes_on
+    type(friction_path_t), intent(inout) :: path
     real(dp) :: overlap
     integer :: i, n
 
@@ -157,19 +164,18 @@ contains
     overlap = maxval(abs(problem%spring%pressing)/problem%spring%stiffness)
     path%x = x + off_symmetry*overlap*[(modulo(golden*i, 1.0_dp) - 0.5_dp, i=1, n)]/problem%span
     call find_rest(problem, path%x, path%state, path%start_force)
-    call rebase(problem, path, solver, timers, goes_on)
-    if (goes_on) call find_direction(problem, solver, path, goes_on)
+    call rebase(problem, path, solver, timers)
+    if (path%goes_on) call find_direction(problem, solver, path)
   end subroutine begin_path
 
   !> Begins the path from apart: where forces balance without some contacts, and some bonds hold any shear.
-  subroutine begin_apart(problem, is_apart, x, solver, timers, path, goes_on)
+  subroutine begin_apart(problem, is_apart, x, solver, timers, path)
     type(friction_problem_t), intent(in) :: problem
     logical, intent(in) :: is_apart(:)          !! (m) these springs
     real(dp), intent(in), contiguous :: x(:)    !! (n) where the others settle
     type(linear_solver_t), intent(inout) :: solver
     type(timers_t), intent(inout) :: timers
-    type(path_t), intent(inout) :: path
-    logical, intent(out) :: goes_on
+    type(friction_path_t), intent(inout) :: path
     real(dp) :: beyond, gap, limit
     integer :: i
 
@@ -184,8 +190,8 @@ contains
         limit = spring(i)%friction*path%pressing(i) + spring(i)%cohesion
         call add_spring_force(problem, i, forces_in(path%state(i), path%pressing(i), path%shear(i), limit), path%start_force)
       end do
-      call rebase(problem, path, solver, timers, goes_on)
-      if (.not. goes_on) return
+      call rebase(problem, path, solver, timers)
+      if (.not. path%goes_on) return
       path%x = path%x + path%base_direction
       path%start_force = 0.0_dp
       path%base_direction = 0.0_dp
@@ -199,13 +205,13 @@ contains
       end do
       call measure(problem, path)
     end associate
-    call find_direction(problem, solver, path, goes_on)
+    call find_direction(problem, solver, path)
   end subroutine begin_apart
 
   !> Makes room for n unknowns and m springs.
   pure subroutine allocate_path(n, m, path)
     integer, intent(in) :: n, m
-    type(path_t), intent(inout) :: path
+    type(friction_path_t), intent(inout) :: path
 
     allocate (path%pressing(m), path%shear(m), path%pressing_rate(m), path%shear_rate(m), path%state(m), &
               path%answer(n, 2*most_changed), path%influence(2*most_changed, 2*most_changed), path%start_force(n))
@@ -216,7 +222,7 @@ contains
   !> Forces of the springs as if closed and locked, where the path is.
   pure subroutine measure(problem, path)
     type(friction_problem_t), intent(in) :: problem
-    type(path_t), intent(inout) :: path
+    type(friction_path_t), intent(inout) :: path
     real(dp) :: closed(2)
     integer :: i
 
@@ -231,18 +237,17 @@ contains
   subroutine end_path(problem, solver, path)
     type(friction_problem_t), intent(in) :: problem
     type(linear_solver_t), intent(inout) :: solver
-    type(path_t), intent(inout) :: path
+    type(friction_path_t), intent(inout) :: path
     type(error_t), allocatable :: error
     integer :: state(size(path%state))
-    logical :: done
 
     call find_rest(problem, path%x, state, path%start_force)
     if (any(state /= path%state)) return
     path%apart = 0.0_dp
     call solve_with_factors(solver, path%start_force, path%base_direction, error)
     if (allocated(error)) return
-    call find_direction(problem, solver, path, done)
-    if (done) path%x = path%x + path%direction
+    call find_direction(problem, solver, path)
+    if (path%goes_on) path%x = path%x + path%direction
   end subroutine end_path
 
   !> States of the springs at `x`, and what they leave out of balance.
@@ -262,12 +267,11 @@ contains
   end subroutine find_rest
 
   !> Factorises the matrix of the present piece.
-  subroutine rebase(problem, path, solver, timers, done)
+  subroutine rebase(problem, path, solver, timers)
     type(friction_problem_t), intent(in) :: problem
-    type(path_t), intent(inout) :: path
+    type(friction_path_t), intent(inout) :: path
     type(linear_solver_t), intent(inout) :: solver
     type(timers_t), intent(inout) :: timers
-    logical, intent(out) :: done
     type(error_t), allocatable :: error
     real(dp) :: change(2, 2, size(path%state)), force(size(path%x))
     integer :: i
@@ -279,15 +283,15 @@ contains
     call add_springs(problem, change, path%matrix)
     call factorise(solver, path%matrix, timers, error)
     path%factors = path%factors + 1
-    done = .not. allocated(error)
-    if (.not. done) return
+    path%goes_on = .not. allocated(error)
+    if (.not. path%goes_on) return
     if (.not. allocated(path%base_direction)) allocate (path%base_direction(size(path%x)))
     force = path%start_force
     do i = 1, size(path%state)
       call add_spring_force(problem, i, gain(problem, path, i, path%state(i)), force)
     end do
     call solve_with_factors(solver, force, path%base_direction, error)
-    done = .not. allocated(error)
+    path%goes_on = .not. allocated(error)
     path%base_state = path%state
     path%n_changed = 0
     call measure(problem, path)
@@ -296,7 +300,7 @@ contains
   !> What the forces of spring i, across and along, gain in a state as it comes from apart, by t where nothing moves.
   pure function gain(problem, path, i, state) result(force)
     type(friction_problem_t), intent(in) :: problem
-    type(path_t), intent(in) :: path
+    type(friction_path_t), intent(in) :: path
     integer, intent(in) :: i, state
     real(dp) :: force(2)
 
@@ -344,14 +348,14 @@ contains
   end function change_of_state
 
   !> Direction in the present piece, and what the forces of the springs change by on it.
-  subroutine find_direction(problem, solver, path, done)
+  subroutine find_direction(problem, solver, path)
     type(friction_problem_t), intent(in) :: problem
     type(linear_solver_t), intent(inout) :: solver
-    type(path_t), intent(inout) :: path
-    logical, intent(out) :: done
+    type(friction_path_t), intent(inout) :: path
     type(error_t), allocatable :: error
     real(dp) :: change(size(path%x)), more(2*path%n_changed)
     integer :: k
+    logical :: done
 
     do k = 1, path%n_changed
       associate (s => path%changed(k))
@@ -362,11 +366,13 @@ contains
     call answer_as_changed(problem, path, more, change, done)
     path%direction = change
     call find_rates(problem, path)
+    path%goes_on = done
     if (.not. (done .and. path%refines)) return
     call solve_with_factors(solver, left_by_direction(problem, path), change, error)
     done = .not. allocated(error)
     more = 0.0_dp
     if (done) call answer_as_changed(problem, path, more, change, done)
+    path%goes_on = done
     path%direction = path%direction + change
     call find_rates(problem, path)
   end subroutine find_direction
@@ -374,7 +380,7 @@ contains
   !> Takes what the matrix that has factors answers to forces to what that of the present piece does, to more of them (Woodbury).
   subroutine answer_as_changed(problem, path, more, answer, done)
     type(friction_problem_t), intent(in) :: problem
-    type(path_t), intent(in) :: path
+    type(friction_path_t), intent(in) :: path
     real(dp), intent(in) :: more(:)                  !! (2 n_changed) forces across and along the springs that have changed
     real(dp), intent(inout), contiguous :: answer(:) !! (n)
     logical, intent(out) :: done
@@ -404,7 +410,7 @@ contains
   !> What the forces of the springs, as if closed and locked, change by along the direction.
   pure subroutine find_rates(problem, path)
     type(friction_problem_t), intent(in) :: problem
-    type(path_t), intent(inout) :: path
+    type(friction_path_t), intent(inout) :: path
     real(dp) :: moved(2)
     integer :: i
 
@@ -418,7 +424,7 @@ contains
   !> Forces by t that the direction leaves out of balance: those of rounding.
   pure function left_by_direction(problem, path) result(rest)
     type(friction_problem_t), intent(in) :: problem
-    type(path_t), intent(in) :: path
+    type(friction_path_t), intent(in) :: path
     real(dp) :: rest(size(path%x))
     real(dp) :: limit
     integer :: i
@@ -434,7 +440,7 @@ contains
   !> The next face on the way: how far, of which spring (0: none), and the state behind it.
   pure subroutine find_face(problem, path, way, spring, to)
     type(friction_problem_t), intent(in) :: problem
-    type(path_t), intent(in) :: path
+    type(friction_path_t), intent(in) :: path
     real(dp), intent(out) :: way !! in t
     integer, intent(out) :: spring, to
     real(dp) :: left(2), rate(2), own
@@ -508,7 +514,7 @@ contains
 
   !> Goes along the direction.
   pure subroutine go(path, way)
-    type(path_t), intent(inout) :: path
+    type(friction_path_t), intent(inout) :: path
     real(dp), intent(in) :: way !! in t
 
     path%x = path%x + path%sense*way*path%direction
@@ -518,13 +524,12 @@ contains
   end subroutine go
 
   !> Crosses the face to another state of a spring, and finds the direction behind it, which leads away from the face.
-  subroutine cross(problem, path, i, to, solver, timers, done)
+  subroutine cross(problem, path, i, to, solver, timers)
     type(friction_problem_t), intent(in) :: problem
-    type(path_t), intent(inout) :: path
+    type(friction_path_t), intent(inout) :: path
     integer, intent(in) :: i, to
     type(linear_solver_t), intent(inout) :: solver
     type(timers_t), intent(inout) :: timers
-    logical, intent(out) :: done
     real(dp) :: left(2), rate(2)
     integer :: behind(2), from, k
 
@@ -532,9 +537,9 @@ contains
     path%state(i) = to
     if ((from == spring_open .or. from == spring_pulled) .and. slides_back(path%shear(i), path%sense*path%shear_rate(i))) &
       path%state(i) = spring_back
-    call register(problem, path, i, solver, timers, done)
-    if (done) call find_direction(problem, solver, path, done)
-    if (.not. done) return
+    call register(problem, path, i, solver, timers)
+    if (path%goes_on) call find_direction(problem, solver, path)
+    if (.not. path%goes_on) return
     call faces_of(problem%spring(i), path%state(i), path%pressing(i), path%shear(i), path%pressing_rate(i), path%shear_rate(i), &
                   (1 - path%t)*path%apart(2, i), -path%apart(2, i), left, rate, behind)
     k = max(1, findloc(behind == from, .true., 1))
@@ -550,21 +555,20 @@ contains
   end function slides_back
 
   !> Makes spring i one of those that have changed.
-  subroutine register(problem, path, i, solver, timers, done)
+  subroutine register(problem, path, i, solver, timers)
     type(friction_problem_t), intent(in) :: problem
-    type(path_t), intent(inout) :: path
+    type(friction_path_t), intent(inout) :: path
     integer, intent(in) :: i
     type(linear_solver_t), intent(inout) :: solver
     type(timers_t), intent(inout) :: timers
-    logical, intent(out) :: done
     type(error_t), allocatable :: error
     real(dp) :: unit(size(path%x))
     integer :: c, k, m
 
-    done = .true.
+    path%goes_on = .true.
     if (any(path%changed(:path%n_changed) == i)) return
     if (path%n_changed == most_changed) then
-      call rebase(problem, path, solver, timers, done)
+      call rebase(problem, path, solver, timers)
       return
     end if
     m = path%n_changed + 1
@@ -574,8 +578,8 @@ contains
       unit = 0.0_dp
       call add_spring_force(problem, i, merge([1.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], c == 2*m - 1), unit)
       call solve_with_factors(solver, unit, path%answer(:, c), error)
-      done = .not. allocated(error)
-      if (.not. done) return
+      path%goes_on = .not. allocated(error)
+      if (.not. path%goes_on) return
       do k = 1, m
         path%influence(2*k - 1:2*k, c) = rates_of(problem, path%changed(k), path%answer(:, c))
       end do
