@@ -35,6 +35,7 @@ module scree_set_up
   real(dp), parameter :: least_block = 1e-9_dp   !! of the extent: size of a block that still has seven digits
   real(dp), parameter :: lost_area = 1e-3_dp     !! of a block, by the rounding of coordinates about the middle of the model
   real(dp), parameter :: beside = 1e-4_dp        !! of the extent: a point so far outside still belongs to an element
+  real(dp), parameter :: any_leap = 1e30_dp      !! of sides: no limit, where the step is chosen by the travel, which has its own
 
 contains
 
@@ -53,7 +54,6 @@ contains
     type(edge_load_t), allocatable :: load
     type(absorbing_edge_t), allocatable :: absorbing
     real(dp), allocatable :: direction(:, :) ! (2, n_points)
-    logical, allocatable :: fixed(:) ! (n_blocks)
 
     model%settings = scene%settings
     call make_system(scene, blocks, model%system_t, state, quality, error)
@@ -80,13 +80,34 @@ contains
     if (allocated(model%sampling)) call check_second_order(scene, model, error)
     if (allocated(error)) return
     call leave_out_fixed(model, state)
-    if (.not. allocated(model%effects%gravity) .and. model%settings%sleep > 0 &
-        .and. from_of(scene%words, 'step.sleep') /= 'default') then
-      call fail(error, status_bad_input, given_at(scene%words, 'step.sleep')//': expected blocks with weight with step.sleep, '// &
-                'which is relative to it, found none')
-      return
-    end if
-    if (.not. allocated(model%effects%contact)) return
+    call check_sleep(scene, model, error)
+    if (allocated(error) .or. .not. allocated(model%effects%contact)) return
+    call begin_contacts(scene, blocks, model, state, error)
+  end subroutine set_up
+
+  !> Error if a deck lets blocks sleep and no block has weight, to which the criterion of sleep is relative.
+  subroutine check_sleep(scene, model, error)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(error_t), allocatable, intent(out) :: error
+
+    if (allocated(model%effects%gravity) .or. .not. model%settings%sleep > 0) return
+    if (from_of(scene%words, 'step.sleep') == 'default') return
+    call fail(error, status_bad_input, given_at(scene%words, 'step.sleep')//': expected blocks with weight with step.sleep, '// &
+              'which is relative to it, found none')
+  end subroutine check_sleep
+
+  !> Makes the outlines of the blocks, and the memory of contacts with which the first step begins.
+  !>
+  !> Errors: an outline that does not close, blocks under a mesh that overlap.
+  subroutine begin_contacts(scene, blocks, model, state, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(model_t), intent(inout) :: model
+    type(state_t), intent(inout) :: state
+    type(error_t), allocatable, intent(out) :: error
+    logical, allocatable :: fixed(:) ! (n_blocks)
+
     call make_outlines(model%elements%shape, state%vertex, model%elements%block, model%outlines, error)
     if (allocated(error)) then
       associate (o => model%outlines, i => findloc(model%outlines%next, 0, 1))
@@ -118,8 +139,8 @@ contains
     end associate
     state%contacts%inside = model%outlines%inside
     if (allocated(model%effects%sleep)) call keep_awake(model%n_blocks, state)
-    if (scene%settings%chooses_step) model%effects%contact%leap = 1e30_dp ! its travel has a limit of its own
-  end subroutine set_up
+    if (scene%settings%chooses_step) model%effects%contact%leap = any_leap
+  end subroutine begin_contacts
 
   !> Error where a scene has what linear fields alone can do, and covers of second order.
   subroutine check_second_order(scene, model, error)
