@@ -58,19 +58,19 @@ module scree_command_line
   character(len=*), parameter :: verbs(*) = [character(len=8) :: 'run', 'check', 'estimate', 'explain', 'cut', 'joints']
 
   !> An option, and the verbs that it goes with.
-  type :: option_t
+  type :: command_option_t
     character(len=16) :: name
     character(len=40) :: verbs
-  end type option_t
+  end type command_option_t
 
   character(len=*), parameter :: any_verb = 'run check estimate explain cut joints'
-  type(option_t), parameter :: switches(*) = [ &
-    option_t('--quiet', any_verb), option_t('--xdmf', any_verb), option_t('--classic-output', 'run'), &
-    option_t('--strict', 'run or check'), option_t('--settings', 'explain')]
-  type(option_t), parameter :: with_word(*) = [ & ! that belongs to them
-    option_t('--set', 'run, check, estimate, explain or cut'), option_t('-o', 'run, cut or joints'), &
-    option_t('--output', 'run, cut or joints'), option_t('--restart', 'run'), option_t('--summary', 'run'), &
-    option_t('--threads', 'run'), option_t('--accuracy', 'estimate')]
+  type(command_option_t), parameter :: switches(*) = [ &
+    command_option_t('--quiet', any_verb), command_option_t('--xdmf', any_verb), command_option_t('--classic-output', 'run'), &
+    command_option_t('--strict', 'run or check'), command_option_t('--settings', 'explain')]
+  type(command_option_t), parameter :: with_word(*) = [ & ! that belongs to them
+    command_option_t('--set', 'run, check, estimate, explain or cut'), command_option_t('-o', 'run, cut or joints'), &
+    command_option_t('--output', 'run, cut or joints'), command_option_t('--restart', 'run'), &
+    command_option_t('--summary', 'run'), command_option_t('--threads', 'run'), command_option_t('--accuracy', 'estimate')]
 
   !> What the command line asks for.
   type :: command_t
@@ -153,7 +153,7 @@ contains
 
   !> Error where a word is an option that does not go with the verb.
   pure subroutine expect_verb(options, word, verb, error)
-    type(option_t), intent(in) :: options(:)
+    type(command_option_t), intent(in) :: options(:)
     character(len=*), intent(in) :: word, verb
     type(error_t), allocatable, intent(out) :: error
     integer :: i

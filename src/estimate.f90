@@ -4,7 +4,7 @@ module scree_estimate
   use scree_block_input, only: blocks_t
   use scree_errors, only: error_t, status_signal
   use scree_kinds, only: dp
-  use scree_prediction, only: begin_probe, forecast_t, predict, probe_t, seconds_of, steps_of
+  use scree_forecast, only: begin_probe, forecast_of, forecast_t, probe_t, seconds_of, steps_of
   use scree_read_scene, only: read_scene
   use scree_scene, only: contact_none, model_dda, run_options_t, scene_t
   use scree_simulation, only: simulate
@@ -110,14 +110,14 @@ contains
       call run_probe(geometry, analysis, settings, 1.0_dp, probe, error)
       if (allocated(error)) return
       if (shape%ended) then
-        call print_forecast(unit, name, probe, predict(steps_of(probe), steps_of(shape)), &
-                            predict(seconds_of(probe), seconds_of(shape)), '')
+        call print_forecast(unit, name, probe, forecast_of(steps_of(probe), steps_of(shape)), &
+                            forecast_of(seconds_of(probe), seconds_of(shape)), '')
       else
         if (.not. probe%ended) call run_coarsely(geometry, analysis, settings, coarse, error)
         if (allocated(error)) return
-        seconds = predict(seconds_of(probe))
-        if (coarse%ended) seconds = joined(predict(seconds_of(probe), seconds_of(coarse)), seconds)
-        call print_forecast(unit, name, probe, predict(steps_of(probe)), seconds, &
+        seconds = forecast_of(seconds_of(probe))
+        if (coarse%ended) seconds = joined(forecast_of(seconds_of(probe), seconds_of(coarse)), seconds)
+        call print_forecast(unit, name, probe, forecast_of(steps_of(probe)), seconds, &
                             trim(merge(' and a whole one in longer steps', repeat(' ', 32), coarse%ended)))
       end if
       if (probe%ended) shape = probe

@@ -14,10 +14,10 @@ module scree_simulation
   use scree_islands, only: release_equations
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_prediction, only: enough, note_step, probe_t
+  use scree_forecast, only: enough, note_step, probe_t
   use scree_progress, only: check_told, end_progress, progress_t, set_up_progress, show_step, stays_short, tell, tell_whole, &
                             warn
-  use scree_restart, only: leave_past, open_past, past_t, resume_output, take_past
+  use scree_restart, only: leave_past, open_past, past_run_t, resume_output, take_past
   use scree_results_file, only: abandon_results, take_place
   use scree_results_target, only: check_targets
   use scree_run_records, only: note_kinds
@@ -76,7 +76,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(probe_t), intent(inout), optional :: probe
     type(run_t) :: run
-    type(past_t) :: past
+    type(past_run_t) :: past
     type(state_t) :: first
     type(effect_t), allocatable :: list(:)
 
@@ -452,6 +452,14 @@ contains
       error%message = reached(run%state)//error%message
       return
     end if
+    call show_progress(run, report)
+  end subroutine run_step
+
+  !> Shows how far the run is, and warns of steps that stay short because tries are cut.
+  subroutine show_progress(run, report)
+    type(run_t), intent(inout) :: run
+    type(step_report_t), intent(in) :: report
+
     associate (s => run%scene%settings, state => run%state)
       if (allocated(report%cut%what)) then
         run%cut = report%cut
@@ -465,7 +473,7 @@ contains
           rounded_text(report%dt)//' of '//rounded_text(s%step_size)//', as tries are cut: '//words_of(run%cut, run%model))
       end if
     end associate
-  end subroutine run_step
+  end subroutine show_progress
 
   !> The step that was done last, for an error that it ends with.
   pure function reached(state)

@@ -7,7 +7,8 @@ module scree_block_finder
   use scree_sorting, only: sort_by
   implicit none
   private
-  public :: block_at, block_finder_t, blocks_along, distance_outside, find_crossings, find_nearest_block, path_t, set_up_finder
+  public :: block_at, block_finder_t, block_path_t, blocks_along, distance_outside, find_crossings, find_nearest_block, &
+            set_up_finder
 
   !> Blocks by cell of a grid.
   type :: block_finder_t
@@ -16,11 +17,11 @@ module scree_block_finder
   end type block_finder_t
 
   !> The blocks that a line goes through, one after the other.
-  type :: path_t
+  type :: block_path_t
     integer, allocatable :: block(:)  !! (n)
     real(dp), allocatable :: from(:)  !! (n) where it enters and leaves them, fraction of the line
     real(dp), allocatable :: to(:)
-  end type path_t
+  end type block_path_t
 
   !> Sine of an angle between a line and an edge below which they are parallel, and fraction of an edge that is none.
   real(dp), parameter :: along = 1e-12_dp
@@ -205,7 +206,7 @@ contains
   end subroutine find_crossings
 
   !> The blocks that a line goes through, in their order along it; pieces outside all blocks are left out.
-  pure type(path_t) function blocks_along(finder, shape, vertex, ends) result(path)
+  pure type(block_path_t) function blocks_along(finder, shape, vertex, ends) result(path)
     type(block_finder_t), intent(in) :: finder
     type(regions_t), intent(in) :: shape
     real(dp), intent(in) :: vertex(:, :)

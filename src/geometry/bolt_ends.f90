@@ -1,6 +1,6 @@
 !> Which blocks carry the ends of bolts, and where grouted bolts cross joints (Shi's dc14).
 module scree_bolt_ends
-  use scree_block_finder, only: block_at, block_finder_t, blocks_along, find_nearest_block, path_t
+  use scree_block_finder, only: block_at, block_finder_t, blocks_along, find_nearest_block, block_path_t
   use scree_carried_points, only: add_point, check_inside, found_points_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
@@ -138,7 +138,7 @@ contains
     type(found_points_t), intent(inout) :: points
     type(error_t), allocatable, intent(out) :: error
     type(bolt_record_t) :: bolt
-    type(path_t) :: path
+    type(block_path_t) :: path
     real(dp) :: ends(2, 2), share(2)
     integer :: end_point(2), joint_point(2), i, k, n
     logical, allocatable :: crossed(:) !! joint between a block and the next

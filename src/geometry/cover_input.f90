@@ -10,7 +10,7 @@
 module scree_cover_input
   use scree_block_input, only: blocks_t
   use scree_errors, only: error_t
-  use scree_face_cutting, only: cut_faces, faces_t
+  use scree_face_cutting, only: cut_faces, cut_faces_t
   use scree_kinds, only: dp
   use scree_mathematical_mesh, only: with_middles
   use scree_mesh, only: mesh_t
@@ -108,7 +108,7 @@ contains
     logical, intent(in) :: second_order
     type(covered_t), intent(out) :: covered
     type(error_t), allocatable, intent(out) :: error
-    type(faces_t) :: faces
+    type(cut_faces_t) :: faces
 
     call cut_faces(blocks, mesh, faces, covered%quality%uncovered, error)
     if (allocated(error) .or. covered%quality%uncovered > 0) return
@@ -137,7 +137,7 @@ contains
   !> around it. So are middles of edges.
   pure subroutine connect_faces(mesh, faces, elements, cover)
     type(mesh_t), intent(in) :: mesh
-    type(faces_t), intent(in) :: faces
+    type(cut_faces_t), intent(in) :: faces
     type(elements_t), intent(out) :: elements
     real(dp), allocatable, intent(out) :: cover(:, :)
     integer, dimension(size(mesh%triangle, 1)*size(faces%block)) :: root, number, user
@@ -187,7 +187,7 @@ contains
   !> Distance is counted in steps across lines of the mesh. Of elements at one distance the one is taken whose triangle has its
   !> middle nearest to the cover. In a part of a block without a large element the largest element is taken.
   subroutine extend_covers(faces, least_share, cover, elements, extension)
-    type(faces_t), intent(in) :: faces
+    type(cut_faces_t), intent(in) :: faces
     real(dp), intent(in) :: least_share
     real(dp), intent(in) :: cover(:, :)
     type(elements_t), intent(inout) :: elements
@@ -240,7 +240,7 @@ contains
 
   !> Whether a position follows face a rather than b: the middle of its triangle is nearer, or as near, and its share is larger.
   pure logical function leads_better(faces, middle, position, a, b)
-    type(faces_t), intent(in) :: faces
+    type(cut_faces_t), intent(in) :: faces
     real(dp), intent(in) :: middle(:, :)   !! (2, n) of the triangle of each face, length
     real(dp), intent(in) :: position(2)    !! length
     integer, intent(in) :: a, b
@@ -254,7 +254,7 @@ contains
 
   !> Faces that others may follow: those of the least fraction; of a part of a block that has none, its largest.
   pure function stand_alone(faces, least_share) result(large)
-    type(faces_t), intent(in) :: faces
+    type(cut_faces_t), intent(in) :: faces
     real(dp), intent(in) :: least_share
     logical :: large(size(faces%block))
     integer :: best(size(faces%block)), part(size(faces%block)), f, g, i
@@ -277,7 +277,7 @@ contains
 
   !> The nearest large face of each, by steps across lines of the mesh, of those as near the one that leads better; and the steps.
   pure subroutine find_leaders(faces, large, middle, leader, ring)
-    type(faces_t), intent(in) :: faces
+    type(cut_faces_t), intent(in) :: faces
     logical, intent(in) :: large(:)        !! (n)
     real(dp), intent(in) :: middle(:, :)   !! (2, n) of the triangle of each face, length
     integer, intent(out) :: leader(:)      !! (n)

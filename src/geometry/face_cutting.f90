@@ -17,14 +17,14 @@ module scree_face_cutting
   use scree_straight_lines, only: drop_perpendicular
   implicit none
   private
-  public :: cut_faces, faces_t
+  public :: cut_faces, cut_faces_t
 
   !> Of the shortest edge of the mesh: a node that lies so near to a joint is on it. Those far from the origin of a regular mesh are
   !> rounded, and those of a file.
   real(dp), parameter :: beside = 1e-9_dp
 
   !> Elements as the cut makes them.
-  type :: faces_t
+  type :: cut_faces_t
     type(regions_t) :: shape
     real(dp), allocatable :: vertex(:, :)    !! (2, n_vertices)
     integer, allocatable :: block(:)         !! (n)
@@ -32,7 +32,7 @@ module scree_face_cutting
     real(dp), allocatable :: share(:)        !! (n) area over that of the triangle
     integer, allocatable :: neighbours(:, :) !! (2, m) pairs that share a piece of the mesh
     real(dp), allocatable :: torn(:)         !! (2) a place in a block where the mesh is torn; then there are no faces
-  end type faces_t
+  end type cut_faces_t
 
 contains
 
@@ -42,7 +42,7 @@ contains
   subroutine cut_faces(blocks, mesh, faces, uncovered, error)
     type(blocks_t), intent(in) :: blocks
     type(mesh_t), intent(in) :: mesh       !! in the coordinates of the blocks
-    type(faces_t), intent(out) :: faces
+    type(cut_faces_t), intent(out) :: faces
     integer, intent(out) :: uncovered      !! parts of blocks that the mesh does not hold; above 0 there are no faces
     type(error_t), allocatable, intent(out) :: error
     type(graph_t) :: graph
@@ -151,7 +151,7 @@ contains
   subroutine find_blocks(blocks, area, faces)
     type(blocks_t), intent(in) :: blocks
     real(dp), intent(in) :: area(:)        !! (n) of the faces
-    type(faces_t), intent(inout) :: faces
+    type(cut_faces_t), intent(inout) :: faces
     type(block_finder_t) :: finder
     integer :: largest(size(area)), root(size(area)), f, i
 
@@ -177,7 +177,7 @@ contains
   subroutine find_triangles(mesh, rounding, faces)
     type(mesh_t), intent(in) :: mesh
     real(dp), intent(in) :: rounding       !! of positions in the cut, length
-    type(faces_t), intent(inout) :: faces
+    type(cut_faces_t), intent(inout) :: faces
     type(block_finder_t) :: finder
     type(regions_t) :: triangles
     real(dp), allocatable :: vertex(:, :)
@@ -201,7 +201,7 @@ contains
     integer, intent(in) :: edge(:)         !! (m) of the mesh, between two neighbours
     real(dp), intent(in) :: position(:, :) !! (2, n) of nodes of the cut, length
     integer, intent(in) :: ends(:, :)      !! (2, m) nodes of the cut that the piece between two neighbours joins
-    type(faces_t), intent(inout) :: faces
+    type(cut_faces_t), intent(inout) :: faces
     integer :: i
 
     do i = 1, size(edge)
@@ -215,7 +215,7 @@ contains
   subroutine keep_faces(mesh, area, faces)
     type(mesh_t), intent(in) :: mesh
     real(dp), intent(in) :: area(:)        !! (n) of the faces
-    type(faces_t), intent(inout) :: faces
+    type(cut_faces_t), intent(inout) :: faces
     type(moments_t) :: moments
     real(dp), allocatable :: key(:)
     logical :: keep(size(area))
@@ -247,7 +247,7 @@ contains
 
   !> Corners of a face.
   pure function corners_of(faces, f) result(corner)
-    type(faces_t), intent(in) :: faces
+    type(cut_faces_t), intent(in) :: faces
     integer, intent(in) :: f
     real(dp), allocatable :: corner(:, :)
 
@@ -257,8 +257,8 @@ contains
   !> Brings the faces into an order.
   pure subroutine put_in_order(order, faces)
     integer, intent(in) :: order(:)
-    type(faces_t), intent(inout) :: faces
-    type(faces_t) :: sorted
+    type(cut_faces_t), intent(inout) :: faces
+    type(cut_faces_t) :: sorted
     integer :: f, i, n_loops, n_vertices, position(size(order)), vertex(size(faces%vertex, 2))
 
     sorted%block = faces%block(order)

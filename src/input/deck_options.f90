@@ -14,18 +14,18 @@ module scree_deck_options
     'bolt', 'fixed_line', 'hole_point', 'fixed_point', 'load_point', 'measured_point']
 
   !> A number that `--set` gives.
-  type :: option_t
+  type :: deck_option_t
     character(len=:), allocatable :: text    !! THING.NAME=VALUE as given
     character(len=:), allocatable :: thing   !! joint(1)
     character(len=:), allocatable :: name    !! phi
     character(len=:), allocatable :: value
     character(len=:), allocatable :: offered !! names that the thing has, as the readers said them
     logical :: taken = .false.
-  end type option_t
+  end type deck_option_t
 
   !> All values of `--set`, and which of them readers have used.
   type :: deck_options_t
-    type(option_t), allocatable :: option(:)   !! not allocated: none are given, and nothing is looked for
+    type(deck_option_t), allocatable :: option(:)   !! not allocated: none are given, and nothing is looked for
     character(len=:), allocatable :: thing     !! that is being read
     character(len=:), allocatable :: also      !! another name of it, or ''
     integer :: n(size(kinds)) = 0              !! things of each kind so far
@@ -46,7 +46,7 @@ contains
   pure subroutine add_option(text, options)
     character(len=*), intent(in) :: text             !! with '.' before '=', and a value
     type(deck_options_t), intent(inout) :: options
-    type(option_t) :: option
+    type(deck_option_t) :: option
     character(len=:), allocatable :: name
     integer :: dot, equal
 

@@ -35,7 +35,7 @@ module scree_joints_deck
   real(dp), parameter :: default_least_distance = 0.001_dp !! e0
 
   !> A group of the deck. A component belongs to the names of one group or of several.
-  type :: group_t
+  type :: deck_group_t
     character(len=:), allocatable :: name
     integer :: deck_line = 0
     type(word_t), allocatable :: words(:)              !! of its names, in the order of the table
@@ -49,7 +49,7 @@ module scree_joints_deck
     real(dp) :: least_distance = default_least_distance !! e0 of the geometry deck
     real(dp) :: least_area = 0.0_dp                    !! of its blocks, length^2
     integer :: hold = 1                                !! of a support: a name of holds
-  end type group_t
+  end type deck_group_t
 
   character(len=*), parameter :: holds(*) = [character(len=6) :: 'normal', 'x', 'y', 'both'] !! names of &support in an analysis
 
@@ -102,7 +102,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(setting_t), allocatable :: table(:)
     type(groups_t) :: groups
-    type(group_t) :: group
+    type(deck_group_t) :: group
     type(word_t) :: given
 
     table = joints_table()
@@ -131,7 +131,7 @@ contains
   !> Each name of each group once.
   subroutine visit_names(row, group)
     type(setting_rows_t), intent(inout) :: row
-    type(group_t), intent(inout) :: group
+    type(deck_group_t), intent(inout) :: group
 
     call row%reals(setting_t('window', 'x', 'of its corners; two are a rectangle', 'length', -farthest, farthest, needed=.true.), &
                    group%x)
@@ -179,7 +179,7 @@ contains
   function joints_table() result(table)
     type(setting_t), allocatable :: table(:)
     type(setting_rows_t) :: row
-    type(group_t) :: nothing
+    type(deck_group_t) :: nothing
 
     row%purpose = list_rows
     call visit_names(row, nothing)
@@ -190,7 +190,7 @@ contains
   subroutine begin_group(groups, table, group)
     type(groups_t), intent(in) :: groups
     type(setting_t), intent(in) :: table(:)
-    type(group_t), intent(out) :: group
+    type(deck_group_t), intent(out) :: group
 
     group%name = groups%group
     group%deck_line = groups%line
@@ -201,7 +201,7 @@ contains
   subroutine complete_group(deck, table, group, error)
     type(deck_t), intent(in) :: deck
     type(setting_t), intent(in) :: table(:)
-    type(group_t), intent(inout) :: group
+    type(deck_group_t), intent(inout) :: group
     type(error_t), allocatable, intent(out) :: error
     type(setting_rows_t) :: row
     integer :: i
@@ -222,7 +222,7 @@ contains
   !> Takes a group that is complete. Errors: names that do not go together.
   subroutine take_group(deck, group, joints, scene, window, outline, error)
     type(deck_t), intent(in) :: deck
-    type(group_t), intent(in) :: group
+    type(deck_group_t), intent(in) :: group
     type(joints_t), intent(inout) :: joints
     type(scene_t), intent(inout) :: scene
     type(outline_t), intent(inout) :: window
@@ -260,7 +260,7 @@ contains
 
   !> The window. Two corners are a rectangle.
   subroutine take_window(group, window, error)
-    type(group_t), intent(in) :: group
+    type(deck_group_t), intent(in) :: group
     type(outline_t), intent(inout) :: window
     type(error_t), allocatable, intent(out) :: error
 
@@ -276,7 +276,7 @@ contains
   !> A tunnel, by its corners or round.
   subroutine take_tunnel(deck, group, tunnel, error)
     type(deck_t), intent(in) :: deck
-    type(group_t), intent(in) :: group
+    type(deck_group_t), intent(in) :: group
     type(outline_t), intent(inout) :: tunnel
     type(error_t), allocatable, intent(out) :: error
     logical :: round
@@ -296,7 +296,7 @@ contains
 
   !> Lines from point to point: fixed lines, or lines of a support.
   subroutine take_lines(group, joints, scene, error)
-    type(group_t), intent(in) :: group
+    type(deck_group_t), intent(in) :: group
     type(joints_t), intent(inout) :: joints
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
@@ -336,7 +336,7 @@ contains
 
   !> Points that are fixed, loaded or measured.
   subroutine take_points(group, scene, error)
-    type(group_t), intent(in) :: group
+    type(deck_group_t), intent(in) :: group
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
     type(line_t) :: line
@@ -361,7 +361,7 @@ contains
 
   !> Places from x and y. A last one that repeats the first is left out where they are corners.
   subroutine take_places(group, least, place, error)
-    type(group_t), intent(in) :: group
+    type(deck_group_t), intent(in) :: group
     integer, intent(in) :: least !! number
     real(dp), allocatable, intent(out) :: place(:, :) !! (2, n)
     type(error_t), allocatable, intent(out) :: error
@@ -394,7 +394,7 @@ contains
   !> Corners of a round tunnel, counter-clockwise, the first to the right of its centre.
   subroutine take_circle(deck, group, corner, error)
     type(deck_t), intent(in) :: deck
-    type(group_t), intent(in) :: group
+    type(deck_group_t), intent(in) :: group
     real(dp), allocatable, intent(out) :: corner(:, :)
     type(error_t), allocatable, intent(out) :: error
     real(dp) :: angle

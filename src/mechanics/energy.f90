@@ -28,14 +28,14 @@ contains
       books%kinetic = 0.0_dp
       books%strain = fixed%strain
       books%gravity = fixed%gravity
-      books%held = 0.0_dp
+      books%integrator = 0.0_dp
       books%momentum = 0.0_dp
       do k = 1, size(model%elements%free)
         e = model%elements%free(k)
         associate (velocity => values_of(model%elements, e, state%velocity), own => cache%element(e), &
                    change => state%pace%last*values_of(model%elements, e, state%acceleration))
           books%kinetic = books%kinetic + kinetic_energy(own%mass_matrix, velocity)
-          books%held = books%held + kinetic_energy(own%mass_matrix, change)
+          books%integrator = books%integrator + kinetic_energy(own%mass_matrix, change)
           call add_stored(model, cache, state, e, books)
           p = momentum(own%kinematics, own%mass, velocity)
           p(3) = p(3) + model%origin(1)*p(2) - model%origin(2)*p(1)
@@ -43,8 +43,8 @@ contains
         end associate
       end do
       if (model%settings%takes_small_steps()) books%strain = 0.0_dp
-      books%held = held_weight(model%settings)*books%held
-      if (holds_power(model%settings)) books%held = held_in_half_a_step(model, cache, state)
+      books%integrator = held_weight(model%settings)*books%integrator
+      if (holds_power(model%settings)) books%integrator = held_in_half_a_step(model, cache, state)
       books%gravity = share_of_weight(model, state%time)*books%gravity
       books%fixed_springs = energy_of_fixed_springs(model, state)
       books%bolts = energy_of_bolts(model, state)
@@ -114,7 +114,7 @@ contains
     type(books_t), intent(in) :: books
 
     energy = books%kinetic + books%strain + books%gravity + books%fixed_springs + books%contact_springs + books%sleeping_springs &
-             + books%bolts + books%held
+             + books%bolts + books%integrator
   end function stored_energy
 
   !> Energy dissipated since the run began: initial energy, changes by stages and work, less the present energy.

@@ -15,12 +15,12 @@ module scree_bearings
   use scree_sets, only: root_of, unite
   use scree_sorting, only: sort_into
   use scree_state, only: state_t
-  use scree_strikes_in_turn, only: bears, course_t, is_open, meeting_t, strike_in_turn, strikes, together
+  use scree_strikes_in_turn, only: bears, course_t, is_open, strike_in_turn, strikers_t, strikes, together
   use scree_system, only: element_unknowns
   implicit none
   private
   public :: across_contact, any_closes, bearing_t, blow_t, blow_of_step, bonded_bodies, deformation_of, find_approaches, &
-            find_impulses, let_go, find_strokes, force_of, list_bearings, meeting_of, set_least, set_up_problem, &
+            find_impulses, let_go, find_strokes, force_of, list_bearings, strikers_of, set_least, set_up_problem, &
             taking_part
 
   !> A contact that bears at the beginning of the step or at its end.
@@ -522,15 +522,15 @@ contains
     real(dp), intent(in) :: before(:, :)         !! (3, n_bodies) motion when the step begins
     type(bearing_t), intent(inout) :: bearing(:)
     logical, intent(inout) :: idle(:)            !! of these: open, and have no part
-    type(meeting_t) :: meeting
+    type(strikers_t) :: strikers
     type(impulses_t) :: impulses
     type(course_t) :: course
     integer :: i
 
     call set_least(bearing, before, problem)
-    meeting = meeting_of(rule, try, bearing, idle)
+    strikers = strikers_of(rule, try, bearing, idle)
     impulses%motion = before
-    call strike_in_turn(problem, meeting, try%law%restitution, 0.0_dp, impulses, course)
+    call strike_in_turn(problem, strikers, try%law%restitution, 0.0_dp, impulses, course)
     do i = 1, size(bearing)
       if (.not. (idle(i) .and. course%first_at(i) <= 1)) cycle
       idle(i) = .false.
@@ -539,25 +539,25 @@ contains
   end subroutine close_in_turn
 
   !> What contacts are to the impacts of a step that follow each other.
-  pure type(meeting_t) function meeting_of(rule, try, bearing, idle) result(meeting)
+  pure type(strikers_t) function strikers_of(rule, try, bearing, idle) result(strikers)
     type(step_rule_t), intent(in) :: rule
     type(contact_try_t), intent(in) :: try
     type(bearing_t), intent(in) :: bearing(:)
     logical, intent(in) :: idle(:)               !! open, and close in no impact so far
     integer :: i
 
-    meeting%dt = rule%dt
-    meeting%at = bearing%met_at
-    meeting%kind = merge(strikes, bears, bearing%closes)
-    where (idle .or. bearing%follows) meeting%kind = is_open
-    meeting%driven = bearing%driven
-    meeting%closes = bearing%closes
-    allocate (meeting%meets(size(bearing)), source=.false.)
-    allocate (meeting%gap(size(bearing)))
+    strikers%dt = rule%dt
+    strikers%at = bearing%met_at
+    strikers%kind = merge(strikes, bears, bearing%closes)
+    where (idle .or. bearing%follows) strikers%kind = is_open
+    strikers%driven = bearing%driven
+    strikers%closes = bearing%closes
+    allocate (strikers%meets(size(bearing)), source=.false.)
+    allocate (strikers%gap(size(bearing)))
     do i = 1, size(bearing)
-      meeting%gap(i) = max(0.0_dp, try%start(try%contact(bearing(i)%contact)%active, bearing(i)%contact)%gap)
+      strikers%gap(i) = max(0.0_dp, try%start(try%contact(bearing(i)%contact)%active, bearing(i)%contact)%gap)
     end do
-  end function meeting_of
+  end function strikers_of
 
   !> Times over the step at which bodies are struck first, by closing contacts or through contacts that bear; 1 if a body is not
   !> struck.

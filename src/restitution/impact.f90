@@ -20,7 +20,7 @@
 module scree_impact
   use scree_base_acceleration, only: force_of_base
   use scree_bearings, only: across_contact, bearing_t, bonded_bodies, deformation_of, find_approaches, find_impulses, &
-                            find_strokes, force_of, list_bearings, meeting_of, set_least, set_up_problem, taking_part
+                            find_strokes, force_of, list_bearings, strikers_of, set_least, set_up_problem, taking_part
   use scree_contact_quantities, only: gap_and_slip_t
   use scree_contact_rules, only: gap_and_slip, rows_along
   use scree_contact_try, only: contact_try_t, elements_of, row_across, take_all
@@ -37,7 +37,7 @@ module scree_impact
   use scree_rigid_bodies, only: add_motion, find_bodies, held_bodies, modes_of, motion_of, motion_of_holders, rigid_bodies_t, &
                                 take_deformation
   use scree_state, only: state_t
-  use scree_strikes_in_turn, only: course_t, meeting_t, strike_in_turn
+  use scree_strikes_in_turn, only: course_t, strike_in_turn, strikers_t
   use scree_system, only: element_unknowns
   implicit none
   private
@@ -119,7 +119,7 @@ contains
     real(dp), dimension(size(d)) :: velocity, acceleration, deformation
     real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step, pushed
     type(gap_and_slip_t) :: now
-    type(meeting_t) :: meeting
+    type(strikers_t) :: strikers
     type(course_t) :: course
     real(dp) :: barred, deeper, deepest, e, loss(size(bearing))
     integer :: i
@@ -148,8 +148,8 @@ contains
     end do
     impulses%motion = before
     call set_least(bearing, before, problem)
-    meeting = meeting_of(rule, try, bearing, [(.false., i=1, size(bearing))])
-    call strike_in_turn(problem, meeting, 0.0_dp, barred, impulses, course)
+    strikers = strikers_of(rule, try, bearing, [(.false., i=1, size(bearing))])
+    call strike_in_turn(problem, strikers, 0.0_dp, barred, impulses, course)
     if (.not. impulses%settled) impact%unsolved = bearing(1)%contact
     if (.not. (impulses%settled .and. course%n_impacts > 0 .and. course%taken > barred)) then
       bearing%island = 0
@@ -174,16 +174,16 @@ contains
     call solve_compression(problem, 0*pushed, impulses)
     pushed = pushed + impulses%motion
     bearing%impulse(1) = bearing%impulse(1) + impulses%P(1, :) ! what it pushes out belongs to it
-    call go_on_in_turn(problem, meeting, e, barred, before, bearing, pushed)
+    call go_on_in_turn(problem, strikers, e, barred, before, bearing, pushed)
     call add_motion(model, cache, state, bodies, pushed, impact%push)
     impact%among(bodies%element) = .true.
   end subroutine push_island
 
   !> Replaces the push of an island where impacts with a restitution follow each other in the step: by the push that brings rigid
   !> bodies to where these impacts have them. One impact alone leaves its bodies together until the step ends.
-  subroutine go_on_in_turn(problem, meeting, restitution, barred, before, bearing, pushed)
+  subroutine go_on_in_turn(problem, strikers, restitution, barred, before, bearing, pushed)
     type(impulse_problem_t), intent(inout) :: problem
-    type(meeting_t), intent(in) :: meeting
+    type(strikers_t), intent(in) :: strikers
     real(dp), intent(in) :: restitution
     real(dp), intent(in) :: barred               !! energy that may not come back, force length per unit thickness
     real(dp), intent(in) :: before(:, :)         !! (3, n_bodies) motion before the first impact
@@ -195,7 +195,7 @@ contains
     if (.not. restitution > 0) return
     impulses%motion = before
     call set_least(bearing, before, problem)
-    call strike_in_turn(problem, meeting, restitution, barred, impulses, course)
+    call strike_in_turn(problem, strikers, restitution, barred, impulses, course)
     if (course%n_impacts < 2 .or. .not. impulses%settled) return
     pushed = course%pushed
     bearing%impulse(1) = bearing%impulse(1) + impulses%P(1, :)
@@ -293,7 +293,7 @@ contains
     type(rigid_bodies_t) :: bodies
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
-    type(meeting_t) :: meeting
+    type(strikers_t) :: strikers
     type(course_t) :: course
     real(dp), allocatable, dimension(:, :) :: at_start, before, of_step, turn, without
     real(dp) :: barred, e
@@ -316,10 +316,10 @@ contains
       barred = barred - dot_product(bearing(i)%stopped, velocity_at(problem, of_step + without, i))/2
     end do
     call set_least(bearing, before, problem)
-    meeting = meeting_of(rule, try, bearing, [(.false., i=1, size(bearing))])
-    meeting%meets = bearing%closes .and. presses(try, bearing)
+    strikers = strikers_of(rule, try, bearing, [(.false., i=1, size(bearing))])
+    strikers%meets = bearing%closes .and. presses(try, bearing)
     impulses%motion = before
-    call strike_in_turn(problem, meeting, e, barred, impulses, course)
+    call strike_in_turn(problem, strikers, e, barred, impulses, course)
     possible = possible .and. course%taken > barred .and. impulses%settled
     if (.not. impulses%settled) impact%unsolved = bearing(1)%contact
     if (course%cut_short) impact%cut_short = bearing(1)%contact

@@ -22,7 +22,7 @@ module scree_strikes_in_turn
   use scree_kinds, only: dp
   implicit none
   private
-  public :: course_t, meeting_t, share_given_back, strike_in_turn
+  public :: course_t, share_given_back, strike_in_turn, strikers_t
 
   !> Impacts within this time over the step after the first of them are one impact, also if the step ends between them. An approach
   !> below this ratio to the fastest velocity does not count.
@@ -36,8 +36,8 @@ module scree_strikes_in_turn
   integer, parameter, public :: strikes = 1    !! it strikes at a known time over the step, unless impacts change that
   integer, parameter, public :: is_open = 2    !! it strikes only where impacts drive its bodies
 
-  !> The contacts that may strike.
-  type :: meeting_t
+  !> The contacts that may strike in a step.
+  type :: strikers_t
     integer, allocatable :: kind(:)            !! (n) `bears`, `strikes` or `is_open`
     real(dp), allocatable :: at(:)             !! (n) time over the step at which a contact strikes
     real(dp), allocatable :: gap(:)            !! (n) when the step begins, length
@@ -45,7 +45,7 @@ module scree_strikes_in_turn
     logical, allocatable :: closes(:)          !! (n) it is known to close in the step
     logical, allocatable :: meets(:)           !! (n) its bodies touch at the end of the step, wherever impacts bring them
     real(dp) :: dt = 0.0_dp                    !! time
-  end type meeting_t
+  end type strikers_t
 
   !> How the impacts follow each other.
   type :: course_t
@@ -73,44 +73,44 @@ module scree_strikes_in_turn
 contains
 
   !> Lets the impacts of a step follow each other: velocities after the last one, and all impulses.
-  subroutine strike_in_turn(problem, meeting, restitution, barred, impulses, course)
+  subroutine strike_in_turn(problem, strikers, restitution, barred, impulses, course)
     type(impulse_problem_t), intent(in) :: problem !! with the least velocities across of contacts that bear
-    type(meeting_t), intent(in) :: meeting
+    type(strikers_t), intent(in) :: strikers
     real(dp), intent(in) :: restitution
     real(dp), intent(in) :: barred             !! energy that may not come back, force length
     type(impulses_t), intent(inout) :: impulses !! with the motion before the first impact, then after the last
     type(course_t), intent(out) :: course
     type(progress_t) :: now
     real(dp) :: at
-    logical :: strikes_now(size(meeting%kind))
+    logical :: strikes_now(size(strikers%kind))
 
-    call begin(problem, meeting, barred, impulses, course, now)
+    call begin(problem, strikers, barred, impulses, course, now)
     do
-      call find_next(problem, meeting, impulses%motion, now, at, strikes_now)
+      call find_next(problem, strikers, impulses%motion, now, at, strikes_now)
       if (.not. any(strikes_now)) exit
       course%cut_short = now%solved > max(most_of_few, most_of_all*size(strikes_now))
-      if (course%cut_short) strikes_now = meeting%closes .or. course%first_at <= 1
-      call go_on_to(meeting, at, now)
+      if (course%cut_short) strikes_now = strikers%closes .or. course%first_at <= 1
+      call go_on_to(strikers, at, now)
       where (strikes_now .and. course%first_at > 1)
         course%first_at = at
         course%approach = -now%speed
       end where
-      call strike(problem, meeting, restitution, strikes_now, now, impulses, course)
+      call strike(problem, strikers, restitution, strikes_now, now, impulses, course)
       if (course%cut_short) exit
     end do
   end subroutine strike_in_turn
 
   !> Places the bodies when the step begins.
-  pure subroutine begin(problem, meeting, barred, impulses, course, now)
+  pure subroutine begin(problem, strikers, barred, impulses, course, now)
     type(impulse_problem_t), intent(in) :: problem
-    type(meeting_t), intent(in) :: meeting
+    type(strikers_t), intent(in) :: strikers
     real(dp), intent(in) :: barred
     type(impulses_t), intent(inout) :: impulses
     type(course_t), intent(out) :: course
     type(progress_t), intent(out) :: now
     integer :: i, k, n
 
-    n = size(meeting%kind)
+    n = size(strikers%kind)
     if (allocated(impulses%P)) deallocate (impulses%P)
     allocate (impulses%P(2, n), source=0.0_dp)
     impulses%settled = .true.
@@ -122,21 +122,21 @@ contains
     now%moves = [(any(abs(problem%mobility(:, :, k)) > 0), k=1, size(problem%mobility, 3))]
     allocate (now%struck(size(now%moves)), source=.false.)
     allocate (now%pair(2, n), now%speed(n))
-    now%gap = merge(meeting%gap, 0.0_dp, meeting%kind /= bears)
+    now%gap = merge(strikers%gap, 0.0_dp, strikers%kind /= bears)
     do i = 1, n
       now%pair(:, i) = merge(problem%body(:, i), 0, now%moves(problem%body(:, i)))
       now%pair(:, i) = [minval(now%pair(:, i)), maxval(now%pair(:, i))]
-      if (meeting%kind(i) /= strikes .or. meeting%driven(i)) cycle
+      if (strikers%kind(i) /= strikes .or. strikers%driven(i)) cycle
       associate (velocity => velocity_at(problem, impulses%motion, i))
-        if (-velocity(1) > now%slow .and. meeting%at(i) < 1) now%gap(i) = -meeting%at(i)*meeting%dt*velocity(1)
+        if (-velocity(1) > now%slow .and. strikers%at(i) < 1) now%gap(i) = -strikers%at(i)*strikers%dt*velocity(1)
       end associate
     end do
   end subroutine begin
 
   !> Finds which contacts strike next, and when.
-  pure subroutine find_next(problem, meeting, motion, now, at, strikes_now)
+  pure subroutine find_next(problem, strikers, motion, now, at, strikes_now)
     type(impulse_problem_t), intent(in) :: problem
-    type(meeting_t), intent(in) :: meeting
+    type(strikers_t), intent(in) :: strikers
     real(dp), intent(in) :: motion(:, :)       !! (3, n_bodies)
     type(progress_t), intent(inout) :: now
     real(dp), intent(out) :: at                !! time over the step
@@ -149,10 +149,10 @@ contains
       velocity = velocity_at(problem, motion, i)
       now%speed(i) = velocity(1)
       if (.not. -velocity(1) > now%slow) cycle
-      if (meeting%kind(i) /= strikes .and. .not. any(now%struck(problem%body(:, i)))) cycle
-      if (meeting%kind(i) == bears .and. .not. now%gap(i) > now%slow*meeting%dt) cycle
-      time(i) = now%at + max(0.0_dp, now%gap(i))/(-velocity(1)*meeting%dt)
-      if (meeting%meets(i) .or. .not. any(now%struck(problem%body(:, i)))) time(i) = min(time(i), 1.0_dp)
+      if (strikers%kind(i) /= strikes .and. .not. any(now%struck(problem%body(:, i)))) cycle
+      if (strikers%kind(i) == bears .and. .not. now%gap(i) > now%slow*strikers%dt) cycle
+      time(i) = now%at + max(0.0_dp, now%gap(i))/(-velocity(1)*strikers%dt)
+      if (strikers%meets(i) .or. .not. any(now%struck(problem%body(:, i)))) time(i) = min(time(i), 1.0_dp)
     end do
     strikes_now = .false.
     at = minval(time)
@@ -160,32 +160,32 @@ contains
     strikes_now = time <= at + together
     do i = 1, size(time)
       if (.not. (time(i) <= at + together)) cycle
-      strikes_now = strikes_now .or. (meeting%closes .and. now%pair(1, :) == now%pair(1, i) &
+      strikes_now = strikes_now .or. (strikers%closes .and. now%pair(1, :) == now%pair(1, i) &
                                       .and. now%pair(2, :) == now%pair(2, i))
     end do
     at = max(now%at, min(1.0_dp, at))
   end subroutine find_next
 
   !> Lets the bodies go on to a time over the step. Contacts that bear part from the first impact on that moves their bodies.
-  pure subroutine go_on_to(meeting, at, now)
-    type(meeting_t), intent(in) :: meeting
+  pure subroutine go_on_to(strikers, at, now)
+    type(strikers_t), intent(in) :: strikers
     real(dp), intent(in) :: at
     type(progress_t), intent(inout) :: now
     integer :: i
 
     do i = 1, size(now%gap)
-      if (meeting%kind(i) == bears) then
+      if (strikers%kind(i) == bears) then
         if (.not. any(now%struck(pack(now%pair(:, i), now%pair(:, i) > 0)))) cycle
       end if
-      now%gap(i) = max(0.0_dp, now%gap(i) + (at - now%at)*meeting%dt*now%speed(i))
+      now%gap(i) = max(0.0_dp, now%gap(i) + (at - now%at)*strikers%dt*now%speed(i))
     end do
     now%at = at
   end subroutine go_on_to
 
   !> One impact: of the contacts that strike, and of those that bear or touch and are connected with them.
-  subroutine strike(problem, meeting, restitution, strikes_now, now, impulses, course)
+  subroutine strike(problem, strikers, restitution, strikes_now, now, impulses, course)
     type(impulse_problem_t), intent(in) :: problem
-    type(meeting_t), intent(in) :: meeting
+    type(strikers_t), intent(in) :: strikers
     real(dp), intent(in) :: restitution
     logical, intent(in) :: strikes_now(:)      !! (n)
     type(progress_t), intent(inout) :: now
@@ -197,9 +197,9 @@ contains
     real(dp) :: rest, taken
     integer :: i
 
-    contact = connected(problem, strikes_now .or. now%gap <= now%slow*meeting%dt, strikes_now, now%moves)
+    contact = connected(problem, strikes_now .or. now%gap <= now%slow*strikers%dt, strikes_now, now%moves)
     part = part_of(problem, contact)
-    where (strikes_now(contact) .or. meeting%kind(contact) /= bears) part%least = 0.0_dp
+    where (strikes_now(contact) .or. strikers%kind(contact) /= bears) part%least = 0.0_dp
     now%solved = now%solved + size(contact)
     call solve_compression(part, impulses%motion, own)
     call energy_of(part, own, taken, rest)

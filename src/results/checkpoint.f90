@@ -237,7 +237,7 @@ contains
     call archive%part('books%contact_springs', books%contact_springs)
     call archive%part('books%sleeping_springs', books%sleeping_springs)
     call archive%part('books%bolts', books%bolts)
-    call archive%part('books%held', books%held)
+    call archive%part('books%integrator', books%integrator)
     call archive%part('books%at_start', books%at_start)
     call archive%part('books%staged', books%staged)
     call archive%part('books%work', books%work)

@@ -22,7 +22,7 @@ module scree_restart
   use scree_xdmf, only: add_xdmf_frame
   implicit none
   private
-  public :: find_decks, leave_past, open_past, past_t, resume_output, take_past
+  public :: find_decks, leave_past, open_past, past_run_t, resume_output, take_past
 
   !> Datasets of the checkpoints: three with a row each, and the numbers of all.
   character(len=*), parameter :: of_checkpoint(4) = [character(len=7) :: 'frame', 'end', 'rows', 'numbers']
@@ -34,14 +34,14 @@ module scree_restart
   integer(hsize_t), parameter :: copied_at_once = 1000000 !! numbers
 
   !> A run at a checkpoint.
-  type :: past_t
+  type :: past_run_t
     character(len=:), allocatable :: path
     integer(hid_t) :: file = -1
     integer :: frame = 0                  !! that the checkpoint goes with, from 0
     integer(hsize_t), allocatable :: rows(:) !! (n_series) of each series then
     real(dp), allocatable :: numbers(:)   !! of the checkpoint
     type(stage_clock_t) :: stage          !! that it is of
-  end type past_t
+  end type past_run_t
 
 contains
 
@@ -127,7 +127,7 @@ contains
   subroutine open_past(path, scene, past, error)
     character(len=*), intent(in) :: path
     type(scene_t), intent(in) :: scene
-    type(past_t), intent(out) :: past
+    type(past_run_t), intent(out) :: past
     type(error_t), allocatable, intent(out) :: error
 
     past%path = path
@@ -139,7 +139,7 @@ contains
 
   !> Closes what is open of a run that is not gone on with.
   subroutine leave_past(past)
-    type(past_t), intent(inout) :: past
+    type(past_run_t), intent(inout) :: past
 
     call close_for_reading(past%file)
   end subroutine leave_past
@@ -148,7 +148,7 @@ contains
   !>
   !> Errors: another model; a damaged checkpoint; nothing is left to do.
   subroutine take_past(past, scene, n_stages, model, state, watch, error)
-    type(past_t), intent(inout) :: past
+    type(past_run_t), intent(inout) :: past
     type(scene_t), intent(in) :: scene           !! of the stage
     integer, intent(in) :: n_stages
     type(model_t), intent(in) :: model
@@ -173,7 +173,7 @@ contains
 
   !> Error where the decks are not those of the run.
   subroutine compare_decks(past, scene, error)
-    type(past_t), intent(in) :: past
+    type(past_run_t), intent(in) :: past
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
 
@@ -198,7 +198,7 @@ contains
 
   !> Error where the model does not begin, to the last digit, as the run did: another mesh, or what cut the blocks was changed.
   subroutine compare_model(past, model, error)
-    type(past_t), intent(in) :: past
+    type(past_run_t), intent(in) :: past
     type(model_t), intent(in) :: model
     type(error_t), allocatable, intent(out) :: error
     real(dp), allocatable :: place(:)
@@ -226,7 +226,7 @@ contains
 
   !> Reads the last checkpoint whose frame counts.
   subroutine read_checkpoint(past, error)
-    type(past_t), intent(inout) :: past
+    type(past_run_t), intent(inout) :: past
     type(error_t), allocatable, intent(out) :: error
     type(state_t) :: state
     type(watch_t) :: watch
@@ -267,7 +267,7 @@ contains
 
   !> Begins a results file with what there was up to the checkpoint. Errors: a failed write; rows that are not there; other series.
   subroutine resume_output(past, state, watch, output, error)
-    type(past_t), intent(inout) :: past
+    type(past_run_t), intent(inout) :: past
     type(state_t), intent(in) :: state         !! of the checkpoint
     type(watch_t), intent(in) :: watch
     type(run_output_t), intent(inout) :: output
@@ -287,7 +287,7 @@ contains
 
   !> Copies the rows of all frames and series up to the checkpoint.
   subroutine copy_rows_of(past, results, error)
-    type(past_t), intent(in) :: past
+    type(past_run_t), intent(in) :: past
     type(results_t), intent(inout) :: results
     type(error_t), allocatable, intent(out) :: error
     real(dp), allocatable :: time(:)

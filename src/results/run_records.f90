@@ -353,7 +353,7 @@ contains
     call put(records%gravity, [state%books%gravity])
     call put(records%fixed_springs, [state%books%fixed_springs])
     call put(records%work, [state%books%work])
-    call put(records%held, [state%books%held])
+    call put(records%held, [state%books%integrator])
     call put(records%damping, [state%books%damping])
     call put(records%dissipated, [dissipated_energy(state%books)])
     call put(records%iterations, [real(report%iterations, dp)])

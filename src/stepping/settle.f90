@@ -14,7 +14,7 @@ module scree_settle
   use scree_element_term, only: term_t
   use scree_equations, only: add_equations, begin_equations, is_island, solve_equations, weakest_element, wholly_held
   use scree_errors, only: error_t
-  use scree_iteration, only: group_t, iteration_t
+  use scree_iteration, only: element_group_t, iteration_t
   use scree_iteration_end, only: check_areas, reject_unsettled
   use scree_kinds, only: dp
   use scree_linear_solver, only: exactness_t
@@ -58,7 +58,7 @@ contains
     if (allocated(model%effects%contact)) touching = size(try%contacts%contact) > 0
     if (cache%equations%n_alone > 0) call begin_phase(cache%timers, phase_alone)
     do i = 1, cache%equations%n_groups
-      try%group = group_t(number=i)
+      try%group = element_group_t(number=i)
       associate (equations => cache%equations)
         try%group%member = equations%member(equations%first(i):equations%first(i + 1) - 1)
       end associate
@@ -207,7 +207,7 @@ contains
 
     first = try%iteration%number == 1
     try%iteration%worst = try%group%member(1)
-    if (first) try%iteration%far = begins_far(cache, try%group)
+    if (first) try%iteration%likely_to_change = begins_far(cache, try%group)
     call begin_phase(cache%timers, phase_solve)
     call correct(model, cache, try, residual)
     if (allocated(try%outcome%trouble%what)) return
@@ -240,10 +240,10 @@ contains
 
     associate (group => try%group, iteration => try%iteration)
       group%nested = model%settings%nested .and. .not. group%linear
-      iteration%sound = values_of_members(model, try)
+      iteration%start_of_round = values_of_members(model, try)
       if (group%nested) then
         allocate (iteration%linearisation%term(size(group%member)))
-        iteration%linearisation%at = iteration%sound
+        iteration%linearisation%at = iteration%start_of_round
       end if
       if (try%contacts%goes_on) then ! what only this try found closes where it would without a try before
         if (.not. group%linear) call place(model, cache, state, try%predicted, try%contacts)
@@ -255,7 +255,7 @@ contains
       group%may_end_early = group%may_end_early .and. group%open_close%linear_springs .and. edges_stay(model, try%contacts)
       if (try%contacts%goes_on) then
         call judge_contacts(model, try%d, try%contacts)
-        iteration%near = .not. group%linear
+        iteration%after_problem = .not. group%linear
       else if (group%open_close%judges_prediction .and. step_of_run(state) == 0) then
         call judge_prediction(model, try%d, try%contacts)
       else
@@ -281,7 +281,7 @@ contains
     if (.not. try%group%in_contact) return
     associate (group => try%group, last => try%iteration%linearisation, tangent => try%rule%tangent)
       if (.not. last%frozen) try%iteration%reference = values_of_members(model, try)
-      curved = model%settings%balance > 0 .or. (try%iteration%near .and. tangent .and. group%open_close%linear_springs)
+      curved = model%settings%balance > 0 .or. (try%iteration%after_problem .and. tangent .and. group%open_close%linear_springs)
       curved = curved .and. .not. (last%frozen .or. group%linear)
       symmetric = last%symmetric .and. (tangent .or. .not. last%frozen) .and. .not. model%settings%balance > 0
       call add_pair_effects(model, try%contacts, group%number, symmetric, curved, cache%equations)
@@ -303,7 +303,7 @@ contains
     associate (group => try%group)
       call solve_equations(cache%equations, cache%timers, group%number, &
                            exactness_t(linear_tolerance(model), keeps_factor=.not. model%settings%shi, &
-                                       by_balance=group%in_contact, roughly=try%iteration%far), try%d, residual, error)
+                                       by_balance=group%in_contact, roughly=try%iteration%likely_to_change), try%d, residual, error)
       try%outcome%solves = try%outcome%solves + 1
       if (.not. allocated(error)) then
         if ((model%settings%relaxation < 1 .or. model%settings%anderson > 0) &
@@ -345,7 +345,7 @@ contains
       iteration%linearisation%frozen = try%group%nested .and. contacts%changes > 0
       if (.not. iteration%linearisation%frozen) call judge_at(model, cache, state, try)
       outcome%judged = reshape([outcome%judged, contacts%count, contacts%changes], [4, size(outcome%judged, 2) + 1])
-      iteration%far = contacts%changes > many_changes .and. rules%settles_always
+      iteration%likely_to_change = contacts%changes > many_changes .and. rules%settles_always
       iteration%in_doubt = outcome%settled .and. contacts%changes > 0 .and. rules%settles_always
       if (wholly_held(cache%equations, try%group%number)) iteration%in_doubt = .false. ! supports balance any state
       if (contacts%changes == 0) then

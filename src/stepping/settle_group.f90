@@ -5,7 +5,7 @@ module scree_settle_group
   use scree_equations, only: add_equations, begin_equations, out_of_balance, share_out_of_balance
   use scree_integrator, only: turns_acceleration
   use scree_interpolation, only: kinematics_t
-  use scree_iteration, only: group_t, iteration_t
+  use scree_iteration, only: element_group_t, iteration_t
   use scree_iteration_end, only: leaves_little, leaves_nothing
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -142,7 +142,7 @@ contains
   !> Whether so much is out of balance where an iteration begins that contacts are likely to change.
   pure logical function begins_far(cache, group)
     type(cache_t), intent(in) :: cache
-    type(group_t), intent(in) :: group
+    type(element_group_t), intent(in) :: group
     real(dp) :: balance(2)
 
     begins_far = .false.
@@ -154,7 +154,7 @@ contains
   !> Whether the balance of forces tells that an iteration has settled; with small strain the residual of the correction does.
   pure logical function settles_by_residual(model, group)
     type(model_t), intent(in) :: model
-    type(group_t), intent(in) :: group
+    type(element_group_t), intent(in) :: group
 
     settles_by_residual = model%settings%test == test_residual .and. .not. group%linear
   end function settles_by_residual

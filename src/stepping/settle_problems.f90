@@ -13,7 +13,7 @@ module scree_settle_problems
   use scree_friction_part, only: solve_about
   use scree_friction_problem, only: friction_problem_t, keep_rows_of_forces, posed_problem_t
   use scree_friction_solver, only: effort_all, effort_path, effort_quick, friction_work_t, solve_friction
-  use scree_iteration, only: group_t
+  use scree_iteration, only: element_group_t
   use scree_iteration_end, only: check_areas
   use scree_interruption, only: stop_signal
   use scree_joint_rules, only: joints_soften
@@ -95,13 +95,13 @@ contains
       call count_stalled(model, try)
       stalls = iteration%stalled > group%open_close%most_stalled
       apart = (apart .or. stalls) .and. may_part(iteration%flickering, size(group%member)) &
-              .and. group%open_close%settles_always .and. (group%linear .or. .not. iteration%near)
+              .and. group%open_close%settles_always .and. (group%linear .or. .not. iteration%after_problem)
       if (apart) call settle_part(model, cache, state, try, apart)
       if (apart) return
-      if ((stalls .or. iteration%stalled == 1) .and. iteration%fewest_changes < min(iteration%followed, few_changes) &
-          .and. .not. iteration%near) then
+      if ((stalls .or. iteration%stalled == 1) .and. iteration%fewest_changes < min(iteration%fewest_tried, few_changes) &
+          .and. .not. iteration%after_problem) then
         call settle_near(model, cache, state, try)
-        if (iteration%near) return
+        if (iteration%after_problem) return
       end if
     end associate
     if (.not. (stalls .or. prompt)) return
@@ -136,7 +136,7 @@ contains
     real(dp), allocatable :: d_before(:)
 
     if (.not. try%group%open_close%settles_always) return
-    try%iteration%followed = try%iteration%fewest_changes
+    try%iteration%fewest_tried = try%iteration%fewest_changes
     call begin_phase(cache%timers, phase_judge)
     d_before = try%d
     contacts_before = try%contacts
@@ -144,7 +144,7 @@ contains
     call judge_at(model, cache, state, try)
     call solve_as_problem(model, cache, state, attempt_t(effort_path), try, answer)
     if (answer%found) call settle_rounds(model, cache, state, try, answer)
-    if (try%iteration%near) return
+    if (try%iteration%after_problem) return
     if (allocated(try%outcome%trouble%what)) deallocate (try%outcome%trouble%what)
     try%d = d_before
     try%contacts = contacts_before
@@ -165,7 +165,7 @@ contains
       effort = merge(effort_quick, effort_all, rules%linear_springs)
     end associate
     call begin_phase(cache%timers, phase_judge)
-    call put_members(model, try%group, try%iteration%sound, try%d)
+    call put_members(model, try%group, try%iteration%start_of_round, try%d)
     try%contacts%pulls_fall = .false.
     call judge_at(model, cache, state, try)
     call solve_as_problem(model, cache, state, attempt_t(effort), try, answer)
@@ -198,7 +198,7 @@ contains
   pure logical function may_follow(try)
     type(try_t), intent(in) :: try
 
-    may_follow = try%iteration%near .and. try%group%open_close%linear_springs .and. try%iteration%rounds < prompt_rounds
+    may_follow = try%iteration%after_problem .and. try%group%open_close%linear_springs .and. try%iteration%rounds < prompt_rounds
   end function may_follow
 
   !> Takes the answer to a friction problem that was posed where the try is, from which the iteration goes on, or as much of the way
@@ -228,9 +228,9 @@ contains
     call find_change(model, cache, try, change, worst)
     if (try%group%open_close%linear_springs) call choose_operator(model, change, try)
     associate (iteration => try%iteration)
-      iteration%sound = values_of_members(model, try)
-      iteration%near = .true.
-      iteration%far = .false.
+      iteration%start_of_round = values_of_members(model, try)
+      iteration%after_problem = .true.
+      iteration%likely_to_change = .false.
       iteration%rounds = iteration%rounds + 1
       if (iteration%rounds == free_rounds) call keep_lines(try%contacts)
       call begin_round(iteration)
@@ -291,7 +291,7 @@ contains
     call add_elements(model, cache, state, try, attempt%by_secant)
     call pose_problem(model, try%contacts, try%group%number, try%d, cache%equations, problem)
     if (attempt%by_secant) call keep_rows_of_forces(problem)
-    near = try%iteration%near .or. attempt%effort == effort_path
+    near = try%iteration%after_problem .or. attempt%effort == effort_path
     allocate (answer%state(size(problem%spring)))
     if (attempt%of_part) then
       associate (flickering => try%iteration%flickering)
@@ -333,7 +333,7 @@ contains
   !> Takes the members of a group to their displacements.
   pure subroutine put_members(model, group, values, d)
     type(model_t), intent(in) :: model
-    type(group_t), intent(in) :: group
+    type(element_group_t), intent(in) :: group
     real(dp), intent(in) :: values(:, :)          !! (n, n_members)
     real(dp), intent(inout) :: d(:)               !! (n_unknowns)
     integer :: k

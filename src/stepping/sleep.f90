@@ -164,9 +164,9 @@ contains
     end associate
     call sum_up_contacts(state)
     call leave_out_sleepers(model, awake, cache, state)
-    motion = state%books%kinetic + state%books%held
+    motion = state%books%kinetic + state%books%integrator
     call close_books(awake, cache, state)
-    state%books%asleep = state%books%asleep + motion - (state%books%kinetic + state%books%held)
+    state%books%asleep = state%books%asleep + motion - (state%books%kinetic + state%books%integrator)
   end subroutine put_to_sleep
 
   !> Hands contacts, and vertices that are inside, over to other lists, behind what those have.

@@ -3,7 +3,7 @@ module scree_step_try
   use scree_contact_try, only: contact_try_t
   use scree_element_term, only: step_rule_t
   use scree_impact, only: impact_t
-  use scree_iteration, only: group_t, iteration_t
+  use scree_iteration, only: element_group_t, iteration_t
   use scree_kinds, only: dp
   use scree_trouble, only: new_trouble, trouble_t
   implicit none
@@ -47,7 +47,7 @@ module scree_step_try
     logical, allocatable :: smooth(:)    !! (n_elements) they begin with their acceleration
     type(impact_t) :: impact             !! at its end
     type(contact_try_t) :: contacts
-    type(group_t) :: group               !! that settles now, or did last
+    type(element_group_t) :: group               !! that settles now, or did last
     type(iteration_t) :: iteration       !! of that
     type(outcome_t) :: outcome           !! of it and of those before it
     integer :: remedy = remedy_shorter   !! where it has not settled

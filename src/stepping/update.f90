@@ -21,11 +21,11 @@ module scree_update
   public :: update_state
 
   !> How an element moves in a step: as its centroid does, and by a gradient about it.
-  type :: motion_t
+  type :: element_motion_t
     real(dp) :: centroid(2)     !! before, length
     real(dp) :: displacement(2) !! of it, length
     real(dp) :: gradient(4)     !! u_X, v_X, u_Y, v_Y
-  end type motion_t
+  end type element_motion_t
 
 contains
 
@@ -38,7 +38,7 @@ contains
     type(impact_t), intent(in) :: impact          !! at its end
     type(state_t), intent(inout) :: state
     real(dp) :: theta(4), turned(4), F(4), own(element_unknowns), mean(4, model%n_blocks), angle(model%n_blocks)
-    type(motion_t) :: motion(model%n_elements)
+    type(element_motion_t) :: motion(model%n_elements)
     integer :: e, i, k
 
     if (allocated(impact%push)) state%velocity = state%velocity + impact%push
@@ -56,7 +56,7 @@ contains
         own = values_of(model%elements, e, d)
         theta = matmul(element%gradient, own)
         call update_stress(model%effects, cache%element(e)%elasticity, theta, state%stress(:, e))
-        motion(e) = motion_t(element%centroid, matmul(element%at_centroid, own), theta)
+        motion(e) = element_motion_t(element%centroid, matmul(element%at_centroid, own), theta)
         if (model%effects%rotation /= rotation_linear) then
           turned = 0.0_dp
           call turn_finitely(model%effects%rotation, theta, turned, state%stress(:, e))
@@ -122,7 +122,7 @@ contains
 
   !> Moves positions of an element.
   pure subroutine move(motion, position)
-    type(motion_t), intent(in) :: motion
+    type(element_motion_t), intent(in) :: motion
     real(dp), intent(inout) :: position(:, :) !! (2, n), length
     real(dp) :: arm(2)
     integer :: k

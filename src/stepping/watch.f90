@@ -287,7 +287,7 @@ contains
     integer :: e, k
 
     energy = state%books%strain + state%books%fixed_springs + state%books%contact_springs &
-             + state%books%sleeping_springs + state%books%bolts + state%books%held &
+             + state%books%sleeping_springs + state%books%bolts + state%books%integrator &
              + state%books%friction + state%books%damping + state%books%yield + state%books%fracture &
              + state%books%asleep
     do k = 1, size(model%elements%free)

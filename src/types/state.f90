@@ -20,7 +20,7 @@ module scree_state
     real(dp) :: contact_springs = 0.0_dp !! of what is awake
     real(dp) :: sleeping_springs = 0.0_dp !! of contacts of what sleeps
     real(dp) :: bolts = 0.0_dp
-    real(dp) :: held = 0.0_dp            !! by the integrator, out of sudden changes of velocity
+    real(dp) :: integrator = 0.0_dp      !! that the integrator holds, out of sudden changes of velocity
     real(dp) :: at_start = 0.0_dp        !! all of these when the run began
     real(dp) :: staged = 0.0_dp          !! that changes from stage to stage gave since then; below 0: took
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports since then

@@ -164,7 +164,7 @@ contains
     real(dp), allocatable :: numbers(:)
 
     numbers = [books%kinetic, books%strain, books%gravity, books%fixed_springs, books%contact_springs, &
-               books%sleeping_springs, books%bolts, books%asleep, books%held, &
+               books%sleeping_springs, books%bolts, books%asleep, books%integrator, &
                books%at_start, books%staged, books%work, books%damping, books%friction, books%yield, books%momentum]
   end function numbers_of
 

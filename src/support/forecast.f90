@@ -3,11 +3,11 @@
 !> A probe records how far each step got and when. The rest of the run is assumed to cost as much as the steps of the probe, or as
 !> the rest of another run of the scene that reached its end. Seconds are processor seconds. A run uses one processor, so other work
 !> of the machine is not in them.
-module scree_prediction
+module scree_forecast
   use scree_kinds, only: dp
   implicit none
   private
-  public :: amounts_t, begin_probe, enough, forecast_t, note_step, predict, probe_t, seconds_of, steps_of
+  public :: amounts_t, begin_probe, enough, forecast_of, forecast_t, note_step, probe_t, seconds_of, steps_of
 
   !> Fractions of a probe from which on its speed is measured: the first gives the forecast, the others its range.
   real(dp), parameter :: pace_from(4) = [0.75_dp, 0.0_dp, 0.25_dp, 0.5_dp]
@@ -92,7 +92,7 @@ contains
   !> The speed of the last quarter of the probe is extrapolated; the range comes from the speeds from other points on. Where another
   !> run ended, the rest over what was done is that of the other run; otherwise it follows from the fraction of the run that is
   !> done.
-  pure function predict(done, shape) result(forecast)
+  pure function forecast_of(done, shape) result(forecast)
     type(amounts_t), intent(in) :: done            !! at least of two points
     type(amounts_t), intent(in), optional :: shape !! of another run
     type(forecast_t) :: forecast
@@ -111,7 +111,7 @@ contains
       end do
     end if
     forecast = forecast_t(whole(1), minval(whole), maxval(whole))
-  end function predict
+  end function forecast_of
 
   !> Fraction of the work of a run that is done at a fraction of its time.
   pure real(dp) function work_until(share, shape) result(work)
@@ -130,4 +130,4 @@ contains
     work = (work - shape%amount(1))/(shape%amount(n) - shape%amount(1))
   end function work_until
 
-end module scree_prediction
+end module scree_forecast
