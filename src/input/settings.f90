@@ -97,7 +97,7 @@ contains
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
-    call row%choice(setting_t('method', 'preset', 'shi: the methods of Shi''s programs; a setting that is given beside it wins', &
+    call row%choice(setting_t('method', 'preset', 'shi: the methods of Shi''s programs; a setting beside it wins', &
                               choices='|none|shi|'), s%shi, .false.)
     call row%choice(setting_t('method', 'model', 'DDA blocks, or manifold elements', choices='|dda|nmm|'), s%model, model_dda)
     call row%choice(setting_t('method', 'strain', &
@@ -138,7 +138,7 @@ contains
     call row%text(setting_t('cover', 'mesh', &
                             'file with a mesh of triangles, Gmsh 4.1, from the folder of the analysis deck'), s%cover_mesh)
     call row%real(setting_t('cover', 'least', &
-                            'least area of an element over that of its triangle with which it carries covers of its own', '1', &
+                            'least area of an element over that of its triangle at which it has its own covers', '1', &
                             0.0_dp, 1.0_dp), s%least_share, 0.1_dp, when=regular .or. allocated(s%cover_mesh))
     call row%choice(setting_t('cover', 'order', 'order of the cover functions; 1: displacements of second order', &
                               choices='|0|1|'), s%second_order, .false., when=regular .or. allocated(s%cover_mesh))
@@ -226,12 +226,12 @@ contains
                               0.0_dp, open=.true., default='none; g2 with control shi'), &
                     s%travel, scene%displacement_ratio, when=s%chooses_step)
       call row%choice(setting_t('step', 'control', &
-                                'steps of the given size, or of sizes that Shi''s programs choose to keep the displacement', &
+                                'constant steps, or steps of Shi''s programs, which keep the displacement', &
                                 choices='|fixed|shi|'), s%chooses_step, .false.)
       call row%real(setting_t('step', 'accuracy', &
                               'largest error of the displacement at the end over the displacement; '// &
                               'the run chooses its steps for it', '1', &
-                              0.0_dp, 1.0_dp, .true., default='none: steps of the size given; 0.01 with small_steps'), s%aim)
+                              0.0_dp, 1.0_dp, .true., default='none: steps of step.size; 0.01 with small_steps'), s%aim)
       if (s%takes_small_steps() .and. s%aim > 0) then ! small steps choose their size by it, not the step of the run
         s%run_out = s%aim
         s%aim = 0.0_dp
@@ -328,15 +328,15 @@ contains
     type(settings_t), intent(inout) :: s
 
     call row%reals(setting_t('materials', 'young', &
-                             'Young''s modulus in place of that of the deck, one number for each block material', &
-                             'force/length^2', 0.0_dp, open=.true., default='those of the deck'), s%young)
+                             'Young''s modulus of each block material', &
+                             'force/length^2', 0.0_dp, open=.true., default='numbers of the deck'), s%young)
     call row%reals(setting_t('materials', 'poisson', &
-                             'Poisson''s ratio in place of that of the deck, one number for each block material', &
-                             '1', -0.9999_dp, 0.4999_dp, default='those of the deck'), &
+                             'Poisson''s ratio of each block material', &
+                             '1', -0.9999_dp, 0.4999_dp, default='numbers of the deck'), &
                    s%poisson)
     call row%reals(setting_t('materials', 'unit_weight', &
-                             'unit weight in place of that of the deck, one number for each block material', 'force/length^3', &
-                             default='those of the deck'), s%unit_weight)
+                             'unit weight of each block material', 'force/length^3', &
+                             default='numbers of the deck'), s%unit_weight)
   end subroutine visit_materials
 
   !> Settings of joint materials, beside their row of the deck.
@@ -344,54 +344,53 @@ contains
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
 
-    call row%reals(setting_t('joints', 'phi', 'friction angle in place of that of the deck, one number for each joint material', &
-                             'degree', 0.0_dp, 89.9_dp, default='those of the deck'), s%joint_phi)
+    call row%reals(setting_t('joints', 'phi', 'friction angle of each joint material', &
+                             'degree', 0.0_dp, 89.9_dp, default='numbers of the deck'), s%joint_phi)
     call row%reals(setting_t('joints', 'cohesion', &
-                             'cohesion in place of that of the deck, one number for each joint material', &
+                             'cohesion of each joint material', &
                              'force/length^2', 0.0_dp, &
-                             default='those of the deck'), s%joint_c)
+                             default='numbers of the deck'), s%joint_c)
     call row%reals(setting_t('joints', 'tensile_strength', &
-                             'tensile strength in place of that of the deck, one number for each joint material', &
+                             'tensile strength of each joint material', &
                              'force/length^2', 0.0_dp, &
-                             default='those of the deck'), s%joint_t)
+                             default='numbers of the deck'), s%joint_t)
     call row%reals(setting_t('joints', 'energy', &
-                             'energy that a bond takes as it opens, one number for each joint material; 0: it breaks at once', &
+                             'energy that a bond takes as it opens; 0: it breaks at once', &
                              'force/length', 0.0_dp), s%joint_energy)
     call row%reals(setting_t('joints', 'shear_energy', &
-                             'energy that a bond takes as it shears, one number for each joint material; 0: it breaks at once', &
+                             'energy that a bond takes as it shears; 0: it breaks at once', &
                              'force/length', 0.0_dp), s%joint_shear_energy)
     call row%reals(setting_t('joints', 'kn', &
-                             'normal stiffness of a joint, one number for each joint material; 0: contact.stiffness', &
+                             'normal stiffness of each joint material; 0: contact.stiffness', &
                              'force/length^3', 0.0_dp), s%joint_kn)
     call row%reals(setting_t('joints', 'ks', &
-                             'shear stiffness of a joint, one number for each joint material; '// &
+                             'shear stiffness of each joint material; '// &
                              'without it kn over contact.shear_ratio', &
                              'force/length^3', 0.0_dp), s%joint_ks)
     call row%reals(setting_t('joints', 'residual_phi', &
-                             'residual friction angle, after residual_slip, one number for each joint material', 'degree', &
+                             'residual friction angle of each joint material, after residual_slip', 'degree', &
                              0.0_dp, most=89.0_dp), s%worn_angle)
     call row%reals(setting_t('joints', 'residual_slip', &
-                             'slip over which friction falls to residual_phi, for each joint material; 0: it does not fall', &
+                             'slip over which friction falls to residual_phi; 0: it does not fall', &
                              'length', &
                              0.0_dp), s%worn_slip)
     call row%reals(setting_t('joints', 'residual_c', &
-                             'cohesion of contacts that are not bonded, for each joint material; '// &
+                             'cohesion of contacts that are not bonded; '// &
                              'with a friction of at most 70 degrees', &
                              'force/length^2', 0.0_dp), s%worn_cohesion)
     call row%reals(setting_t('joints', 'jrc', &
-                             'joint roughness coefficient of Barton, one number for each joint material; 0: smooth', '1', 0.0_dp, &
+                             'joint roughness coefficient of Barton; 0: smooth', '1', 0.0_dp, &
                              most=30.0_dp), s%jrc)
     call row%reals(setting_t('joints', 'jcs', &
-                             'joint wall compressive strength of Barton, one number for each joint material', &
+                             'joint wall compressive strength of Barton', &
                              'force/length^2', 0.0_dp), s%jcs)
     call row%reals(setting_t('joints', 'closure', &
-                             'largest closure of a joint whose stiffness begins with kn and grows, '// &
-                             'for each joint material; 0: linear', &
+                             'largest closure of a joint whose stiffness begins with kn and grows; 0: linear', &
                              'length', 0.0_dp), s%joint_closure)
-    call row%reals(setting_t('joints', 'dilation', 'dilation angle, one number for each joint material', 'degree', &
+    call row%reals(setting_t('joints', 'dilation', 'dilation angle of each joint material', 'degree', &
                              0.0_dp, most=89.0_dp), s%dilation)
     call row%reals(setting_t('joints', 'dilation_slip', &
-                             'slip after which a joint dilates no more, one number for each joint material', 'length', 0.0_dp), &
+                             'slip after which a joint dilates no more', 'length', 0.0_dp), &
                    s%dilation_slip)
   end subroutine visit_joints
 
@@ -403,12 +402,12 @@ contains
 
     with_contact = scene%contact_stiffness > 0 .or. row%given('contact.stiffness')
     associate (s => scene%settings)
-      call row%choice(setting_t('fixed_points', 'method', 'fixed points and supports: exact, or held by springs', &
+      call row%choice(setting_t('fixed_points', 'method', 'fixed points and supports: exact, or springs', &
                                 choices='|exact|penalty|', default='exact; penalty with preset shi'), &
                       s%fixed, merge(fixed_penalty, fixed_exact, s%shi))
       call row%real(setting_t('fixed_points', 'stiffness', &
                               'stiffness of the springs of fixed points, per unit thickness', 'force/length', 0.0_dp, &
-                              open=.true., default='100 times that of contact where it is given, else 5000 times the largest E'), &
+                              open=.true., default='100 contact.stiffness where the deck has it, else 5000 times the largest E'), &
                     s%fixed_stiffness, merge(100*s%contact_stiffness, 5000*largest_modulus(scene), with_contact))
       call row%reals(setting_t('loads', 'force', &
                                'fx fy of each load point, constant, per unit thickness; tables need Shi''s order of the numbers', &
@@ -448,9 +447,9 @@ contains
                              'force/length', 0.0_dp, default='0 of each'), s%bolt_shear_stiffness)
     call row%reals(setting_t('bolts', 'shear_strength', 'largest force across a grouted bolt; 0: no limit', 'force', 0.0_dp, &
                              default='0 of each'), s%bolt_shear_strength)
-    call row%choice(setting_t('bolts', 'limit', 'whether bolts yield or break at their strength, those of the geometry too', &
+    call row%choice(setting_t('bolts', 'limit', 'whether all bolts yield or break at their strength', &
                               choices='|yields|breaks|'), s%bolts_break, .false.)
-    call row%choice(setting_t('bolts', 'outside', 'ends of bolts that lie in no block: refused, or held by the ground', &
+    call row%choice(setting_t('bolts', 'outside', 'ends of bolts that lie in no block: refused, or fixed in the ground', &
                               choices='|refused|ground|'), s%ground_holds_bolts, .false.)
   end subroutine visit_bolts
 
