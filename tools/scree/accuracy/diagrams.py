@@ -71,9 +71,9 @@ def draw_run_out(found, path):
             rows = [row for row in found.rows if row["scheme"] == scheme and row["runs"]]
             panel.errorbar([row["seconds"] for row in rows], [100 * row[f"error: {measure}"] for row in rows],
                            [100 * row[f"doubt: {measure}"] for row in rows], linestyle="", marker=marker, color=colour, capsize=3, label=scheme)
-            for number, row in enumerate(rows):
-                panel.annotate(row["knob"], (row["seconds"], 100 * row[f"error: {measure}"]), xytext=(4, (6, -12)[number % 2]),
-                               textcoords="offset points", fontsize=7)
+            for row in rows:
+                panel.annotate(row["knob"], (row["seconds"], 100 * row[f"error: {measure}"]), xytext=(2, 4), textcoords="offset points",
+                               fontsize=7, rotation=50)
         value, doubt = found.reference[measure]
         panel.axhspan(-100 * doubt / value, 100 * doubt / value, color="black", alpha=0.08, label="the reference may be off")
         panel.axhline(0, color="black", linewidth=0.6)
