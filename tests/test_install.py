@@ -2,6 +2,7 @@
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 
 import pytest
@@ -91,6 +92,35 @@ def test_bash_completes_verbs_options_and_settings(words, offered, installed):
     completion = installed / "share" / "bash-completion" / "completions" / "scree"
     done = subprocess.run(["bash", "-c", script, "bash", completion, installed / "bin" / "scree", *words], capture_output=True, text=True)
     assert done.returncode == 0 and done.stdout.split() == offered and not done.stderr
+
+
+@pytest.mark.parametrize("manager", ["none", "dnf"])
+def test_packages_are_installed_with_what_the_system_has_or_listed(manager, tmp_path):
+    """A stand-in of dnf prints what it is asked for; that of rpm has make alone."""
+    for name in ("sh", "id", "grep"):
+        (tmp_path / name).symlink_to(shutil.which(name))
+    if manager == "dnf":
+        for name, text in (("dnf", 'echo "$@" >&2'), ("rpm", '[ "$4" = make ]'), ("sudo", '"$@"')):
+            (tmp_path / name).write_text(f"#!/bin/sh\n{text}\n")
+            (tmp_path / name).chmod(0o755)
+    done = subprocess.run([tmp_path / "sh", "-euc", "name=quickstart; . tools/install_packages; echo done"], cwd=SOURCE, capture_output=True,
+                          text=True, env={"PATH": str(tmp_path)})
+    if manager == "none":
+        assert done.returncode == 2 and not done.stdout and len(done.stderr.splitlines()) == 1
+        assert done.stderr.startswith("quickstart: expected apt or dnf") and "HDF5 1.10 with Fortran" in done.stderr
+    else:
+        words = done.stderr.split()
+        assert done.returncode == 0 and words[:3] == ["install", "-q", "-y"] and "hdf5-devel" in words and "make" not in words
+
+
+def test_without_python_packages_the_python_tests_are_left_out_and_said(tmp_path):
+    (tmp_path / "python").write_text('#!/bin/sh\n[ "$1" = -c ] && case "$2" in *h5py*) exit 1;; esac\nexec /usr/bin/python3 "$@"\n')
+    (tmp_path / "python").chmod(0o755)
+    done = subprocess.run(["cmake", "-S", SOURCE, "-B", tmp_path / "build", f"-DPython3_EXECUTABLE={tmp_path / 'python'}"],
+                          capture_output=True, text=True)
+    assert done.returncode == 0 and "Python tests are left out" in done.stderr and "apt-get install python3-pytest" in done.stderr, done.stderr
+    listed = subprocess.run(["ctest", "--test-dir", tmp_path / "build", "-N"], capture_output=True, text=True).stdout
+    assert "test_install" not in listed and "Total Tests: 0" not in listed
 
 
 def test_there_is_one_version():
