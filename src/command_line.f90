@@ -19,6 +19,7 @@ module scree_command_line
     '                                           deck is, with each --accuracy and by the other scheme', &
     'scree explain [GEOMETRY] ANALYSIS | STEM   prints the decks back, each number with its meaning', &
     'scree explain --settings                   prints the table of all settings', &
+    'scree explain GROUP.NAME                   prints what a setting means, or all settings of a GROUP', &
     'scree cut     GEOMETRY                     writes the blocks as a block file and prints their areas', &
     'scree cut     [GEOMETRY] ANALYSIS -o FILE  writes the model as a results file, runs nothing', &
     'scree joints  DECK                         draws statistical joint sets in a window with tunnels and', &

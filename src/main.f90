@@ -8,7 +8,7 @@ program scree
   use scree_command_line, only: command_t, help, read_command_line, usage
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_estimate, only: estimate_runs
-  use scree_explain, only: explain_scene, explain_settings
+  use scree_explain, only: explain_scene, explain_setting, explain_settings, is_setting
   use scree_files, only: refuse_to_replace, same_file
   use scree_joints, only: make_joints
   use scree_read_scene, only: read_geometry, read_scene
@@ -43,6 +43,8 @@ program scree
     case default
       if (command%settings_only) then
         call explain_settings(output_unit)
+      else if (command%verb == 'explain' .and. len(command%geometry) == 0 .and. is_setting(command%analysis)) then
+        call explain_setting(command%analysis, output_unit)
       else if (command%verb == 'cut' .and. .not. command%cuts_analysis) then
         call cut_geometry()
       else if (command%verb == 'joints') then

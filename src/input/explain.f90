@@ -9,7 +9,7 @@ module scree_explain
   use scree_text, only: number_text, real_text, text_t
   implicit none
   private
-  public :: explain_scene, explain_settings
+  public :: explain_scene, explain_setting, explain_settings, is_setting
 
 contains
 
@@ -203,6 +203,49 @@ contains
         trim(setting_rules(i)%why)//' |'
     end do
   end subroutine explain_settings
+
+  !> Whether a word is the name of a setting, GROUP.NAME, or of a group.
+  function is_setting(word)
+    character(len=*), intent(in) :: word
+    logical :: is_setting
+    type(setting_t), allocatable :: setting(:)
+    integer :: i
+
+    setting = settings_table()
+    is_setting = .false.
+    do i = 1, size(setting)
+      is_setting = is_setting .or. word == full_name(setting(i)) .or. word == setting(i)%group
+    end do
+  end function is_setting
+
+  !> Prints what a setting, or each setting of a group, means: default, values, dimension, and the rules about it.
+  subroutine explain_setting(word, unit)
+    character(len=*), intent(in) :: word         !! GROUP.NAME or GROUP
+    integer, intent(in) :: unit
+    type(setting_t), allocatable :: setting(:)
+    character(len=:), allocatable :: name
+    integer :: i, k
+
+    setting = settings_table()
+    do i = 1, size(setting)
+      name = full_name(setting(i))
+      if (word /= name .and. word /= setting(i)%group) cycle
+      write (unit, '(a)') name//': '//trim(setting(i)%meaning)
+      write (unit, '(a)') '  default: '//trim(setting(i)%default)
+      if (len(values(setting(i))) > 0) write (unit, '(a)') '  values: '//values(setting(i))
+      if (len(dimension_text(trim(setting(i)%dimension))) > 0) write (unit, '(a)') '  unit: '//trim(setting(i)%dimension)
+      do k = 1, size(setting_rules)
+        associate (rule => setting_rules(k))
+          if (index(', '//trim(rule%names)//',', ', '//name//',') == 0) cycle
+          if (len_trim(rule%value) == 0) then
+            write (unit, '(a)') '  only '//condition_text(rule)//': '//trim(rule%why)
+          else
+            write (unit, '(a)') '  '//subject_text(rule)//' only '//condition_text(rule)//': '//trim(rule%why)
+          end if
+        end associate
+      end do
+    end do
+  end subroutine explain_setting
 
   !> Values that a setting may have.
   function values(setting)
