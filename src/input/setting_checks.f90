@@ -81,6 +81,7 @@ contains
       if (.not. allocated(error)) call check_softening(scene, error)
       call check_count('joints.kn', s%joint_kn)
       call check_count('joints.ks', s%joint_ks)
+      call check_count('joints.restitution', s%joint_restitution)
       call check_count('joints.residual_phi', s%worn_angle)
       call check_count('joints.residual_slip', s%worn_slip)
       call check_count('joints.residual_c', s%worn_cohesion)

@@ -212,6 +212,8 @@ module scree_setting_rules
                    'no wave runs through rigid blocks'), &
     setting_rule_t('integrator.scheme', 'small_steps', 'fixed_points.method', '|exact|', .false., &
                    'small steps hold points without springs'), &
+    setting_rule_t('joints.restitution', '', 'integrator.scheme', '|small_steps|', .false., &
+                   'impacts of other integrators have one restitution'), &
     setting_rule_t('fixed_points.stiffness', '', 'fixed_points.method', '|penalty|', .true., &
                    'exact fixed points have no springs'), &
     setting_rule_t('acceleration.file', '', 'acceleration.table', is_not_given, .true., 'a scene has one ground'), &

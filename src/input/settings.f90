@@ -367,6 +367,9 @@ contains
                              'shear stiffness of each joint material; '// &
                              'without it kn over contact.shear_ratio', &
                              'force/length^3', 0.0_dp), s%joint_ks)
+    call row%reals(setting_t('joints', 'restitution', &
+                             'restitution of impacts, in place of contact.restitution', '1', 0.0_dp, most=1.0_dp, &
+                             default='contact.restitution'), s%joint_restitution)
     call row%reals(setting_t('joints', 'residual_phi', &
                              'residual friction angle of each joint material, after residual_slip', 'degree', &
                              0.0_dp, most=89.0_dp), s%worn_angle)

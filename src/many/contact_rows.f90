@@ -39,6 +39,7 @@ module scree_contact_rows
     real(dp) :: rub(2) = 0.0_dp
     real(dp) :: held(2) = 0.0_dp         !! slip that friction holds, length
     real(dp) :: friction(2) = 0.0_dp     !! tangent of the friction angle
+    real(dp) :: restitution(2) = 0.0_dp  !! of an impact
     real(dp) :: cohesion(2) = 0.0_dp     !! impulses that the bond bears
     real(dp) :: strength(2) = 0.0_dp
     real(dp) :: came(2) = 0.0_dp         !! speed at which the sides of a new point came together, below 0; length/time
@@ -203,6 +204,7 @@ contains
         end if
         row%slid(i) = 0.0_dp
         row%friction(i) = friction_at(slot)
+        row%restitution(i) = max(0.0_dp, law%joint(memory%joint(slot))%restitution)
         row%cohesion(i) = law%joint(memory%joint(slot))%cohesion*memory%bond(slot)*h
         row%strength(i) = law%joint(memory%joint(slot))%strength*memory%bond(slot)*h
       end do

@@ -175,7 +175,7 @@ contains
     sweeps = merge(first_sweeps, 1, march%time < (first_steps - 0.5_dp)*march%h)
     touches = allocated(model%effects%contact)
     bounces = .false.
-    if (touches) bounces = model%effects%contact%restitution > 0
+    if (touches) bounces = any(model%effects%contact%joint%restitution > 0)
     !$omp parallel num_threads(march%threads) if(march%threads > 1) private(k)
     if (i > 1) call place_corners(bodies, all_of_them=.false.)
     if (touches) then
@@ -202,8 +202,7 @@ contains
     !$omp end single
     call sweep(.false., march%h, march%rows, bodies)
     !$omp single
-    if (bounces) call bounce(model%effects%contact%restitution, slow*march%h*largest_weight(model, bodies), &
-                             march%rows, bodies)
+    if (bounces) call bounce(slow*march%h*largest_weight(model, bodies), march%rows, bodies)
     !$omp end single
     if (touches) call keep_impulses(march%rows, bodies)
     !$omp end parallel

@@ -198,13 +198,13 @@ contains
     !$omp end do
   end subroutine advance_rows
 
-  !> Lets points that were new in the step part by a fraction of the speed at which they came together.
-  subroutine bounce(restitution, least_speed, rows, bodies)
-    real(dp), intent(in) :: restitution
+  !> Lets points that were new in the step part by a fraction of the speed at which they came together. Friction bears up to its
+  !> limit of the whole impulse across, that of compression and that of restitution (Poisson's hypothesis).
+  subroutine bounce(least_speed, rows, bodies)
     real(dp), intent(in) :: least_speed        !! slower ones do not bounce, length/time
     type(rows_t), intent(inout) :: rows
     type(bodies_t), intent(inout) :: bodies
-    real(dp) :: change, speed
+    real(dp) :: apart(2), change, limit, t(2)
     integer :: i, k, round
 
     do round = 1, sweeps_of_bounces
@@ -212,19 +212,34 @@ contains
         associate (row => rows%row(i))
           do k = 1, row%n
             if (row%came(k) > -least_speed .or. row%push(k) <= 0) cycle
-            associate (va => bodies%velocity(:, row%a), vb => bodies%velocity(:, row%b), wa => bodies%spin(row%a), &
-                       wb => bodies%spin(row%b))
-              speed = dot_product(row%normal(:, k), vb + wb*[-row%arm_b(2, k), row%arm_b(1, k)] &
-                                  - va - wa*[-row%arm_a(2, k), row%arm_a(1, k)])
-            end associate
-            change = max(0.0_dp, row%push(k) - row%mass_across(k)*(speed + restitution*row%came(k))) - row%push(k)
+            apart = parting(row, k, bodies)
+            change = row%mass_across(k)*(dot_product(row%normal(:, k), apart) + row%restitution(k)*row%came(k))
+            change = max(0.0_dp, row%push(k) - change) - row%push(k)
             row%push(k) = row%push(k) + change
             call strike(row, k, change*row%normal(:, k), bodies)
+            t = [-row%normal(2, k), row%normal(1, k)]
+            apart = parting(row, k, bodies)
+            limit = row%friction(k)*row%push(k) + row%cohesion(k)
+            change = max(-limit, min(limit, row%rub(k) - row%mass_along(k)*dot_product(t, apart))) - row%rub(k)
+            row%rub(k) = row%rub(k) + change
+            call strike(row, k, change*t, bodies)
           end do
         end associate
       end do
     end do
   end subroutine bounce
+
+  !> Velocity at which the sides of a point part (2), length/time.
+  pure function parting(row, k, bodies)
+    type(row_t), intent(in) :: row
+    integer, intent(in) :: k
+    type(bodies_t), intent(in) :: bodies
+    real(dp) :: parting(2)
+
+    associate (va => bodies%velocity(:, row%a), vb => bodies%velocity(:, row%b), wa => bodies%spin(row%a), wb => bodies%spin(row%b))
+      parting = vb + wb*[-row%arm_b(2, k), row%arm_b(1, k)] - va - wa*[-row%arm_a(2, k), row%arm_a(1, k)]
+    end associate
+  end function parting
 
   !> Of two vectors.
   pure real(dp) function cross(a, b)

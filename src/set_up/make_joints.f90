@@ -31,6 +31,8 @@ contains
     joint%friction = tan(material%friction_angle*degree)
     joint%cohesion = material%cohesion
     joint%strength = material%tensile_strength
+    joint%restitution = s%restitution
+    if (allocated(s%joint_restitution)) joint%restitution = s%joint_restitution(i)
     if (allocated(s%joint_kn)) then
       joint%stiffness%normal = s%joint_kn(i)
       joint%stiffness%shear = s%joint_kn(i)/s%shear_ratio

@@ -47,6 +47,7 @@ module scree_joint_law
     real(dp) :: friction = 0.0_dp !! tangent of the friction angle
     real(dp) :: cohesion = 0.0_dp !! of a bond, force/length^2
     real(dp) :: strength = 0.0_dp !! of a bond in tension, force/length^2
+    real(dp) :: restitution = -1.0_dp !! of impacts with small steps; below 0: none
     type(joint_stiffness_t) :: stiffness
     type(closure_t) :: closure
     type(dilation_t) :: dilation

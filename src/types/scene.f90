@@ -184,6 +184,7 @@ module scree_scene
     real(dp), allocatable :: joint_c(:)     !! (n_joints) in place of c, force/length^2
     real(dp), allocatable :: joint_t(:)     !! (n_joints) in place of T, force/length^2
     real(dp), allocatable :: joint_kn(:)    !! (n_joints) stiffness across; 0: that of a contact, force/length^3
+    real(dp), allocatable :: joint_restitution(:) !! (n_joints) of impacts, in place of that of the scene
     real(dp), allocatable :: worn_angle(:)  !! (n_joints) friction angle that sliding leaves, degrees
     real(dp), allocatable :: worn_slip(:)   !! (n_joints) slip by then; 0: it stays as it is, length
     real(dp), allocatable :: worn_cohesion(:) !! (n_joints) cohesion that a broken bond leaves, force/length^2
